@@ -29,8 +29,8 @@ Equations = Callable[[System, Array], Array]
 """A function of a system and a vector, for any kind of number; its result has shape (n,)."""
 
 MAX_CODES = 256
-"""The most codes in the cache, of some 100 kB each. A sliding connector has 27 modes, each with its own
-zeros, and codes of rates, event functions, energies and samples."""
+"""The most codes in the cache, of some 100 kB each. A sliding connector has 27 modes, each with its
+own zeros, and codes of rates, event functions, energies and samples."""
 
 
 class StraightLine:

@@ -61,7 +61,7 @@ class Problem:
         time_limit: The longest wall time, s; see `Deadline`.
         switching: The rules for a sliding connector, or None if the system has none.
         diagnosed: Whether the run of a sliding connector reports its chatter energy and
-            `trusted_until`, which needs a second run. So does `trusted_until` of a sliding tie.
+            `trusted_until`, which needs a second run. So does that of a sliding tie or a stop.
         exact: Builds the system and the start from the numbers of the config, in the kind of number
             to which a function converts doubles. None: the problem is not that of a config.
         schedule: The legs of the inputs that are made of legs; None if there are no such inputs.
@@ -118,8 +118,9 @@ class Trajectory:
         supplied_energy: What the elements have supplied, ∫supplied dt, shape (n,), J; None if no
             element supplies power.
         breakpoints: The breakpoints of the schedule on which the engine ended a step, s.
-        trusted_until: The time up to which a motion that bounces on s = E is reproducible in double
-            precision, s; None if it is not asked for, or if `switches` has it.
+        trusted_until: The time up to which a motion that bounces, on s = E or against a stop, is
+            reproducible in double precision, s; None if it is not asked for, or if `switches` has
+            it.
     """
 
     times: Array

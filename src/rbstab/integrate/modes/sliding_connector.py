@@ -2,7 +2,7 @@
 
 The drivers in `integrate.switching` follow a sliding connector alone. Beside such elements its axes
 are modes like theirs, and the driver of modes follows all of them. A second run finds how far a
-motion is trusted, also one with ties that bounce on s = E.
+motion is trusted, also one with ties that bounce on s = E, or with impacts against a stop.
 """
 
 from collections.abc import Callable
@@ -23,6 +23,7 @@ from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Progress, Trajectory
 from rbstab.integrate.switching.modes import connector_of
 from rbstab.integrate.switching.trust import perturbed_start, trusted_until
+from rbstab.mechanics.states import PITCH
 from rbstab.systems.filippov import START_TOLERANCE
 from rbstab.systems.impact import stop_of
 from rbstab.systems.modes import has_modes
@@ -39,11 +40,12 @@ states of rest that differ from zero by the smallest number of a computer."""
 def follows_modes(problem: Problem) -> bool:
     """Return whether `drive_by_modes` integrates a problem.
 
-    It follows a sliding connector beside other elements, and ties whose axes bounce on s = E.
+    It follows a sliding connector beside other elements, ties whose axes bounce on s = E, and
+    stops.
     """
     system = problem.system
     if problem.switching is None:
-        return any(isinstance(element, CrossingTie) for element in system.elements)
+        return _has_ties_that_bounce(system) or stop_of(system) is not None
     return has_modes(system) or system.supplies or system.size > system.coordinates.size
 
 
@@ -64,10 +66,27 @@ def drive_by_modes(
     run = integrate(by_modes, progress)
     if not problem.diagnosed:
         return run
-    trusted = _trusted_until(by_modes, run, integrate, deadline)
+    if _is_chaotic(by_modes, run):
+        trusted = _trusted_until(by_modes, run, integrate, deadline)
+    else:
+        trusted = float(run.times[-1])
     if run.switches is not None:
         return replace(run, switches=run.switches._replace(trusted_until=trusted))
     return replace(run, trusted_until=trusted)
+
+
+def _has_ties_that_bounce(system: System) -> bool:
+    return any(isinstance(element, CrossingTie) for element in system.elements)
+
+
+def _is_chaotic(problem: Problem, run: Trajectory) -> bool:
+    """Return whether errors may grow in a run, so that a second one has to show how far they do.
+
+    A body that meets no other thing than its stop needs several impacts for that.
+    """
+    if problem.switching is not None or _has_ties_that_bounce(problem.system):
+        return True
+    return run.impacts is None or bool(run.impacts.counts[-1] > 1)
 
 
 def _trusted_until(
@@ -80,6 +99,9 @@ def _trusted_until(
         return float(run.times[0])
     samples = deadline.samples
     start = perturbed_start(problem, LEAST_CHANGE)
+    if stop_of(problem.system) is not None and problem.start[PITCH]:
+        # Beyond its stop a body cannot start.
+        start[PITCH] = np.nextafter(problem.start[PITCH], 0.0)
     second = integrate(replace(problem, start=start, times=times, diagnosed=False), None)
     deadline.samples = samples
     ends = [None] * (len(second.times) - 1) + [second.status]

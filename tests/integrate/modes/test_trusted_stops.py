@@ -1,0 +1,83 @@
+"""Protects how far a motion with impacts against a stop is trusted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.stops import ANGLE, stop, stopped
+from support.switching import ENGINES, data, problem, solved
+
+from rbstab.integrate.engines import engine
+from rbstab.integrate.modes import sliding_connector
+
+EACH = pytest.mark.parametrize("engine_name", ENGINES)
+
+CHAOTIC = data(
+    {
+        "end": stop(1.0, 0.2),
+        "upright": {"kind": "attitude", "K": [60.0, 100.0, 30.0], "L": [1e-6] * 3},
+        "spring": {
+            "kind": "spring",
+            "point": [0.5, 0.2, 0.1],
+            "anchor": [1.0, 0.5, 0.3],
+            "stiffness": 50.0,
+            "rest_length": 0.3,
+        },
+    },
+    {"angular_velocity": [0.7, 2.3, 0.4]},
+    {"duration": 60.0, "samples": 601},
+)
+"""An elastic body on springs between its stops: impacts multiply errors."""
+
+
+@pytest.mark.slow
+def test_engines_agree_as_long_as_a_motion_is_trusted_and_no_longer():
+    runs = [solved(CHAOTIC, name) for name in ENGINES]
+    trusted = min(run.trusted_until for run in runs)
+    assert 20 < trusted < 50
+    apart = np.abs(runs[0].states - runs[1].states)[:, :6]
+    t, size = runs[0].times, np.abs(runs[0].states[:, :6]).max(axis=0)
+    # The rounding errors of two programs are some times as large as the difference of the starts.
+    assert (apart[t < 0.8 * trusted] / size).max() < 1e-3
+    assert (apart[t > trusted + 5] / size).max() > 0.1
+    assert runs[0].impacts.counts[t < 0.8 * trusted][-1] > 20
+
+
+@EACH
+def test_impacts_of_a_regular_motion_are_trusted_to_the_end(engine_name):
+    found = solved(stopped(0.7, 1.3, duration=14.9, samples=31), engine_name)
+    assert found.impacts.counts[-1] > 5
+    assert found.trusted_until == found.times[-1]
+
+
+@EACH
+@pytest.mark.parametrize("spin", [0.0, -1.0])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_second_run_does_not_start_beyond_the_stop(engine_name, spin, side):
+    """Of a body that rests on its stop, or leaves it and comes back to it."""
+    start = {"orientation": [0, side * ANGLE, 0], "angular_velocity": [0, side * spin, 0]}
+    push = {
+        "kind": "input",
+        "quantity": "couple",
+        "direction": [0, side, 0],
+        "amplitude": 3.0,
+        "signal": {"kind": "constant"},
+    }
+    config = data({"end": stop(0.5), "push": push}, start, {"duration": 5.0, "samples": 11})
+    found = solved(config, engine_name)
+    assert found.impacts.resting[-1] == side
+    assert found.trusted_until == 5.0
+
+
+def test_one_impact_needs_no_second_run(monkeypatch):
+    monkeypatch.setattr(sliding_connector, "_trusted_until", None)
+    found = solved(stopped(1.0, 1.3, duration=0.5, samples=4), "heyoka")
+    assert found.impacts.counts[-1] == 1
+    assert found.trusted_until == 0.5
+
+
+def test_members_of_sweeps_have_no_second_run():
+    """Their columns do not contain `trusted_until`."""
+    settings = CHAOTIC["integration"] | {"engine": "heyoka", "duration": 1.0, "samples": 3}
+    given = replace(problem(CHAOTIC | {"integration": settings}), diagnosed=False)
+    assert engine("heyoka")(given).trusted_until is None

@@ -97,3 +97,42 @@ def test_v_counts_from_a_rest_state_in_the_range_if_the_nearest_lies_beyond():
     assert np.all(np.abs(rest) < [np.pi, np.pi / 2, np.pi])
     np.testing.assert_allclose(rest_from(rest), rest, rtol=0, atol=1e-5)
     assert stored(rest) < stored(result["orientation"][-1])
+
+
+def sliding(surface, duration):
+    controller = {"variant": "sliding", "K_s": [20000.0] * 3, "surface": surface}
+    return rbstab.simulate(
+        paper_config("free", engine="heyoka", controller=controller, duration=duration, samples=41)
+    )
+
+
+@pytest.mark.slow
+def test_a_chaotic_motion_is_told_with_the_time():
+    result = sliding("position", 0.4)
+    trusted = float(result["trusted_until"])
+    assert 0.1 < trusted < 0.4
+    assert warnings(result)[1:] == [
+        f"the motion is chaotic: from t = {trusted:.6g} s on (trusted_until) it depends on the "
+        "last digit of its start, and is one of many possible motions"
+    ]
+
+
+@pytest.mark.parametrize(("surface", "duration"), [("position", 0.02), ({"slope": 20.0}, 0.2)])
+def test_a_motion_that_is_trusted_to_its_end_is_not_told(surface, duration):
+    result = sliding(surface, duration)
+    assert result["trusted_until"] == duration
+    assert len(warnings(result)) == 1
+
+
+def test_a_run_that_ends_early_is_not_chaotic_for_that():
+    """The last sample of such a run is at no time that other runs share."""
+    weak = {"K_r": [1e-3] * 3, "L_r": [1e-3] * 3}
+    controller = {"variant": "sliding", "K_s": [1.0] * 3, "surface": "position", **weak}
+    start = {"angular_velocity": [0.0, 40.0, 0.0]}
+    config = paper_config(
+        "free", engine="heyoka", controller=controller, initial=start, samples=201
+    )
+    result = rbstab.simulate(config)
+    assert result.status == "range left"
+    assert float(result["trusted_until"]) == result["time"][-2] < result["time"][-1]
+    assert not [one for one in warnings(result) if "chaotic" in one]

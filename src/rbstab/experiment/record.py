@@ -239,7 +239,7 @@ def motion_warnings(trajectory: Trajectory) -> list[str]:
     """Return warnings about a motion.
 
     θ1 or θ3 may leave the range of eq. 5; no equation becomes singular then. `trusted_until` may be
-    unknown.
+    unknown, or earlier than the end.
     """
     warnings = []
     for index, name in ((0, "θ1"), (2, "θ3")):
@@ -252,7 +252,21 @@ def motion_warnings(trajectory: Trajectory) -> list[str]:
         trusted = switches.trusted_until
     if trusted is not None and np.isnan(trusted):
         warnings.append("trusted_until is unknown: the time limit ended the run that determines it")
+    elif trusted is not None and trusted < _last_comparable(trajectory):
+        warnings.append(
+            f"the motion is chaotic: from t = {trusted:.6g} s on (trusted_until) it depends on the "
+            "last digit of its start, and is one of many possible motions"
+        )
     return warnings
+
+
+def _last_comparable(trajectory: Trajectory) -> float:
+    """Return the last time at which two runs of one motion can be compared, s.
+
+    Where a run ends early, its last sample is no common one.
+    """
+    completed = trajectory.status is RunStatus.COMPLETED
+    return float(trajectory.times[-1 if completed else max(-2, -len(trajectory.times))])
 
 
 def _observed(

@@ -118,9 +118,10 @@ def zero_of(
         return lyapunov_zero(smooth, motion, own, nearest, is_late)
 
 
-def recording_time(problem: Problem) -> float:
-    """Measure the time to record one sample of a problem, s."""
-    observe, first = _Observer(_all_at), float(problem.times[0])
+def recording_time(problem: Problem, only_outcome: bool = False) -> float:
+    """Measure the time to record one sample of a problem, s; `only_outcome` as for `recorded`."""
+    observe = _Observer(_outcome_at if only_outcome else _all_at)
+    first = float(problem.times[0])
     with np.errstate(all="ignore"):
         # The first observation of a system takes longer than all others.
         observe(problem.system, problem.start, first)

@@ -145,7 +145,7 @@ def test_what_no_column_shows_is_not_asked_for(monkeypatch, alone):
     monkeypatch.setattr("rbstab.integrate.switching.driver.trusted_until", refuse)
     monkeypatch.setattr("rbstab.integrate.switching.driver.chatter_energy", refuse)
     monkeypatch.setattr(record, "certificate_of", refuse)
-    monkeypatch.setattr(record, "_observer", refuse)
+    monkeypatch.setattr(record, "_all_at", refuse)
     plan, expected = alone["s = E"]
     assert bits(factory_for("heyoka")(plan).compute(0, 2)) == bits(expected, slice(2))
 

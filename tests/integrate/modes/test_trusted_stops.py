@@ -51,6 +51,16 @@ def test_impacts_of_a_regular_motion_are_trusted_to_the_end(engine_name):
 
 
 @EACH
+@pytest.mark.parametrize(("spin", "samples"), [(1.0, 21), (1.0, 61), (1.3, 31), (0.5, 11)])
+def test_an_impact_at_a_sample_is_no_chaos(engine_name, spin, samples):
+    """The rates of both runs have opposite signs there, if one meets the stop a little later."""
+    found = solved(stopped(1.0, spin, duration=6.0, samples=samples), engine_name)
+    meets = np.abs(found.impacts.times[:, np.newaxis] - found.times).min(axis=1)
+    assert meets.min() < 1e-12
+    assert found.trusted_until == 6.0
+
+
+@EACH
 @pytest.mark.parametrize("spin", [0.0, -1.0])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_the_second_run_does_not_start_beyond_the_stop(engine_name, spin, side):

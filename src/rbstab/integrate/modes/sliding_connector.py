@@ -23,6 +23,7 @@ from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Progress, Trajectory
 from rbstab.integrate.switching.modes import connector_of
 from rbstab.integrate.switching.trust import perturbed_start, trusted_until
+from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import PITCH
 from rbstab.systems.filippov import START_TOLERANCE
 from rbstab.systems.impact import stop_of
@@ -105,8 +106,25 @@ def _trusted_until(
     second = integrate(replace(problem, start=start, times=times, diagnosed=False), None)
     deadline.samples = samples
     ends = [None] * (len(second.times) - 1) + [second.status]
-    rows = zip(second.times.tolist(), second.states, ends, strict=True)
+    states = _compared_states(run, second)
+    rows = zip(second.times.tolist(), states, ends, strict=True)
     return trusted_until(run, rows, problem.system.coordinates.size)
+
+
+def _compared_states(run: Trajectory, second: Trajectory) -> Array:
+    """Return the states of a second run, with those of the first at samples beside an impact.
+
+    The rates jump there. So where one sample lies between an impact of the one run and the same
+    impact of the other, they cannot be compared, however close the two impacts are.
+    """
+    if run.impacts is None or second.impacts is None:
+        return second.states
+    count = min(len(run.times), len(second.times))
+    differ = run.impacts.counts[:count] != second.impacts.counts[:count]
+    beside = differ & ~np.append(differ[1:], False)
+    states = second.states.copy()
+    states[:count][beside] = run.states[:count][beside]
+    return states
 
 
 def with_connector_by_modes(problem: Problem) -> System:

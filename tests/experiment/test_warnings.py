@@ -112,8 +112,8 @@ def test_a_chaotic_motion_is_told_with_the_time():
     trusted = float(result["trusted_until"])
     assert 0.1 < trusted < 0.4
     assert warnings(result)[1:] == [
-        f"the motion is chaotic: from t = {trusted:.6g} s on (trusted_until) it depends on the "
-        "last digit of its start, and is one of many possible motions"
+        f"the motion is not reproducible after t = {trusted:.6g} s (trusted_until): a start that "
+        "differs in the last digit leads to another motion"
     ]
 
 
@@ -135,4 +135,4 @@ def test_a_run_that_ends_early_is_not_chaotic_for_that():
     result = rbstab.simulate(config)
     assert result.status == "range left"
     assert float(result["trusted_until"]) == result["time"][-2] < result["time"][-1]
-    assert not [one for one in warnings(result) if "chaotic" in one]
+    assert not [one for one in warnings(result) if "not reproducible" in one]

@@ -255,8 +255,8 @@ def motion_warnings(trajectory: Trajectory) -> list[str]:
         warnings.append("trusted_until is unknown: the time limit ended the run that determines it")
     elif trusted is not None and trusted < _last_comparable(trajectory):
         warnings.append(
-            f"the motion is chaotic: from t = {trusted:.6g} s on (trusted_until) it depends on the "
-            "last digit of its start, and is one of many possible motions"
+            f"the motion is not reproducible after t = {trusted:.6g} s (trusted_until): a start "
+            "that differs in the last digit leads to another motion"
         )
     return warnings
 

@@ -79,6 +79,12 @@ def test_the_second_run_does_not_start_beyond_the_stop(engine_name, spin, side):
     assert found.trusted_until == 5.0
 
 
+def test_one_sample_at_the_end_is_enough_to_tell():
+    """The counts of both runs differ there, but they are not beside the same impact."""
+    config = CHAOTIC | {"integration": {"duration": 60.0, "samples": 2}}
+    assert solved(config, "heyoka").trusted_until == 0.0
+
+
 def test_one_impact_needs_no_second_run(monkeypatch):
     monkeypatch.setattr(sliding_connector, "_trusted_until", None)
     found = solved(stopped(1.0, 1.3, duration=0.5, samples=4), "heyoka")

@@ -22,9 +22,9 @@ from rbstab.elements.sliding_ties import (
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Progress, Trajectory
 from rbstab.integrate.switching.modes import connector_of
-from rbstab.integrate.switching.trust import perturbed_start, trusted_until
+from rbstab.integrate.switching.trust import TRUST_TOLERANCE, perturbed_start, trusted_until
 from rbstab.mechanics.numbers import Array
-from rbstab.mechanics.states import PITCH
+from rbstab.mechanics.states import PITCH, THETA
 from rbstab.systems.filippov import START_TOLERANCE
 from rbstab.systems.impact import stop_of
 from rbstab.systems.modes import has_modes
@@ -67,7 +67,7 @@ def drive_by_modes(
     run = integrate(by_modes, progress)
     if not problem.diagnosed:
         return run
-    if _is_chaotic(by_modes, run):
+    if _may_be_chaotic(by_modes, run):
         trusted = _trusted_until(by_modes, run, integrate, deadline)
     else:
         trusted = float(run.times[-1])
@@ -80,7 +80,7 @@ def _has_ties_that_bounce(system: System) -> bool:
     return any(isinstance(element, CrossingTie) for element in system.elements)
 
 
-def _is_chaotic(problem: Problem, run: Trajectory) -> bool:
+def _may_be_chaotic(problem: Problem, run: Trajectory) -> bool:
     """Return whether errors may grow in a run, so that a second one has to show how far they do.
 
     A body that meets no other thing than its stop needs several impacts for that.
@@ -115,13 +115,16 @@ def _compared_states(run: Trajectory, second: Trajectory) -> Array:
     """Return the states of a second run, with those of the first at samples beside an impact.
 
     The rates jump there. So where one sample lies between an impact of the one run and the same
-    impact of the other, they cannot be compared, however close the two impacts are.
+    impact of the other, they cannot be compared, however close the two impacts are. Θ does not
+    jump, so it tells whether it is the same impact.
     """
     if run.impacts is None or second.impacts is None:
         return second.states
     count = min(len(run.times), len(second.times))
     differ = run.impacts.counts[:count] != second.impacts.counts[:count]
-    beside = differ & ~np.append(differ[1:], False)
+    theirs, ours = second.states[:count, THETA], run.states[:count, THETA]
+    near = (np.abs(theirs - ours) <= TRUST_TOLERANCE * np.abs(ours).max()).all(axis=1)
+    beside = differ & ~np.append(differ[1:], False) & near
     states = second.states.copy()
     states[:count][beside] = run.states[:count][beside]
     return states

@@ -77,8 +77,12 @@ class Ligament(Element):
         return along.pull(tension)
 
     def stored(self, motion: Motion, own: Array) -> Number:
-        """ℓ₀ ∫ T dε, J: ℓ₀ k ε³/(12 ε_t), beyond the toe ℓ₀ k ((ε - ε_t)²/2 + ε_t²/6)."""
-        strain, end = self._strain(motion), self.toe_strain
+        """ℓ₀ ∫ T dε, J."""
+        return self.energy(self._strain(motion))
+
+    def energy(self, strain: Number) -> Number:
+        """ℓ₀ k ε³/(12 ε_t), beyond the toe ℓ₀ k ((ε - ε_t)²/2 + ε_t²/6), J: ε as in the modes."""
+        end = self.toe_strain
         taut, beyond = self.mode
         toe = square(strain) * strain / (12.0 * end)
         linear = 0.5 * square(strain - end) + end * end / 6.0

@@ -20,13 +20,13 @@ import numpy as np
 
 from rbstab.analysis.proof.boxes import Boxes
 from rbstab.analysis.proof.guard import Guard
-from rbstab.analysis.proof.lines.intervals import Intervals, total
-from rbstab.analysis.proof.lines.line import known
+from rbstab.analysis.proof.ligaments.free import FreeLigaments
+from rbstab.analysis.proof.ligaments.free_bounds import parts_over
+from rbstab.analysis.proof.lines.intervals import total
+from rbstab.analysis.proof.lines.line import LineEnergy
+from rbstab.analysis.proof.lines.over_boxes import ROUNDING_FACTOR, at_centres, over_boxes
 from rbstab.analysis.proof.trigonometric import ROUND_OFF, TrigonometricForm, along_second
 from rbstab.mechanics.numbers import Array
-
-ROUNDING_FACTOR = 1 + 1e-12
-"""A factor that exceeds the rounding error of a sum of about a dozen magnitudes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,8 +270,11 @@ def _enclosure_with_lines(form: TrigonometricForm, boxes: Boxes) -> Enclosure:
     radius, t = boxes.radius, form.basis(boxes.centre)
     parts = [at_centres(form, t, boxes)]
     for line in form.lines:
-        s = at_centres(line.square, t, boxes)
-        parts.append([*line.of_square(s[:3]), line.of_square(over_boxes(s, radius))[3]])
+        if isinstance(line, LineEnergy):
+            s = at_centres(line.square, t, boxes)
+            parts.append([*line.of_square(s[:3]), line.of_square(over_boxes(s, radius))[3]])
+        elif isinstance(line, FreeLigaments):
+            parts.append(parts_over(line, t, boxes))
     value, gradient, hessian, third = (total(part) for part in zip(*parts, strict=True))
     return Enclosure(
         radius,
@@ -283,30 +286,6 @@ def _enclosure_with_lines(form: TrigonometricForm, boxes: Boxes) -> Enclosure:
         hessian.radius,
         third.size,
     )
-
-
-def at_centres(form: TrigonometricForm, t: Array, boxes: Boxes) -> list[Intervals]:
-    """Return a form without its lines, and its derivatives; those of order 3 over the boxes."""
-    found = [known(one) for one in form.derivatives(t, boxes.centre, 3)]
-    drift = np.einsum("kijl,ml->mkij", form.fourth_derivative_bound, boxes.radius)
-    found[3] = Intervals(found[3].middle, (found[3].radius + drift) * ROUNDING_FACTOR)
-    return found
-
-
-def over_boxes(found: list[Intervals], radius: Array) -> list[Intervals]:
-    """Return a function and its derivatives over boxes, by the mean value theorem.
-
-    Args:
-        found: Those of order 0 to 2 at the centres, and those of order 3 over the boxes.
-        radius: The radii of the boxes, shape (m, 3).
-    """
-    over = [found[3]]
-    for order in (2, 1, 0):
-        reach = radius.reshape(-1, *[1] * order, 3)
-        spread = (over[0].size * reach).sum(axis=-1)
-        part = found[order]
-        over.insert(0, Intervals(part.middle, (part.radius + spread) * ROUNDING_FACTOR))
-    return over
 
 
 def inverses(matrices: Array) -> Array:

@@ -1,18 +1,23 @@
 """The reduced potential energy: the stored energy at an attitude, minimized over all else."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.proof.guard import Guard, exact_number, separated
-from rbstab.analysis.proof.lines.separate import lengths_apart, separated_lines
+from rbstab.analysis.proof.ligaments.free import FreeLigament, FreeLigaments
+from rbstab.analysis.proof.ligaments.held import LigamentLine
+from rbstab.analysis.proof.ligaments.law import LigamentEnergy
+from rbstab.analysis.proof.ligaments.separate import laws_of, ligaments_apart, squares_of
+from rbstab.analysis.proof.lines.separate import lengths_apart, separated_lines, trimmed
 from rbstab.analysis.proof.lines.shortest import NoLength
 from rbstab.analysis.proof.multiple_angles import NotTrigonometric, form_of
 from rbstab.analysis.proof.polynomial import Polynomial, Ring, fraction
+from rbstab.analysis.proof.tied.position import offset, position_spring
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.sliding import SlidingConnector
@@ -48,6 +53,9 @@ class NoEnergyReason(Enum):
         "the line of a spring may have no length at some attitude, and then its force no direction"
     )
     FREE_LINES = "the body is not held, so the length of a spring depends on X"
+    SPRINGS_AND_LIGAMENTS = (
+        "the body is not held, and no proof takes springs beside ligaments into account then"
+    )
     LINES_OF_BODIES = "no proof for all bodies within tolerances takes a spring into account"
     BARRIER_OF_BODIES = "no proof for all bodies within tolerances takes a barrier into account"
     OUTER_BARRIER = "no proof takes a guard of θ1 and θ3 (outer_stiffness) into account"
@@ -75,16 +83,24 @@ class ReducedEnergy:
     configurations are the system's configurations. form is U. minimizer has the entries of x*.
     The energy of a barrier is a function of θ2 alone: it is the guard of the form, and x* does not
     depend on it.
+
+    With ligaments of a body that is not held, minimizer is x* without them. Then X* is their shift
+    z more, and D* is `own` z less: own is H_DD⁻¹H_DX, shape (own states, 3).
     """
 
     configurations: Configurations
     form: TrigonometricForm
     minimizer: tuple[TrigonometricForm, ...]
+    ligaments: FreeLigaments | None = None
+    own: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
     def configuration(self, Theta: Array) -> Array:
         """Return q = [Θ, x*(Θ)], shape (size,)."""
-        values = [form.value(Theta[np.newaxis])[0] for form in self.minimizer]
-        return np.concatenate([Theta, values])
+        x = np.array([form.value(Theta[np.newaxis])[0] for form in self.minimizer])
+        if self.ligaments is not None:
+            z = self.ligaments.shift(Theta[np.newaxis])[0]
+            x = np.concatenate([x[:3] + z, x[3:] - self.own @ z])
+        return np.concatenate([Theta, x])
 
 
 def reduced_energy(system: System, exact_system: ExactSystem | None = None) -> ReducedEnergy:
@@ -104,30 +120,62 @@ def reduced_energy(system: System, exact_system: ExactSystem | None = None) -> R
     reject_unsmooth(system)
     at_rest = configurations(system)
     try:
-        energy, guard = _stored_energy(at_rest, exact_system, roots=0)
-        if not energy.known:
+        parts = _stored_energy(at_rest, exact_system, roots=0)
+        if not parts.energy.known:
             # At most one length for each element; a ring without them is faster.
-            roots = len(system.elements)
-            energy, guard = _stored_energy(at_rest, exact_system, roots)
-        return _reduced(at_rest, energy, guard)
+            parts = _stored_energy(at_rest, exact_system, roots=len(system.elements))
+        return _reduced(at_rest, parts)
+    except NotTrigonometric as error:
+        raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC) from error
     except OverflowError as error:
         raise NoReducedEnergy(NoEnergyReason.NOT_FINITE) from error
 
 
+class StoredEnergy(NamedTuple):
+    """The stored energy Π of a system in its parts, exactly.
+
+    Attributes:
+        energy: All of it but what follows.
+        guard: The sum of the barriers; None without one.
+        ligaments: The squares of the lengths of the ligaments, and their energies.
+    """
+
+    energy: Polynomial
+    guard: Guard | None
+    ligaments: tuple[tuple[Polynomial, LigamentEnergy], ...]
+
+
+def stored_energy(system: System, ring: Ring) -> StoredEnergy:
+    """Return the stored energy of a system whose parameters are exact numbers of a ring.
+
+    Raises:
+        NotTrigonometric: The length of a ligament is no polynomial.
+        NoReducedEnergy: The barriers have energies that no proof takes into account.
+    """
+    without, barriers = separated(system)
+    without, ligaments = ligaments_apart(without)
+    guard = guard_of(barriers)
+    at_rest = Configurations(without)
+    energy: Any = at_rest.energy(ring.variables())
+    squares = squares_of(at_rest, ligaments, ring)
+    return StoredEnergy(
+        energy if isinstance(energy, Polynomial) else ring.constant(energy),
+        guard,
+        tuple(zip(squares, laws_of(ligaments), strict=True)),
+    )
+
+
 def _stored_energy(
     at_rest: Configurations, exact_system: ExactSystem | None, roots: int
-) -> tuple[Polynomial, Guard | None]:
-    """Return Π without barriers, in a ring with square roots, and the sum of the barriers."""
+) -> StoredEnergy:
+    """Return Π in a ring with square roots."""
     # The lengths of lines depend on X too if the body is free.
     ring = Ring(3, at_rest.size - 3, roots=roots, roots_of_lengths=not at_rest.held)
     if exact_system is None:
         exact = map_parameters(at_rest.system, lambda _, value: ring.constants(value))
     else:
         exact = configurations(exact_system(ring.decimals)).system
-    without, barriers = separated(exact)
-    guard = guard_of(barriers)
-    energy: Any = Configurations(without).energy(ring.variables())
-    return energy if isinstance(energy, Polynomial) else ring.constant(energy), guard
+    return stored_energy(exact, ring)
 
 
 def guard_of(barriers: Sequence[Barrier]) -> Guard | None:
@@ -140,24 +188,29 @@ def guard_of(barriers: Sequence[Barrier]) -> Guard | None:
     return Guard(float(sum(stiffnesses))) if any(stiffnesses) else None
 
 
-def _reduced(at_rest: Configurations, energy: Polynomial, guard: Guard | None) -> ReducedEnergy:
-    """Return the reduced energy of a stored energy and a barrier."""
+def _reduced(at_rest: Configurations, parts: StoredEnergy) -> ReducedEnergy:
+    """Return the reduced energy of a stored energy."""
+    energy = parts.energy
     if not energy.known:
         raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)
+    if not at_rest.held:
+        energy = _without_lengths(energy)
     try:
-        if not at_rest.held:
-            energy = _without_lengths(energy)
         reduced, minimizer = eliminated(energy)
         plain, lines = separated_lines(reduced) if at_rest.held else (reduced, ())
-        return ReducedEnergy(
-            at_rest,
-            replace(form_of(plain), guard=guard, lines=lines),
-            tuple(form_of(entry) for entry in minimizer),
-        )
     except NoLength as error:
         raise NoReducedEnergy(NoEnergyReason.NO_LENGTH) from error
-    except NotTrigonometric as error:
-        raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC) from error
+    form = replace(form_of(plain), guard=parts.guard, lines=lines)
+    rest = tuple(form_of(entry) for entry in minimizer)
+    if not parts.ligaments:
+        return ReducedEnergy(at_rest, form, rest)
+    if at_rest.held:
+        held = (LigamentLine(trimmed(form_of(s)), law) for s, law in parts.ligaments)
+        return ReducedEnergy(at_rest, replace(form, lines=(*lines, *held)), rest)
+    spring = position_spring(inverse_stiffness(energy))
+    ligaments = tuple(FreeLigament(offset(s, minimizer), law) for s, law in parts.ligaments)
+    free = FreeLigaments(spring.stiffness, spring.compliance, ligaments)
+    return ReducedEnergy(at_rest, replace(form, lines=(free,)), rest, free, spring.own)
 
 
 def _without_lengths(energy: Polynomial) -> Polynomial:
@@ -177,7 +230,8 @@ def reject_unsmooth(system: System) -> None:
         raise NoReducedEnergy(NoEnergyReason.USER_CODE)
     if system.supplies:
         raise NoReducedEnergy(NoEnergyReason.SUPPLIES)
-    if has_modes(system):
+    # A ligament switches, but its energy has two continuous derivatives.
+    if has_modes(ligaments_apart(system)[0]):
         raise NoReducedEnergy(NoEnergyReason.SWITCHES)
     held = configurations(system).held
     for element in system.elements:

@@ -1,8 +1,8 @@
 """Quadratics plus trigonometric polynomials in three angles, with all their derivatives.
 
 f(Θ) = ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3) with t = [1, cos θ, sin θ, cos 2θ, ...].
-A barrier adds its energy, a function of θ2 (`guard`), and springs add the lengths of their lines
-(`lines`). Each evaluation takes many points at once and bounds the rounding errors of its results.
+A barrier adds its energy, a function of θ2 (`guard`); springs and ligaments add functions of the
+lengths of their lines (`lines`). Each evaluation takes many points at once and bounds the rounding errors of its results.
 """
 
 from collections.abc import Iterable
@@ -15,7 +15,7 @@ import numpy as np
 
 from rbstab.analysis.proof.guard import Guard
 from rbstab.analysis.proof.lines.intervals import Intervals
-from rbstab.analysis.proof.lines.line import Line
+from rbstab.analysis.proof.lines.line import LinePart
 from rbstab.mechanics.numbers import Array
 
 ROUND_OFF = 2.0**-53
@@ -50,7 +50,7 @@ class TrigonometricForm:
         reach: The bounds on round-off hold for angles up to this, rad. Sine and cosine have an
             error of u at any angle (`rigorous_basis`); only the quadratic part grows.
         guard: The barrier on θ2 whose energy is added to f; None without one.
-        lines: The lines whose energies w √s(Θ) are added to f.
+        lines: The springs and ligaments whose energies are added to f.
 
     `round_off`, `fourth_derivative_bound` and `trigonometric_bound` are those of f alone.
     """
@@ -60,7 +60,7 @@ class TrigonometricForm:
     coefficients: Array
     reach: float = MAX_ANGLE
     guard: Guard | None = None
-    lines: tuple[Line, ...] = ()
+    lines: tuple[LinePart, ...] = ()
 
     @cached_property
     def _multiples(self) -> Array:
@@ -116,8 +116,8 @@ class TrigonometricForm:
 
     def basis(self, Theta: Array) -> Array:
         """Return t with proved errors, wide enough for f and its lines, shape (m, 3, n)."""
-        squares = [line.square for line in self.lines]
-        highest = max(form._multiples[-1] for form in (self, *squares))
+        others = [form for line in self.lines for form in line.forms]
+        highest = max(form._multiples[-1] for form in (self, *others))
         return rigorous_basis(Theta, highest)
 
     def derivatives(self, t: Array, Theta: Array, order: int) -> list[Derivatives]:

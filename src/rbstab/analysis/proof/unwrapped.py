@@ -11,7 +11,6 @@ import numpy as np
 
 from rbstab.analysis.proof.boxes import PI, RANGE_END
 from rbstab.analysis.proof.lines.slopes import steepest_periodic
-from rbstab.analysis.proof.reduced_energy import ReducedEnergy
 from rbstab.analysis.proof.rest_states import RestStates, end_before_barrier, proved_rest_states
 from rbstab.analysis.proof.search import search
 from rbstab.analysis.proof.trigonometric import ROUND_OFF, TrigonometricForm
@@ -47,7 +46,7 @@ def unwrapped_rest_states(rest: RestStates) -> RestStates | None:
     end = end_before_barrier(form, end)
     # The centres of boxes and their zeros lie in the box.
     wide = replace(form, reach=max(form.reach, float(end.max())))
-    energy = ReducedEnergy(rest.energy.configurations, wide, rest.energy.minimizer)
+    energy = replace(rest.energy, form=wide)
     known = [point.Theta for point in rest.states if point.proved]
     limit = BOX_LIMIT_WITH_LINES if form.lines else BOX_LIMIT
     return proved_rest_states(energy, end, [*known, *search(wide, end=end)], limit)

@@ -101,10 +101,10 @@ def _findings_between(
 
 
 def _lines(U: Energy) -> list[Finding]:
-    """Check that each line has a length at each attitude, so that U is smooth."""
-    if not U.lines:
+    """Check that each spring has a length at each attitude, so that U is smooth."""
+    if not U.springs:
         return []
-    covers = {f"line {k}": line.lengths() for k, line in enumerate(U.lines, start=1)}
+    covers = {f"line {k}": line.lengths() for k, line in enumerate(U.springs, start=1)}
     wrong = [name for name, found in covers.items() if found.open is not None]
     text = "Each line has a length at each attitude."
     if wrong:

@@ -2,7 +2,7 @@
 
     U = ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3),    t = [1, cos θ, sin θ, cos 2θ, ...]
 
-Springs add the lengths of their lines (`lines.py`). With a barrier, U has the term ½ k tan² θ2 too,
+Springs and ligaments add functions of the lengths of their lines (`lines.py`). With a barrier, U has the term ½ k tan² θ2 too,
 which is infinite at ±π/2. All its derivatives by θ2 are monotonic functions of |θ2|, so balls need
 only the ends of an interval.
 
@@ -18,7 +18,7 @@ from typing import Any
 from flint import arb, arb_mat
 
 from rbstab.analysis.proof_check.boxes import AXES, Box
-from rbstab.analysis.proof_check.lines import Line
+from rbstab.analysis.proof_check.lines import Ligament, Line
 from rbstab.analysis.proof_check.slopes import largest_slope
 from rbstab.analysis.proof_check.trigonometric import (
     Axes,
@@ -63,12 +63,13 @@ class Energy:
     """U with all its derivatives up to order 3.
 
     Args:
-        data: `reduced_energy` of a proof: quadratic, linear and coefficients, and perhaps barrier
-            and lines.
+        data: `reduced_energy` of a proof: quadratic, linear and coefficients, and perhaps barrier,
+            lines and ligaments.
 
     Attributes:
         stiffness: k of a barrier on θ2, a ball; None without one.
-        lines: The lines whose lengths are in U.
+        springs: The springs whose lengths are in U.
+        lines: The same, and the ligaments.
 
     Raises:
         ValueError: Q is not symmetric, U has large multiples of an angle, k is not positive, or
@@ -88,10 +89,12 @@ class Energy:
         self.stiffness = None if stiffness is None else rounded(stiffness)
         self.quadratic = [[rounded(entry) for entry in row] for row in Q]
         self.linear = [rounded(entry) for entry in data["linear"]]
-        if len(data.get("lines") or ()) > MOST_LINES:
+        springs, ligaments = (data.get(key) or () for key in ("lines", "ligaments"))
+        if len(springs) + len(ligaments) > MOST_LINES:
             raise ValueError(f"The reduced energy has more than {MOST_LINES} lines")
         self.periodic = TrigonometricSum(data["coefficients"])
-        self.lines = [Line(one) for one in data.get("lines") or ()]
+        self.springs = [Line(one) for one in springs]
+        self.lines: list[Line | Ligament] = [*self.springs, *(Ligament(one) for one in ligaments)]
         self.evaluations = 0
 
     def derivatives(self, Theta: Sequence[Ball]) -> dict[tuple[int, ...], Ball]:

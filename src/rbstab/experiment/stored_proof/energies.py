@@ -8,6 +8,9 @@ from pydantic import PositiveFloat
 from rbstab.experiment.stored_proof.entries import Coefficients, Entry, Triple
 
 if TYPE_CHECKING:
+    from rbstab.analysis.proof.ligaments.free import FreeLigaments
+    from rbstab.analysis.proof.ligaments.held import LigamentLine
+    from rbstab.analysis.proof.ligaments.law import LigamentEnergy
     from rbstab.analysis.proof.lines.line import Line
     from rbstab.analysis.proof.tied.energy import TiedEnergy
     from rbstab.analysis.proof.trigonometric import TrigonometricForm
@@ -30,10 +33,77 @@ class ProvedLine(Entry):
             NoLength: It may have no length.
         """
         from rbstab.analysis.proof.lines.shortest import line_of
-        from rbstab.analysis.proof.trigonometric import TrigonometricForm
 
-        C = np.array(self.coefficients)
-        return line_of(self.weight, TrigonometricForm(np.zeros((3, 3)), np.zeros(3), C))
+        return line_of(self.weight, _periodic(self.coefficients))
+
+
+class ProvedLaw(Entry):
+    """The law of a ligament: stiffness is k, N, slack_length ℓ₀, m, and toe_strain ε_t.
+
+    Each number is the exact one rounded once.
+    """
+
+    stiffness: PositiveFloat
+    slack_length: PositiveFloat
+    toe_strain: PositiveFloat
+
+    @property
+    def law(self) -> "LigamentEnergy":
+        """The energy as a function of the length."""
+        from rbstab.analysis.proof.ligaments.law import LigamentEnergy
+
+        return LigamentEnergy(self.stiffness, self.slack_length, self.toe_strain)
+
+
+class ProvedLigament(ProvedLaw):
+    """The energy of a ligament of a held body, J; s = Σ C_abc t_a t_b t_c, m², is its length²."""
+
+    coefficients: Coefficients
+
+    @property
+    def line(self) -> "LigamentLine":
+        """The line, which can be evaluated with proved errors."""
+        from rbstab.analysis.proof.ligaments.held import LigamentLine
+
+        return LigamentLine(_periodic(self.coefficients), self.law)
+
+
+class ProvedFreeLigament(ProvedLaw):
+    """The energy of a ligament of a body that is not held, J: its length is |z + r(Θ)|.
+
+    offset has the coefficients of the three entries of r, m.
+    """
+
+    offset: tuple[Coefficients, Coefficients, Coefficients]
+
+
+class ProvedPosition(Entry):
+    """The least energy of ligaments over the position, J: ½ z'Sz and their energies.
+
+    stiffness is S, N/m, and compliance S⁻¹, m/N. Each number is the exact one rounded once.
+    """
+
+    stiffness: tuple[Triple, Triple, Triple]
+    compliance: tuple[Triple, Triple, Triple]
+    ligaments: tuple[ProvedFreeLigament, ...]
+
+    @property
+    def line(self) -> "FreeLigaments":
+        """The energy, which can be evaluated with proved errors."""
+        from rbstab.analysis.proof.ligaments.free import FreeLigament, FreeLigaments
+
+        found = []
+        for one in self.ligaments:
+            first, second, third = (_periodic(entry) for entry in one.offset)
+            found.append(FreeLigament((first, second, third), one.law))
+        return FreeLigaments(np.array(self.stiffness), np.array(self.compliance), tuple(found))
+
+
+def _periodic(coefficients: Coefficients) -> "TrigonometricForm":
+    """Return a form without a quadratic part."""
+    from rbstab.analysis.proof.trigonometric import TrigonometricForm
+
+    return TrigonometricForm(np.zeros((3, 3)), np.zeros(3), np.array(coefficients))
 
 
 class ProvedEnergy(Entry):
@@ -41,7 +111,8 @@ class ProvedEnergy(Entry):
 
     t is [1, cos θ, sin θ, cos 2θ, ...]. With a barrier on θ2, U has the term ½ k tan² θ2 too, and
     barrier is k, N m; None without one. With springs, U has the lengths of their lines too; lines
-    is None without one. Each number is the exact one rounded once.
+    is None without one. The energies of ligaments are added to U: those of a held body, or their
+    least value over the position. Each number is the exact one rounded once.
     """
 
     quadratic: tuple[Triple, Triple, Triple]
@@ -49,6 +120,8 @@ class ProvedEnergy(Entry):
     coefficients: Coefficients
     barrier: PositiveFloat | None = None
     lines: tuple[ProvedLine, ...] | None = None
+    ligaments: tuple[ProvedLigament, ...] | None = None
+    free_ligaments: ProvedPosition | None = None
 
     @property
     def form(self) -> "TrigonometricForm":
@@ -58,7 +131,9 @@ class ProvedEnergy(Entry):
 
         quadratic, linear = np.array(self.quadratic), np.array(self.linear)
         guard = None if self.barrier is None else Guard(self.barrier)
-        lines = tuple(one.line for one in self.lines or ())
+        free = () if self.free_ligaments is None else (self.free_ligaments,)
+        parts = (*(self.lines or ()), *(self.ligaments or ()), *free)
+        lines = tuple(one.line for one in parts)
         C = np.array(self.coefficients)
         return TrigonometricForm(quadratic, linear, C, guard=guard, lines=lines)
 
@@ -92,16 +167,41 @@ class ProvedTiedEnergy(Entry):
 
 def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
     """Return a reduced energy as plain data."""
+    from rbstab.analysis.proof.ligaments.free import FreeLigaments
+    from rbstab.analysis.proof.ligaments.held import LigamentLine
+    from rbstab.analysis.proof.lines.line import Line
+
+    springs, ligaments, free = list[ProvedLine](), list[ProvedLigament](), None
+    for line in form.lines:
+        if isinstance(line, Line):
+            C = line.square.coefficients.tolist()
+            springs.append(ProvedLine(weight=line.weight, coefficients=C))
+        elif isinstance(line, LigamentLine):
+            C = line.square.coefficients.tolist()
+            ligaments.append(ProvedLigament(**vars(line.law), coefficients=C))
+        elif isinstance(line, FreeLigaments):
+            free = _position_of(line)
     return ProvedEnergy(
         quadratic=form.quadratic.tolist(),
         linear=form.linear.tolist(),
         coefficients=form.coefficients.tolist(),
         barrier=None if form.guard is None else form.guard.stiffness,
-        lines=tuple(
-            ProvedLine(weight=line.weight, coefficients=line.square.coefficients.tolist())
-            for line in form.lines
-        )
-        or None,
+        lines=tuple(springs) or None,
+        ligaments=tuple(ligaments) or None,
+        free_ligaments=free,
+    )
+
+
+def _position_of(free: "FreeLigaments") -> ProvedPosition:
+    return ProvedPosition(
+        stiffness=free.stiffness.tolist(),
+        compliance=free.compliance.tolist(),
+        ligaments=tuple(
+            ProvedFreeLigament(
+                **vars(one.law), offset=tuple(form.coefficients.tolist() for form in one.offset)
+            )
+            for one in free.ligaments
+        ),
     )
 
 

@@ -14,8 +14,17 @@ from rbstab.mechanics.numbers import Array
 
 Triple = tuple[float, float, float]
 
-OF_ELEMENTS = ("barrier", "brief", "every_start", "lines", "shift", "tied_energy")
-"""Entries that a file has only with a barrier or a spring."""
+OF_ELEMENTS = (
+    "barrier",
+    "brief",
+    "every_start",
+    "free_ligaments",
+    "ligaments",
+    "lines",
+    "shift",
+    "tied_energy",
+)
+"""Entries that a file has only with a barrier, a spring or a ligament."""
 
 
 class Entry(BaseModel):

@@ -37,6 +37,9 @@ NO_REST_LENGTH_VERSION = 1
 """The same for those of them with a spring without a rest length: before it, more was proved of a
 damped one than holds where it has no length."""
 
+LIGAMENT_VERSION = 1
+"""The same for configs with a ligament: before it, nothing was proved of them."""
+
 HELD_OR_SLIDING = ("permanent", "sliding")
 """Variants whose proofs do not depend on `TIED_VERSION`; with a sliding connector there is none."""
 
@@ -45,7 +48,7 @@ def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
     """Return the identity of a proof: a digest of body, gravity, controller and version.
 
     From version 3 on it depends on the equations too, by their `fingerprint`: if the equations are
-    changed, older proofs are not found. With a barrier, or a spring, it has a further version. The
+    changed, older proofs are not found. With a barrier, a spring or a ligament, it has a further version. The
     code of users is not run for it: their text is part of the elements.
     """
     parts: list[Any] = [version, acting_sections(config)]
@@ -61,6 +64,8 @@ def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
                 parts.append(f"tied barrier {TIED_BARRIER_VERSION}")
             if any(getattr(one, "rest_length", None) == 0 for one in config.elements.values()):
                 parts.append(f"no rest length {NO_REST_LENGTH_VERSION}")
+    if any(element.kind == "ligament" for element in config.elements.values()):
+        parts.append(f"ligament {LIGAMENT_VERSION}")
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 

@@ -1,4 +1,4 @@
-"""The length of a line as a part of a reduced energy: w √s(Θ), with s a form without a quadratic.
+"""An energy of a line as a part of a reduced energy: w √s(Θ), with s a form without a quadratic.
 
 An element along a line has an energy in which the length ℓ = √(e'e) may stand without a square,
 as -k ℓ₀ ℓ in that of a spring. e'e is a trigonometric polynomial s if the body is held.
@@ -21,32 +21,17 @@ SLOPE_OF_ROOT = 1 + 1e-12
 """A factor that exceeds the rounding errors of the bounds on the first derivatives."""
 
 
-@dataclass(frozen=True, eq=False)
-class Line:
-    """The energy w √s of a line, J, with proved bounds on its derivatives.
+class LinePart:
+    """A part of an energy, J, that comes from the lengths of lines."""
 
-    Args:
-        weight: w, N, an exact number rounded once.
-        square: s, m², periodic, without multiples of an angle.
-        least: A proved lower bound on s at all real Θ, above 0 (`shortest.line_of`).
-    """
-
-    weight: float
-    square: "TrigonometricForm"
-    least: float
+    @property
+    def forms(self) -> "Sequence[TrigonometricForm]":
+        """The forms from which it is computed."""
+        raise NotImplementedError
 
     def approximate(self, Theta: Array, order: int) -> list[Array]:
         """Return the derivatives of order 0 to `order` (at most 2) at points, to round-off."""
-        s = self.square.approximate(Theta, order)
-        root = np.sqrt(s[0])
-        found = [self.weight * root]
-        if order > 0:
-            slope = s[1] / (2 * root[:, np.newaxis])
-            found.append(self.weight * slope)
-        if order > 1:
-            bend = 0.5 * s[2] - np.einsum("mi,mj->mij", slope, slope)
-            found.append(self.weight * bend / root[:, np.newaxis, np.newaxis])
-        return found
+        raise NotImplementedError
 
     def at(self, Theta: Array, order: int) -> list[Intervals]:
         """Return proved bounds on the derivatives of order 0 to `order` at points.
@@ -58,32 +43,75 @@ class Line:
         Returns:
             Intervals of shapes (m,), (m, 3), (m, 3, 3) and (m, 3, 3, 3).
         """
+        raise NotImplementedError
+
+    @property
+    def steepest(self) -> Array:
+        """Bounds on the magnitudes of the slopes at any point, shape (3,), J/rad."""
+        raise NotImplementedError
+
+    @property
+    def largest(self) -> float:
+        """A bound on the magnitude at any point, J."""
+        raise NotImplementedError
+
+    @property
+    def noise(self) -> tuple[float, Array]:
+        """The size of round-off in the energy, J, and in its slopes, shape (3,); not proved."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, eq=False)
+class LineEnergy(LinePart):
+    """An energy G(s) of a line, J, where s is the square of its length, with proved bounds.
+
+    Args:
+        square: s(Θ), m², periodic, without multiples of an angle.
+    """
+
+    square: "TrigonometricForm"
+
+    @property
+    def forms(self) -> "Sequence[TrigonometricForm]":
+        """s."""
+        return (self.square,)
+
+    def approximate(self, Theta: Array, order: int) -> list[Array]:
+        """Return the derivatives of order 0 to `order` (at most 2) at points, to round-off."""
+        s = self.square.approximate(Theta, order)
+        G = self.computed(s[0], order)
+        found = [G[0]]
+        if order > 0:
+            found.append(G[1][:, np.newaxis] * s[1])
+        if order > 1:
+            pairs = np.einsum("mi,mj->mij", s[1], s[1])
+            first, second = (row[:, np.newaxis, np.newaxis] for row in G[1:3])
+            found.append(first * s[2] + second * pairs)
+        return found
+
+    def at(self, Theta: Array, order: int) -> list[Intervals]:
+        """Return proved bounds on the derivatives of order 0 to `order` at points."""
         s = self.square
         return self.of_square([known(one) for one in s.derivatives(s.basis(Theta), Theta, order)])
 
     def of_square(self, s: Sequence[Intervals]) -> list[Intervals]:
-        """Return bounds on the derivatives of w √s from those of s, of order 0 to at most 3.
+        """Return bounds on the derivatives of G(s) from those of s, of order 0 to at most 3.
 
-        With f = √s and its derivatives f′, f″, f‴ by s:
-
-            ∂f/∂θ_i = f′s_i        ∂²f/∂θ_i∂θ_j = f′s_ij + f″s_i s_j
-            ∂³f/∂θ_i∂θ_j∂θ_k = f′s_ijk + f″(s_ij s_k + s_ik s_j + s_jk s_i) + f‴s_i s_j s_k
+        ∂G/∂θ_i = G′s_i        ∂²G/∂θ_i∂θ_j = G′s_ij + G″s_i s_j
+        ∂³G/∂θ_i∂θ_j∂θ_k = G′s_ijk + G″(s_ij s_k + s_ik s_j + s_jk s_i) + G‴s_i s_j s_k
         """
-        weight = near(self.weight)
-        value = between(np.maximum(s[0].low, self.least), np.maximum(s[0].high, self.least))
-        found = [weight * value.root()]
+        G = self.bounds(s[0], len(s) - 1)
+        found = [G[0]]
         if len(s) > 1:
-            first = (near(0.5) * weight * value.negative_power(1))[:, np.newaxis]
-            a = s[1]
+            first, a = G[1][:, np.newaxis], s[1]
             found.append(first * a)
         if len(s) > 2:
-            second = (near(-0.25) * weight * value.negative_power(3))[:, np.newaxis, np.newaxis]
             first, b = first[..., np.newaxis], s[2]
+            second = G[2][:, np.newaxis, np.newaxis]
             pairs = a[:, :, np.newaxis] * a[:, np.newaxis, :]
             found.append(first * b + second * pairs)
         if len(s) > 3:
-            third = near(0.375) * weight * value.negative_power(5)
-            third = third[:, np.newaxis, np.newaxis, np.newaxis]
+            third = G[3][:, np.newaxis, np.newaxis, np.newaxis]
             first, second = first[..., np.newaxis], second[..., np.newaxis]
             mixed = total(
                 [
@@ -94,6 +122,42 @@ class Line:
             )
             cubes = pairs[..., np.newaxis] * a[:, np.newaxis, np.newaxis, :]
             found.append(total([first * s[3], second * mixed, third * cubes]))
+        return found
+
+    def computed(self, square: Array, order: int) -> list[Array]:
+        """Return G and its derivatives by s up to `order` (at most 2) at points, to round-off."""
+        raise NotImplementedError
+
+    def bounds(self, square: Intervals, order: int) -> list[Intervals]:
+        """Return proved bounds on G and its derivatives by s up to `order` (at most 3)."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, eq=False)
+class Line(LineEnergy):
+    """The energy w √s of a line, J, with proved bounds on its derivatives.
+
+    Args:
+        weight: w, N, an exact number rounded once.
+        least: A proved lower bound on s at all real Θ, above 0 (`shortest.line_of`).
+    """
+
+    weight: float
+    least: float
+
+    def computed(self, square: Array, order: int) -> list[Array]:
+        """Return w √s, w/(2 √s) and -w/(4 s √s), to round-off."""
+        root = np.sqrt(square)
+        rows = [self.weight * root, 0.5 * self.weight / root, -0.25 * self.weight / (square * root)]
+        return rows[: order + 1]
+
+    def bounds(self, square: Intervals, order: int) -> list[Intervals]:
+        """Return proved bounds on w √s and its derivatives by s up to `order` (at most 3)."""
+        weight = near(self.weight)
+        s = between(np.maximum(square.low, self.least), np.maximum(square.high, self.least))
+        found = [weight * s.root()]
+        for factor, exponent in ((0.5, 1), (-0.25, 3), (0.375, 5))[:order]:
+            found.append(near(factor) * weight * s.negative_power(exponent))
         return found
 
     @cached_property

@@ -30,7 +30,7 @@ def separated_lines(energy: Polynomial) -> tuple[Polynomial, tuple[Line, ...]]:
     """
     ring = energy.ring
     plain, weights = lengths_apart(energy)
-    squares = [_trimmed(form_of(square)) for square in ring.squares]
+    squares = [trimmed(form_of(square)) for square in ring.squares]
     pairs = zip(weights, squares, strict=True)
     return plain, tuple(line_of(float(weight), square) for weight, square in pairs)
 
@@ -63,7 +63,7 @@ def lengths_apart(energy: Polynomial) -> tuple[Polynomial, list[Fraction]]:
     return plain, weights
 
 
-def _trimmed(form: TrigonometricForm) -> TrigonometricForm:
+def trimmed(form: TrigonometricForm) -> TrigonometricForm:
     """Return a form without the multiples of angles that have no term, such as those of s² + c²."""
     size = len(form.coefficients)
     while size > 1:

@@ -29,7 +29,7 @@ def line_of(weight: float, square: TrigonometricForm) -> Line:
     Raises:
         NoLength: s may be zero.
     """
-    return Line(weight, square, least_square(square))
+    return Line(square, weight, least_square(square))
 
 
 @np.errstate(all="ignore")  # comparisons with NaN are false

@@ -17,9 +17,10 @@ from functools import cached_property
 import numpy as np
 
 from rbstab.analysis.proof.boxes import Boxes
-from rbstab.analysis.proof.enclosure import at_centres, over_boxes
 from rbstab.analysis.proof.guard import Guard
+from rbstab.analysis.proof.lines.directions import direction, products
 from rbstab.analysis.proof.lines.intervals import ROUNDING, Intervals, between, near, total
+from rbstab.analysis.proof.lines.over_boxes import at_centres, over_boxes
 from rbstab.analysis.proof.tied.energy import TiedEnergy
 from rbstab.analysis.proof.trigonometric import TrigonometricForm, along_second
 from rbstab.mechanics.numbers import Array
@@ -130,27 +131,14 @@ class LineBounds:
     @cached_property
     def direction(self) -> Intervals:
         """u, shape (m, 3); within [-1, 1] where e may be zero."""
-        low, high, squares = self.e.low, self.e.high, self.e.square()
-        others = squares[:, [1, 2, 0]] + squares[:, [2, 0, 1]]
-        least, most = np.maximum(others.low, 0.0), others.high
-        below = _sine(low, np.where(low > 0, most, least), -1.0)
-        above = _sine(high, np.where(high > 0, least, most), 1.0)
-        return between(
-            np.maximum(below - 4 * ROUNDING, -1.0), np.minimum(above + 4 * ROUNDING, 1.0)
-        )
+        return direction(self.e)
 
     @cached_property
     def bend(self) -> Intervals:
         """w P = w (I - uu')/|e|, shape (m, 3, 3); no bound where e may be zero."""
-        u = self.direction
-        products = u[:, :, np.newaxis] * u[:, np.newaxis, :]
-        axes = np.arange(3)
-        squares = u.square()
-        products.middle[:, axes, axes] = squares.middle
-        products.radius[:, axes, axes] = squares.radius
         unit = Intervals(np.eye(3), np.zeros((3, 3)))
         factor = near(self.weight) * self.squared.negative_power(1)
-        return factor[:, np.newaxis, np.newaxis] * (unit + -products)
+        return factor[:, np.newaxis, np.newaxis] * (unit + -products(self.direction))
 
     @cached_property
     def bent_slopes(self) -> Intervals:
@@ -236,12 +224,6 @@ class Bounds:
 def rounded(numbers: Array) -> Intervals:
     """Return the intervals of all numbers that round to doubles."""
     return Intervals(numbers, ROUNDING * np.abs(numbers))
-
-
-def _sine(e: Array, squares: Array, zero: float) -> Array:
-    """Return e/√(e² + q²) to round-off; `zero` where both may be zero."""
-    length = np.sqrt(e * e + squares)
-    return np.where(length > 0, e / length, zero)
 
 
 def _stacked(parts: list[Intervals]) -> Intervals:

@@ -9,34 +9,30 @@ where U is a form, perhaps with a barrier on θ2, S is constant and positive def
 line of a spring.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
-from rbstab.analysis.proof.guard import Guard, separated
+from rbstab.analysis.proof.guard import Guard
 from rbstab.analysis.proof.lines.separate import lengths_apart
 from rbstab.analysis.proof.multiple_angles import NotTrigonometric, form_of
-from rbstab.analysis.proof.polynomial import Polynomial, Ring, fraction
+from rbstab.analysis.proof.polynomial import Polynomial, Ring
 from rbstab.analysis.proof.reduced_energy import (
     ExactSystem,
     NoEnergyReason,
     NoReducedEnergy,
     eliminated,
-    guard_of,
     inverse_stiffness,
     reject_unsmooth,
+    stored_energy,
 )
+from rbstab.analysis.proof.tied.position import offset, position_spring
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
-
-POSITION = range(3)
-"""The places of X in x."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,12 +92,12 @@ def tied_energy(system: System, exact_system: ExactSystem) -> TiedEnergy:
         raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)
     try:
         ring = Ring(3, at_rest.size - 3, roots=len(system.elements), roots_of_lengths=True)
-        without, barriers = separated(configurations(exact_system(ring.decimals)).system)
-        guard = guard_of(barriers)
-        energy: Any = Configurations(without).energy(ring.variables())
-        if not isinstance(energy, Polynomial) or not energy.known:
+        parts = stored_energy(configurations(exact_system(ring.decimals)).system, ring)
+        if not parts.energy.known:
             raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)
-        return _tied(at_rest, energy, guard)
+        if parts.ligaments:
+            raise NoReducedEnergy(NoEnergyReason.SPRINGS_AND_LIGAMENTS)
+        return _tied(at_rest, parts.energy, parts.guard)
     except NotTrigonometric as error:
         raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC) from error
     except OverflowError as error:
@@ -121,62 +117,21 @@ def _tied(at_rest: Configurations, energy: Polynomial, guard: Guard | None) -> T
     """Return W of a stored energy with lengths, and of a barrier."""
     plain, weights = lengths_apart(energy)
     reduced, minimizer = eliminated(plain)
-    compliance = [[_number(entry) for entry in row] for row in inverse_stiffness(plain)]
+    spring = position_spring(inverse_stiffness(plain))
     if any(weight > 0 for weight in weights):
         # A line that pulls at any length could be at rest without a length.
         raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)
-    block = [[compliance[i][j] for j in POSITION] for i in POSITION]
     pairs = zip(weights, energy.ring.squares, strict=True)
     return TiedEnergy(
         replace(form_of(reduced), guard=guard),
-        np.array([[float(entry) for entry in row] for row in _inverse(block)]),
-        np.array([[float(entry) for entry in row] for row in block]),
+        spring.stiffness,
+        spring.compliance,
         tuple(
-            FreeLine(float(weight), _offset(square, minimizer))
+            FreeLine(float(weight), offset(square, minimizer))
             for weight, square in pairs
             if weight != 0
         ),
         tuple(form_of(entry) for entry in minimizer),
-        _own(compliance),
+        spring.own,
         at_rest,
     )
-
-
-def _offset(square: Polynomial, minimizer: Sequence[Polynomial]) -> tuple[TrigonometricForm, ...]:
-    """Return r(Θ) of a line with the squared length |X + ρ(Θ)|²: ρ + X*.
-
-    Raises:
-        NotTrigonometric: The square is none of this form.
-    """
-    lengths = range(square.ring.lengths)
-    shift = [square.length_coefficient(i) * 0.5 for i in POSITION]
-    of_X = {(i, i): 1 for i in POSITION}
-    zeros = [square.length_coefficient() - sum((one * one for one in shift), start=0 * square)]
-    zeros += [square.length_coefficient(i) for i in lengths if i not in POSITION]
-    zeros += [
-        square.length_coefficient(i, j) - of_X.get((i, j), 0) for i in lengths for j in lengths[i:]
-    ]
-    # A form is unique, so it shows whether a polynomial in sines and cosines is zero.
-    if square.degree > 2 or any(np.any(form_of(zero).coefficients) for zero in zeros):
-        raise NotTrigonometric
-    return tuple(form_of(one + minimizer[i]) for i, one in enumerate(shift))
-
-
-def _own(compliance: list[list[Fraction]]) -> Array:
-    """Return H_DD⁻¹H_DX = -(H⁻¹)_DX ((H⁻¹)_XX)⁻¹."""
-    C = np.array([[float(entry) for entry in row] for row in compliance])
-    found: Array = -C[3:, :3] @ np.linalg.inv(C[:3, :3])
-    return found
-
-
-def _number(constant: Polynomial) -> Fraction:
-    value = constant.constant_value
-    assert value is not None
-    return fraction(value)
-
-
-def _inverse(rows: list[list[Fraction]]) -> list[list[Fraction]]:
-    from flint import fmpq, fmpq_mat  # imported late, as in `polynomial`
-
-    matrix = fmpq_mat([[fmpq(x.numerator, x.denominator) for x in row] for row in rows]).inv()
-    return [[fraction(matrix[i, j]) for j in range(3)] for i in range(3)]

@@ -1,0 +1,1 @@
+"""Ligaments as parts of a reduced energy: of a held body, and of one whose position is free."""

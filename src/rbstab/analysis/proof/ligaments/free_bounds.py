@@ -1,0 +1,311 @@
+"""Proved bounds on the least energy V(Θ) of ligaments over the position, over boxes of Θ.
+
+Let m be the centre of a box, δ = Θ - m, ẑ near the z at m, and C near ∂z/∂Θ there. The variable
+ζ = z - ẑ - Cδ is small on the box, however far z moves. With W(Θ, ζ) = ½ z'Sz + Σ G_j, derivatives
+along Θ at constant ζ, and H = W_ζζ,
+
+    ∂V/∂θ_i = W_i        ∂²V/∂θ_i∂θ_j = W_ij - W_iζ H⁻¹ W_ζj        where W_ζ = 0.
+
+Let ζ = Bξ, let E bound |B'HB - 1| entry by entry on a box |ξ| <= x, and g = W_ζ at ζ = 0. If
+|B'g| + Ex < x, then W_ζ is zero at one ζ, in this box (Krawczyk's test), and B'HB >= λ with
+1 - λ = max (Ex)_k/x_k < 1. So |W_iζ H⁻¹ W_ζj| <= |B'W_iζ| |B'W_jζ|/λ (docs/proofs.md, lemma 14).
+
+All of this holds for any ẑ, C and B: only its sharpness depends on them. B is first chosen so that
+B'HB is 1 at m. Where that proves nothing, as the directions of stiff ligaments change too much, it
+is chosen so that B'SB = 1. Then λ = 1 and |ξ| <= |B'g| at any distance, since H >= S.
+
+With u = e/|e|, the tension T of a ligament, q = T/ℓ, M = T′ - q, the slopes e,i = r,i + C_i and
+b_i = u'e,i, its parts are
+
+    W_ζ: Tu    W_i: T u'r,i    W_ij: T u'r,ij + q e,i'e,j + M b_i b_j    W_iζ: q e,i + M b_i u
+
+and H: qI + Muu'. Those of ½ z'Sz are Sz, 0 (with W_ζ = 0), C_i'SC_j, SC_i and S. The slopes of a
+stiff ligament are nearly perpendicular to it: so b_i is small, and s = ℓ² changes little on the
+box. Therefore s is bounded by its own slopes 2e'e,i.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.analysis.proof.boxes import Boxes
+from rbstab.analysis.proof.ligaments.free import FreeLigament, FreeLigaments
+from rbstab.analysis.proof.lines.directions import direction, products
+from rbstab.analysis.proof.lines.intervals import ROUNDING, Intervals, between, near, total
+from rbstab.analysis.proof.lines.over_boxes import at_centres, over_boxes
+from rbstab.mechanics.numbers import Array
+
+WIDER = 1 + 1e-13
+"""A factor that exceeds the rounding errors of a sum of nine products of magnitudes."""
+
+ROOM = 2.0
+"""The bounds that are tried for ξ are so many times |B'g|."""
+
+LEAST = 0.05
+"""The least λ that is used: with a smaller one, B'SB = 1 is as good."""
+
+REFINEMENTS = 4
+"""The number of times that a bound on ξ is made sharper."""
+
+UNIT = np.eye(3)
+
+
+class _Offset(NamedTuple):
+    """The three entries of r of a ligament, at the centres and over the boxes.
+
+    Each is a list of the derivatives of order 0 to 2: shapes (m, 3), (m, 3, 3), (m, 3, 3, 3).
+    """
+
+    ligament: FreeLigament
+    at_centre: list[Intervals]
+    over: list[Intervals]
+
+
+class _Parts(NamedTuple):
+    """The parts of the derivatives of W of one ligament over the boxes.
+
+    along is T u'r,ij + q e,i'e,j + M b_i b_j, and mixed q e,i + M b_i u, its second index that of
+    the angle, both of shape (m, 3, 3). across is q, and excess M, both of shape (m,).
+    """
+
+    along: Intervals
+    mixed: Intervals
+    across: Intervals
+    excess: Intervals
+    direction: Intervals
+
+
+def parts_over(free: FreeLigaments, t: Array, boxes: Boxes) -> list[Intervals]:
+    """Return V and its slopes at the centres, its Hessian over the boxes, and no third derivatives.
+
+    Args:
+        free: V.
+        t: The basis of the forms at the centres.
+        boxes: The boxes of Θ.
+    """
+    return _Enclosure(free, t, boxes).parts
+
+
+def value_at(free: FreeLigaments, Theta: Array) -> Intervals:
+    """Return V at points, shape (m,)."""
+    highest = max(free.forms, key=lambda form: len(form.coefficients))
+    return _Enclosure(free, highest.basis(Theta), Boxes(Theta, Theta)).value
+
+
+class _Enclosure:
+    """The bounds over some boxes.
+
+    Args:
+        free: V.
+        t: The basis of the forms at the centres.
+        boxes: The boxes of Θ.
+    """
+
+    def __init__(self, free: FreeLigaments, t: Array, boxes: Boxes) -> None:
+        self.radius = boxes.radius
+        self.S = _rounded(free.stiffness)
+        self.offsets = [_offset(ligament, t, boxes) for ligament in free.ligaments]
+        self.z = _known(free.shift(boxes.centre))
+        self.e = [one.at_centre[0] + self.z for one in self.offsets]
+        pulls = [one.ligament.pull(e) for one, e in zip(self.offsets, self.e, strict=True)]
+        self.g = total([(self.S * self.z[:, np.newaxis, :]).sum(2), *pulls])
+        self.soft = np.broadcast_to(_scaling(free.stiffness[np.newaxis]), (len(self.radius), 3, 3))
+        self.C, self.stiff = self._chosen(free.stiffness)
+        self.SC = _product(self.S, self.C)
+
+    @property
+    def value(self) -> Intervals:
+        """V at the centres: at most ½ |B'g|² below W at ζ = 0, with B'SB = 1."""
+        stored = near(0.5) * ((self.S * self.z[:, np.newaxis, :]).sum(2) * self.z).sum(1)
+        lines = [
+            one.ligament.law.bounds(e.square().sum(1), 0)[0]
+            for one, e in zip(self.offsets, self.e, strict=True)
+        ]
+        found = total([stored, *lines])
+        below = 0.5 * _size(self.soft, self.g.size) ** 2 * WIDER
+        return Intervals(found.middle, (found.radius + below) * WIDER)
+
+    @property
+    def parts(self) -> list[Intervals]:
+        """See `parts_over`."""
+        nothing = _known(np.zeros((len(self.radius), 3, 3, 3)))
+        return [self.value, self._gradient, self._hessian, nothing]
+
+    @property
+    def _gradient(self) -> Intervals:
+        """∂V/∂Θ at the centres, with the ζ at which ∂W/∂ζ = 0."""
+        widths = _widths(self.soft, _size(self.soft, self.g.size))
+        zeta = Intervals(np.zeros_like(widths), widths)
+        moments = []
+        for one, e in zip(self.offsets, self.e, strict=True):
+            pull = one.ligament.pull(e + zeta)
+            moments.append((pull[:, :, np.newaxis] * one.at_centre[1]).sum(1))
+        return total(moments)
+
+    @property
+    def _hessian(self) -> Intervals:
+        """The Hessian of V over the boxes."""
+        nothing = np.zeros_like(self.radius)
+        at_zero = self._parts(Intervals(nothing, nothing))
+        B, least, widths = self._shifts(at_zero)
+        parts = self._parts(Intervals(nothing, widths))
+        mixed = total([self.SC, *(one.mixed for one in parts)])
+        # |B'W_iζ|/√λ
+        sizes = np.sqrt((_product(_turned(B), mixed).size ** 2).sum(axis=1) / least[:, np.newaxis])
+        lost = sizes[:, :, np.newaxis] * sizes[:, np.newaxis, :] * WIDER**3
+        found = total([_product(_transposed(self.C), self.SC), *(one.along for one in parts)])
+        return Intervals(found.middle, (found.radius + lost) * WIDER)
+
+    def _shifts(self, at_zero: list[_Parts]) -> tuple[Array, Array, Array]:
+        """Return B, λ, and bounds on |ζ| over the boxes, shape (m, 3)."""
+        mixed = total([self.SC, *(one.mixed for one in at_zero)])
+        loads = self._load(self.stiff, mixed)
+        sizes = ROOM * loads
+        widths = np.einsum("mki,mi->mk", np.abs(self.stiff), sizes) * WIDER
+        deviation = self._deviation(self._parts(Intervals(np.zeros_like(widths), widths)))
+        bent = np.einsum("mkl,ml->mk", deviation, sizes) * WIDER
+        share = (bent / sizes).max(axis=1) * WIDER
+        proved = np.all((loads + bent) * WIDER < sizes, axis=1) & (share < 1 - LEAST)
+        for _ in range(REFINEMENTS):
+            further = loads + np.einsum("mkl,ml->mk", deviation, sizes) * WIDER
+            sizes = np.fmin(sizes, further * WIDER)
+        sharp = np.einsum("mki,mi->mk", np.abs(self.stiff), sizes) * WIDER
+        B = np.where(proved[:, np.newaxis, np.newaxis], self.stiff, self.soft)
+        least = np.where(proved, 1 - share, 1 - 1e-12)
+        rough = _widths(self.soft, _norm(self._load(self.soft, mixed)) * (1 + 1e-11))
+        return B, least, np.where(proved[:, np.newaxis], np.fmin(sharp, rough), rough)
+
+    def _load(self, B: Array, mixed: Intervals) -> Array:
+        """Bound the entries of B'g over the boxes, (m, 3): g = g(m) + W_iζ δ_i at ζ = 0."""
+        at_centre = _product(_turned(B), self.g[:, :, np.newaxis])[:, :, 0].size
+        spread = np.einsum("mki,mi->mk", _product(_turned(B), mixed).size, self.radius)
+        found: Array = (at_centre + spread) * WIDER**2
+        return found
+
+    def _deviation(self, parts: list[_Parts]) -> Array:
+        """Bound the entries of B'HB - 1 with B = `stiff`, shape (m, 3, 3)."""
+        turned = _turned(self.stiff)
+        BB = _product(turned, _known(self.stiff))
+        found = [_product(_product(turned, self.S), _known(self.stiff))]
+        for one in parts:
+            u = _product(turned, one.direction[:, :, np.newaxis])[:, :, 0]
+            found.append(one.across[:, np.newaxis, np.newaxis] * BB)
+            found.append(one.excess[:, np.newaxis, np.newaxis] * products(u))
+        return (total(found) + _known(-UNIT)).size
+
+    def _parts(self, zeta: Intervals) -> list[_Parts]:
+        """Return the parts of each ligament over the boxes, for all ζ in a box."""
+        found = []
+        for one, centre in zip(self.offsets, self.e, strict=True):
+            law, slopes = one.ligament.law, one.over[1] + self.C
+            start = centre + zeta
+            spread = np.einsum("mki,mi->mk", slopes.size, self.radius)
+            e = Intervals(start.middle, (start.radius + spread) * WIDER)
+            squared = self._squared(start, e, slopes)
+            u = direction(e)
+            T, excess = law.tension(squared), law.excess(squared)
+            across = near(2.0) * law.bounds(squared, 1)[1]
+            b = (u[:, :, np.newaxis] * slopes).sum(1)
+            wide = (slice(None), np.newaxis, np.newaxis)
+            bent = (u[:, :, np.newaxis, np.newaxis] * one.over[2]).sum(1)
+            along = total(
+                [
+                    T[wide] * bent,
+                    across[wide] * _product(_transposed(slopes), slopes),
+                    excess[wide] * products(b),
+                ]
+            )
+            outer = u[:, :, np.newaxis] * b[:, np.newaxis, :]
+            mixed = across[wide] * slopes + excess[wide] * outer
+            found.append(_Parts(along, mixed, across, excess, u))
+        return found
+
+    def _squared(self, start: Intervals, e: Intervals, slopes: Intervals) -> Intervals:
+        """Return ℓ² over the boxes: its bounds by entries, and by its slopes 2e'e,i."""
+        by_entries, at_centre = e.square().sum(1), start.square().sum(1)
+        rates = (e[:, :, np.newaxis] * slopes).sum(1).size
+        spread = 2 * np.einsum("mi,mi->m", rates, self.radius) * WIDER
+        low = np.fmax(by_entries.low, at_centre.low - spread)
+        high = np.fmin(by_entries.high, at_centre.high + spread)
+        return between(np.nextafter(low, -np.inf), np.nextafter(high, np.inf))
+
+    def _chosen(self, S: Array) -> tuple[Intervals, Array]:
+        """Return C and B with B'HB near 1, both from the centres, to round-off."""
+        bend, mixed = np.tile(S, (len(self.radius), 1, 1)), np.zeros((len(self.radius), 3, 3))
+        for one, e in zip(self.offsets, self.e, strict=True):
+            P = one.ligament.bend(e).middle
+            bend += P
+            mixed += P @ one.at_centre[1].middle
+        usable = np.all(np.isfinite(bend), axis=(1, 2), keepdims=True)
+        bend = np.where(usable, bend, S)
+        C = -np.linalg.solve(bend, np.where(usable, mixed, 0.0))
+        return _known(C), _scaling(bend)
+
+
+def _scaling(matrices: Array) -> Array:
+    """Return B with B'AB near 1, for positive definite A, shape (m, 3, 3)."""
+    values, vectors = np.linalg.eigh(matrices)
+    found: Array = vectors / np.sqrt(np.maximum(values, 1e-300))[:, np.newaxis, :]
+    return found
+
+
+def _norm(entries: Array) -> Array:
+    """Bound the norms of vectors from bounds on their entries, shape (m, 3); return shape (m,)."""
+    found: Array = np.sqrt((entries**2).sum(axis=1)) * WIDER
+    return found
+
+
+def _size(B: Array, sizes: Array) -> Array:
+    """Bound |B'g| from bounds on the entries of g, shape (m, 3); return shape (m,)."""
+    entries = np.einsum("mki,mk->mi", np.abs(B), sizes)
+    found: Array = np.sqrt((entries**2).sum(axis=1)) * WIDER**2
+    return found
+
+
+def _widths(B: Array, radius: Array) -> Array:
+    """Bound |ζ_k| for all ζ = Bξ with |ξ| at most a radius, shape (m, 3)."""
+    found: Array = np.sqrt((B**2).sum(axis=2)) * radius[:, np.newaxis] * WIDER**2
+    return found
+
+
+def _offset(ligament: FreeLigament, t: Array, boxes: Boxes) -> _Offset:
+    at_centre, over = [], []
+    for form in ligament.offset:
+        found = at_centres(form, t, boxes)
+        at_centre.append(found[:3])
+        over.append(over_boxes(found, boxes.radius)[:3])
+    return _Offset(ligament, _stacked(at_centre), _stacked(over))
+
+
+def _stacked(entries: list[list[Intervals]]) -> list[Intervals]:
+    return [
+        Intervals(
+            np.stack([one.middle for one in parts], axis=1),
+            np.stack([one.radius for one in parts], axis=1),
+        )
+        for parts in zip(*entries, strict=True)
+    ]
+
+
+def _known(numbers: Array) -> Intervals:
+    """Return exact numbers as intervals."""
+    return Intervals(numbers, np.zeros_like(numbers))
+
+
+def _rounded(numbers: Array) -> Intervals:
+    """Return the intervals of all numbers that round to doubles."""
+    return Intervals(numbers, ROUNDING * np.abs(numbers))
+
+
+def _turned(matrices: Array) -> Intervals:
+    """Return the transposes of matrices."""
+    return _known(matrices.swapaxes(1, 2))
+
+
+def _transposed(matrix: Intervals) -> Intervals:
+    return Intervals(matrix.middle.swapaxes(1, 2), matrix.radius.swapaxes(1, 2))
+
+
+def _product(A: Intervals, B: Intervals) -> Intervals:
+    """Return the products of matrices of three columns and rows, shape (m, 3, ...)."""
+    return (A[..., :, :, np.newaxis] * B[..., np.newaxis, :, :]).sum(-2)

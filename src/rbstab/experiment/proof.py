@@ -15,7 +15,7 @@ from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import (
-    NO_STABILIZERS,
+    NOT_DAMPED,
     SUPPLIES,
     Proof,
     no_proof,
@@ -48,8 +48,9 @@ def prove(
             its initial state and its integration.
         problem: The initial value problem of the config, if it is built already.
         search_only: Whether to search for the rest states without proving anything.
-        brief: Whether the proof may take some five seconds at most. Of a tied body with springs all
-            searches then stop at `BRIEF_BOX_LIMIT`; no other proof takes longer.
+        brief: Whether the proof may take some five seconds at most. Of a body with springs or
+            ligaments that is not held, the searches then stop at a `BRIEF_BOX_LIMIT`; no other
+            proof takes longer.
 
     Returns:
         The rest states and their regions. If nothing can be proved, `Proof.proved` is False and
@@ -59,34 +60,44 @@ def prove(
         ConfigError: The config is invalid.
     """
     # Imported late: a run usually reads a stored proof and makes none.
+    from rbstab.analysis.proof.branch_and_bound import BOX_LIMIT, SearchOutcome
+    from rbstab.analysis.proof.ligaments.limits import box_limit
     from rbstab.analysis.proof.lines.searched import searched_rest_states
     from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
     from rbstab.analysis.proof.rest_states import rest_states
     from rbstab.analysis.proof.unwrapped import unwrapped_rest_states
 
     start_time = time.perf_counter()
+
+    def seconds() -> float:
+        return time.perf_counter() - start_time
+
     config = load_config(config)
     identity = proof_id(config)
     why_not = _no_search(config)
     if why_not is not None:
-        return no_proof(identity, why_not, time.perf_counter() - start_time)
+        return no_proof(identity, why_not, seconds())
     try:
         with np.errstate(all="ignore"):
             system = smooth_rest_system(problem or problem_of(config))
             exact_system = partial(system_of, config)
-            rest = rest_states(system, exact_system, proof=not search_only)
+            limit = box_limit(system, brief=brief)
+            rest = rest_states(system, exact_system, proof=not search_only, box_limit=limit)
+            if limit < BOX_LIMIT and rest.outcome is SearchOutcome.BOX_LIMIT:
+                # Undecided boxes cover most of the range, so no region is left.
+                record = proof_record(identity, _without_regions(rest), None, seconds())
+                return record.model_copy(update={"brief": brief or None})
             wide = None if search_only else unwrapped_rest_states(rest)
             # Where every start converges, no region is needed: it is all of the range.
             regions_of = _without_regions if wide is not None and wide.every_start else _regions_of
             found, unwrapped = regions_of(rest), None if wide is None else regions_of(wide)
     except NoReducedEnergy as error:
         if error.reason is not NoEnergyReason.FREE_LINES:
-            return no_proof(identity, str(error), time.perf_counter() - start_time)
+            return no_proof(identity, str(error), seconds())
         if search_only:
-            states = searched_rest_states(system)
-            return searched_record(identity, states, time.perf_counter() - start_time)
+            return searched_record(identity, searched_rest_states(system), seconds())
         return _tied_proof(identity, system, exact_system, start_time, brief=brief)
-    return proof_record(identity, found, unwrapped, time.perf_counter() - start_time)
+    return proof_record(identity, found, unwrapped, seconds())
 
 
 def _tied_proof(
@@ -129,7 +140,7 @@ def _no_search(config: Config) -> str | None:
         return SUPPLIES
     exact = system_of(config, decimals)
     if not damps_every_motion(exact):
-        return NO_STABILIZERS
+        return NOT_DAMPED
     indefinite = indefinite_parameter(exact)
     return None if indefinite is None else f"{indefinite} is not positive definite"
 

@@ -9,6 +9,9 @@ from rbstab.mechanics.numbers import Array
 PI = np.nextafter(np.pi, np.inf)
 """The smallest double above π; `np.pi` is below π."""
 
+ROUNDING_FACTOR = 1 + 1e-12
+"""A factor that exceeds the rounding error of a sum of about a dozen magnitudes."""
+
 RANGE_END = np.array([PI, PI / 2, PI])
 """rad: the largest |θ1|, |θ2| and |θ3| in the closed range of eq. 5, rounded outwards."""
 

@@ -3,19 +3,30 @@
 from fractions import Fraction
 
 from rbstab.analysis.exact import is_positive_definite
+from rbstab.elements.attitude_spring import AttitudeSpring
+from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
+from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.systems.system import System
+
+STOP_TURNING = (RotationalStabilizer, AttitudeSpring)
+"""Kinds of elements that dissipate Ω'LΩ: without dissipation Ω = 0."""
+
+STOP_MOVING = (TranslationalStabilizer, ViscoElasticConnector, EmbeddedConnector)
+"""Those that dissipate V'LV, or the same of the velocity of a point: V, where Ω = 0."""
 
 
 def damps_every_motion(system: System) -> bool:
-    """Return whether both stabilizers act.
+    """Return whether elements act whose dissipation is zero only at rest.
 
-    Their damping matrices are positive definite, so v' is zero only at rest. Other elements may
-    damp all motions too, but that is not shown here.
+    One of them damps Ω, and another one V, unless the contact point is held: then V follows from Ω.
+    Their damping matrices are positive definite (`indefinite_parameter`), those of own states too.
+    Other elements may damp all motions together, but that is not shown here.
     """
-    kinds = {type(element) for element in system.elements}
-    return {TranslationalStabilizer, RotationalStabilizer} <= kinds
+    turning = any(isinstance(element, STOP_TURNING) for element in system.elements)
+    moving = any(isinstance(element, STOP_MOVING) for element in system.elements)
+    return turning and (moving or system.coordinates.holds_contact)
 
 
 def indefinite_parameter(system: System) -> str | None:

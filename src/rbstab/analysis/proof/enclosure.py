@@ -18,13 +18,13 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from rbstab.analysis.proof.boxes import Boxes
+from rbstab.analysis.proof.boxes import ROUNDING_FACTOR, Boxes
 from rbstab.analysis.proof.guard import Guard
 from rbstab.analysis.proof.ligaments.free import FreeLigaments
 from rbstab.analysis.proof.ligaments.free_bounds import parts_over
 from rbstab.analysis.proof.lines.intervals import total
 from rbstab.analysis.proof.lines.line import LineEnergy
-from rbstab.analysis.proof.lines.over_boxes import ROUNDING_FACTOR, at_centres, over_boxes
+from rbstab.analysis.proof.lines.over_boxes import at_centres, over_boxes
 from rbstab.analysis.proof.trigonometric import ROUND_OFF, TrigonometricForm, along_second
 from rbstab.mechanics.numbers import Array
 

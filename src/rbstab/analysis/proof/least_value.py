@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rbstab.analysis.proof.boxes import Boxes, joined
-from rbstab.analysis.proof.enclosure import ROUNDING_FACTOR, Enclosure, GuardedEnclosure, enclosure
+from rbstab.analysis.proof.boxes import ROUNDING_FACTOR, Boxes, joined
+from rbstab.analysis.proof.enclosure import Enclosure, GuardedEnclosure, enclosure
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rbstab.analysis.proof.boxes import RANGE_END, Boxes, box_around, no_boxes
+from rbstab.analysis.proof.boxes import RANGE_END, ROUNDING_FACTOR, Boxes, box_around, no_boxes
 from rbstab.analysis.proof.branch_and_bound import BOX_LIMIT, SearchOutcome, prove
-from rbstab.analysis.proof.enclosure import ROUNDING_FACTOR, enclosure
+from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.index import proved_index
 from rbstab.analysis.proof.reduced_energy import (
     ExactSystem,

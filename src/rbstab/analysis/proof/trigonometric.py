@@ -2,7 +2,8 @@
 
 f(Θ) = ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3) with t = [1, cos θ, sin θ, cos 2θ, ...].
 A barrier adds its energy, a function of θ2 (`guard`); springs and ligaments add functions of the
-lengths of their lines (`lines`). Each evaluation takes many points at once and bounds the rounding errors of its results.
+lengths of their lines (`lines`). Each evaluation takes many points at once and bounds the rounding
+errors of its results.
 """
 
 from collections.abc import Iterable

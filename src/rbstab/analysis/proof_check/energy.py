@@ -2,9 +2,10 @@
 
     U = ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3),    t = [1, cos θ, sin θ, cos 2θ, ...]
 
-Springs and ligaments add functions of the lengths of their lines (`lines.py`). With a barrier, U has the term ½ k tan² θ2 too,
-which is infinite at ±π/2. All its derivatives by θ2 are monotonic functions of |θ2|, so balls need
-only the ends of an interval.
+Springs and ligaments add functions of the lengths of their lines (`lines.py`); ligaments of a body
+that is not held add their least energy over its position (`free_ligaments.py`). With a barrier, U
+has the term ½ k tan² θ2 too, which is infinite at ±π/2. All its derivatives by θ2 are monotonic
+functions of |θ2|, so balls need only the ends of an interval.
 
 A ball (python-flint's `arb`) is a number with a bound on its error. Each result contains the exact
 value for every U whose numbers round to the stored doubles.
@@ -18,6 +19,7 @@ from typing import Any
 from flint import arb, arb_mat
 
 from rbstab.analysis.proof_check.boxes import AXES, Box
+from rbstab.analysis.proof_check.free_ligaments import FreeLigaments
 from rbstab.analysis.proof_check.lines import Ligament, Line
 from rbstab.analysis.proof_check.slopes import largest_slope
 from rbstab.analysis.proof_check.trigonometric import (
@@ -69,7 +71,8 @@ class Energy:
     Attributes:
         stiffness: k of a barrier on θ2, a ball; None without one.
         springs: The springs whose lengths are in U.
-        lines: The same, and the ligaments.
+        lines: The same, and the ligaments of a held body.
+        position: The ligaments of a body that is not held; None without one.
 
     Raises:
         ValueError: Q is not symmetric, U has large multiples of an angle, k is not positive, or
@@ -95,10 +98,14 @@ class Energy:
         self.periodic = TrigonometricSum(data["coefficients"])
         self.springs = [Line(one) for one in springs]
         self.lines: list[Line | Ligament] = [*self.springs, *(Ligament(one) for one in ligaments)]
+        free = data.get("free_ligaments")
+        self.position = None if free is None else FreeLigaments(free)
         self.evaluations = 0
 
     def derivatives(self, Theta: Sequence[Ball]) -> dict[tuple[int, ...], Ball]:
         """Return the derivatives at a ball of Θ by their axes, in rising order: (0, 0, 2), ...
+
+        Those of `position` are not among them.
 
         Raises:
             TooLongError: U was evaluated too often.
@@ -138,7 +145,9 @@ class Energy:
 
     def _count(self) -> None:
         """Count one more evaluation of U."""
-        self.evaluations += 1 + 2 * len(self.lines)
+        self.evaluations += (
+            1 + 2 * len(self.lines) + (0 if self.position is None else self.position.cost)
+        )
         if self.evaluations > MOST_EVALUATIONS:
             raise TooLongError(f"The check needs more than {MOST_EVALUATIONS:,} evaluations of U")
 
@@ -172,19 +181,26 @@ class Energy:
 
     def _steepest(self, axis: int) -> Ball:
         """Bound |∂p/∂θ| along an axis, with the periodic part p, lines included."""
-        return sum((line.steepest(axis) for line in self.lines), self.periodic.steepest(axis))
+        free = arb(0) if self.position is None else self.position.steepest(axis)
+        lines = sum((line.steepest(axis) for line in self.lines), free)
+        return lines + self.periodic.steepest(axis)
 
     def _sharper(self, axis: int) -> Ball:
         """Bound |∂p/∂θ| for |θ2| <= π/2: with lines, the bounds of single terms are too large."""
         single = self._steepest(axis)
-        if not self.lines:
+        if not self.lines and self.position is None:
             return single
+        periodic = copy.copy(self)
+        periodic.stiffness = None
+        periodic.quadratic = [[arb(0)] * 3 for _ in AXES]
+        periodic.linear = [arb(0)] * 3
 
-        def periodic(Theta: Sequence[Ball]) -> dict[Axes, Ball]:
-            self._count()
-            return self._with_lines(self.periodic.derivatives(Theta), Theta)
+        def slope(box: Box) -> tuple[Ball, Ball]:
+            taylor = Taylor(periodic, box)
+            return taylor.gradient[axis, 0], taylor.whole_gradient[axis, 0].abs_upper()
 
-        found = largest_slope(periodic, axis)
+        found = largest_slope(slope)
+        self.evaluations = periodic.evaluations
         return single if found is None or not found < single else found
 
 
@@ -193,7 +209,8 @@ class Taylor:
 
     With a barrier, bare is the expansion without it, and `barrier` has its bounds over the box.
     value, gradient (3x1) and hessian (3x3) are those at m. change is the 3x3 matrix Tδ, with the
-    third derivatives T over the whole box. So, for all Θ in the box,
+    third derivatives T over the whole box. With free ligaments, the Hessian of their energy is that
+    over the whole box. So, for all Θ in the box,
 
         U = value + gradient'δ + ½ δ'(hessian + Tδ/3)δ
         ∇U = gradient + (hessian + Tδ/2)δ               H = hessian + Tδ.
@@ -215,6 +232,7 @@ class Taylor:
             centre[axis], whole[axis], step[axis] = value, value, arb(0)
         self.centre, self.step = centre, arb_mat([[entry] for entry in step])
         at_centre, third = U.smooth(centre), U.smooth(whole)
+        self.ligaments = None if U.position is None else U.position.over(centre, step)
         self._expand(at_centre, third)
         self.bare: Taylor | None = None
         if U.stiffness is not None:
@@ -234,6 +252,10 @@ class Taylor:
                 for i in AXES
             ]
         )
+        if self.ligaments is not None:
+            self.value += self.ligaments.value
+            self.gradient += arb_mat([[entry] for entry in self.ligaments.gradient])
+            self.hessian += self.ligaments.hessian
 
     @property
     def whole_hessian(self) -> Any:

@@ -13,12 +13,18 @@ from flint import arb, arb_mat
 from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.exact import decimal_balls, in_balls
 from rbstab.analysis.proof_check.energy import Energy
+from rbstab.analysis.proof_check.free_ligaments import FreeLigaments
 from rbstab.analysis.proof_check.trigonometric import Ball
+from rbstab.elements.ligament import Ligament
+from rbstab.mechanics import point
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 
 POINTS = tuple((0.37 * k - 1.9, 0.21 * k - 1.0, 1.7 - 0.43 * k) for k in range(9))
 """Θ at which both are compared, rad."""
+
+SHIFTS = ((0.1, -0.2, 0.05), (-0.3, 0.0, 0.2))
+"""z at which both are compared, m."""
 
 
 def agrees_with_equations(
@@ -33,12 +39,37 @@ def agrees_with_equations(
 
     def compare() -> bool:
         U, at_rest = Energy(energy), configurations(exact_system(decimal_balls))
+        if U.position is not None:
+            return _agrees_at_shifts(U, U.position, at_rest)
         points = ([arb(angle) for angle in Theta] for Theta in POINTS)
         return all(
             least_energy(at_rest, Theta).overlaps(U.derivatives(Theta)[()]) for Theta in points
         )
 
     return bool(in_balls(compare))
+
+
+def _agrees_at_shifts(U: Energy, V: FreeLigaments, at_rest: Configurations) -> bool:
+    """Return whether U + ½ z'Sz + Σ Φ_j is the stored energy with the least energy over D.
+
+    The ligaments of a proof are those of the config, in this order. z counts from X*(Θ), which
+    follows from a ligament: its end is X + A p - anchor by the equations, z + r(Θ) by the proof.
+    """
+    ligaments = [one for one in at_rest.system.elements if isinstance(one, Ligament)]
+    own = at_rest.size - at_rest.pose_size
+    for Theta in POINTS:
+        angles = [arb(angle) for angle in Theta]
+        q = np.array([*angles, *[arb(0)] * (3 + own)], dtype=object)
+        end = point.position(at_rest.motion(q), ligaments[0].point) - ligaments[0].anchor
+        r = [entry.derivatives(angles)[()] for entry in V.ligaments[0].offset]
+        smooth = U.with_barrier(U.smooth(angles), angles[1])[()]
+        for shift in SHIFTS:
+            z = [arb(entry) for entry in shift]
+            X = [one - other + entry for one, other, entry in zip(r, end, z, strict=True)]
+            found = smooth + V.energy_at(angles, z)
+            if not found.overlaps(least_energy(at_rest, [*angles, *X])):
+                return False
+    return True
 
 
 def least_energy(at_rest: Configurations, fixed: Sequence[Ball]) -> Ball:

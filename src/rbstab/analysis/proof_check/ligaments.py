@@ -8,7 +8,7 @@ in the toe, 0 < ε < 2 ε_t, and k (ε - ε_t), k/ℓ₀, 0 beyond it; all are 0
 jumps; a ball that contains a jump has the values on both sides.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from flint import arb
@@ -59,6 +59,28 @@ class LigamentLaw:
             first = [one.union(two) for one, two in zip(first, other, strict=True)]
         return first
 
+    def across_and_excess(self, length: Ball) -> tuple[Ball, Ball]:
+        """Return Φ'/ℓ and Φ'' - Φ'/ℓ at a ball of lengths of at least ℓ₀.
+
+        Φ'/ℓ never falls with ℓ, so its values at the ends are enough. With y = ℓ/ℓ₀ the other one
+        is k (y - 1/y)/(4 ε_t ℓ₀) in the toe, and k (1 + ε_t)/(ℓ₀ y) beyond it.
+        """
+        ends = [arb(length.lower()), arb(length.upper())]
+        low, high = (self.derivatives(end)[1] / end for end in ends)
+        y, border = length / self.slack_length, 1 + 2 * self.toe
+        found = list[Ball]()
+        if not y >= border:
+            first, last = (_within(end / self.slack_length, arb(1), border) for end in ends)
+            factor = self.k / (4 * self.toe * self.slack_length)
+            found += [factor * (one - 1 / one) for one in (first, last)]
+        if not y <= border:
+            factor = self.k * (1 + self.toe) / self.slack_length
+            found.append(factor / y.max(border))
+        excess, *others = found
+        for other in others:
+            excess = excess.union(other)
+        return low.union(high), excess
+
     def _in_toe(self, strain: Ball) -> list[Ball]:
         k, toe, length = self.k, self.toe, self.slack_length
         return [
@@ -72,8 +94,3 @@ class LigamentLaw:
 def _within(ball: Ball, low: Ball, high: Ball) -> Ball:
     """Return the part of a ball between two others, as far as it is known."""
     return ball.max(low).min(high)
-
-
-def laws_of(entries: Sequence[Mapping[str, Any]]) -> list[LigamentLaw]:
-    """Return the laws of some ligaments."""
-    return [LigamentLaw(one) for one in entries]

@@ -2,12 +2,12 @@
 
 import heapq
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 
 from flint import arb
 
-from rbstab.analysis.proof_check.boxes import AXES, Box, halves
-from rbstab.analysis.proof_check.trigonometric import Axes, Ball, axes_of
+from rbstab.analysis.proof_check.boxes import Box, halves
+from rbstab.analysis.proof_check.trigonometric import Ball
 
 BOX_LIMIT = 20_000
 """The number of boxes at which the search stops."""
@@ -18,15 +18,15 @@ FACTOR = 1.15
 CELL: Box = ((-3.2, 3.2), (-1.6, 1.6), (-3.2, 3.2))
 """It contains all θ1 and θ3 up to whole turns, and |θ2| <= π/2."""
 
-Derivatives = Callable[[Sequence[Ball]], Mapping[Axes, Ball]]
+Slope = Callable[[Box], tuple[Ball, Ball]]
+"""Returns the slope at the centre of a box, and a bound on its magnitude in all of it."""
 
 
-def largest_slope(derivatives: Derivatives, axis: int) -> Ball | None:
-    """Return a bound on the slope along an axis; None if none is found.
+def largest_slope(slope: Slope) -> Ball | None:
+    """Return a bound on a slope; None if none is found.
 
     Args:
-        derivatives: Returns the derivatives at a ball of Θ up to order 3, by their axes.
-        axis: The index of the angle.
+        slope: The slope.
     """
     seen = 0.0
     # The box with the largest bound is halved next. No number counts as the largest.
@@ -36,23 +36,9 @@ def largest_slope(derivatives: Derivatives, axis: int) -> Ball | None:
         if -negative <= FACTOR * seen:
             return arb(-negative)
         for half in halves(box)[1:]:
-            at_centre, size = _slopes(derivatives, half, axis)
+            at_centre, size = slope(half)
             if at_centre.is_finite():
                 seen = max(seen, float(abs(at_centre).lower()))
             bound = math.nextafter(float(size.upper()), math.inf)
             heapq.heappush(pending, (-math.inf if math.isnan(bound) else -bound, half))
     return None
-
-
-def _slopes(derivatives: Derivatives, box: Box, axis: int) -> tuple[Ball, Ball]:
-    """Return the slope at the centre of a box, and a bound on its magnitude in all of it."""
-    centre = [arb(low / 2 + high / 2) for low, high in box]
-    whole = [arb(low).union(arb(high)) for low, high in box]
-    step = [wide - middle for wide, middle in zip(whole, centre, strict=True)]
-    at_centre, over = derivatives(centre), derivatives(whole)
-    total = at_centre[axis,]
-    for j in AXES:
-        bend = at_centre[axes_of(axis, j)]
-        bend += sum((over[axes_of(axis, j, k)] * step[k] for k in AXES), arb(0)) / 2
-        total += bend * step[j]
-    return at_centre[axis,], total.abs_upper()

@@ -239,6 +239,9 @@ def _counterexample(count: int, proof: "Proof | None") -> str:
         return "the only rest state is not stable"
     others = [] if proof is None else [state for state in proof.states[1:] if state.proved]
     where = f" at Θ = {_angles(others[0])} rad" if others else " elsewhere"
+    if proof is not None and not proof.proved:
+        known = sum(state.proved for state in proof.states)
+        return f"the body can also rest{where}; it has at least {known} rest states in the range"
     return f"the body can also rest{where}; it has {count} rest states in the range"
 
 

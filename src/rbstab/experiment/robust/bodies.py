@@ -19,7 +19,7 @@ from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance, decimal_text
 from rbstab.config.user_code.permission import has_code, without_code
 from rbstab.experiment.robust.record import BodiesRecord, StoredTolerance
-from rbstab.experiment.stored_proof.proof import NO_STABILIZERS, SUPPLIES
+from rbstab.experiment.stored_proof.proof import NOT_DAMPED, SUPPLIES
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 
@@ -112,7 +112,7 @@ def _undamped(config: Config, tolerances: Sequence[Tolerance]) -> str | None:
     if system_of(config).supplies:
         return SUPPLIES
     if not damps_every_motion(system_of(config, decimals)):
-        return NO_STABILIZERS
+        return NOT_DAMPED
     indefinite = indefinite_in_box(partial(_corner, config, tolerances))
     return None if indefinite is None else f"{indefinite} is not positive definite for each body"
 

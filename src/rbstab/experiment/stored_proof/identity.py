@@ -8,7 +8,7 @@ from typing import Any
 from rbstab.analysis.fingerprint import fingerprint
 from rbstab.config.build import system_of
 from rbstab.config.load import acting_sections
-from rbstab.config.schema import Config
+from rbstab.config.schema import NO_VARIANT, Config
 from rbstab.config.user_code.permission import without_code
 
 PROOF_VERSION = 3
@@ -40,6 +40,12 @@ damped one than holds where it has no length."""
 LIGAMENT_VERSION = 1
 """The same for configs with a ligament: before it, nothing was proved of them."""
 
+DAMPED_VERSION = 1
+"""The same for configs without a controller whose elements may damp every motion: before it,
+nothing was proved of them."""
+
+DAMPING_KINDS = ("attitude", "visco-elastic", "embedded")
+
 HELD_OR_SLIDING = ("permanent", "sliding")
 """Variants whose proofs do not depend on `TIED_VERSION`; with a sliding connector there is none."""
 
@@ -48,8 +54,8 @@ def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
     """Return the identity of a proof: a digest of body, gravity, controller and version.
 
     From version 3 on it depends on the equations too, by their `fingerprint`: if the equations are
-    changed, older proofs are not found. With a barrier, a spring or a ligament, it has a further version. The
-    code of users is not run for it: their text is part of the elements.
+    changed, older proofs are not found. With some elements it has further versions. The code of
+    users is not run for it: their text is part of the elements.
     """
     parts: list[Any] = [version, acting_sections(config)]
     if version >= FINGERPRINT_VERSION:
@@ -66,6 +72,9 @@ def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
                 parts.append(f"no rest length {NO_REST_LENGTH_VERSION}")
     if any(element.kind == "ligament" for element in config.elements.values()):
         parts.append(f"ligament {LIGAMENT_VERSION}")
+    damped = any(element.kind in DAMPING_KINDS for element in config.elements.values())
+    if damped and config.controller.variant == NO_VARIANT:
+        parts.append(f"damped by elements {DAMPED_VERSION}")
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 

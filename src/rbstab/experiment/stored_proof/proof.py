@@ -229,8 +229,8 @@ class Proof(ProvedStates):
         return self.has_barrier and wide is not None and wide.every_start is True
 
 
-NO_STABILIZERS = "no stabilizers damp every motion"
-"""Why nothing is proved of a config without a controller."""
+NOT_DAMPED = "no elements damp every motion"
+"""Why nothing is proved of a body that may move without losing energy."""
 
 SUPPLIES = "an input supplies power"
 """Why nothing is proved of a config with inputs."""

@@ -90,7 +90,7 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     if indefinite is not None:
         text = f"{indefinite} is not positive definite."
     elif not damped:
-        text = "No stabilizers damp every motion."
+        text = "No elements damp every motion."
     yield Finding(CONFIG, "hypotheses", indefinite is None and damped, text)
     try:
         compare = _same_energy if proof.reduced_energy else _same_tied_energy

@@ -28,8 +28,8 @@ MAX_STEPS = 80
 HALVINGS = 30
 """The largest numbers of Newton's steps, and of halvings of one of them."""
 
-CONVERGED = 1e-15
-"""A step that is so small, relative to the lengths, ends Newton's method."""
+CONVERGED = 1e-9
+"""A step that is so small, relative to the lengths, is the last one: it reaches round-off."""
 
 MARGIN = 1 + 1e-12
 """A factor that exceeds the rounding errors of a bound."""
@@ -100,40 +100,39 @@ class FreeLigaments(LinePart):
     def shift(self, Theta: Array) -> Array:
         """Return z at points, to round-off, shape (m, 3), m: by Newton's method."""
         r = [ligament.offsets(Theta, 0)[0] for ligament in self.ligaments]
-        z = np.zeros_like(Theta)
-        energy = self._terms(r, z, 0)[0]
         size = 1e-300 + sum(np.abs(one).max(axis=1) for one in r)
+        z, left = np.zeros_like(Theta), np.arange(len(Theta))
+        energy, slope, bend = self._terms(r, z)
         for _ in range(MAX_STEPS):
-            _, slope, bend = self._terms(r, z, 2)
+            if not len(left):
+                break
             step = -np.linalg.solve(bend, slope[:, :, np.newaxis])[:, :, 0]
-            moved = z + step
-            value = self._terms(r, moved, 0)[0]
+            short = np.abs(step).max(axis=1) <= CONVERGED * size[left]
+            part = [one[left] for one in r]
+            found = self._terms(part, z[left] + step)
             for _ in range(HALVINGS):
-                worse = value > energy + 1e-14 * np.abs(energy)
+                worse = (found[0] > energy + 1e-14 * np.abs(energy)) & ~short
                 if not worse.any():
                     break
                 step[worse] *= 0.5
-                moved[worse] = z[worse] + step[worse]
-                value = self._terms(r, moved, 0)[0]
-            z, energy = moved, value
-            if np.all(np.abs(step).max(axis=1) <= CONVERGED * size):
-                break
+                found = self._terms(part, z[left] + step)
+            z[left] += step
+            energy, slope, bend = (one[~short] for one in found)
+            left = left[~short]
         return z
 
-    def _terms(self, r: Sequence[Array], z: Array, order: int) -> list[Array]:
-        """Return ½ z'Sz + Σ G_j and its derivatives by z of order 0 to `order`, at most 2."""
+    def _terms(self, r: Sequence[Array], z: Array) -> list[Array]:
+        """Return ½ z'Sz + Σ G_j and its derivatives by z of order 1 and 2."""
         pulled = z @ self.stiffness
-        found = [0.5 * np.einsum("mi,mi->m", z, pulled)]
-        if order > 0:
-            found += [pulled, np.tile(self.stiffness, (len(z), 1, 1))]
+        energy, slope = 0.5 * np.einsum("mi,mi->m", z, pulled), pulled
+        bend = np.tile(self.stiffness, (len(z), 1, 1))
         for ligament, offset in zip(self.ligaments, r, strict=True):
             e = z + offset
             G = ligament.law.at((e**2).sum(axis=1))
-            found[0] = found[0] + G[0]
-            if order > 0:
-                found[1] = found[1] + 2 * G[1][:, np.newaxis] * e
-                found[2] = found[2] + bend_of(e, G[1], G[2])
-        return found
+            energy = energy + G[0]
+            slope = slope + 2 * G[1][:, np.newaxis] * e
+            bend = bend + bend_of(e, G[1], G[2])
+        return [energy, slope, bend]
 
     def approximate(self, Theta: Array, order: int) -> list[Array]:
         """Return the derivatives of order 0 to `order` (at most 2) at points, to round-off.
@@ -142,7 +141,7 @@ class FreeLigaments(LinePart):
         """
         z = self.shift(Theta)
         r = [ligament.offsets(Theta, order) for ligament in self.ligaments]
-        value, _, bend = self._terms([one[0] for one in r], z, 2)
+        value, _, bend = self._terms([one[0] for one in r], z)
         found = [value]
         slope, second = np.zeros((len(z), 3)), np.zeros((len(z), 3, 3))
         mixed = np.zeros((len(z), 3, 3))

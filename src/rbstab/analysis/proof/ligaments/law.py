@@ -7,8 +7,8 @@ more than 2 ε_t, or 0. The law of `elements/ligament.py` is then
     G″ = k t (2 + t)/(16 ε_t ℓ₀³ y³)
     G‴ = k (3 - y²)/(32 ε_t ℓ₀⁵ y⁵) in the toe, -3 k (1 + ε_t)/(8 ℓ₀⁵ y⁵) beyond it, 0 if slack
 
-All terms of G, G′ and G″ are positive, so that nothing cancels. G and G′ grow with y. G″ grows up to
-y = √3 or to the end of the toe, whichever comes first, and falls from there on. G″ is Lipschitz:
+All terms of G, G′ and G″ are positive, so that nothing cancels. G and G′ grow with y. G″ grows up
+to y = √3 or to the end of the toe, whichever comes first, and falls from there on. G″ is Lipschitz:
 Taylor's theorem holds with G‴ on both sides of each of its jumps.
 """
 
@@ -136,8 +136,9 @@ class LigamentEnergy:
         # Beyond the toe it is negative, and grows.
         beyond = high >= border * (1 - MARGIN)
         steep = -3.0 * k * (1.0 + end) / (8.0 * fifth)
-        least = [slack, _where(in_toe, toe_least), _where(beyond, steep / np.fmax(low, border) ** 5)]
-        most = [slack, _where(in_toe, toe_most), _where(beyond, steep / np.fmax(high, border) ** 5)]
+        steepest, flattest = (steep / np.fmax(one, border) ** 5 for one in (low, high))
+        least = [slack, _where(in_toe, toe_least), _where(beyond, steepest)]
+        most = [slack, _where(in_toe, toe_most), _where(beyond, flattest)]
         # 3 - y² may cancel: its error is relative to 3 + y².
         error = MARGIN * factor * (3.0 + last * last)
         return between(

@@ -4,16 +4,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rbstab.analysis.proof.boxes import Boxes
+from rbstab.analysis.proof.boxes import ROUNDING_FACTOR, Boxes
 from rbstab.analysis.proof.lines.intervals import Intervals
 from rbstab.analysis.proof.lines.line import known
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
     from rbstab.analysis.proof.trigonometric import TrigonometricForm
-
-ROUNDING_FACTOR = 1 + 1e-12
-"""A factor that exceeds the rounding error of a sum of about a dozen magnitudes."""
 
 
 def at_centres(form: "TrigonometricForm", t: Array, boxes: Boxes) -> list[Intervals]:

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from rbstab.analysis.proof.boxes import PI, RANGE_END, Boxes, joined
-from rbstab.analysis.proof.enclosure import ROUNDING_FACTOR, enclosure
+from rbstab.analysis.proof.boxes import PI, RANGE_END, ROUNDING_FACTOR, Boxes, joined
+from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array
 

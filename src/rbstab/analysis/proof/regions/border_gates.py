@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.proof.boxes import Boxes, hulls, joined, no_boxes, whole_range
+from rbstab.analysis.proof.boxes import ROUNDING_FACTOR, Boxes, hulls, joined, no_boxes, whole_range
 from rbstab.analysis.proof.certified_region import Face, border_of
-from rbstab.analysis.proof.enclosure import ROUNDING_FACTOR, enclosure
+from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.least_value import local_minimum, lower_bounds, upper_bounds
 from rbstab.analysis.proof.regions.downhill import Landscape
 from rbstab.analysis.proof.regions.gates import Gate

@@ -10,9 +10,9 @@ from itertools import islice
 
 import numpy as np
 
-from rbstab.analysis.proof.boxes import Boxes, box_around
+from rbstab.analysis.proof.boxes import ROUNDING_FACTOR, Boxes, box_around
 from rbstab.analysis.proof.certified_region import Face
-from rbstab.analysis.proof.enclosure import ROUNDING_FACTOR, enclosure
+from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.least_value import lower_bounds, upper_bounds
 from rbstab.analysis.proof.regions.downhill import Landscape
 from rbstab.analysis.proof.rest_states import RestPoint

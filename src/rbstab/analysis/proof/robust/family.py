@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.analysis.proof.enclosure import ROUNDING_FACTOR
+from rbstab.analysis.proof.boxes import ROUNDING_FACTOR
 from rbstab.analysis.proof.trigonometric import (
     ROUND_OFF,
     Derivatives,

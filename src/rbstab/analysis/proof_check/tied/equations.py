@@ -12,15 +12,12 @@ from flint import arb
 
 from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.exact import decimal_balls, in_balls
-from rbstab.analysis.proof_check.equations import POINTS, least_energy
+from rbstab.analysis.proof_check.equations import POINTS, SHIFTS, least_energy
 from rbstab.analysis.proof_check.tied.energy import Pose, TiedEnergy
 from rbstab.elements.spring import Spring
 from rbstab.mechanics import point
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
-
-SHIFTS = ((0.1, -0.2, 0.05), (-0.3, 0.0, 0.2))
-"""z at which both are compared, m."""
 
 
 def agrees_with_tied_equations(

@@ -493,3 +493,12 @@ def test_a_curve_of_which_nothing_is_drawn_is_not_in_the_legend():
     zeros = Line(X, np.zeros(7), "nothing")
     drawing = draw_figure(figure_of(Line(X, X, "energy"), zeros, y=Axis("e", "J", log=True)))
     assert legend_of(drawing) == ["energy"]
+
+
+@pytest.mark.parametrize("most", [0.0, 1.0, 2.0, 3.0, 40.0])
+def test_an_axis_that_counts_has_ticks_at_whole_numbers(most):
+    bars = Bars(np.arange(4.0), np.array([most / 2 // 1, most, 0.0]))
+    axes = axes_of(figure_of(bars, y=Axis("members", whole=True)))
+    assert all(tick.is_integer() for tick in axes.get_yticks())
+    if most == 1.0:
+        assert not all(tick.is_integer() for tick in axes_of(figure_of(bars)).get_yticks())

@@ -26,6 +26,7 @@ class Axis:
         ends: The ends of the axis; None for those of the data.
         colours: Numbers of the colours of the categories in the palette; (): 0, 1, 2, ...
         split: The two parts of a time axis with two scales; None for one scale.
+        whole: Whether its values are whole numbers, such as counts; its ticks are then, too.
     """
 
     label: str
@@ -35,6 +36,7 @@ class Axis:
     ends: tuple[float, float] | None = None
     colours: tuple[int, ...] = ()
     split: SplitTime | None = None
+    whole: bool = False
 
     @property
     def text(self) -> str:

@@ -274,7 +274,10 @@ def _set_scales(axes: Axes, panel: Panel, width: float) -> None:
             _set_category_ticks(axes, name, axis, width)
         else:
             bins = 6 if name == "y" else max(2, min(6, int(width / TICK_PITCH)))
-            matplotlib_axis.set_major_locator(MaxNLocator(nbins=bins, steps=[1, 2, 5, 10]))
+            # With two ticks at least, a short axis would have some between whole numbers.
+            counted = {"integer": True, "min_n_ticks": 1} if axis.whole else {}
+            locator = MaxNLocator(nbins=bins, steps=[1, 2, 5, 10], **counted)
+            matplotlib_axis.set_major_locator(locator)
 
 
 def _set_split_scale(axes: Axes, split: SplitTime, width: float) -> None:

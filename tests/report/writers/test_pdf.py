@@ -290,7 +290,7 @@ def test_cards_are_boxes_with_the_answers():
         Statement("Does every motion?", "not decided", "Nothing is known"),
     )
     card = Card("case 1", statements, (("v(0)", "12 J"), ("ended", "late")), target="second")
-    many = Cards("answers", (card,) * 9, "What the words mean.")
+    many = Cards("answers", (card,) * 9, (("seen", "what the word means"),))
     after = table_of(3, 2)
     reader = read(report(many, after))
     text = text_of(reader)
@@ -300,7 +300,7 @@ def test_cards_are_boxes_with_the_answers():
     for page in reader.pages:
         own = page.extract_text()
         assert own.count("Does it rest?") == own.count("12 J")
-    assert "What the words mean." in text
+    assert "Seen: what the word means." in text
     links = [a.get_object() for page in reader.pages for a in page.get("/Annots", [])]
     assert {str(link["/Dest"]) for link in links} == {"second"}
 

@@ -502,3 +502,11 @@ def test_an_axis_that_counts_has_ticks_at_whole_numbers(most):
     assert all(tick.is_integer() for tick in axes.get_yticks())
     if most == 1.0:
         assert not all(tick.is_integer() for tick in axes_of(figure_of(bars)).get_yticks())
+
+
+def test_a_curve_behind_others_is_wider_and_paler():
+    axes = axes_of(figure_of(Line(X, Y, "behind", depth=1), Line(X, -Y, "before")))
+    behind, before = axes.lines
+    assert behind.get_zorder() < before.get_zorder()
+    assert behind.get_alpha() < before.get_alpha() == 1.0
+    assert behind.get_linewidth() > before.get_linewidth()

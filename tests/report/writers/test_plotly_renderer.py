@@ -431,3 +431,13 @@ def test_panels_with_one_axis_have_its_ticks() -> None:
     ]
     layout = plotly_data(Figure("f", "F", tuple(panels), shared="y"))["layout"]
     assert "dtick" not in layout["yaxis"]
+
+
+def test_a_curve_behind_others_is_wider_and_paler_and_keeps_its_place_in_the_legend() -> None:
+    x = np.arange(4.0)
+    behind, before = drawing_of(Line(x, x, "behind", depth=1), Line(x, -x, "before"))["data"]
+    assert behind["zorder"] < before.get("zorder", 0)
+    assert behind["opacity"] < 1.0
+    assert "opacity" not in before
+    assert behind["line"]["width"] > before["line"]["width"]
+    go.Figure(data=[behind, before])

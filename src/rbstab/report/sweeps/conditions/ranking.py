@@ -109,8 +109,8 @@ def _compared(groups: PairedConditions) -> str:
     kind = "variants" if all(p.axis.categories for p in groups.parameters) else "conditions"
     where = f"the same {cases} cases" if cases > 1 else "the same case"
     return (
-        f"This sweep compares {count} {kind}: {listed(groups.labels)}. Each of them ran in {where}, "
-        "that is, from the same start and with the same numbers otherwise."
+        f"This sweep compares {count} {kind}: {listed(groups.labels)}. Each of them ran in "
+        f"{where}, that is, from the same start and with the same numbers otherwise."
     )
 
 
@@ -151,8 +151,8 @@ def _sentence(groups: PairedConditions, quantity: MemberQuantity, *, sampled: bo
     ranks = "smaller" if few else "smallest"
     next_one = f"than with {other}" if few else f"and second smallest with {other}"
     return (
-        f"{name} is {ranks} with {first} {next_one}. Of these two, {first} has the smaller value in "
-        f"{often}, by {by} in the median{interval}{left_out}."
+        f"{name} is {ranks} with {first} {next_one}. Of these two, {first} has the smaller value "
+        f"in {often}, by {by} in the median{interval}{left_out}."
     )
 
 

@@ -294,8 +294,8 @@ def test_curves_that_swing_much_are_behind_the_others():
     ]
     panels = layered([Panel(Axis("t"), Axis("y"), marks) for marks in curves])
     for panel, given in zip(panels, curves, strict=True):
-        assert [curve.label for curve in panel.marks] == ["a", "b", "c"]
-        assert [curve.depth for curve in panel.marks] == [2, 1, 0]
-        assert [curve.colour for curve in panel.marks] == [curve.colour for curve in given]
+        assert [curve.label for curve in lines_of(panel)] == ["a", "b", "c"]
+        assert [curve.depth for curve in lines_of(panel)] == [2, 1, 0]
+        assert [curve.colour for curve in lines_of(panel)] == [curve.colour for curve in given]
     (calm,) = layered([Panel(Axis("t"), Axis("y"), curves[1])])
-    assert [curve.depth for curve in calm.marks] == [0, 0, 0]
+    assert [curve.depth for curve in lines_of(calm)] == [0, 0, 0]

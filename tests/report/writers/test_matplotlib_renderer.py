@@ -510,3 +510,21 @@ def test_a_curve_behind_others_is_wider_and_paler():
     assert behind.get_zorder() < before.get_zorder()
     assert behind.get_alpha() < before.get_alpha() == 1.0
     assert behind.get_linewidth() > before.get_linewidth()
+
+
+def test_a_figure_for_a_column_has_its_panels_below_each_other_and_nothing_is_cut():
+    label = "a run with a long name, longer than a column of a paper is wide"
+    panels = tuple(
+        Panel(Axis("time t", "s"), Axis("a quantity with a long name", "kg m²/s²"), (line,))
+        for line in (Line(X, Y, label), Line(X, 2 * Y, "short"))
+    )
+    drawing = draw_figure(Figure("f", "F", panels, columns=2), column=True)
+    first, second = drawing.axes
+    drawing.draw_without_rendering()
+    assert drawing.get_figwidth() == pytest.approx(80 / 25.4)
+    assert first.get_position().y0 > second.get_position().y1
+    assert first.get_position().width > 0.5
+    box = drawing.get_tightbbox()
+    assert box.x0 >= -0.01
+    assert box.x1 <= drawing.get_figwidth() + 0.01
+    assert " ".join(legend_of(drawing)[0].split()) == label

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from playwright.sync_api import expect
 from support.browser import Opened
 from support.made_sweeps import SPIN, write_sweep
@@ -198,6 +199,42 @@ def test_powers_of_ten_have_the_size_of_other_tick_labels(opened: Opened, size: 
     expect(box.locator(".ytick text").first).to_be_visible()
     ticks = box.locator(".xtick text, .ytick text")
     assert set(ticks.evaluate_all("all => all.map(e => getComputedStyle(e).fontSize)")) == {"11px"}
+
+
+def test_powers_of_ten_of_a_saved_picture_are_those_of_the_page(opened: Opened) -> None:
+    """They are superscripts, and all labels of ticks have one size."""
+    line = Line(np.arange(4.0), 10.0 ** -np.arange(4.0))
+    panel = Panel(Axis("t"), Axis("v", log=True), (line,))
+    section = Section("s", "Section", (Figure("f", "Figure", (panel,)),))
+    page = opened(Report("Figure", "2026-01-02", "rbstab report", (section,)), **DESKTOP)
+    box = page.locator(".drawing")
+    box.scroll_into_view_if_needed()
+    expect(box.locator(".ytick text").first).to_be_visible()
+    page.evaluate(
+        """() => {
+            const serialize = XMLSerializer.prototype.serializeToString;
+            XMLSerializer.prototype.serializeToString = function (node) {
+                return (window.drawn = serialize.call(this, node));
+            };
+        }"""
+    )
+    box.hover()
+    with page.expect_download() as waiting:
+        box.locator(".modebar-btn[data-title='Save as a picture']").first.click()
+    labels = page.evaluate(
+        """() => {
+            const picture = new DOMParser().parseFromString(window.drawn, "image/svg+xml");
+            return [...picture.querySelectorAll(".xtick text, .ytick text")].map((one) => [
+                one.style.fontSize, one.querySelector("tspan")?.textContent ?? ""]);
+        }"""
+    )
+    assert {size for size, _ in labels} == {"11px"}
+    assert any("−3" in power for _, power in labels)
+    with Image.open(waiting.value.path()) as saved:
+        picture = saved.convert("RGB")
+    assert picture.width == 2000
+    assert picture.getpixel((0, 0)) == (255, 255, 255)
+    assert len(picture.getcolors(1 << 24) or ()) > 10
 
 
 def test_the_mark_of_a_folded_section_stands_beside_its_heading_on_a_phone(

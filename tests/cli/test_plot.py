@@ -110,3 +110,22 @@ def test_bands_have_their_ends_and_categories_their_names() -> None:
         "1,a,b,ends,1.0,good,,,",
         "1,a,b,ends,0.0,4.0,,,",
     ]
+
+
+def test_a_figure_for_one_column_of_a_paper(run: Path, rbstab: Invoke) -> None:
+    """It is 80 mm wide, and no text has another size than 8 points, but for exponents."""
+    done = rbstab("plot", "made.h5", "--figure", "runs-decay", "--column", "-o", "a.svg")
+    assert done.exit_code == 0, done.output
+    content = Path("a.svg").read_text()
+    (width,) = re.findall(r'<svg [^>]*?width="([\d.]+)pt"', content)
+    assert float(width) == pytest.approx(80 / 25.4 * 72, abs=0.01)
+    assert set(re.findall(r'<text style="font-size: ([\d.]+)px', content)) == {"8"}
+
+
+@pytest.mark.parametrize("options", [(), ("--figure", "runs-decay", "-o", "a.csv")])
+def test_a_column_without_a_drawing_is_refused(
+    options: tuple[str, ...], run: Path, rbstab: Invoke
+) -> None:
+    done = rbstab("plot", "made.h5", "--column", *options)
+    assert done.exit_code == 2
+    assert "--column is of use only with -o FILE that ends in .svg, .pdf, .png" in done.stderr

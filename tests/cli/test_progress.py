@@ -21,7 +21,7 @@ def test_a_proof_of_all_starts_says_its_bound_and_how_to_stop(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     use_terminal(monkeypatch)
-    with fraction_bar("one.yaml") as progress:
+    with fraction_bar("one.yaml", wanted=True) as progress:
         assert progress is not None
     shown = capsys.readouterr().err
     assert f"at most {MAX_PARTS} parts" in shown
@@ -30,7 +30,7 @@ def test_a_proof_of_all_starts_says_its_bound_and_how_to_stop(
 
 
 def test_nothing_is_shown_elsewhere(capsys: pytest.CaptureFixture[str]) -> None:
-    with fraction_bar("one.yaml") as progress:
+    with fraction_bar("one.yaml", wanted=True) as progress:
         assert progress is None
     with progress_bar("one.yaml", 3.0, wanted=True, before="compiling") as callback:
         assert callback is None
@@ -64,12 +64,12 @@ def test_stability_shows_the_proof_that_is_at_work(
     module = "rbstab_cli.output.progress"
     bar, working = sys.modules[module].fraction_bar, sys.modules[module].working
 
-    def noted_bar(name: str) -> Any:
-        names.append(f"{name}: all starts")
-        return bar(name)
+    def noted_bar(name: str, *, wanted: bool) -> Any:
+        names.append(f"{name}: all starts" if wanted else "")
+        return bar(name, wanted=wanted)
 
     def noted_working(name: str, *, wanted: bool) -> Any:
-        names.append(name)
+        names.append(name if wanted else "")
         return working(name, wanted=wanted)
 
     monkeypatch.setattr(f"{module}.fraction_bar", noted_bar)
@@ -78,3 +78,17 @@ def test_stability_shows_the_proof_that_is_at_work(
     assert rbstab("stability", "good.yaml", "--no-run", "--within", option).exit_code == 0
     stages = (shown, "rest states", "exact motion")
     assert names == [f"good.yaml: {stage}" for stage in stages]
+    names.clear()
+    done = rbstab("stability", "good.yaml", "--no-run", "--within", option, "--quiet")
+    assert done.exit_code == 0
+    assert done.stderr == ""
+    assert names == [""] * len(stages)
+
+
+def test_a_quiet_proof_shows_nothing_on_a_terminal(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    use_terminal(monkeypatch)
+    with fraction_bar("one.yaml", wanted=False) as progress:
+        assert progress is None
+    assert capsys.readouterr().err == ""

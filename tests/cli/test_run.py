@@ -212,6 +212,57 @@ def test_warnings_are_said_once_for_all_configs(folder: Path, rbstab: Invoke) ->
     assert warnings[0].startswith("warning: a.yaml and 1 more: body.inertia: no real body")
 
 
+WARNING = "the motion is not reproducible after t = 0.05 s (trusted_until)"
+
+
+@pytest.fixture
+def warned(folder: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Two configs with a warning each, `a.yaml` and `b.yaml`; results of runs have another one."""
+    names = ["a.yaml", "b.yaml"]
+    for name in names:
+        Path(name).write_text(GOOD.replace("[10.0, 9.0, 2.0]", "[10.0, 8.0, 0.4]"))
+    monkeypatch.setattr("rbstab.experiment.simulate.motion_warnings", lambda _: [WARNING])
+    return names
+
+
+def test_the_warnings_of_results_follow_their_answers(warned: list[str], rbstab: Invoke) -> None:
+    """Each once for each result; what is said of the config is not repeated."""
+    done = rbstab("run", "--no-prove", *warned)
+    own = [line for line in done.stderr.splitlines() if line.startswith("warning: results")]
+    assert own == [f"warning: results/{name}.h5: {WARNING}" for name in ("a", "b")]
+    assert WARNING not in done.stdout
+    *_, whole_range, first, _, next_line = done.output.splitlines()
+    assert whole_range.startswith("  Whole range: ")
+    assert first == own[0]
+    assert next_line.startswith("Next: ")
+
+
+def test_a_finished_result_warns_again(warned: list[str], rbstab: Invoke) -> None:
+    rbstab("run", "--no-prove", *warned)
+    again = rbstab("run", "--no-prove", *warned)
+    assert again.stderr.count("already done") == len(warned)
+    assert again.stderr.count(WARNING) == len(warned)
+
+
+def test_many_results_have_their_warnings_below_the_table(
+    warned: list[str], rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rbstab_cli.output.answers.MAX_SENTENCES", 0)
+    done = rbstab("run", "--no-prove", *warned)
+    below = done.output.partition("rbstab show FILE says why.\n")[2]
+    assert below.count(WARNING) == done.stderr.count(WARNING) == len(warned)
+
+
+def test_json_leaves_the_warnings_on_stderr(warned: list[str], rbstab: Invoke) -> None:
+    done = rbstab("run", "--no-prove", "--json", *warned)
+    assert [WARNING in data["warnings"] for data in json.loads(done.stdout)] == [True, True]
+    assert done.stderr.count(WARNING) == len(warned)
+
+
+def test_a_quiet_run_leaves_out_the_warnings_of_results(warned: list[str], rbstab: Invoke) -> None:
+    assert WARNING not in rbstab("run", "--no-prove", "-q", *warned).output
+
+
 def test_an_interrupt_just_after_a_run_is_stored_counts_it(
     folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -4,14 +4,22 @@ Python, so that nothing is written in their place.
 
 import errno
 import os
+import re
+from pathlib import Path
 
 import pytest
 
+from rbstab.config.errors import ConfigError
 from rbstab.experiment.robust.cache import all_bodies
-from rbstab.files.existence import exists
+from rbstab.files.existence import exists, is_dir, is_file
+from rbstab.listing.kinds import kind_of
 from rbstab.report.reading.untrusted import file_of
-from rbstab.store.disk.existence import check_folder, path_exists
+from rbstab.store.disk.existence import check_folder, path_exists, path_is_dir, path_is_file
 from rbstab.store.errors import StoreError
+from rbstab.sweep.plan.load import load_plan
+from rbstab_cli.arguments.results import results_among
+
+ROOT = Path(__file__).parents[2]
 
 TOO_LONG = "a" * 300
 
@@ -30,12 +38,15 @@ def test_what_exists(tmp_path):
     file.write_text("")
     assert exists(tmp_path)
     assert exists(file)
+    assert (is_dir(tmp_path), is_dir(file)) == (True, False)
+    assert (is_file(tmp_path), is_file(file)) == (False, True)
 
 
 @pytest.mark.parametrize("name", ["missing", "missing/b", "file/b", "null\0"])
 def test_what_does_not_exist(tmp_path, name):
     (tmp_path / "file").write_text("")
-    assert not exists(tmp_path / name)
+    for test in (exists, is_file, is_dir, path_exists, path_is_file, path_is_dir):
+        assert not test(tmp_path / name)
 
 
 @POSIX
@@ -50,10 +61,12 @@ def test_a_link_that_leads_nowhere_does_not_exist(tmp_path, target):
 def test_an_error_of_the_disk_is_raised(tmp_path, monkeypatch, number):
     with monkeypatch.context() as patch:
         patch.setattr(os, "stat", failing(number))
-        with pytest.raises(OSError, match=os.strerror(number)):
-            exists(tmp_path)
-        with pytest.raises(StoreError, match=f"cannot be read: {os.strerror(number)}"):
-            path_exists(tmp_path)
+        for test in (exists, is_file, is_dir):
+            with pytest.raises(OSError, match=os.strerror(number)):
+                test(tmp_path)
+        for question in (path_exists, path_is_file, path_is_dir, kind_of):
+            with pytest.raises(StoreError, match=f"cannot be read: {os.strerror(number)}"):
+                question(tmp_path)
 
 
 @POSIX
@@ -86,3 +99,52 @@ def test_proofs_that_cannot_be_listed_are_not_absent(tmp_path, monkeypatch):
             patch.setattr(os, name, failing(errno.EIO))
         with pytest.raises(StoreError, match="cannot be read"):
             all_bodies(tmp_path)
+
+
+OWN_FILES = {"src/rbstab/packaged/examples.py", "src/rbstab/experiment/provenance.py"}
+"""These test files of the program itself."""
+
+
+def test_no_path_of_a_user_is_tested_without_the_errors_of_its_disk():
+    tests = re.compile(r"\.(is_file|is_dir|exists)\(\)|os\.path\.(exists|isfile|isdir)\(")
+    found = {
+        file.relative_to(ROOT).as_posix()
+        for folder in ("src", "cli")
+        for file in (ROOT / folder).rglob("*.py")
+        if tests.search(file.read_text(encoding="utf-8"))
+    }
+    assert found == OWN_FILES
+
+
+def broken(monkeypatch, name):
+    """Let the disk report an error at all paths with a name, as Python 3.14 would hide it."""
+    stat = os.stat
+
+    def failing_there(path, *arguments, **options):
+        if os.fspath(path).endswith(name):
+            raise OSError(errno.EIO, os.strerror(errno.EIO), os.fspath(path))
+        return stat(path, *arguments, **options)
+
+    monkeypatch.setattr(os, "stat", failing_there)
+
+
+def test_a_base_on_a_disk_with_errors_is_not_called_missing(tmp_path, monkeypatch):
+    """What reads it says what is wrong; here it can be read."""
+    (tmp_path / "base.yaml").write_text("title: t\n")
+    plan = tmp_path / "plan.yaml"
+    plan.write_text("base: base.yaml\nvary: {body.mass: {values: [40, 41]}}\n")
+    with monkeypatch.context() as patch:
+        broken(patch, "base.yaml")
+        with pytest.raises(ConfigError) as caught:
+            load_plan(plan)
+    assert "which is not a file" not in str(caught.value)
+
+
+def test_results_on_a_disk_with_errors_are_not_left_out(tmp_path, monkeypatch):
+    paths = [tmp_path / "a.h5", tmp_path / "b.html"]
+    for path in paths:
+        path.write_text("")
+    assert results_among(paths, quiet=True) == (paths[0],)
+    with monkeypatch.context() as patch:
+        broken(patch, "b.html")
+        assert results_among(paths, quiet=True) == tuple(paths)

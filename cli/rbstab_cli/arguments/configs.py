@@ -84,6 +84,18 @@ def print_warnings(configs: dict[str, "Config"]) -> None:
         click.echo(f"warning: {labels[0]}{more}: {warning}", err=True)
 
 
+def is_result_file(path: Path) -> bool:
+    """Return whether a path is the file of a result; False if the disk reports an error.
+
+    Then the problems of reading it say which.
+    """
+    from rbstab.files.existence import is_file
+
+    with suppress(OSError):
+        return path.suffix == RESULT_SUFFIX and is_file(path)
+    return False
+
+
 def result_problem(path: Path, wanted: str) -> str:
     """Return a line on the file of a result that was named in place of a config or a plan."""
     from rbstab.config.errors import ConfigProblem, Location
@@ -105,7 +117,7 @@ def problem_lines(path: Path, error: "ConfigError", for_plans: str = "") -> list
     from rbstab.files.shell_words import shell_word
     from rbstab.sweep.plan.load import is_plan
 
-    if path.suffix == RESULT_SUFFIX and path.is_file():
+    if is_result_file(path):
         return [result_problem(path, "a config")]
     with suppress(ConfigError):
         if is_plan(path):

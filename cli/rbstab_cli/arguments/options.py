@@ -28,12 +28,13 @@ ALLOW_PYTHON = click.option(
 AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print the results as JSON.")
 """The option --json of commands that print their results as a table."""
 
-QUIET = click.option(
-    "-q",
-    "--quiet",
-    is_flag=True,
-    help="Print no progress and no hints; problems are still printed.",
-)
+
+def quiet_option(help_text: str) -> Decorator:
+    """Return the option -q."""
+    return click.option("-q", "--quiet", is_flag=True, help=help_text)
+
+
+QUIET = quiet_option("Print no progress and no hints; problems are still printed.")
 """The option -q of commands that show their progress."""
 
 

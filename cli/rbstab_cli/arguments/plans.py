@@ -14,11 +14,16 @@ def sweep_name(path: Path) -> str:
 
 
 def is_in_sweep_folder(path: Path) -> bool:
-    """Whether a plan is the copy in the folder of its sweep; this copy names its engine."""
+    """Whether a plan is the copy in the folder of its sweep; this copy names its engine.
+
+    Raises:
+        OSError: The disk reports an error.
+    """
+    from rbstab.files.existence import is_file
     from rbstab.sweep.folder.manifest import MANIFEST
     from rbstab.sweep.folder.sweep_folder import PLAN_FILE
 
-    return path.name == PLAN_FILE and (path.parent / MANIFEST).is_file()
+    return path.name == PLAN_FILE and is_file(path.parent / MANIFEST)
 
 
 def plan_problem_lines(path: Path, error: "ConfigError") -> list[str]:
@@ -26,9 +31,9 @@ def plan_problem_lines(path: Path, error: "ConfigError") -> list[str]:
     from rbstab.config.errors import ConfigError, ConfigProblem, Location
     from rbstab.files.shell_words import shell_word
     from rbstab.sweep.plan.load import is_config
-    from rbstab_cli.arguments.configs import RESULT_SUFFIX, result_problem
+    from rbstab_cli.arguments.configs import is_result_file, result_problem
 
-    if path.suffix == RESULT_SUFFIX and path.is_file():
+    if is_result_file(path):
         return [result_problem(path, "a plan")]
     with suppress(ConfigError):
         if is_config(path):

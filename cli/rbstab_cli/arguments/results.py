@@ -39,27 +39,40 @@ def results_among(paths: Sequence[Path], *, quiet: bool = False) -> tuple[Path, 
 
 def _stands_beside_results(path: Path) -> bool:
     """Whether a path is a file or folder that the program or a user keeps beside results."""
-    from rbstab.listing.kinds import Kind, kind_of
-    from rbstab.report.reading.not_results import CONFIG, PLAN, what_it_is
     from rbstab.store.errors import StoreError
 
     try:
-        kind = kind_of(path)
-    except StoreError:
+        return _is_kept_beside(path)
+    except (StoreError, OSError):
+        # Reading it says why.
         return False
+
+
+def _is_kept_beside(path: Path) -> bool:
+    """Whether a path is no result.
+
+    Raises:
+        StoreError, OSError: The path cannot be tested.
+    """
+    from rbstab.files.existence import is_file
+    from rbstab.listing.kinds import Kind, kind_of
+    from rbstab.report.reading.not_results import CONFIG, PLAN, what_it_is
+
+    kind = kind_of(path)
     if kind in (Kind.PROOF, Kind.SHARD) or (kind is not Kind.SWEEP and _is_in_sweep(path)):
         return True
     if kind is Kind.FOLDER:
         return _is_own_folder(path)
     # A config may have any name; the message about it names the command that runs it.
-    is_other = path.is_file() and path.suffix.lower() in OTHER_FILES
+    is_other = path.suffix.lower() in OTHER_FILES and is_file(path)
     return is_other and what_it_is(path) not in (CONFIG, PLAN)
 
 
 def _is_in_sweep(path: Path) -> bool:
+    from rbstab.files.existence import is_file
     from rbstab.sweep.folder.manifest import MANIFEST
 
-    return (path.absolute().parent / MANIFEST).is_file()
+    return is_file(path.absolute().parent / MANIFEST)
 
 
 def _is_own_folder(path: Path) -> bool:

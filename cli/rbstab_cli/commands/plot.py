@@ -24,8 +24,16 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path),
     help="File of the figure: .svg, .pdf or .png, 170 mm wide; .csv has its data.",
 )
+@click.option(
+    "--column",
+    is_flag=True,
+    help="Draw it 80 mm wide, for one column of a paper: its panels are below each other, and its "
+    "texts have 8 points.",
+)
 @click.option("--force", is_flag=True, help="Replace FILE if it exists.")
-def command(results: tuple[Path, ...], name: str | None, output: Path | None, force: bool) -> None:
+def command(
+    results: tuple[Path, ...], name: str | None, output: Path | None, column: bool, force: bool
+) -> None:
     """Draw one figure of runs and sweeps, or write its data.
 
     The figures are those of `rbstab report` on the same results. Without --figure their names and
@@ -41,6 +49,8 @@ def command(results: tuple[Path, ...], name: str | None, output: Path | None, fo
     if output is not None and form is None:
         endings = ", ".join(f".{ending}" for ending in FORMS)
         raise click.UsageError(f"-o {output}: expected a file name that ends in {endings}")
+    if column and form in (None, "csv"):
+        raise click.UsageError("--column is of use only with -o FILE that ends in .svg, .pdf, .png")
     if form is not None and form != "csv":
         _check_matplotlib()
     if output is not None:
@@ -54,7 +64,7 @@ def command(results: tuple[Path, ...], name: str | None, output: Path | None, fo
         raise click.UsageError(
             f"--figure {name}: unknown; expected one of {', '.join(figures)}{hint}"
         )
-    _write(output, figure_bytes(figures[name], form), force=force)
+    _write(output, figure_bytes(figures[name], form, column=column), force=force)
 
 
 def _check_matplotlib() -> None:

@@ -160,11 +160,12 @@ def _refuse_inputs(path: Path | None, results: tuple[Path, ...]) -> None:
 
 
 def _is_report(path: Path) -> bool:
+    from rbstab.files.existence import is_file
     from rbstab.report.writers.signature import is_report
 
     try:
         # Opening a pipe would wait for a writer.
-        return path.is_file() and is_report(path)
+        return is_file(path) and is_report(path)
     except (OSError, ValueError):
         return False
 

@@ -14,7 +14,13 @@ from rbstab_cli.arguments.choice import Choice
 from rbstab_cli.arguments.configs import load_all
 from rbstab_cli.arguments.engine import refuse_engine_change
 from rbstab_cli.arguments.members import MEMBERS, load_members
-from rbstab_cli.arguments.options import ALLOW_PYTHON, AS_JSON, CHANGES, QUIET, results_folder
+from rbstab_cli.arguments.options import (
+    ALLOW_PYTHON,
+    AS_JSON,
+    CHANGES,
+    quiet_option,
+    results_folder,
+)
 from rbstab_cli.arguments.outputs import check_results_folder
 
 if TYPE_CHECKING:
@@ -61,7 +67,7 @@ MAX_NAMED = 6
 )
 @ALLOW_PYTHON
 @AS_JSON
-@QUIET
+@quiet_option("Print no progress, no hints and no warnings of results; problems are still printed.")
 def command(
     configs: tuple[Path, ...],
     output: Path,
@@ -120,7 +126,7 @@ def command(
         batch.say_interrupted(len(loaded))
     if not printed:
         _print_table(batch.finished)
-    _print_answers(batch.finished, as_json=as_json)
+    _print_answers(batch.finished, as_json=as_json, quiet=quiet)
     if batch.finished and not quiet and batch.exit_code != exit_codes.INTERRUPTED:
         from rbstab.files.shell_words import shell_word
 
@@ -371,14 +377,22 @@ def _print_table(runs: list[_Finished]) -> None:
     print_table(table)
 
 
-def _print_answers(runs: list[_Finished], *, as_json: bool) -> None:
-    """Print the answers of runs: their words, and for a few runs their sentences."""
+def _print_answers(runs: list[_Finished], *, as_json: bool, quiet: bool) -> None:
+    """Print the answers of runs: their words, and for a few runs their sentences.
+
+    The warnings of the results go to stderr, unless the command is quiet.
+    """
+    from rbstab_cli.output.result_warnings import own_warnings, print_result_warnings
+
+    warnings = {f.run.path: [] if quiet else own_warnings(f.run.result, f.config) for f in runs}
     if as_json:
         from rbstab_cli.output.json_output import print_json
 
         print_json([_run_data(finished) for finished in runs])
+        for path, own in warnings.items():
+            print_result_warnings(path, own)
         return
     from rbstab.experiment.answers.run_answer import answer_of
     from rbstab_cli.output.answers import print_answers
 
-    print_answers([(f.run.path, answer_of(f.run.result, f.proof)) for f in runs])
+    print_answers([(f.run.path, answer_of(f.run.result, f.proof)) for f in runs], warnings)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rbstab_cli.arguments.configs import load_all
-from rbstab_cli.arguments.options import ALLOW_PYTHON, CHANGES, REPLACE_FILE, output_file
+from rbstab_cli.arguments.options import ALLOW_PYTHON, CHANGES, QUIET, REPLACE_FILE, output_file
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -65,6 +65,7 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="Print all results as JSON.")
 @output_file("Write the output to FILE instead of printing it.")
 @REPLACE_FILE
+@QUIET
 def command(
     configs: tuple[Path, ...],
     search_only: bool,
@@ -78,6 +79,7 @@ def command(
     as_json: bool,
     output: Path | None,
     force: bool,
+    quiet: bool,
 ) -> None:
     """Find the rest states of configs, and prove where motions converge.
 
@@ -107,14 +109,14 @@ def command(
     loci = checked_along(loaded, alongs)
     reports = []
     for path, config in loaded.items():
-        with _shown(path.name, tolerances[path], largest) as progress:
+        with _shown(path.name, tolerances[path], largest, quiet=quiet) as progress:
             within = proved_within(config, results, withins, tolerances[path], largest, progress)
         problem = problem_of(config)
-        with working(f"{path.name}: rest states", wanted=True):
+        with working(f"{path.name}: rest states", wanted=not quiet):
             proof = _proof(config, problem, results, search_only=search_only)
         enclose = Enclose.NOTHING if search_only else Enclose.UNTIL_PROVED
         label = compiling(config.integration.engine, len(problem.system.elements)) or "exact motion"
-        with working(f"{path.name}: {label}", wanted=not (no_run and search_only)):
+        with working(f"{path.name}: {label}", wanted=not (quiet or (no_run and search_only))):
             stored = results / f"{path.stem}.h5"
             run = None if no_run else _run(config, problem, stored, proof, enclose)
             found = None if search_only else _convergence(config, problem, proof, run)
@@ -132,15 +134,15 @@ def command(
 
 
 def _shown(
-    name: str, tolerances: "Sequence[Tolerance]", largest: tuple[str, ...]
+    name: str, tolerances: "Sequence[Tolerance]", largest: tuple[str, ...], *, quiet: bool
 ) -> "AbstractContextManager[Progress | None]":
     """Show the progress of the proofs within tolerances of one config; without them nothing."""
     from rbstab_cli.arguments.within import are_of_starts
     from rbstab_cli.output.progress import fraction_bar, working
 
     if are_of_starts(tolerances):
-        return fraction_bar(name)
-    return working(f"{name}: all bodies", wanted=bool(tolerances or largest))
+        return fraction_bar(name, wanted=not quiet)
+    return working(f"{name}: all bodies", wanted=bool(tolerances or largest) and not quiet)
 
 
 def _proof(config: "Config", problem: "Problem", results: Path, *, search_only: bool) -> "Proof":

@@ -141,6 +141,7 @@ def command(
     finished shards are not computed again. A member that does not complete is stored with its
     status. If no member completes, the exit code is 3.
     """
+    from rbstab.files.existence import is_file
     from rbstab.store.errors import StoreError
 
     if (plan is None) == (status_of is None):
@@ -168,7 +169,7 @@ def command(
         elif plan is not None:
             with ExitStack() as stack:
                 compared = not (dry_run or part or dask or engine == "scipy" or threads == 1)
-                worker = _comparison_worker(stack) if compared and plan.is_file() else None
+                worker = _comparison_worker(stack) if compared and is_file(plan) else None
                 folder = output / sweep_name(plan)
                 refuse_engine_change(changes)
                 with keep_imports():

@@ -52,6 +52,7 @@ def command(
     bounds and no arithmetic with the program that made the proof: it computes all of them anew, in
     balls of 128 bits. If a claim is wrong or cannot be confirmed, the exit code is 4.
     """
+    from rbstab.files.existence import is_dir
     from rbstab_cli.arguments.proofs import is_other_proof, proofs_of_folder
     from rbstab_cli.output.text_file import check_target
 
@@ -60,7 +61,7 @@ def command(
     if certificate is not None:
         check_target(certificate, force=force)
     config = None if config_path is None else _config(config_path, changes)
-    if proof.is_dir():
+    if is_dir(proof):
         if certificate is not None:
             raise click.UsageError(
                 f"--certificate needs the file of one proof; {proof} is a folder"
@@ -146,10 +147,11 @@ def _checked(
 
 def _refuse_others(path: Path) -> None:
     """Say what a file is that is not a proof, and how to get a proof of it."""
+    from rbstab.files.existence import is_file
     from rbstab.files.shell_words import shell_word
     from rbstab.report.reading.not_results import CONFIG, PROOF, what_it_is
 
-    what = "a result" if path.suffix == ".h5" and path.is_file() else what_it_is(path)
+    what = "a result" if path.suffix == ".h5" and is_file(path) else what_it_is(path)
     if what in {None, PROOF}:
         return
     prove = f"Prove it: rbstab stability {shell_word(path)}. " if what == CONFIG else ""

@@ -1,9 +1,12 @@
 """The answers of runs, printed: what is known about stability, and how surely."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+
+from rbstab_cli.output.result_warnings import print_result_warnings
 
 if TYPE_CHECKING:
     from rbstab.experiment.answers.run_answer import RunAnswer
@@ -25,10 +28,17 @@ def print_answer(answer: "RunAnswer") -> None:
         click.echo(f"  {question + ':':<13}{word} {found.sentence}.")
 
 
-def print_answers(answers: "list[tuple[Path, RunAnswer]]") -> None:
+def print_answers(
+    answers: "list[tuple[Path, RunAnswer]]", warnings: Mapping[Path, Sequence[str]]
+) -> None:
     """Print the answers of several runs: a table of their words, then their sentences.
 
-    Answers that several runs share are printed once.
+    Answers that several runs share are printed once. The warnings of a run follow its answer, on
+    stderr.
+
+    Args:
+        answers: The answers by the files of the runs.
+        warnings: The warnings by the files of the runs.
     """
     if len(answers) > 1:
         _print_words(answers)
@@ -37,11 +47,15 @@ def print_answers(answers: "list[tuple[Path, RunAnswer]]") -> None:
         shared.setdefault(answer, []).append(path)
     if len(shared) > MAX_SENTENCES:
         click.echo("rbstab show FILE says why.")
+        for path, _ in answers:
+            print_result_warnings(path, warnings[path])
         return
     for answer, paths in shared.items():
         more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
         click.echo(f"{paths[0]}{more}")
         print_answer(answer)
+        for path in paths:
+            print_result_warnings(path, warnings[path])
 
 
 def _print_words(answers: "list[tuple[Path, RunAnswer]]") -> None:

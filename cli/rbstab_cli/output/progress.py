@@ -11,19 +11,20 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def fraction_bar(name: str) -> "Iterator[Callable[[float, int], None] | None]":
+def fraction_bar(name: str, *, wanted: bool) -> "Iterator[Callable[[float, int], None] | None]":
     """Show a bar on stderr with the fraction of the starts that is proved.
 
     A line above it says how much work there may be, and how to stop it.
 
     Args:
         name: The label of the bar.
+        wanted: Whether to show the bar if stderr is a terminal.
 
     Yields:
-        The callback, with the fraction and the number of parts that are left; None if stderr is no
-        terminal.
+        The callback, with the fraction and the number of parts that are left; None if there is no
+        bar.
     """
-    if not sys.stderr.isatty():
+    if not (wanted and sys.stderr.isatty()):
         yield None
         return
     from rich.console import Group

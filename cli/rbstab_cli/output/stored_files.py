@@ -48,12 +48,13 @@ def _show_folder(path: Path, *, as_json: bool) -> None:
 
 
 def _show_sweep(folder: Path, *, as_json: bool) -> None:
+    from rbstab.files.existence import is_file
     from rbstab.files.shell_words import shell_word
     from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SWEEP_FILE
     from rbstab_cli.output.sweeps.sweep_report import report_status
 
     report_status(folder, as_json=as_json)
-    gathered = (folder / SWEEP_FILE).is_file()
+    gathered = is_file(folder / SWEEP_FILE)
     following = (
         f"report {shell_word(folder)}" if gathered else f"sweep {shell_word(folder / PLAN_FILE)}"
     )

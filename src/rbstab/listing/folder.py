@@ -8,6 +8,7 @@ from rbstab.experiment.proof_cache import PROOFS
 from rbstab.files.shell_words import shell_word
 from rbstab.integrate.status import RunStatus
 from rbstab.listing.kinds import Kind, kind_of
+from rbstab.store.disk.existence import path_exists, path_is_file
 from rbstab.store.disk.isolated_reading import IsolatedReader, IsolatedReaders
 from rbstab.store.errors import StoreError
 from rbstab.store.run_file import open_result
@@ -64,7 +65,7 @@ def entries_of(folder: Path) -> list[Entry]:
     kind = kind_of(folder)
     if kind is Kind.SWEEP:
         return [_entry(folder, Kind.SWEEP)]
-    if kind is not Kind.FOLDER and folder.is_file():
+    if kind is not Kind.FOLDER and path_is_file(folder):
         raise StoreError(
             f"{folder} is a file. List the folder it is in: rbstab list {shell_word(folder.parent)}"
         )
@@ -90,7 +91,7 @@ def proofs_in(folder: Path) -> int:
 def _entry(path: Path, kind: Kind, read: Callable[[Path], _Said] | None = None) -> Entry:
     file = path / SWEEP_FILE if kind is Kind.SWEEP else path
     try:
-        modified = (file if file.exists() else path).stat().st_mtime
+        modified = (file if path_exists(file) else path).stat().st_mtime
         # Anybody may have written a file, with a right seal too.
         said = _sweep(path) if read is None else read(path)
     except (StoreError, OSError) as error:
@@ -118,7 +119,7 @@ _counts = IsolatedReader(_read_counts)
 def _sweep(path: Path) -> _Said:
     folder = read_folder(path)
     manifest = folder.manifest
-    if not folder.sweep_file.is_file():
+    if not path_is_file(folder.sweep_file):
         shards = f"{len(folder.stored_shards())} of {folder.shards} shards are stored"
         return _Said(manifest.title, shards, NOT_KNOWN, NOT_KNOWN)
     counts = _counts(folder.sweep_file)

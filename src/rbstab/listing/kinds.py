@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rbstab.config.source import YAML
 from rbstab.experiment.proof_cache import PROOFS
-from rbstab.store.disk.existence import path_exists
+from rbstab.store.disk.existence import path_is_dir, path_is_file
 from rbstab.store.shard_file import SHARD_SUFFIX
 from rbstab.sweep.folder.manifest import MANIFEST
 from rbstab.sweep.folder.sweep_folder import SHARDS, SWEEP_FILE, TRACES
@@ -29,12 +29,11 @@ def kind_of(path: Path) -> Kind:
     Raises:
         StoreError: The path cannot be tested.
     """
-    path_exists(path)
-    if path.is_dir():
-        return Kind.SWEEP if (path / MANIFEST).is_file() else Kind.FOLDER
+    if path_is_dir(path):
+        return Kind.SWEEP if path_is_file(path / MANIFEST) else Kind.FOLDER
     folder = path.absolute().parent
-    in_sweep = (folder.parent / MANIFEST).is_file()
-    if path.name == SWEEP_FILE and (folder / MANIFEST).is_file():
+    in_sweep = path_is_file(folder.parent / MANIFEST)
+    if path.name == SWEEP_FILE and path_is_file(folder / MANIFEST):
         return Kind.SWEEP
     if in_sweep and folder.name == SHARDS and path.suffix == SHARD_SUFFIX:
         return Kind.SHARD
@@ -42,12 +41,16 @@ def kind_of(path: Path) -> Kind:
         return Kind.TRACES
     if path.suffix == ".json" and folder.name == PROOFS:
         return Kind.PROOF
-    is_yaml = path.suffix.lower() in YAML and path.is_file()
+    is_yaml = path.suffix.lower() in YAML and path_is_file(path)
     return Kind.CONFIG if is_yaml else Kind.RUN
 
 
 def sweep_folder_of(path: Path) -> Path:
-    """Return the folder of a sweep that a path of one of the kinds of sweeps belongs to."""
-    if path.is_dir():
+    """Return the folder of a sweep that a path of one of the kinds of sweeps belongs to.
+
+    Raises:
+        StoreError: The path cannot be tested.
+    """
+    if path_is_dir(path):
         return path
     return path.parent if path.name == SWEEP_FILE else path.parent.parent

@@ -13,8 +13,9 @@ from support.figure_runs import (
 )
 from support.sections import figures_in
 
-from rbstab.report.model.figure import Bars, Level, Points, Stack
+from rbstab.report.model.figure import Axis, Bars, Level, Line, Panel, Points, Stack
 from rbstab.report.model.palette import COLOURS
+from rbstab.report.runs.figures.curves import layered
 from rbstab.report.runs.sections import MAX_CURVES, run_sections
 from rbstab.systems.quantities import BY_NAME
 
@@ -281,3 +282,20 @@ def test_what_stands_in_place_of_v_is_called_so():
         decay = figures_of(*kinds)["runs-decay"]
         assert [panel.y.label for panel in decay.panels[:2]] == [label, label]
     assert "ε" not in figures_of("free")["runs-decay"].caption
+
+
+def test_curves_that_swing_much_are_behind_the_others():
+    """The first run covers all of the panel; in all panels it is behind, in its own place."""
+    x = np.linspace(0.0, 1.0, 400)
+    swinging = np.where(np.arange(400) % 4 < 2, 1.0, -1.0)
+    curves = [
+        (Line(x, swinging, "a"), Line(x, 0.3 * swinging, "b", colour=1), Line(x, x, "c")),
+        (Line(x, x, "a"), Line(x, x, "b", colour=1), Line(x, x, "c")),
+    ]
+    panels = layered([Panel(Axis("t"), Axis("y"), marks) for marks in curves])
+    for panel, given in zip(panels, curves, strict=True):
+        assert [curve.label for curve in lines_of(panel)] == ["a", "b", "c"]
+        assert [curve.depth for curve in lines_of(panel)] == [2, 1, 0]
+        assert [curve.colour for curve in lines_of(panel)] == [curve.colour for curve in given]
+    (calm,) = layered([Panel(Axis("t"), Axis("y"), curves[1])])
+    assert [curve.depth for curve in lines_of(calm)] == [0, 0, 0]

@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 from markdown_it import MarkdownIt
 
-from rbstab.report.model.document import Cell, Head, Report, Section, Table, Unread
+from rbstab.report.model.document import (
+    Card,
+    Cards,
+    Cell,
+    Head,
+    Report,
+    Section,
+    Table,
+    Unread,
+)
 from rbstab.report.model.figure import Axis, Figure, Line, Panel
 from rbstab.report.writers.markdown import escaped, markdown, write_markdown
 
@@ -147,3 +156,9 @@ def test_the_same_report_has_the_same_pictures(tmp_path):
 def test_without_figures_there_is_no_folder(tmp_path):
     write_markdown(report_with("x"), tmp_path / "a.md")
     assert [path.name for path in tmp_path.iterdir()] == ["a.md"]
+
+
+def test_the_words_on_cards_are_a_list_of_meanings() -> None:
+    cards = Cards("c", (Card("1", ()),), (("seen", "held along the run"), ("E", "a length")))
+    text = markdown(Report("t", "c", "c", (Section("s", "S", (cards,)),)), {})
+    assert "\n\n- *seen*: held along the run\n- *E*: a length\n" in text

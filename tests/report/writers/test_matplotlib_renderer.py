@@ -493,3 +493,38 @@ def test_a_curve_of_which_nothing_is_drawn_is_not_in_the_legend():
     zeros = Line(X, np.zeros(7), "nothing")
     drawing = draw_figure(figure_of(Line(X, X, "energy"), zeros, y=Axis("e", "J", log=True)))
     assert legend_of(drawing) == ["energy"]
+
+
+@pytest.mark.parametrize("most", [0.0, 1.0, 2.0, 3.0, 40.0])
+def test_an_axis_that_counts_has_ticks_at_whole_numbers(most):
+    bars = Bars(np.arange(4.0), np.array([most / 2 // 1, most, 0.0]))
+    axes = axes_of(figure_of(bars, y=Axis("members", whole=True)))
+    assert all(tick.is_integer() for tick in axes.get_yticks())
+    if most == 1.0:
+        assert not all(tick.is_integer() for tick in axes_of(figure_of(bars)).get_yticks())
+
+
+def test_a_curve_behind_others_is_wider_and_paler():
+    axes = axes_of(figure_of(Line(X, Y, "behind", depth=1), Line(X, -Y, "before")))
+    behind, before = axes.lines
+    assert behind.get_zorder() < before.get_zorder()
+    assert behind.get_alpha() < before.get_alpha() == 1.0
+    assert behind.get_linewidth() > before.get_linewidth()
+
+
+def test_a_figure_for_a_column_has_its_panels_below_each_other_and_nothing_is_cut():
+    label = "a run with a long name, longer than a column of a paper is wide"
+    panels = tuple(
+        Panel(Axis("time t", "s"), Axis("a quantity with a long name", "kg m²/s²"), (line,))
+        for line in (Line(X, Y, label), Line(X, 2 * Y, "short"))
+    )
+    drawing = draw_figure(Figure("f", "F", panels, columns=2), column=True)
+    first, second = drawing.axes
+    drawing.draw_without_rendering()
+    assert drawing.get_figwidth() == pytest.approx(80 / 25.4)
+    assert first.get_position().y0 > second.get_position().y1
+    assert first.get_position().width > 0.5
+    box = drawing.get_tightbbox()
+    assert box.x0 >= -0.01
+    assert box.x1 <= drawing.get_figwidth() + 0.01
+    assert " ".join(legend_of(drawing)[0].split()) == label

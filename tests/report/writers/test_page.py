@@ -135,3 +135,10 @@ def test_a_caption_of_several_sketches_stands_once_in_rows() -> None:
     cards = tuple(Card(str(k), (), sketch=sketch) for k, sketch in enumerate(sketches))
     text = page(Report("t", "c", "c", (Section("s", "S", (Cards("c", cards),)),)))
     assert text.count('<p class="again">') == 1
+
+
+def test_the_words_on_cards_are_a_list_of_meanings() -> None:
+    cards = Cards("c", (Card("1", ()),), (("seen", "held along the run"), ("E", "a <length>")))
+    text = page(Report("t", "c", "c", (Section("s", "S", (cards,)),)))
+    assert "<dt>seen:</dt> <dd>held along the run</dd>" in text
+    assert "<dt>E:</dt> <dd>a &lt;length&gt;</dd>" in text

@@ -174,6 +174,28 @@ def test_a_low_table_is_not_broken_between_pages():
         assert "A sentence." in page
 
 
+@pytest.mark.parametrize("rows", [26, 49, 50, 51, 98, 99, 100, 101])
+def test_each_page_of_a_high_table_has_some_rows_and_the_heads(rows):
+    for lines in (0, 20, 27, 28, 29, 30, 31):
+        pages = read(report(*["Line."] * lines, table_of(3, rows))).pages
+        texts = [page.extract_text() for page in pages]
+        counts = [text.count("-0.") for text in texts]
+        assert sum(counts) == rows
+        assert all(count == 0 or count >= 3 for count in counts), (lines, counts)
+        assert all("h2 [m]" in text for text in texts if "-0." in text)
+        (titled,) = [text for text in texts if "A table" in text]
+        assert "r0-0" in titled
+
+
+def test_the_low_parts_of_a_wide_table_are_not_broken():
+    """Of the five parts of 12 rows, no two fit below the lines, but each fits on a page."""
+    for lines in range(0, 30, 5):
+        pages = read(report(*["Line."] * lines, table_of(40, 12, width=14))).pages
+        for page in pages:
+            text = page.extract_text()
+            assert text.count("r0-0") == text.count("r11-0")
+
+
 def test_a_long_text_in_a_wide_table_gets_a_wide_column():
     """Eight columns leave 28 mm for a text of 340 characters: some 14 lines in each row."""
     long = "; ".join(f"angular velocity[{n}] = 0.12345" for n in range(11))
@@ -290,7 +312,7 @@ def test_cards_are_boxes_with_the_answers():
         Statement("Does every motion?", "not decided", "Nothing is known"),
     )
     card = Card("case 1", statements, (("v(0)", "12 J"), ("ended", "late")), target="second")
-    many = Cards("answers", (card,) * 9, "What the words mean.")
+    many = Cards("answers", (card,) * 9, (("seen", "what the word means"),))
     after = table_of(3, 2)
     reader = read(report(many, after))
     text = text_of(reader)
@@ -300,7 +322,7 @@ def test_cards_are_boxes_with_the_answers():
     for page in reader.pages:
         own = page.extract_text()
         assert own.count("Does it rest?") == own.count("12 J")
-    assert "What the words mean." in text
+    assert "Seen: what the word means." in text
     links = [a.get_object() for page in reader.pages for a in page.get("/Annots", [])]
     assert {str(link["/Dest"]) for link in links} == {"second"}
 

@@ -410,3 +410,34 @@ def test_words_too_long_for_their_categories_stand_upright() -> None:
 
 def test_a_label_of_many_words_is_cut() -> None:
     assert tick_lines("one two three four", 4, 2) == ["one", "two …"]
+
+
+@pytest.mark.parametrize(("most", "step"), [(2.0, 1), (8.0, 1), (40.0, None)])
+def test_an_axis_that_counts_has_ticks_at_whole_numbers(most: float, step: int | None) -> None:
+    """plotly's own ticks are at halves on short axes only."""
+    counts = Axis("members", whole=True)
+    bars = Bars(np.arange(4.0), np.array([1.0, most, 0.0]))
+    line = Line(np.arange(3.0), np.array([0.0, most, most]))
+    for mark in (bars, line):
+        drawn = drawing_of(mark, y=counts)
+        assert [drawn[name]["yaxis"].get("dtick") for name in ("layout", "narrow")] == [step, step]
+        assert "dtick" not in drawing_of(mark)["layout"]["yaxis"]
+
+
+def test_panels_with_one_axis_have_its_ticks() -> None:
+    counts = Axis("members", whole=True)
+    panels = [
+        Panel(PLAIN, counts, (Bars(np.arange(3.0), np.array([1.0, most])),)) for most in (2.0, 40.0)
+    ]
+    layout = plotly_data(Figure("f", "F", tuple(panels), shared="y"))["layout"]
+    assert "dtick" not in layout["yaxis"]
+
+
+def test_a_curve_behind_others_is_wider_and_paler_and_keeps_its_place_in_the_legend() -> None:
+    x = np.arange(4.0)
+    behind, before = drawing_of(Line(x, x, "behind", depth=1), Line(x, -x, "before"))["data"]
+    assert behind["zorder"] < before.get("zorder", 0)
+    assert behind["opacity"] < 1.0
+    assert "opacity" not in before
+    assert behind["line"]["width"] > before["line"]["width"]
+    go.Figure(data=[behind, before])

@@ -124,6 +124,7 @@ def report_estimate(plan: "Plan", path: Path, options: "SweepOptions", *, as_jso
     """Print how many members of a plan remain, and an estimate of time and disk space."""
     import shutil
 
+    from rbstab.files.existence import exists
     from rbstab.processes.processors import processor_count
     from rbstab.sweep.execution.estimate import estimate
     from rbstab.sweep.members.engines import factory_for
@@ -143,7 +144,7 @@ def report_estimate(plan: "Plan", path: Path, options: "SweepOptions", *, as_jso
         data = {"folder": str(path), "engine": plan.engine, "threads": threads}
         print_json(data | {"members": members, "done": done} | found._asdict())
         return
-    parent = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
+    parent = next(folder for folder in (path, *path.absolute().parents) if exists(folder))
     free = shutil.disk_usage(parent).free
     rows = {
         "folder": str(path),

@@ -30,6 +30,11 @@ MEANINGS = {
 """What each word means, to be printed where the words first stand."""
 
 
+def words_with_meanings() -> tuple[tuple[str, str], ...]:
+    """Return the words, each with its meaning."""
+    return tuple((str(word), meaning) for word, meaning in MEANINGS.items())
+
+
 def meanings() -> str:
     """Return a sentence that says what the words mean."""
     words = "; ".join(f"{word}: {meaning}" for word, meaning in MEANINGS.items())

@@ -178,12 +178,18 @@ class Cards:
     Args:
         name: Short, in lower case and hyphens, unique in a report.
         cards: The cards.
-        note: Shown below them; "" for none.
+        words: The words and symbols on the cards, each with its meaning; shown below them.
     """
 
     name: str
     cards: tuple[Card, ...]
-    note: str = ""
+    words: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def note(self) -> str:
+        """The meanings as one paragraph; "" for none."""
+        text = "; ".join(f"{word}: {meaning}" for word, meaning in self.words)
+        return f"{text[:1].upper()}{text[1:]}." if text else ""
 
 
 Block = str | Table | Figure | Animation | Cards

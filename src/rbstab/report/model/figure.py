@@ -26,6 +26,7 @@ class Axis:
         ends: The ends of the axis; None for those of the data.
         colours: Numbers of the colours of the categories in the palette; (): 0, 1, 2, ...
         split: The two parts of a time axis with two scales; None for one scale.
+        whole: Whether its values are whole numbers, such as counts; its ticks are then, too.
     """
 
     label: str
@@ -35,6 +36,7 @@ class Axis:
     ends: tuple[float, float] | None = None
     colours: tuple[int, ...] = ()
     split: SplitTime | None = None
+    whole: bool = False
 
     @property
     def text(self) -> str:
@@ -54,6 +56,7 @@ class Line:
         colour: Number of its colour in the palette.
         dash: Number of its dash pattern: 0 solid, then dashed, dotted, dash-dotted.
         step: Whether the value stays constant from one point to the next.
+        depth: How many curves it is behind: it is drawn wider and paler than these.
     """
 
     x: Array
@@ -62,6 +65,17 @@ class Line:
     colour: int = 0
     dash: int = 0
     step: bool = False
+    depth: int = 0
+
+    @property
+    def wider(self) -> float:
+        """Its width over that of a curve in front, so that it shows on both sides of it."""
+        return 1.0 + 0.7 * min(self.depth, 3)
+
+    @property
+    def opacity(self) -> float:
+        """Its opacity, 1 in front."""
+        return (1.0, 0.55, 0.45, 0.35)[min(self.depth, 3)]
 
 
 @dataclass(frozen=True, eq=False)

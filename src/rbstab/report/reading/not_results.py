@@ -6,6 +6,7 @@ from pathlib import Path
 from rbstab.config.errors import ConfigError
 from rbstab.config.source import YAML
 from rbstab.experiment.proof_cache import PROOFS
+from rbstab.files.existence import is_file
 from rbstab.files.shell_words import shell_word
 from rbstab.sweep.plan.load import is_config, is_plan
 
@@ -22,8 +23,12 @@ COMMANDS = {
 
 
 def what_it_is(path: Path) -> str | None:
-    """Return what a file is, told by its name, place and text; None if it may be a result."""
-    if not path.is_file():
+    """Return what a file is, told by its name, place and text; None if it may be a result.
+
+    Raises:
+        OSError: The disk reports an error.
+    """
+    if not is_file(path):
         return None
     if path.suffix.lower() in YAML:
         try:

@@ -8,11 +8,12 @@ from typing import Any, Literal
 import numpy as np
 
 from rbstab.experiment.stored_certificate import CertificateLine
+from rbstab.files.existence import is_file
 from rbstab.files.shell_words import shell_word
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.element_states import state_in_file
 from rbstab.report.reading.not_results import RESULT, not_a_result
-from rbstab.store.disk.existence import path_exists
+from rbstab.store.disk.existence import path_exists, path_is_dir, path_is_file
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.result import Result, Variable
 from rbstab.store.run_file import open_result
@@ -40,13 +41,13 @@ def file_of(path: Path) -> Path:
     Raises:
         StoreError: The folder is not a sweep, the sweep is not finished, or the file is a config.
     """
-    if not path.is_dir():
+    if not path_is_dir(path):
         other = not_a_result(path)
         if other is not None:
             raise NotAResultError(f"{path} {other}")
         return path
     file = path / SWEEP_FILE
-    if path_exists(file) and file.is_file():
+    if path_is_file(file):
         return file
     if not path_exists(path / MANIFEST):
         raise NotAResultError(f"{path} is a folder, but not a sweep{_results_in(path)}")
@@ -57,11 +58,11 @@ def _results_in(folder: Path) -> str:
     """Return the end of a message that names the results in a folder of results."""
     try:
         inside = list(folder.iterdir())
+        sweeps = [path for path in inside if is_file(path / MANIFEST)]
     except OSError:
         return ""
     word = shell_word(folder)
     names = [f"{word}/*.h5"] if any(path.suffix == RESULT for path in inside) else []
-    sweeps = [path for path in inside if (path / MANIFEST).is_file()]
     names += [shell_word(path) for path in sorted(sweeps)[:MAX_NAMED]]
     more = f" and {len(sweeps) - MAX_NAMED} more sweeps" if len(sweeps) > MAX_NAMED else ""
     if not names:
@@ -84,7 +85,7 @@ def content_of(file: Path) -> Result | Literal["sweep"]:
             _check_columns(file, table)
             return SWEEP
         folder = file.absolute().parent.parent
-        if (folder / MANIFEST).is_file():
+        if path_is_file(folder / MANIFEST):
             raise StoreError(
                 f"{file} is a shard of a sweep. Name the folder of the sweep: {folder}"
             ) from error

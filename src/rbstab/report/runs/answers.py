@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.experiment.answers.run_answer import Answer
-from rbstab.experiment.answers.words import Sureness, meanings
+from rbstab.experiment.answers.words import Sureness, meanings, words_with_meanings
 from rbstab.experiment.summary import at_least
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Block, Card, Cards, Sketch, Statement
@@ -29,14 +29,20 @@ MARGIN = "v(0)/c*"
 """Name of the number that compares a start with the certified region."""
 
 SYMBOLS = {
-    "v(0)": "v: the Lyapunov function, an energy that damping takes away, zero at the lowest rest "
-    "state; v(0): v at the start.",
-    MARGIN: "c*: a level of v below which every motion is proved to converge. So v(0)/c* below 1 "
-    "is a start with that proof; above 1, nothing follows from it.",
-    "peak |E|": "E: the displacement of the contact point from its anchor.",
-    "peak |θ2|": "θ2: the second Euler angle; its range ends at ±π/2 rad, a right angle.",
+    "v(0)": (
+        "v(0)",
+        "the Lyapunov function v at the start; v is an energy that damping takes away, zero at the "
+        "lowest rest state",
+    ),
+    MARGIN: (
+        MARGIN,
+        "c* is a level of v below which every motion is proved to converge; below 1 the start has "
+        "that proof, above 1 nothing follows",
+    ),
+    "peak |E|": ("E", "the displacement of the contact point from its anchor"),
+    "peak |θ2|": ("θ2", "the second Euler angle; its range ends at ±π/2 rad, a right angle"),
 }
-"""What the symbols on the cards mean."""
+"""The symbols of the numbers on the cards, and their meanings."""
 
 
 def answer_blocks(facts: Sequence[RunFacts]) -> tuple[Block, ...]:
@@ -46,13 +52,13 @@ def answer_blocks(facts: Sequence[RunFacts]) -> tuple[Block, ...]:
         return (*sentences, meanings())
     sketches = decay_sketches([entry.run for entry in facts])
     cards = tuple(_card(entry, sketch) for entry, sketch in zip(facts, sketches, strict=True))
-    return (*sentences, Cards("answers", cards, f"{meanings()} {_symbols(cards)}"))
+    return (*sentences, Cards("answers", cards, (*words_with_meanings(), *_symbols(cards))))
 
 
-def _symbols(cards: Sequence[Card]) -> str:
-    """Return what the symbols of the cards mean, those that stand on one of them."""
+def _symbols(cards: Sequence[Card]) -> tuple[tuple[str, str], ...]:
+    """Return the symbols that stand on one of the cards, with their meanings."""
     shown = {name for card in cards for name, _ in card.facts}
-    return " ".join(text for name, text in SYMBOLS.items() if name in shown)
+    return tuple(symbol for name, symbol in SYMBOLS.items() if name in shown)
 
 
 def answer_sentence(facts: Sequence[RunFacts]) -> str:

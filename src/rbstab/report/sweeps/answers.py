@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rbstab.experiment.answers.words import Sureness, meanings
+from rbstab.experiment.answers.words import Sureness, words_with_meanings
 from rbstab.report.model.document import Block, Card, Cards, Statement
 from rbstab.report.model.words import counted, number
 from rbstab.report.sweeps.conditions.comparison import compared_quantities, ranking
@@ -13,10 +13,10 @@ from rbstab.report.sweeps.sketches import rest_sketch
 from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, PROVED
 
 SYMBOLS = (
-    "E: the displacement of the contact point from its anchor, by axis. "
-    "θ2: the second Euler angle; its range ends at ±π/2 rad, a right angle."
+    ("E1, E2, E3", "the displacement of the contact point from its anchor, by axis"),
+    ("θ2", "the second Euler angle; its range ends at ±π/2 rad, a right angle"),
 )
-"""What the symbols on the card mean."""
+"""The symbols on the card, and their meanings."""
 
 
 def answer_blocks(name: str, label: str, members: Members) -> list[Block]:
@@ -34,7 +34,7 @@ def answer_blocks(name: str, label: str, members: Members) -> list[Block]:
         target=f"{name}-members",
         sketch=rest_sketch(members, paired_conditions_of(members)),
     )
-    cards = Cards(f"{name}-answer", (card,), f"{meanings()} {SYMBOLS}")
+    cards = Cards(f"{name}-answer", (card,), (*words_with_meanings(), *SYMBOLS))
     return [*ranking(members, compared_quantities(members)), cards]
 
 

@@ -117,7 +117,7 @@ def distributed(members: Members) -> list[MemberQuantity]:
         MemberQuantity("pitch", Axis("largest |θ2|", "rad"), _masked(completed, angles[:, 1])),
         MemberQuantity("residual", Axis("max |r| / v(0)", log=True), _masked(completed, relative)),
         MemberQuantity(
-            "steps", Axis("accepted steps"), _masked(completed, members.column("steps"))
+            "steps", Axis("accepted steps", whole=True), _masked(completed, members.column("steps"))
         ),
     ]
     return [quantity for quantity in quantities if np.isfinite(quantity.values).any()]
@@ -175,4 +175,4 @@ def _row(quantity: MemberQuantity) -> tuple[Cell, ...]:
 
 def _panel(quantity: MemberQuantity) -> Panel:
     bars = histogram(quantity.values, log=quantity.axis.log)
-    return Panel(quantity.axis, Axis("members"), (bars,))
+    return Panel(quantity.axis, Axis("members", whole=True), (bars,))

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from rbstab.files.existence import is_file
 from rbstab.files.shell_words import shell_word
 from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.sweeps.borders import notable
@@ -32,7 +33,7 @@ def member_command(path: Path) -> str:
         path: The file of the sweep. If no plan is beside it, the command names PLAN.yaml.
     """
     plan = path.parent / PLAN_FILE
-    plan_name = shell_word(plan) if plan.is_file() else "PLAN.yaml"
+    plan_name = shell_word(plan) if is_file(plan) else "PLAN.yaml"
     return f"rbstab run {plan_name} --member"
 
 

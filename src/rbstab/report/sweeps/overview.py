@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from rbstab.files.existence import is_file
 from rbstab.files.shell_words import shell_word
 from rbstab.report.model.document import Cell, Head, Table
 from rbstab.report.model.words import counted, untrusted
@@ -28,7 +29,7 @@ def overview_table(name: str, members: Members, path: Path) -> Table:
         "digest of the results": untrusted(attributes.get("arrays_digest", "")),
         "computed": _versions(table),
     }
-    if (path.parent / PLAN_FILE).is_file():
+    if is_file(path.parent / PLAN_FILE):
         rows["command to repeat"] = f"rbstab sweep {shell_word(path.parent / PLAN_FILE)} -o again"
     return facts(f"{name}-facts", "The sweep", rows)
 

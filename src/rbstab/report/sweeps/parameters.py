@@ -117,7 +117,8 @@ def _parameter(axis: PlanAxis, table: Table) -> Parameter:
     label = shortened(untrusted(stored.long_name))
     if others:
         label += f" (with {', '.join(map(shortened, others))})"
-    figure_axis = Axis(label, stored.unit, log=log, categories=stored.flags)
+    whole = values.dtype.kind in "iu" and not stored.flags
+    figure_axis = Axis(label, stored.unit, log=log, categories=stored.flags, whole=whole)
     return Parameter(axis.name, name, figure_axis, values, listed)
 
 

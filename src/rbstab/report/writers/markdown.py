@@ -10,6 +10,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from rbstab.config.errors import printable
+from rbstab.files.existence import is_dir
 from rbstab.report.model.document import Animation, Cards, Report, Table
 from rbstab.report.model.figure import Figure
 from rbstab.report.writers.motion_caption import stills_caption
@@ -42,7 +43,7 @@ def write_markdown(report: Report, path: Path) -> None:
     pictures = _write_pictures(report, folder)
     links = {name: quote(f"{folder.name}/{picture}") for name, picture in pictures.items()}
     write_atomically(path, markdown(report, links).encode() + SIGNATURES["md"], replace=True)
-    if folder.is_dir():
+    if is_dir(folder):
         for old in folder.iterdir():
             if PICTURE.fullmatch(old.name) and old.name not in pictures.values():
                 old.unlink(missing_ok=True)

@@ -1,6 +1,7 @@
 """Tables of a PDF: each page repeats the headers, and no table is wider than its page."""
 
 from dataclasses import replace
+from itertools import accumulate
 from typing import NamedTuple
 
 from fpdf import FontFace
@@ -33,9 +34,15 @@ SHORT_TABLE = 24
 WIDE_TEXT = 100.0
 """Width of a text of many lines in a table that is split by columns, mm."""
 
-KEPT_HEIGHT = 70.0
+KEPT_HEIGHT = 100.0
 """A table of at most this height is not broken between two pages, mm; a higher one would leave too
-much of a page empty."""
+much of a page empty. It is broken between rows, and each page has the headers."""
+
+FEWEST_ROWS = 3
+"""Of a table that is broken, each page has at least so many rows."""
+
+MOST_KEPT = 40
+"""So many rows are higher than `KEPT_HEIGHT`; more are not measured."""
 
 MOST_LINES = 5
 """A short table is split by columns if a text would need more lines than this."""
@@ -75,8 +82,8 @@ def write_table(pdf: ReportPdf, table: Table) -> None:
     pdf.paragraph(table.title, style="B", size=SMALL + 1)
     if table.note:
         pdf.paragraph(table.note, size=SMALL, colour=GREY)
-    for part in _parts(pdf, table, fit):
-        _write_part(pdf, table, part, fit.size)
+    for number, part in enumerate(_parts(pdf, table, fit)):
+        _write_part(pdf, table, part, fit.size, below_title=number == 0)
     pdf.ln(2)
 
 
@@ -88,7 +95,8 @@ def needs_landscape(pdf: ReportPdf, table: Table) -> bool:
 def height_needed(pdf: ReportPdf, table: Table) -> float:
     """Return the height that must be left on the page where a table begins, mm.
 
-    It is the whole height of a low table; of others that of the title, the headers and two rows.
+    It is the whole height of a low table, or that of its first columns if it is split by columns;
+    of others that of the title, the headers and the first rows.
     """
     return _height_needed(pdf, table, _fit(pdf, table))
 
@@ -97,25 +105,27 @@ def _height_needed(pdf: ReportPdf, table: Table, fit: Fit) -> float:
     titles = pdf.text_height(table.title, "B", SMALL + 1)
     if table.note:
         titles += pdf.text_height(table.note, "", SMALL)
-    parts = _parts(pdf, table, fit)
-    if len(table.rows) <= SHORT_TABLE:
-        # Below each part is a space of 2 mm.
-        height = titles + sum(_part_height(pdf, table, part, fit.size) + 2 for part in parts)
-        if height <= KEPT_HEIGHT:
-            return height
-    begin = replace(table, rows=table.rows[:2])
-    height = titles + _part_height(pdf, begin, parts[0], fit.size)
+    if len(table.rows) > MOST_KEPT:
+        begin = replace(table, rows=table.rows[:FEWEST_ROWS])
+        first = sum(_row_heights(pdf, begin, _parts(pdf, table, fit)[0], fit.size))
+        return min(max(titles + first, MIN_HEIGHT), KEPT_HEIGHT)
+    heights = [_row_heights(pdf, table, part, fit.size) for part in _parts(pdf, table, fit)]
+    # Below each part is a space of 2 mm.
+    for kept in (sum(sum(rows) + 2 for rows in heights), sum(heights[0]) + 2):
+        if titles + kept <= KEPT_HEIGHT:
+            return titles + kept
+    height = titles + sum(heights[0][: 1 + FEWEST_ROWS])
     return min(max(height, MIN_HEIGHT), KEPT_HEIGHT)
 
 
-def _part_height(pdf: ReportPdf, table: Table, part: dict[int, float], size: float) -> float:
-    """Return the height of the header and the rows of a part, mm."""
+def _row_heights(pdf: ReportPdf, table: Table, part: dict[int, float], size: float) -> list[float]:
+    """Return the heights of the header and of the rows of a part, mm."""
     texts = [[_text(pdf, row[c]) for c in part] for row in table.rows]
     pdf.set_font(FAMILY, "B", size)
-    lines = max(_lines(pdf, pdf.plain(table.heads[c].text), part[c]) for c in part)
+    lines = [max(_lines(pdf, pdf.plain(table.heads[c].text), part[c]) for c in part)]
     pdf.set_font(FAMILY, size=size)
-    lines += sum(max(map(_lines, [pdf] * len(row), row, part.values())) for row in texts)
-    return lines * LEADING * size + 2 * ROW_PADDING * (1 + len(texts))
+    lines += [max(map(_lines, [pdf] * len(row), row, part.values())) for row in texts]
+    return [count * LEADING * size + 2 * ROW_PADDING for count in lines]
 
 
 def _lines(pdf: ReportPdf, text: str, width: float) -> int:
@@ -191,7 +201,47 @@ def _parts(pdf: ReportPdf, table: Table, fit: Fit) -> list[dict[int, float]]:
     return result
 
 
-def _write_part(pdf: ReportPdf, table: Table, part: dict[int, float], size: float) -> None:
+def _write_part(
+    pdf: ReportPdf, table: Table, part: dict[int, float], size: float, *, below_title: bool
+) -> None:
+    """Write a part: on one page if it is low, or else broken between rows.
+
+    Args:
+        pdf: The document.
+        table: The table.
+        part: The columns of the part, with their widths.
+        size: The size of the font.
+        below_title: Whether the title of the table is above: it has kept room for the first rows.
+    """
+    header, *heights = _row_heights(pdf, table, part, size)
+    rows = list(table.rows)
+    while True:
+        count = _fitting(heights, pdf.room - header)
+        is_low = header + sum(heights) <= KEPT_HEIGHT
+        too_few = count < len(rows) and (is_low or count < FEWEST_ROWS)
+        if too_few and not below_title and not pdf.is_at_top:
+            pdf.add_page(same=True)
+            continue
+        left = len(rows) - count
+        if 0 < left < FEWEST_ROWS and count + left >= 2 * FEWEST_ROWS:
+            count -= FEWEST_ROWS - left
+        # A row that is higher than a page is broken by fpdf2.
+        count = max(count, 1)
+        _write_rows(pdf, replace(table, rows=tuple(rows[:count])), part, size)
+        rows, heights, below_title = rows[count:], heights[count:], False
+        if not rows:
+            break
+        pdf.add_page(same=True)
+    pdf.ln(2)
+
+
+def _fitting(heights: list[float], room: float) -> int:
+    """Return how many of the first rows fit, mm."""
+    return sum(end <= room for end in accumulate(heights))
+
+
+def _write_rows(pdf: ReportPdf, table: Table, part: dict[int, float], size: float) -> None:
+    """Write the header and the rows of a part."""
     columns, widths = tuple(part), tuple(part.values())
     pdf.set_font(FAMILY, size=size)
     pdf.set_text_color(*BLACK)
@@ -218,7 +268,6 @@ def _write_part(pdf: ReportPdf, table: Table, part: dict[int, float], size: floa
                     style=FontFace(color=colour) if colour else None,
                     link=f"#{cell.target}" if cell.target in pdf.anchors else None,
                 )
-    pdf.ln(2)
 
 
 def _text(pdf: ReportPdf, cell: Cell) -> str:

@@ -79,8 +79,10 @@ def _print_cards(cards: Cards, console: Console) -> None:
             console.print(Padding(line.append(printable(f". {one.sentence}.")), (0, 0, 0, 2)))
         for name, value in card.facts:
             console.print(Padding(_text(f"{name}: {value}"), (0, 0, 0, 2)))
-    if cards.note:
-        console.print(_text(cards.note, "dim"))
+    if cards.words:
+        console.print()
+    for word, meaning in cards.words:
+        console.print(_text(f"{word}: {meaning}", "dim"))
 
 
 def split_table(table: Table, width: int) -> Iterator[Table]:

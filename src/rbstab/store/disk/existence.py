@@ -3,10 +3,11 @@
 import os
 import stat
 import tempfile
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from rbstab.files.existence import exists
+from rbstab.files.existence import exists, is_dir, is_file
 from rbstab.store.errors import StoreError
 
 
@@ -17,8 +18,30 @@ def path_exists(path: Path) -> bool:
         StoreError: The path cannot be tested: its folder is not accessible, or its name is too
             long.
     """
+    return _tested(exists, path)
+
+
+def path_is_file(path: Path) -> bool:
+    """Whether a path leads to a regular file.
+
+    Raises:
+        StoreError: As by `path_exists`.
+    """
+    return _tested(is_file, path)
+
+
+def path_is_dir(path: Path) -> bool:
+    """Whether a path leads to a folder.
+
+    Raises:
+        StoreError: As by `path_exists`.
+    """
+    return _tested(is_dir, path)
+
+
+def _tested(test: Callable[[Path], bool], path: Path) -> bool:
     try:
-        return exists(path)
+        return test(path)
     except OSError as error:
         raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
 

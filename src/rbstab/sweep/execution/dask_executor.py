@@ -18,6 +18,7 @@ from typing import Any
 
 from distributed import Client, Future
 
+from rbstab.files.existence import is_file
 from rbstab.integrate.engines import EngineMissingError
 from rbstab.sweep.execution.compute_shard import compute_shard
 from rbstab.sweep.execution.dask_worker import (
@@ -98,8 +99,11 @@ def cluster(
 def _client(address: str, time_limit: float) -> Client:
     target = {"address": address}
     if address.endswith(".json"):
-        if not Path(address).is_file():
-            raise ClusterError("there is no such file")
+        try:
+            if not is_file(Path(address)):
+                raise ClusterError("there is no such file")
+        except OSError as error:
+            raise ClusterError(f"the file cannot be read: {error.strerror or error}") from error
         target = {"scheduler_file": address}
     try:
         return Client(**target, timeout=time_limit, set_as_default=False)

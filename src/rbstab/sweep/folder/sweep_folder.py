@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.store.disk.existence import path_exists
+from rbstab.store.disk.existence import path_exists, path_is_dir
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.motions_file import FileChecksum, check_motions, read_checksum, write_motions
 from rbstab.store.shard_file import DIGEST, SHARD_SUFFIX, read_shard, write_shard
@@ -259,7 +259,7 @@ def open_sweep(path: str | Path) -> Table:
         StoreError: The file cannot be opened, or the sweep is not finished.
     """
     path = Path(path)
-    if not path.is_dir():
+    if not path_is_dir(path):
         return read_table(path)
     file = path / SWEEP_FILE
     if not path_exists(file):

@@ -15,6 +15,7 @@ from rbstab.config.schema import VARIANTS, Config
 from rbstab.config.source import Source
 from rbstab.config.user_code.files import embed_files
 from rbstab.config.user_code.permission import check_code
+from rbstab.files.existence import is_file
 from rbstab.sweep.plan.problems import ProblemCollector
 
 VARIANT_SECTIONS = ("controller", "initial", "integration")
@@ -84,12 +85,20 @@ def _source_of_base(problems: ProblemCollector, folder: FilePath) -> Source | No
         return _subsource(problems.source, "base")
     elif not isinstance(base, str) or not base:
         problems.add_unexpected(("base",), base, "the path of a config, or a config")
-    elif "\0" in base or not (folder / base).is_file():
+    elif not _may_be_read(folder / base):
         expected = "expected the path of a config, relative to the plan"
         problems.add(("base",), f"is {describe(base)}, which is not a file", expected)
     else:
         return _read(problems, folder / base)
     return None
+
+
+def _may_be_read(path: FilePath) -> bool:
+    """Return whether a path leads to a file, or an error of the disk that reading it reports."""
+    try:
+        return is_file(path)
+    except OSError:
+        return True
 
 
 def _read(problems: ProblemCollector, path: FilePath) -> Source | None:

@@ -99,6 +99,53 @@ def overlay(runs: Sequence[Run], name: str, component: int | None = None) -> Pan
     return Panel(TIME, axis_of(name, component, quantity=quantity), tuple(marks))
 
 
+BUSY = 60
+"""A curve that turns so often may cover others."""
+
+
+def layered(panels: Sequence[Panel]) -> tuple[Panel, ...]:
+    """Return panels of curves in which all are seen: busy curves are behind the others.
+
+    A run is busy if one of its curves turns at least `BUSY` times. Of busy runs, the one that moves
+    most is behind. It has the same place in all panels.
+
+    Args:
+        panels: Panels that have curves only, with the same labels.
+    """
+    curves = [[mark for mark in panel.marks if isinstance(mark, Line)] for panel in panels]
+    moved: dict[str, float] = {}
+    busy: set[str] = set()
+    for shown in curves:
+        most = max((_variation(curve.y) for curve in shown), default=0.0) or 1.0
+        for curve in shown:
+            moved[curve.label] = moved.get(curve.label, 0.0) + _variation(curve.y) / most
+            if _turns(curve.y) >= BUSY:
+                busy.add(curve.label)
+    order = sorted(moved, key=lambda label: (label in busy, moved[label]))
+    depths = {label: depth for depth, label in enumerate(order) if label in busy}
+    return tuple(
+        replace(panel, marks=tuple(replace(c, depth=depths.get(c.label, 0)) for c in shown))
+        for panel, shown in zip(panels, curves, strict=True)
+    )
+
+
+def _turns(values: Array) -> int:
+    """Return how often a curve turns from rising to falling, or back, by more than a hundredth."""
+    finite = values[np.isfinite(values)]
+    if len(finite) < 3:
+        return 0
+    steps = np.diff(finite)
+    moved = np.sign(steps[np.abs(steps) > 0.01 * np.abs(finite).max()])
+    return int(np.count_nonzero(np.diff(moved)))
+
+
+def _variation(values: Array) -> float:
+    """Return the way that a value goes up and down in total; 0 if it overflows."""
+    with np.errstate(all="ignore"):
+        way = float(np.abs(np.diff(values[np.isfinite(values)])).sum())
+    return way if np.isfinite(way) else 0.0
+
+
 def column_count(panels: Sequence[Panel]) -> int:
     """Return the number of columns: 3 for three panels, otherwise 2."""
     return 3 if len(panels) == 3 else 2

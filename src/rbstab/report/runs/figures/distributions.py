@@ -57,6 +57,5 @@ def _histogram(values: Array, axis: Axis) -> Panel:
     bars = int(np.clip(np.sqrt(len(values)), 5, MAX_BARS))
     scaled = np.log10(values) if axis.log else values
     heights, edges = np.histogram(scaled, bins=bars)
-    return Panel(
-        axis, Axis("runs"), (Bars(10.0**edges if axis.log else edges, heights.astype(float)),)
-    )
+    bars_drawn = Bars(10.0**edges if axis.log else edges, heights.astype(float))
+    return Panel(axis, Axis("runs", whole=True), (bars_drawn,))

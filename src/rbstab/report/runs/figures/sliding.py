@@ -52,7 +52,7 @@ def _mode(run: Run, axis: int) -> Panel:
         for kind, (colour, symbol) in TRANSITION_STYLES.items():
             times = result["transition_time"][on_axis & (result["transition_kind"] == kind)]
             marks.append(Points(times, np.zeros(len(times)), kind, colour=colour, symbol=symbol))
-    return Panel(TIME, axis_of("mode", axis), tuple(marks))
+    return Panel(TIME, replace(axis_of("mode", axis), whole=True), tuple(marks))
 
 
 def _switches(run: Run) -> Panel:
@@ -61,7 +61,7 @@ def _switches(run: Run) -> Panel:
         Line(t, counts[:, axis].astype(float), label, colour=axis, dash=axis, step=True)
         for axis, label in enumerate(map(COMPONENT.format, (1, 2, 3)))
     ]
-    return Panel(TIME, Axis("switches so far"), tuple(marks))
+    return Panel(TIME, Axis("switches so far", whole=True), tuple(marks))
 
 
 def _chatter(run: Run) -> Panel:

@@ -12,6 +12,7 @@ from rbstab.report.runs.figures.curves import (
     column_count,
     components,
     element_states,
+    layered,
     overlay,
     runs_with,
     scalar,
@@ -73,10 +74,12 @@ def overlaid_states(runs: Sequence[Run]) -> list[Figure]:
         Figure(
             name=f"runs-{name}",
             title=title,
-            panels=tuple(
-                overlay(runs, vector, component)
-                for component in range(_size(runs, vectors[0]))
-                for vector in vectors
+            panels=layered(
+                [
+                    overlay(runs, vector, component)
+                    for component in range(_size(runs, vectors[0]))
+                    for vector in vectors
+                ]
             ),
             columns=len(vectors),
             shares_time=True,

@@ -6,7 +6,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Cell, Head, Table
-from rbstab.report.model.words import NO_VALUE, number
+from rbstab.report.model.words import NO_VALUE, counted, listed, number
 from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions
 from rbstab.report.sweeps.fractions import CONFIDENCE
 from rbstab.report.sweeps.quantities import MemberQuantity
@@ -21,6 +21,13 @@ INTERVAL_NOTE = (
     f"The interval of a median is that of order statistics, with {CONFIDENCE:.0%} confidence: it "
     "assumes nothing but independent pairs."
 )
+
+
+PLAIN_NAMES = {
+    "settling-time": "The time to come to rest ({})",
+    "peak-displacement": "The largest displacement of the contact point ({})",
+}
+"""Names of quantities that need no explanation, by their short names; their labels follow."""
 
 
 class PairedDifference(NamedTuple):
@@ -81,7 +88,7 @@ def paired_difference(first: Array, second: Array) -> PairedDifference:
 def ranking_sentences(
     groups: PairedConditions, quantities: list[MemberQuantity], *, sampled: bool
 ) -> list[str]:
-    """Return a sentence on each quantity: the best condition, and whether it is surely better.
+    """Return what is compared, and a sentence on each quantity: the best condition, and how surely.
 
     Args:
         groups: The conditions.
@@ -90,48 +97,68 @@ def ranking_sentences(
     """
     if groups.pairs is None:
         return []
-    return [
-        sentence
-        for quantity in quantities
-        if (sentence := _sentence(groups, quantity, sampled=sampled))
-    ]
+    found = (_sentence(groups, quantity, sampled=sampled) for quantity in quantities)
+    sentences = [sentence for sentence in found if sentence]
+    return [_compared(groups), *sentences] if sentences else []
+
+
+def _compared(groups: PairedConditions) -> str:
+    """Return a sentence that says what is compared, and in which cases."""
+    assert groups.pairs is not None
+    cases, count = groups.pairs.shape
+    kind = "variants" if all(p.axis.categories for p in groups.parameters) else "conditions"
+    where = f"the same {cases} cases" if cases > 1 else "the same case"
+    return (
+        f"This sweep compares {count} {kind}: {listed(groups.labels)}. Each of them ran in "
+        f"{where}, that is, from the same start and with the same numbers otherwise."
+    )
 
 
 def _sentence(groups: PairedConditions, quantity: MemberQuantity, *, sampled: bool) -> str:
+    """Return a sentence on the two best conditions; "" if there are no two to compare."""
     values = quantity.values[groups.pairs]
     # A condition without any value cannot be compared.
     medians = [float(np.median(v)) if len(v) else np.inf for v in map(_finite, values.T)]
-    order = np.argsort(medians, kind="stable").tolist()
-    best, second = order[:2]
-    name, unit = quantity.axis.label, quantity.axis.unit
-    if not np.isfinite(medians[second]):
-        return ""
+    best, second = np.argsort(medians, kind="stable").tolist()[:2]
     found = paired_difference(values[:, best], values[:, second])
-    if not found.pairs:
+    if not np.isfinite(medians[second]) or not found.pairs:
         return ""
-    labels = groups.labels
+    if found.median > 0:
+        # The medians may be in the other order than most of the pairs, which are what is compared.
+        best, second = second, best
+        found = paired_difference(values[:, best], values[:, second])
+    unit = quantity.axis.unit
+    name = PLAIN_NAMES.get(quantity.name, "The {}").format(quantity.axis.label)
+    first, other = groups.labels[best], groups.labels[second]
+    few = len(groups.labels) == 2
+    both = f"{first} and {other}" + ("" if few else ", which have the smallest values")
+    cases = counted(found.pairs, "case")
+    left_out = _left_out(len(values) - found.pairs, len(values))
     if found.median == 0 or (sampled and not found.is_sure):
-        pair = f"{labels[best]} and {labels[second]}"
-        return (
-            f"{_capital(name)}: no sure difference between {pair} (median of {found.pairs} pairs)."
-        )
+        return f"{name}: no sure difference between {both} (median of {cases}{left_out})."
+    by = f"{number(-found.median)} {unit}".rstrip()
     if not found.matters:
         return (
-            f"{_capital(name)}: no difference that matters between {labels[best]} and "
-            f"{labels[second]} ({number(-found.median)} {unit}".rstrip()
-            + f" in the median of {found.pairs} pairs, less than {MATTERS:.0%} of the values)."
+            f"{name}: no difference that matters between {both}. It is {by} in the median of "
+            f"{cases}, less than {MATTERS:.0%} of the values{left_out}."
         )
-    more = f" (the next of {len(labels)})" if len(labels) > 2 else ""
-    by = f"{number(-found.median)} {unit}".rstrip()
-    ends = f"{number(-found.high)} to {number(-found.low)} {unit}".rstrip()
-    interval = f", {CONFIDENCE:.0%} interval {ends}" if sampled else ""
-    without = len(values) - found.pairs
-    left_out = f" ({without} pairs without a value are left out)" if without else ""
-    return (
-        f"{_capital(name)}: smaller with {labels[best]} than with {labels[second]}{more} in "
-        f"{100 * found.negative:.3g} % of {found.pairs} pairs; by {by} in the median"
-        f"{interval}{left_out}."
+    smaller = round(found.negative * found.pairs)
+    often = f"all {cases}" if smaller == found.pairs > 1 else f"{smaller} of {cases}"
+    ends = f"{number(-found.high)} and {number(-found.low)} {unit}".rstrip()
+    interval = (
+        f"; with {CONFIDENCE:.0%} confidence, this median is between {ends}" if sampled else ""
     )
+    ranks = "smaller" if few else "smallest"
+    next_one = f"than with {other}" if few else f"and second smallest with {other}"
+    return (
+        f"{name} is {ranks} with {first} {next_one}. Of these two, {first} has the smaller value "
+        f"in {often}, by {by} in the median{interval}{left_out}."
+    )
+
+
+def _left_out(count: int, total: int) -> str:
+    """Return how many cases are left out."""
+    return f"; {count} of {total} cases are left out, where a run has no value" if count else ""
 
 
 def matrix_table(name: str, groups: PairedConditions, quantity: MemberQuantity) -> Table:
@@ -163,7 +190,3 @@ def _cell(found: PairedDifference) -> Cell:
 
 def _finite(values: Array) -> Array:
     return values[np.isfinite(values)]
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]

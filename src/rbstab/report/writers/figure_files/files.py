@@ -18,19 +18,22 @@ def figures_of(report: Report) -> dict[str, Figure]:
     return {block.name: block for block in blocks if isinstance(block, Figure)}
 
 
-def figure_bytes(figure: Figure, form: str) -> bytes:
+def figure_bytes(figure: Figure, form: str, *, column: bool = False) -> bytes:
     """Return a figure as the content of a file.
 
     Args:
         figure: The figure. Its title and caption are left to the text that it will stand in.
         form: One of `FORMS`. The drawings are 170 mm wide; `csv` has the data.
+        column: Whether a drawing is 80 mm wide, for one column of a paper.
     """
     if form == "csv":
         return csv_of(figure).encode("utf-8", "backslashreplace")
     # Imported late: matplotlib is slow to import.
     from rbstab.report.writers.matplotlib_figures.renderer import drawing, png
 
-    return png(figure, dpi=DOTS_PER_INCH) if form == "png" else drawing(figure, form)
+    if form == "png":
+        return png(figure, dpi=DOTS_PER_INCH, column=column)
+    return drawing(figure, form, column=column)
 
 
 def form_of(path: Path) -> str | None:

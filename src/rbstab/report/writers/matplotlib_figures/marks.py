@@ -47,6 +47,9 @@ MAX_VALUE = 1e150
 
 LEVEL: dict[str, Any] = {"color": "#555555", "linewidth": 0.9, "linestyle": (0, (4, 3))}
 
+LINE_ORDER = 2.0
+"""Order of drawing of a curve in front: that of matplotlib."""
+
 EMPTY = "#f4f4f4"
 """Colour of cells without a value."""
 
@@ -61,6 +64,9 @@ def _line(line: Line, axes: Axes, panel: Panel) -> dict[str, Artist]:
         color=colour(line.colour),
         linestyle=DASHES[line.dash % len(DASHES)],
         drawstyle="steps-post" if line.step else "default",
+        linewidth=line.wider * mpl.rcParams["lines.linewidth"],
+        alpha=line.opacity,
+        zorder=LINE_ORDER - 0.01 * line.depth,
         marker="o" if drawn == 1 else "",
         markersize=3.0,
     )

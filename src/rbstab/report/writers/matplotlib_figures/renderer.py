@@ -1,9 +1,13 @@
-"""Render figures with matplotlib, as wide as the text of an A4 page, with the legend above."""
+"""Render figures with matplotlib, with the legend above.
+
+They are as wide as the text of an A4 page, or as one column of a paper.
+"""
 
 import math
 import textwrap
 import warnings
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from io import BytesIO
 
 import matplotlib as mpl
@@ -27,6 +31,15 @@ from rbstab.report.writers.matplotlib_figures.marks import draw, draw_colour_bar
 
 WIDTH = 6.7
 """Width of the text of an A4 page, in."""
+
+COLUMN_WIDTH = 80 / 25.4
+"""Width of a column of a paper, 80 mm, in."""
+
+COLUMN_STYLE = {"axes.titlesize": 8.0, "xtick.labelsize": 8.0, "ytick.labelsize": 8.0}
+"""The style of a figure as wide as a column: all texts have 8 points."""
+
+COLUMN_PANEL = 1.5
+"""Height of a panel of such a figure that has several, in."""
 
 MAX_HEIGHT = 9.0
 """Maximum height of a figure, in; leaves space for a caption on the page."""
@@ -68,68 +81,73 @@ CHARACTER_WIDTH = 0.57
 """Mean width of a character, as a fraction of the font size."""
 
 
-def draw_figure(figure: Figure) -> Drawing:
+def draw_figure(figure: Figure, *, column: bool = False) -> Drawing:
     """Draw a figure.
 
     Args:
         figure: The figure. Its title and caption are not drawn; the writer sets them as text.
+        column: Whether it is as wide as one column of a paper, with its panels below each other.
     """
-    with style():
+    with style(column=column):
+        if column:
+            return _draw(replace(figure, columns=1), COLUMN_WIDTH)
         return _draw(figure)
 
 
-def png(figure: Figure, *, dpi: float = 200.0) -> bytes:
+def png(figure: Figure, *, dpi: float = 200.0, column: bool = False) -> bytes:
     """Render a figure as PNG.
 
     Args:
         figure: The figure.
         dpi: Dots per inch; the figure is 170 mm wide.
+        column: Whether it is 80 mm wide.
     """
-    drawn = prepared(figure)
-    return png_of(drawn, drawn.get_figheight(), dpi=dpi)
+    drawn = prepared(figure, column=column)
+    return png_of(drawn, drawn.get_figheight(), dpi=dpi, column=column)
 
 
-def prepared(figure: Figure) -> Drawing:
+def prepared(figure: Figure, *, column: bool = False) -> Drawing:
     """Draw a figure without invisible points, in its natural height."""
-    with style():
-        return _draw(decimate(figure))
+    return draw_figure(decimate(figure), column=column)
 
 
-def png_of(drawn: Drawing, height: float, *, dpi: float = 200.0) -> bytes:
+def png_of(drawn: Drawing, height: float, *, dpi: float = 200.0, column: bool = False) -> bytes:
     """Render a prepared figure as PNG in a height, in."""
     buffer = BytesIO()
     drawn.set_figheight(height)
-    with style(), warnings.catch_warnings():
+    with style(column=column), warnings.catch_warnings():
         # A character that the font lacks is drawn as a box; no warning is needed.
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
         drawn.savefig(buffer, format="png", dpi=dpi)
     return buffer.getvalue()
 
 
-def drawing(figure: Figure, form: str) -> bytes:
+def drawing(figure: Figure, form: str, *, column: bool = False) -> bytes:
     """Render a figure as a drawing of lines, without a date: the same figure has the same bytes.
 
     Args:
         figure: The figure, 170 mm wide.
         form: "svg" or "pdf". Texts stay texts.
+        column: Whether it is 80 mm wide.
     """
     date = {"svg": "Date", "pdf": "CreationDate"}[form]
     buffer = BytesIO()
-    with style(), warnings.catch_warnings():
+    with style(column=column), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
-        _draw(decimate(figure)).savefig(buffer, format=form, metadata={date: None})
+        prepared(figure, column=column).savefig(buffer, format=form, metadata={date: None})
     return buffer.getvalue()
 
 
-def style() -> AbstractContextManager[None]:
+def style(*, column: bool = False) -> AbstractContextManager[None]:
     """Return the style of all figures; it ignores the matplotlib settings of the user."""
-    return mpl.style.context(["default", STYLE])
+    return mpl.style.context(["default", STYLE | COLUMN_STYLE if column else STYLE])
 
 
-def _draw(figure: Figure) -> Drawing:
+def _draw(figure: Figure, width: float = WIDTH) -> Drawing:
+    """Draw a figure in a width, in."""
     columns = max(1, min(figure.columns, len(figure.panels)))
     rows = max(1, math.ceil(len(figure.panels) / columns))
-    height = _panel_height(figure, rows, columns)
+    height = _panel_height(figure, rows, columns, narrow=width < WIDTH)
     drawing = Drawing()
     FigureCanvasAgg(drawing)
     handles: dict[str, Artist] = {}
@@ -146,7 +164,7 @@ def _draw(figure: Figure) -> Drawing:
         every.append(axes)
         # The label of y must not be longer than the panel is high, without the labels of x.
         label_length = 0.92 * height - (0.0 if figure.shares_time else 0.25)
-        size = (WIDTH / columns, label_length)
+        size = (width / columns, label_length)
         handles = handles | _draw_panel(axes, panel, size) | handles
         if figure.shares_time and number + columns < len(figure.panels):
             axes.set_xlabel("")
@@ -158,7 +176,7 @@ def _draw(figure: Figure) -> Drawing:
         mark.label for panel in figure.panels for mark in panel.marks if isinstance(mark, Level)
     }
     entries = sorted(handles.items(), key=lambda entry: entry[0] in levels)
-    drawing.set_size_inches(WIDTH, rows * height + _add_legend(drawing, entries))
+    drawing.set_size_inches(width, rows * height + _add_legend(drawing, entries, width))
     return drawing
 
 
@@ -193,13 +211,15 @@ def _draw_colour_bars(figure: Figure, every: list[Axes]) -> None:
                 draw_colour_bar(mark, every, titled=True)
 
 
-def _panel_height(figure: Figure, rows: int, columns: int) -> float:
+def _panel_height(figure: Figure, rows: int, columns: int, *, narrow: bool) -> float:
     has_maps = any(isinstance(mark, Cells) for panel in figure.panels for mark in panel.marks)
     has_categories = any(panel.x.categories for panel in figure.panels)
     # Low panels let two figures with many rows fit on a page. Maps and slanted labels need more.
     natural = 2.0 if rows < 3 or has_maps or has_categories else 1.3
     if rows == columns == 1:
-        natural = 2.8
+        natural = 2.3 if narrow else 2.8
+    elif narrow and not (has_maps or has_categories):
+        natural = COLUMN_PANEL
     return min(natural, MAX_HEIGHT / rows)
 
 
@@ -213,7 +233,7 @@ def _draw_panel(axes: Axes, panel: Panel, size: tuple[float, float]) -> dict[str
         for label, handle in draw(mark, axes, panel).items()
         if label
     }
-    axes.set_xlabel(_wrap(panel.x.text, 2.6))
+    axes.set_xlabel(_wrap(panel.x.text, min(2.6, 0.8 * width)))
     axes.set_ylabel(_wrap(panel.y.text, label_length))
     if panel.title:
         axes.set_title(escape_math(panel.title))
@@ -274,7 +294,10 @@ def _set_scales(axes: Axes, panel: Panel, width: float) -> None:
             _set_category_ticks(axes, name, axis, width)
         else:
             bins = 6 if name == "y" else max(2, min(6, int(width / TICK_PITCH)))
-            matplotlib_axis.set_major_locator(MaxNLocator(nbins=bins, steps=[1, 2, 5, 10]))
+            # With two ticks at least, a short axis would have some between whole numbers.
+            counted = {"integer": True, "min_n_ticks": 1} if axis.whole else {}
+            locator = MaxNLocator(nbins=bins, steps=[1, 2, 5, 10], **counted)
+            matplotlib_axis.set_major_locator(locator)
 
 
 def _set_split_scale(axes: Axes, split: SplitTime, width: float) -> None:
@@ -317,14 +340,16 @@ def _set_category_ticks(axes: Axes, name: str, axis: Axis, width: float) -> None
             label.set(rotation=25, ha="right", rotation_mode="anchor")
 
 
-def _add_legend(drawing: Drawing, entries: list[tuple[str, Artist]]) -> float:
-    """Add the legend of a figure above its panels; return its height, in."""
+def _add_legend(drawing: Drawing, entries: list[tuple[str, Artist]], width: float) -> float:
+    """Add the legend of a figure of a width above its panels; return its height, in."""
     if not entries:
         return 0.0
     size = float(mpl.rcParams["legend.fontsize"])
-    longest = max(len(label) for label, _ in entries)
+    room = int((width * 72 / size - 4.5) / CHARACTER_WIDTH)
+    labels = [textwrap.fill(label, room) if len(label) > room else label for label, _ in entries]
+    longest = max(len(line) for label in labels for line in label.splitlines() or [""])
     entry_width = (longest * CHARACTER_WIDTH + 4.5) * size / 72
-    columns = max(1, min(len(entries), int(WIDTH / entry_width)))
+    columns = max(1, min(len(entries), int(width / entry_width)))
     legend = drawing.legend(
         [handle for _, handle in entries],
         ["entry"] * len(entries),
@@ -334,9 +359,10 @@ def _add_legend(drawing: Drawing, entries: list[tuple[str, Artist]]) -> float:
         borderaxespad=0.2,
     )
     # Labels are set afterwards: some versions of matplotlib hide a label that starts with _.
-    for text, (label, _) in zip(legend.get_texts(), entries, strict=True):
+    for text, label in zip(legend.get_texts(), labels, strict=True):
         text.set_text(escape_math(label))
-    return math.ceil(len(entries) / columns) * 1.5 * size / 72 + 0.1
+    rows = math.ceil(len(entries) / columns) + sum(label.count("\n") for label in labels) / columns
+    return rows * 1.5 * size / 72 + 0.1
 
 
 def _wrap(text: str, length: float) -> str:

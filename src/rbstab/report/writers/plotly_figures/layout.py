@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rbstab.report.model.figure import Axis, Cells, Figure, Mark, Panel
+from rbstab.report.model.figure import Axis, Bars, Cells, Figure, Line, Mark, Panel
 from rbstab.report.writers.colour_scale import cell_edges
 from rbstab.report.writers.plotly_figures.text import (
     MAX_TICK_LENGTH,
@@ -42,6 +42,9 @@ HEIGHTS = {True: 320, False: 210}
 
 LETTER, LINE = 6, 14
 """Width of a letter of a tick label, and height of a line, px."""
+
+FEW_WHOLE = 8
+"""On an axis of whole numbers that is at most so long, plotly's own ticks may be at halves."""
 
 NARROWEST = 0.75
 """The smallest width of a figure in which its layout is used, as a part of the layout's width."""
@@ -269,6 +272,9 @@ def panel_layout(grid: PanelGrid) -> JSON:
         for letter, axis in (("x", panel.x), ("y", panel.y)):
             key = f"{letter}axis{number + 1 if number else ''}"
             layout[key] = _axis(axis, _ends(panel, letter)) | _position(grid, panel, number, letter)
+            shown = grid.figure.panels if letter in grid.figure.shared else (panel,)
+            if axis.whole and max(_length(one, letter) for one in shown) <= FEW_WHOLE:
+                layout[key] |= {"tick0": 0, "dtick": 1}
         words = grid.words(number)
         if words:
             key = f"xaxis{number + 1 if number else ''}"
@@ -324,6 +330,19 @@ def _ends(panel: Panel, letter: str) -> tuple[float, float] | None:
         return axis.ends
     edges = cell_edges(getattr(maps[0], letter), axis)
     return float(edges[0]), float(edges[-1])
+
+
+def _length(panel: Panel, letter: str) -> float:
+    """Return the length of an axis of numbers that its bars, curves and maps need."""
+    values = [np.zeros(0)]
+    for mark in panel.marks:
+        if isinstance(mark, Bars):
+            values.append(mark.edges if letter == "x" else np.append(mark.heights, 0.0))
+        elif isinstance(mark, Line | Cells):
+            values.append(getattr(mark, letter))
+    finite = np.concatenate(values)
+    finite = finite[np.isfinite(finite)]
+    return float(np.ptp(finite)) if len(finite) else 0.0
 
 
 def _axis(axis: Axis, ends: tuple[float, float] | None) -> JSON:

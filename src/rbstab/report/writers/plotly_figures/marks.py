@@ -62,14 +62,14 @@ def _(mark: Line, panel: Panel) -> list[JSON]:
     line = {
         "color": colour(mark.colour),
         "dash": DASHES[mark.dash % 4],
-        "width": 1.6,
+        "width": 1.6 * mark.wider,
         "shape": "hv" if mark.step else "linear",
         # `decimate` has removed the invisible points; plotly must not remove more.
         "simplify": False,
     }
-    return [
-        _scatter(mark.label, mark.x, _positive_on_log(panel.y, mark.y), mode="lines", line=line)
-    ]
+    y = _positive_on_log(panel.y, mark.y)
+    trace = _scatter(mark.label, mark.x, y, mode="lines", line=line)
+    return [trace | {"opacity": mark.opacity, "zorder": -mark.depth} if mark.depth else trace]
 
 
 @_traces.register

@@ -102,15 +102,20 @@ function csvOf(name) {
   return rows.map((row) => row.map(quoted).join(",")).join("\n") + "\n";
 }
 
+/** Offer content to the reader as a file. */
+function saveFile(content, filename) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(content);
+  link.download = filename;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+
 /** Give the button of a figure its work. */
 function offerData(button) {
   button.hidden = false;
   button.addEventListener("click", () => {
     const { name } = button.dataset;
-    const link = document.createElement("a");
-    link.href = URL.createObjectURL(new Blob([csvOf(name)], { type: "text/csv" }));
-    link.download = `${name}.csv`;
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+    saveFile(new Blob([csvOf(name)], { type: "text/csv" }), `${name}.csv`);
   });
 }

@@ -39,8 +39,32 @@ function themed(layout, width) {
   return whole;
 }
 
+const TICK_SIZE = "11px";
+const SCALE = 2;
+
+/** Return a picture of a figure: an SVG document in which all labels of ticks have one size. */
+async function drawnPicture(data, layout) {
+  const { width, height } = layout;
+  const address = await Plotly.toImage({ data, layout }, { format: "svg", width, height });
+  const text = decodeURIComponent(address.slice(address.indexOf(",") + 1));
+  const picture = new DOMParser().parseFromString(text, "image/svg+xml");
+  // As in the page: plotly draws powers of ten larger, and what is between them smaller.
+  for (const label of picture.querySelectorAll('g[class$="tick"] > text')) label.style.fontSize = TICK_SIZE;
+  return new XMLSerializer().serializeToString(picture);
+}
+
+/** Return an SVG document as the content of a PNG file. */
+async function asPng(text, width, height) {
+  const image = new Image();
+  image.src = `data:image/svg+xml,${encodeURIComponent(text)}`;
+  await image.decode();
+  const canvas = Object.assign(document.createElement("canvas"), { width: SCALE * width, height: SCALE * height });
+  canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
+  return new Promise((resolve) => canvas.toBlob(resolve, "image/png"));
+}
+
 /** Save a figure as a PNG file, with its legend and title, on white. */
-function download(name, title) {
+async function download(name, title) {
   const { data, layout } = drawings[name];
   const escaped = title.replace(/&/g, "&amp;").replace(/</g, "&lt;");
   const whole = {
@@ -53,7 +77,7 @@ function download(name, title) {
     paper_bgcolor: "#fff",
     plot_bgcolor: "#fff",
   };
-  Plotly.downloadImage({ data, layout: whole }, { format: "png", scale: 2, width: 1000, height: whole.height, filename: name });
+  saveFile(await asPng(await drawnPicture(data, whole), whole.width, whole.height), `${name}.png`);
 }
 
 const CAMERA = {

@@ -1,0 +1,192 @@
+"""Protects the least energy of ligaments over the position: its values, bounds and rest states."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.ligaments import (
+    least_tied_energy,
+    ligament_of,
+    random_ligaments,
+    tied_energy,
+)
+from support.tied_springs import K_C, K_D, spring_of, tied_system
+
+from rbstab.analysis.proof.boxes import Boxes
+from rbstab.analysis.proof.branch_and_bound import SearchOutcome
+from rbstab.analysis.proof.certified_region import certified_region
+from rbstab.analysis.proof.enclosure import enclosure
+from rbstab.analysis.proof.ligaments import free_bounds
+from rbstab.analysis.proof.ligaments.limits import BRIEF_BOX_LIMIT, box_limit
+from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy, reduced_energy
+from rbstab.analysis.proof.rest_states import rest_states
+from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
+
+seeds = st.integers(0, 2**32)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_energy_is_the_least_over_the_position(seed):
+    rng = np.random.default_rng(seed)
+    ligaments = random_ligaments(rng, 2)
+    energy = reduced_energy(tied_system(ligaments))
+    points = np.vstack([np.zeros(3), rng.uniform(-1.4, 1.4, size=(3, 3))])
+    values = energy.form.value(points)
+    found = [least_tied_energy(ligaments, Theta) for Theta in points]
+    exact = np.array([one[0] for one in found])
+    assert values - values[0] == pytest.approx(exact - exact[0], rel=1e-8, abs=1e-7)
+    for Theta, (_, X) in zip(points, found, strict=True):
+        q = energy.configuration(Theta)
+        assert q[3:6] == pytest.approx(X, abs=1e-6)
+        least = tied_energy(ligaments, Theta, q[3:6])
+        for step in 1e-4 * np.eye(3):
+            assert least <= min(tied_energy(ligaments, Theta, q[3:6] + d) for d in (step, -step))
+
+
+def test_own_states_follow_the_position():
+    """With an embedded connector q is a minimum of the stored energy over X and D."""
+    system = tied_system([ligament_of()], 1.0, K_C, K_D)
+    energy = reduced_energy(system)
+    q = energy.configuration(np.array([0.3, -0.4, 0.8]))
+    gradient = energy.configurations.gradient(q)
+    assert np.abs(gradient[3:]).max() < 1e-8
+    assert np.abs(gradient[:3]).max() > 1.0
+
+
+@settings(max_examples=12, deadline=None)
+@given(seeds)
+def test_slopes_are_those_of_the_values(seed):
+    rng = np.random.default_rng(seed)
+    form = reduced_energy(tied_system(random_ligaments(rng, 2))).form
+    points = rng.uniform(-1.4, 1.4, size=(4, 3))
+    _, gradient, hessian = form.approximate(points, 2)
+    for i, step in enumerate(1e-5 * np.eye(3)):
+        (before, slope_before), (after, slope_after) = (
+            form.approximate(points + d, 1) for d in (-step, step)
+        )
+        scale = 1 + np.abs(hessian).max()
+        assert (after - before) / 2e-5 == pytest.approx(gradient[:, i], abs=1e-5 * scale)
+        # Where the law changes its form, the second derivatives have a kink.
+        bends = (slope_after - slope_before) / 2e-5
+        assert np.abs(bends - hessian[:, i]).max() <= 1e-2 * scale
+
+
+STIFFNESSES = st.sampled_from([300.0, 3e3, 3e4, 3e5])
+
+
+@settings(max_examples=30, deadline=None)
+@given(seeds, st.floats(1e-4, 0.4), STIFFNESSES)
+@np.errstate(all="ignore")  # as in the searches
+def test_bounds_over_boxes_contain_what_is_inside(seed, radius, stiffest):
+    rng = np.random.default_rng(seed)
+    form = reduced_energy(tied_system(random_ligaments(rng, 2, stiffest))).form
+    centre = rng.uniform(-1.4, 1.4, size=(20, 3))
+    bounds = enclosure(form, Boxes(centre - radius, centre + radius))
+    value = form.value(centre)
+    error = bounds.value_error + 1e-9 * (1 + np.abs(value))
+    assert np.all(np.abs(value - bounds.value) <= error)
+    for _ in range(8):
+        step = rng.uniform(-radius, radius, size=centre.shape)
+        _, gradient, hessian = form.approximate(centre + step, 2)
+        noise = 1e-8 * (1 + np.abs(hessian).max())
+        assert np.all(np.abs(hessian - bounds.hessian) <= bounds.hessian_radius + noise)
+        linear = bounds.gradient + np.einsum("mij,mj->mi", bounds.hessian, step)
+        assert np.all(np.abs(gradient - linear) <= bounds.curvature + noise)
+
+
+@np.errstate(all="ignore")
+def test_bounds_become_sharp_as_boxes_shrink():
+    """Stiff ligaments, whose direction must not be known well: both ways to bound ζ are used."""
+    rng = np.random.default_rng(5)
+    form = reduced_energy(tied_system(random_ligaments(rng, 3, 3e5))).form
+    centre = rng.uniform(-1.4, 1.4, size=(30, 3))
+    _, _, hessian = form.approximate(centre, 2)
+    sizes = []
+    for radius in (1e-2, 1e-3, 1e-4, 1e-5):
+        bounds = enclosure(form, Boxes(centre - radius, centre + radius))
+        sizes.append(np.median(bounds.hessian_radius.max(axis=(1, 2))))
+    # In proportion to the radius, so the lost terms of second order do not matter.
+    assert sizes[1] / sizes[2] == pytest.approx(10, rel=0.5)
+    assert sizes[3] < 1e-3 * np.abs(hessian).max()
+
+
+@np.errstate(all="ignore")
+def test_wrong_shifts_only_make_bounds_wider(monkeypatch):
+    """ẑ, C and B need not be accurate: with others the bounds still contain what is inside."""
+    rng = np.random.default_rng(6)
+    energy = reduced_energy(tied_system(random_ligaments(rng, 2, 3e3)))
+    form, free = energy.form, energy.ligaments
+    assert free is not None
+    centre, radius = rng.uniform(-1.4, 1.4, size=(20, 3)), 0.02
+    step = rng.uniform(-radius, radius, size=centre.shape)
+    _, gradient, hessian = form.approximate(centre + step, 2)
+    boxes = Boxes(centre - radius, centre + radius)
+    sharp = enclosure(form, boxes)
+    shift = type(free).shift
+    monkeypatch.setattr(type(free), "shift", lambda self, Theta: shift(self, Theta) + 1e-3)
+    chosen = free_bounds._Enclosure._chosen
+
+    def perturbed(self, S):
+        C, B = chosen(self, S)
+        return free_bounds._known(C.middle * 1.01), B * 0.9
+
+    monkeypatch.setattr(free_bounds._Enclosure, "_chosen", perturbed)
+    wide = enclosure(form, boxes)
+    assert np.all(np.abs(hessian - wide.hessian) <= wide.hessian_radius)
+    linear = wide.gradient + np.einsum("mij,mj->mi", wide.hessian, step)
+    assert np.all(np.abs(gradient - linear) <= wide.curvature)
+    assert wide.hessian_radius.mean() > sharp.hessian_radius.mean()
+
+
+@settings(max_examples=10, deadline=None)
+@given(seeds)
+def test_the_global_bounds_hold(seed):
+    rng = np.random.default_rng(seed)
+    free = reduced_energy(tied_system(random_ligaments(rng, 2))).ligaments
+    assert free is not None
+    value, slope = free.approximate(rng.uniform(-np.pi, np.pi, size=(500, 3)), 1)
+    assert value.max() <= free.largest
+    assert np.all(np.abs(slope).max(axis=0) <= free.steepest)
+
+
+def test_a_rest_state_of_a_tied_body_is_proved_with_its_region():
+    ligament = ligament_of(stiffness=100.0, toe_strain=0.2)
+    found = rest_states(tied_system([ligament]))
+    assert found.outcome is SearchOutcome.PROVED
+    assert found.unique
+    (point,) = found.states
+    assert point.proved
+    assert (point.index, point.index_proved) == (0, True)
+    # The ligament pulls the body away from where it would be at rest without it.
+    without = rest_states(tied_system([])).states[0].Theta
+    assert np.abs(point.Theta - without).max() > 1e-3
+    q = found.energy.configuration(point.Theta)
+    assert np.abs(found.energy.configurations.gradient(q)).max() < 1e-7
+    region = certified_region(found)
+    assert region is not None
+    assert region.proved
+    # On the border no energy is below the bound, by a minimization of its own.
+    rng = np.random.default_rng(0)
+    offset = found.energy.form.value(np.zeros((1, 3)))[0]
+    offset -= least_tied_energy([ligament], np.zeros(3))[0]
+    for Theta in rng.uniform(-1, 1, size=(6, 3)) * [np.pi, np.pi / 2, np.pi]:
+        Theta[1] = np.copysign(np.pi / 2, Theta[1])
+        value = least_tied_energy([ligament], Theta)[0] + offset
+        assert value >= region.energy_bound - 1e-6
+
+
+def test_springs_beside_ligaments_have_no_proof():
+    system = tied_system([spring_of(), ligament_of()])
+    with pytest.raises(NoReducedEnergy) as error:
+        reduced_energy(system)
+    assert error.value.reason is NoEnergyReason.FREE_LINES
+    with pytest.raises(NoReducedEnergy) as error:
+        tied_energy_of_doubles(system)
+    assert error.value.reason is NoEnergyReason.SPRINGS_AND_LIGAMENTS
+
+
+def test_more_ligaments_are_searched_with_fewer_boxes():
+    assert box_limit(tied_system([ligament_of()]), brief=True) == BRIEF_BOX_LIMIT
+    three = tied_system(random_ligaments(np.random.default_rng(0), 3))
+    assert box_limit(three, brief=True) == BRIEF_BOX_LIMIT // 3
+    assert box_limit(three, brief=False) > 10 * box_limit(three, brief=True)

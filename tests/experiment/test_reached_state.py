@@ -154,7 +154,7 @@ def test_start_is_enclosed_in_decimals():
     config = two_valleys(orientation=[0.1, -0.7, 0.3])
     exact = problem_of(config).exact
     assert exact is not None
-    energy, low, high = in_balls(partial(enclosed_start, exact))
+    _, energy, low, high = in_balls(partial(enclosed_start, exact))
     for decimal, a, b in zip(("0.1", "-0.7", "0.3"), low, high, strict=True):
         assert Fraction(a) < Fraction(decimal) < Fraction(b)
         assert b - a < 1e-15

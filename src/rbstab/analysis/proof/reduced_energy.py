@@ -56,7 +56,9 @@ class NoEnergyReason(Enum):
     SPRINGS_AND_LIGAMENTS = (
         "the body is not held, and no proof takes springs beside ligaments into account then"
     )
-    LINES_OF_BODIES = "no proof for all bodies within tolerances takes a spring into account"
+    LINES_OF_BODIES = (
+        "no proof for all bodies within tolerances takes a spring or a ligament into account"
+    )
     BARRIER_OF_BODIES = "no proof for all bodies within tolerances takes a barrier into account"
     OUTER_BARRIER = "no proof takes a guard of θ1 and θ3 (outer_stiffness) into account"
 

@@ -1,6 +1,7 @@
 """When the convergence of exact motions is decided: by a region of a proof, or never."""
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -85,6 +86,22 @@ def not_enclosed(problem: Problem) -> Convergence | None:
         why = "an element switches, and only smooth equations can be enclosed"
         return Convergence(None, why=why, reason=Undecided.SWITCHES)
     return None
+
+
+def switching_start(problem: Problem, proof: "Proof | None") -> Convergence | None:
+    """Return what is proved of the start of a problem whose elements switch; None if nothing is.
+
+    No motion is enclosed then. But with ligaments there may be a region, and this start in it.
+    """
+    from rbstab.analysis.exact import in_balls
+    from rbstab.experiment.stored_proof.starts import enclosed_start
+
+    if proof is None or not proof.has_energy or problem.exact is None:
+        return None
+    start = in_balls(partial(enclosed_start, problem.exact))
+    if start is None:
+        return None
+    return convergence_in(proof, (start.least, start.energy), (start.low, start.high), 0.0)
 
 
 def convergence_in(

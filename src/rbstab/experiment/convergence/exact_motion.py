@@ -40,6 +40,7 @@ from rbstab.experiment.convergence.decisions import (
     PATIENCE,
     convergence_in,
     refusal,
+    switching_start,
 )
 from rbstab.experiment.convergence.enclosed_samples import EnclosedSamples, quantities_of
 from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
@@ -96,7 +97,7 @@ def convergence_at_start(config: Config, problem: Problem, proof: Proof | None) 
     """
     refused = refusal(problem, proof)
     if refused is not None:
-        return refused
+        return _at_start(problem, proof, refused)
     assert proof is not None
     if not proof.has_energy:
         return _by_older_proof(problem, proof)
@@ -129,7 +130,8 @@ def prove_convergence(
     limits = limits or Limits(BRIEF_STEPS if brief else MAX_STEPS)
     refused, to_end = refusal(problem, proof), enclose is Enclose.TO_END
     if refused is not None and (not to_end or refused.reason in NOT_ENCLOSED):
-        return MotionProof(replace(refused, enclosed=_reached(enclose, refused, proof)), None)
+        known = _at_start(problem, proof, refused)
+        return MotionProof(replace(known, enclosed=_reached(enclose, known, proof)), None)
     with proof_precision():
         start = _exact_start(config, problem)
         last = float(problem.times[-1]) if to_end else 0.0
@@ -211,6 +213,14 @@ def _is_at_rest(energies: list[float]) -> bool:
     if len(energies) <= PATIENCE:
         return False
     return energies[-PATIENCE - 1] - energies[-1] < LEAST_FALL * (energies[0] - energies[-1])
+
+
+def _at_start(problem: Problem, proof: Proof | None, refused: Convergence) -> Convergence:
+    """Return what is known at the start of a motion that cannot be enclosed as it switches."""
+    inside = None
+    if refused.reason is Undecided.SWITCHES:
+        inside = switching_start(problem, proof)
+    return inside or refused
 
 
 def _by_older_proof(problem: Problem, proof: Proof) -> Convergence:

@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,6 +13,7 @@ from rbstab.analysis.exact import ball, decimal_balls, in_balls, upper
 from rbstab.experiment.stored_proof.proof import Proof, ProvedState, ProvedStates
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.modes import guards_at, has_modes, with_modes
 from rbstab.systems.system import System
 
 ROUND_OFF = 1e-9
@@ -83,7 +86,9 @@ def start_state(problem: Problem, proof: Proof) -> int | None:
     if not proof.has_energy or problem.exact is None:
         return 1 if _starts_below(problem, proof) else None
     start = in_balls(partial(enclosed_start, problem.exact))
-    return None if start is None else reached_state(proof, *start)
+    if start is None:
+        return None
+    return reached_state(proof, start.energy, start.low, start.high)
 
 
 def reached_state(proof: Proof, energy: float, low: Array, high: Array) -> int | None:
@@ -164,15 +169,42 @@ def _is_below(energy: float, bound: float | None) -> bool:
     return bound is not None and energy < bound
 
 
+class EnclosedStart(NamedTuple):
+    """Bounds on the energy at a start, J, and on Θ, shape (3,) each, rad."""
+
+    least: float
+    energy: float
+    low: Array
+    high: Array
+
+
 def enclosed_start(
     exact: Callable[[Callable[[Array], Array]], tuple[System, Array]],
-) -> tuple[float, Array, Array]:
-    """Return an upper bound of the energy at the start, and a box of Θ; call it by `in_balls`."""
+) -> EnclosedStart:
+    """Return bounds on the energy at the start, and a box of Θ; call it by `in_balls`."""
     system, start = exact(decimal_balls)
-    energy = upper(sum(system.observe(start).energy.tolist(), ball(0.0)))
+    energies = [
+        sum(one.observe(start).energy.tolist(), ball(0.0)) for one in _in_modes(system, start)
+    ]
     Theta = [ball(0.0) + angle for angle in system.motion(start).Theta]
     low, high = [-upper(-angle) for angle in Theta], [upper(angle) for angle in Theta]
-    return energy, np.array(low), np.array(high)
+    return EnclosedStart(
+        min(-upper(-one) for one in energies),
+        max(upper(one) for one in energies),
+        np.array(low),
+        np.array(high),
+    )
+
+
+def _in_modes(system: System, start: Array) -> list[System]:
+    """Return a system in the modes of a start in balls; in both where it is not known in which."""
+    if not has_modes(system):
+        return [system]
+    choices = [
+        (1.0,) if g > 0 else (0.0,) if g < 0 else (0.0, 1.0)
+        for g in (ball(0.0) + g for g in guards_at(system, start))
+    ]
+    return [with_modes(system, modes) for modes in product(*choices)]
 
 
 def _starts_below(problem: Problem, proof: Proof) -> bool:

@@ -92,7 +92,7 @@ def unguarded(config: Config) -> Unguarded:
     proof = prove(config, problem)
     lines = proof.reduced_energy is not None and proof.reduced_energy.form.lines
     if lines or proof.tied_energy is not None:
-        raise NotDecidedError("a soft guard beside springs has no proof")
+        raise NotDecidedError("a soft guard beside springs or ligaments has no proof")
     if proof.reduced_energy is None:
         raise NotDecidedError(proof.outcome)
     border = border_of_pitch(proof.reduced_energy.form)
@@ -102,11 +102,10 @@ def unguarded(config: Config) -> Unguarded:
     start = in_balls(partial(enclosed_start, problem.exact))
     if start is None:
         raise NotDecidedError("the energy at the start has no proved bound")
-    energy, low, high = start
-    pitch = float(max(-low[1], high[1]))
+    pitch = float(max(-start.low[1], start.high[1]))
     if not pitch <= OPEN_RANGE[1]:
         raise NotDecidedError("the start is not in the range |θ2| < π/2")
-    return Unguarded(proof, border, energy, pitch)
+    return Unguarded(proof, border, start.energy, pitch)
 
 
 def guard_of(method: str, strength: float, soft_angle: float) -> BallGuard:

@@ -18,6 +18,7 @@ from rbstab.analysis.proof.robust.elimination import eliminated_for_all
 from rbstab.analysis.proof.robust.expansion import family_of
 from rbstab.analysis.proof.robust.family import FormFamily
 from rbstab.analysis.proof.robust.numbers import BodiesRing, Members, Part
+from rbstab.elements.ligament import Ligament
 from rbstab.elements.spring import Spring
 
 
@@ -76,7 +77,7 @@ def stored_energy(members: Members, part: Part) -> tuple[BodiesRing, Polynomial]
     reject_unsmooth(middle)
     if separated(middle)[1]:
         raise NoReducedEnergy(NoEnergyReason.BARRIER_OF_BODIES)
-    if any(isinstance(element, Spring) for element in middle.elements):
+    if any(isinstance(element, Spring | Ligament) for element in middle.elements):
         raise NoReducedEnergy(NoEnergyReason.LINES_OF_BODIES)
     ring = BodiesRing(configurations(middle).size - 3, part)
     try:

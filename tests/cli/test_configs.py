@@ -62,6 +62,7 @@ def test_the_papers_cases_and_the_promised_examples_are_there() -> None:
         "elements",
         "elements_proved",
         "strut_proved",
+        "ligament_proved",
     }
     sliding = {
         f"{surface}_{law}_{bound}{load}"

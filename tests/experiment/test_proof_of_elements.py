@@ -17,6 +17,7 @@ from support.config_elements import (
 )
 from support.pose import attitude
 
+import rbstab
 from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.proof import prove
@@ -155,26 +156,42 @@ def test_with_an_outer_guard_nothing_is_decided(name, variant):
 
 POINT = TIE | {"point": [0.0, 0.0, 0.0], "anchor": [0.0, 0.0, 0.0]}
 
-UNCONTROLLED: dict[str, Any] = {
+UNDAMPED: dict[str, Any] = {
     "nothing": {},
     "attitude": {"upright": UPRIGHT},
     "tie": {"tie": TIE},
-    "both": {"tie": TIE, "upright": UPRIGHT},
-    "both at the centre": {"tie": POINT, "upright": UPRIGHT},
-    "one of each": ONE_OF_EACH,
+    "two ties": {"tie": TIE, "other": POINT},
 }
 
 
 @pytest.mark.parametrize("gravity", [[0.0, 0.0, -9.81], [0.0, 0.0, 0.0]], ids=["heavy", "floating"])
-@pytest.mark.parametrize("name", UNCONTROLLED)
-def test_without_a_controller_nothing_is_ever_proved(name, gravity):
-    config = load_config(config_data(UNCONTROLLED[name], None, gravity=gravity))
+@pytest.mark.parametrize("name", UNDAMPED)
+def test_where_not_every_motion_is_damped_nothing_is_ever_proved(name, gravity):
+    config = load_config(config_data(UNDAMPED[name], None, gravity=gravity))
     proof = prove(config)
-    assert proof.outcome == "no stabilizers damp every motion"
+    assert proof.outcome == "no elements damp every motion"
     assert (proof.proved, proof.unique, proof.states, proof.region) == (False, None, (), None)
     within = prove_within(config, tolerances_of(config, ["body.mass=±1%"]))
-    assert within.why == "no stabilizers damp every motion"
+    assert within.why == "no elements damp every motion"
     assert (within.proved, within.level) == (None, 0.0)
+
+
+DAMPING_TIES = {"tie": TIE, "at the centre": POINT, "embedded": EMBEDDED_TIE}
+
+
+@pytest.mark.parametrize("name", DAMPING_TIES)
+def test_an_attitude_spring_and_a_tie_damp_every_motion(name):
+    """They take the place of the stabilizers; the rest state is where a motion ends."""
+    data = config_data({"tie": DAMPING_TIES[name], "upright": UPRIGHT}, None)
+    proof = prove(data)
+    lowest = proof.states[0]
+    assert (lowest.proved, lowest.index) == (True, 0)
+    # After half a turn the spring is at rest too; some of these states are at the ends of the range.
+    assert proof.unique is not True
+    assert proof.region is not None
+    assert proof.region.lower_bound > 100
+    result = rbstab.simulate(data | {"integration": {"duration": 120.0, "samples": 4}})
+    assert result["orientation"][-1] == pytest.approx(lowest.orientation, abs=1e-4)
 
 
 def test_proof_ids_differ_with_the_elements():

@@ -29,34 +29,40 @@ def config(request):
     return load_config(data({"it": KINDS[request.param]}, controller=CONTROLLER))
 
 
+@pytest.fixture(params=[kind for kind in KINDS if kind != "ligament"])
+def unproved(request):
+    """Return a config of which nothing is proved: not so of one with a ligament."""
+    return load_config(data({"it": KINDS[request.param]}, controller=CONTROLLER))
+
+
 def test_sensitivities(config):
     with pytest.raises(UnsuitedConfigError, match=r"elements\.it: switches, its motion is not"):
         sensitivities(config)
 
 
-def test_reduced_energy(config):
+def test_reduced_energy(unproved):
     from rbstab.config.build import problem_of
 
     with pytest.raises(NoReducedEnergy) as caught:
-        reduced_energy(problem_of(config).system)
+        reduced_energy(problem_of(unproved).system)
     assert caught.value.reason is NoEnergyReason.SWITCHES
 
 
-def test_proof_of_rest_states(config):
+def test_proof_of_rest_states(unproved):
     from rbstab.config.build import problem_of
 
-    proof = prove(config)
+    proof = prove(unproved)
     assert not proof.states
     assert proof.outcome.startswith("an element switches")
-    stability = stability_of(problem_of(config), proof)
+    stability = stability_of(problem_of(unproved), proof)
     assert stability.statements[0].startswith("Rest states: not decided (an element switches")
 
 
 @pytest.mark.parametrize("enclose", [Enclose.UNTIL_PROVED, Enclose.TO_END])
-def test_enclosure_of_the_exact_motion(config, enclose):
+def test_enclosure_of_the_exact_motion(unproved, enclose):
     from rbstab.config.build import problem_of
 
-    found = prove_convergence(config, problem_of(config), prove(config), enclose)
+    found = prove_convergence(unproved, problem_of(unproved), prove(unproved), enclose)
     assert found.convergence.proved is None
     assert found.convergence.reason is Undecided.SWITCHES
     assert found.samples is None

@@ -1,5 +1,7 @@
 """Bodies with ligaments, and their energies by formulas of their own."""
 
+from itertools import pairwise
+
 import numpy as np
 from scipy.integrate import quad
 from scipy.optimize import minimize
@@ -12,7 +14,7 @@ from support.tied_springs import K_C
 __all__ = ["DAMPING", "WEIGHT", "R"]
 
 
-def ligament_of(
+def ligament_of(  # noqa: PLR0917 (its numbers, in the order of a config)
     point=(0.1, 0.2, 0.3),
     anchor=(0.5, 0.1, 0.5),
     stiffness=400.0,
@@ -55,7 +57,7 @@ def stored(ligament, length):
     """Return ∫ T dℓ, by quadrature between the points at which T changes its form."""
     ends = ligament.slack_length * np.array([1.0, 1.0 + 2 * ligament.toe_strain])
     places = [ligament.slack_length, *[end for end in ends[1:] if end < length], length]
-    pairs = zip(places[:-1], places[1:], strict=True)
+    pairs = pairwise(places)
     if length <= ligament.slack_length:
         return 0.0
     return sum(quad(lambda one: tension(ligament, one), a, b, epsabs=1e-13)[0] for a, b in pairs)

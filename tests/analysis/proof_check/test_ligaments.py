@@ -1,4 +1,4 @@
-"""Protects the checker's energies of ligaments: against other formulas, and against false claims."""
+"""Protects the checker's energies of ligaments: against other formulas and false claims."""
 
 import copy
 

@@ -129,11 +129,11 @@ def _every_start(U: Energy, claims: Mapping[str, Any], found: Sequence[Finding])
 
 def _confined(U: Energy, range_: Range) -> Finding:
     """Check by theorem 6 that there is no rest state beyond the ends of θ1 and θ3."""
-    bound, (first, _, third) = U.confinement(), range_.ends
+    first, _, third = range_.ends
     if not (first < FARTHEST_END and third < FARTHEST_END):
         text = f"The range of θ1 or θ3 goes beyond {FARTHEST_END} rad: too far to be checked."
         return Finding(range_.name, "ends", False, text)
-    verified = bound is not None and bool(bound[0] < first) and bool(bound[1] < third)
+    verified = U.confined(first, third)
     claim = f"All of them have |θ1| < {float(first):.5g} and |θ3| < {float(third):.5g} rad"
     text = f"{claim}." if verified else f"{claim}: this could not be confirmed."
     return Finding(range_.name, "ends", verified, text)

@@ -13,7 +13,7 @@ value for every U whose numbers round to the stored doubles.
 
 import copy
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from flint import arb, arb_mat
@@ -164,19 +164,32 @@ class Energy:
         # A double beyond π/2 has no bounds, and no comparison with them is true.
         return angle if barrier(k, arb(angle))[1] > b else None
 
-    def confinement(self) -> list[Ball] | None:
+    def confined(self, first: Ball, third: Ball) -> bool:
+        """Return whether all rest states with |θ2| <= π/2 have |θ1| < first and |θ3| < third.
+
+        Bounds on single terms are tried before a search for the largest slopes, which takes long.
+        """
+        for slope in (self._steepest, self._sharper):
+            bound = self.confinement(slope)
+            if bound is not None and bool(bound[0] < first) and bool(bound[1] < third):
+                return True
+        return False
+
+    def confinement(self, slope: Callable[[int], Ball] | None = None) -> list[Ball] | None:
         """Bound |θ1| and |θ3| at all rest states with |θ2| <= π/2; None if k is not definite.
 
         k [θ1, θ3]' = -[q1 + K12 θ2 + ∂p/∂θ1, q3 + K32 θ2 + ∂p/∂θ3]' with the periodic part p.
+
+        Args:
+            slope: Bounds |∂p/∂θ| along an axis; by default as sharp as can be.
         """
+        slope = slope or self._sharper
         Q = self.quadratic
         k = arb_mat([[Q[i][j] for j in (0, 2)] for i in (0, 2)])
         if not (k[0, 0] > 0 and k.det() > 0):
             return None
         inverse = k.inv()
-        load = [
-            abs(self.linear[j]) + abs(Q[j][1]) * arb.pi() / 2 + self._sharper(j) for j in (0, 2)
-        ]
+        load = [abs(self.linear[j]) + abs(Q[j][1]) * arb.pi() / 2 + slope(j) for j in (0, 2)]
         return [sum((abs(inverse[i, j]) * load[j] for j in (0, 1)), arb(0)) for i in (0, 1)]
 
     def _steepest(self, axis: int) -> Ball:

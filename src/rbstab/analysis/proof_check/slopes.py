@@ -12,7 +12,7 @@ from rbstab.analysis.proof_check.trigonometric import Ball
 BOX_LIMIT = 20_000
 """The number of boxes at which the search stops."""
 
-FACTOR = 1.15
+FACTOR = 1.25
 """The bound is at most this times the largest slope that was seen."""
 
 CELL: Box = ((-3.2, 3.2), (-1.6, 1.6), (-3.2, 3.2))

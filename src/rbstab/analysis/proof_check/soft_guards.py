@@ -73,9 +73,9 @@ def _confined(U: Energy, range_: Range) -> Finding:
 
     With a definite block k of K the energy grows with |θ1| and |θ3|, so lowest points exist.
     """
-    bound, (first, _, third) = U.confinement(), range_.ends
+    first, _, third = range_.ends
     close = first < FARTHEST_END and third < FARTHEST_END
-    verified = bound is not None and close and bool(bound[0] < first) and bool(bound[1] < third)
+    verified = close and U.confined(first, third)
     text = f"Lowest points and rest states have |θ1| < {float(first):.5g} and "
     text += f"|θ3| < {float(third):.5g} rad"
     text = f"{text}." if verified else f"{text}: this could not be confirmed."

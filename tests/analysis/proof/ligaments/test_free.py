@@ -165,6 +165,7 @@ def test_a_rest_state_of_a_tied_body_is_proved_with_its_region():
     region = certified_region(found)
     assert region is not None
     assert region.proved
+    assert region.energy_bound is not None
     # On the border no energy is below the bound, by a minimization of its own.
     rng = np.random.default_rng(0)
     offset = found.energy.form.value(np.zeros((1, 3)))[0]

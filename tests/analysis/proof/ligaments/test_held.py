@@ -1,4 +1,4 @@
-"""Protects the energy of a held body with ligaments: its values, its bounds, and its rest states."""
+"""Protects the energy of a held body with ligaments: values, bounds and rest states."""
 
 import numpy as np
 import pytest
@@ -93,7 +93,6 @@ def test_all_rest_states_of_a_held_body_are_found_and_no_others():
 
     rng, reached = np.random.default_rng(0), 0
     for start in rng.uniform([-np.pi, -1.57, -np.pi], [np.pi, 1.57, np.pi], size=(200, 3)):
-
         zero = root(slope, start, tol=1e-9)
         inside = np.all(np.abs(zero.x) < [np.pi, np.pi / 2, np.pi])
         if zero.success and inside and np.abs(zero.fun).max() < 1e-4:

@@ -104,9 +104,9 @@ def _findings_between(
 
 def _confined(W: TiedEnergy, range_: Range) -> Finding:
     """Check by theorem 6 that there is no rest state beyond the ends of θ1 and θ3."""
-    bound, (first, _, third) = W.U.confinement(), range_.ends
+    first, _, third = range_.ends
     near = first < FARTHEST_END and third < FARTHEST_END
-    verified = near and bound is not None and bool(bound[0] < first) and bool(bound[1] < third)
+    verified = near and W.U.confined(first, third)
     text = f"All of them have |θ1| < {float(first):.5g} and |θ3| < {float(third):.5g} rad"
     text = f"{text}." if verified else f"{text}: this could not be confirmed."
     return Finding(range_.name, "ends", verified, text)

@@ -186,7 +186,7 @@ def test_an_attitude_spring_and_a_tie_damp_every_motion(name):
     proof = prove(data)
     lowest = proof.states[0]
     assert (lowest.proved, lowest.index) == (True, 0)
-    # After half a turn the spring is at rest too; some of these states are at the ends of the range.
+    # After half a turn the spring is at rest too; some of these states are at ends of the range.
     assert proof.unique is not True
     assert proof.region is not None
     assert proof.region.lower_bound > 100

@@ -9,7 +9,7 @@ import pytest
 from support.config_elements import CONTROLLER, STRUT, TIE, UPRIGHT, config_data
 
 import rbstab
-from rbstab.analysis.exact import in_balls
+from rbstab.analysis.exact import decimal_balls, in_balls
 from rbstab.analysis.proof.ligaments import limits
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
@@ -21,7 +21,7 @@ from rbstab.experiment.robust.bodies import prove_within
 from rbstab.experiment.stability import stability_of
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.experiment.stored_proof.starts import enclosed_start, start_state
+from rbstab.experiment.stored_proof.starts import _in_modes, enclosed_start, start_state
 from rbstab.experiment.tuning.kept_range import NotDecidedError, unguarded
 from rbstab.experiment.verification.verify import verify
 
@@ -82,6 +82,10 @@ def test_a_start_outside_is_not_decided_because_the_ligament_switches(proved):
     assert (found.proved, found.reason) == (None, Undecided.SWITCHES)
 
 
+def _assert_modes(build, count):
+    assert len(_in_modes(*build(decimal_balls))) == count
+
+
 @pytest.mark.parametrize("place", [0.5, 1.0, 1.2, 1.4, 3.0])
 def test_the_energy_at_a_start_has_that_of_the_ligament(place):
     """The ligament is slack, at its slack length, in its toe, at the end of it, and beyond.
@@ -104,6 +108,7 @@ def test_the_energy_at_a_start_has_that_of_the_ligament(place):
     assert start.least <= exact * (1 + 1e-12)
     assert start.energy >= exact * (1 - 1e-12)
     assert start.energy - start.least < 1e-9
+    in_balls(partial(_assert_modes, build, 2 if place == 1.0 else 1))
 
 
 @pytest.mark.heavy

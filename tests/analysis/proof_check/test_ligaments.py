@@ -22,6 +22,7 @@ from support.tied_springs import tied_system
 from rbstab.analysis.proof.reduced_energy import reduced_energy
 from rbstab.analysis.proof_check.checker import check
 from rbstab.analysis.proof_check.energy import Energy, Taylor
+from rbstab.analysis.proof_check.free_ligaments import FreeLigaments, Over
 from rbstab.analysis.proof_check.ligaments import LigamentLaw
 from rbstab.analysis.proof_check.small_matrices import cholesky, inverse, product, turned
 from rbstab.experiment.stored_proof.energies import energy_of
@@ -71,6 +72,84 @@ def test_balls_contain_the_values_inside(low, width, share):
         first, second = law.derivatives(inside)[1:3]
         assert across.overlaps(first / inside)
         assert excess.overlaps(second - first / inside)
+
+
+@pytest.mark.parametrize(
+    ("low", "high"), [(1.0, 1.02), (1.01, 1.09), (1.05, 1.2), (1.12, 1.3), (1.0, 1.4)]
+)
+def test_balls_in_each_part_of_the_law_contain_the_values_inside(low, high):
+    law, slack = law_of(LIGAMENT), LIGAMENT.slack_length
+    across, excess = law.across_and_excess(arb(low * slack).union(arb(high * slack)))
+    for ratio in np.linspace(low, high, 41)[1:-1]:
+        inside = arb(float(ratio) * slack)
+        first, second = law.derivatives(inside)[1:3]
+        assert across.overlaps(first / inside)
+        assert excess.overlaps(second - first / inside)
+
+
+@pytest.mark.parametrize("share", [1.0, 0.5, 0.0])
+def test_what_is_computed_in_doubles_need_not_be_accurate(monkeypatch, share):
+    """With another ẑ, C and B, bounds are wider, and contain what they did."""
+    rng = np.random.default_rng(8)
+    U = Energy(data_of(tied_system(random_ligaments(rng, 2, 3e3))))
+    radius = 0.005
+    places = []
+    for centre in rng.uniform(-1.2, 1.2, size=(20, 3)):
+        Theta = centre + rng.uniform(-radius, radius, size=3)
+        points = [Taylor(U, tuple((x, x) for x in one.tolist())) for one in (centre, Theta)]
+        places.append((centre, *points))
+    shift, chosen = FreeLigaments.shift, Over._chosen
+
+    def moved(self, r):
+        z, bend = shift(self, r)
+        return [one + 1e-3 for one in z], bend
+
+    def turned_less(self, z, bend):
+        C, B = chosen(self, z, bend)
+        return [[share * one for one in row] for row in C], [
+            [0.9 * one for one in row] for row in B
+        ]
+
+    monkeypatch.setattr(FreeLigaments, "shift", moved)
+    monkeypatch.setattr(Over, "_chosen", turned_less)
+    away = 0.0
+    for centre, at_centre, inside in places:
+        wide = Taylor(U, tuple((one - radius, one + radius) for one in centre.tolist()))
+        assert wide.value.overlaps(at_centre.value)
+        assert wide.value.rad() > 1e-6
+        away = max(away, float(abs(wide.gradient[0, 0] - at_centre.gradient[0, 0]).upper()))
+        for i in range(3):
+            assert wide.gradient[i, 0].overlaps(at_centre.gradient[i, 0])
+            assert wide.whole_gradient[i, 0].overlaps(inside.gradient[i, 0])
+            for j in range(3):
+                assert wide.whole_hessian[i, j].overlaps(inside.hessian[i, j])
+    assert away > 1e-3
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 2**32), st.floats(1e-3, 0.2), st.sampled_from([300.0, 3e3, 3e5]))
+def test_the_shift_of_the_position_is_bounded(seed, radius, stiffest):
+    """ζ = z - ẑ - Cδ is where it is said to be, by Krawczyk's test or by strong convexity."""
+    rng = np.random.default_rng(seed)
+    ligaments = random_ligaments(rng, 2, stiffest)
+    V = Energy(data_of(tied_system(ligaments))).position
+    free = reduced_energy(tied_system(ligaments)).ligaments
+    assert V is not None
+    assert free is not None
+    centre = rng.uniform(-1.2, 1.2, size=3)
+    with ctx.workprec(128):
+        middle, ball = [arb(one) for one in centre.tolist()], arb(0, radius)
+        over = V.over(middle, [ball] * 3)
+        found = over._krawczyk(over._second([arb(0)] * 3))
+        if found is None:
+            return
+        C = np.array([[float(one.mid()) for one in row] for row in over.C])
+        z = np.array([float(one.mid()) for one in over.z])
+        for _ in range(6):
+            step = rng.uniform(-radius, radius, size=3)
+            zeta = free.shift((centre + step)[np.newaxis])[0] - z - C @ step
+            for one, width in zip(zeta, found[2], strict=True):
+                assert abs(one) <= float(width.abs_upper()) + 1e-12
 
 
 def test_a_wrong_number_is_refused():

@@ -18,6 +18,7 @@ from rbstab.analysis.proof.certified_region import certified_region
 from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.ligaments import free_bounds
 from rbstab.analysis.proof.ligaments.limits import BRIEF_BOX_LIMIT, box_limit
+from rbstab.analysis.proof.lines.intervals import Intervals
 from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy, reduced_energy
 from rbstab.analysis.proof.rest_states import rest_states
 from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
@@ -110,15 +111,40 @@ def test_bounds_become_sharp_as_boxes_shrink():
     assert sizes[3] < 1e-3 * np.abs(hessian).max()
 
 
+@settings(max_examples=25, deadline=None)
+@given(seeds, st.floats(1e-4, 0.3), STIFFNESSES)
 @np.errstate(all="ignore")
-def test_wrong_shifts_only_make_bounds_wider(monkeypatch):
-    """ẑ, C and B need not be accurate: with others the bounds still contain what is inside."""
+def test_the_shift_of_the_position_is_bounded(seed, radius, stiffest):
+    """ζ = z - ẑ - Cδ, with the z of `shift`, is where it is said to be; both bounds are used."""
+    rng = np.random.default_rng(seed)
+    free = reduced_energy(tied_system(random_ligaments(rng, 2, stiffest))).ligaments
+    assert free is not None
+    centre = rng.uniform(-1.4, 1.4, size=(20, 3))
+    t = max(free.forms, key=lambda form: len(form.coefficients)).basis(centre)
+    over = free_bounds._Enclosure(free, t, Boxes(centre - radius, centre + radius))
+    nothing = np.zeros_like(centre)
+    widths = over._shifts(over._parts(Intervals(nothing, nothing)))[2]
+    for _ in range(8):
+        step = rng.uniform(-radius, radius, size=centre.shape)
+        zeta = free.shift(centre + step) - over.z.middle
+        zeta -= np.einsum("mki,mi->mk", over.C.middle, step)
+        assert np.all(np.abs(zeta) <= widths + 1e-12)
+
+
+@np.errstate(all="ignore")
+@pytest.mark.parametrize("share", [1.01, 0.5, 0.0])
+def test_wrong_shifts_only_make_bounds_wider(monkeypatch, share):
+    """ẑ, C and B need not be accurate: with others the bounds still contain what is inside.
+
+    With another C the mixed derivatives of W, which it makes small, are not.
+    """
     rng = np.random.default_rng(6)
     energy = reduced_energy(tied_system(random_ligaments(rng, 2, 3e3)))
     form, free = energy.form, energy.ligaments
     assert free is not None
-    centre, radius = rng.uniform(-1.4, 1.4, size=(20, 3)), 0.02
+    centre, radius = rng.uniform(-1.4, 1.4, size=(40, 3)), 0.005
     step = rng.uniform(-radius, radius, size=centre.shape)
+    value, slope, _ = form.approximate(centre, 2)
     _, gradient, hessian = form.approximate(centre + step, 2)
     boxes = Boxes(centre - radius, centre + radius)
     sharp = enclosure(form, boxes)
@@ -128,10 +154,15 @@ def test_wrong_shifts_only_make_bounds_wider(monkeypatch):
 
     def perturbed(self, S):
         C, B = chosen(self, S)
-        return free_bounds._known(C.middle * 1.01), B * 0.9
+        return free_bounds._known(C.middle * share), B * 0.9
 
     monkeypatch.setattr(free_bounds._Enclosure, "_chosen", perturbed)
     wide = enclosure(form, boxes)
+    # The shift of 1 mm is seen in the energy and in its slopes.
+    assert np.all(np.abs(value - wide.value) <= wide.value_error)
+    assert np.all(np.abs(slope - wide.gradient) <= wide.gradient_error)
+    assert np.abs(value - wide.value).max() > 1e-4
+    assert np.abs(slope - wide.gradient).max() > 1e-3
     assert np.all(np.abs(hessian - wide.hessian) <= wide.hessian_radius)
     linear = wide.gradient + np.einsum("mij,mj->mi", wide.hessian, step)
     assert np.all(np.abs(gradient - linear) <= wide.curvature)

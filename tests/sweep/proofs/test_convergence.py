@@ -1,5 +1,6 @@
 """Protects the column `convergence`: members that share a proof agree with their single runs."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -8,14 +9,17 @@ from support.paper_runs import paper_config
 from support.valleys import TWO_VALLEYS
 
 import rbstab
+from rbstab.analysis.exact import in_balls
 from rbstab.config.build import problem_of
 from rbstab.experiment.proof_cache import proof_for
-from rbstab.experiment.stored_proof.starts import start_state
+from rbstab.experiment.stored_proof.proof import no_proof
+from rbstab.experiment.stored_proof.starts import enclosed_start, start_state
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs.columns import CONVERGENCE
 from rbstab.sweep.proofs.convergence import ProvedConvergence
 from rbstab.sweep.proofs.starts import ProvedStarts, Starts
+from rbstab.systems.modes import modes_of
 
 SHORT: dict[str, Any] = {"duration": 0.01, "samples": 3, "rtol": 1e-8}
 SPIN = "initial.angular_velocity[0]"
@@ -103,3 +107,46 @@ def test_a_small_energy_outside_of_the_range_proves_nothing(valleys):
     for end in (-3.2, 3.2):
         angles = np.array([[0.1, 0.0, 0.0], [end, 0.0, 0.0]])
         assert in_range.find(Starts(energy, angles, angles)).tolist() == [1, 0]
+
+
+POINT = [0.1, 0.1, -0.3]
+BAND = {"kind": "ligament", "point": POINT, "anchor": POINT, "stiffness": 200.0}
+LAW = {"slack_length": 0.125, "toe_strain": 0.4}
+
+
+def with_band():
+    """Return a config with a ligament whose length is |X| at Θ = 0; the body is at rest there."""
+    still = {"angular_velocity": [0, 0, 0], "velocity": [0, 0, 0], "position": [0, 0, 0]}
+    base = paper_config("visco-elastic", True, initial=still, **SHORT)
+    return base | {"schema_version": 2, "elements": {"band": BAND | LAW}}
+
+
+def test_each_member_has_its_own_modes_of_a_ligament(tmp_path):
+    """Slack, in its toe and beyond: the energy at each start is that of its single run."""
+    base = with_band()
+    axes = {f"initial.position[{k}]": {"linspace": [-0.2, 0.23, 4]} for k in range(3)}
+    plan = load_plan({"base": base, "vary": axes})
+    proof = proof_for(tmp_path, plan.base_of("visco-elastic"))
+    starts = ProvedStarts(plan.base_of("visco-elastic"), plan.varied_keys, proof)
+    found = starts.starts(plan.values(0, plan.members), plan.members)
+    builds: list[Any] = [problem_of(plan.config_of(k)).exact for k in range(plan.members)]
+    energies = np.array([in_balls(partial(enclosed_start, build)).energy for build in builds])
+    assert np.all(found.energy >= energies)
+    assert found.energy == pytest.approx(energies, rel=1e-9)
+    modes = {modes_of(problem_of(plan.config_of(k)).system) for k in range(plan.members)}
+    assert modes == {(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)}
+    expected = [start_state(problem_of(plan.config_of(k)), proof) for k in range(plan.members)]
+    codes = ProvedConvergence(plan, tmp_path).of(0, plan.members).codes
+    assert [code == CONVERGENCE.index("proved") for code in codes] == [
+        one is not None for one in expected
+    ]
+    assert len(set(expected)) == 2
+
+
+def test_at_a_switch_nothing_is_said_of_a_member():
+    """Bounds on numbers do not tell in which mode it is."""
+    base = with_band()
+    plan = load_plan({"base": base, "vary": {"initial.position[0]": {"values": [0.1, 0.125, 0.2]}}})
+    starts = ProvedStarts(plan.base_of("visco-elastic"), plan.varied_keys, no_proof("", "", 0.0))
+    found = starts.starts(plan.values(0, plan.members), plan.members)
+    assert np.isfinite(found.energy).tolist() == [True, False, True]

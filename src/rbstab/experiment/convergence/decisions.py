@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rbstab.elements.ligament import Ligament
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF, Convergence, Undecided
 from rbstab.integrate.problem import Problem
@@ -86,6 +87,18 @@ def not_enclosed(problem: Problem) -> Convergence | None:
         why = "an element switches, and only smooth equations can be enclosed"
         return Convergence(None, why=why, reason=Undecided.SWITCHES)
     return None
+
+
+def nothing_proved(problem: Problem) -> Convergence | None:
+    """Return a convergence that is not decided as there is no proof of rest states, or None.
+
+    That of a body with ligaments may be proved, although they switch.
+    """
+    found = not_enclosed(problem)
+    switching = [element for element in problem.system.elements if element.mode_count]
+    if all(isinstance(element, Ligament) for element in switching):
+        return None if found is not None and found.reason is Undecided.SWITCHES else found
+    return found
 
 
 def switching_start(problem: Problem, proof: "Proof | None") -> Convergence | None:

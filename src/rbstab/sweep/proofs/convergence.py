@@ -10,7 +10,7 @@ import numpy as np
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.entries import is_of_initial_state
 from rbstab.config.user_code.permission import has_code
-from rbstab.experiment.convergence.decisions import not_enclosed
+from rbstab.experiment.convergence.decisions import nothing_proved
 from rbstab.experiment.proof_cache import cached_proof, proof_for
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import has_no_rest_state
@@ -216,7 +216,7 @@ def undecided_reason(plan: Plan, variant: str) -> str | None:
     if has_code(plan.base_of(variant)):
         # It may be a stored plan, whose code must not run.
         return "an element is code of a user, and no proof evaluates it"
-    found = not_enclosed(plan.initial_value_problems[variant])
+    found = nothing_proved(plan.initial_value_problems[variant])
     return None if found is None else found.why
 
 

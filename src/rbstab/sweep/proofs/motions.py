@@ -12,7 +12,7 @@ from rbstab.analysis.motion_proof.expansion import FAST
 from rbstab.analysis.motion_proof.sets.set_motion import Followed
 from rbstab.config.build import problem_of
 from rbstab.experiment.convergence.convergence import Convergence, Undecided
-from rbstab.experiment.convergence.decisions import not_enclosed, refusal
+from rbstab.experiment.convergence.decisions import nothing_proved, refusal
 from rbstab.experiment.convergence.exact_motion import (
     Limits,
     prove_convergence,
@@ -166,7 +166,7 @@ class MotionProver:
     def _convergence(self, variant: str, member: int) -> Convergence:
         config = self.plan.config_of(member)
         problem = problem_of(config)
-        refused = not_enclosed(problem)
+        refused = nothing_proved(problem)
         if refused is not None:
             # It needs no proof of rest states.
             return refused

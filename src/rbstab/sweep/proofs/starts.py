@@ -20,6 +20,7 @@ from rbstab.experiment.stored_proof.starts import OPEN_RANGE, ROUND_OFF, START_R
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.axes import VariedKey
 from rbstab.sweep.plan.varied_numbers import varied_numbers
+from rbstab.systems.modes import guards_at, has_modes, with_modes
 from rbstab.systems.system import System
 
 BATCH_SIZE = 4096
@@ -95,13 +96,15 @@ class ProvedStarts:
             state = self._state(values, self.system)
             motion = self.system.motion(state)
             kinetic = self.system.body.kinetic_energy(motion.Omega, motion.V)
-            energy = _bounded(kinetic) + self.system.potential_energy(state)
+            system, unclear = _in_modes(self.system, state)
+            energy = _bounded(kinetic) + system.potential_energy(state)
             angles = [_bounded(angle) for angle in motion.Theta]
 
         low, high = (
             [_column(getattr(a, side), members) for a in angles] for side in ("low", "high")
         )
-        return Starts(_column(energy.high, members), np.stack(low, axis=1), np.stack(high, axis=1))
+        most = np.where(unclear, np.inf, energy.high)
+        return Starts(_column(most, members), np.stack(low, axis=1), np.stack(high, axis=1))
 
     def states(self, values: Mapping[str, Array], members: int) -> tuple[Array, Array]:
         """Return the initial states of members as they are enclosed, and bounds on their errors.
@@ -191,6 +194,21 @@ def _number(proof: Proof, states: ProvedStates, number: int) -> int:
 
 def _column(entry: Any, members: int) -> Array:
     return np.broadcast_to(np.asarray(entry, dtype=float), (members,))
+
+
+def _in_modes(system: System, state: Array) -> tuple[System, Array]:
+    """Return a system in the modes of each member at the start, and where they are not known.
+
+    The formulas of elements use modes as numbers, so each member has its own.
+    """
+    if not has_modes(system):
+        return system, np.array(False)
+    guards = [_bounded(guard) for guard in guards_at(system, state)]
+    modes: list[Any] = [Bounded(np.where(np.greater(g.value, 0), 1.0, 0.0), 0.0) for g in guards]
+    unclear = np.array(False)
+    for guard in guards:
+        unclear = unclear | ~((guard.low > 0) | (guard.high < 0))
+    return with_modes(system, tuple(modes)), unclear
 
 
 def _bounded(number: Any) -> Bounded:

@@ -6,10 +6,11 @@ from flint import arb, ctx
 from support.held_springs import held_system, length_of, random_springs
 from support.proofs import findings_of, proof_of
 
-from rbstab.analysis.proof_check import energy, lines
+from rbstab.analysis.proof_check import energy
 from rbstab.analysis.proof_check.checker import check
 from rbstab.analysis.proof_check.energy import Energy
-from rbstab.analysis.proof_check.lines import Line
+from rbstab.analysis.proof_check.lengths import lines
+from rbstab.analysis.proof_check.lengths.lines import Line
 from rbstab.analysis.proof_check.trigonometric import ORDERS, TrigonometricSum
 
 NONE = [0.0, 0.0, 0.0]

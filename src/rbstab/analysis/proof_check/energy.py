@@ -2,10 +2,10 @@
 
     U = ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3),    t = [1, cos θ, sin θ, cos 2θ, ...]
 
-Springs and ligaments add functions of the lengths of their lines (`lines.py`); ligaments of a body
-that is not held add their least energy over its position (`free_ligaments.py`). With a barrier, U
-has the term ½ k tan² θ2 too, which is infinite at ±π/2. All its derivatives by θ2 are monotonic
-functions of |θ2|, so balls need only the ends of an interval.
+Springs and ligaments add functions of the lengths of their lines (`lengths/lines.py`); ligaments of
+a body that is not held add their least energy over its position (`lengths/free_ligaments.py`). With
+a barrier, U has the term ½ k tan² θ2 too, which is infinite at ±π/2. All its derivatives by θ2 are
+monotonic functions of |θ2|, so balls need only the ends of an interval.
 
 A ball (python-flint's `arb`) is a number with a bound on its error. Each result contains the exact
 value for every U whose numbers round to the stored doubles.
@@ -19,8 +19,8 @@ from typing import Any
 from flint import arb, arb_mat
 
 from rbstab.analysis.proof_check.boxes import AXES, Box
-from rbstab.analysis.proof_check.free_ligaments import FreeLigaments
-from rbstab.analysis.proof_check.lines import Ligament, Line
+from rbstab.analysis.proof_check.lengths.free_ligaments import FreeLigaments
+from rbstab.analysis.proof_check.lengths.lines import Ligament, Line
 from rbstab.analysis.proof_check.slopes import largest_slope
 from rbstab.analysis.proof_check.trigonometric import (
     Axes,

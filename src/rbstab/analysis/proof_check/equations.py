@@ -13,7 +13,7 @@ from flint import arb, arb_mat
 from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.exact import decimal_balls, in_balls
 from rbstab.analysis.proof_check.energy import Energy
-from rbstab.analysis.proof_check.free_ligaments import FreeLigaments
+from rbstab.analysis.proof_check.lengths.free_ligaments import FreeLigaments
 from rbstab.analysis.proof_check.trigonometric import Ball
 from rbstab.elements.ligament import Ligament
 from rbstab.mechanics import point

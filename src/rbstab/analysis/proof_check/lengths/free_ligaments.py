@@ -18,8 +18,14 @@ from typing import Any
 from flint import arb, arb_mat
 
 from rbstab.analysis.proof_check.boxes import AXES
-from rbstab.analysis.proof_check.ligaments import LigamentLaw
-from rbstab.analysis.proof_check.small_matrices import Rows, cholesky, inverse, product, turned
+from rbstab.analysis.proof_check.lengths.ligaments import LigamentLaw
+from rbstab.analysis.proof_check.lengths.small_matrices import (
+    Rows,
+    cholesky,
+    inverse,
+    product,
+    turned,
+)
 from rbstab.analysis.proof_check.trigonometric import (
     Axes,
     Ball,

@@ -15,7 +15,7 @@ from flint import arb
 
 from rbstab.analysis.proof_check.boxes import AXES, Box
 from rbstab.analysis.proof_check.cover import Cover, cover
-from rbstab.analysis.proof_check.ligaments import LigamentLaw
+from rbstab.analysis.proof_check.lengths.ligaments import LigamentLaw
 from rbstab.analysis.proof_check.trigonometric import (
     ORDERS,
     Axes,

@@ -163,7 +163,21 @@ def test_a_brief_search_says_so_and_has_no_region(monkeypatch):
     config = load_config(FREE)
     short = prove(config, brief=True)
     assert (short.brief, short.proved, short.region) == (True, False, None)
+    found = prove_convergence(config, problem_of(config), short, Enclose.BRIEFLY).convergence
+    assert (found.proved, found.reason) == (None, Undecided.NO_REGION)
+    assert found.why.endswith("rbstab run --prove CONFIG goes on)")
     assert prove(config).proved
+
+
+def test_a_brief_search_for_all_real_angles_says_so(monkeypatch):
+    """The range of eq. 5 is proved, and no box is left for the wider one."""
+    config = load_config(FREE)
+    examined = prove(config).examined
+    monkeypatch.setattr(limits, "BRIEF_BOX_LIMIT", examined + 1)
+    short = prove(config, brief=True)
+    assert (short.brief, short.proved) == (True, True)
+    assert short.unwrapped is not None
+    assert not short.unwrapped.proved
 
 
 def test_springs_beside_ligaments_of_a_free_body_are_refused():

@@ -87,7 +87,8 @@ def prove(
                 # Undecided boxes cover most of the range, so no region is left.
                 record = proof_record(identity, _without_regions(rest), None, seconds())
                 return record.model_copy(update={"brief": brief or None})
-            wide = None if search_only else unwrapped_rest_states(rest)
+            left = limit - rest.examined if brief and limit < BOX_LIMIT else None
+            wide = None if search_only else unwrapped_rest_states(rest, left)
             # Where every start converges, no region is needed: it is all of the range.
             regions_of = _without_regions if wide is not None and wide.every_start else _regions_of
             found, unwrapped = regions_of(rest), None if wide is None else regions_of(wide)
@@ -97,7 +98,9 @@ def prove(
         if search_only:
             return searched_record(identity, searched_rest_states(system), seconds())
         return _tied_proof(identity, system, exact_system, start_time, brief=brief)
-    return proof_record(identity, found, unwrapped, seconds())
+    record = proof_record(identity, found, unwrapped, seconds())
+    ended_early = left is not None and wide is not None and wide.outcome is SearchOutcome.BOX_LIMIT
+    return record.model_copy(update={"brief": True}) if ended_early else record
 
 
 def _tied_proof(

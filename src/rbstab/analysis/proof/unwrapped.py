@@ -29,11 +29,12 @@ MAX_END = 20.0
 """rad: wider boxes are not searched, because they take too long."""
 
 
-def unwrapped_rest_states(rest: RestStates) -> RestStates | None:
+def unwrapped_rest_states(rest: RestStates, box_limit: int | None = None) -> RestStates | None:
     """Find the rest states with |θ2| < π/2 and any θ1 and θ3, and prove that there are no others.
 
     Args:
         rest: The rest states in the range of eq. 5.
+        box_limit: The number of boxes at which the proof stops, if it is less than by default.
 
     Returns:
         The rest states in the box `RestStates.end`, beyond which there are none; None if there is
@@ -49,6 +50,8 @@ def unwrapped_rest_states(rest: RestStates) -> RestStates | None:
     energy = replace(rest.energy, form=wide)
     known = [point.Theta for point in rest.states if point.proved]
     limit = BOX_LIMIT_WITH_LINES if form.lines else BOX_LIMIT
+    if box_limit is not None:
+        limit = min(limit, box_limit)
     return proved_rest_states(energy, end, [*known, *search(wide, end=end)], limit)
 
 

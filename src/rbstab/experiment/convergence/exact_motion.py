@@ -217,9 +217,12 @@ def _is_at_rest(energies: list[float]) -> bool:
 
 def _at_start(problem: Problem, proof: Proof | None, refused: Convergence) -> Convergence:
     """Return what is known at the start of a motion that cannot be enclosed as it switches."""
-    inside = None
-    if refused.reason is Undecided.SWITCHES:
-        inside = switching_start(problem, proof)
+    if refused.reason is not Undecided.SWITCHES:
+        return refused
+    inside = switching_start(problem, proof)
+    if inside is None and proof is not None and proof.brief:
+        why = f"no certified region is proved ({proof.ended})"
+        return Convergence(None, why=why, reason=Undecided.NO_REGION)
     return inside or refused
 
 

@@ -222,3 +222,20 @@ def test_more_ligaments_are_searched_with_fewer_boxes():
     three = tied_system(random_ligaments(np.random.default_rng(0), 3))
     assert box_limit(three, brief=True) == BRIEF_BOX_LIMIT // 3
     assert box_limit(three, brief=False) > 10 * box_limit(three, brief=True)
+
+
+@np.errstate(all="ignore")
+def test_bounds_hold_for_a_stiffness_of_very_different_eigenvalues():
+    """B'SB is then 1 only roughly, and its eigenvalues are bounded rigorously."""
+    turned = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    K_c = turned @ np.diag([1e-3, 1e4, 1e10]) @ turned.T
+    form = reduced_energy(tied_system([ligament_of(stiffness=3e3)], 1.0, 0.5 * (K_c + K_c.T))).form
+    centre = np.random.default_rng(1).uniform(-1.2, 1.2, size=(20, 3))
+    radius = 0.01
+    bounds = enclosure(form, Boxes(centre - radius, centre + radius))
+    step = np.random.default_rng(2).uniform(-radius, radius, size=centre.shape)
+    _, gradient, hessian = form.approximate(centre + step, 2)
+    noise = 1e-6 * (1 + np.abs(hessian).max())
+    assert np.all(np.abs(hessian - bounds.hessian) <= bounds.hessian_radius + noise)
+    linear = bounds.gradient + np.einsum("mij,mj->mi", bounds.hessian, step)
+    assert np.all(np.abs(gradient - linear) <= bounds.curvature + noise)

@@ -109,20 +109,25 @@ class _Enclosure:
         self.e = [one.at_centre[0] + self.z for one in self.offsets]
         pulls = [one.ligament.pull(e) for one, e in zip(self.offsets, self.e, strict=True)]
         self.g = total([(self.S * self.z[:, np.newaxis, :]).sum(2), *pulls])
-        self.soft = np.broadcast_to(_scaling(free.stiffness[np.newaxis]), (len(self.radius), 3, 3))
+        soft = _scaling(free.stiffness[np.newaxis])
+        self.soft = np.broadcast_to(soft, (len(self.radius), 3, 3))
+        # B'SB is 1 to round-off, which is larger for an S of very different eigenvalues.
+        scaled = _product(_product(_turned(soft), self.S), _known(soft))
+        deviation = (scaled + _known(-UNIT)).size.sum(axis=2).max() * WIDER
+        self.soft_least = float(1 - deviation) if deviation < 1 else np.nan
         self.C, self.stiff = self._chosen(free.stiffness)
         self.SC = _product(self.S, self.C)
 
     @property
     def value(self) -> Intervals:
-        """V at the centres: at most ½ |B'g|² below W at ζ = 0, with B'SB = 1."""
+        """V at the centres: at most ½ |B'g|²/λ below W at ζ = 0, with B'SB >= λ."""
         stored = near(0.5) * ((self.S * self.z[:, np.newaxis, :]).sum(2) * self.z).sum(1)
         lines = [
             one.ligament.law.bounds(e.square().sum(1), 0)[0]
             for one, e in zip(self.offsets, self.e, strict=True)
         ]
         found = total([stored, *lines])
-        below = 0.5 * _size(self.soft, self.g.size) ** 2 * WIDER
+        below = 0.5 * _size(self.soft, self.g.size) ** 2 / self.soft_least * WIDER
         return Intervals(found.middle, (found.radius + below) * WIDER)
 
     @property
@@ -134,7 +139,7 @@ class _Enclosure:
     @property
     def _gradient(self) -> Intervals:
         """∂V/∂Θ at the centres, with the ζ at which ∂W/∂ζ = 0."""
-        widths = _widths(self.soft, _size(self.soft, self.g.size))
+        widths = _widths(self.soft, _size(self.soft, self.g.size) / self.soft_least)
         zeta = Intervals(np.zeros_like(widths), widths)
         moments = []
         for one, e in zip(self.offsets, self.e, strict=True):
@@ -171,8 +176,8 @@ class _Enclosure:
             sizes = np.fmin(sizes, further * WIDER)
         sharp = np.einsum("mki,mi->mk", np.abs(self.stiff), sizes) * WIDER
         B = np.where(proved[:, np.newaxis, np.newaxis], self.stiff, self.soft)
-        least = np.where(proved, 1 - share, 1 - 1e-12)
-        rough = _widths(self.soft, _norm(self._load(self.soft, mixed)) * (1 + 1e-11))
+        least = np.where(proved, 1 - share, self.soft_least)
+        rough = _widths(self.soft, _norm(self._load(self.soft, mixed)) / self.soft_least)
         return B, least, np.where(proved[:, np.newaxis], np.fmin(sharp, rough), rough)
 
     def _load(self, B: Array, mixed: Intervals) -> Array:

@@ -46,8 +46,6 @@ SHARPER = 3
 LEAST = 0.1
 """The least λ that is used."""
 
-NEARLY_ONE = arb("0.9999999")
-"""A lower bound of the eigenvalues of B'SB, which is 1 to round-off."""
 
 SIX = range(6)
 SHIFT = range(3, 6)
@@ -204,7 +202,8 @@ class Over:
         ]
         # By strong convexity with S: |ζ| <= |B'g| in the norm of S, B'SB = 1.
         self.soft = inverse(turned(cholesky(V.doubles)))
-        size = _norm(self._lengths(self.soft, self.slope)) / NEARLY_ONE
+        self.soft_least = _least(self.soft, V.stiffness)
+        size = _norm(self._lengths(self.soft, self.slope)) / self.soft_least
         near = self._in_ball(self.soft, size)
         about = [_Line(one, r, self, near, 0) for one, r in pairs]
         stored = sum((a * b for a, b in zip(pulled, self.z, strict=True)), arb(0)) / 2
@@ -218,7 +217,7 @@ class Over:
         rows = self._second([arb(0)] * 3)
         found = self._krawczyk(rows)
         if found is None:
-            B, least = self.soft, NEARLY_ONE
+            B, least = self.soft, self.soft_least
             widths = self._in_ball(B, _norm(self._loads(B, rows)) / least)
         else:
             B, least, widths = found
@@ -401,6 +400,19 @@ class _Line:
                     half += _dot(self.e, bent)
                 found.append((a, b, self.across * half + self.excess * outer))
         return found
+
+
+def _least(B: Rows, S: Sequence[Sequence[Ball]]) -> Ball:
+    """Return a lower bound of the eigenvalues of B'SB, which is 1 to round-off; else no number."""
+    most = arb(0)
+    for i in AXES:
+        total = arb(0)
+        for j in AXES:
+            entry = sum((B[k][i] * S[k][m] * B[m][j] for k in AXES for m in AXES), arb(0))
+            total += abs(entry - int(i == j)).abs_upper()
+        most = most.max(total)
+    least = (1 - most).lower()
+    return arb(least) if least > 0 else arb("nan")
 
 
 def _norm(entries: Sequence[Ball]) -> Ball:

@@ -15,8 +15,8 @@ from support.held_springs import R, energy_of, held_system, length_of, random_sp
 
 from rbstab.analysis.proof.boxes import Boxes
 from rbstab.analysis.proof.enclosure import enclosure
-from rbstab.analysis.proof.lines.over_boxes import at_centres, over_boxes
 from rbstab.analysis.proof.least_value import lower_bounds, upper_bounds
+from rbstab.analysis.proof.lines.over_boxes import at_centres, over_boxes
 from rbstab.analysis.proof.reduced_energy import reduced_energy
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 

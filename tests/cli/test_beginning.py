@@ -92,6 +92,17 @@ def test_a_copied_plan_finds_its_base(rbstab: Invoke) -> None:
     assert rbstab(*words, "--dry-run", "--engine", "scipy").exit_code == 0
 
 
+@pytest.mark.parametrize("command", ["run", "sweep"])
+def test_a_copied_example_with_code_names_the_option_that_runs_it(
+    command: str, rbstab: Invoke
+) -> None:
+    name = {"run": "examples/cubic_spring", "sweep": "sweeps/cubic_spring"}[command]
+    done = rbstab("examples", name)
+    words = shlex.split(done.stderr.splitlines()[-1].removeprefix("Next: rbstab "))
+    assert words == [command, f"configs/{name}.yaml", "--allow-python"]
+    assert rbstab("check", *words[1:]).exit_code == 0
+
+
 def test_copies_that_exist(rbstab: Invoke) -> None:
     rbstab("examples", "elements")
     done = rbstab("examples", "strut_stiffness")

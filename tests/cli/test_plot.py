@@ -26,6 +26,14 @@ def test_the_figures_are_listed(run: Path, rbstab: Invoke) -> None:
     assert "run-1-energy" in names
 
 
+def test_the_name_of_a_figure_without_its_option(run: Path, rbstab: Invoke) -> None:
+    done = rbstab("plot", "made.h5", "runs-decay")
+    assert done.exit_code == 4
+    assert done.stderr.startswith("runs-decay: cannot be read: No such file or directory")
+    assert done.stderr.endswith("; a figure is named by --figure NAME\n")
+    assert "--figure" not in rbstab("plot", "made.h5", "other.h5").stderr
+
+
 @pytest.mark.parametrize(
     ("ending", "begin"), [("svg", b"<?xml"), ("pdf", b"%PDF"), ("png", b"\x89PNG")]
 )

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from cli.conftest import Invoke
+from support.made_runs import made_file
 
 from rbstab_cli.output.listing import age
 
@@ -180,3 +181,11 @@ def test_show_of_proofs_within_tolerances(rbstab: Invoke) -> None:
     assert shown.exit_code == 0
     assert "proof for all bodies within tolerances" in shown.stdout
     assert "one rest state, a minimum, proved" in shown.stdout
+
+
+def test_provenance_has_units_and_no_empty_values(results: Path, rbstab: Invoke) -> None:
+    made_file(results / "made.h5", commit="", wall_time=0.18403063600089808)
+    lines = rbstab("show", "results/made.h5").stdout.splitlines()
+    rows = {line.split()[0]: line.split()[1:] for line in lines if line.strip()}
+    assert rows["wall_time"] == ["0.184", "s"]
+    assert rows["commit"] == ["-"]

@@ -87,13 +87,25 @@ def _figures(results: tuple[Path, ...]) -> "dict[str, Figure]":
     try:
         sources = read_sources(results)
         for unread in sources.unread:
-            click.echo(f"{unread.path}: {unread.reason}", err=True)
+            click.echo(f"{unread.path}: {unread.reason}{_hint(Path(unread.path))}", err=True)
         if sources.unread:
             raise click.exceptions.Exit(exit_codes.STORAGE)
         return figures_of(report_of(sources, ""))
     except StoreError as error:
         click.echo(f"error: {error}", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
+
+
+def _hint(path: Path) -> str:
+    """Return the end of a message if an argument that is no file may be the name of a figure."""
+    from rbstab.store.disk.existence import path_exists
+    from rbstab.store.errors import StoreError
+
+    try:
+        may_be_figure = path.name == str(path) and not path.suffix and not path_exists(path)
+    except StoreError:
+        return ""
+    return "; a figure is named by --figure NAME" if may_be_figure else ""
 
 
 def _list(figures: "dict[str, Figure]") -> None:

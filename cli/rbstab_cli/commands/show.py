@@ -197,8 +197,17 @@ def _print_tables(result: "Result", proof: "Proof | None") -> None:
     for name in attributes:
         if name in _SHOWN_ABOVE or name.partition("_")[0] == ATTRIBUTE:
             continue
-        add_row(table, name, str(attributes[name]))
+        add_row(table, name, _provenance(name, attributes[name]))
     print_table(table)
+
+
+def _provenance(name: str, value: object) -> str:
+    """Return an attribute as text: times with their unit, and "-" for what is not known."""
+    from rbstab_cli.output.tables import number
+
+    if name.endswith("wall_time") and isinstance(value, float):
+        return f"{number(value, 3)} s"
+    return str(value) or "-"
 
 
 def _ends_of_v(result: "Result") -> dict[str, str]:

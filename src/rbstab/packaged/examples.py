@@ -127,6 +127,11 @@ def files_of(wanted: Iterable[str]) -> dict[Path, Path]:
     return dict(sorted(found.items()))
 
 
+def needs_code(name: str) -> bool:
+    """Return whether an example has elements in Python, which run only with `--allow-python`."""
+    return any(below.suffix == ".py" for below in files_of([name]))
+
+
 def _path(name: str) -> Path:
     return examples_folder() / f"{name}{SUFFIX}"
 

@@ -52,8 +52,8 @@ by different ones, so give another folder:
 ```console
 $ rbstab run experiment.yaml --set controller.K_r=[40,40,32] -o softer
 $ rbstab run experiment.yaml --set initial.angular_velocity=[16,32,-16] -o faster
-$ rbstab run experiment.yaml --set gravity=[0,0,-9.81] -o heavier
-$ rbstab report results/experiment.h5 softer/experiment.h5 faster/experiment.h5
+$ rbstab run experiment.yaml --set gravity=[0,0,-9.81] -o heavy
+$ rbstab report results/experiment.h5 softer/experiment.h5 faster/experiment.h5 heavy/experiment.h5
 ```
 
 `rbstab check experiment.yaml` lists what is wrong in a config, with line and column.

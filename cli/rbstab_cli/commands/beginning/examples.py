@@ -55,6 +55,7 @@ def _copy(words: tuple[str, ...], output: Path) -> None:
         examples_named,
         files_of,
         names,
+        needs_code,
     )
     from rbstab_cli.output.new_files import write_new_files
 
@@ -66,5 +67,7 @@ def _copy(words: tuple[str, ...], output: Path) -> None:
     contents = {str(below): path.read_bytes() for below, path in files_of(wanted).items()}
     write_new_files(output, contents, keep_equal=True)
     first = described(wanted[0])
-    verb = "sweep" if first.is_plan else "run"
-    click.echo(f"Next: rbstab {verb} {shell_word(output / f'{first.name}.yaml')}", err=True)
+    following = ["sweep" if first.is_plan else "run", shell_word(output / f"{first.name}.yaml")]
+    if needs_code(first.name):
+        following.append("--allow-python")
+    click.echo(f"Next: rbstab {' '.join(following)}", err=True)

@@ -112,12 +112,11 @@ def test_bodies_that_the_budget_does_not_reach(
 
 
 def test_members_that_no_theorem_decides(folder: Path, rbstab: Invoke) -> None:
-    element = "{kind: ligament, point: [0, 0, 0.1], anchor: [0, 0, 0.4], stiffness: 100,"
-    element += " slack_length: 0.2, toe_strain: 0.03}"
+    element = "{kind: guard, method: stiff, soft_angle: 1.2, stiffness: 100}"
     text = Path("good.yaml").read_text().replace("title:", "schema_version: 2\ntitle:")
-    Path("taut.yaml").write_text(f"{text}elements: {{line: {element}}}\n")
+    Path("guarded.yaml").write_text(f"{text}elements: {{range: {element}}}\n")
     vary = "vary:\n  initial.angular_velocity[1]: {values: [1, 2]}\n"
-    Path("lines.yaml").write_text(f"base: taut.yaml\n{vary}")
+    Path("lines.yaml").write_text(f"base: guarded.yaml\n{vary}")
     done = rbstab("sweep", "lines.yaml")
     assert done.exit_code == 0, done.output
     assert "Convergence: not proved; an element switches" in done.stdout

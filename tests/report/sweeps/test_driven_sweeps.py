@@ -8,6 +8,7 @@ from support.made_sweeps import GRID
 from support.sections import figures_in, tables
 
 from rbstab.report.model.document import Cards
+from rbstab.report.model.figure import Bars
 from rbstab.report.sweeps.sections import sweep_sections
 
 
@@ -48,4 +49,6 @@ def test_the_residual_names_what_it_is_divided_by(sections):
     label = "max |r| / the larger of v(0), v(end)"
     panels = figures_in(sections)["sweep-1-histograms"].panels
     (panel,) = [panel for panel in panels if panel.x.label == label]
-    assert panel.marks[0].edges[-1] == pytest.approx(1e-11)
+    (bars,) = panel.marks
+    assert isinstance(bars, Bars)
+    assert bars.edges[-1] == pytest.approx(1e-11)

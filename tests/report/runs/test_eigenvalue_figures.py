@@ -199,6 +199,11 @@ def test_zero_eigenvalues_of_a_body_on_its_stop_are_explained(monkeypatch):
     figures, text = blocks_of(run_from(config, "on the bone"))
     every = values(points_of(figures["runs-eigenvalues"].panels[0])["on the bone"])
     assert np.count_nonzero(every == 0) == 2
+    # Zero does not decay, so all eigenvalues count as slow: a second panel would be the same.
+    for name in ("runs-eigenvalues", "run-1-locus"):
+        (panel,) = figures[name].panels
+        assert panel.title == ""
+        assert "low eigenvalues" not in figures[name].caption
     assert "a stop holds θ2 at rest" in text
     assert text.endswith("on the bone.")
     # With strong muscles it rests before the stop, and nothing needs to be explained.

@@ -49,6 +49,8 @@ def _rest(members: Members) -> Statement:
     parts = []
     if proved or (convergence != NO_PROOF).any():
         parts.append(f"{proved} of {total} are proved to converge to a rest state")
+    elif members.driven:
+        parts.append("not proved: an input supplies power, so v may rise")
     else:
         parts.append(f"not proved: no proof was made for any of the {counted(total, 'member')}")
     untried = int(np.count_nonzero(convergence == NO_PROOF))
@@ -62,7 +64,8 @@ def _rest(members: Members) -> Statement:
     left = total - proved - false - seen
     if left:
         others = "" if seen else " at rest by the end of their computed run"
-        parts.append(f"{left} were not{others}, or their run ended early")
+        who = f"{left} of {total}" if members.driven and not seen else str(left)
+        parts.append(f"{who} were not{others}, or their run ended early")
     sentence = "; ".join(parts)
     word, tone = _word(total, proved, false, seen)
     return Statement(question, word, sentence[:1].upper() + sentence[1:], tone)

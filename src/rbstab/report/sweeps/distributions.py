@@ -105,6 +105,7 @@ def distributed(members: Members) -> list[MemberQuantity]:
     size = np.fmax(members.column("lyapunov_start"), members.column("lyapunov_end"))
     with np.errstate(all="ignore"):
         relative = members.column("energy_residual") / np.where(size > 0, size, np.nan)
+    residual = f"max |r| / {'the larger of v(0), v(end)' if members.driven else 'v(0)'}"
     quantities = [
         settling_time(members),
         *(
@@ -115,7 +116,7 @@ def distributed(members: Members) -> list[MemberQuantity]:
         ),
         regularity(members),
         MemberQuantity("pitch", Axis("largest |θ2|", "rad"), _masked(completed, angles[:, 1])),
-        MemberQuantity("residual", Axis("max |r| / v(0)", log=True), _masked(completed, relative)),
+        MemberQuantity("residual", Axis(residual, log=True), _masked(completed, relative)),
         MemberQuantity(
             "steps", Axis("accepted steps", whole=True), _masked(completed, members.column("steps"))
         ),

@@ -10,7 +10,7 @@ from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.sweeps.borders import notable
 from rbstab.report.sweeps.members import OUTCOMES, Members
 from rbstab.report.sweeps.parameters import shortened
-from rbstab.report.sweeps.quantities import PEAK_LABEL
+from rbstab.report.sweeps.quantities import PEAK_LABEL, start_values
 from rbstab.report.sweeps.table_entries import number, whole
 from rbstab.sweep.folder.layout import safe_name
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE
@@ -62,12 +62,14 @@ def notable_blocks(name: str, members: Members, path: Path) -> list[Block]:
 
 def _row(members: Members, reason: str, k: int) -> tuple[Cell, ...]:
     peak = float(np.abs(members.column("peak_contact_displacement")[k]).max())
+    columns = {name: members.column(name) for name in NUMBER_COLUMNS}
+    columns["lyapunov_start"] = start_values(members)
     tone = {0: "good", 1: "warning"}.get(int(members.outcomes[k]), "bad")
     return (
         whole(k),
         Cell(reason),
         Cell(_outcome(members, k), tone=tone),
-        *(number(float(members.column(name)[k])) for name in NUMBER_COLUMNS),
+        *(number(float(column[k])) for column in columns.values()),
         number(peak),
         *_parameters(members, k),
         Cell(members.column("run_id")[k].decode(errors="replace")[:8]),

@@ -56,11 +56,15 @@ def regularity(members: Members) -> MemberQuantity:
 
 def start_energy(members: Members) -> MemberQuantity:
     """Return v(0) of each member."""
+    return _quantity("start-energy", "v(0)", "J", start_values(members))
+
+
+def start_values(members: Members) -> Array:
+    """Return v(0) of each member, shape (n,), J; zero where it is round-off."""
     values, ends = (members.column(f"lyapunov_{which}") for which in ("start", "end"))
-    # A driven body may start at rest: a map of v(0) would then show its round-off.
+    # A driven body may start at rest: v(0) would then show its round-off.
     largest = np.nanmax(np.abs(ends), initial=0.0, where=np.isfinite(ends))
-    values = np.where(np.abs(values) <= ROUND_OFF * largest, 0.0, values)
-    return _quantity("start-energy", "v(0)", "J", values)
+    return np.where(np.abs(values) <= ROUND_OFF * largest, 0.0, values)
 
 
 def start_over_level(members: Members) -> MemberQuantity | None:

@@ -109,19 +109,31 @@ def _nominal(roots: Roots) -> Roots:
 
 
 def _spectra(spectra: list[Roots]) -> Figure:
+    titles = _titles(spectra)
     panels = tuple(
         Panel(REAL, IMAGINARY, (*_crosses(spectra, slow=slow), BORDER), title=title)
-        for slow, title in PANEL_TITLES.items()
+        for slow, title in titles.items()
     )
+    notes = ["Eigenvalues of the motion linearised at the rest state."]
+    if len(titles) > 1:
+        notes.append(
+            f"Slow eigenvalues decay at most {SLOW_FACTOR:g} times as fast as the slowest."
+        )
+    if len(spectra) > 1:
+        notes.append("Each run has a symbol and a colour of its own.")
     return Figure(
         "runs-eigenvalues",
         "Eigenvalues at the rest state",
         panels,
-        columns=2,
-        caption="Eigenvalues of the motion linearised at the rest state. Slow eigenvalues decay at "
-        f"most {SLOW_FACTOR:g} times as fast as the slowest."
-        + (" Each run has a symbol and a colour of its own." if len(spectra) > 1 else ""),
+        columns=len(panels),
+        caption=" ".join(notes),
     )
+
+
+def _titles(drawn: Sequence[Roots]) -> dict[bool, str]:
+    """Return the titles of the panels. If all eigenvalues are slow, both would be the same."""
+    slow = (_slow(roots.values, _nominal(roots).values[0]) for roots in drawn)
+    return PANEL_TITLES if not all(found.all() for found in slow) else {False: ""}
 
 
 def _crosses(spectra: list[Roots], *, slow: bool) -> list[Mark]:
@@ -160,13 +172,13 @@ def _locus(roots: Roots) -> Figure:
     run, factors, _ = roots
     panels = tuple(
         Panel(REAL, IMAGINARY, (*_branches(roots, slow=slow), BORDER), title=title)
-        for slow, title in PANEL_TITLES.items()
+        for slow, title in _titles([roots]).items()
     )
     return Figure(
         f"{run.name}-locus",
         f"Root locus along K_r: {run.label}",
         panels,
-        columns=2,
+        columns=len(panels),
         caption=f"K_r is multiplied by {len(factors)} factors, and the rest state is computed for "
         "each. A curve has a gap where a pair of eigenvalues leaves or meets the real axis.",
     )

@@ -67,7 +67,7 @@ def _agrees_at_shifts(U: Energy, V: FreeLigaments, at_rest: Configurations) -> b
             z = [arb(entry) for entry in shift]
             X = [one - other + entry for one, other, entry in zip(r, end, z, strict=True)]
             found = smooth + V.energy_at(angles, z)
-            if not found.overlaps(least_energy(at_rest, [*angles, *X])):
+            if not (found.is_finite() and found.overlaps(least_energy(at_rest, [*angles, *X]))):
                 return False
     return True
 

@@ -189,8 +189,9 @@ def enclosed_start(
     Theta = [ball(0.0) + angle for angle in system.motion(start).Theta]
     low, high = [-upper(-angle) for angle in Theta], [upper(angle) for angle in Theta]
     return EnclosedStart(
-        min(-upper(-one) for one in energies),
-        max(upper(one) for one in energies),
+        # Unlike those of Python, these keep what is no number.
+        float(np.min([-upper(-one) for one in energies])),
+        float(np.max([upper(one) for one in energies])),
         np.array(low),
         np.array(high),
     )

@@ -132,3 +132,13 @@ def test_an_element_with_another_energy_is_refused(kind):
     other = kind(**{name: getattr(given, name) for name in vars(given)})
     with pytest.raises(ValueError, match="another energy"):
         ligament_energy(other)
+
+
+@pytest.mark.parametrize("toe", [1e-3, 1e-5, 1e-7])
+def test_the_largest_bends_at_the_end_of_a_small_toe_are_bounded(toe):
+    """There T′ - T/ℓ is k (1 + ε_t)/(ℓ₀ (1 + 2 ε_t)), and G″ is this by 4ℓ²."""
+    energy, border = LigamentEnergy(1.0, 1.0, toe), 1 + 2 * toe
+    around = between(np.array([(1 + toe) ** 2]), np.array([(1 + 4 * toe) ** 2]))
+    exact = (1 + toe) / border
+    assert energy.excess(around).high[0] >= exact
+    assert energy.bounds(around, 2)[2].high[0] >= exact / (4 * border**2)

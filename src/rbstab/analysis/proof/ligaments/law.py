@@ -80,7 +80,17 @@ class LigamentEnergy:
         )
         # Of no use where there is no upper bound on the length: there it is at most k/ℓ₀.
         found = np.where(np.isfinite(found), found, 0.0)
-        return _between(found.min(axis=0), found.max(axis=0))
+        # At the end of a small toe, t = y - 1 would lose digits: there its closed value.
+        border = 1.0 + 2.0 * self.toe_strain
+        top = self.stiffness * (1.0 + self.toe_strain) / (self.slack_length * border)
+        top = np.where(self._has_border(low, high), top, 0.0)
+        return _between(found.min(axis=0), np.maximum(found.max(axis=0), top))
+
+    def _has_border(self, low: Array, high: Array) -> Array:
+        """Return whether the end of the toe may lie between bounds on y."""
+        border = 1.0 + 2.0 * self.toe_strain
+        found: Array = (low <= border * (1 + MARGIN)) & (high >= border * (1 - MARGIN))
+        return found
 
     def _ratios(self, square: Intervals) -> tuple[Array, Array]:
         """Return bounds on y."""
@@ -119,6 +129,12 @@ class LigamentEnergy:
         peak = min(np.sqrt(3.0), 1.0 + 2.0 * self.toe_strain)
         ends = np.stack([self._second(low), self._second(high)])
         top = self._second(np.clip(peak, low, high))
+        # As in `excess`.
+        border = 1.0 + 2.0 * self.toe_strain
+        closed = (
+            self.stiffness * (1.0 + self.toe_strain) / (4.0 * (self.slack_length * border) ** 3)
+        )
+        top = np.fmax(top, np.where(self._has_border(low, high), closed, 0.0))
         return _between(ends.min(axis=0), np.fmax(ends.max(axis=0), top))
 
     def _third_between(self, low: Array, high: Array) -> Intervals:

@@ -82,8 +82,8 @@ class LigamentEnergy:
         found = np.where(np.isfinite(found), found, 0.0)
         # At the end of a small toe, t = y - 1 would lose digits: there its closed value.
         border = 1.0 + 2.0 * self.toe_strain
-        top = self.stiffness * (1.0 + self.toe_strain) / (self.slack_length * border)
-        top = np.where(self._has_border(low, high), top, 0.0)
+        closed = self.stiffness * (1.0 + self.toe_strain) / (self.slack_length * border)
+        top = np.where(self._has_border(low, high), closed, 0.0)
         return _between(found.min(axis=0), np.maximum(found.max(axis=0), top))
 
     def _has_border(self, low: Array, high: Array) -> Array:

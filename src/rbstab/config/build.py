@@ -10,7 +10,7 @@ from rbstab.config.controllers import BoundaryLayer, Implicit, SlidingController
 from rbstab.config.elements import gain_value, initial_value, inputs
 from rbstab.config.schema import NO_VARIANT, Config
 from rbstab.config.sections.integration import Baumgarte
-from rbstab.config.user_code.permission import permitted_class
+from rbstab.config.user_code.permission import code_supplies, permitted_class, without_code
 from rbstab.config.user_code.section import PythonElement
 from rbstab.elements.element import Element
 from rbstab.elements.gravity import Gravity
@@ -103,6 +103,11 @@ def system_of(config: Config, numbers: Numbers = doubles) -> System:
     if at_equilibrium:
         anchor = inverse(convert["matrix"](controller.K_t)) @ weight
     return System(body, tuple(elements), _coordinates(config.integration), anchor)
+
+
+def supplies_power(config: Config) -> bool:
+    """Return whether an element of a config supplies power. No code of users runs."""
+    return code_supplies(config) or system_of(without_code(config)).supplies
 
 
 def config_warnings(config: Config) -> list[str]:

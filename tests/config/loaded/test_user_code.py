@@ -7,10 +7,11 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.inputs import SINE, force
 from support.switching import data
 from support.user_code import CUBIC, HEAD, SPRING, element_text, mine, traitor, write_template
 
-from rbstab.config.build import problem_of, system_of
+from rbstab.config.build import problem_of, supplies_power, system_of
 from rbstab.config.dump import as_yaml
 from rbstab.config.entries import entries_of
 from rbstab.config.errors import ConfigError
@@ -296,3 +297,17 @@ def test_the_template_beside_a_config(tmp_path, monkeypatch):
     config = load_config(data({"mine": CUBIC}), allow_python=True)
     assert element_of(config).k.tolist() == [30.0, 20.0, 10.0]
     assert HEAD not in resolved_yaml(config)
+
+
+SHAKE = f"\n  shake: {force(SINE)}"
+PUMP = "\n    def supplied(self, motion, own):\n        return 0 * motion.v[0]\n"
+
+
+@pytest.mark.parametrize("code", ["", PUMP], ids=["passive", "supplies"])
+@pytest.mark.parametrize("shaken", [False, True], ids=["alone", "shaken"])
+def test_who_supplies_power_is_known_without_running_code(folder, code, shaken):
+    marker = folder / "ran"
+    (folder / "parts" / "mine.py").write_text(traitor(marker) + code)
+    (folder / "case.yaml").write_text(TEXT.replace("elements:", f"elements:{SHAKE * shaken}"))
+    assert supplies_power(config_to_read("case.yaml")) is bool(code or shaken)
+    assert not marker.exists()

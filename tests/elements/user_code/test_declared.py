@@ -54,6 +54,14 @@ def test_gains_of_a_base_in_the_same_file():
     assert declared(text, "C").mode_count == 1
 
 
+def test_supplied_power():
+    text = (
+        "class A(Element):\n    def stored(self): ...\n"
+        "class B(A):\n    def supplied(self, motion, own): ...\nclass C(B):\n    pass\n"
+    )
+    assert [declared(text, name).supplies for name in "ABC"] == [False, True, True]
+
+
 def test_bases_that_name_each_other():
     assert declared("class A(B):\n    pass\nclass B(A):\n    pass\n", "A").gains == ()
 

@@ -8,7 +8,7 @@ T bounds the third derivatives over the box: it is their absolute value at m, pl
 bound on the fourth derivatives. Every bound includes the largest rounding error of the evaluation
 at m (`Derivatives.error`) and of the sums here (`ROUNDING_FACTOR`).
 
-Lines add theirs: at m, and bounds on the third ones over the box (`Line.of_square`).
+Lines add theirs (`LinePart.over`).
 
 A barrier on θ2 adds its derivatives. Near ±π/2 they change so fast that Taylor's theorem needs thin
 boxes. There the exact bounds of its energy and slope over the box are sharper.
@@ -20,11 +20,8 @@ import numpy as np
 
 from rbstab.analysis.proof.boxes import ROUNDING_FACTOR, Boxes
 from rbstab.analysis.proof.guard import Guard
-from rbstab.analysis.proof.ligaments.free import FreeLigaments
-from rbstab.analysis.proof.ligaments.free_bounds import parts_over
 from rbstab.analysis.proof.lines.intervals import total
-from rbstab.analysis.proof.lines.line import LineEnergy
-from rbstab.analysis.proof.lines.over_boxes import at_centres, over_boxes
+from rbstab.analysis.proof.lines.over_boxes import at_centres
 from rbstab.analysis.proof.trigonometric import ROUND_OFF, TrigonometricForm, along_second
 from rbstab.mechanics.numbers import Array
 
@@ -268,13 +265,7 @@ def _bare_enclosure(form: TrigonometricForm, boxes: Boxes) -> Enclosure:
 def _enclosure_with_lines(form: TrigonometricForm, boxes: Boxes) -> Enclosure:
     """Compute the bounds of a form with lines; terms of opposite signs are taken together."""
     radius, t = boxes.radius, form.basis(boxes.centre)
-    parts = [at_centres(form, t, boxes)]
-    for line in form.lines:
-        if isinstance(line, LineEnergy):
-            s = at_centres(line.square, t, boxes)
-            parts.append([*line.of_square(s[:3]), line.of_square(over_boxes(s, radius))[3]])
-        elif isinstance(line, FreeLigaments):
-            parts.append(parts_over(line, t, boxes))
+    parts = [at_centres(form, t, boxes), *(line.over(t, boxes) for line in form.lines)]
     value, gradient, hessian, third = (total(part) for part in zip(*parts, strict=True))
     return Enclosure(
         radius,

@@ -211,7 +211,7 @@ def _reduced(at_rest: Configurations, parts: StoredEnergy) -> ReducedEnergy:
         return ReducedEnergy(at_rest, replace(form, lines=(*lines, *held)), rest)
     spring = position_spring(inverse_stiffness(energy))
     ligaments = tuple(FreeLigament(offset(s, minimizer), law) for s, law in parts.ligaments)
-    free = FreeLigaments(spring.stiffness, spring.compliance, ligaments)
+    free = FreeLigaments(spring.stiffness, ligaments)
     return ReducedEnergy(at_rest, replace(form, lines=(free,)), rest, free, spring.own)
 
 

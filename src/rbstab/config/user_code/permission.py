@@ -47,6 +47,11 @@ def has_code(config: Any) -> bool:
     return bool(_of_users(config))
 
 
+def code_supplies(config: Any) -> bool:
+    """Return whether an element of a user supplies power, as its file says; no code runs."""
+    return any(element.declared.supplies for element in _of_users(config).values())
+
+
 def without_code(config: Any) -> Any:
     """Return a config without its elements of users, for what does not depend on them."""
     return _without(config, list(_of_users(config)))

@@ -44,11 +44,13 @@ class Declared(NamedTuple):
         gains: Its gains, which are parameters in a config.
         mode_count: The number of its switches.
         states: Its own states; their initial values are parameters as well.
+        supplies: Whether its text in the file defines the power that it supplies.
     """
 
     gains: tuple[Gain, ...]
     mode_count: int
     states: tuple[OwnState, ...] = ()
+    supplies: bool = False
 
 
 class DeclarationError(ValueError):
@@ -83,7 +85,8 @@ def declared(source: str, class_name: str) -> Declared:
         names = ", ".join(classes) or "none"
         raise DeclarationError("is not a class of the file", f"expected one of its own: {names}")
     gains, modes = _gains(class_name, classes), _mode_count(class_name, classes)
-    return Declared(gains, modes, _states(class_name, classes))
+    states, supplies = _states(class_name, classes), _defines("supplied", class_name, classes)
+    return Declared(gains, modes, states, supplies)
 
 
 def classes_of(source: str) -> dict[str, ast.ClassDef]:
@@ -249,12 +252,30 @@ def _assigned(
             found = value
     if found is not None:
         return found
-    for base in map(_name_of, node.bases):
-        if base in classes and base not in (*seen, class_name):
-            inherited = _assigned(name, base, classes, (*seen, class_name))
-            if inherited is not None:
-                return inherited
+    for base in _bases_in_file(class_name, classes, seen):
+        inherited = _assigned(name, base, classes, (*seen, class_name))
+        if inherited is not None:
+            return inherited
     return None
+
+
+def _defines(
+    method: str, class_name: str, classes: dict[str, ast.ClassDef], seen: tuple[str, ...] = ()
+) -> bool:
+    """Return whether a class, or one of its bases in the same file, defines a method."""
+    body = classes[class_name].body
+    if any(isinstance(node, ast.FunctionDef) and node.name == method for node in body):
+        return True
+    bases = _bases_in_file(class_name, classes, seen)
+    return any(_defines(method, base, classes, (*seen, class_name)) for base in bases)
+
+
+def _bases_in_file(
+    class_name: str, classes: dict[str, ast.ClassDef], seen: tuple[str, ...]
+) -> list[str]:
+    """Return the bases of a class that its file has, without those that were seen."""
+    bases = map(_name_of, classes[class_name].bases)
+    return [base for base in bases if base in classes and base not in (*seen, class_name)]
 
 
 def _name_of(node: ast.expr) -> str:

@@ -92,7 +92,7 @@ def element_class(code: UserCode, class_name: str) -> type[Element]:
     found = getattr(module_of(code), class_name, None)
     if not (isinstance(found, type) and issubclass(found, Element)):
         raise UserCodeError(f"{class_name} is not a class derived from rbstab.elements.Element")
-    if (found.gains, found.mode_count, found.states) != stated:
+    if (found.gains, found.mode_count, found.states) != stated[:3]:
         raise UserCodeError(
             f"{class_name} has other gains, modes or states than those written in its class"
         )

@@ -80,11 +80,10 @@ class ProvedFreeLigament(ProvedLaw):
 class ProvedPosition(Entry):
     """The least energy of ligaments over the position, J: ½ z'Sz and their energies.
 
-    stiffness is S, N/m, and compliance S⁻¹, m/N. Each number is the exact one rounded once.
+    stiffness is S, N/m. Each number is the exact one rounded once.
     """
 
     stiffness: tuple[Triple, Triple, Triple]
-    compliance: tuple[Triple, Triple, Triple]
     ligaments: tuple[ProvedFreeLigament, ...]
 
     @property
@@ -96,7 +95,7 @@ class ProvedPosition(Entry):
         for one in self.ligaments:
             first, second, third = (_periodic(entry) for entry in one.offset)
             found.append(FreeLigament((first, second, third), one.law))
-        return FreeLigaments(np.array(self.stiffness), np.array(self.compliance), tuple(found))
+        return FreeLigaments(np.array(self.stiffness), tuple(found))
 
 
 def _periodic(coefficients: Coefficients) -> "TrigonometricForm":
@@ -195,7 +194,6 @@ def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
 def _position_of(free: "FreeLigaments") -> ProvedPosition:
     return ProvedPosition(
         stiffness=free.stiffness.tolist(),
-        compliance=free.compliance.tolist(),
         ligaments=tuple(
             ProvedFreeLigament(
                 **vars(one.law), offset=tuple(form.coefficients.tolist() for form in one.offset)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from rbstab.config.build import supplies_power
 from rbstab.config.entries import is_of_initial_state
 from rbstab.config.errors import ConfigError
 from rbstab.config.source import parse_source
@@ -79,10 +80,8 @@ class Members:
 
     @cached_property
     def driven(self) -> bool:
-        """Whether inputs supply power to the members."""
-        return self.plan is not None and any(
-            problem.system.supplies for problem in self.plan.initial_value_problems.values()
-        )
+        """Whether inputs, or elements of users, supply power to the members."""
+        return self.plan is not None and any(map(supplies_power, self.plan.bases.values()))
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:

@@ -18,7 +18,7 @@ from rbstab.analysis.proof.certified_region import certified_region
 from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.ligaments import free_bounds
 from rbstab.analysis.proof.ligaments.limits import BRIEF_BOX_LIMIT, box_limit
-from rbstab.analysis.proof.lines.intervals import Intervals
+from rbstab.analysis.proof.lines.intervals import Intervals, exact
 from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy, reduced_energy
 from rbstab.analysis.proof.rest_states import rest_states
 from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
@@ -154,7 +154,7 @@ def test_wrong_shifts_only_make_bounds_wider(monkeypatch, share):
 
     def perturbed(self, S):
         C, B = chosen(self, S)
-        return free_bounds._known(C.middle * share), B * 0.9
+        return exact(C.middle * share), B * 0.9
 
     monkeypatch.setattr(free_bounds._Enclosure, "_chosen", perturbed)
     wide = enclosure(form, boxes)

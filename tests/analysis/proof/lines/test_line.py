@@ -80,7 +80,7 @@ def test_derivatives_at_points_contain_those_of_the_length(seed):
 
 @settings(max_examples=8, deadline=None)
 @given(seeds)
-def test_boundsover_boxes_contain_the_energy_of_the_body(seed):
+def test_bounds_over_boxes_contain_the_energy_of_the_body(seed):
     """With two springs; near the least length of a spring, its derivatives are large."""
     rng = np.random.default_rng(seed)
     springs = random_springs(rng, 2)

@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rbstab.analysis.proof.boxes import Boxes
 from rbstab.analysis.proof.ligaments.law import LigamentEnergy
 from rbstab.analysis.proof.lines.directions import direction, products
-from rbstab.analysis.proof.lines.intervals import Intervals, near
+from rbstab.analysis.proof.lines.intervals import Intervals, exact, near
 from rbstab.analysis.proof.lines.line import LinePart
 from rbstab.mechanics.numbers import Array
 
@@ -61,7 +62,7 @@ class FreeLigament:
         squared = e.square().sum(1)
         across = near(2.0) * self.law.bounds(squared, 1)[1]
         excess = self.law.excess(squared)
-        unit = Intervals(np.eye(3), np.zeros((3, 3)))
+        unit = exact(np.eye(3))
         along = excess[:, np.newaxis, np.newaxis] * products(direction(e))
         return across[:, np.newaxis, np.newaxis] * unit + along
 
@@ -84,12 +85,10 @@ class FreeLigaments(LinePart):
 
     Args:
         stiffness: S, shape (3, 3), N/m, exact numbers rounded once.
-        compliance: S⁻¹, shape (3, 3), m/N.
         ligaments: The ligaments.
     """
 
     stiffness: Array
-    compliance: Array
     ligaments: tuple[FreeLigament, ...]
 
     @property
@@ -162,6 +161,13 @@ class FreeLigaments(LinePart):
             found.append(second - np.einsum("mki,mkj->mij", mixed, np.linalg.solve(bend, mixed)))
         return found
 
+    def over(self, t: Array, boxes: Boxes) -> list[Intervals]:
+        """Return proved bounds over boxes: see `LinePart.over`. The Hessian is that over a box."""
+        # Imported late: those bounds are of this class.
+        from rbstab.analysis.proof.ligaments.free_bounds import parts_over
+
+        return parts_over(self, t, boxes)
+
     def at(self, Theta: Array, order: int) -> list[Intervals]:
         """Return proved bounds at points; only those of order 0 are known."""
         from rbstab.analysis.proof.ligaments.free_bounds import value_at
@@ -173,12 +179,9 @@ class FreeLigaments(LinePart):
     @cached_property
     def largest(self) -> float:
         """A bound on V at any point, J: it is at most Σ G_j at z = 0."""
-        lengths = np.array([ligament.longest for ligament in self.ligaments])
-        found = 0.0
-        for ligament, length in zip(self.ligaments, lengths, strict=True):
-            squared = Intervals(np.array([length]), np.zeros(1)).square()
-            found += float(ligament.law.bounds(squared, 0)[0].high[0])
-        return found * MARGIN
+        squares = [exact(np.array([ligament.longest])).square() for ligament in self.ligaments]
+        pairs = zip(self.ligaments, squares, strict=True)
+        return MARGIN * sum(float(one.law.bounds(s, 0)[0].high[0]) for one, s in pairs)
 
     @cached_property
     def steepest(self) -> Array:

@@ -12,7 +12,8 @@ Let ζ = Bξ, let E bound |B'HB - 1| entry by entry on a box |ξ| <= x, and g = 
 
 All of this holds for any ẑ, C and B: only its sharpness depends on them. B is first chosen so that
 B'HB is 1 at m. Where that proves nothing, as the directions of stiff ligaments change too much, it
-is chosen so that B'SB = 1. Then λ = 1 and |ξ| <= |B'g| at any distance, since H >= S.
+is chosen so that B'SB is 1 to round-off. With a lower bound λ of its eigenvalues, |ξ| <= |B'g|/λ at
+any distance, since H >= S.
 
 With u = e/|e|, the tension T of a ligament, q = T/ℓ, M = T′ - q, the slopes e,i = r,i + C_i and
 b_i = u'e,i, its parts are
@@ -31,7 +32,15 @@ import numpy as np
 from rbstab.analysis.proof.boxes import Boxes
 from rbstab.analysis.proof.ligaments.free import FreeLigament, FreeLigaments
 from rbstab.analysis.proof.lines.directions import direction, products
-from rbstab.analysis.proof.lines.intervals import ROUNDING, Intervals, between, near, total
+from rbstab.analysis.proof.lines.intervals import (
+    Intervals,
+    between,
+    exact,
+    near,
+    rounded,
+    stacked,
+    total,
+)
 from rbstab.analysis.proof.lines.over_boxes import at_centres, over_boxes
 from rbstab.mechanics.numbers import Array
 
@@ -42,7 +51,7 @@ ROOM = 2.0
 """The bounds that are tried for ξ are so many times |B'g|."""
 
 LEAST = 0.05
-"""The least λ that is used: with a smaller one, B'SB = 1 is as good."""
+"""The least λ that is used: with a smaller one, the B of S is as good."""
 
 REFINEMENTS = 4
 """The number of times that a bound on ξ is made sharper."""
@@ -103,17 +112,17 @@ class _Enclosure:
 
     def __init__(self, free: FreeLigaments, t: Array, boxes: Boxes) -> None:
         self.radius = boxes.radius
-        self.S = _rounded(free.stiffness)
+        self.S = rounded(free.stiffness)
         self.offsets = [_offset(ligament, t, boxes) for ligament in free.ligaments]
-        self.z = _known(free.shift(boxes.centre))
+        self.z = exact(free.shift(boxes.centre))
         self.e = [one.at_centre[0] + self.z for one in self.offsets]
         pulls = [one.ligament.pull(e) for one, e in zip(self.offsets, self.e, strict=True)]
         self.g = total([(self.S * self.z[:, np.newaxis, :]).sum(2), *pulls])
         soft = _scaling(free.stiffness[np.newaxis])
         self.soft = np.broadcast_to(soft, (len(self.radius), 3, 3))
         # B'SB is 1 to round-off, which is larger for an S of very different eigenvalues.
-        scaled = _product(_product(_turned(soft), self.S), _known(soft))
-        deviation = (scaled + _known(-UNIT)).size.sum(axis=2).max() * WIDER
+        scaled = _product(_product(_turned(soft), self.S), exact(soft))
+        deviation = (scaled + exact(-UNIT)).size.sum(axis=2).max() * WIDER
         self.soft_least = float(1 - deviation) if deviation < 1 else np.nan
         self.C, self.stiff = self._chosen(free.stiffness)
         self.SC = _product(self.S, self.C)
@@ -133,7 +142,7 @@ class _Enclosure:
     @property
     def parts(self) -> list[Intervals]:
         """See `parts_over`."""
-        nothing = _known(np.zeros((len(self.radius), 3, 3, 3)))
+        nothing = exact(np.zeros((len(self.radius), 3, 3, 3)))
         return [self.value, self._gradient, self._hessian, nothing]
 
     @property
@@ -190,13 +199,13 @@ class _Enclosure:
     def _deviation(self, parts: list[_Parts]) -> Array:
         """Bound the entries of B'HB - 1 with B = `stiff`, shape (m, 3, 3)."""
         turned = _turned(self.stiff)
-        BB = _product(turned, _known(self.stiff))
-        found = [_product(_product(turned, self.S), _known(self.stiff))]
+        BB = _product(turned, exact(self.stiff))
+        found = [_product(_product(turned, self.S), exact(self.stiff))]
         for one in parts:
             u = _product(turned, one.direction[:, :, np.newaxis])[:, :, 0]
             found.append(one.across[:, np.newaxis, np.newaxis] * BB)
             found.append(one.excess[:, np.newaxis, np.newaxis] * products(u))
-        return (total(found) + _known(-UNIT)).size
+        return (total(found) + exact(-UNIT)).size
 
     def _parts(self, zeta: Intervals) -> list[_Parts]:
         """Return the parts of each ligament over the boxes, for all ζ in a box."""
@@ -244,7 +253,7 @@ class _Enclosure:
         usable = np.all(np.isfinite(bend), axis=(1, 2), keepdims=True)
         bend = np.where(usable, bend, S)
         C = -np.linalg.solve(bend, np.where(usable, mixed, 0.0))
-        return _known(C), _scaling(bend)
+        return exact(C), _scaling(bend)
 
 
 def _scaling(matrices: Array) -> Array:
@@ -274,37 +283,18 @@ def _widths(B: Array, radius: Array) -> Array:
 
 
 def _offset(ligament: FreeLigament, t: Array, boxes: Boxes) -> _Offset:
-    at_centre, over = [], []
-    for form in ligament.offset:
-        found = at_centres(form, t, boxes)
-        at_centre.append(found[:3])
-        over.append(over_boxes(found, boxes.radius)[:3])
-    return _Offset(ligament, _stacked(at_centre), _stacked(over))
-
-
-def _stacked(entries: list[list[Intervals]]) -> list[Intervals]:
-    return [
-        Intervals(
-            np.stack([one.middle for one in parts], axis=1),
-            np.stack([one.radius for one in parts], axis=1),
-        )
-        for parts in zip(*entries, strict=True)
-    ]
-
-
-def _known(numbers: Array) -> Intervals:
-    """Return exact numbers as intervals."""
-    return Intervals(numbers, np.zeros_like(numbers))
-
-
-def _rounded(numbers: Array) -> Intervals:
-    """Return the intervals of all numbers that round to doubles."""
-    return Intervals(numbers, ROUNDING * np.abs(numbers))
+    found = [at_centres(form, t, boxes) for form in ligament.offset]
+    over = [over_boxes(one, boxes.radius) for one in found]
+    return _Offset(
+        ligament,
+        [stacked([one[order] for one in found]) for order in range(3)],
+        [stacked([one[order] for one in over]) for order in range(3)],
+    )
 
 
 def _turned(matrices: Array) -> Intervals:
     """Return the transposes of matrices."""
-    return _known(matrices.swapaxes(1, 2))
+    return exact(matrices.swapaxes(1, 2))
 
 
 def _transposed(matrix: Intervals) -> Intervals:

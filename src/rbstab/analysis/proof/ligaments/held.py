@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from rbstab.analysis.proof.ligaments.law import LigamentEnergy
-from rbstab.analysis.proof.lines.intervals import Intervals
+from rbstab.analysis.proof.lines.intervals import Intervals, exact
 from rbstab.analysis.proof.lines.line import SLOPE_OF_ROOT, LineEnergy
 from rbstab.mechanics.numbers import Array
 
@@ -35,7 +35,7 @@ class LigamentLine(LineEnergy):
     def _longest(self) -> Intervals:
         """A bound on s at any point, as an interval without width, shape (1,)."""
         most = np.array([float(self.square.trigonometric_bound(0))])
-        return Intervals(most, np.zeros(1))
+        return exact(most)
 
     @cached_property
     def steepest(self) -> Array:

@@ -7,7 +7,7 @@ more than 2 ε_t, or 0. The law of `elements/ligament.py` is then
     G″ = k t (2 + t)/(16 ε_t ℓ₀³ y³)
     G‴ = k (3 - y²)/(32 ε_t ℓ₀⁵ y⁵) in the toe, -3 k (1 + ε_t)/(8 ℓ₀⁵ y⁵) beyond it, 0 if slack
 
-All terms of G, G′ and G″ are positive, so that nothing cancels. G and G′ grow with y. G″ grows up
+All terms of G, G′ and G″ are positive. G and G′ grow with y. G″ grows up
 to y = √3 or to the end of the toe, whichever comes first, and falls from there on. G″ is Lipschitz:
 Taylor's theorem holds with G‴ on both sides of each of its jumps.
 """
@@ -80,7 +80,7 @@ class LigamentEnergy:
         )
         # Of no use where there is no upper bound on the length: there it is at most k/ℓ₀.
         found = np.where(np.isfinite(found), found, 0.0)
-        # At the end of a small toe, t = y - 1 would lose digits: there its closed value.
+        # At the end of a small toe t = y - 1 loses digits, and the largest value could be missed.
         border = 1.0 + 2.0 * self.toe_strain
         closed = self.stiffness * (1.0 + self.toe_strain) / (self.slack_length * border)
         top = np.where(self._has_border(low, high), closed, 0.0)

@@ -7,11 +7,14 @@ itself, of the middle, and by `TINY`.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+
+if TYPE_CHECKING:
+    from rbstab.analysis.proof.trigonometric import Derivatives
 
 ROUNDING = 1e-15
 """More than eight roundings of one sum of magnitudes: 8 u is below 9e-16."""
@@ -97,6 +100,29 @@ def between(low: Array, high: Array) -> Intervals:
 def near(number: float) -> Intervals:
     """Return the interval of all numbers that round to a double, of shape ()."""
     return _wider(np.array(number), np.array(0.0))
+
+
+def exact(numbers: Array) -> Intervals:
+    """Return the intervals of numbers that are exact."""
+    return Intervals(numbers, np.zeros_like(numbers))
+
+
+def rounded(numbers: Array) -> Intervals:
+    """Return the intervals of all numbers that round to doubles."""
+    return Intervals(numbers, ROUNDING * np.abs(numbers))
+
+
+def known(found: "Derivatives") -> Intervals:
+    """Return derivatives at points with their errors as intervals."""
+    return Intervals(found.values, np.broadcast_to(found.error, found.values.shape))
+
+
+def stacked(parts: Sequence[Intervals]) -> Intervals:
+    """Return intervals of shape (m, ...) along a new second axis, shape (m, parts, ...)."""
+    return Intervals(
+        np.stack([part.middle for part in parts], axis=1),
+        np.stack([part.radius for part in parts], axis=1),
+    )
 
 
 def total(parts: Sequence[Intervals]) -> Intervals:

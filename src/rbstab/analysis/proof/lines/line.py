@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rbstab.analysis.proof.lines.intervals import Intervals, between, near, total
+from rbstab.analysis.proof.boxes import Boxes
+from rbstab.analysis.proof.lines.intervals import Intervals, between, known, near, total
+from rbstab.analysis.proof.lines.over_boxes import at_centres, over_boxes
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
-    from rbstab.analysis.proof.trigonometric import Derivatives, TrigonometricForm
+    from rbstab.analysis.proof.trigonometric import TrigonometricForm
 
 SLOPE_OF_ROOT = 1 + 1e-12
 """A factor that exceeds the rounding errors of the bounds on the first derivatives."""
@@ -31,6 +33,19 @@ class LinePart:
 
     def approximate(self, Theta: Array, order: int) -> list[Array]:
         """Return the derivatives of order 0 to `order` (at most 2) at points, to round-off."""
+        raise NotImplementedError
+
+    def over(self, t: Array, boxes: Boxes) -> list[Intervals]:
+        """Return proved bounds over boxes.
+
+        Args:
+            t: The basis of the forms at the centres.
+            boxes: The boxes of Θ.
+
+        Returns:
+            The value, the slopes and the Hessian H at the centres, and T so that the Hessian over a
+            box is within H ± Σ T r. H may be that over the box; then T is zero.
+        """
         raise NotImplementedError
 
     def at(self, Theta: Array, order: int) -> list[Intervals]:
@@ -88,6 +103,11 @@ class LineEnergy(LinePart):
             first, second = (row[:, np.newaxis, np.newaxis] for row in G[1:3])
             found.append(first * s[2] + second * pairs)
         return found
+
+    def over(self, t: Array, boxes: Boxes) -> list[Intervals]:
+        """Return proved bounds over boxes: see `LinePart.over`."""
+        s = at_centres(self.square, t, boxes)
+        return [*self.of_square(s[:3]), self.of_square(over_boxes(s, boxes.radius))[3]]
 
     def at(self, Theta: Array, order: int) -> list[Intervals]:
         """Return proved bounds on the derivatives of order 0 to `order` at points."""
@@ -180,8 +200,3 @@ class Line(LineEnergy):
         at_value = weight * float(value) / (2 * root) + 1e-15 * self.largest
         at_slope = weight * slope / (2 * root) + self.steepest * (value / self.least + 1e-15)
         return float(at_value), at_slope
-
-
-def known(found: "Derivatives") -> Intervals:
-    """Return derivatives at points with their errors as intervals."""
-    return Intervals(found.values, np.broadcast_to(found.error, found.values.shape))

@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rbstab.analysis.proof.boxes import ROUNDING_FACTOR, Boxes
-from rbstab.analysis.proof.lines.intervals import Intervals
-from rbstab.analysis.proof.lines.line import known
+from rbstab.analysis.proof.lines.intervals import Intervals, known
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from rbstab.analysis.proof.least_value import lower_bounds
 from rbstab.analysis.proof.lines.line import Line
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 
-BOX_LIMIT = 20_000
+BOX_LIMIT = 100_000
 """The number of boxes at which the search stops."""
 
 FRACTION = 0.5

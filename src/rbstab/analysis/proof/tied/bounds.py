@@ -19,7 +19,14 @@ import numpy as np
 from rbstab.analysis.proof.boxes import Boxes
 from rbstab.analysis.proof.guard import Guard
 from rbstab.analysis.proof.lines.directions import direction, products
-from rbstab.analysis.proof.lines.intervals import ROUNDING, Intervals, between, near, total
+from rbstab.analysis.proof.lines.intervals import (
+    Intervals,
+    between,
+    near,
+    rounded,
+    stacked,
+    total,
+)
 from rbstab.analysis.proof.lines.over_boxes import at_centres, over_boxes
 from rbstab.analysis.proof.tied.energy import TiedEnergy
 from rbstab.analysis.proof.trigonometric import TrigonometricForm, along_second
@@ -80,7 +87,7 @@ class Pose:
 
     def _line(self, orders: list[Orders], line: int, order: int) -> Intervals:
         offset = orders[1 + 3 * line : 4 + 3 * line]
-        return _stacked([entry[order] for entry in offset])
+        return stacked([entry[order] for entry in offset])
 
 
 def _both(form: TrigonometricForm, t: Array, Theta: Boxes) -> tuple[Orders, Orders]:
@@ -219,18 +226,6 @@ class Bounds:
             wanted = near(line.weight).square()
             found |= (squared.low > wanted.high) | (squared.high < wanted.low)
         return found
-
-
-def rounded(numbers: Array) -> Intervals:
-    """Return the intervals of all numbers that round to doubles."""
-    return Intervals(numbers, ROUNDING * np.abs(numbers))
-
-
-def _stacked(parts: list[Intervals]) -> Intervals:
-    return Intervals(
-        np.stack([part.middle for part in parts], axis=1),
-        np.stack([part.radius for part in parts], axis=1),
-    )
 
 
 def _joined(parts: list[Intervals], axis: int) -> Intervals:

@@ -63,9 +63,21 @@ def offset(square: Polynomial, minimizer: Sequence[Polynomial]) -> tuple[Trigono
         square.length_coefficient(i, j) - of_X.get((i, j), 0) for i in lengths for j in lengths[i:]
     ]
     # A form is unique, so it shows whether a polynomial in sines and cosines is zero.
-    if square.degree > 2 or any(np.any(form_of(zero).coefficients) for zero in zeros):
+    if square.degree > 2 or any(np.any(_periodic(zero).coefficients) for zero in zeros):
         raise NotTrigonometric
-    return tuple(form_of(one + minimizer[i]) for i, one in enumerate(shift))
+    return tuple(_periodic(one + minimizer[i]) for i, one in enumerate(shift))
+
+
+def _periodic(value: Polynomial) -> TrigonometricForm:
+    """Return a form without powers of angles: bounds on lines hold for all Θ.
+
+    Raises:
+        NotTrigonometric: It has some.
+    """
+    form = form_of(value)
+    if np.any(form.quadratic) or np.any(form.linear):
+        raise NotTrigonometric
+    return form
 
 
 def _own(compliance: list[list[Fraction]]) -> Array:

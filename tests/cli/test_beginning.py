@@ -53,7 +53,10 @@ def test_init_overwrites_nothing(name: str, rbstab: Invoke) -> None:
     Path(name).write_text("mine")
     done = rbstab("init")
     assert done.exit_code == 4
-    assert done.stderr == f"{name}: already exists; it is not overwritten\n"
+    assert done.stderr.splitlines() == [
+        f"{name}: already exists; it is not overwritten",
+        "Nothing was written. Choose another folder: rbstab init FOLDER",
+    ]
     assert contents(".") == {name: "mine"}
 
 
@@ -113,7 +116,11 @@ def test_copies_that_exist(rbstab: Invoke) -> None:
     changed.write_text(changed.read_text() + "# mine\n")
     done = rbstab("examples", "strut_stiffness", "joint")
     assert done.exit_code == 4
-    assert done.stderr == f"{changed}: already exists; it is not overwritten\n"
+    assert done.stderr.splitlines() == [
+        f"{changed}: already exists; it is not overwritten",
+        "Nothing was written. Choose another folder: rbstab examples strut_stiffness joint "
+        "-o FOLDER",
+    ]
     assert contents(".").keys() == before.keys()
     assert changed.read_text().endswith("# mine\n")
 

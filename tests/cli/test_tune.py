@@ -74,7 +74,7 @@ def test_no_run_that_settles_is_exit_code_3(folder: Path, rbstab: Invoke) -> Non
         ),
         (
             ("--objective", "energy", "--over", "controller.Kr"),
-            "controller.L_r, did you mean controller.K_r?)",
+            "controller.L_r; did you mean controller.K_r?)",
         ),
         (("--objective", "energy", "--over", ""), "--over : is not a gain"),
         (("--objective", "speed", *OVER), "'speed' is not one of"),

@@ -11,10 +11,11 @@ from typing import Any
 import h5py
 import pytest
 
-from rbstab.listing.folder import Entry, entries_of, proofs_in
+from rbstab.listing.folder import Entry, _read_run, entries_of, proofs_in
 from rbstab.listing.kinds import Kind
 from rbstab.store.errors import StoreError
-from rbstab.store.run_file import open_result, write_result
+from rbstab.store.opening import Hdf5Reader
+from rbstab.store.run_file import open_attributes, open_result, write_result
 from rbstab.store.table_file import count_flags, read_table
 
 STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
@@ -60,6 +61,43 @@ def test_a_proved_run(folder: Path) -> None:
     result.attributes["convergence"] = "proved"
     write_result(folder / "proved.h5", result)
     assert by_name(folder)["proved.h5"].converges == "proved"
+
+
+def test_of_a_sealed_run_no_array_is_read(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = open_result(folder / "range_left.h5")
+    write_result(folder / "sealed.h5", result)
+
+    def refused(*_: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(Hdf5Reader, "variable", refused)
+    # In this process: the list reads in others, which the change above does not reach.
+    said = _read_run(folder / "sealed.h5")
+    assert said == ("Stored", "range left", "consistent", "-")
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
+def test_a_changed_byte_of_a_sealed_run_is_found(folder: Path, share: float) -> None:
+    file = folder / "sealed.h5"
+    write_result(file, open_result(folder / "range_left.h5"))
+    data = bytearray(file.read_bytes())
+    data[int(share * len(data))] ^= 1
+    file.write_bytes(data)
+    assert "is damaged" in by_name(folder)["sealed.h5"].problem
+
+
+def test_an_attribute_that_is_missing_is_named(folder: Path) -> None:
+    result = open_result(folder / "range_left.h5")
+    del result.attributes["engine"]
+    write_result(folder / "poor.h5", result)
+    assert by_name(folder)["poor.h5"].problem.endswith("is damaged: engine is missing")
+
+
+def test_the_attributes_are_those_of_the_result(folder: Path) -> None:
+    result = open_result(folder / "range_left.h5")
+    write_result(folder / "sealed.h5", result)
+    for name in ("range_left.h5", "sealed.h5"):
+        assert open_attributes(folder / name) == result.attributes
 
 
 def changed(file: Path, column: str, value: bytes) -> None:

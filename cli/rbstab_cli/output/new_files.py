@@ -9,7 +9,7 @@ from rbstab_cli import exit_codes
 
 
 def write_new_files(
-    folder: Path, contents: Mapping[str, str | bytes], *, keep_equal: bool = False
+    folder: Path, contents: Mapping[str, str | bytes], *, elsewhere: str, keep_equal: bool = False
 ) -> None:
     """Write files and print their paths; if any of them cannot be written, none is.
 
@@ -18,6 +18,7 @@ def write_new_files(
     Args:
         folder: The folder; it is made if it is missing.
         contents: The contents by paths below the folder.
+        elsewhere: The command that writes them into another folder, printed after the problems.
         keep_equal: Whether a file that has this content already is left as it is; otherwise it is a
             problem, like any file that exists.
     """
@@ -27,6 +28,8 @@ def write_new_files(
     wanted = {folder / name: _as_bytes(content) for name, content in contents.items()}
     kept = {path for path, content in wanted.items() if keep_equal and _holds(path, content)}
     problems = [problem for path in wanted if path not in kept for problem in _problems(path)]
+    if problems:
+        problems.append(f"Nothing was written. Choose another folder: {elsewhere}")
     _fail(problems)
     for path, content in wanted.items():
         if path in kept:

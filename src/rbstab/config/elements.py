@@ -320,7 +320,7 @@ def _check_element(value: Any, _handler: Any, info: ValidationInfo) -> Any:
     if model is None:
         kind = value["kind"]
         close = closest(kind, ALL_KINDS) if isinstance(kind, str) else None
-        hint = f", did you mean {close}?" if close is not None else ""
+        hint = f"; did you mean {close}?" if close is not None else ""
         raise value_error("has an unknown kind", expected + hint)
     return model.model_validate(value, context=info.context)
 

@@ -154,7 +154,7 @@ def _models_of(owner: type[BaseModel], key: str | int) -> Iterator[type[BaseMode
 def did_you_mean(value: Any, choices: Iterable[str]) -> str:
     """Return the end of a text that lists choices: a question, if a value is close to one."""
     close = closest(value, choices) if isinstance(value, str) else None
-    return f", did you mean {close}?" if close is not None else ""
+    return f"; did you mean {close}?" if close is not None else ""
 
 
 def describe(value: Any) -> str:

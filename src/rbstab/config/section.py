@@ -103,6 +103,6 @@ def word_or_section(
         return section.model_validate(value)
     if isinstance(value, str):
         close = closest(value, words)
-        hint = f", did you mean {close}?" if close is not None else ""
+        hint = f"; did you mean {close}?" if close is not None else ""
         raise value_error(f"'{value}' is unknown", expected + hint)
     raise value_error("is neither a word nor a mapping", expected)

@@ -11,7 +11,7 @@ from rbstab.listing.kinds import Kind, kind_of
 from rbstab.store.disk.existence import path_exists, path_is_file
 from rbstab.store.disk.isolated_reading import IsolatedReader, IsolatedReaders
 from rbstab.store.errors import StoreError
-from rbstab.store.run_file import open_result
+from rbstab.store.run_file import open_attributes
 from rbstab.store.table_file import count_flags
 from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, read_folder
 from rbstab.sweep.proofs.columns import CONVERGENCE, NO_PROOF
@@ -101,9 +101,9 @@ def _entry(path: Path, kind: Kind, read: Callable[[Path], _Said] | None = None) 
 
 
 def _read_run(path: Path) -> _Said:
-    result = open_result(path)
-    words = (result.attributes.get(name, NOT_KNOWN) for name in ("verdict", "convergence"))
-    return _Said(str(result.attributes["title"]), result.status, *map(str, words))
+    attributes = open_attributes(path)
+    words = (attributes.get(name, NOT_KNOWN) for name in ("verdict", "convergence"))
+    return _Said(str(attributes["title"]), str(attributes["status"]), *map(str, words))
 
 
 _runs = IsolatedReaders(_read_run)

@@ -69,6 +69,28 @@ def open_result(path: str | Path) -> Result:
     return result
 
 
+def open_attributes(path: Path) -> dict[str, str | int | float]:
+    """Read the attributes of the result of a run, such as its status, without its arrays.
+
+    A seal vouches for them. A file without one is read whole, for the sake of its digest.
+
+    Raises:
+        NewerSchemaError, NotAResultError, StoreError: As `open_result`.
+    """
+    if not has_seal(path):
+        return open_result(path).attributes
+    check_unchanged(path)
+    # Imported late: a new run only writes.
+    from rbstab.store.opening import open_hdf5
+
+    with open_hdf5(path) as file:
+        file.check_version(SCHEMA_VERSION)
+        attributes = file.attributes()
+    _check_complete(path, attributes)
+    del attributes["digest"]
+    return attributes
+
+
 def _open_here(path: Path) -> Result:
     # Imported late: a new run only writes.
     from rbstab.store.opening import open_hdf5
@@ -127,9 +149,9 @@ def _read(file: "Hdf5Reader") -> Result:
     file.check_version(SCHEMA_VERSION)
     attributes = file.attributes()
     names = file.names()
-    missing = [name for name in REQUIRED_ATTRIBUTES if name not in attributes]
-    if missing or "config" not in names:
-        raise NotAResultError(f"{path} is damaged: {', '.join(missing) or 'config'} is missing")
+    _check_complete(path, attributes)
+    if "config" not in names:
+        raise NotAResultError(f"{path} is damaged: config is missing")
     written = attributes.pop("digest")
     variables = {name: file.variable(name) for name in names}
     config = variables.pop("config").data
@@ -139,3 +161,9 @@ def _read(file: "Hdf5Reader") -> Result:
     if digest_of(result) != written:
         raise NotAResultError(f"{path} is damaged: its content does not match its digest")
     return result
+
+
+def _check_complete(path: Path, attributes: dict[str, str | int | float]) -> None:
+    missing = [name for name in REQUIRED_ATTRIBUTES if name not in attributes]
+    if missing:
+        raise NotAResultError(f"{path} is damaged: {', '.join(missing)} is missing")

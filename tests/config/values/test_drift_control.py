@@ -21,7 +21,7 @@ REFUSED = [
     (
         "coordinates: manifold\n  drift_control: projektion",
         f"19:18: integration.drift_control: 'projektion' is unknown "
-        f"({CHOICES}, did you mean projection?)",
+        f"({CHOICES}; did you mean projection?)",
     ),
     (
         "coordinates: manifold\n  drift_control: 5",
@@ -52,11 +52,11 @@ REFUSED = [
     # One wrong word gives one message: keys that depend on it are not checked.
     (
         "coordinates: Manifold\n  drift_control: projection",
-        "18:16: integration.coordinates: is the text 'Manifold' (expected reduced or manifold, did",
+        "18:16: integration.coordinates: is the text 'Manifold' (expected reduced or manifold; did",
     ),
     (
         "coordinates: manifold\n  engine: spicy\n  method: LSODA\n  drift_control: projection",
-        "19:11: integration.engine: is the text 'spicy' (expected scipy or heyoka, did you mean",
+        "19:11: integration.engine: is the text 'spicy' (expected scipy or heyoka; did you mean",
     ),
 ]
 

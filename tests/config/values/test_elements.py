@@ -55,7 +55,7 @@ KIND = (
     "(expected kind: one of spring, visco-elastic, embedded, sliding, attitude, ligament, guard, "
     "input, python)"
 )
-SPRING = KIND.replace(")", ", did you mean spring?)")
+SPRING = KIND.replace(")", "; did you mean spring?)")
 POSITIVE = "(expected a number greater than 0)"
 
 ALL_OF_THEM = [

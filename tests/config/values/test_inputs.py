@@ -42,7 +42,7 @@ def problems(path: Path, element: str) -> list[str]:
             "kind: input, quantity: forc",
             [
                 "5:30: elements.a.quantity: is the text 'forc' (expected force, body_force, couple "
-                "or body_couple, did you mean force?)"
+                "or body_couple; did you mean force?)"
             ],
         ),
         (

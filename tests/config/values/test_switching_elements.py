@@ -93,7 +93,7 @@ def test_soft_angle_is_within_the_range(method, angle, message):
     [
         (
             {"method": "stif", "stiffness": 1.0},
-            "method: is the text 'stif' (expected barrier, stiff, repelling or stop, did you mean "
+            "method: is the text 'stif' (expected barrier, stiff, repelling or stop; did you mean "
             "stiff?)",
         ),
         ({"method": 3}, "method: is 3 (expected barrier, stiff, repelling or stop)"),

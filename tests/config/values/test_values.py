@@ -116,7 +116,7 @@ ADDED = [
     (
         "engine: Scipy",
         "20:11: integration.engine: is the text 'Scipy' "
-        "(expected scipy or heyoka, did you mean scipy?)",
+        "(expected scipy or heyoka; did you mean scipy?)",
     ),
     (
         "method: RK23",
@@ -125,7 +125,7 @@ ADDED = [
     (
         "method: DOP835",
         "20:11: integration.method: is the text 'DOP835' "
-        "(expected DOP853, RK45, LSODA or Radau, did you mean DOP853?)",
+        "(expected DOP853, RK45, LSODA or Radau; did you mean DOP853?)",
     ),
     ("coordinates: manifold", "20:16: integration.coordinates: is the text 'manifold' (expected"),
     ("coordinates: true", "20:16: integration.coordinates: is true (expected Z or W)"),

@@ -5,11 +5,11 @@ from support.configs import VISCO_ELASTIC, edited
 
 ALL = "expected one of free, permanent, visco-elastic, embedded, sliding"
 
-VISCO = f"{ALL}, did you mean visco-elastic?"
+VISCO = f"{ALL}; did you mean visco-elastic?"
 
 WRONG = [
     ("rigid", f"7:12: controller.variant: is the text 'rigid' ({ALL})"),
-    ("Free", f"7:12: controller.variant: is the text 'Free' ({ALL}, did you mean free?)"),
+    ("Free", f"7:12: controller.variant: is the text 'Free' ({ALL}; did you mean free?)"),
     (
         "visco_elastic",
         f"7:12: controller.variant: is the text 'visco_elastic' ({VISCO})",

@@ -303,7 +303,7 @@ ENTRIES = [
         "controller.variant: {values: [free, Sliding, rigid, 5]}",
         [
             "4:39: vary.controller.variant.values[1]: is the text 'Sliding' (expected one of free,"
-            " permanent, visco-elastic, embedded, sliding, did you mean sliding?)",
+            " permanent, visco-elastic, embedded, sliding; did you mean sliding?)",
             "4:48: vary.controller.variant.values[2]: is the text 'rigid'"
             " (expected one of free, permanent, visco-elastic, embedded, sliding)",
             "4:55: vary.controller.variant.values[3]: is 5"

@@ -1,5 +1,6 @@
 """`rbstab examples`."""
 
+import shlex
 from pathlib import Path
 
 import click
@@ -65,7 +66,8 @@ def _copy(words: tuple[str, ...], output: Path) -> None:
         end = "" if str(error).endswith("?") else "."
         raise click.UsageError(f"{error}{end} `rbstab examples` lists them.") from error
     contents = {str(below): path.read_bytes() for below, path in files_of(wanted).items()}
-    write_new_files(output, contents, keep_equal=True)
+    again = shlex.join(["rbstab", "examples", *(words or ["--all"]), "-o", "FOLDER"])
+    write_new_files(output, contents, elsewhere=again, keep_equal=True)
     first = described(wanted[0])
     following = ["sweep" if first.is_plan else "run", shell_word(output / f"{first.name}.yaml")]
     if needs_code(first.name):

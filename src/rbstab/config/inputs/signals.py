@@ -167,7 +167,7 @@ def _check_signal(value: Any, _handler: Any) -> Any:
     model = signal_model(value)
     if model is None:
         close = closest(str(value["kind"]), SIGNALS)
-        hint = f", did you mean {close}?" if close is not None else ""
+        hint = f"; did you mean {close}?" if close is not None else ""
         raise value_error("has an unknown kind", expected + hint)
     return model.model_validate(value)
 

@@ -64,7 +64,7 @@ def _entries(config: Config, key: str) -> tuple[Entry, ...]:
     if found is None:
         names = [key_of(gain) for gain in known]
         meant = closest_keys(key.partition("[")[0], names)
-        hint = f", did you mean {' or '.join(meant)}?" if meant else ""
+        hint = f"; did you mean {' or '.join(meant)}?" if meant else ""
         expected = f"expected one of {', '.join(names)}{hint}"
         raise TuningError(f"{key}: is not a gain of this config ({expected})")
     value = value_at(config, found)

@@ -6,9 +6,9 @@ along Θ at constant ζ, and H = W_ζζ,
 
     ∂V/∂θ_i = W_i        ∂²V/∂θ_i∂θ_j = W_ij - W_iζ H⁻¹ W_ζj        where W_ζ = 0.
 
-Let ζ = Bξ, let E bound |B'HB - 1| entry by entry on a box |ξ| <= x, and g = W_ζ at ζ = 0. If
-|B'g| + Ex < x, then W_ζ is zero at one ζ, in this box (Krawczyk's test), and B'HB >= λ with
-1 - λ = max (Ex)_k/x_k < 1. So |W_iζ H⁻¹ W_ζj| <= |B'W_iζ| |B'W_jζ|/λ (docs/proofs.md, lemma 14).
+Let ζ = Bξ, let Δ bound |B'HB - 1| entry by entry on a box |ξ| <= x, and g = W_ζ at ζ = 0. If
+|B'g| + Δx < x, then W_ζ is zero at one ζ, in this box (Krawczyk's test), and B'HB >= λ with
+1 - λ = max (Δx)_k/x_k < 1. So |W_iζ H⁻¹ W_ζj| <= |B'W_iζ| |B'W_jζ|/λ (docs/proofs.md, lemma 14).
 
 All of this holds for any ẑ, C and B: only its sharpness depends on them. B is first chosen so that
 B'HB is 1 at m. Where that proves nothing, as the directions of stiff ligaments change too much, it

@@ -242,14 +242,14 @@ class Over:
         second = self._second(self._widths(B, sizes))
         H = [[second[3 + i][3 + j] for j in AXES] for i in AXES]
         HB = [[sum((H[i][k] * B[k][j] for k in AXES), arb(0)) for j in AXES] for i in AXES]
-        E = [
+        deviation = [
             [
                 (sum((B[k][i] * HB[k][j] for k in AXES), arb(0)) - int(i == j)).abs_upper()
                 for j in AXES
             ]
             for i in AXES
         ]
-        bent = [sum((E[i][j] * sizes[j] for j in AXES), arb(0)) for i in AXES]
+        bent = [sum((deviation[i][j] * sizes[j] for j in AXES), arb(0)) for i in AXES]
         if not all(load + more < size for load, more, size in zip(loads, bent, sizes, strict=True)):
             return None
         shares = [(more / size).abs_upper() for more, size in zip(bent, sizes, strict=True)]
@@ -259,7 +259,7 @@ class Over:
         least = least - arb("1e-9")
         for _ in range(SHARPER):
             sizes = [
-                (loads[i] + sum((E[i][j] * sizes[j] for j in AXES), arb(0))).abs_upper()
+                (loads[i] + sum((deviation[i][j] * sizes[j] for j in AXES), arb(0))).abs_upper()
                 for i in AXES
             ]
         return B, least, self._widths(B, sizes)

@@ -1,5 +1,6 @@
 """Protects the comparison of a proof's energy with the equations, evaluated in balls."""
 
+import copy
 from functools import partial
 
 import numpy as np
@@ -10,6 +11,17 @@ import rbstab
 from rbstab.analysis.proof.reduced_energy import reduced_energy
 from rbstab.analysis.proof_check.equations import agrees_with_equations
 from rbstab.config.build import system_of
+from rbstab.config.load import plain_data
+from rbstab.experiment.stored_proof.energies import energy_of
+
+LONG = {
+    "kind": "ligament",
+    "point": [0.0, 0.1, 0.3],
+    "anchor": [0.2, 0.0, 0.9],
+    "stiffness": 300.0,
+    "slack_length": 20.0,
+    "toe_strain": 0.2,
+}
 
 
 @pytest.mark.parametrize(("variant", "with_gravity"), CASES, ids=CASE_NAMES)
@@ -34,3 +46,19 @@ def test_each_coefficient_is_seen(variant: str, with_gravity: bool) -> None:
                 other = (other + other.T) / 2
             changed = {**energy, place: other.tolist()}
             assert not agrees_with_equations(changed, exact)
+
+
+@pytest.mark.parametrize("variant", ["permanent", "visco-elastic"])
+def test_the_law_of_a_ligament_is_seen_that_is_slack_at_all_points(variant: str) -> None:
+    """Its energy is zero wherever U is compared; the body can reach other places."""
+    plain = rbstab.load_config(paper_config(variant, True))
+    data = plain_data(plain) | {"schema_version": 2, "elements": {"band": LONG}}
+    exact = partial(system_of, rbstab.load_config(data))
+    energy = energy_of(reduced_energy(exact(), exact).form).model_dump(mode="json")
+    assert agrees_with_equations(energy, exact)
+    for name in ("stiffness", "slack_length", "toe_strain"):
+        changed = copy.deepcopy(energy)
+        free = changed.get("free_ligaments")
+        (band,) = changed["ligaments"] if free is None else free["ligaments"]
+        band[name] *= 1 + 1e-9
+        assert not agrees_with_equations(changed, exact)

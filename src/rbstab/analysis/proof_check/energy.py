@@ -20,6 +20,7 @@ from flint import arb, arb_mat
 
 from rbstab.analysis.proof_check.boxes import AXES, Box
 from rbstab.analysis.proof_check.lengths.free_ligaments import FreeLigaments
+from rbstab.analysis.proof_check.lengths.ligaments import LigamentLaw
 from rbstab.analysis.proof_check.lengths.lines import Ligament, Line
 from rbstab.analysis.proof_check.slopes import largest_slope
 from rbstab.analysis.proof_check.trigonometric import (
@@ -101,6 +102,13 @@ class Energy:
         free = data.get("free_ligaments")
         self.position = None if free is None else FreeLigaments(free)
         self.evaluations = 0
+
+    @property
+    def laws(self) -> list[LigamentLaw]:
+        """The laws of all ligaments."""
+        held = [line.law for line in self.lines if isinstance(line, Ligament)]
+        free = [] if self.position is None else [one.law for one in self.position.ligaments]
+        return held + free
 
     def derivatives(self, Theta: Sequence[Ball]) -> dict[tuple[int, ...], Ball]:
         """Return the derivatives at a ball of Θ by their axes, in rising order: (0, 0, 2), ...

@@ -5,6 +5,7 @@ alone. So a mistake in the exact polynomials of the prover would show here.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.exact import decimal_balls, in_balls
 from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.lengths.free_ligaments import FreeLigaments
+from rbstab.analysis.proof_check.lengths.ligaments import LigamentLaw
 from rbstab.analysis.proof_check.trigonometric import Ball
 from rbstab.elements.ligament import Ligament
 from rbstab.mechanics import point
@@ -25,6 +27,9 @@ POINTS = tuple((0.37 * k - 1.9, 0.21 * k - 1.0, 1.7 - 0.43 * k) for k in range(9
 
 SHIFTS = ((0.1, -0.2, 0.05), (-0.3, 0.0, 0.2))
 """z at which both are compared, m."""
+
+SHARES = (0.5, 1.5, 3.0, 6.0)
+"""Strains at which the laws of ligaments are compared, in units of ε_t. The toe ends at 2."""
 
 
 def agrees_with_equations(
@@ -39,6 +44,8 @@ def agrees_with_equations(
 
     def compare() -> bool:
         U, at_rest = Energy(energy), configurations(exact_system(decimal_balls))
+        if not _laws_agree(U.laws, _ligaments(at_rest.system)):
+            return False
         if U.position is not None:
             return _agrees_at_shifts(U, U.position, at_rest)
         points = ([arb(angle) for angle in Theta] for Theta in POINTS)
@@ -49,13 +56,36 @@ def agrees_with_equations(
     return bool(in_balls(compare))
 
 
+def _ligaments(system: System) -> list[Ligament]:
+    """Return the ligaments of a system; those of a proof have the same order."""
+    return [one for one in system.elements if isinstance(one, Ligament)]
+
+
+def _laws_agree(laws: Sequence[LigamentLaw], ligaments: Sequence[Ligament]) -> bool:
+    """Return whether ligaments have the energies of these laws in the toe and beyond it.
+
+    A ligament may be slack, or beyond its toe, at all Θ at which U is compared.
+    """
+    if len(laws) != len(ligaments):
+        return False
+    for law, ligament in zip(laws, ligaments, strict=True):
+        for share in SHARES:
+            strain = law.toe * share
+            mode = np.array([1.0, float(share > 2)])
+            stated = replace(ligament, mode=mode).energy(strain)
+            length = law.slack_length * (1 + strain)
+            if not law.derivatives(length)[0].overlaps(arb(0) + stated):
+                return False
+    return True
+
+
 def _agrees_at_shifts(U: Energy, V: FreeLigaments, at_rest: Configurations) -> bool:
     """Return whether U + ½ z'Sz + Σ Φ_j is the stored energy with the least energy over D.
 
-    The ligaments of a proof are those of the config, in this order. z counts from X*(Θ), which
+    z counts from X*(Θ), which
     follows from a ligament: its end is X + A p - anchor by the equations, z + r(Θ) by the proof.
     """
-    ligaments = [one for one in at_rest.system.elements if isinstance(one, Ligament)]
+    ligaments = _ligaments(at_rest.system)
     own = at_rest.size - at_rest.pose_size
     for Theta in POINTS:
         angles = [arb(angle) for angle in Theta]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 import xarray
-from cli.conftest import start
+from cli.conftest import GOOD, start
 from support.sweeps import shard_files
 
 from rbstab import load_plan, open_sweep, open_traces, simulate
@@ -50,6 +50,22 @@ def test_a_sweep(rbstab, name):
     again = rbstab(*SWEEP)
     assert (again.exit_code, again.stdout) == (0, done.stdout)
     assert "20 of 20 members are already done" in again.stderr
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize("amplitude", [0.0, 50.0])
+def test_the_residual_names_what_it_is_divided_by(rbstab, amplitude):
+    """A body that is pushed from rest ends with more energy than it had."""
+    push = f"{{kind: input, quantity: force, direction: [1, 0, 0], amplitude: {amplitude}, "
+    push += "point: [0, 0, 0], signal: {kind: constant}}"
+    text = GOOD.replace("title:", "schema_version: 2\ntitle:").replace("[1, 2, -1]", "[0.1, 0, 0]")
+    Path("good.yaml").write_text(f"{text}elements: {{push: {push}}}\n")
+    plan = "base: good.yaml\nvary:\n  initial.angular_velocity[0]: {values: [0.1, 0.2]}\n"
+    Path("plan.yaml").write_text(plan)
+    done = rbstab(*SWEEP, "--engine", "scipy")
+    assert done.exit_code == 0, done.output
+    scale = "the larger of v(0), v(end)" if amplitude else "v(0)"
+    assert f"worst |r| / {scale} " in done.stdout
 
 
 @pytest.mark.usefixtures("plan")

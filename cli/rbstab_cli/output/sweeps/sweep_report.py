@@ -51,7 +51,7 @@ def report_sweep(
     rows = {
         "settled": f"{summary.settled} of {completed}",
         "settling time, median": f"{number(summary.settling_median)} s" if summary.settled else "-",
-        "worst |r| / v(0)": number(summary.worst_residual, 2),
+        f"worst |r| / {summary.residual_scale}": number(summary.worst_residual, 2),
     }
     if summary.convergence:
         counts = (f"{count} {word}" for word, count in summary.convergence.items())

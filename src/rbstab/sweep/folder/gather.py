@@ -158,6 +158,7 @@ class SweepSummary(NamedTuple):
         settling_median: The median of their settling times, s.
         worst_residual: The largest |r|/v(0) of the completed members; over v at the end if that is
             larger than v(0), as where inputs supply power. NaN if neither is above 0.
+        residual_scale: By what |r| was divided, in words.
         convergence: The number of members with each word of the column `convergence` that occurs;
             empty if it is unknown of all members.
     """
@@ -167,6 +168,7 @@ class SweepSummary(NamedTuple):
     settled: int
     settling_median: float
     worst_residual: float
+    residual_scale: str
     convergence: dict[str, int]
 
 
@@ -190,6 +192,7 @@ def sweep_summary(path: Path) -> SweepSummary:
         len(settled),
         float(np.median(settled)) if len(settled) else float("nan"),
         float(relative.max()) if len(relative) else float("nan"),
+        "the larger of v(0), v(end)" if np.any(end[moving] > start[moving]) else "v(0)",
         _counts_of_convergence(table),
     )
 

@@ -60,6 +60,12 @@ def test_init_overwrites_nothing(name: str, rbstab: Invoke) -> None:
     assert contents(".") == {name: "mine"}
 
 
+def test_the_proposed_command_keeps_the_variant(rbstab: Invoke) -> None:
+    assert rbstab("init", "--variant", "sliding").exit_code == 0
+    again = rbstab("init", "--variant", "sliding")
+    assert again.stderr.endswith(": rbstab init FOLDER --variant sliding\n")
+
+
 def test_init_below_a_file(rbstab: Invoke) -> None:
     Path("file").write_text("mine")
     done = rbstab("init", "file/folder")

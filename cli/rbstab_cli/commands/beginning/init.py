@@ -66,7 +66,8 @@ def command(
     from rbstab.packaged.first_steps import CONFIG_FILE, first_files
     from rbstab_cli.output.new_files import write_new_files
 
-    write_new_files(folder, first_files(variant), elsewhere="rbstab init FOLDER")
+    chosen = "" if variant == DEFAULT_VARIANT else f" --variant {variant}"
+    write_new_files(folder, first_files(variant), elsewhere=f"rbstab init FOLDER{chosen}")
     go = "" if folder == Path() else f"cd {shell_word(folder)} && "
     click.echo(f"Next: {go}rbstab run {CONFIG_FILE}", err=True)
     raise click.exceptions.Exit(exit_codes.OK)

@@ -82,8 +82,8 @@ def _laws_agree(laws: Sequence[LigamentLaw], ligaments: Sequence[Ligament]) -> b
 def _agrees_at_shifts(U: Energy, V: FreeLigaments, at_rest: Configurations) -> bool:
     """Return whether U + ½ z'Sz + Σ Φ_j is the stored energy with the least energy over D.
 
-    z counts from X*(Θ), which
-    follows from a ligament: its end is X + A p - anchor by the equations, z + r(Θ) by the proof.
+    z counts from X*(Θ), which follows from a ligament: its end is X + A p - anchor by the
+    equations, z + r(Θ) by the proof.
     """
     ligaments = _ligaments(at_rest.system)
     own = at_rest.size - at_rest.pose_size

@@ -76,6 +76,21 @@ def slide_modes(system: System) -> Array:
     return np.concatenate(found, axis=1)
 
 
+def alone(system: System) -> frozenset[int]:
+    """Return the modes that switch alone: their switch changes no other mode, and no state.
+
+    A motion goes through such a switch. An axis on s = F + κE does not, and a switch beside an axis
+    that is held may release it. Beside a stop, modes are chosen together.
+    """
+    if stop_of(system) is not None:
+        return frozenset()
+    modes, (sides_, holds) = np.array(modes_of(system)), slide_modes(system)
+    if modes[holds].any():
+        return frozenset()
+    others = set(range(len(modes))) - set(sides_.tolist()) - set(holds.tolist())
+    return frozenset(others | set(sides_[_sticky_rows(system)].tolist()))
+
+
 def at_start(system: System, y: Array, time: float = 0.0) -> System:
     """Return a system in the modes in which a motion begins, also on the surfaces of its ties.
 
@@ -225,7 +240,7 @@ def largest_couple(W: Array, b: Array, bounds: Array) -> float:
 
 def _sticky_rows(system: System) -> Array:
     """Return which axes stick on s = E, and do not slide on s = F + κE, shape (rows,)."""
-    return np.repeat([tie.sticks for tie in ties_of(system)], 3)
+    return np.repeat(np.array([tie.sticks for tie in ties_of(system)], dtype=bool), 3)
 
 
 def sides(W: Array, b: Array, bounds: Array, tolerance: float = -BOUND_TOLERANCE) -> Array:

@@ -1,5 +1,7 @@
 """The compiled equations of systems whose elements switch: the modes are `par[]` of them."""
 
+from typing import Any, Protocol
+
 import heyoka as hy
 import numpy as np
 
@@ -21,6 +23,45 @@ from rbstab.systems.system import System
 MAX_UNROLLED = 4
 """Modes of a system whose equations are compiled without loops. Loops take a tenth of the time to
 compile, and five times as long to run."""
+
+
+COOLDOWN = 1e-10
+"""s: a zero of an event function that is found again within this time is the same zero. heyoka's
+default is longer than the bounces of a chatter."""
+
+
+class EventHandler(Protocol):
+    """The interface of the run that handles the switches of a compiled integrator."""
+
+    def at_switch(self, integrator: Any, mode: int, direction: int) -> bool:
+        """Handle a zero of an event function; return whether heyoka's loop goes on.
+
+        Args:
+            integrator: heyoka's integrator, at the zero.
+            mode: The index of the mode.
+            direction: 1 if the event function rises, -1 if it falls.
+        """
+        ...
+
+
+class _EventDispatcher:
+    """Passes the switches of an integrator to its current run."""
+
+    handler: EventHandler
+
+
+class _Callback:
+    """The callback of an event. heyoka copies its callbacks; the copies share the dispatcher."""
+
+    def __init__(self, dispatcher: _EventDispatcher, mode: int) -> None:
+        self.dispatcher = dispatcher
+        self.mode = mode
+
+    def __deepcopy__(self, _memo: Any) -> "_Callback":
+        return self
+
+    def __call__(self, integrator: Any, direction: int) -> bool:
+        return self.dispatcher.handler.at_switch(integrator, self.mode, direction)
 
 
 class CompiledModes:
@@ -54,13 +95,17 @@ class CompiledModes:
         self.names = first
         leaving = regularity(y[THETA]) - hy.par[count]
         guards = guards_at(symbolic, y, hy.time)
-        events = [leaving, *(g + hy.par[count + 2 + i] for i, g in enumerate(guards))]
-        events += symbolic.clearances(y).tolist()
+        events = [g + hy.par[count + 2 + i] for i, g in enumerate(guards)]
+        self.dispatcher = _EventDispatcher()
+        switches = [
+            hy.t_event(event, callback=_Callback(self.dispatcher, mode), cooldown=COOLDOWN)
+            for mode, event in enumerate(events)
+        ]
         self.integrator = hy.taylor_adaptive(
             list(zip(y, rates, strict=True)),
             state=[0.0] * len(y),
             tol=tolerance,
-            t_events=[hy.t_event(event) for event in events],
+            t_events=[hy.t_event(leaving), *switches, *map(hy.t_event, symbolic.clearances(y))],
             # The code grows with the elements: with eight of them LLVM would compile for minutes.
             compact_mode=len(guards) > MAX_UNROLLED or _is_long(system, len(guards)),
         )

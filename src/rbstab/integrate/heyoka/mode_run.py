@@ -25,7 +25,7 @@ from rbstab.integrate.heyoka.integrator_state import (
     shortened,
 )
 from rbstab.integrate.heyoka.symbols import energy_scale, parameter_values
-from rbstab.integrate.modes.current_phase import CurrentPhase
+from rbstab.integrate.modes.current_phase import CurrentPhase, SoFar
 from rbstab.integrate.modes.first_switch import first_switch
 from rbstab.integrate.modes.phases import Phase
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
@@ -39,6 +39,9 @@ MISSED = 1e-13
 """If a margin is below minus this after a step, the step missed a switch. Margins of elements have
 several units, and stay at zero after a switch, up to round-off; so it is not that of `flow`."""
 
+NEAR = 1e-11
+"""A margin below this may reach zero at the same time as another one, up to round-off."""
+
 MUTED = 1e3
 """The offset of an event function that must not be found: with it, the function has no zero."""
 
@@ -46,10 +49,6 @@ NOT_FINITE = hy.taylor_outcome.err_nf_state
 
 RANGE_END = 0
 """The index of the event of the range; those of the modes follow."""
-
-SAMPLES_PER_STEP = 100
-"""heyoka's loop pays if the samples to the end are at most this many for each step of a phase: it
-converts the times of all of them each time it begins."""
 
 
 class HeyokaModeRun:
@@ -79,11 +78,8 @@ class HeyokaModeRun:
         self.size = problem.system.size
         with deadline.paused():
             compiled = compiled_modes(problem.system, problem.rtol)
-        self.integrator, self.modes, self.names = (
-            compiled.integrator,
-            compiled.modes,
-            compiled.names,
-        )
+        self.integrator, self.dispatcher = compiled.integrator, compiled.dispatcher
+        self.modes, self.names = compiled.modes, compiled.names
         self.breakpoints = problem.breakpoints()
         self.reached_breakpoints: list[float] = []
         settings = [problem.range_bound, self.scale, *self.offsets]
@@ -92,8 +88,9 @@ class HeyokaModeRun:
         self.steps = 0
         self.max_step = np.inf
         self._times = problem.times.tolist()
-        self._steps_at_switch, self._steps_of_phase = 0, problem.step_limit
-        self._missed = False
+        self._before: SoFar | None = None
+        self._missed = self._loops = False
+        self._crossed_at = -np.inf
         # A step and its begin may sum up to another last digit than that of a breakpoint.
         self._spacing = 4.0 * float(np.spacing(problem.times[-1]))
         self.samples: list[tuple[float, Array]] = []
@@ -112,6 +109,14 @@ class HeyokaModeRun:
 
     def result(self) -> Trajectory:
         """Integrate, and return the trajectory with the smooth system at each sample."""
+        self.dispatcher.handler = self
+        try:
+            return self._result()
+        finally:
+            # The integrator is cached: a reference to this run would keep it in memory.
+            del self.dispatcher.handler
+
+    def _result(self) -> Trajectory:
         status, reason = RunStatus.COMPLETED, ""
         try:
             self._integrate()
@@ -165,12 +170,10 @@ class HeyokaModeRun:
         """
         if self._takes_many_steps(last):
             return self._steps_to(last)
-        event, t = self._step(last), self.integrator.time
-        reached = bisect_right(self._times, t)
-        if reached > len(self.samples):
-            self._add_samples_of_step(self._times[len(self.samples) : reached])
+        event = self._step(last)
+        self._add_samples_of_step()
         if self.progress is not None:
-            self.progress(t)
+            self.progress(self.integrator.time)
         return event
 
     def _takes_many_steps(self, last: float) -> bool:
@@ -179,7 +182,6 @@ class HeyokaModeRun:
             self.muted
             or self.phase.rests
             or self.max_step < last - self.integrator.time
-            or len(self._times) - len(self.samples) > SAMPLES_PER_STEP * self._steps_of_phase
         )
 
     def _steps_to(self, last: float) -> int | None:
@@ -190,44 +192,65 @@ class HeyokaModeRun:
         Returns:
             The index of the event; None without one.
         """
-        integrator, times, first = self.integrator, self._times, len(self.samples)
-        begin = integrator.time
-        # heyoka knows its time to more digits, and would go to the first time of the grid first.
+        integrator, begin = self.integrator, self.integrator.time
+        # heyoka knows its time to more digits than a motion that goes back.
         integrator.time = begin
-        self._checkpoint, self._missed = (begin, self._state.copy()), False
-        wanted = times[first : bisect_right(times, last)]
-        # After a breakpoint, the sample there is still to come.
-        skip = int(not wanted or wanted[0] != begin)
-        grid = [begin][:skip] + wanted + ([] if wanted and wanted[-1] == last else [last])
-        outcome, _, _, steps, _, rows = integrator.propagate_grid(
-            grid, max_steps=self.problem.step_limit - self.steps, callback=self._after_step
-        )
+        self._checkpoint, self._missed, self._before = (begin, self._state.copy()), False, None
+        self._loops = True
+        try:
+            outcome, _, _, steps, _, _ = integrator.propagate_until(
+                last,
+                max_steps=self.problem.step_limit - self.steps,
+                callback=self._after_step,
+                write_tc=True,
+            )
+        finally:
+            self._loops = False
         self.steps += max(steps, 1)
         if self._missed or outcome == NOT_FINITE:
             self.max_step, self.least_margin = shortened(integrator.last_h), 0.0
             set_motion(integrator, *self._checkpoint)
-        reached = bisect_right(times, integrator.time)
-        states = list(rows[skip : skip + reached - first])
-        # At a sample, heyoka's time may be less than it by less than the last digit.
-        states += [self._state.copy()] * (reached - first - len(states))
-        if states:
-            self._add_states(times[first:reached], states)
+        else:
+            self._add_samples_of_step()
         if outcome == NOT_FINITE:
             raise StopRun(RunStatus.DIVERGED, "the state stopped being finite")
-        return self._event_of(outcome, integrator.last_h)
+        return None if self._missed else self._event_of(outcome, integrator.last_h)
+
+    def at_switch(self, integrator: Any, mode: int, direction: int) -> bool:
+        """Switch a mode inside heyoka's loop if it switches alone (an `EventHandler`)."""
+        if not self._loops:
+            return False
+        phase, t = self.phase, integrator.time
+        if phase.signs[mode] == direction:
+            return True  # heyoka has found the last switch of this mode again
+        least = phase.least_other_margin(mode, self._state, t)
+        if least < NEAR:
+            # Another mode switches now as well, or the step has missed its switch.
+            self._missed = least < -MISSED
+            return False
+        if not self.current.crosses(mode, t, self._state):
+            return False
+        self._before = self.current.so_far()
+        self.current.cross_alone(mode, t)
+        integrator.pars[self.modes[mode]] = float(direction > 0)
+        self._crossed_at = t
+        return True
 
     def _after_step(self, integrator: Any) -> bool:
         """Return whether heyoka's loop goes on; heyoka calls this after each step."""
         t = integrator.time
-        self.least_margin = self.phase.least_margin(self._state, t)
+        if t == self._crossed_at:
+            # `at_switch` has looked at the margins.
+            self.least_margin = 0.0
+        else:
+            self.least_margin = self.phase.least_margin(self._state, t)
         if self.least_margin < -MISSED:
             self._missed = True
             return False
         self._checkpoint = t, self._state.copy()
+        self._add_samples_of_step()
         if self.progress is not None:
             self.progress(t)
-        if self.deadline.recording_time:
-            self.deadline.samples = bisect_right(self._times, t)
         # A step of no length ends at an event, which heyoka does not tell if the loop ends here.
         return (self.least_margin >= 0 and not self.deadline.expired()) or integrator.last_h == 0
 
@@ -349,8 +372,6 @@ class HeyokaModeRun:
         """Switch modes at a time that has been reached; the state may jump."""
         state = self.integrator.state.copy()
         self._go_on(state, self.current.cross(modes, t, state))
-        self._steps_of_phase = self.steps - self._steps_at_switch
-        self._steps_at_switch = self.steps
 
     def _go_on(self, before: Array, after: Array) -> None:
         """Go on in the current phase from the state after a switch, which may have jumped."""
@@ -385,19 +406,36 @@ class HeyokaModeRun:
         self.muted = bool(self.offsets.any())
         set_parameters(self.integrator, self.values)
 
-    def _add_samples_of_step(self, times: list[float]) -> None:
-        """Add the samples at some times within the last step, all of one phase."""
-        phase, dense_output = self.phase, self.integrator.update_d_output
+    def _add_samples_of_step(self) -> None:
+        """Add the samples within the last step, all of one phase: that before its last switch."""
+        begin, end = len(self.samples), bisect_right(self._times, self.integrator.time)
+        so_far, self._before = self._before, None
+        if begin == end:
+            return
+        times, phase, dense_output = (
+            self._times[begin:end],
+            self.phase,
+            self.integrator.update_d_output,
+        )
         states = [dense_output(t).copy() for t in times]
         if phase.rests:
             states = [phase.on_stop(state) for state in states]
-        self._add_states(times, states)
+        self._add_states(times, states, so_far)
 
-    def _add_states(self, times: list[float], states: list[Array]) -> None:
-        """Add samples of the current phase, with audit states as the integrator scales them."""
+    def _add_states(
+        self, times: list[float], states: list[Array], so_far: SoFar | None = None
+    ) -> None:
+        """Add samples of one phase, with audit states as the integrator scales them.
+
+        Args:
+            times: Their times, s.
+            states: Their states.
+            so_far: The switches before them; default all so far.
+        """
+        so_far = so_far or self.current.so_far()
         self.samples += zip(times, states, strict=True)
-        self.systems += [self.phase.system] * len(times)
-        self.current.add_samples(states)
+        self.systems += [so_far.system] * len(times)
+        self.current.add_samples(states, so_far)
         self.deadline.samples = len(self.samples)
 
     def _add_sample(self, t: float, state: Array) -> None:

@@ -11,10 +11,9 @@ import numpy as np
 from rbstab.elements.sliding_ties import AtContact
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.integrate.switch_trace import SwitchTrace, Transition
-from rbstab.integrate.switching.chatter import chatter_energy, most_axes_stick
+from rbstab.integrate.switching.chatter import Chatter, most_axes_stick
 from rbstab.integrate.switching.switch_log import SwitchLog
 from rbstab.mechanics.numbers import Array
-from rbstab.mechanics.states import BODY
 from rbstab.systems.modes import modes_of, with_modes
 from rbstab.systems.system import System
 
@@ -36,7 +35,8 @@ class ConnectorSwitches:
         self._log = SwitchLog(switching.stored_switches, switching.switch_limit)
         self._stick_energy = switching.stick_energy if switching.sticks else 0.0
         self._discarded = 0.0
-        self._samples: list[tuple[Array, list[int], float, float]] = []
+        self._chatter = Chatter(problem.system)
+        self._samples: list[tuple[Array, tuple[int, ...], float, float]] = []
 
     def begin(self, system: System, t: float) -> None:
         """Store the axes that are held at the start, s, as axes that stick there."""
@@ -54,6 +54,21 @@ class ConnectorSwitches:
         places = range(self._first, self._first + self._count)
         for axis in sorted({(mode - self._first) % 3 for mode in modes if mode in places}):
             self._log.add_switch(t, axis)
+
+    def add_event(self, mode: int, t: float) -> None:
+        """Count the event of one mode, if it is one of the connector; see `add_events`."""
+        if self._first <= mode < self._first + self._count:
+            self._log.add_switch(t, (mode - self._first) % 3)
+
+    def may_stick(self, y: Array) -> bool:
+        """Return whether a weak chatter may end by sticking at a switch (`stuck`)."""
+        is_due = self._stick_energy > 0 and self._log.total >= self._log.next_stick_test
+        return is_due and self._chatter.is_below(self._stick_energy, y)
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """The switches of each axis so far."""
+        return tuple(self._log.counts)
 
     def add_transitions(self, before: System, after: System, t: float) -> None:
         """Store the axes that stick or are released between two systems at one time."""
@@ -83,7 +98,7 @@ class ConnectorSwitches:
         is_due = self._stick_energy > 0 and self._log.total >= self._log.next_stick_test
         if not (is_due and axes) or any(was_held[axis] for axis in axes):
             return now, y
-        if chatter_energy(now, y[BODY]) >= self._stick_energy:
+        if not self._chatter.is_below(self._stick_energy, y):
             return now, y
         held = np.flatnonzero(_held(now)).tolist()
         found = most_axes_stick(now, y, held, lambda more: self._with_held(now, more), t)
@@ -101,21 +116,23 @@ class ConnectorSwitches:
             modes[[self._first + axis, self._first + 3 + axis]] = 1.0
         return with_modes(system, tuple(modes.tolist()))
 
-    def add_sample(self, system: System, y: Array) -> None:
+    def add_sample(self, system: System, y: Array, counts: tuple[int, ...]) -> None:
         """Store the modes and the switches so far as those of a sample.
 
         Args:
             system: The system in the modes of the sample.
             y: The state.
+            counts: The switches of each axis so far.
         """
         side, _ = _connector(system).side_and_layer()
-        energy = chatter_energy(system, y[BODY]) if self._diagnosed else np.nan
-        self._samples.append((side, self._log.counts.copy(), energy, self._discarded))
+        energy = self._chatter.energy(y) if self._diagnosed else np.nan
+        self._samples.append((side, counts, energy, self._discarded))
 
-    def repeat_sample(self, system: System, y: Array) -> None:
+    def repeat_sample(self, system: System, counts: tuple[int, ...], y: Array) -> None:
         """Store the last sample again, after a breakpoint at its time."""
         self._samples.pop()
-        self.add_sample(system, y)
+        self.add_sample(system, y, counts)
+
 
     def trace(self) -> SwitchTrace:
         """Return the switches of the samples so far, without `trusted_until`."""

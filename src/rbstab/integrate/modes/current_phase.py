@@ -1,6 +1,7 @@
 """The phase of a run and what follows each event: switches, impacts, and axes that slide."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from rbstab.systems.filippov import slide_modes
 from rbstab.systems.impact import stop_of
 from rbstab.systems.modes import modes_of
 from rbstab.systems.sliding_impact import landed
+from rbstab.systems.system import System
 
 SWITCH_LIMIT = 10_000_000
 """A run stops after this many switches."""
@@ -22,6 +24,13 @@ SWITCH_LIMIT = 10_000_000
 IMPACT_LIMIT = 100_000
 """A run stops after this many impacts. A nearly elastic body that is damped, and pressed against
 its stop, hops faster and faster for a long time."""
+
+
+class SoFar(NamedTuple):
+    """The system in its current modes, and the switches of each axis of a connector so far."""
+
+    system: System
+    counts: tuple[int, ...]
 
 
 class CurrentPhase:
@@ -82,6 +91,26 @@ class CurrentPhase:
             if system is not now:
                 self.phase = self._phases.of(modes_of(system))
         return y
+
+    def crosses(self, mode: int, t: float, y: Array) -> bool:
+        """Return whether a mode can be switched by `cross_alone`, at a state and a time, s.
+
+        Else `cross` has more to do, or the run ends here.
+        """
+        return (
+            mode in self.phase.alone
+            and self._last.get(mode) != t
+            and self.count + 1 < self._limit
+            and (self.connector is None or not self.connector.may_stick(y))
+        )
+
+    def cross_alone(self, mode: int, t: float) -> None:
+        """Switch a mode at a time, s; nothing else follows (`crosses`)."""
+        self._last[mode] = t
+        self.phase = self._phases.after_one(self.phase, mode)
+        if self.connector is not None:
+            self.connector.add_event(mode, t)
+        self.count += 1
 
     def begin_leg(self, t: float, y: Array) -> Array:
         """Begin the legs of the inputs at a breakpoint, and return the state after it.
@@ -152,22 +181,33 @@ class CurrentPhase:
         """Store what has happened so far as that of a sample, at a state."""
         self.add_samples([y])
 
-    def add_samples(self, states: list[Array]) -> None:
-        """Store what has happened so far as that of some samples, at their states."""
+    def so_far(self) -> "SoFar":
+        """Return what samples store of the switches so far."""
+        counts = () if self.connector is None else self.connector.counts
+        return SoFar(self.phase.system, counts)
+
+    def add_samples(self, states: list[Array], so_far: "SoFar | None" = None) -> None:
+        """Store what has happened so far as that of some samples.
+
+        Args:
+            states: Their states.
+            so_far: The switches before them; default all so far.
+        """
         if self.impacts is None and self.connector is None:
             return
+        system, counts = so_far or self.so_far()
         for y in states:
             if self.impacts is not None:
                 self.impacts.add_sample()
             if self.connector is not None:
-                self.connector.add_sample(self.phase.system, y)
+                self.connector.add_sample(system, y, counts)
 
     def repeat_sample(self, y: Array) -> None:
         """Store the last sample again, after a breakpoint at its time."""
         if self.impacts is not None:
             self.impacts.repeat_sample()
         if self.connector is not None:
-            self.connector.repeat_sample(self.phase.system, y)
+            self.connector.repeat_sample(*self.so_far(), y)
 
     def recorded(self, run: Trajectory) -> Trajectory:
         """Return a run with its impacts, and with the switches of a sliding connector."""

@@ -19,6 +19,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.systems.filippov import (
     RedundantTiesError,
     after_events,
+    alone,
     at_start,
     slides,
 )
@@ -59,6 +60,7 @@ class Phase:
         audited_rates: Its audited rates, as a function of the audited state.
         signs: 1 for each mode that is 1, -1 for each that is 0, shape (modes,).
         rests: Whether the body rests against its stop.
+        alone: The modes that switch alone: nothing else follows (`systems.filippov.alone`).
     """
 
     def __init__(
@@ -75,6 +77,7 @@ class Phase:
         self._guards_of_state = self._guards.of_state
         stop = stop_of(system)
         self.rests = stop is not None and bool(stop.mode.any())
+        self.alone = alone(system)
         self._on_stop = StraightLine(laid_on_stop, system, size) if self.rests else None
 
     def on_stop(self, y: Array) -> Array:
@@ -89,11 +92,24 @@ class Phase:
 
     def least_margin(self, y: Array, t: float) -> float:
         """Return the least of the margins, apart from NaN; inf without a mode."""
+        margins = self._margin_list(y)
+        if margins is None:
+            return float(np.fmin.reduce(self.margins(y, t), initial=math.inf))
+        return min(margins, default=math.inf)
+
+    def least_other_margin(self, mode: int, y: Array, t: float) -> float:
+        """Return the least of the margins, apart from that of a mode; inf without another one."""
+        margins = self._margin_list(y)
+        if margins is None:
+            margins = self.margins(y, t).tolist()
+        margins[mode] = math.inf
+        return min(margins)
+
+    def _margin_list(self, y: Array) -> list[float] | None:
+        """Return the margins, fast; None if they depend on the time, or are not finite."""
         of_state = self._guards_of_state
         guards = None if of_state is None else of_state.finite_entries(y)
-        if guards is None:
-            return float(np.fmin.reduce(self.margins(y, t), initial=math.inf))
-        return min(map(operator.mul, self._float_signs, guards), default=math.inf)
+        return None if guards is None else list(map(operator.mul, self._float_signs, guards))
 
     def margin_rates(self, y: Array, t: float, rates: Array | None = None) -> Array:
         """Return the rates of the margins along the motion, shape (modes,).
@@ -152,19 +168,24 @@ class Phases:
         self._guards = event_functions(self._system) if same else None
         self._rates: EquationsInTime | None = None
         self._known: dict[Modes, Phase] = {}
+        self._after_one: dict[tuple[Phase, int], Phase] = {}
         self.first = self.of(modes_of(self._system))
 
     def of(self, modes: Modes) -> Phase:
         """Return the phase with these modes."""
         if modes not in self._known:
             if len(self._known) == MAX_PHASES:
-                self._known.clear()
+                self._forget()
             same = modes == modes_of(self._system)
             system = self._system if same else with_modes(self._system, modes)
             phase = Phase(system, self._guards, self._rates)
             self._rates = phase.audited_rates
             self._known[modes] = phase
         return self._known[modes]
+
+    def _forget(self) -> None:
+        self._known.clear()
+        self._after_one.clear()
 
     def after(self, phase: Phase, switched: list[int]) -> Phase:
         """Return the phase after a switch.
@@ -177,12 +198,19 @@ class Phases:
         signs[switched] *= -1.0
         return self.of(tuple((0.5 * (signs + 1.0)).tolist()))
 
+    def after_one(self, phase: Phase, mode: int) -> Phase:
+        """Return the phase after a switch of one mode; see `after`."""
+        key = phase, mode
+        if key not in self._after_one:
+            self._after_one[key] = self.after(phase, [mode])
+        return self._after_one[key]
+
     def with_leg(self, phase: Phase, t: float) -> Phase:
         """Return a phase with the legs of the inputs that begin at a breakpoint."""
         assert self._schedule is not None
         self._system = self._schedule.system_at(self._system, t)
         self._rates = None
-        self._known.clear()
+        self._forget()
         return self.of(modes_of(phase.system))
 
     def slid(self, phase: Phase, switched: list[int], t: float, y: Array) -> tuple[Phase, Array]:

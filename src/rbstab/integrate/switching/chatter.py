@@ -1,17 +1,19 @@
 """The chatter of a sliding connector on the surface s = E: its energy, and its end by sticking."""
 
+import operator
 from collections.abc import Callable
 from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.integrate.switching.modes import Modes, connector_of, system_for_modes
 from rbstab.mechanics.algebra import inverse, quadratic_form
 from rbstab.mechanics.constraint import mobility
 from rbstab.mechanics.motion import contact_directions
 from rbstab.mechanics.numbers import Array, Number
-from rbstab.mechanics.states import BODY, OMEGA
+from rbstab.mechanics.states import BODY, E_OF_W, OMEGA
 from rbstab.systems.system import System
 
 
@@ -31,6 +33,34 @@ def chatter_energy(system: System, y: Array) -> float:
     """
     E = system.motion(y).E
     return float(contact_kinetic_energy(system, y) + connector_of(system).K_s @ np.abs(E))
+
+
+class Chatter:
+    """The energy of the chatter of one connector, which does not depend on its modes.
+
+    Args:
+        system: The system, in coordinates W, in any modes.
+    """
+
+    def __init__(self, system: System) -> None:
+        self._kinetic = StraightLine(_kinetic_energy, system, BODY.stop)
+        self._K_s = connector_of(system).K_s.tolist()
+
+    def energy(self, y: Array) -> float:
+        """Return `chatter_energy` at an audited state, J."""
+        return float(self._kinetic(y[BODY])[0]) + self._potential(y)
+
+    def is_below(self, bound: float, y: Array) -> bool:
+        """Return whether the energy at an audited state is below a bound, J."""
+        return self._potential(y) < bound and self.energy(y) < bound
+
+    def _potential(self, y: Array) -> float:
+        """Return Σ K_s|E|, J."""
+        return sum(map(operator.mul, self._K_s, map(abs, y[E_OF_W].tolist())))
+
+
+def _kinetic_energy(system: System, y: Array) -> Array:
+    return np.array([contact_kinetic_energy(system, y)])
 
 
 class Stick(NamedTuple):

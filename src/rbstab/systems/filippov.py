@@ -91,6 +91,15 @@ def alone(system: System) -> frozenset[int]:
     return frozenset(others | set(sides_[_sticky_rows(system)].tolist()))
 
 
+def idle_holds(system: System) -> tuple[int, ...]:
+    """Return the modes that are the holds of axes, if no axis is held; else ().
+
+    Compiled equations leave out all forces that would hold an axis.
+    """
+    holds = slide_modes(system)[1]
+    return () if np.array(modes_of(system))[holds].any() else tuple(holds.tolist())
+
+
 def at_start(system: System, y: Array, time: float = 0.0) -> System:
     """Return a system in the modes in which a motion begins, also on the surfaces of its ties.
 

@@ -14,9 +14,11 @@ from rbstab.integrate.heyoka.symbols import (
     symbols_with_zeros,
 )
 from rbstab.mechanics.attitude import regularity
+from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import THETA
+from rbstab.systems.filippov import idle_holds
 from rbstab.systems.impact import stop_of
-from rbstab.systems.modes import guards_at
+from rbstab.systems.modes import guards_at, mode_parameters
 from rbstab.systems.parameters import parameters, structure
 from rbstab.systems.system import System
 
@@ -71,18 +73,19 @@ class CompiledModes:
     of each event function.
 
     Args:
-        system: Any system of the structure with the same zeros (`compiled_zeros`).
+        system: Any system of the structure with the same zeros (`compiled_zeros`). If it holds no
+            axis on a surface, no system in which one is held.
         tolerance: heyoka's tolerance.
 
     Attributes:
         integrator: heyoka's integrator.
         modes: The index of the `par[]` of each mode.
+        event_modes: The modes whose event functions can reach zero, in the order of the events.
         names: The index of the first `par[]` of each parameter.
     """
 
     def __init__(self, system: System, tolerance: float) -> None:
-        symbol_of = symbols_with_zeros(compiled_zeros(system))
-        symbolic, first, count = symbols_of(system, symbol_of)
+        symbolic, first, count = symbols_of(system, symbols_with_zeros(_zeros(system)))
         places = [
             first[f"{element.name}.mode"] + np.arange(element.mode_count)
             for element in system.elements
@@ -95,11 +98,15 @@ class CompiledModes:
         self.names = first
         leaving = regularity(y[THETA]) - hy.par[count]
         guards = guards_at(symbolic, y, hy.time)
-        events = [g + hy.par[count + 2 + i] for i, g in enumerate(guards)]
+        self.event_modes = [mode for mode, guard in enumerate(guards) if not _is_constant(guard)]
         self.dispatcher = _EventDispatcher()
         switches = [
-            hy.t_event(event, callback=_Callback(self.dispatcher, mode), cooldown=COOLDOWN)
-            for mode, event in enumerate(events)
+            hy.t_event(
+                guards[mode] + hy.par[count + 2 + mode],
+                callback=_Callback(self.dispatcher, mode),
+                cooldown=COOLDOWN,
+            )
+            for mode in self.event_modes
         ]
         self.integrator = hy.taylor_adaptive(
             list(zip(y, rates, strict=True)),
@@ -107,8 +114,24 @@ class CompiledModes:
             tol=tolerance,
             t_events=[hy.t_event(leaving), *switches, *map(hy.t_event, symbolic.clearances(y))],
             # The code grows with the elements: with eight of them LLVM would compile for minutes.
-            compact_mode=len(guards) > MAX_UNROLLED or _is_long(system, len(guards)),
+            compact_mode=len(switches) > MAX_UNROLLED or _is_long(system, len(switches)),
         )
+
+
+def _zeros(system: System, named: dict[str, Array] | None = None) -> tuple[int, ...]:
+    """Return the indices of the parameters that are compiled in as zeros, with `idle_holds`."""
+    named = parameters(system) if named is None else named
+    sizes = [value.size for value in named.values()]
+    modes = mode_parameters(system)
+    is_mode = np.repeat([name in modes for name in named], sizes)
+    idle = np.flatnonzero(is_mode)[list(idle_holds(system))]
+    return (*compiled_zeros(system, named), *idle.tolist())
+
+
+def _is_constant(event_function: Any) -> bool:
+    """Return whether an event function has no symbol, so that it never reaches zero."""
+    expressions = [hy.expression(event_function)]
+    return not hy.get_variables(expressions) and not hy.get_params(expressions)
 
 
 def _is_long(system: System, modes: int) -> bool:
@@ -124,5 +147,5 @@ def _is_long(system: System, modes: int) -> bool:
 def compiled_modes(system: System, tolerance: float) -> CompiledModes:
     """Return the equations of a system's structure and zeros, compiled once in each thread."""
     named = parameters(system)
-    key = CompiledModes, structure(system, named), compiled_zeros(system, named), tolerance
+    key = CompiledModes, structure(system, named), _zeros(system, named), tolerance
     return compiled_once(key, lambda: CompiledModes(system, tolerance))

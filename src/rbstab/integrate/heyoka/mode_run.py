@@ -33,6 +33,7 @@ from rbstab.integrate.status import RunStatus
 from rbstab.integrate.watched_rates import StopRun
 from rbstab.integrate.zero_length import zero_length
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.filippov import idle_holds
 from rbstab.systems.system import System
 
 MISSED = 1e-13
@@ -76,10 +77,8 @@ class HeyokaModeRun:
         self.scale = energy_scale(problem) if scale is None else scale
         # The system would count the states of its elements again at each sample.
         self.size = problem.system.size
-        with deadline.paused():
-            compiled = compiled_modes(problem.system, problem.rtol)
-        self.integrator, self.dispatcher = compiled.integrator, compiled.dispatcher
-        self.modes, self.names = compiled.modes, compiled.names
+        self._idle: tuple[int, ...] | None = None
+        self._use_compiled()
         self.breakpoints = problem.breakpoints()
         self.reached_breakpoints: list[float] = []
         settings = [problem.range_bound, self.scale, *self.offsets]
@@ -96,8 +95,6 @@ class HeyokaModeRun:
         self.samples: list[tuple[float, Array]] = []
         self.systems: list[System] = []
         self._owners = problem.system.clearance_owners
-        # A view of the integrator's memory: getting it takes longer than reading it.
-        self._state = self.integrator.state
         set_motion(self.integrator, problem.times[0], problem.audited_start())
         self._set_parameters()
         self._add_sample(float(problem.times[0]), problem.audited_start())
@@ -107,14 +104,31 @@ class HeyokaModeRun:
         """The current phase."""
         return self.current.phase
 
+    def _use_compiled(self) -> None:
+        """Use the integrator of the current phase, at the current time and state."""
+        system = self.phase.system
+        idle = idle_holds(system)
+        if idle == self._idle:
+            return
+        with self.deadline.paused():
+            compiled = compiled_modes(system, self.problem.rtol)
+        if self._idle is not None:
+            set_motion(compiled.integrator, self.integrator.time, self._state)
+            compiled.dispatcher.handler = self
+            del self.compiled.dispatcher.handler
+        self._idle, self.compiled = idle, compiled
+        self.integrator = compiled.integrator
+        # A view of the integrator's memory: getting it takes longer than reading it.
+        self._state = self.integrator.state
+
     def result(self) -> Trajectory:
         """Integrate, and return the trajectory with the smooth system at each sample."""
-        self.dispatcher.handler = self
+        self.compiled.dispatcher.handler = self
         try:
             return self._result()
         finally:
             # The integrator is cached: a reference to this run would keep it in memory.
-            del self.dispatcher.handler
+            del self.compiled.dispatcher.handler
 
     def _result(self) -> Trajectory:
         status, reason = RunStatus.COMPLETED, ""
@@ -232,7 +246,7 @@ class HeyokaModeRun:
             return False
         self._before = self.current.so_far()
         self.current.cross_alone(mode, t)
-        integrator.pars[self.modes[mode]] = float(direction > 0)
+        integrator.pars[self.compiled.modes[mode]] = float(direction > 0)
         self._crossed_at = t
         return True
 
@@ -259,7 +273,7 @@ class HeyokaModeRun:
         if event == RANGE_END:
             bound = self.problem.range_bound
             raise StopRun(RunStatus.RANGE_LEFT, f"cos θ2 fell to {bound:g}")
-        number = -1 if event is None else event - 1 - len(self.offsets)
+        number = -1 if event is None else event - 1 - len(self.compiled.event_modes)
         if number >= 0:
             raise zero_length(self._owners[number])
 
@@ -270,7 +284,7 @@ class HeyokaModeRun:
         self.reached_breakpoints.append(t)
         state = self.integrator.state.copy()
         after = self.current.begin_leg(t, state)
-        places = self.problem.schedule.places(self.names)
+        places = self.problem.schedule.places(self.compiled.names)
         self.values[places] = self.problem.schedule.legs_at(t)
         self._go_on(state, after)
         if self.samples[-1][0] == t:
@@ -315,12 +329,12 @@ class HeyokaModeRun:
             outcome: heyoka's outcome.
             made: The length of the last step, s.
         """
-        index = -1 - outcome.value
-        found = 0 <= index <= len(self.offsets) + len(self._owners)
-        if 0 < index <= len(self.offsets) and made == 0.0:
+        index, modes = -1 - outcome.value, self.compiled.event_modes
+        found = 0 <= index <= len(modes) + len(self._owners)
+        if 0 < index <= len(modes) and made == 0.0:
             # The step began on a zero of the event function, as after a switch. If it is a double
             # zero, heyoka would find it for ever.
-            self.offsets[index - 1], self.muted = MUTED, True
+            self.offsets[modes[index - 1]], self.muted = MUTED, True
         return index if found else None
 
     def _muted_switch(self, begin: float, state: Array, shorter: float | None) -> float | None:
@@ -401,7 +415,8 @@ class HeyokaModeRun:
         self._set_parameters()
 
     def _set_parameters(self) -> None:
-        self.values[self.modes] = 0.5 * (1.0 + self.phase.signs)
+        self._use_compiled()
+        self.values[self.compiled.modes] = 0.5 * (1.0 + self.phase.signs)
         self.values[-len(self.offsets) :] = self.offsets
         self.muted = bool(self.offsets.any())
         set_parameters(self.integrator, self.values)

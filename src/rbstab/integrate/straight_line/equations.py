@@ -20,6 +20,7 @@ import numpy as np
 from rbstab.integrate.straight_line.code import Evaluate, Prepare, compiled
 from rbstab.integrate.straight_line.number import Trace
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.filippov import idle_holds
 from rbstab.systems.modes import Modes, mode_parameters, modes_of
 from rbstab.systems.parameters import map_parameters, parameters, structure
 from rbstab.systems.schedule import leg_parameters
@@ -46,12 +47,14 @@ class StraightLine:
     """
 
     def __init__(self, equations: Equations, system: System, size: int) -> None:
-        self._equations, self._system = equations, system
+        self._equations, self._system, self._size = equations, system, size
         self._code = _prepared(equations, system, size)
         self._by_kind = {} if self._code is None else self._code.evaluations()
 
     def in_modes_of(self, system: System) -> "StraightLine":
         """Return the same equations of a system that differs from this one in its modes alone."""
+        if idle_holds(system) != idle_holds(self._system):
+            return StraightLine(self._equations, system, self._size)
         other = copy.copy(self)
         other._system = system
         if self._code is not None:
@@ -101,11 +104,11 @@ class _Recipe:
 
 @dataclass(frozen=True)
 class _Code:
-    """The code of equations with its inputs, and the places of the modes among them."""
+    """The code of equations with its inputs, and the place of each mode among them."""
 
     prepare: Prepare
     inputs: list[float]
-    mode_places: list[int]
+    mode_places: list[tuple[int, int]]
 
     def evaluations(self, modes: Modes = ()) -> dict[str, Evaluate]:
         """Return the code for each kind of number of a vector, by numpy's character of its type.
@@ -114,8 +117,8 @@ class _Code:
             modes: The modes, in the order of the elements; () for those of the inputs.
         """
         inputs = self.inputs.copy()
-        for place, mode in zip(self.mode_places, modes, strict=bool(modes)):
-            inputs[place] = mode
+        for mode, place in self.mode_places if modes else []:
+            inputs[place] = modes[mode]
         try:
             real = self.prepare(inputs, math)
         except (ArithmeticError, ValueError):
@@ -149,17 +152,22 @@ def _prepared(equations: Equations, system: System, size: int) -> _Code | None:
     if any(value.dtype.kind not in "if" for value in flat):
         return None
     values = np.concatenate(flat).astype(float)
-    # One code serves all modes and all legs, so one of zero is an input as well.
-    modes, legs = mode_parameters(system), leg_parameters(system)
+    # One code serves all modes and all legs, so one of zero is an input as well. But most phases
+    # hold no axis, and the forces that would hold it are a large part of the code.
+    mode_names, legs = mode_parameters(system), leg_parameters(system)
     sizes = [value.size for value in flat]
-    is_mode, is_leg = (np.repeat([name in of for name in named], sizes) for of in (modes, legs))
+    is_mode, is_leg = (np.repeat([name in of for name in named], sizes) for of in (mode_names, legs))
+    idle = np.flatnonzero(is_mode)[list(idle_holds(system))]
     is_input = (values != 0.0) | is_mode | is_leg
+    is_input[idle] = False
     recipe = _Recipe(equations, kind, size, tuple((~is_input).tolist()), system)
     prepare = _code(recipe)
     if prepare is None:
         return None
-    places = np.flatnonzero(is_mode[is_input]).tolist()
-    return _Code(prepare, values[is_input].tolist(), places)
+    places = np.cumsum(is_input)[is_mode] - 1
+    moving = np.flatnonzero(is_input[is_mode]).tolist()
+    modes_and_places = [(mode, int(places[mode])) for mode in moving]
+    return _Code(prepare, values[is_input].tolist(), modes_and_places)
 
 
 @lru_cache(MAX_CODES)

@@ -45,6 +45,10 @@ class Element:
     """Whether its force jumps at its switches, so that its stored energy has a kink there. Then its
     stored energy is linear in each mode, and it has no own states."""
 
+    exact_guards: ClassVar[bool] = False
+    """Whether its event functions are states, or constants, while it holds no axis. Then their
+    signs are exact; others may be wrong by round-off."""
+
     holds: ClassVar[bool] = False
     """Whether it can hold θ2, as a stop against which the body rests. Then it has no own states.
     Its methods `wrench` and `guards` get the hold as `own`: [τ, α], the couple on θ2 that keeps θ̇2

@@ -268,6 +268,8 @@ class AtContact(SlidingByModes):
 class CrossingConnector(Crossing, AtContact):
     """The connector of a controller on s = E, which each axis crosses."""
 
+    exact_guards: ClassVar[bool] = True
+
     mode: Array = field(default_factory=lambda: np.zeros(3))
 
 
@@ -288,5 +290,7 @@ class FilippovConnector(Filippov, AtContact):
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StickingConnector(Sticking, AtContact):
     """The connector of a controller on s = E, whose axes may stick there."""
+
+    exact_guards: ClassVar[bool] = True
 
     mode: Array = field(default_factory=lambda: np.zeros(6))

@@ -82,12 +82,10 @@ def alone(system: System) -> frozenset[int]:
     A motion goes through such a switch. An axis on s = F + κE does not, and a switch beside an axis
     that is held may release it. Beside a stop, modes are chosen together.
     """
-    if stop_of(system) is not None:
+    if stop_of(system) is not None or holds_axes(system):
         return frozenset()
-    modes, (sides_, holds) = np.array(modes_of(system)), slide_modes(system)
-    if modes[holds].any():
-        return frozenset()
-    others = set(range(len(modes))) - set(sides_.tolist()) - set(holds.tolist())
+    sides_, holds = slide_modes(system)
+    others = set(range(len(modes_of(system)))) - set(sides_.tolist()) - set(holds.tolist())
     return frozenset(others | set(sides_[_sticky_rows(system)].tolist()))
 
 
@@ -96,8 +94,12 @@ def idle_holds(system: System) -> tuple[int, ...]:
 
     Compiled equations leave out all forces that would hold an axis.
     """
-    holds = slide_modes(system)[1]
-    return () if np.array(modes_of(system))[holds].any() else tuple(holds.tolist())
+    return () if holds_axes(system) else tuple(slide_modes(system)[1].tolist())
+
+
+def holds_axes(system: System) -> bool:
+    """Return whether an axis of a system is held on its surface."""
+    return bool(np.array(modes_of(system))[slide_modes(system)[1]].any())
 
 
 def at_start(system: System, y: Array, time: float = 0.0) -> System:

@@ -33,6 +33,13 @@ def mode_owners(system: System) -> tuple[str, ...]:
     return tuple(element.name for element in system.elements for _ in range(element.mode_count))
 
 
+def exact_modes(system: System) -> Array:
+    """Return which modes have event functions of exact signs, shape (modes,)."""
+    counts = [element.mode_count for element in system.elements]
+    exact = [element.exact_guards for element in system.elements]
+    return np.repeat(np.array(exact, dtype=bool), counts)
+
+
 def mode_parameters(system: System) -> frozenset[str]:
     """Return the names of the parameters that are modes (see `systems.parameters`)."""
     return frozenset(f"{element.name}.mode" for element in system.elements if element.mode_count)

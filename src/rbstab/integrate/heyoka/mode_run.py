@@ -8,6 +8,7 @@ step at a time where a phase takes few, where the body rests, and beside a switc
 find.
 """
 
+import operator
 from bisect import bisect_right
 from typing import Any
 
@@ -27,7 +28,7 @@ from rbstab.integrate.heyoka.integrator_state import (
 from rbstab.integrate.heyoka.symbols import energy_scale, parameter_values
 from rbstab.integrate.modes.current_phase import CurrentPhase, SoFar
 from rbstab.integrate.modes.first_switch import first_switch
-from rbstab.integrate.modes.phases import Phase
+from rbstab.integrate.modes.phases import MISSED, Phase
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.watched_rates import StopRun
@@ -35,10 +36,6 @@ from rbstab.integrate.zero_length import zero_length
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.filippov import idle_holds
 from rbstab.systems.system import System
-
-MISSED = 1e-13
-"""If a margin is below minus this after a step, the step missed a switch. Margins of elements have
-several units, and stay at zero after a switch, up to round-off; so it is not that of `flow`."""
 
 NEAR = 1e-11
 """A margin below this may reach zero at the same time as another one, up to round-off."""
@@ -222,7 +219,7 @@ class HeyokaModeRun:
             self._loops = False
         self.steps += max(steps, 1)
         if self._missed or outcome == NOT_FINITE:
-            self.max_step, self.least_margin = shortened(integrator.last_h), 0.0
+            self.max_step, self.least_margin = shortened(integrator.last_h), np.inf
             set_motion(integrator, *self._checkpoint)
         else:
             self._add_samples_of_step()
@@ -237,30 +234,36 @@ class HeyokaModeRun:
         phase, t = self.phase, integrator.time
         if phase.signs[mode] == direction:
             return True  # heyoka has found the last switch of this mode again
-        least = phase.least_other_margin(mode, self._state, t)
-        if least < NEAR:
+        margins = phase.margin_list(self._state, t)
+        own, margins[mode] = margins[mode], np.inf
+        if min(margins) < NEAR:
             # Another mode switches now as well, or the step has missed its switch.
-            self._missed = least < -MISSED
+            self._missed = self._is_missed(margins)
             return False
         if not self.current.crosses(mode, t, self._state):
             return False
         self._before = self.current.so_far()
         self.current.cross_alone(mode, t)
         integrator.pars[self.compiled.modes[mode]] = float(direction > 0)
-        self._crossed_at = t
+        if phase.exact[mode]:
+            self.floors[mode] = min(-own, 0.0)
+        self._crossed_at, self.least_margin = t, np.inf
         return True
+
+    def _is_missed(self, margins: list[float]) -> bool:
+        """Return whether a step has missed a switch, from the margins at its end."""
+        return any(map(operator.lt, margins, self.floors))
 
     def _after_step(self, integrator: Any) -> bool:
         """Return whether heyoka's loop goes on; heyoka calls this after each step."""
         t = integrator.time
-        if t == self._crossed_at:
-            # `at_switch` has looked at the margins.
-            self.least_margin = 0.0
-        else:
-            self.least_margin = self.phase.least_margin(self._state, t)
-        if self.least_margin < -MISSED:
-            self._missed = True
-            return False
+        # `at_switch` has looked at the margins where a mode has switched.
+        if t != self._crossed_at:
+            margins = self.phase.margin_list(self._state, t)
+            self.least_margin = min(margins)
+            if self.least_margin < 0 and self._is_missed(margins):
+                self._missed = True
+                return False
         self._checkpoint = t, self._state.copy()
         self._add_samples_of_step()
         if self.progress is not None:
@@ -307,8 +310,9 @@ class HeyokaModeRun:
             if outcome == NOT_FINITE:
                 set_motion(integrator, begin, state)
                 raise StopRun(RunStatus.DIVERGED, "the state stopped being finite")
-            self.least_margin = phase.least_margin(self._state, integrator.time)
-            shorter = shortened(made) if self.least_margin < -MISSED else None
+            margins = phase.margin_list(self._state, integrator.time)
+            self.least_margin = min(margins)
+            shorter = shortened(made) if self._is_missed(margins) else None
             if self.muted:
                 shorter = self._muted_switch(begin, state, shorter)
             if shorter is None:
@@ -416,6 +420,7 @@ class HeyokaModeRun:
 
     def _set_parameters(self) -> None:
         self._use_compiled()
+        self.floors = self.phase.floors(self._state, self.integrator.time)
         self.values[self.compiled.modes] = 0.5 * (1.0 + self.phase.signs)
         self.values[-len(self.offsets) :] = self.offsets
         self.muted = bool(self.offsets.any())

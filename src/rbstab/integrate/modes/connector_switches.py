@@ -61,8 +61,8 @@ class ConnectorSwitches:
             self._log.add_switch(t, (mode - self._first) % 3)
 
     def may_stick(self, y: Array) -> bool:
-        """Return whether a weak chatter may end by sticking at a switch (`stuck`)."""
-        is_due = self._stick_energy > 0 and self._log.total >= self._log.next_stick_test
+        """Return whether a weak chatter may end by sticking at the next switch (`stuck`)."""
+        is_due = self._stick_energy > 0 and self._log.total + 1 >= self._log.next_stick_test
         return is_due and self._chatter.is_below(self._stick_energy, y)
 
     @property

@@ -21,11 +21,13 @@ from rbstab.systems.filippov import (
     after_events,
     alone,
     at_start,
+    holds_axes,
     slides,
 )
 from rbstab.systems.impact import laid_on_stop, stop_of
 from rbstab.systems.modes import (
     Modes,
+    exact_modes,
     guards_at,
     has_modes,
     mode_owners,
@@ -42,6 +44,11 @@ COINCIDENCE = 16
 """A mode whose margin would be zero within this many units in the last place of the time, or of 1,
 switches together with the one that is being switched. It is round-off alone, unlike that of
 `switching/filippov.py`: a margin that is passed a little later is found by the next step."""
+
+MISSED = 1e-13
+"""If a margin is below minus this after a step, the step missed a switch. Margins have several
+units, and stay at zero after a switch, up to round-off. Those of exact signs need no such bound
+(`Element.exact_guards`)."""
 
 EPSILON = float(np.finfo(float).eps)
 
@@ -60,6 +67,7 @@ class Phase:
         audited_rates: Its audited rates, as a function of the audited state.
         signs: 1 for each mode that is 1, -1 for each that is 0, shape (modes,).
         rests: Whether the body rests against its stop.
+        exact: Whether the margin of each mode has an exact sign (`Element.exact_guards`).
         alone: The modes that switch alone: nothing else follows (`systems.filippov.alone`).
     """
 
@@ -73,6 +81,9 @@ class Phase:
         )
         self.signs = 2.0 * np.array(modes_of(system)) - 1.0
         self._float_signs = self.signs.tolist()
+        exact = exact_modes(system) & (not holds_axes(system))
+        self.exact = exact.tolist()
+        self._epsilon = np.where(exact, 0.0, EPSILON)
         self._guards = guards or event_functions(system)
         self._guards_of_state = self._guards.of_state
         stop = stop_of(system)
@@ -90,26 +101,27 @@ class Phase:
         of_state = self._guards_of_state
         return self.signs * (self._guards(y, t) if of_state is None else of_state(y))
 
-    def least_margin(self, y: Array, t: float) -> float:
-        """Return the least of the margins, apart from NaN; inf without a mode."""
-        margins = self._margin_list(y)
-        if margins is None:
-            return float(np.fmin.reduce(self.margins(y, t), initial=math.inf))
-        return min(margins, default=math.inf)
-
-    def least_other_margin(self, mode: int, y: Array, t: float) -> float:
-        """Return the least of the margins, apart from that of a mode; inf without another one."""
-        margins = self._margin_list(y)
-        if margins is None:
-            margins = self.margins(y, t).tolist()
-        margins[mode] = math.inf
-        return min(margins)
-
-    def _margin_list(self, y: Array) -> list[float] | None:
-        """Return the margins, fast; None if they depend on the time, or are not finite."""
+    def margin_list(self, y: Array, t: float) -> list[float]:
+        """Return the margins as Python numbers, inf for those that are NaN; see `margins`."""
         of_state = self._guards_of_state
         guards = None if of_state is None else of_state.finite_entries(y)
-        return None if guards is None else list(map(operator.mul, self._float_signs, guards))
+        if guards is None:
+            found = self.margins(y, t)
+            return np.where(np.isnan(found), math.inf, found).tolist()
+        return list(map(operator.mul, self._float_signs, guards))
+
+    def floors(self, y: Array, t: float) -> list[float]:
+        """Return the values below which a margin tells that its switch was missed.
+
+        A margin stays at zero after a switch, up to round-off: `MISSED`. One of an exact sign rises
+        at once from what it was at its switch.
+
+        Args:
+            y: The audited state after a switch.
+            t: The time, s.
+        """
+        margins = zip(self.margin_list(y, t), self.exact, strict=True)
+        return [min(margin, 0.0) if exact else -MISSED for margin, exact in margins]
 
     def margin_rates(self, y: Array, t: float, rates: Array | None = None) -> Array:
         """Return the rates of the margins along the motion, shape (modes,).
@@ -131,7 +143,7 @@ class Phase:
             rates: The audited rates there, if they are known.
         """
         margins, falling = self.margins(y, t), -self.margin_rates(y, t, rates)
-        reach = COINCIDENCE * (float(np.spacing(t)) * falling + EPSILON)
+        reach = COINCIDENCE * (float(np.spacing(t)) * falling + self._epsilon)
         return np.flatnonzero((falling > 0) & (margins <= reach))
 
 

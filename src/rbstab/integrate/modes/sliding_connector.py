@@ -27,7 +27,6 @@ from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import PITCH, THETA
 from rbstab.systems.filippov import START_TOLERANCE
 from rbstab.systems.impact import stop_of
-from rbstab.systems.modes import has_modes
 from rbstab.systems.system import System
 
 ModeIntegration = Callable[[Problem, Progress | None], Trajectory]
@@ -41,13 +40,13 @@ states of rest that differ from zero by the smallest number of a computer."""
 def follows_modes(problem: Problem) -> bool:
     """Return whether `drive_by_modes` integrates a problem.
 
-    It follows a sliding connector beside other elements, ties whose axes bounce on s = E, and
-    stops.
+    It follows a sliding connector, ties whose axes bounce on s = E, and stops. Implicit steps of a
+    connector have no events to follow.
     """
     system = problem.system
     if problem.switching is None:
         return _has_ties_that_bounce(system) or stop_of(system) is not None
-    return has_modes(system) or system.supplies or system.size > system.coordinates.size
+    return not problem.switching.step
 
 
 def drive_by_modes(

@@ -24,6 +24,7 @@ from rbstab.integrate.heyoka.symbols import (
     symbols_of,
     symbols_with_zeros,
 )
+from rbstab.integrate.modes.current_phase import CurrentPhase
 from rbstab.integrate.modes.phases import switches
 from rbstab.integrate.modes.sliding_connector import drive_by_modes, follows_modes
 from rbstab.integrate.problem import Problem, Progress, Switching, Trajectory, trajectory
@@ -69,8 +70,10 @@ def _integrate_modes(problem: Problem, progress: Progress | None, deadline: Dead
     status = initial_status(problem)
     if status is not None:
         detail = f"{stop_reason(status, problem, start)} at t = {first:.9g} s"
-        systems = (problem.system,) if switches(problem) else ()
-        return trajectory(problem, [(first, start)], status, detail, 0, 0, systems)
+        if switches(problem):
+            with np.errstate(all="ignore"):
+                return CurrentPhase(problem).ended_at_start(status, detail)
+        return trajectory(problem, [(first, start)], status, detail, 0, 0)
     scale = energy_scale(problem)
     found = _integrate_smooth(problem, progress, deadline, scale)
     fitting = fitting_scale(problem, found, scale)

@@ -232,6 +232,8 @@ class HeyokaModeRun:
         if not self._loops:
             return False
         phase, t = self.phase, integrator.time
+        if t == self._checkpoint[0]:
+            return False  # the step began on a zero, which may be a double one
         if phase.signs[mode] == direction:
             return True  # heyoka has found the last switch of this mode again
         margins = phase.margin_list(self._state, t)
@@ -320,7 +322,10 @@ class HeyokaModeRun:
             set_motion(integrator, begin, state)
             self.max_step = shorter
             if shorter < MIN_STEP:
-                raise StopRun(RunStatus.SOLVER_FAILURE, "a switch could not be found")
+                if not phase.coinciding(state, begin).size:
+                    raise StopRun(RunStatus.SOLVER_FAILURE, "a switch could not be found")
+                # The switch is at the begin of the step, up to round-off.
+                return None
         # After a missed switch the steps grow again, one by one: it may be the first of several
         # hops at a stop. `flow` has a compiled loop to go back to; this loop has not.
         self.max_step *= STEP_REDUCTION

@@ -51,8 +51,7 @@ class ConnectorSwitches:
             modes: The modes whose event functions have reached zero.
             t: The time, s.
         """
-        places = range(self._first, self._first + self._count)
-        for axis in sorted({(mode - self._first) % 3 for mode in modes if mode in places}):
+        for axis in sorted(self._axes(modes)):
             self._log.add_switch(t, axis)
 
     def add_event(self, mode: int, t: float) -> None:
@@ -70,15 +69,33 @@ class ConnectorSwitches:
         """The switches of each axis so far."""
         return tuple(self._log.counts)
 
-    def add_transitions(self, before: System, after: System, t: float) -> None:
-        """Store the axes that stick or are released between two systems at one time."""
+    def add_transitions(self, modes: list[int], before: System, after: System, t: float) -> None:
+        """Store the axes that stick or are released between two systems at one time.
+
+        On s = E the release of an axis by the event of another one is a switch too. On s = F + κE
+        it belongs to Filippov's choice at that event, which is one switch.
+
+        Args:
+            modes: The modes whose event functions have reached zero.
+            before: The system before.
+            after: The system after it.
+            t: The time, s.
+        """
         if before is after:
             return
+        events = self._axes(modes)
         held = zip(_held(before), _held(after), strict=True)
         for axis, (was, now) in enumerate(held):
             if was != now:
                 kind = Transition.STICK if now else Transition.RELEASE
                 self._log.add_transition(t, axis, kind)
+                if was and axis not in events and _connector(after).sticks:
+                    self._log.add_switch(t, axis)
+
+    def _axes(self, modes: list[int]) -> set[int]:
+        """Return the axes of the connector to which some modes belong."""
+        places = range(self._first, self._first + self._count)
+        return {(mode - self._first) % 3 for mode in modes if mode in places}
 
     def stuck(self, modes: list[int], before: System, now: System, t: float, y: Array) -> Stuck:
         """Return the system and the state after a test whether a weak chatter ends by sticking.
@@ -92,9 +109,7 @@ class ConnectorSwitches:
             t: The time, s.
             y: The audited state.
         """
-        places = range(self._first, self._first + self._count)
-        axes = {(mode - self._first) % 3 for mode in modes if mode in places}
-        was_held = _held(before)
+        axes, was_held = self._axes(modes), _held(before)
         is_due = self._stick_energy > 0 and self._log.total >= self._log.next_stick_test
         if not (is_due and axes) or any(was_held[axis] for axis in axes):
             return now, y

@@ -8,7 +8,7 @@ import numpy as np
 from rbstab.integrate.modes.connector_switches import ConnectorSwitches
 from rbstab.integrate.modes.impacts import Impacts
 from rbstab.integrate.modes.phases import Phases
-from rbstab.integrate.problem import Problem, Trajectory
+from rbstab.integrate.problem import Problem, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.watched_rates import StopRun
 from rbstab.mechanics.numbers import Array
@@ -51,7 +51,7 @@ class CurrentPhase:
     """
 
     def __init__(self, problem: Problem, switch_limit: int | None = None) -> None:
-        self._phases = Phases(problem)
+        self._problem, self._phases = problem, Phases(problem)
         self.slides = self._phases.slides
         self.phase = self._phases.first
         self.count = self.impact_count = 0
@@ -86,7 +86,7 @@ class CurrentPhase:
             y = self.slide(modes, t, y)
         if self.connector is not None:
             now = self.phase.system
-            self.connector.add_transitions(before, now, t)
+            self.connector.add_transitions(modes, before, now, t)
             system, y = self.connector.stuck(modes, before, now, t, y)
             if system is not now:
                 self.phase = self._phases.of(modes_of(system))
@@ -134,7 +134,7 @@ class CurrentPhase:
         else:
             y = self.slide([], t, y)
         if self.connector is not None:
-            self.connector.add_transitions(before, self.phase.system, t)
+            self.connector.add_transitions([], before, self.phase.system, t)
         return y
 
     def slide(self, modes: list[int], t: float, y: Array) -> Array:
@@ -216,6 +216,19 @@ class CurrentPhase:
         if self.connector is not None:
             run = replace(run, switches=self.connector.trace())
         return run
+
+    def ended_at_start(self, status: RunStatus, detail: str) -> Trajectory:
+        """Return the trajectory of a run that cannot begin.
+
+        Args:
+            status: Its status.
+            detail: Why, as text.
+        """
+        problem, start = self._problem, self._problem.audited_start()
+        self.add_sample(start)
+        samples = [(float(problem.times[0]), start)]
+        run = trajectory(problem, samples, status, detail, 0, 0, (self.phase.system,))
+        return self.recorded(run)
 
     def switch(self, modes: list[int], t: float) -> None:
         """Switch some modes at a time.

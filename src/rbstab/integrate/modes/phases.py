@@ -50,6 +50,9 @@ MISSED = 1e-13
 units, and stay at zero after a switch, up to round-off. Those of exact signs need no such bound
 (`Element.exact_guards`)."""
 
+SHORTEST = 1e-18
+"""s: no time is resolved further, however close to zero."""
+
 EPSILON = float(np.finfo(float).eps)
 
 
@@ -143,7 +146,8 @@ class Phase:
             rates: The audited rates there, if they are known.
         """
         margins, falling = self.margins(y, t), -self.margin_rates(y, t, rates)
-        reach = COINCIDENCE * (float(np.spacing(t)) * falling + self._epsilon)
+        resolution = max(float(np.spacing(t)), SHORTEST)
+        reach = COINCIDENCE * (resolution * falling + self._epsilon)
         return np.flatnonzero((falling > 0) & (margins <= reach))
 
 

@@ -37,6 +37,11 @@ LEAST_CHANGE = 1e-20
 states of rest that differ from zero by the smallest number of a computer."""
 
 
+PREDICTABLE = 1000
+"""The switches up to which a motion may be trusted. On s = E an error grows by e^0.15 at each, so
+that 200 of them turn the last digit of a double into 1e-4 (docs/sliding.md)."""
+
+
 def follows_modes(problem: Problem) -> bool:
     """Return whether `drive_by_modes` integrates a problem.
 
@@ -92,8 +97,27 @@ def _may_be_chaotic(problem: Problem, run: Trajectory) -> bool:
 def _trusted_until(
     problem: Problem, run: Trajectory, integrate: ModeIntegration, deadline: Deadline
 ) -> float:
-    """Return how far a run is trusted, from a second run to its last sample."""
-    times = problem.times[problem.times <= run.times[-1]]
+    """Return how far a run is trusted, from a second run.
+
+    It is compared up to `PREDICTABLE` switches first: most motions are not trusted that far, and
+    the rest of them has most of the switches.
+    """
+    all_samples = len(run.times)
+    first = all_samples
+    if run.switches is not None:
+        counts = run.switches.counts.sum(axis=1)
+        first = min(int(np.searchsorted(counts, PREDICTABLE)) + 1, all_samples)
+    trusted = _trusted_within(first, problem, run, integrate, deadline)
+    if first < all_samples and trusted == run.times[first - 1]:
+        return _trusted_within(all_samples, problem, run, integrate, deadline)
+    return trusted
+
+
+def _trusted_within(
+    count: int, problem: Problem, run: Trajectory, integrate: ModeIntegration, deadline: Deadline
+) -> float:
+    """Return how far the first samples of a run are trusted, from a second run to the last one."""
+    times = problem.times[problem.times <= run.times[count - 1]]
     # A run that ended where it began shows nothing, and its neighbours may bounce without an end.
     if len(times) < 2:
         return float(run.times[0])

@@ -4,13 +4,14 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
+from rbstab.integrate.heyoka.flow import HeyokaFlow
+from rbstab.integrate.switching.filippov import FilippovDriver
+
 from benchmarks.measure import by_turns, line
 from rbstab import load_config
 from rbstab.config.build import problem_of
 from rbstab.integrate.heyoka.engine import integrate
-from rbstab.integrate.heyoka.flow import HeyokaFlow
 from rbstab.integrate.problem import Problem
-from rbstab.integrate.switching.filippov import FilippovDriver
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
 

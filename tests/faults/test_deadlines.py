@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rbstab.integrate.scipy_flow import ScipyFlow
+from rbstab.integrate.switching.filippov import FilippovDriver
 from support.configs import BY_VARIANT, plain
 from support.problems import ENGINES
 
@@ -21,10 +23,8 @@ from rbstab.experiment import record, simulate
 from rbstab.experiment.simulate import simulate_problem
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine as engine_of
-from rbstab.integrate.scipy_flow import ScipyFlow
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.straight_line.equations import StraightLine
-from rbstab.integrate.switching.filippov import FilippovDriver
 from rbstab.systems.system import System
 
 UNIT = 1e-3

@@ -19,8 +19,8 @@ from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticTie
 from rbstab.integrate.heyoka.engine import compiled_system
 from rbstab.integrate.heyoka.symbols import compiled_zeros
-from rbstab.integrate.modes.phases import Phase
 from rbstab.integrate.problem import Problem
+from rbstab.integrate.switching.phases import Phase
 from rbstab.systems import parameters as parameters_module
 from rbstab.systems.system import System
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from support.sliding import connector, paper_problem, pushed_ball
 
-from rbstab.integrate.switching import modes as switching_modes
-from rbstab.integrate.switching.modes import (
+from rbstab.integrate.implicit.axis_modes import (
     Modes,
     SurfaceDynamics,
     modes_on_surface,
     system_for_modes,
 )
+from rbstab.integrate.switching import modes as switching_modes
 
 SLOPE, K = 20.0, 30.0
 

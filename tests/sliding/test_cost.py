@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.sliding import ball_in_a_V, paper_problem
-
 from rbstab.integrate.heyoka.flow import HeyokaFlow
 from rbstab.integrate.scipy_flow import ScipyFlow
-from rbstab.integrate.switching import filippov
 from rbstab.integrate.switching.filippov import FilippovDriver
+from support.sliding import ball_in_a_V, paper_problem
+
+from rbstab.integrate.switching import filippov
 
 
 class Counted:

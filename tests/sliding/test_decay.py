@@ -4,10 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.sliding import ball_in_a_V, paper_problem, solve_sliding
-
 from rbstab.integrate.heyoka.flow import HeyokaFlow
 from rbstab.integrate.switching.filippov import FilippovDriver
+from support.sliding import ball_in_a_V, paper_problem, solve_sliding
 
 M, K, SPEED = 2.0, 3000.0, 1.0
 RATES = np.array([0.3, 0.6, 1.2])

@@ -6,9 +6,9 @@ from scipy.optimize import lsq_linear
 from support.problems import ENGINES
 from support.sliding import SLOPE_REFERENCE, audit, ball_in_a_V, paper_problem, solve_sliding
 
+from rbstab.integrate.implicit.axis_modes import Modes, system_for_modes
+from rbstab.integrate.implicit.steps import system_for_step
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching.implicit import system_for_step
-from rbstab.integrate.switching.modes import Modes, system_for_modes
 from rbstab.mechanics.constraint import mobility
 from rbstab.mechanics.motion import contact_directions
 

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rbstab.integrate.switching.filippov import FilippovDriver
 from scipy.optimize import brentq
 from support.problems import ENGINES
 from support.sliding import ball_in_a_V, connector, paper_problem, pushed_ball, solve_sliding
 
+from rbstab.integrate.implicit.axis_modes import Modes, SurfaceDynamics, system_for_modes
+from rbstab.integrate.implicit.run import DriverState, SwitchEvent
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching.driver import DriverState, SwitchEvent
-from rbstab.integrate.switching.filippov import FilippovDriver
-from rbstab.integrate.switching.modes import Modes, SurfaceDynamics, system_for_modes
 
 
 def turning_ball(rate, samples, angle=0.0):

@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rbstab.integrate.heyoka.flow import HeyokaFlow, _Run
+from rbstab.integrate.switching.filippov import FilippovDriver
 from support.hang_guard import within
 from support.sliding import ball_in_a_V, paper_problem, pushed_ball, solve_sliding
 
-from rbstab.integrate.heyoka.flow import HeyokaFlow, _Run
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching.filippov import FilippovDriver
 
 
 @pytest.fixture

@@ -10,14 +10,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rbstab.integrate.heyoka.flow import HeyokaFlow, _Run
+from rbstab.integrate.switching.filippov import FilippovDriver
 from support.hang_guard import within
 from support.sliding import ball_in_a_V, paper_problem, pushed_ball, solve_sliding
 
 from rbstab.integrate.heyoka import implicit_stepper as heyoka_stepper
 from rbstab.integrate.heyoka import switched_system as heyoka_switched
-from rbstab.integrate.heyoka.flow import HeyokaFlow, _Run
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching.filippov import FilippovDriver
 
 
 def turning(rate, angle=0.0):

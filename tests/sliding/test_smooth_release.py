@@ -11,12 +11,12 @@ from itertools import product
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
+from rbstab.integrate.heyoka.flow import HeyokaFlow
+from rbstab.integrate.switching.filippov import FilippovDriver
 from scipy.optimize import brentq
 from support.sliding import pushed_ball, solve_sliding
 
-from rbstab.integrate.heyoka.flow import HeyokaFlow
 from rbstab.integrate.switching import switch_log
-from rbstab.integrate.switching.filippov import FilippovDriver
 
 M, K, LOAD, STIFFNESS = 2.0, 30.0, 4.0, 25.0
 RAMP = Polynomial([0.2, 0.4, 2.5])

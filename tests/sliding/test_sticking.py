@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from support.sliding import audit, ball_in_a_V, connector, paper_problem, pushed_ball, solve_sliding
 
+from rbstab.integrate.implicit.axis_modes import Modes, SurfaceDynamics, system_for_modes
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.chatter import stick
-from rbstab.integrate.switching.modes import Modes, SurfaceDynamics, system_for_modes
 
 STATE = np.array([0.2, -0.3, 0.4, 3.0, 5.0, -4.0, 0.0, 0.0, 0.0, 0.3, -0.2, 0.4, 7.0, 8.0])
 """Θ, Ω, E = 0, F, and the two integrals of energy, which sticking does not change."""

@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from rbstab.elements.inputs.loads import Input
-from rbstab.integrate.modes.phases import depend_on_loads
 from rbstab.integrate.straight_line.equations import StraightLine
+from rbstab.integrate.switching.phases import depend_on_loads
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import Motion

@@ -8,8 +8,8 @@ from rbstab.elements.sliding import SlidingConnector
 from rbstab.integrate.impact_trace import ImpactTrace
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.switch_trace import SwitchTrace
-from rbstab.integrate.switching.modes import Modes, connector_of, system_for_modes
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.connector import connector_of, inside_layers
 from rbstab.systems.coordinates import ReducedCoordinates
 from rbstab.systems.impact import stop_of
 from rbstab.systems.system import System
@@ -72,5 +72,5 @@ def smooth_rest_system(problem: Problem) -> System:
     if problem.switching is None:
         return problem.system
     if problem.switching.layered and connector_of(problem.system).rate_weight == 0.0:
-        return system_for_modes(problem.system, Modes((0.0, 0.0, 0.0), layer=(1.0, 1.0, 1.0)))
+        return inside_layers(problem.system)
     return replace(problem.system, coordinates=ReducedCoordinates())

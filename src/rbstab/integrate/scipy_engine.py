@@ -5,14 +5,13 @@ import warnings
 import numpy as np
 
 from rbstab.integrate.deadline import Deadline
-from rbstab.integrate.modes.phases import switches
-from rbstab.integrate.modes.scipy_modes import ModeRun
-from rbstab.integrate.modes.sliding_connector import drive_by_modes, follows_modes
+from rbstab.integrate.implicit.integrate import integrate as integrate_by_steps
+from rbstab.integrate.implicit.steps import python_stepper
 from rbstab.integrate.problem import Problem, Progress, Trajectory
-from rbstab.integrate.scipy_flow import ScipyFlow
 from rbstab.integrate.scipy_run import ScipyRun
-from rbstab.integrate.switching.implicit import python_stepper
-from rbstab.integrate.switching.laws import drive_sliding
+from rbstab.integrate.switching.phases import switches
+from rbstab.integrate.switching.scipy_modes import ModeRun
+from rbstab.integrate.switching.sliding_connector import drive_by_modes, follows_modes
 
 
 def integrate(
@@ -23,18 +22,13 @@ def integrate(
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         # Overflow and failed steps become statuses, so the warnings (LSODA's too) are not needed.
         warnings.simplefilter("ignore")
-        switching = problem.switching
         if follows_modes(problem):
             return drive_by_modes(
                 problem, lambda p, told: ModeRun(p, told, deadline).result(), progress, deadline
             )
-        if switching is not None:
-            return drive_sliding(
-                problem,
-                lambda p: ScipyFlow(p, switching, deadline),
-                lambda: python_stepper(problem.system),
-                progress,
-                deadline,
+        if problem.switching is not None:
+            return integrate_by_steps(
+                problem, lambda: python_stepper(problem.system), progress, deadline
             )
         if switches(problem):
             return ModeRun(problem, progress, deadline).result()

@@ -19,9 +19,9 @@ from support.systems import random_body, random_state, random_system
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.elements.registry import CONNECTORS
+from rbstab.integrate.implicit.axis_modes import Modes
+from rbstab.integrate.implicit.steps import python_stepper, step, system_for_step
 from rbstab.integrate.straight_line.equations import StraightLine
-from rbstab.integrate.switching.implicit import python_stepper, step, system_for_step
-from rbstab.integrate.switching.modes import Modes
 from rbstab.integrate.watched_rates import audited_rates_of
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.systems.coordinates import (

@@ -24,13 +24,12 @@ from rbstab.integrate.heyoka.symbols import (
     symbols_of,
     symbols_with_zeros,
 )
-from rbstab.integrate.modes.current_phase import CurrentPhase
-from rbstab.integrate.modes.phases import switches
-from rbstab.integrate.modes.sliding_connector import drive_by_modes, follows_modes
-from rbstab.integrate.problem import Problem, Progress, Switching, Trajectory, trajectory
+from rbstab.integrate.implicit.steps import Stepper
+from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching.implicit import Stepper
-from rbstab.integrate.switching.laws import drive_sliding
+from rbstab.integrate.switching.current_phase import CurrentPhase
+from rbstab.integrate.switching.phases import switches
+from rbstab.integrate.switching.sliding_connector import drive_by_modes, follows_modes
 from rbstab.integrate.zero_length import ended_at, reason
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.constraint import projected_state
@@ -60,7 +59,7 @@ def integrate(
             problem, lambda p, told: _integrate_modes(p, told, deadline), progress, deadline
         )
     if problem.switching is not None:
-        return _integrate_switching(problem, problem.switching, progress, deadline)
+        return _integrate_by_steps(problem, progress, deadline)
     return _integrate_modes(problem, progress, deadline)
 
 
@@ -110,25 +109,19 @@ def _integrate_smooth(
     return trajectory(problem, rows, status, detail, steps, steps, breakpoints=breakpoints)
 
 
-def _integrate_switching(
-    problem: Problem, switching: Switching, progress: Progress | None, deadline: Deadline
+def _integrate_by_steps(
+    problem: Problem, progress: Progress | None, deadline: Deadline
 ) -> Trajectory:
-    # Imported late: only sliding connectors need them.
-    from rbstab.integrate.heyoka.flow import HeyokaFlow
+    # Imported late: only the implicit law needs them.
     from rbstab.integrate.heyoka.implicit_stepper import compiled_stepper
+    from rbstab.integrate.implicit.integrate import integrate as integrate_by_steps
 
     def stepper() -> Stepper:
         with deadline.paused():
             return compiled_stepper(problem.system)
 
     with np.errstate(all="ignore"):
-        return drive_sliding(
-            problem,
-            lambda given: HeyokaFlow(given, switching, deadline),
-            stepper,
-            progress,
-            deadline,
-        )
+        return integrate_by_steps(problem, stepper, progress, deadline)
 
 
 class CompiledSystem:

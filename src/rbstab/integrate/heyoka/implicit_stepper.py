@@ -7,8 +7,8 @@ import numpy as np
 
 from rbstab.integrate.heyoka.compile_cache import compiled_once
 from rbstab.integrate.heyoka.symbols import parameter_values, state_symbols, symbols_of
-from rbstab.integrate.switching.implicit import Stepper, StepResult, step, system_for_step
-from rbstab.integrate.switching.modes import Modes
+from rbstab.integrate.implicit.axis_modes import Modes
+from rbstab.integrate.implicit.steps import Stepper, StepResult, step, system_for_step
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import BODY
 from rbstab.systems.parameters import structure

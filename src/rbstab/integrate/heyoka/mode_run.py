@@ -26,11 +26,11 @@ from rbstab.integrate.heyoka.integrator_state import (
     shortened,
 )
 from rbstab.integrate.heyoka.symbols import energy_scale, parameter_values
-from rbstab.integrate.modes.current_phase import CurrentPhase, SoFar
-from rbstab.integrate.modes.first_switch import first_switch
-from rbstab.integrate.modes.phases import MISSED, Phase
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.switching.current_phase import CurrentPhase, SoFar
+from rbstab.integrate.switching.first_switch import first_switch
+from rbstab.integrate.switching.phases import MISSED, Phase
 from rbstab.integrate.watched_rates import StopRun
 from rbstab.integrate.zero_length import zero_length
 from rbstab.mechanics.numbers import Array
@@ -189,11 +189,7 @@ class HeyokaModeRun:
 
     def _takes_many_steps(self, last: float) -> bool:
         """Return whether heyoka's loop makes the next steps, to an event or to a time at most."""
-        return not (
-            self.muted
-            or self.phase.rests
-            or self.max_step < last - self.integrator.time
-        )
+        return not (self.muted or self.phase.rests or self.max_step < last - self.integrator.time)
 
     def _steps_to(self, last: float) -> int | None:
         """Make steps in heyoka's loop, to an event or to a time, s, and store their samples.

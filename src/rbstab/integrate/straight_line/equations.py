@@ -156,7 +156,9 @@ def _prepared(equations: Equations, system: System, size: int) -> _Code | None:
     # hold no axis, and the forces that would hold it are a large part of the code.
     mode_names, legs = mode_parameters(system), leg_parameters(system)
     sizes = [value.size for value in flat]
-    is_mode, is_leg = (np.repeat([name in of for name in named], sizes) for of in (mode_names, legs))
+    is_mode, is_leg = (
+        np.repeat([name in of for name in named], sizes) for of in (mode_names, legs)
+    )
     idle = np.flatnonzero(is_mode)[list(idle_holds(system))]
     is_input = (values != 0.0) | is_mode | is_leg
     is_input[idle] = False

@@ -1,1 +1,1 @@
-"""Drivers: they integrate a system with a sliding connector from mode to mode."""
+"""Switching of elements: what follows each event, on both engines."""

@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.integrate.straight_line.equations import StraightLine
-from rbstab.integrate.switching.modes import Modes, connector_of, system_for_modes
 from rbstab.mechanics.algebra import inverse, quadratic_form
 from rbstab.mechanics.constraint import mobility
 from rbstab.mechanics.motion import contact_directions
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.mechanics.states import BODY, E_OF_W, OMEGA
+from rbstab.systems.connector import connector_of
 from rbstab.systems.system import System
 
 
@@ -70,37 +70,6 @@ class Stick(NamedTuple):
     state: Array
     system: System
     discarded: float
-
-
-class StickResult(NamedTuple):
-    """The result of sticking: new modes and state, the axes, and the discarded energy, J."""
-
-    modes: Modes
-    state: Array
-    axes: tuple[int, ...]
-    discarded: float
-
-
-def stick(system: System, y: Array, modes: Modes) -> StickResult | None:
-    """Make as many axes as possible stick (see `most_axes_stick`); return None if no axis may.
-
-    Args:
-        system: The system in these modes, in coordinates W.
-        y: The audited state.
-        modes: The modes.
-    """
-
-    def with_held(axes: tuple[int, ...]) -> Modes:
-        candidate = modes
-        for axis in axes:
-            candidate = candidate.with_axis(axis, 0.0, held=1.0)
-        return candidate
-
-    held = [axis for axis in range(3) if modes.held[axis]]
-    found = most_axes_stick(system, y, held, lambda axes: system_for_modes(system, with_held(axes)))
-    if found is None:
-        return None
-    return StickResult(with_held(found.axes), found.state, found.axes, found.discarded)
 
 
 def most_axes_stick(

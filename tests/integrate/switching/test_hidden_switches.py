@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from support.switching import ENGINES, INERTIA, data, guard, ligament, problem, solved
 
-from rbstab.integrate.modes.current_phase import CurrentPhase
-from rbstab.integrate.modes.first_switch import TESTS_PER_STEP, first_switch
-from rbstab.integrate.modes.phases import Phases
+from rbstab.integrate.switching.current_phase import CurrentPhase
+from rbstab.integrate.switching.first_switch import TESTS_PER_STEP, first_switch
+from rbstab.integrate.switching.phases import Phases
 from rbstab.systems.modes import modes_of
 
 EACH = pytest.mark.parametrize("engine_name", ENGINES)

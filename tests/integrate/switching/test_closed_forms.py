@@ -26,7 +26,7 @@ from support.switching import (
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
 from rbstab.integrate.heyoka.mode_run import HeyokaModeRun
-from rbstab.integrate.modes.scipy_modes import ModeRun
+from rbstab.integrate.switching.scipy_modes import ModeRun
 from rbstab.systems.modes import modes_of
 
 RUNS: dict[str, Any] = {"scipy": ModeRun, "heyoka": HeyokaModeRun}

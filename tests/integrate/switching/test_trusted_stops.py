@@ -8,7 +8,7 @@ from support.stops import ANGLE, stop, stopped
 from support.switching import ENGINES, data, problem, solved
 
 from rbstab.integrate.engines import engine
-from rbstab.integrate.modes import sliding_connector
+from rbstab.integrate.switching import sliding_connector
 
 EACH = pytest.mark.parametrize("engine_name", ENGINES)
 

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from rbstab.integrate.deadline import Deadline
-from rbstab.integrate.modes.current_phase import CurrentPhase
-from rbstab.integrate.modes.first_switch import first_switch
-from rbstab.integrate.modes.phases import Phase, Switch
 from rbstab.integrate.problem import Problem, Progress, Trajectory
 from rbstab.integrate.scipy_run import ScipyRun
+from rbstab.integrate.switching.current_phase import CurrentPhase
+from rbstab.integrate.switching.first_switch import first_switch
+from rbstab.integrate.switching.phases import Phase, Switch
 from rbstab.mechanics.numbers import Array
 
 MAX_CORRECTIONS = 4

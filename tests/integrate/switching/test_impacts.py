@@ -22,8 +22,8 @@ from support.stops import (
 from support.switching import ENGINES, INERTIA, data, guard, ligament, problem, solved
 
 from rbstab.integrate.deadline import Deadline
-from rbstab.integrate.modes import current_phase
-from rbstab.integrate.modes.scipy_modes import ModeRun
+from rbstab.integrate.switching import current_phase
+from rbstab.integrate.switching.scipy_modes import ModeRun
 from rbstab.systems.impact import HOP_HEIGHT
 
 EACH = pytest.mark.parametrize("engine_name", ENGINES)

@@ -1,7 +1,6 @@
-"""A sliding controller beside elements that switch, supply power or have states of their own.
+"""A sliding controller, whose axes are modes, and how far a motion that bounces is trusted.
 
-The drivers in `integrate.switching` follow a sliding connector alone. Beside such elements its axes
-are modes like theirs, and the driver of modes follows all of them. A second run finds how far a
+The driver of modes follows its connector like any other element. A second run finds how far a
 motion is trusted, also one with ties that bounce on s = E, or with impacts against a stop.
 """
 
@@ -10,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.sliding_ties import (
     AtContact,
     CrossingConnector,
@@ -21,10 +19,10 @@ from rbstab.elements.sliding_ties import (
 )
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Progress, Trajectory
-from rbstab.integrate.switching.modes import connector_of
 from rbstab.integrate.switching.trust import TRUST_TOLERANCE, perturbed_start, trusted_until
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import PITCH, THETA
+from rbstab.systems.connector import connector_of, with_connector
 from rbstab.systems.filippov import START_TOLERANCE
 from rbstab.systems.impact import stop_of
 from rbstab.systems.system import System
@@ -173,8 +171,7 @@ def with_connector_by_modes(problem: Problem) -> System:
         slope=connector.slope,
         layer_width=connector.layer_width,
     )
-    elements = (changed if isinstance(e, SlidingConnector) else e for e in system.elements)
-    return replace(system, elements=tuple(elements))
+    return with_connector(system, changed)
 
 
 def _begins_at_rest(problem: Problem) -> bool:

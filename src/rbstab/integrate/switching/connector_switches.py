@@ -148,7 +148,6 @@ class ConnectorSwitches:
         self._samples.pop()
         self.add_sample(system, y, counts)
 
-
     def trace(self) -> SwitchTrace:
         """Return the switches of the samples so far, without `trusted_until`."""
         modes, counts, energies, discarded = zip(*self._samples, strict=True)

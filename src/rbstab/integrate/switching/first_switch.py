@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from rbstab.integrate.event_time import zero_between
-from rbstab.integrate.modes.phases import Phase, Switch
+from rbstab.integrate.switching.phases import Phase, Switch
 from rbstab.mechanics.numbers import Array
 
 TESTS_PER_STEP = 8

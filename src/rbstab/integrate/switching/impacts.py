@@ -27,7 +27,7 @@ from rbstab.systems.impact import (
 from rbstab.systems.system import System
 
 if TYPE_CHECKING:
-    from rbstab.integrate.modes.current_phase import CurrentPhase
+    from rbstab.integrate.switching.current_phase import CurrentPhase
 
 PASSED = 1e-13
 """An impact has moved a margin past zero if it is below minus this. Smaller margins are round-off:

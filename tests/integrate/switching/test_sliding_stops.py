@@ -14,8 +14,8 @@ from support.stops import ANGLE, couple_of, pressed, residual, solution, stop
 from support.switching import ENGINES, MASS, data, problem, solved
 
 import rbstab
-from rbstab.integrate.modes import current_phase
 from rbstab.integrate.problem import Problem
+from rbstab.integrate.switching import current_phase
 from rbstab.mechanics.derivatives import derivative_along
 from rbstab.mechanics.numbers import Array
 from rbstab.systems import sliding_impact

@@ -45,7 +45,7 @@ def energies(found):
 
 def count_switches(config, engine_name, monkeypatch):
     """Return the trajectory and the number of its switches."""
-    from rbstab.integrate.modes.current_phase import CurrentPhase
+    from rbstab.integrate.switching.current_phase import CurrentPhase
 
     counts = []
     original = CurrentPhase.switch

@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.integrate.modes.connector_switches import ConnectorSwitches
-from rbstab.integrate.modes.impacts import Impacts
-from rbstab.integrate.modes.phases import Phases
 from rbstab.integrate.problem import Problem, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.switching.connector_switches import ConnectorSwitches
+from rbstab.integrate.switching.impacts import Impacts
+from rbstab.integrate.switching.phases import Phases
 from rbstab.integrate.watched_rates import StopRun
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.filippov import slide_modes

@@ -1,34 +1,27 @@
-"""The implicit law: fixed steps, with the sign taken at the end of the step.
-
-A step is backward Euler for the connector, Λ ∈ -K_s Sgn(s⁺), and explicit Euler for the smooth
-forces. If a force within the bounds ±K_s can hold an axis on the surface, the step ends there, so
-there is no chatter. But the step loses the energy of the chatter, and with s = E the time of
-sticking depends on the step.
-
-Source: V. Acary, B. Brogliato, Systems & Control Letters 59 (2010) 284-293.
-"""
+"""A run with implicit steps, from sample to sample."""
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import product
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.integrate.deadline import Deadline
-from rbstab.integrate.problem import Problem, Switching
+from rbstab.integrate.implicit.axis_modes import Modes, initial_modes, system_for_modes
+from rbstab.integrate.implicit.steps import Stepper, StepResult
+from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.integrate.switch_trace import Transition
-from rbstab.integrate.switching.driver import DriverState, Sample, initial_driver_state
-from rbstab.integrate.switching.modes import ROUND_OFF, Modes, connector_of, system_for_modes
 from rbstab.integrate.switching.switch_log import SwitchLog
 from rbstab.mechanics.attitude import regularity
-from rbstab.mechanics.numbers import Array, Number
-from rbstab.mechanics.states import BODY, E_OF_W, F_OF_W, OMEGA, THETA
-from rbstab.systems.coordinates import PartlyHeldCoordinates
-from rbstab.systems.system import AUDIT_SIZE, CONTACT_WORK, LYAPUNOV_CHANGE, System
+from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import BODY, E_OF_W, THETA
+from rbstab.systems.connector import connector_of
+from rbstab.systems.system import CONTACT_WORK
+
+ROUND_OFF = 1e-9
+"""Relative tolerance of the bound of an equivalent force, and of the number of steps."""
 
 SIDES = [(a, b, c) for a, b, c in product((1.0, -1.0, 0.0), repeat=3)]
 """Every combination of the sides of three axes; 0 for a held axis."""
@@ -47,109 +40,64 @@ MODES_BY_DISTANCE = {sides: _modes_by_distance(sides) for sides in SIDES}
 """The order in which modes are tried, for each mode of the previous step."""
 
 
-class StepResult(NamedTuple):
-    """The result of a step in given modes: audited state, and s⁺ and Λ by axis."""
+class RunState(NamedTuple):
+    """The state of a run: time, audited state and modes.
 
+    status is set if the run ends here; reason is why, as text, if a step failed.
+    """
+
+    time: float
     state: Array
-    surface: Array
-    force: Array
-
-
-class Stepper(Protocol):
-    """The interface of a function that makes one step in given modes."""
-
-    def __call__(self, y: Array, modes: Modes, h: float) -> StepResult:
-        """Make a step of length h from an audited state in coordinates W."""
-        ...
-
-
-def system_for_step(system: System, modes: Modes, h: Number) -> System:
-    """Return the system whose held axes reach s⁺ = ρF⁺ + κE⁺ = 0 in one step.
-
-    With F⁺ = F + hḞ and E⁺ = E + hF⁺ this means Ḟ = -F/h - κE/(h(ρ + κh)).
-    """
-    connector = connector_of(system)
-    smooth_system = system_for_modes(system, modes)
-    gain = connector.slope / (h * (connector.rate_weight + connector.slope * h))
-    coordinates = PartlyHeldCoordinates(np.array(modes.held), 1.0 / h, gain)
-    return System(smooth_system.body, smooth_system.elements, coordinates, smooth_system.anchor)
-
-
-def step(system: System, y: Array, h: Number) -> StepResult:
-    """Make one step of a system from `system_for_step`, for any kind of number.
-
-    The velocities are stepped first, then Θ⁺ = Θ + hB(Θ)Ω⁺ and E⁺ = E + hF⁺. The work of Λ is exact
-    for the step, h½(F + F⁺)'Λ. ∫v' uses the mean of the old and new velocities.
-    """
-    rates, force = system.audited_rates(y), system.observe(y).contact_force
-    Omega, F = y[OMEGA] + h * rates[OMEGA], y[F_OF_W] + h * rates[F_OF_W]
-    E = y[E_OF_W] + h * F
-    Theta = y[THETA] + h * (system.motion(y).B @ Omega)
-    midpoint = np.concatenate(
-        [y[THETA], 0.5 * (y[OMEGA] + Omega), y[E_OF_W], 0.5 * (y[F_OF_W] + F), y[BODY.stop :]]
-    )
-    lyapunov = y[LYAPUNOV_CHANGE] + h * system.audited_rates(midpoint)[LYAPUNOV_CHANGE]
-    work = y[CONTACT_WORK] + h * (midpoint[F_OF_W] @ force)
-    state = np.concatenate([Theta, Omega, E, F, np.array([lyapunov, work])])
-    return StepResult(state, connector_of(system).surface(E, F), force)
-
-
-@dataclass(frozen=True)
-class _StepInModes:
-    """The step in given modes, as a function of a system and of a vector: the state, then h."""
-
     modes: Modes
-
-    def __call__(self, system: System, x: Array) -> Array:
-        """Return the state, s⁺ and Λ, one after the other."""
-        y, h = x[:-1], x[-1]
-        return np.concatenate(step(system_for_step(system, self.modes, h), y, h))
+    status: RunStatus | None = None
+    reason: str = ""
 
 
-def python_stepper(system: System) -> Stepper:
-    """Return a stepper in Python, without heyoka."""
-    size = system.size + AUDIT_SIZE
-    steps: dict[Modes, StraightLine] = {}
+class Sample(NamedTuple):
+    """One sample of a run with switching."""
 
-    def stepper(y: Array, modes: Modes, h: float) -> StepResult:
-        if modes not in steps:
-            steps[modes] = StraightLine(_StepInModes(modes), system, size + 1)
-        value = steps[modes](np.append(y, h))
-        return StepResult(value[:size], value[size : size + 3], value[size + 3 :])
-
-    return stepper
+    run_state: RunState
+    counts: tuple[int, ...]
+    discarded: float
 
 
-class ImplicitDriver:
-    """The driver of a run with implicit steps (a `Driver`).
+def initial_state(problem: Problem) -> RunState:
+    """Return the state at the first sample, with a status if the run cannot start."""
+    y = problem.audited_start()
+    modes = initial_modes(problem.system, y[BODY])
+    rates = system_for_modes(problem.system, modes).audited_rates(y)
+    status = None
+    if not (np.isfinite(y).all() and np.isfinite(rates).all()):
+        status = RunStatus.DIVERGED
+    elif regularity(y[THETA]) <= problem.range_bound:
+        status = RunStatus.RANGE_LEFT
+    return RunState(float(problem.times[0]), y, modes, status=status)
+
+
+class ImplicitRun:
+    """One run with implicit steps of a problem.
 
     The steps between two samples are equal, and at most `Switching.step` (to round-off).
 
     Args:
-        problem: The problem.
-        switching: The rules for the modes.
+        problem: The problem; its `switching` has a step.
         stepper: Makes one step in given modes.
-        deadline: The deadline of the run; default one that starts now.
+        deadline: The deadline of the run.
     """
 
-    def __init__(
-        self,
-        problem: Problem,
-        switching: Switching,
-        stepper: Stepper,
-        deadline: Deadline | None = None,
-    ) -> None:
-        self.problem, self.switching, self.stepper = problem, switching, stepper
+    def __init__(self, problem: Problem, stepper: Stepper, deadline: Deadline) -> None:
+        assert problem.switching is not None
+        self.problem, self.switching, self.stepper = problem, problem.switching, stepper
         self.connector = connector_of(problem.system)
         self.K_s = self.connector.K_s.tolist()
         self.on_position = self.connector.rate_weight == 0.0
-        self.log = SwitchLog(switching.stored_switches, switching.switch_limit)
+        self.log = SwitchLog(self.switching.stored_switches, self.switching.switch_limit)
         self.steps = self.evaluations = 0
-        self.deadline = deadline or Deadline(problem.time_limit)
+        self.deadline = deadline
 
     def samples(self) -> Iterator[Sample]:
         """Yield the samples in order; the last has a status if the run stopped early."""
-        current = initial_driver_state(self.problem, self.switching)
+        current = initial_state(self.problem)
         self.modes = current.modes
         initial_energy = self._connector_energy(current.state)
         yield Sample(current, tuple(self.log.counts), 0.0)
@@ -169,7 +117,7 @@ class ImplicitDriver:
     def _connector_energy(self, y: Array) -> float:
         return float(self.connector.K_s @ np.abs(y[E_OF_W]))
 
-    def _step_to(self, current: DriverState, end: float) -> DriverState:
+    def _step_to(self, current: RunState, end: float) -> RunState:
         """Make equal steps until the next sample, or until a step ends the run."""
         begin = current.time
         count = max(1, math.ceil((end - begin) / self.switching.step * (1.0 - ROUND_OFF)))
@@ -182,7 +130,7 @@ class ImplicitDriver:
             time_reached = end if k == count else begin + k * h
             self._record_switches(time_reached, modes)
             status = self._stop_status(after.state)
-            current = DriverState(time_reached, after.state, current.modes, status=status)
+            current = RunState(time_reached, after.state, current.modes, status=status)
             if k == count or status is not None:
                 break
         # The stored mode of a held axis is σ = -Λ/K_s of the last step.

@@ -9,7 +9,7 @@ from support.switching import ENGINES, data, guard, ligament, problem, solved
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
 from rbstab.integrate.heyoka.mode_run import HeyokaModeRun
-from rbstab.integrate.modes.scipy_modes import ModeRun
+from rbstab.integrate.switching.scipy_modes import ModeRun
 
 EACH = pytest.mark.parametrize("engine_name", ENGINES)
 RUNS: dict[str, Any] = {"scipy": ModeRun, "heyoka": HeyokaModeRun}

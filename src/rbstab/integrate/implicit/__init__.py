@@ -1,0 +1,1 @@
+"""The implicit law of a sliding connector: fixed steps, which have no events."""

@@ -9,8 +9,7 @@ from support.systems import random_body
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
 from rbstab.integrate.heyoka import engine as heyoka_engine
-from rbstab.integrate.heyoka import flow, implicit_stepper
-from rbstab.integrate.heyoka import switched_system as switched
+from rbstab.integrate.heyoka import implicit_stepper, mode_run
 
 
 class Clock:
@@ -81,8 +80,7 @@ def test_compiling_does_not_count(monkeypatch):
 @pytest.mark.parametrize("law", [{}, {"step": 1e-3}])
 def test_compiling_for_a_sliding_connector_does_not_count(monkeypatch, law):
     clock = Clock()
-    monkeypatch.setattr(switched, "switched_system", slow(switched.switched_system, clock))
-    monkeypatch.setattr(flow, "WeakChatter", slow(switched.WeakChatter, clock))
+    monkeypatch.setattr(mode_run, "compiled_modes", slow(mode_run.compiled_modes, clock))
     slow_compilation = slow(implicit_stepper.compiled_stepper, clock)
     monkeypatch.setattr(implicit_stepper, "compiled_stepper", slow_compilation)
     given = paper_problem(2000, duration=0.02, samples=3, stick_energy=1e-3, **law)

@@ -20,6 +20,7 @@ from rbstab.elements.visco_elastic import ViscoElasticTie
 from rbstab.integrate.heyoka.engine import compiled_system
 from rbstab.integrate.heyoka.symbols import compiled_zeros
 from rbstab.integrate.problem import Problem
+from rbstab.integrate.switching.current_phase import CurrentPhase
 from rbstab.integrate.switching.phases import Phase
 from rbstab.systems import parameters as parameters_module
 from rbstab.systems.system import System
@@ -213,7 +214,7 @@ def _undamped(element: Any) -> Any:
 
 
 def test_a_run_with_switches_evaluates_its_margins_once_a_step(monkeypatch):
-    """And once more at each switch, for other modes that switch at the same time."""
+    """Also where a mode switches inside heyoka's loop, and once before the first step."""
     given = case(LIGAMENT)
     calls: Counter[str] = Counter()
 
@@ -224,15 +225,16 @@ def test_a_run_with_switches_evaluates_its_margins_once_a_step(monkeypatch):
 
         return call
 
-    monkeypatch.setattr(Phase, "least_margin", counted("steps", Phase.least_margin))
+    monkeypatch.setattr(Phase, "margin_list", counted("lists", Phase.margin_list))
+    cross = CurrentPhase.cross_alone
+    monkeypatch.setattr(CurrentPhase, "cross_alone", counted("switches", cross))
     monkeypatch.setattr(Phase, "margins", counted("margins", Phase.margins))
-    monkeypatch.setattr(Phase, "coinciding", counted("switches", Phase.coinciding))
     owners = vars(System)["clearance_owners"].fget
     monkeypatch.setattr(System, "clearance_owners", property(counted("owners", owners)))
     found = solve("heyoka", given)
     assert calls["switches"] >= 2
-    assert calls["steps"] == found.steps
-    assert calls["margins"] == calls["switches"]
+    assert calls["lists"] == found.steps + 1
+    assert calls["margins"] == 0
     assert calls["owners"] == 1
 
 

@@ -8,152 +8,130 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rbstab.integrate.heyoka.flow import HeyokaFlow
-from rbstab.integrate.scipy_flow import ScipyFlow
-from rbstab.integrate.switching.filippov import FilippovDriver
-from support.sliding import ball_in_a_V, paper_problem
+from support.problems import ENGINES
+from support.sliding import ball_in_a_V, paper_problem, solve_sliding
 
-from rbstab.integrate.switching import filippov
-
-
-class Counted:
-    """A flow that records at how many switches each of its calls is made."""
-
-    def __init__(self, flow):
-        self.flow, self.calls = flow, []
-
-    @property
-    def steps(self):
-        return self.flow.steps
-
-    @property
-    def evaluations(self):
-        return self.flow.evaluations
-
-    def advance(self, start, end, log):
-        self.calls.append(log.total)
-        return self.flow.advance(start, end, log)
+from rbstab.integrate.heyoka.mode_run import HeyokaModeRun
+from rbstab.integrate.switching import connector_switches
 
 
-def counted(problem, kind=HeyokaFlow):
-    """Return switches, steps and calls at each sample, and the driver and the flow."""
-    flow = Counted(kind(problem, problem.switching))
-    driver = FilippovDriver(problem, problem.switching, flow)
-    rows = [(sum(s.counts), flow.steps, len(flow.calls)) for s in driver.samples()]
-    return np.array(rows), driver, flow
+def alone(problem, **switching):
+    """Return a problem without the second run, with other rules for its switches."""
+    rules = replace(problem.switching, **switching)
+    return replace(problem, diagnosed=False, switching=rules)
 
 
-def steps_per_switch(rows, begin, end):
-    """Return the steps per switch between two fractions of all switches."""
-    at = [np.argmin(np.abs(rows[:, 0] - part * rows[-1, 0])) for part in (begin, end)]
-    switches, steps, _ = rows[at[1]] - rows[at[0]]
-    assert switches > 0.02 * rows[-1, 0]
-    return steps / switches
+def steps_per_switch(problem, begin, end):
+    """Return the steps per switch between two numbers of switches."""
+    runs = [solve_sliding("heyoka", alone(problem, switch_limit=n)) for n in (begin, end)]
+    totals = [int(run.switches.counts[-1].sum()) for run in runs]
+    assert totals == pytest.approx([begin, end], abs=2)
+    return (runs[1].steps - runs[0].steps) / (end - begin)
 
 
-@pytest.fixture(scope="module")
-def ball():
-    """Return a run of three damped balls with 15,000 switches, at rates that grow as exp(dt/3)."""
-    problem = ball_in_a_V(
-        2.0, 3000.0, np.zeros(3), np.array([2.4, 2.6, 2.8]), np.full(3, 1e-9),
-        np.array([0.8, 1.0, 1.2]), np.linspace(0, 6, 61),
+def balls(times, damping=(2.4, 2.6, 2.8)):
+    """Return three damped balls, whose rates of switches grow as exp(dt/3)."""
+    return ball_in_a_V(
+        2.0, 3000.0, np.zeros(3), np.array(damping), np.full(3, 1e-9), np.array([0.8, 1.0, 1.2]),
+        np.array(times),
     )  # fmt: skip
-    return counted(problem)
 
 
-def test_a_switch_takes_as_many_steps_at_the_end_as_at_the_beginning(ball):
-    rows, _, _ = ball
-    assert rows[-1, 0] > 10_000
-    first, last = steps_per_switch(rows, 0.0, 0.1), steps_per_switch(rows, 0.9, 1.0)
-    assert last == pytest.approx(first, rel=0.05)
-    # Each step ends at a switch or at a sample.
-    assert rows[-1, 1] <= 1.05 * rows[-1, 0] + len(rows)
+def test_a_switch_takes_as_many_steps_at_the_end_as_at_the_beginning():
+    problem = balls([0.0, 6.0])
+    first = steps_per_switch(problem, 100, 1500)
+    last = steps_per_switch(problem, 13_500, 15_000)
+    assert last == pytest.approx(first, rel=0.1)
+    # Each step ends at a switch, but those that missed one.
+    assert last < 1.1
 
 
 def test_the_paper_body_takes_one_step_a_switch():
-    rows, _, _ = counted(paper_problem(20000, duration=1.0, samples=101))
-    assert rows[-1, 0] > 2000
+    problem = paper_problem(20000, duration=2.0, samples=3)
     # At first the error control ends some steps, later only switches do.
-    assert steps_per_switch(rows, 0.9, 1.0) < 1.1
-    assert steps_per_switch(rows, 0.9, 1.0) <= steps_per_switch(rows, 0.0, 0.1)
+    last = steps_per_switch(problem, 4000, 5000)
+    assert last < 1.15
+    assert last <= steps_per_switch(problem, 20, 200)
 
 
-def test_bounces_of_a_microsecond_take_one_step_each():
-    """No crossing is mistaken for the one before it, which would repeat a step."""
+def test_bounces_of_a_microsecond_take_few_steps_each():
     problem = ball_in_a_V(
         2.0, 30.0, np.zeros(3), np.zeros(3), np.full(3, 1e-18), np.array([1e-5, 1.3e-5, 0.7e-5]),
         np.array([0.0, 5e-5]),
     )  # fmt: skip
-    rows, _, _ = counted(problem)
-    assert rows[-1, 0] > 80
-    assert rows[-1, 1] <= rows[-1, 0] + 2
+    run = solve_sliding("heyoka", alone(problem))
+    count = run.switches.counts[-1].sum()
+    assert count > 80
+    assert run.steps <= 1.5 * count
 
 
-def test_crossings_do_not_leave_the_compiled_flow(ball):
-    """The flow is called once for each sample, however many switches lie between."""
-    rows, _, flow = ball
-    assert len(flow.calls) <= len(rows) + rows[-1, 1] // 20_000
+def test_crossings_do_not_leave_the_compiled_loop(monkeypatch):
+    """It is left where two axes cross together, or where a crossing was missed."""
+    calls = []
+    loop = HeyokaModeRun._steps_to
+
+    def counted(run, last):
+        calls.append(last)
+        return loop(run, last)
+
+    monkeypatch.setattr(HeyokaModeRun, "_steps_to", counted)
+    run = solve_sliding("heyoka", alone(balls([0.0, 6.0]), switch_limit=15_000))
+    assert run.switches.counts[-1].sum() == 15_000
+    assert len(calls) < 0.1 * 15_000
 
 
-def test_looks_at_which_axes_may_stick_become_rare(monkeypatch):
+@pytest.mark.parametrize("engine", ENGINES)
+def test_looks_at_which_axes_may_stick_become_rare(engine, monkeypatch):
     """Between two checks pass 32 switches, or 1/64 of all so far: 64 ln 2 per doubling."""
-    monkeypatch.setattr(filippov, "stick", lambda *_: None)
-    problem = paper_problem(20000, duration=1.3, samples=2, stick_energy=1e9, switch_limit=30_000)
-    rows, driver, flow = counted(problem)
-    total = rows[-1, 0]
-    assert total > 4000
-    assert driver.log.transitions == []
-    looks = np.array(flow.calls)
-    for upper in (total, total / 2, total / 4):
-        among = ((looks > upper / 2) & (looks <= upper)).sum()
-        assert 5 < among <= 64 * np.log(2) + 3
-    # The first check is at the first switch; later ones are at least 32 switches apart.
-    assert looks[:2].tolist() == [0, 1]
-    assert (np.diff(looks[1:]) >= 32).all()
+    looks = []
+
+    def none_sticks(*_):
+        looks.append(len(looks))
+
+    monkeypatch.setattr(connector_switches, "most_axes_stick", none_sticks)
+    limit = 30_000 if engine == "heyoka" else 600
+    problem = paper_problem(20000, duration=2.0, samples=2, stick_energy=1e9)
+    run = solve_sliding(engine, alone(problem, switch_limit=limit))
+    total = run.switches.counts[-1].sum()
+    assert total == limit
+    assert run.switches.transitions == []
+    # The first check is at the first switch; up to 2,048 they are 32 switches apart.
+    even = min(total, 2048) / 32
+    growing = 64 * np.log(max(total / 2048, 1.0))
+    assert len(looks) == pytest.approx(1 + even + growing, abs=5)
 
 
-@pytest.mark.parametrize("kind", [HeyokaFlow, ScipyFlow])
-def test_what_is_stored_is_capped_and_what_is_counted_is_not(kind):
+@pytest.mark.parametrize("engine", ENGINES)
+def test_what_is_stored_is_capped_and_what_is_counted_is_not(engine):
     problem = paper_problem(2000, duration=0.4, samples=3, stored_switches=5)
-    rows, driver, _ = counted(problem, kind)
-    assert len(driver.log.times) == len(driver.log.axes) == 5
-    assert driver.log.total == sum(driver.log.counts) == rows[-1, 0] > 10
-    # The log knows the last switch, though it is not stored.
-    assert driver.log.last_time > driver.log.times[-1]
+    run = solve_sliding(engine, alone(problem))
+    assert len(run.switches.switch_times) == len(run.switches.switch_axes) == 5
+    assert run.switches.counts[-1].sum() > 10
 
 
 def test_evaluations_are_those_of_all_steps():
-    """DOP853 needs 11 or 12 evaluations per step, and 4 more for its dense output."""
-    problem = paper_problem(2000, duration=0.2, samples=3)
-    runs = {}
-    for kind in (HeyokaFlow, ScipyFlow):
-        flow = kind(problem, problem.switching)
-        list(FilippovDriver(problem, problem.switching, flow).samples())
-        runs[kind] = flow.evaluations / flow.steps
-    assert runs[HeyokaFlow] == 1
-    assert 11 <= runs[ScipyFlow] < 25
+    """DOP853 needs 11 or 12 evaluations per step, and 4 more for its dense output.
+
+    Steps that end at a switch are repeated.
+    """
+    problem = alone(paper_problem(2000, duration=0.2, samples=3))
+    runs = {engine: solve_sliding(engine, problem) for engine in ENGINES}
+    assert runs["heyoka"].evaluations == runs["heyoka"].steps
+    assert 11 <= runs["scipy"].evaluations / runs["scipy"].steps < 25
 
 
 def test_memory_does_not_grow_with_switches():
-    """The second part of a run has many times the switches of the first, and the same peak."""
-    problem = ball_in_a_V(
-        2.0, 3000.0, np.zeros(3), np.full(3, 2.6), np.full(3, 1e-9), np.array([0.8, 1.0, 1.2]),
-        np.array([0.0, 0.5, 3.5]),
-    )  # fmt: skip
-    problem = replace(problem, switching=replace(problem.switching, stored_switches=100))
-    flow = HeyokaFlow(problem, problem.switching)
-    driver = FilippovDriver(problem, problem.switching, flow)
-    samples = driver.samples()
-    next(samples)
-    tracemalloc.start()
-    try:
-        peaks, totals = [], []
-        for _ in range(2):
-            tracemalloc.reset_peak()
-            next(samples)
+    """The second run has many times the switches of the first, and the same peak."""
+    peaks, totals = [], []
+    for duration in (0.5, 0.5, 3.5):
+        problem = alone(balls([0.0, duration], (2.6, 2.6, 2.6)), stored_switches=100)
+        tracemalloc.start()
+        try:
+            run = solve_sliding("heyoka", problem)
             peaks.append(tracemalloc.get_traced_memory()[1])
-            totals.append(driver.log.total)
-    finally:
-        tracemalloc.stop()
-    assert totals[1] > 5 * totals[0] > 2500
-    assert peaks[1] < peaks[0] + 20_000
+        finally:
+            tracemalloc.stop()
+        totals.append(run.switches.counts[-1].sum())
+    # The first run of all fills caches.
+    assert totals[2] > 5 * totals[1] > 2500
+    assert peaks[2] < peaks[1] + 20_000

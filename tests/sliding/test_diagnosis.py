@@ -7,8 +7,9 @@ import pytest
 from support.problems import ENGINES
 from support.sliding import paper_problem, solve_sliding
 
+from rbstab.integrate.implicit import run as run_by_steps
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching import driver
+from rbstab.integrate.switching import current_phase
 
 LAWS = {"s = E": {}, "implicit": {"step": 1e-3}}
 
@@ -19,14 +20,16 @@ def test_the_motion_is_the_same_without_it(engine, law, monkeypatch):
     problem = paper_problem(2000, duration=0.1, samples=3, **LAWS[law])
     diagnosed = solve_sliding(engine, problem)
     starts = []
-    initial_driver_state = driver.initial_driver_state
 
-    def counted(problem, switching):
-        starts.append(problem)
-        return initial_driver_state(problem, switching)
+    def noted(of):
+        def call(*arguments):
+            starts.append(arguments)
+            return of(*arguments)
 
-    for module in ("filippov", "implicit"):
-        monkeypatch.setattr(f"rbstab.integrate.switching.{module}.initial_driver_state", counted)
+        return call
+
+    monkeypatch.setattr(run_by_steps, "initial_state", noted(run_by_steps.initial_state))
+    monkeypatch.setattr(current_phase, "Phases", noted(current_phase.Phases))
     run = solve_sliding(engine, replace(problem, diagnosed=False))
     assert len(starts) == 1
     assert run.states.tobytes() == diagnosed.states.tobytes()

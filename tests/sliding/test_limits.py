@@ -4,14 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rbstab.integrate.switching.filippov import FilippovDriver
 from scipy.optimize import brentq
 from support.problems import ENGINES
-from support.sliding import ball_in_a_V, connector, paper_problem, pushed_ball, solve_sliding
+from support.sliding import (
+    ball_in_a_V,
+    by_modes,
+    connector,
+    paper_problem,
+    pushed_ball,
+    sides_and_holds,
+    solve_sliding,
+)
 
-from rbstab.integrate.implicit.axis_modes import Modes, SurfaceDynamics, system_for_modes
-from rbstab.integrate.implicit.run import DriverState, SwitchEvent
 from rbstab.integrate.status import RunStatus
+from rbstab.systems.connector import with_connector
+from rbstab.systems.filippov import after_events
 
 
 def turning_ball(rate, samples, angle=0.0):
@@ -96,46 +103,34 @@ def test_a_motion_beyond_all_numbers_ends_the_run(engine):
     assert np.isfinite(run.states).all()
 
 
-class OneCrossing:
-    """A flow that moves nothing and reports that the third axis crosses; the others are held."""
-
-    steps, evaluations = 0, 0
-
-    def __init__(self, y):
-        self.y = y
-
-    def advance(self, start, end, log):
-        modes = Modes((0.0, 0.0, -1.0), held=(1.0, 1.0, 0.0))
-        return DriverState(end, self.y, modes, (SwitchEvent(2, 1.0, release=False),))
-
-
 def crossed(bounds):
-    """Return modes, force and acceleration of each axis after that crossing, and the log."""
-    problem = paper_problem(1.0, duration=1.0, samples=2)
+    """Let the third axis cross, while the others are held.
+
+    Returns:
+        The sides and the holds after it, the force and the acceleration of each axis.
+    """
+    problem = paper_problem(1.0, duration=1.0, samples=2, stick_energy=1.0)
     sliding = replace(connector(1.0), K_s=np.array(bounds))
-    system = replace(problem.system, elements=(*problem.system.elements[:-1], sliding))
+    problem = replace(problem, system=with_connector(problem.system, sliding))
     y = np.array([0.2, -0.3, 0.4, 9.0, 12.0, -7.0, 0, 0, 0, 0, 0, 0.5, 0, 0])
-    driver = FilippovDriver(replace(problem, system=system), problem.switching, OneCrossing(y))
-    *_, last = driver.samples()
-    modes = last.driver_state.modes
-    now = system_for_modes(system, modes)
-    return modes, SurfaceDynamics(now, y[:12]).force, now.rates(y[:12])[9:12], driver.log
+    system, after = after_events(by_modes(problem, (0, 0, 1), (1, 1, 0)), y, [2])
+    assert after == pytest.approx(y, abs=1e-12)
+    force, acceleration = system.observe(y[:12]).contact_force, system.rates(y[:12])[9:12]
+    return *sides_and_holds(system), force, acceleration
 
 
 def test_a_crossing_that_overloads_two_held_axes_releases_both():
     """Each leaves to the side to which its load exceeds its bound."""
-    modes, _, acceleration, log = crossed([1.0, 1.0, 50.0])
-    assert modes.held == (0, 0, 0)
-    assert modes.mode[2] == 1
+    sides, held, _, acceleration = crossed([1.0, 1.0, 50.0])
+    assert held == [0, 0, 0]
+    assert sides[2] == 1
     for axis in (0, 1):
-        assert modes.mode[axis] * acceleration[axis] > 0
-    assert sorted(axis for _, axis, _ in log.transitions) == [0, 1]
+        assert sides[axis] * acceleration[axis] > 0
 
 
 def test_a_crossing_that_overloads_none_releases_none():
-    modes, force, acceleration, log = crossed([1e5, 1e5, 50.0])
-    assert modes.held == (1, 1, 0)
-    assert modes.mode == (0, 0, 1)
+    sides, held, force, acceleration = crossed([1e5, 1e5, 50.0])
+    assert held == [1, 1, 0]
+    assert sides == [0, 0, 1]
     assert (np.abs(force[:2]) < 1e5).all()
     assert acceleration[:2] == pytest.approx(0, abs=1e-9)
-    assert log.transitions == []

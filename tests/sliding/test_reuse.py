@@ -10,14 +10,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rbstab.integrate.heyoka.flow import HeyokaFlow, _Run
-from rbstab.integrate.switching.filippov import FilippovDriver
 from support.hang_guard import within
 from support.sliding import ball_in_a_V, paper_problem, pushed_ball, solve_sliding
 
+from rbstab.integrate.heyoka import compiled_modes as heyoka_modes
 from rbstab.integrate.heyoka import implicit_stepper as heyoka_stepper
-from rbstab.integrate.heyoka import switched_system as heyoka_switched
+from rbstab.integrate.heyoka import mode_run
+from rbstab.integrate.heyoka.mode_run import HeyokaModeRun
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.switching import current_phase
 
 
 def turning(rate, angle=0.0):
@@ -115,32 +116,18 @@ def test_two_threads_at_once_change_no_bit(alone):
     assert found == {name: alone[name] for name in names}
 
 
-def test_two_runs_that_take_turns_change_no_bit():
-    def samples_of(problem):
-        flow = HeyokaFlow(problem, problem.switching)
-        return FilippovDriver(problem, problem.switching, flow).samples()
-
-    def plain(sample):
-        return sample.driver_state.time, sample.driver_state.state.tobytes(), sample.counts
-
-    one, other = PROBLEMS["s = E"](), paper_problem(1500, duration=0.2, samples=4)
-    expected = [[plain(s) for s in samples_of(problem)] for problem in (one, other)]
-    turns = list(zip(samples_of(one), samples_of(other), strict=True))
-    assert [[plain(s) for s in samples] for samples in zip(*turns, strict=True)] == expected
-
-
 @pytest.mark.parametrize("after", [1, 7])
 def test_a_run_that_was_broken_off_leaves_nothing_behind(alone, monkeypatch, after):
-    at_event, events = _Run.at_event, []
+    at_switch, events = HeyokaModeRun.at_switch, []
 
-    def interrupted(run, integrator, hit):
-        events.append(hit)
+    def interrupted(run, integrator, mode, direction):
+        events.append(mode)
         if len(events) == after:
             raise KeyboardInterrupt
-        return at_event(run, integrator, hit)
+        return at_switch(run, integrator, mode, direction)
 
     with monkeypatch.context() as patch:
-        patch.setattr(_Run, "at_event", interrupted)
+        patch.setattr(HeyokaModeRun, "at_switch", interrupted)
         with pytest.raises(KeyboardInterrupt):
             bits_of("s = E")
     assert bits_of("s = E") == alone["s = E"]
@@ -158,7 +145,7 @@ def test_an_event_is_not_deaf_after_another_run():
 def compilations(monkeypatch):
     """Return the list of compilations, which grows as they happen."""
     made = []
-    for module, name in ((heyoka_switched, "taylor_adaptive"), (heyoka_stepper, "cfunc")):
+    for module, name in ((heyoka_modes, "taylor_adaptive"), (heyoka_stepper, "cfunc")):
         compiler = getattr(module.hy, name)
 
         def counting(*args, compiler=compiler, name=name, **options):
@@ -174,23 +161,26 @@ def test_a_structure_is_compiled_once(compilations):
         for K_s in (2000, 3000, 20000):
             for slope in (None, 4.0, 20.0):
                 solve_sliding("heyoka", paper_problem(K_s, slope, duration=0.01, samples=2))
-        # One compilation without held axes, and one for s = F + κE, which has them.
-        assert compilations == ["taylor_adaptive"] * 2
+        # One compilation for s = E, and two for s = F + κE: without held axes, and with them.
+        assert compilations == ["taylor_adaptive"] * 3
         for step in (1e-3, 5e-4):
             solve_sliding("heyoka", paper_problem(2000, duration=0.01, samples=2, step=step))
-        assert compilations == ["taylor_adaptive"] * 2 + ["cfunc"]
+        assert compilations == ["taylor_adaptive"] * 3 + ["cfunc"]
         solve_sliding("heyoka", replace(paper_problem(2000, duration=0.01, samples=2), rtol=1e-9))
-        assert compilations[3:] == ["taylor_adaptive"]
+        assert compilations[4:] == ["taylor_adaptive"]
 
     within(120.0, many)
 
 
-def test_what_is_compiled_does_not_keep_its_runs():
-    problem = PROBLEMS["s = E"]()
-    flow = HeyokaFlow(problem, problem.switching)
-    driver = FilippovDriver(problem, problem.switching, flow)
-    list(driver.samples())
-    log = weakref.ref(driver.log)
-    del driver, flow
+def test_what_is_compiled_does_not_keep_its_runs(monkeypatch):
+    kept = []
+
+    class Noted(current_phase.CurrentPhase):
+        def __init__(self, *arguments):
+            super().__init__(*arguments)
+            kept.append(weakref.ref(self))
+
+    monkeypatch.setattr(mode_run, "CurrentPhase", Noted)
+    solve_sliding("heyoka", replace(PROBLEMS["s = E"](), diagnosed=False))
     gc.collect()
-    assert log() is None
+    assert [one() for one in kept] == [None]

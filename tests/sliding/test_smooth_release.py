@@ -11,11 +11,10 @@ from itertools import product
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
-from rbstab.integrate.heyoka.flow import HeyokaFlow
-from rbstab.integrate.switching.filippov import FilippovDriver
 from scipy.optimize import brentq
 from support.sliding import pushed_ball, solve_sliding
 
+from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching import switch_log
 
 M, K, LOAD, STIFFNESS = 2.0, 30.0, 4.0, 25.0
@@ -138,11 +137,9 @@ def test_every_release_is_the_last_event(slope):
             replace(sliding, K_s=np.array([bound, 20.0, 20.0])),
         )
         given = replace(problem, system=replace(problem.system, elements=elements))
-        flow = HeyokaFlow(given, problem.switching)
-        driver = FilippovDriver(given, problem.switching, flow)
-        *_, last = driver.samples()
-        assert last.driver_state.status is None
-        assert [str(kind) for _, _, kind in driver.log.transitions] == ["stick", "release"]
+        run = solve_sliding("heyoka", replace(given, diagnosed=False))
+        assert run.status is RunStatus.COMPLETED
+        assert [str(kind) for _, _, kind in run.switches.transitions] == ["stick", "release"]
 
 
 @pytest.mark.parametrize("slope", [None, 4.0])

@@ -4,39 +4,46 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.sliding import audit, ball_in_a_V, connector, paper_problem, pushed_ball, solve_sliding
+from support.sliding import (
+    audit,
+    ball_in_a_V,
+    by_modes,
+    connector,
+    paper_problem,
+    pushed_ball,
+    sides_and_holds,
+    solve_sliding,
+)
 
-from rbstab.integrate.implicit.axis_modes import Modes, SurfaceDynamics, system_for_modes
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching.chatter import stick
+from rbstab.integrate.switching.chatter import most_axes_stick
+from rbstab.systems.connector import with_connector
 
 STATE = np.array([0.2, -0.3, 0.4, 3.0, 5.0, -4.0, 0.0, 0.0, 0.0, 0.3, -0.2, 0.4, 7.0, 8.0])
 """Θ, Ω, E = 0, F, and the two integrals of energy, which sticking does not change."""
 
 
-def triple(values) -> tuple[float, float, float]:
-    """Return three numbers as floats."""
-    first, second, third = map(float, values)
-    return first, second, third
+def stick_of(problem, y, held=(0, 0, 0)):
+    """Return how the point sticks; None if no axis may."""
+    sides = [0 if is_held else 1 for is_held in held]
 
+    def holding(axes):
+        more = [1 if axis in axes else now for axis, now in enumerate(held)]
+        return by_modes(problem, sides, more)
 
-def stick_of(system, y, modes):
-    """Return how the point sticks, where it must."""
-    found = stick(system_for_modes(system, modes), y, modes)
-    assert found is not None
-    return found
+    return most_axes_stick(holding(()), y, np.flatnonzero(held).tolist(), holding)
 
 
 def bound_by(K_s):
-    """Return the paper's body with other bounds, whose point is not held yet."""
-    system = paper_problem(1.0).system
+    """Return the paper's body with other bounds."""
+    problem = paper_problem(1.0, stick_energy=1.0)
     bounds = replace(connector(1.0), K_s=np.array(K_s, dtype=float))
-    return replace(system, elements=(*system.elements[:-1], bounds))
+    return replace(problem, system=with_connector(problem.system, bounds))
 
 
 def mobility(y):
     """Return W, and S = J⁻¹ŘA', which turns an impulse at C into a change of Ω."""
-    system = bound_by([1, 1, 1])
+    system = bound_by([1, 1, 1]).system
     body, motion = system.body, system.motion(y[:12])
     lever = np.cross(body.contact_point, np.eye(3)).T @ motion.A.T
     turn = np.linalg.inv(body.inertia) @ lever
@@ -54,14 +61,14 @@ def at(F):
 )
 def test_the_impulse_takes_the_velocity_of_every_axis(F, held):
     """p = -W⁻¹F changes Ω by Sp and V by p/m, and ½F'W⁻¹F is lost, also with held axes."""
-    y, system = at(F), bound_by([1e6, 1e6, 1e6])
-    modes = Modes(triple(not h for h in held), held=triple(held))
-    found = stick_of(system, y, modes)
+    y, problem = at(F), bound_by([1e6, 1e6, 1e6])
+    system = problem.system
+    found = stick_of(problem, y, held)
     W, turn = mobility(y)
     p = -np.linalg.solve(W, np.array(F))
     before, after = system.motion(y[:12]), system.motion(found.state[:12])
     assert found.axes == tuple(axis for axis in range(3) if not held[axis])
-    assert found.modes == Modes((0, 0, 0), held=(1, 1, 1))
+    assert sides_and_holds(found.system) == ([0, 0, 0], [1, 1, 1])
     assert after.Omega - before.Omega == pytest.approx(turn @ p, rel=1e-12)
     gained = after.V - before.V
     assert gained == pytest.approx(p / system.body.mass, rel=1e-12)
@@ -77,14 +84,12 @@ def test_every_held_axis_has_to_bear_its_force(weak):
 
     The other two may then stick without it, or not.
     """
-    modes = Modes((1.0, 1.0, 1.0))
-    strong = bound_by([1e6, 1e6, 1e6])
-    stuck = stick_of(strong, STATE, modes)
-    force = np.abs(SurfaceDynamics(system_for_modes(strong, stuck.modes), stuck.state).force)
+    stuck = stick_of(bound_by([1e6, 1e6, 1e6]), STATE)
+    force = np.abs(stuck.system.observe(stuck.state[:12]).contact_force)
     for share, allowed in ((1.0001, True), (0.9999, False)):
         bounds = np.full(3, 1e6)
         bounds[weak] = share * force[weak]
-        found = stick(system_for_modes(bound_by(bounds), modes), STATE, modes)
+        found = stick_of(bound_by(bounds), STATE)
         assert (found is not None and found.axes == (0, 1, 2)) == allowed
         if found is not None and not allowed:
             assert weak not in found.axes or len(found.axes) < 3
@@ -93,19 +98,13 @@ def test_every_held_axis_has_to_bear_its_force(weak):
 @pytest.mark.parametrize("held", range(3))
 def test_an_axis_that_is_held_must_bear_what_others_put_on_it(held):
     """Its bound lies between its force alone and its force with all three axes held."""
-    modes = Modes(
-        triple(axis != held for axis in range(3)),
-        held=triple(axis == held for axis in range(3)),
-    )
+    holds = [float(axis == held) for axis in range(3)]
     y = at(np.where(np.arange(3) == held, 0.0, STATE[9:12]))
-    strong = bound_by([1e6, 1e6, 1e6])
-    all_stuck = stick_of(strong, y, modes)
-    needed = np.abs(
-        SurfaceDynamics(system_for_modes(strong, all_stuck.modes), all_stuck.state).force
-    )
+    all_stuck = stick_of(bound_by([1e6, 1e6, 1e6]), y, holds)
+    needed = np.abs(all_stuck.system.observe(all_stuck.state[:12]).contact_force)
     bounds = np.full(3, 1e6)
     bounds[held] = 0.999 * needed[held]
-    found = stick(system_for_modes(bound_by(bounds), modes), y, modes)
+    found = stick_of(bound_by(bounds), y, holds)
     assert found is None or len(found.axes) < 2
 
 

@@ -1,11 +1,11 @@
 """On the surface s = F + κE, of relative degree one, the point slides in finite time."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from support.problems import ENGINES
 from support.sliding import SLOPE_REFERENCE, paper_problem, solve_sliding
+
+from rbstab.systems.connector import connector_of
 
 
 @pytest.fixture(scope="module", params=ENGINES)
@@ -82,7 +82,8 @@ def test_the_equivalent_force_stays_in_its_box(strong, weak):
 
 
 def test_the_connector_stores_nothing_on_a_slope(strong):
-    sliding = replace(strong.systems[1].elements[-1], mode=np.ones(3))
+    sliding = connector_of(strong.systems[0])
+    assert (sliding.mode != 0).all()
     motion = strong.systems[1].motion(strong.states[1])
     assert np.abs(motion.E).min() > 0
     assert sliding.stored(motion, np.zeros(0)) == 0

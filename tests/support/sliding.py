@@ -10,9 +10,11 @@ from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.integrate.problem import Problem, Switching
+from rbstab.integrate.switching.sliding_connector import with_connector_by_modes
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import motion_from_centre
 from rbstab.systems.coordinates import ContactCoordinates
+from rbstab.systems.modes import modes_of, with_modes
 from rbstab.systems.system import System
 from support.paper_runs import REFERENCE
 from support.problems import solve
@@ -99,3 +101,16 @@ def audit(run):
     energy = [s.observe(y).energy.sum() for s, y in zip(run.systems, run.states, strict=True)]
     residual = np.array(energy) - energy[0] - run.lyapunov_change
     return np.abs(residual + run.switches.discarded_energy).max() / energy[0]
+
+
+def by_modes(given, sides, held=(0, 0, 0)):
+    """Return the system of a problem with modes of its connector: sides ±1, 0 for a held axis."""
+    system = with_connector_by_modes(given)
+    upper = [float(side > 0 or is_held) for side, is_held in zip(sides, held, strict=True)]
+    return with_modes(system, (*upper, *map(float, held)))
+
+
+def sides_and_holds(system):
+    """Return the side of each axis of the connector, 0 if it is held, and which are held."""
+    modes = np.array(modes_of(system)).reshape(2, 3)
+    return ((2 * modes[0] - 1) * (1 - modes[1])).tolist(), modes[1].tolist()

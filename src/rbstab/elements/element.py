@@ -46,8 +46,9 @@ class Element:
     stored energy is linear in each mode, and it has no own states."""
 
     exact_guards: ClassVar[bool] = False
-    """Whether its event functions are states, or constants, while it holds no axis. Then their
-    signs are exact; others may be wrong by round-off."""
+    """Whether its event functions are the states E of coordinates W, axis by axis, while it holds
+    no axis; others of its event functions are constants then. So their signs are exact, and their
+    rates are the states F. Those of other elements may be wrong by round-off."""
 
     holds: ClassVar[bool] = False
     """Whether it can hold θ2, as a stop against which the body rests. Then it has no own states.

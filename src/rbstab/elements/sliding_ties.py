@@ -194,8 +194,8 @@ class Sticking(Filippov):
     """Λ = -K_s sgn(E) on s = E, which each axis crosses, but for those that stick at E = F = 0.
 
     No axis comes to rest there by itself. One that begins at rest is held, and those whose bounces
-    have become weak stick (`integrate.switching.sticking`). The equivalent force keeps Ė = 0. The modes
-    are those of `Filippov`.
+    have become weak stick (`integrate.switching.chatter`). The equivalent force keeps Ė = 0. The
+    modes are those of `Filippov`.
     """
 
     sticks: ClassVar[bool] = True

@@ -11,6 +11,7 @@ import numpy as np
 
 from rbstab.mechanics.derivatives import derivative_along
 from rbstab.mechanics.numbers import Array, Number
+from rbstab.mechanics.states import F_OF_W
 from rbstab.systems.impact import first_stop_mode, resting_side, stop_of
 from rbstab.systems.system import System
 
@@ -33,11 +34,22 @@ def mode_owners(system: System) -> tuple[str, ...]:
     return tuple(element.name for element in system.elements for _ in range(element.mode_count))
 
 
-def exact_modes(system: System) -> Array:
-    """Return which modes have event functions of exact signs, shape (modes,)."""
-    counts = [element.mode_count for element in system.elements]
-    exact = [element.exact_guards for element in system.elements]
-    return np.repeat(np.array(exact, dtype=bool), counts)
+NO_STATE = -1
+"""The place of a rate that is no state."""
+
+
+def rate_places(system: System) -> Array:
+    """Return the places in the state vector of the rates of event functions, shape (modes,).
+
+    They are those of F, for event functions that are states (`Element.exact_guards`); for others
+    `NO_STATE`.
+    """
+    places = [np.zeros(0, dtype=int)]
+    for element in system.elements:
+        axes = np.arange(element.mode_count) % 3
+        exact = element.exact_guards
+        places.append(F_OF_W.start + axes if exact else np.full(len(axes), NO_STATE))
+    return np.concatenate(places)
 
 
 def mode_parameters(system: System) -> frozenset[str]:

@@ -26,6 +26,7 @@ from support.switching import (
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
 from rbstab.integrate.heyoka.mode_run import HeyokaModeRun
+from rbstab.integrate.switching.current_phase import CurrentPhase
 from rbstab.integrate.switching.scipy_modes import ModeRun
 from rbstab.systems.modes import modes_of
 
@@ -41,17 +42,20 @@ def switch_times(config, engine_name):
     found: list[tuple[float, list[int]]] = []
     kind: Any = RUNS[engine_name]
 
-    class Recording(kind):  # type: ignore[misc]  # chosen at run time
-        def _switch(self, *arguments):
-            before = self.phase
-            super()._switch(*arguments)
-            if self.phase is not before:
-                t = self.t if engine_name == "scipy" else self.integrator.time
-                found.append((t, np.flatnonzero(self.phase.signs != before.signs).tolist()))
+    class Recording(CurrentPhase):
+        def cross(self, modes, t, y):
+            found.append((t, modes))
+            return super().cross(modes, t, y)
+
+        def cross_alone(self, mode, t):
+            found.append((t, [mode]))
+            super().cross_alone(mode, t)
 
     settings = config["integration"] | TIGHT[engine_name] | {"engine": engine_name}
     changed = config | {"integration": settings}
-    trajectory = Recording(problem(changed), None, Deadline(60.0)).result()
+    run = kind(problem(changed), None, Deadline(60.0))
+    run.current = Recording(run.problem)
+    trajectory = run.result()
     assert trajectory.status == "completed"
     return found
 

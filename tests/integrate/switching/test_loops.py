@@ -126,15 +126,6 @@ def test_a_state_that_is_not_finite_keeps_the_samples_before(monkeypatch):
     np.testing.assert_allclose(found.states[:shared], whole.states[:shared], rtol=0, atol=1e-9)
 
 
-def test_phases_of_few_steps_are_not_looped():
-    config = CASES["ligaments"]
-    settings = {"duration": 4.0, "samples": 2001, "engine": "heyoka"}
-    one = HeyokaModeRun(problem(config | {"integration": settings}), None, Deadline(60.0))
-    assert one._takes_many_steps(4.0)
-    one._steps_of_phase = 3
-    assert not one._takes_many_steps(4.0)
-
-
 def test_a_sample_where_the_loop_begins_is_not_lost():
     """It is still to come after a breakpoint that the steps before have reached by rounding."""
     config = CASES["ligaments"]
@@ -153,14 +144,13 @@ def test_a_sample_at_a_switch_is_not_lost(monkeypatch):
     settings = config["integration"] | TIGHT["heyoka"] | {"engine": "heyoka"}
     given = problem(config | {"integration": settings})
     parts = []
-    loop = HeyokaModeRun._steps_to
+    at_switch = HeyokaModeRun.at_switch
 
-    def told(self, last):
-        event = loop(self, last)
-        parts.append(self.integrator.dtime)
-        return event
+    def told(self, integrator, mode, direction):
+        parts.append(integrator.dtime)
+        return at_switch(self, integrator, mode, direction)
 
-    monkeypatch.setattr(HeyokaModeRun, "_steps_to", told)
+    monkeypatch.setattr(HeyokaModeRun, "at_switch", told)
     HeyokaModeRun(given, None, Deadline(60.0)).result()
     switches = [t for t, _ in parts if t < 4.0]
     # Both kinds are among them, or this test says nothing.

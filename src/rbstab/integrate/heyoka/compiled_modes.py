@@ -80,6 +80,7 @@ class CompiledModes:
     Attributes:
         integrator: heyoka's integrator.
         modes: The index of the `par[]` of each mode.
+        offsets: The index of the `par[]` of the offset of the first event function.
         event_modes: The modes whose event functions can reach zero, in the order of the events.
         names: The index of the first `par[]` of each parameter.
     """
@@ -91,7 +92,7 @@ class CompiledModes:
             for element in system.elements
             if element.mode_count
         ]
-        self.modes = np.concatenate(places)
+        self.modes, self.offsets = np.concatenate(places), count + 2
         y = state_symbols(system.audited_size)
         rates = symbolic.audited_rates(y, hy.time)
         rates = scaled_audit(rates, system.size, hy.par[count + 1])
@@ -102,7 +103,7 @@ class CompiledModes:
         self.dispatcher = _EventDispatcher()
         switches = [
             hy.t_event(
-                guards[mode] + hy.par[count + 2 + mode],
+                guards[mode] + hy.par[self.offsets + mode],
                 callback=_Callback(self.dispatcher, mode),
                 cooldown=COOLDOWN,
             )

@@ -35,10 +35,18 @@ from rbstab.integrate.watched_rates import StopRun
 from rbstab.integrate.zero_length import zero_length
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.filippov import idle_holds
+from rbstab.systems.modes import NO_STATE
 from rbstab.systems.system import System
 
 NEAR = 1e-11
 """A margin below this may reach zero at the same time as another one, up to round-off."""
+
+NEAR_TIME = 1e-14
+"""Relative to the time: a margin of exact sign that is closer to zero may reach it now."""
+
+EVENT_OFFSET = 1e-12
+"""After a switch inside heyoka's loop, the zero of an event function whose rate is known is moved
+by this part of the last flight: heyoka's root isolation fails if a step begins on a zero."""
 
 MUTED = 1e3
 """The offset of an event function that must not be found: with it, the function has no zero."""
@@ -234,7 +242,7 @@ class HeyokaModeRun:
             return True  # heyoka has found the last switch of this mode again
         margins = phase.margin_list(self._state, t)
         own, margins[mode] = margins[mode], np.inf
-        if min(margins) < NEAR:
+        if self._is_near(margins, t):
             # Another mode switches now as well, or the step has missed its switch.
             self._missed = self._is_missed(margins)
             return False
@@ -242,11 +250,24 @@ class HeyokaModeRun:
             return False
         self._before = self.current.so_far()
         self.current.cross_alone(mode, t)
-        integrator.pars[self.compiled.modes[mode]] = float(direction > 0)
-        if phase.exact[mode]:
-            self.floors[mode] = min(-own, 0.0)
+        pars, compiled = integrator.pars, self.compiled
+        pars[compiled.modes[mode]] = float(direction > 0)
+        if phase.rate_places[mode] != NO_STATE:
+            # The next step would begin on a zero of this event function.
+            flight = abs(self._state[phase.rate_places[mode]]) * (t - self._crossed_at)
+            offset = EVENT_OFFSET * flight if flight < np.inf else 0.0
+            pars[compiled.offsets + mode] = direction * offset
+            self.floors[mode] = min(-own, 0.0) - 2.0 * offset
         self._crossed_at, self.least_margin = t, np.inf
         return True
+
+    def _is_near(self, margins: list[float], t: float) -> bool:
+        """Return whether a margin may reach zero at a time, s, up to round-off."""
+        state, resolution = self._state, NEAR_TIME * t
+        return any(
+            margin < (NEAR if place == NO_STATE else resolution * abs(state[place]))
+            for margin, place in zip(margins, self.phase.rate_places, strict=True)
+        )
 
     def _is_missed(self, margins: list[float]) -> bool:
         """Return whether a step has missed a switch, from the margins at its end."""

@@ -1,4 +1,4 @@
-"""The modes of the axes of a sliding connector in implicit steps, and the system for given modes."""
+"""The modes of the axes of a sliding connector in implicit steps, and the system in them."""
 
 from dataclasses import replace
 from typing import NamedTuple

@@ -26,12 +26,13 @@ from rbstab.systems.filippov import (
 )
 from rbstab.systems.impact import laid_on_stop, stop_of
 from rbstab.systems.modes import (
+    NO_STATE,
     Modes,
-    exact_modes,
     guards_at,
     has_modes,
     mode_owners,
     modes_of,
+    rate_places,
     with_modes,
 )
 from rbstab.systems.sliding_impact import after_impact
@@ -70,7 +71,8 @@ class Phase:
         audited_rates: Its audited rates, as a function of the audited state.
         signs: 1 for each mode that is 1, -1 for each that is 0, shape (modes,).
         rests: Whether the body rests against its stop.
-        exact: Whether the margin of each mode has an exact sign (`Element.exact_guards`).
+        rate_places: The states that are the rates of event functions whose signs are exact
+            (`systems.modes.rate_places`).
         alone: The modes that switch alone: nothing else follows (`systems.filippov.alone`).
     """
 
@@ -84,9 +86,11 @@ class Phase:
         )
         self.signs = 2.0 * np.array(modes_of(system)) - 1.0
         self._float_signs = self.signs.tolist()
-        exact = exact_modes(system) & (not holds_axes(system))
-        self.exact = exact.tolist()
-        self._epsilon = np.where(exact, 0.0, EPSILON)
+        places = rate_places(system)
+        if holds_axes(system):
+            places[:] = NO_STATE
+        self.rate_places = places.tolist()
+        self._epsilon = np.where(places == NO_STATE, EPSILON, 0.0)
         self._guards = guards or event_functions(system)
         self._guards_of_state = self._guards.of_state
         stop = stop_of(system)
@@ -123,8 +127,8 @@ class Phase:
             y: The audited state after a switch.
             t: The time, s.
         """
-        margins = zip(self.margin_list(y, t), self.exact, strict=True)
-        return [min(margin, 0.0) if exact else -MISSED for margin, exact in margins]
+        margins = zip(self.margin_list(y, t), self.rate_places, strict=True)
+        return [-MISSED if place == NO_STATE else min(margin, 0.0) for margin, place in margins]
 
     def margin_rates(self, y: Array, t: float, rates: Array | None = None) -> Array:
         """Return the rates of the margins along the motion, shape (modes,).

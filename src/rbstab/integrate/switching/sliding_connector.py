@@ -19,6 +19,7 @@ from rbstab.elements.sliding_ties import (
 )
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Progress, Trajectory
+from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.trust import TRUST_TOLERANCE, perturbed_start, trusted_until
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import PITCH, THETA
@@ -98,8 +99,10 @@ def _trusted_until(
     """Return how far a run is trusted, from a second run.
 
     It is compared up to `PREDICTABLE` switches first: most motions are not trusted that far, and
-    the rest of them has most of the switches.
+    the rest of them has most of the switches. It is NaN if the deadline has ended the run.
     """
+    if run.status is RunStatus.TIME_LIMIT:
+        return np.nan
     all_samples = len(run.times)
     first = all_samples
     if run.switches is not None:

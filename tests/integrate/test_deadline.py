@@ -10,6 +10,7 @@ from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
 from rbstab.integrate.heyoka import engine as heyoka_engine
 from rbstab.integrate.heyoka import implicit_stepper, mode_run
+from rbstab.integrate.heyoka.compiled_modes import compiled_modes
 
 
 class Clock:
@@ -80,7 +81,7 @@ def test_compiling_does_not_count(monkeypatch):
 @pytest.mark.parametrize("law", [{}, {"step": 1e-3}])
 def test_compiling_for_a_sliding_connector_does_not_count(monkeypatch, law):
     clock = Clock()
-    monkeypatch.setattr(mode_run, "compiled_modes", slow(mode_run.compiled_modes, clock))
+    monkeypatch.setattr(mode_run, "compiled_modes", slow(compiled_modes, clock))
     slow_compilation = slow(implicit_stepper.compiled_stepper, clock)
     monkeypatch.setattr(implicit_stepper, "compiled_stepper", slow_compilation)
     given = paper_problem(2000, duration=0.02, samples=3, stick_energy=1e-3, **law)

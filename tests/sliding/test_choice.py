@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.sliding import by_modes, connector, paper_problem, pushed_ball, sides_and_holds
 
-from rbstab.systems import filippov
+from rbstab.systems import filippov, surface_forces
 from rbstab.systems.connector import connector_of, with_connector
 from rbstab.systems.filippov import chosen
 
@@ -66,7 +66,7 @@ def test_the_choice_is_consistent(axes):
 @pytest.mark.parametrize("strength", [1e9, 1.0])
 def test_a_choice_needs_the_dynamics_once(monkeypatch, strength):
     """Of the 27 choices for three axes, none is tried by the equations of motion."""
-    examined, surfaces = [], filippov.surfaces
+    examined, surfaces = [], surface_forces.surfaces
 
     def counted(*arguments):
         examined.append(arguments)

@@ -83,7 +83,7 @@ def test_crossings_do_not_leave_the_compiled_loop(monkeypatch):
 @pytest.mark.parametrize("engine", ENGINES)
 def test_looks_at_which_axes_may_stick_become_rare(engine, monkeypatch):
     """Between two checks pass 32 switches, or 1/64 of all so far: 64 ln 2 per doubling."""
-    looks = []
+    looks: list[int] = []
 
     def none_sticks(*_):
         looks.append(len(looks))

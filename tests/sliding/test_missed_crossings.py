@@ -11,7 +11,7 @@ import pytest
 from support.hang_guard import within
 from support.sliding import ball_in_a_V, paper_problem, pushed_ball, solve_sliding
 
-from rbstab.integrate.heyoka.mode_run import HeyokaModeRun
+from rbstab.integrate.heyoka.inner_switches import InnerSwitches
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.phases import Phase
 
@@ -19,14 +19,14 @@ from rbstab.integrate.switching.phases import Phase
 @pytest.fixture
 def ignore(monkeypatch):
     """Let events of the given numbers do nothing, and return the list of events."""
-    at_switch, reached = HeyokaModeRun.at_switch, []
+    at_switch, reached = InnerSwitches.at_switch, []
 
     def install(numbers):
         def disturbed(run, integrator, mode, direction):
             reached.append(integrator.time)
             return len(reached) in numbers or at_switch(run, integrator, mode, direction)
 
-        monkeypatch.setattr(HeyokaModeRun, "at_switch", disturbed)
+        monkeypatch.setattr(InnerSwitches, "at_switch", disturbed)
         return reached
 
     return install

@@ -16,7 +16,7 @@ from support.sliding import ball_in_a_V, paper_problem, pushed_ball, solve_slidi
 from rbstab.integrate.heyoka import compiled_modes as heyoka_modes
 from rbstab.integrate.heyoka import implicit_stepper as heyoka_stepper
 from rbstab.integrate.heyoka import mode_run
-from rbstab.integrate.heyoka.mode_run import HeyokaModeRun
+from rbstab.integrate.heyoka.inner_switches import InnerSwitches
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching import current_phase
 
@@ -118,7 +118,7 @@ def test_two_threads_at_once_change_no_bit(alone):
 
 @pytest.mark.parametrize("after", [1, 7])
 def test_a_run_that_was_broken_off_leaves_nothing_behind(alone, monkeypatch, after):
-    at_switch, events = HeyokaModeRun.at_switch, []
+    at_switch, events = InnerSwitches.at_switch, []
 
     def interrupted(run, integrator, mode, direction):
         events.append(mode)
@@ -127,7 +127,7 @@ def test_a_run_that_was_broken_off_leaves_nothing_behind(alone, monkeypatch, aft
         return at_switch(run, integrator, mode, direction)
 
     with monkeypatch.context() as patch:
-        patch.setattr(HeyokaModeRun, "at_switch", interrupted)
+        patch.setattr(InnerSwitches, "at_switch", interrupted)
         with pytest.raises(KeyboardInterrupt):
             bits_of("s = E")
     assert bits_of("s = E") == alone["s = E"]

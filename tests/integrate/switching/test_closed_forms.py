@@ -53,9 +53,9 @@ def switch_times(config, engine_name):
 
     settings = config["integration"] | TIGHT[engine_name] | {"engine": engine_name}
     changed = config | {"integration": settings}
-    run = kind(problem(changed), None, Deadline(60.0))
-    run.current = Recording(run.problem)
-    trajectory = run.result()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(f"{kind.__module__}.CurrentPhase", Recording)
+        trajectory = kind(problem(changed), None, Deadline(60.0)).result()
     assert trajectory.status == "completed"
     return found
 

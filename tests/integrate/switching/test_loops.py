@@ -7,6 +7,7 @@ import pytest
 from support.switching import TIGHT, data, guard, ligament, problem
 
 from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.heyoka.inner_switches import InnerSwitches
 from rbstab.integrate.heyoka.integrator_state import STEP_REDUCTION
 from rbstab.integrate.heyoka.mode_run import MUTED, HeyokaModeRun
 from rbstab.systems.modes import modes_of
@@ -144,13 +145,13 @@ def test_a_sample_at_a_switch_is_not_lost(monkeypatch):
     settings = config["integration"] | TIGHT["heyoka"] | {"engine": "heyoka"}
     given = problem(config | {"integration": settings})
     parts = []
-    at_switch = HeyokaModeRun.at_switch
+    at_switch = InnerSwitches.at_switch
 
     def told(self, integrator, mode, direction):
         parts.append(integrator.dtime)
         return at_switch(self, integrator, mode, direction)
 
-    monkeypatch.setattr(HeyokaModeRun, "at_switch", told)
+    monkeypatch.setattr(InnerSwitches, "at_switch", told)
     HeyokaModeRun(given, None, Deadline(60.0)).result()
     switches = [t for t, _ in parts if t < 4.0]
     # Both kinds are among them, or this test says nothing.

@@ -8,7 +8,6 @@ step at a time where a phase takes few, where the body rests, and beside a switc
 find.
 """
 
-import operator
 from bisect import bisect_right
 from typing import Any
 
@@ -16,7 +15,8 @@ import heyoka as hy
 import numpy as np
 
 from rbstab.integrate.deadline import Deadline
-from rbstab.integrate.heyoka.compiled_modes import compiled_modes
+from rbstab.integrate.heyoka.compiled_modes import CompiledModes, compiled_modes
+from rbstab.integrate.heyoka.inner_switches import InnerSwitches
 from rbstab.integrate.heyoka.integrator_state import (
     MIN_STEP,
     STEP_REDUCTION,
@@ -35,18 +35,7 @@ from rbstab.integrate.watched_rates import StopRun
 from rbstab.integrate.zero_length import zero_length
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.filippov import idle_holds
-from rbstab.systems.modes import NO_STATE
 from rbstab.systems.system import System
-
-NEAR = 1e-11
-"""A margin below this may reach zero at the same time as another one, up to round-off."""
-
-NEAR_TIME = 1e-14
-"""Relative to the time: a margin of exact sign that is closer to zero may reach it now."""
-
-EVENT_OFFSET = 1e-12
-"""After a switch inside heyoka's loop, the zero of an event function whose rate is known is moved
-by this part of the last flight: heyoka's root isolation fails if a step begins on a zero."""
 
 MUTED = 1e3
 """The offset of an event function that must not be found: with it, the function has no zero."""
@@ -78,12 +67,15 @@ class HeyokaModeRun:
     ) -> None:
         self.problem, self.progress, self.deadline = problem, progress, deadline
         self.current = CurrentPhase(problem, switch_limit)
+        self.inner = InnerSwitches(self.current)
         self.offsets = np.zeros(len(self.phase.signs))
         self.scale = energy_scale(problem) if scale is None else scale
         # The system would count the states of its elements again at each sample.
         self.size = problem.system.size
-        self._idle: tuple[int, ...] | None = None
-        self._use_compiled()
+        with deadline.paused():
+            self.compiled = compiled_modes(self.phase.system, problem.rtol)
+        self._use(self.compiled)
+        self._idle = idle_holds(self.phase.system)
         self.breakpoints = problem.breakpoints()
         self.reached_breakpoints: list[float] = []
         settings = [problem.range_bound, self.scale, *self.offsets]
@@ -92,9 +84,6 @@ class HeyokaModeRun:
         self.steps = 0
         self.max_step = np.inf
         self._times = problem.times.tolist()
-        self._before: SoFar | None = None
-        self._missed = self._loops = False
-        self._crossed_at = -np.inf
         # A step and its begin may sum up to another last digit than that of a breakpoint.
         self._spacing = 4.0 * float(np.spacing(problem.times[-1]))
         self.samples: list[tuple[float, Array]] = []
@@ -109,31 +98,29 @@ class HeyokaModeRun:
         """The current phase."""
         return self.current.phase
 
-    def _use_compiled(self) -> None:
-        """Use the integrator of the current phase, at the current time and state."""
-        system = self.phase.system
-        idle = idle_holds(system)
-        if idle == self._idle:
-            return
-        with self.deadline.paused():
-            compiled = compiled_modes(system, self.problem.rtol)
-        if self._idle is not None:
-            set_motion(compiled.integrator, self.integrator.time, self._state)
-            compiled.dispatcher.handler = self
-            del self.compiled.dispatcher.handler
-        self._idle, self.compiled = idle, compiled
-        self.integrator = compiled.integrator
+    def _use(self, compiled: CompiledModes) -> None:
+        """Use the integrator of some compiled equations."""
+        self.compiled, self.integrator = compiled, compiled.integrator
         # A view of the integrator's memory: getting it takes longer than reading it.
-        self._state = self.integrator.state
+        self._state = compiled.integrator.state
+        self.inner.use(compiled)
+
+    def _use_that_of_phase(self) -> None:
+        """Go on with the integrator of the current phase, at the same time and state."""
+        with self.deadline.paused():
+            compiled = compiled_modes(self.phase.system, self.problem.rtol)
+        if compiled is not self.compiled:
+            set_motion(compiled.integrator, self.integrator.time, self._state)
+            self.inner.release()
+            self._use(compiled)
 
     def result(self) -> Trajectory:
         """Integrate, and return the trajectory with the smooth system at each sample."""
-        self.compiled.dispatcher.handler = self
         try:
             return self._result()
         finally:
             # The integrator is cached: a reference to this run would keep it in memory.
-            del self.compiled.dispatcher.handler
+            self.inner.release()
 
     def _result(self) -> Trajectory:
         status, reason = RunStatus.COMPLETED, ""
@@ -158,9 +145,9 @@ class HeyokaModeRun:
         return self.current.recorded(found)
 
     def _integrate(self) -> None:
-        times, integrator = self._times, self.integrator
+        times = self._times
         if self.current.impacts is not None:
-            state = self.current.impacts.begin(integrator.time, integrator.state.copy())
+            state = self.current.impacts.begin(self.integrator.time, self._state.copy())
             self._go_on_from(state)
         while len(self.samples) < len(times):
             if self.steps >= self.problem.step_limit:
@@ -173,10 +160,10 @@ class HeyokaModeRun:
             if self.deadline.expired():
                 raise StopRun(RunStatus.TIME_LIMIT, self.deadline.reason)
             if self.phase.rests:
-                integrator.state[:] = self.phase.on_stop(integrator.state.copy())
+                self._state[:] = self.phase.on_stop(self._state.copy())
             if event is not None or self.least_margin < 0:
                 self._switch()
-            if self.breakpoints and self.breakpoints[0] - integrator.time < self._spacing:
+            if self.breakpoints and self.breakpoints[0] - self.integrator.time < self._spacing:
                 self._begin_leg(self.breakpoints.pop(0))
             if self.muted:
                 self._unmute()
@@ -210,85 +197,37 @@ class HeyokaModeRun:
         integrator, begin = self.integrator, self.integrator.time
         # heyoka knows its time to more digits than a motion that goes back.
         integrator.time = begin
-        self._checkpoint, self._missed, self._before = (begin, self._state.copy()), False, None
-        self._loops = True
-        try:
+        self._checkpoint = begin, self._state.copy()
+        with self.inner.loop(begin):
             outcome, _, _, steps, _, _ = integrator.propagate_until(
                 last,
                 max_steps=self.problem.step_limit - self.steps,
                 callback=self._after_step,
                 write_tc=True,
             )
-        finally:
-            self._loops = False
         self.steps += max(steps, 1)
-        if self._missed or outcome == NOT_FINITE:
+        self.least_margin, missed = self.inner.least_margin, self.inner.missed
+        if missed or outcome == NOT_FINITE:
             self.max_step, self.least_margin = shortened(integrator.last_h), np.inf
             set_motion(integrator, *self._checkpoint)
         else:
             self._add_samples_of_step()
         if outcome == NOT_FINITE:
             raise StopRun(RunStatus.DIVERGED, "the state stopped being finite")
-        return None if self._missed else self._event_of(outcome, integrator.last_h)
-
-    def at_switch(self, integrator: Any, mode: int, direction: int) -> bool:
-        """Switch a mode inside heyoka's loop if it switches alone (an `EventHandler`)."""
-        if not self._loops:
-            return False
-        phase, t = self.phase, integrator.time
-        if t == self._checkpoint[0]:
-            return False  # the step began on a zero, which may be a double one
-        if phase.signs[mode] == direction:
-            return True  # heyoka has found the last switch of this mode again
-        margins = phase.margin_list(self._state, t)
-        own, margins[mode] = margins[mode], np.inf
-        if self._is_near(margins, t):
-            # Another mode switches now as well, or the step has missed its switch.
-            self._missed = self._is_missed(margins)
-            return False
-        if not self.current.crosses(mode, t, self._state):
-            return False
-        self._before = self.current.so_far()
-        self.current.cross_alone(mode, t)
-        pars, compiled = integrator.pars, self.compiled
-        pars[compiled.modes[mode]] = float(direction > 0)
-        if phase.rate_places[mode] != NO_STATE:
-            # The next step would begin on a zero of this event function.
-            flight = abs(self._state[phase.rate_places[mode]]) * (t - self._crossed_at)
-            offset = EVENT_OFFSET * flight if flight < np.inf else 0.0
-            pars[compiled.offsets + mode] = direction * offset
-            self.floors[mode] = min(-own, 0.0) - 2.0 * offset
-        self._crossed_at, self.least_margin = t, np.inf
-        return True
-
-    def _is_near(self, margins: list[float], t: float) -> bool:
-        """Return whether a margin may reach zero at a time, s, up to round-off."""
-        state, resolution = self._state, NEAR_TIME * t
-        return any(
-            margin < (NEAR if place == NO_STATE else resolution * abs(state[place]))
-            for margin, place in zip(margins, self.phase.rate_places, strict=True)
-        )
-
-    def _is_missed(self, margins: list[float]) -> bool:
-        """Return whether a step has missed a switch, from the margins at its end."""
-        return any(map(operator.lt, margins, self.floors))
+        return None if missed else self._event_of(outcome, integrator.last_h)
 
     def _after_step(self, integrator: Any) -> bool:
         """Return whether heyoka's loop goes on; heyoka calls this after each step."""
         t = integrator.time
-        # `at_switch` has looked at the margins where a mode has switched.
-        if t != self._crossed_at:
-            margins = self.phase.margin_list(self._state, t)
-            self.least_margin = min(margins)
-            if self.least_margin < 0 and self._is_missed(margins):
-                self._missed = True
-                return False
+        if self.inner.has_missed(t):
+            return False
         self._checkpoint = t, self._state.copy()
         self._add_samples_of_step()
         if self.progress is not None:
             self.progress(t)
         # A step of no length ends at an event, which heyoka does not tell if the loop ends here.
-        return (self.least_margin >= 0 and not self.deadline.expired()) or integrator.last_h == 0
+        is_clear = self.inner.least_margin >= 0 and not self.deadline.expired()
+        return is_clear or integrator.last_h == 0
 
     def _check_end(self, event: int | None) -> None:
         """Stop the run if an event is none of a switch."""
@@ -331,7 +270,7 @@ class HeyokaModeRun:
                 raise StopRun(RunStatus.DIVERGED, "the state stopped being finite")
             margins = phase.margin_list(self._state, integrator.time)
             self.least_margin = min(margins)
-            shorter = shortened(made) if self._is_missed(margins) else None
+            shorter = shortened(made) if self.inner.is_missed(margins) else None
             if self.muted:
                 shorter = self._muted_switch(begin, state, shorter)
             if shorter is None:
@@ -396,7 +335,7 @@ class HeyokaModeRun:
             # The switch may end the run: then it ends where the step began.
             set_motion(integrator, begin, state)
             self._flip([found.mode], begin)
-            state[:] = integrator.state
+            state[:] = self._state
             return end - begin
         return found.time - begin
 
@@ -441,8 +380,10 @@ class HeyokaModeRun:
         self._set_parameters()
 
     def _set_parameters(self) -> None:
-        self._use_compiled()
-        self.floors = self.phase.floors(self._state, self.integrator.time)
+        if idle_holds(self.phase.system) != self._idle:
+            self._use_that_of_phase()
+            self._idle = idle_holds(self.phase.system)
+        self.inner.floors = self.phase.floors(self._state, self.integrator.time)
         self.values[self.compiled.modes] = 0.5 * (1.0 + self.phase.signs)
         self.values[-len(self.offsets) :] = self.offsets
         self.muted = bool(self.offsets.any())
@@ -451,7 +392,7 @@ class HeyokaModeRun:
     def _add_samples_of_step(self) -> None:
         """Add the samples within the last step, all of one phase: that before its last switch."""
         begin, end = len(self.samples), bisect_right(self._times, self.integrator.time)
-        so_far, self._before = self._before, None
+        so_far, self.inner.before = self.inner.before, None
         if begin == end:
             return
         times, phase, dense_output = (

@@ -14,7 +14,8 @@ class SlidingConnector(Element):
     """Λ = -K_s sgn(s) on the body at C, axis by axis, with s = E (eq. 39) or s = F + κE.
 
     The sign is not computed from s, because that needs a branch. It is a parameter of each axis,
-    the mode σ, which the driver changes when s changes sign. An axis that sticks has σ = 0 and is
+    the mode σ. The classes of `sliding_ties` compute it from modes 0 and 1, which the driver
+    changes when s changes sign; an implicit step sets it itself, and then an axis with σ = 0 is
     held by a force of constraint (`PartlyHeldCoordinates`). In a boundary layer of half-width δ,
     s/δ replaces the sign: an axis has β = 1 in the layer, and β = 0 outside.
 

@@ -3,9 +3,9 @@
 The modes are `par[]`: one compilation serves all modes. Each event function of an element is a
 terminal event, so a step ends at the first switch in it. Then the driver sets the modes.
 
-heyoka's own loop makes the steps of a phase, as long as each phase takes many. Python code makes a
-step at a time where a phase takes few, where the body rests, and beside a switch that is hard to
-find.
+heyoka's own loop makes the steps, and goes through switches that change one mode alone
+(`inner_switches`). Python code makes a step at a time where the body rests against a stop, and
+beside a switch that is hard to find.
 """
 
 from bisect import bisect_right

@@ -1,7 +1,6 @@
 """The switches of the connector of a sliding controller, whose modes the driver of modes follows.
 
-They are stored as those of the driver in `integrate.switching`: an event of an axis is a switch,
-and a change of its hold is a stick or a release.
+An event of an axis is a switch, and a change of its hold is a stick or a release.
 """
 
 from typing import Any
@@ -69,27 +68,30 @@ class ConnectorSwitches:
         """The switches of each axis so far."""
         return tuple(self._log.counts)
 
-    def add_transitions(self, modes: list[int], before: System, after: System, t: float) -> None:
+    def add_transitions(
+        self, modes: list[int] | None, before: System, after: System, t: float
+    ) -> None:
         """Store the axes that stick or are released between two systems at one time.
 
         On s = E the release of an axis by the event of another one is a switch too. On s = F + κE
         it belongs to Filippov's choice at that event, which is one switch.
 
         Args:
-            modes: The modes whose event functions have reached zero.
+            modes: The modes whose event functions have reached zero; None at a breakpoint, where a
+                release is no switch.
             before: The system before.
             after: The system after it.
             t: The time, s.
         """
         if before is after:
             return
-        events = self._axes(modes)
-        held = zip(_held(before), _held(after), strict=True)
+        events = {0, 1, 2} if modes is None else self._axes(modes)
+        held, sticks = zip(_held(before), _held(after), strict=True), _connector(after).sticks
         for axis, (was, now) in enumerate(held):
             if was != now:
                 kind = Transition.STICK if now else Transition.RELEASE
                 self._log.add_transition(t, axis, kind)
-                if was and axis not in events and _connector(after).sticks:
+                if was and axis not in events and sticks:
                     self._log.add_switch(t, axis)
 
     def _axes(self, modes: list[int]) -> set[int]:

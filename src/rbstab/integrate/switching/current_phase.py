@@ -134,7 +134,7 @@ class CurrentPhase:
         else:
             y = self.slide([], t, y)
         if self.connector is not None:
-            self.connector.add_transitions([], before, self.phase.system, t)
+            self.connector.add_transitions(None, before, self.phase.system, t)
         return y
 
     def slide(self, modes: list[int], t: float, y: Array) -> Array:

@@ -1,7 +1,4 @@
-"""The first switch within a step: margins that fall below zero, also if they rise again.
-
-A sliding connector alone has simpler event functions, and a search of its own: `scipy_flow.py`.
-"""
+"""The first switch within a step: margins that fall below zero, also if they rise again."""
 
 from collections.abc import Callable
 from typing import Any

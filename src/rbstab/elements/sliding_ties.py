@@ -30,6 +30,8 @@ class SlidingByModes(Element):
     """
 
     gains: ClassVar[tuple[Gain, ...]] = SlidingConnector.gains
+    sticks: ClassVar[bool] = False
+    """Whether axes may be held at E = F = 0 on s = E."""
 
     K_s: Array
     rate_weight: Number
@@ -150,7 +152,6 @@ class Filippov(SlidingByModes):
 
     mode_count: ClassVar[int] = 6
     slides: ClassVar[bool] = True
-    sticks: ClassVar[bool] = False
 
     mode: Array
 

@@ -47,16 +47,17 @@ def count_switches(config, engine_name, monkeypatch):
     """Return the trajectory and the number of its switches."""
     from rbstab.integrate.switching.current_phase import CurrentPhase
 
-    counts = []
-    original = CurrentPhase.switch
+    made = []
+    original = CurrentPhase.__init__
 
-    def counted(self, modes, t):
-        original(self, modes, t)
-        counts.append(len(modes))
+    def noted(self, *arguments):
+        original(self, *arguments)
+        made.append(self)
 
-    monkeypatch.setattr(CurrentPhase, "switch", counted)
+    monkeypatch.setattr(CurrentPhase, "__init__", noted)
     found = engine(engine_name)(problem(config))
-    return found, sum(counts)
+    (current,) = made
+    return found, current.count
 
 
 @EACH

@@ -391,31 +391,25 @@ class HeyokaModeRun:
 
     def _add_samples_of_step(self) -> None:
         """Add the samples within the last step, all of one phase: that before its last switch."""
-        begin, end = len(self.samples), bisect_right(self._times, self.integrator.time)
+        begin, end = len(self.samples), self.integrator.time
         so_far, self.inner.before = self.inner.before, None
-        if begin == end:
+        if begin == len(self._times) or self._times[begin] > end:
             return
-        times, phase, dense_output = (
-            self._times[begin:end],
-            self.phase,
-            self.integrator.update_d_output,
-        )
+        times = self._times[begin : bisect_right(self._times, end, begin)]
+        dense_output = self.integrator.update_d_output
         states = [dense_output(t).copy() for t in times]
-        if phase.rests:
-            states = [phase.on_stop(state) for state in states]
-        self._add_states(times, states, so_far)
+        if self.phase.rests:
+            states = [self.phase.on_stop(state) for state in states]
+        self._add_states(times, states, so_far or self.current.so_far())
 
-    def _add_states(
-        self, times: list[float], states: list[Array], so_far: SoFar | None = None
-    ) -> None:
+    def _add_states(self, times: list[float], states: list[Array], so_far: SoFar) -> None:
         """Add samples of one phase, with audit states as the integrator scales them.
 
         Args:
             times: Their times, s.
             states: Their states.
-            so_far: The switches before them; default all so far.
+            so_far: The switches before them.
         """
-        so_far = so_far or self.current.so_far()
         self.samples += zip(times, states, strict=True)
         self.systems += [so_far.system] * len(times)
         self.current.add_samples(states, so_far)
@@ -423,7 +417,7 @@ class HeyokaModeRun:
 
     def _add_sample(self, t: float, state: Array) -> None:
         """Add a sample of the current phase."""
-        self._add_states([t], [state])
+        self._add_states([t], [state], self.current.so_far())
 
     def _samples_in_joules(self) -> list[tuple[float, Array]]:
         """Return the samples with their audit states in joules."""

@@ -10,7 +10,7 @@ import numpy as np
 from rbstab.elements.sliding_ties import AtContact
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.integrate.switch_trace import SwitchTrace, Transition
-from rbstab.integrate.switching.chatter import Chatter, most_axes_stick
+from rbstab.integrate.switching.chatter import Chatter, Stick, most_axes_stick
 from rbstab.integrate.switching.switch_log import SwitchLog
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.modes import modes_of, with_modes
@@ -32,7 +32,8 @@ class ConnectorSwitches:
         self._diagnosed = problem.diagnosed
         self._first, self._count = _places(problem.system)
         self._log = SwitchLog(switching.stored_switches, switching.switch_limit)
-        self._stick_energy = switching.stick_energy if switching.sticks else 0.0
+        sticks = switching.sticks and _connector(problem.system).sticks
+        self._stick_energy = switching.stick_energy if sticks else 0.0
         self._discarded = 0.0
         self._chatter = Chatter(problem.system)
         self._samples: list[tuple[Array, tuple[int, ...], float, float]] = []
@@ -117,14 +118,24 @@ class ConnectorSwitches:
             return now, y
         if not self._chatter.is_below(self._stick_energy, y):
             return now, y
-        held = np.flatnonzero(_held(now)).tolist()
-        found = most_axes_stick(now, y, held, lambda more: self._with_held(now, more), t)
-        self._log.schedule_stick_test()
+        found = self._most_axes_stick(now, t, y)
         if found is None:
             return now, y
         self._discarded += found.discarded
         self._log.add_sticks(t, found.axes)
+        self._log.schedule_stick_test()
         return found.system, found.state
+
+    def would_stick(self, system: System, t: float, y: Array) -> bool:
+        """Return whether an axis may stick in a system, at a time, s, and a state."""
+        return self._most_axes_stick(system, t, y) is not None
+
+    def _most_axes_stick(self, system: System, t: float, y: Array) -> Stick | None:
+        held = np.flatnonzero(_held(system)).tolist()
+        found = most_axes_stick(system, y, held, lambda more: self._with_held(system, more), t)
+        if found is None:
+            self._log.schedule_stick_test()
+        return found
 
     def _with_held(self, system: System, axes: tuple[int, ...]) -> System:
         """Return a system in which some axes of the connector are held."""

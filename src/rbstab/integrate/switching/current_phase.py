@@ -83,13 +83,16 @@ class CurrentPhase:
             y = self.impacts.after(modes, t, y)
         else:
             self.switch(modes, t)
+            if self.connector is not None:
+                now = self.phase.system
+                system, y = self.connector.stuck(modes, before, now, t, y)
+                if system is not now:
+                    # Axes that stick together may hold what one of them could not hold alone.
+                    before = system
+                    self.phase = self._phases.of(modes_of(system))
             y = self.slide(modes, t, y)
         if self.connector is not None:
-            now = self.phase.system
-            self.connector.add_transitions(modes, before, now, t)
-            system, y = self.connector.stuck(modes, before, now, t, y)
-            if system is not now:
-                self.phase = self._phases.of(modes_of(system))
+            self.connector.add_transitions(modes, before, self.phase.system, t)
         return y
 
     def crosses(self, mode: int, t: float, y: Array) -> bool:
@@ -97,12 +100,17 @@ class CurrentPhase:
 
         Else `cross` has more to do, or the run ends here.
         """
-        return (
-            mode in self.phase.alone
-            and self._last.get(mode) != t
-            and self.count + 1 < self._limit
-            and (self.connector is None or not self.connector.may_stick(y))
-        )
+        if (
+            mode not in self.phase.alone
+            or self._last.get(mode) == t
+            or self.count + 1 >= self._limit
+        ):
+            return False
+        if self.connector is None or not self.connector.may_stick(y):
+            return True
+        # A test that finds no axis to stick must not change the motion, not even its last digits.
+        after = self._phases.after_one(self.phase, mode).system
+        return not self.connector.would_stick(after, t, y)
 
     def cross_alone(self, mode: int, t: float) -> None:
         """Switch a mode at a time, s; nothing else follows (`crosses`)."""

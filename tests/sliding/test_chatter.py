@@ -130,10 +130,10 @@ def test_when_it_sticks_hardly_matters_to_what_is_slow():
 
     In one run of another program the three are 1e-5 apart. How long the chatter lasts from 100 to
     10 J, and so how far it moves Θ, is chaotic. Of 600 starts a quarter keeps all three within
-    2e-5, and the median is 3.6e-5. From 10 to 1 J they differ less: medians of 160 to 400 starts are
-    5e-6 to 9e-6. The bands are three standard errors of the starts that stick: one in four or five
-    chatters on beyond the limit of switches, and a third of the differences are above twice their
-    median.
+    2e-5, and the median is 3.6e-5. From 10 to 1 J they differ less: medians of 160 to 400 starts
+    are 5e-6 to 9e-6. The bands are three standard errors of the starts that stick: one in four or
+    five chatters on beyond the limit of switches, and a third of the differences are above twice
+    their median.
     """
     bounds = (100.0, 10.0, 1.0)
     ends = np.full((40, 3, 3), np.nan)

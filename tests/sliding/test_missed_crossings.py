@@ -72,6 +72,22 @@ def test_an_axis_on_the_wrong_side_of_the_position(ignore, numbers):
     assert disturbed.steps >= undisturbed.steps
 
 
+@pytest.mark.parametrize("numbers", [{4}, {20, 31}])
+def test_a_missed_bounce_of_a_microsecond(ignore, numbers):
+    """It is found by the sign of E alone, which is smaller than any bound of round-off."""
+    problem = ball_in_a_V(
+        2.0, 30.0, np.zeros(3), np.zeros(3), np.full(3, 1e-18), np.array([1e-5, 1.3e-5, 0.7e-5]),
+        np.array([0.0, 2e-5]),
+    )  # fmt: skip
+    undisturbed = run_of(problem)
+    ignore(numbers)
+    disturbed = run_of(problem)
+    times = undisturbed.switches.switch_times
+    assert len(times) > 40
+    assert disturbed.switches.switch_times == pytest.approx(times, rel=1e-9)
+    assert disturbed.switches.switch_axes.tolist() == undisturbed.switches.switch_axes.tolist()
+
+
 def arrivals(side):
     """Return three balls that reach s = F + 4E from one side, one after the other."""
     X, still = side * np.array([0.3, 0.4, 0.5]), np.zeros(3)

@@ -16,6 +16,7 @@ from support.sliding import (
 )
 
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.switching import connector_switches
 from rbstab.integrate.switching.chatter import most_axes_stick
 from rbstab.systems.connector import with_connector
 
@@ -203,3 +204,13 @@ def test_it_sticks_at_a_crossing_and_not_at_a_sample(engine):
     fall = np.sqrt(2 * 0.3 * 2.0 / 30.0)
     assert run.switches.transitions[0][0] == pytest.approx(fall, abs=1e-10)
     assert np.abs(run.states[-1, 6:12]).max() < 1e-12
+
+
+def test_tests_of_sticking_that_fail_change_no_bit(monkeypatch):
+    """So the bound, and how often it is tested, leave the motion before the sticking as it is."""
+    monkeypatch.setattr(connector_switches, "most_axes_stick", lambda *_: None)
+    states = []
+    for bound in (1e-9, 1e9):
+        problem = paper_problem(20000, duration=0.5, samples=6, stick_energy=bound)
+        states.append(solve_sliding("heyoka", replace(problem, diagnosed=False)).states)
+    assert states[0].tobytes() == states[1].tobytes()

@@ -259,9 +259,10 @@ class HeyokaModeRun:
         Returns:
             The index of the event; None if the step ended without one.
         """
-        integrator, phase = self.integrator, self.phase
-        begin, state = integrator.time, self._state.copy()
+        begin, state = self.integrator.time, self._state.copy()
         while True:
+            # A switch at the begin of the step may have changed both.
+            integrator, phase = self.integrator, self.phase
             length = min(self.max_step, last - begin)
             outcome, made = integrator.step(max_delta_t=length, write_tc=True)
             self.steps += 1
@@ -275,7 +276,7 @@ class HeyokaModeRun:
                 shorter = self._muted_switch(begin, state, shorter)
             if shorter is None:
                 break
-            set_motion(integrator, begin, state)
+            set_motion(self.integrator, begin, state)
             self.max_step = shorter
             if shorter < MIN_STEP:
                 if not phase.coinciding(state, begin).size:
@@ -283,7 +284,7 @@ class HeyokaModeRun:
                 # The switch is at the begin of the step, up to round-off.
                 return None
         # After a missed switch the steps grow again, one by one: it may be the first of several
-        # hops at a stop. `flow` has a compiled loop to go back to; this loop has not.
+        # hops at a stop.
         self.max_step *= STEP_REDUCTION
         return self._event_of(outcome, made)
 

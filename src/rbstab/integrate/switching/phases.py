@@ -43,8 +43,8 @@ MAX_PHASES = 256
 
 COINCIDENCE = 16
 """A mode whose margin would be zero within this many units in the last place of the time, or of 1,
-switches together with the one that is being switched. It is round-off alone, unlike that of
-`switching/filippov.py`: a margin that is passed a little later is found by the next step."""
+switches together with the one that is being switched. It is round-off alone: a margin that is
+passed a little later is found by the next step."""
 
 MISSED = 1e-13
 """If a margin is below minus this after a step, the step missed a switch. Margins have several

@@ -36,6 +36,12 @@ YAML = (".yaml", ".yml")
 MAX_DEPTH = 16
 """Largest depth of nested mappings and lists."""
 
+TOO_DEEP = "is nested too deeply", f"at most {MAX_DEPTH} levels"
+"""The problem of a text with more levels, and what is expected."""
+
+LIBRARY_TOO_DEEP = "maximum nesting depth"
+"""What libyaml says of 1,000 levels. It reads so many brackets before it reports the first one."""
+
 MAX_KEYS = 1000
 """Largest number of keys of a mapping. No config or plan has so many; unknown keys cost time."""
 
@@ -166,7 +172,10 @@ def parse_source(text: str, name: str, column_offset: int = 0) -> Source:
         pass
     except yaml.MarkedYAMLError as error:
         where = parser.location(error.problem_mark or error.context_mark)
-        parser.problems.append(_problem(where, error.problem or "is not YAML", "YAML"))
+        problem, expected = error.problem or "is not YAML", "YAML"
+        if LIBRARY_TOO_DEEP in problem:
+            problem, expected = TOO_DEEP
+        parser.problems.append(_problem(where, problem, expected))
     else:
         return parser.source
     raise ConfigError(parser.problems)
@@ -268,7 +277,7 @@ class _Parser:
 
     def _open_container(self, container: dict[str, Any] | list[Any], where: Location) -> None:
         if len(self.stack) >= MAX_DEPTH:
-            self.report(where, "is nested too deeply", f"at most {MAX_DEPTH} levels")
+            self.report(where, *TOO_DEEP)
             raise _UnreadableError
         self.containers += 1
         if self.containers > MAX_CONTAINERS:

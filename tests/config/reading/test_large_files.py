@@ -83,7 +83,8 @@ def test_the_largest_number_of_lists_is_read():
 def test_deep_nesting(complaints, added, opening):
     [found] = complaints(opening * 100_000)
     assert found.endswith("is nested too deeply (expected at most 16 levels)")
-    assert len(added) == MAX_DEPTH
+    # libyaml 0.2.6 reads brackets up to a bound of its own before it reports the first one.
+    assert len(added) <= MAX_DEPTH
 
 
 @pytest.mark.parametrize("entry", ["1", "a"])

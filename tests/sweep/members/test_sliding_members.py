@@ -142,8 +142,8 @@ def test_what_no_column_shows_is_not_asked_for(monkeypatch, alone):
     def refuse(*_):
         raise AssertionError("computed although no column needs it")
 
-    monkeypatch.setattr("rbstab.integrate.implicit.run.trusted_until", refuse)
-    monkeypatch.setattr("rbstab.integrate.implicit.run.chatter_energy", refuse)
+    monkeypatch.setattr("rbstab.integrate.switching.sliding_connector.trusted_until", refuse)
+    monkeypatch.setattr("rbstab.integrate.switching.chatter.Chatter.energy", refuse)
     monkeypatch.setattr(record, "certificate_of", refuse)
     monkeypatch.setattr(record, "_all_at", refuse)
     plan, expected = alone["s = E"]

@@ -12,7 +12,7 @@ from rbstab.integrate.implicit.steps import Stepper
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switch_trace import SwitchTrace
-from rbstab.integrate.switching.chatter import chatter_energy
+from rbstab.integrate.switching.chatter import Chatter
 from rbstab.integrate.switching.switch_log import SwitchLog
 from rbstab.integrate.switching.trust import (
     NUMERICAL_ERRORS,
@@ -20,7 +20,6 @@ from rbstab.integrate.switching.trust import (
     perturbed_start,
     trusted_until,
 )
-from rbstab.mechanics.states import BODY
 from rbstab.systems.system import System
 
 
@@ -45,6 +44,7 @@ def integrate(
     samples: list[Sample] = []
     systems: list[System] = []
     known: dict[Modes, System] = {}
+    chatter = Chatter(problem.system)
     chatter_energies: list[float] = []
     try:
         for sample in run.samples():
@@ -54,9 +54,7 @@ def integrate(
                 known[state.modes] = system_for_modes(problem.system, state.modes)
             system = known[state.modes]
             systems.append(system)
-            chatter_energies.append(
-                chatter_energy(system, state.state[BODY]) if problem.diagnosed else np.nan
-            )
+            chatter_energies.append(chatter.energy(state.state) if problem.diagnosed else np.nan)
             samples.append(sample)
             deadline.samples = len(samples)
             if progress is not None:

@@ -24,19 +24,10 @@ def contact_kinetic_energy(system: System, y: Array) -> Number:
     return 0.5 * quadratic_form(inverse(mobility_matrix), motion.F)
 
 
-def chatter_energy(system: System, y: Array) -> float:
-    """Return e = ½ F'W⁻¹F + Σ K_s|E|, the energy of the chatter, J; W is the mobility.
-
-    Args:
-        system: The system, in coordinates W.
-        y: The state.
-    """
-    E = system.motion(y).E
-    return float(contact_kinetic_energy(system, y) + connector_of(system).K_s @ np.abs(E))
-
-
 class Chatter:
-    """The energy of the chatter of one connector, which does not depend on its modes.
+    """The energy of the chatter, e = ½F'W⁻¹F + Σ K_s|E|, J; W is the mobility.
+
+    It does not depend on the modes of the connector.
 
     Args:
         system: The system, in coordinates W, in any modes.
@@ -47,7 +38,7 @@ class Chatter:
         self._K_s = connector_of(system).K_s.tolist()
 
     def energy(self, y: Array) -> float:
-        """Return `chatter_energy` at an audited state, J."""
+        """Return e at an audited state, J."""
         return float(self._kinetic(y[BODY])[0]) + self._potential(y)
 
     def is_below(self, bound: float, y: Array) -> bool:

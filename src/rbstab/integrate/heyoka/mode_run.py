@@ -40,6 +40,9 @@ from rbstab.systems.system import System
 MUTED = 1e3
 """The offset of an event function that must not be found: with it, the function has no zero."""
 
+SAMPLES_IN_BLOCK = 100
+"""This many samples are made between two looks at the deadline: one step may have thousands."""
+
 NOT_FINITE = hy.taylor_outcome.err_nf_state
 
 RANGE_END = 0
@@ -129,7 +132,8 @@ class HeyokaModeRun:
         except StopRun as stop:
             integrator = self.integrator
             state = integrator.state.copy()
-            if integrator.time > self.samples[-1][0] and np.isfinite(state).all():
+            ahead = integrator.time > self.samples[-1][0] and not self._lacks_samples()
+            if ahead and np.isfinite(state).all():
                 self._add_sample(integrator.time, state)
             status, reason = stop.status, f"{stop} at t = {self.samples[-1][0]:.9g} s"
         found = trajectory(
@@ -153,6 +157,8 @@ class HeyokaModeRun:
             if self.steps >= self.problem.step_limit:
                 raise StopRun(RunStatus.STEP_LIMIT, f"stopped after {self.steps} steps")
             event = self._advance(self.breakpoints[0] if self.breakpoints else times[-1])
+            if self._lacks_samples():
+                raise StopRun(RunStatus.TIME_LIMIT, self.deadline.reason)
             self._check_end(event)
             if len(self.samples) == len(times):
                 # A limit reached in the last step does not count.
@@ -391,17 +397,28 @@ class HeyokaModeRun:
         set_parameters(self.integrator, self.values)
 
     def _add_samples_of_step(self) -> None:
-        """Add the samples within the last step, all of one phase: that before its last switch."""
-        begin, end = len(self.samples), self.integrator.time
-        so_far, self.inner.before = self.inner.before, None
-        if begin == len(self._times) or self._times[begin] > end:
+        """Add the samples within the last step, all of one phase: that before its last switch.
+
+        At the deadline, the rest of them is left out.
+        """
+        before, self.inner.before = self.inner.before, None
+        if not self._lacks_samples():
             return
-        times = self._times[begin : bisect_right(self._times, end, begin)]
+        so_far = before or self.current.so_far()
         dense_output = self.integrator.update_d_output
-        states = [dense_output(t).copy() for t in times]
-        if self.phase.rests:
-            states = [self.phase.on_stop(state) for state in states]
-        self._add_states(times, states, so_far or self.current.so_far())
+        while self._lacks_samples() and not self.deadline.expired():
+            begin, end = len(self.samples), self.integrator.time
+            last = min(begin + SAMPLES_IN_BLOCK, len(self._times))
+            times = self._times[begin : bisect_right(self._times, end, begin, last)]
+            states = [dense_output(t).copy() for t in times]
+            if self.phase.rests:
+                states = [self.phase.on_stop(state) for state in states]
+            self._add_states(times, states, so_far)
+
+    def _lacks_samples(self) -> bool:
+        """Return whether the motion has passed times of samples that are not stored."""
+        count = len(self.samples)
+        return count < len(self._times) and self._times[count] <= self.integrator.time
 
     def _add_states(self, times: list[float], states: list[Array], so_far: SoFar) -> None:
         """Add samples of one phase, with audit states as the integrator scales them.

@@ -406,7 +406,7 @@ class HeyokaModeRun:
             return
         so_far = before or self.current.so_far()
         dense_output = self.integrator.update_d_output
-        while self._lacks_samples() and not self.deadline.expired():
+        while self._lacks_samples():
             begin, end = len(self.samples), self.integrator.time
             last = min(begin + SAMPLES_IN_BLOCK, len(self._times))
             times = self._times[begin : bisect_right(self._times, end, begin, last)]
@@ -414,6 +414,8 @@ class HeyokaModeRun:
             if self.phase.rests:
                 states = [self.phase.on_stop(state) for state in states]
             self._add_states(times, states, so_far)
+            if self._lacks_samples() and self.deadline.expired():
+                return
 
     def _lacks_samples(self) -> bool:
         """Return whether the motion has passed times of samples that are not stored."""

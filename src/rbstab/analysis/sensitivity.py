@@ -1,22 +1,25 @@
 """The outcome of a run, and its derivative along one direction of the config.
 
-The caller gives the direction as the same problem with complex numbers, shifted by ih along the
-direction. The imaginary parts of its parameters and of its start are h times the direction. The
+The caller gives the direction as the same system and start with complex numbers, shifted by ih
+along the direction. The imaginary parts of its parameters and of its start are h times the direction. The
 imaginary parts of all results computed from them along the motion are h times their derivatives,
 exact to round-off (see `derivatives.jacobian`). So the functions that build the system also apply
 the chain rule from the config's quantities to the system's parameters. For example, the mass also
 changes the weight and may change the anchor; this needs no formula here.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.analysis.approached_state import lyapunov_zero
 from rbstab.analysis.rest_state import RestState, nearest_rest_state
+from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.analysis.settling import SETTLED_FRACTION, ends_near_rest
+from rbstab.integrate.heyoka.course import course_of
 from rbstab.integrate.heyoka.variational import (
+    TOLERANCE,
     Tangent,
     VariationalSystem,
     VariationalTrajectory,
@@ -24,9 +27,11 @@ from rbstab.integrate.heyoka.variational import (
 )
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus, UnfinishedRunError
+from rbstab.integrate.switching.course import Course
+from rbstab.integrate.switching.sliding_connector import with_connector_by_modes
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array, Number
-from rbstab.systems.parameters import parameters
+from rbstab.systems.modes import with_modes_at
 from rbstab.systems.system import Observation, System
 
 
@@ -56,7 +61,7 @@ LARGEST_DISTANCE, SETTLING, END = 3, 4, 5
 
 @dataclass(frozen=True, eq=False)
 class Baseline:
-    """A run, its rest state, and the times of its extremes.
+    """A run, its systems, its rest state, and the times of its extremes.
 
     evaluation_times, shape (6,), s, are the times of the peak of each axis, of the largest |E|, of
     settling (the end if the run does not settle), and of the end. interior_peaks, shape (3,), marks
@@ -64,6 +69,7 @@ class Baseline:
     """
 
     problem: Problem
+    course: Course
     rest: RestState
     compiled: VariationalSystem
     evaluation_times: Array
@@ -77,21 +83,23 @@ def baseline(problem: Problem) -> Baseline:
 
     Raises:
         UnfinishedRunError: The run did not complete.
+        NotDifferentiableError: The motion is chaotic.
     """
-    compiled = variational_system(problem.system)
+    course = course_of(problem, TOLERANCE)
+    compiled = variational_system(course.first)
     span = np.array([problem.times[0], problem.times[-1]])
-    rest = nearest_rest_state(problem.system)
-    coarse, value = _with_settling(problem, compiled, rest, span)
+    rest = nearest_rest_state(smooth_rest_system(problem))
+    coarse, value = _with_settling(problem, course, compiled, rest, span)
     approached = _approached(problem, coarse.states[-1], rest)
     if approached is not rest:
         rest = approached
-        coarse, value = _with_settling(problem, compiled, rest, span)
+        coarse, value = _with_settling(problem, course, compiled, rest, span)
     times = np.unique(np.concatenate([span, *coarse.turning_times, coarse.crossings]))
-    trajectory = _completed(compiled.integrate(problem, times, rest.energy))
+    trajectory = _completed(compiled.integrate(problem, course, times, rest.energy))
     E = np.array([problem.system.motion(y).E for y in trajectory.states])
     sizes = np.column_stack([np.abs(E), np.linalg.norm(E, axis=1)])
     peaks = np.argmax(sizes, axis=0)
-    settling = _settling_time(problem, rest, coarse, value)
+    settling = _settling_time(problem, course, rest, coarse, value)
     end = span[-1]
     evaluation_times = np.array([*times[peaks], end if np.isnan(settling) else settling, end])
     interior_peaks = (times[peaks[PEAKS]] > span[0]) & (times[peaks[PEAKS]] < end)
@@ -103,31 +111,37 @@ def baseline(problem: Problem) -> Baseline:
         settling,
         float(trajectory.lyapunov_integral[-1]) if rest.is_at_rest else np.nan,
     )
-    return Baseline(problem, rest, compiled, evaluation_times, interior_peaks, value, outcome)
+    return Baseline(
+        problem, course, rest, compiled, evaluation_times, interior_peaks, value, outcome
+    )
 
 
 def _with_settling(
-    problem: Problem, compiled: VariationalSystem, rest: RestState, times: Array
+    problem: Problem, course: Course, compiled: VariationalSystem, rest: RestState, times: Array
 ) -> tuple[VariationalTrajectory, float]:
     """Integrate a run with the times at which v crosses its settled value; also return v(0)."""
-    value = _value(problem.system, problem.start, rest.energy)
-    trajectory = compiled.integrate(problem, times, rest.energy, SETTLED_FRACTION * value)
-    return _completed(trajectory), value
+    value = _value(course.first, problem.start, rest.energy)
+    level = SETTLED_FRACTION * value
+    return _completed(compiled.integrate(problem, course, times, rest.energy, level)), value
 
 
 def _approached(problem: Problem, last: Array, nearest: RestState) -> RestState:
     """Return the rest state at which v of a run is zero, from its last state."""
     system = problem.system
     own = last[system.coordinates.size :]
-    return lyapunov_zero(system, system.motion(last), own, nearest).rest
+    return lyapunov_zero(smooth_rest_system(problem), system.motion(last), own, nearest).rest
 
 
 def _settling_time(
-    problem: Problem, rest: RestState, trajectory: VariationalTrajectory, value: float
+    problem: Problem,
+    course: Course,
+    rest: RestState,
+    trajectory: VariationalTrajectory,
+    value: float,
 ) -> float:
     """Return the last time at which v falls below its fraction of v(0), or NaN if there is none."""
     last = trajectory.states[-1]
-    end = np.array([_value(problem.system, last, rest.energy)])
+    end = np.array([_value(course.systems[-1], last, rest.energy)])
     from_rest = problem.system.motion(last).Theta - rest.motion.Theta
     near = ends_near_rest(end, np.array([abs(value)]), from_rest[np.newaxis])[0]
     settled = rest.is_at_rest and near and end[0] < SETTLED_FRACTION * value
@@ -135,7 +149,7 @@ def _settling_time(
     return float(crossings[-1]) if settled and len(crossings) > 0 else np.nan
 
 
-def derivative_along(base: Baseline, shifted: Problem) -> Outcome:
+def derivative_along(base: Baseline, system: System, start: Array) -> Outcome:
     """Compute the derivative of a run's outcome along a direction.
 
     At a turning point dE/dt = 0. So the derivative of a peak is the derivative of E at a fixed time
@@ -146,34 +160,34 @@ def derivative_along(base: Baseline, shifted: Problem) -> Outcome:
 
     Args:
         base: The run.
-        shifted: The same problem, shifted by ih along the direction, h = `derivatives.STEP`.
+        system: Its system, in any modes, shifted by ih along the direction, h = `derivatives.STEP`.
+        start: Its initial state, shifted likewise.
 
     Raises:
         UnfinishedRunError: The run did not complete.
+        NotDifferentiableError: It has no derivative along the direction.
     """
     tangent = Tangent(
-        np.concatenate(
-            [_derivative(np.ravel(value)) for value in parameters(shifted.system).values()]
-        ),
-        _derivative(shifted.start),
-        _rest_energy_derivative(base, shifted.system),
+        _by_modes(base.problem, system), _derivative(start), _rest_energy_derivative(base, system)
     )
     times, order = np.unique(
         np.append(base.evaluation_times, base.problem.times[0]), return_inverse=True
     )
     trajectory = _completed(
-        base.compiled.integrate(base.problem, times, base.rest.energy, 0.0, tangent)
+        base.compiled.integrate(base.problem, base.course, times, base.rest.energy, 0.0, tangent)
     )
     states = trajectory.states + 1j * STEP * trajectory.tangents
-    pairs = zip(states, times.tolist(), strict=True)
-    observations = [shifted.system.observe(y, t) for y, t in pairs]
+    observations = [
+        tangent.in_modes_of(base.course.system_at(t)).observe(y, t)
+        for y, t in zip(states, times.tolist(), strict=True)
+    ]
     observed = [observations[index] for index in order]
     return Outcome(
         _derivative(_final(observed[END])),
         np.array([_derivative(observed[axis].motion.E[axis]) for axis in range(3)]),
         _peak_time_derivatives(base, times[order], trajectory.states[order], observed),
         _distance_derivative(base, observed[LARGEST_DISTANCE].motion.E),
-        _settling_derivative(base, shifted, observed[SETTLING], tangent.rest_energy),
+        _settling_derivative(base, tangent, start, observed[SETTLING]),
         float(trajectory.lyapunov_integral_tangent[-1]),
     )
 
@@ -184,7 +198,8 @@ def _peak_time_derivatives(
     """Return -(∂F/∂s)/Ḟ of each axis at its turning point; 0 at an end of the run."""
     derivatives = np.zeros(3)
     for axis in np.flatnonzero(base.interior_peaks):
-        rates = base.problem.system.rates(states[axis], float(times[axis]))
+        time = float(times[axis])
+        rates = base.course.system_at(time).rates(states[axis], time)
         ahead = base.problem.system.motion(states[axis] + 1j * STEP * rates)
         with np.errstate(all="ignore"):
             derivatives[axis] = -_derivative(observed[axis].motion.F[axis]) / _derivative(
@@ -200,22 +215,30 @@ def _distance_derivative(base: Baseline, E: Array) -> float:
 
 
 def _settling_derivative(
-    base: Baseline, shifted: Problem, observation: Observation, rest_derivative: float
+    base: Baseline, tangent: Tangent, start: Array, observation: Observation
 ) -> float:
     if np.isnan(base.outcome.settling_time):
         return np.nan
-    excess = _derivative(observation.energy.sum()) - rest_derivative
-    start_excess = (
-        _derivative(_value(shifted.system, shifted.start, base.rest.energy)) - rest_derivative
-    )
+    first = tangent.in_modes_of(base.course.first)
+    excess = _derivative(observation.energy.sum()) - tangent.rest_energy
+    start_excess = _derivative(_value(first, start, base.rest.energy)) - tangent.rest_energy
     rate = (observation.supplied.sum() - observation.dissipation.sum()).real
     with np.errstate(all="ignore"):
         return float(-(excess - SETTLED_FRACTION * start_excess) / np.float64(rate))
 
 
 def _rest_energy_derivative(base: Baseline, shifted: System) -> float:
-    state = base.problem.system.start(base.rest.motion, base.rest.own)
-    return float(_derivative(shifted.potential_energy(state)))
+    """Return the derivative of the energy of the rest state, at a fixed state."""
+    state = smooth_rest_system(base.problem).start(base.rest.motion, base.rest.own)
+    at_rest = with_modes_at(smooth_rest_system(replace(base.problem, system=shifted)), state)
+    return float(_derivative(at_rest.potential_energy(state)))
+
+
+def _by_modes(problem: Problem, system: System) -> System:
+    """Return a system like that of a problem, whose sliding connector has modes 0 and 1."""
+    if problem.switching is None:
+        return system
+    return with_connector_by_modes(replace(problem, system=system))
 
 
 def _value(system: System, y: Array, rest_energy: float) -> Number:

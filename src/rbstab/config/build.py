@@ -66,13 +66,13 @@ def problem_of(config: Config) -> Problem:
         step_limit=integration.step_limit,
         time_limit=integration.time_limit,
         switching=_switching(config.controller),
-        exact=partial(_system_and_start, config),
+        exact=partial(system_and_start, config),
         schedule=_schedule(config),
     )
 
 
-def _system_and_start(config: Config, numbers: Numbers) -> tuple[System, Array]:
-    """Return the system and the initial state of a config in a kind of number."""
+def system_and_start(config: Config, numbers: Numbers = doubles) -> tuple[System, Array]:
+    """Return the system, in any modes, and the initial state of a config in a kind of number."""
     system = system_of(config, numbers)
     return system, start_of(config, system, numbers)
 

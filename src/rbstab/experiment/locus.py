@@ -12,7 +12,7 @@ from rbstab.config.entries import entries_of
 from rbstab.config.errors import ConfigError, ConfigProblem, Location, closest_keys, shortened
 from rbstab.config.load import changed_config, resolved
 from rbstab.config.schema import Config
-from rbstab.experiment.switching_record import smooth_rest_system
+from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.mechanics.numbers import Array
 
 

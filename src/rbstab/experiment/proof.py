@@ -22,7 +22,7 @@ from rbstab.experiment.stored_proof.proof import (
 )
 from rbstab.experiment.stored_proof.reduced import Found, proof_record, searched_record
 from rbstab.experiment.stored_proof.tied import tied_record
-from rbstab.experiment.switching_record import smooth_rest_system
+from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.integrate.problem import Problem
 from rbstab.systems.system import System
 

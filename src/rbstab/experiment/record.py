@@ -13,6 +13,7 @@ from rbstab.analysis.certificate import Check
 from rbstab.analysis.configuration import stored_energies
 from rbstab.analysis.lyapunov import lyapunov_trace
 from rbstab.analysis.rest_state import RestState, nearest_rest_state
+from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.elements.registry import NAMED_ELEMENTS
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
@@ -20,7 +21,6 @@ from rbstab.experiment.run_certificate import certificate_of
 from rbstab.experiment.switching_record import (
     has_no_potential,
     impact_arrays,
-    smooth_rest_system,
     switching_arrays,
 )
 from rbstab.integrate.deadline import Deadline

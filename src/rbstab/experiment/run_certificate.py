@@ -17,7 +17,8 @@ from rbstab.analysis.certificate import (
 from rbstab.analysis.configuration import as_at_rest
 from rbstab.analysis.exact import exact_rest_energy
 from rbstab.analysis.lyapunov import audit_scale
-from rbstab.experiment.switching_record import has_no_potential, smooth_rest_system
+from rbstab.analysis.rest_system import smooth_rest_system
+from rbstab.experiment.switching_record import has_no_potential
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Variable

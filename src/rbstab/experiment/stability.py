@@ -16,7 +16,7 @@ from rbstab.experiment.stored_proof.proof import (
     ProvedStates,
 )
 from rbstab.experiment.stored_proof.starts import start_level, start_state
-from rbstab.experiment.switching_record import smooth_rest_system
+from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.motion import Motion, motion_from_centre

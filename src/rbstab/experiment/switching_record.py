@@ -1,16 +1,11 @@
 """Quantities of a run that switches: chatter of a sliding connector, impacts against a stop."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.integrate.impact_trace import ImpactTrace
-from rbstab.integrate.problem import Problem
 from rbstab.integrate.switch_trace import SwitchTrace
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.connector import connector_of, inside_layers
-from rbstab.systems.coordinates import ReducedCoordinates
 from rbstab.systems.impact import stop_of
 from rbstab.systems.system import System
 
@@ -61,16 +56,3 @@ def has_no_potential(system: System) -> bool:
     """Whether the contact force has no potential energy, as for s = F + κE."""
     sliding = [e for e in system.elements if isinstance(e, SlidingConnector)]
     return bool(sliding) and sliding[0].rate_weight != 0.0
-
-
-def smooth_rest_system(problem: Problem) -> System:
-    """Return a smooth system with the same rest state as a problem.
-
-    At rest a sliding connector holds the contact point, if its force is large enough. In a boundary
-    layer of s = E it acts as a spring.
-    """
-    if problem.switching is None:
-        return problem.system
-    if problem.switching.layered and connector_of(problem.system).rate_weight == 0.0:
-        return inside_layers(problem.system)
-    return replace(problem.system, coordinates=ReducedCoordinates())

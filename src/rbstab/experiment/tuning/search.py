@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from rbstab.analysis.sensitivity import baseline, derivative_along
-from rbstab.config.build import problem_of
+from rbstab.config.build import problem_of, system_and_start
 from rbstab.config.entries import shifted
 from rbstab.config.schema import Config
 from rbstab.experiment.tuning.gain_scaling import GainScaling, scaled
@@ -124,6 +124,6 @@ class Search:
                 for place in entry.paths
             }
             slope[index] = self.objective.of(
-                derivative_along(base, problem_of(shifted(config, shift)))
+                derivative_along(base, *system_and_start(shifted(config, shift)))
             )
         return self.objective.of(base.outcome), slope

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from rbstab.analysis.linearisation import BODY_STATES
-from rbstab.config.build import problem_of
+from rbstab.config.build import problem_of, system_and_start
 from rbstab.config.elements import inputs, switching
 from rbstab.config.entries import Entry, entries_of, shifted
 from rbstab.config.inputs.signals import SMOOTH_SIGNALS
@@ -128,7 +128,7 @@ def _derivatives(base: "Baseline", config: Config, entry: Entry) -> Array:
     # The derivative with respect to entry / size is about as large as the motion itself.
     size = abs(entry.value) or 1.0
     shift = dict.fromkeys(entry.paths, 1j * STEP * size)
-    return _row(base, derivative_along(base, problem_of(shifted(config, shift)))) / size
+    return _row(base, derivative_along(base, *system_and_start(shifted(config, shift)))) / size
 
 
 def check_suited(config: Config) -> None:
@@ -141,17 +141,6 @@ def check_suited(config: Config) -> None:
     """
     controller: Any = config.controller
     integration: Any = config.integration
-    if controller.variant == "sliding":
-        raise UnsuitedConfigError(
-            "controller.variant: is 'sliding', whose motion is not smooth "
-            "(expected one of free, permanent, visco-elastic, embedded)"
-        )
-    names = switching(config.elements)
-    if names:
-        raise UnsuitedConfigError(
-            f"elements.{names[0]}: switches, its motion is not smooth "
-            "(expected elements that do not switch)"
-        )
     names = inputs(config.elements, with_legs=True)
     if names:
         kind = config.elements[names[0]].signal.kind

@@ -11,7 +11,7 @@ from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.stored_proof.energies import energy_of, tied_energy_of
 from rbstab.experiment.stored_proof.identity import PROOF_VERSION, proof_id
 from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.experiment.switching_record import smooth_rest_system
+from rbstab.analysis.rest_system import smooth_rest_system
 
 if TYPE_CHECKING:
     from rbstab.analysis.proof.reduced_energy import ExactSystem

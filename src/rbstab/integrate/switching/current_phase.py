@@ -8,6 +8,7 @@ import numpy as np
 from rbstab.integrate.problem import Problem, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.connector_switches import ConnectorSwitches
+from rbstab.integrate.switching.course import Transition
 from rbstab.integrate.switching.impacts import Impacts
 from rbstab.integrate.switching.phases import Phases
 from rbstab.integrate.watched_rates import StopRun
@@ -48,7 +49,10 @@ class CurrentPhase:
         impact_count: The number of impacts.
         impacts: The impacts; None if the system has no stop.
         connector: The switches of the connector of a sliding controller; None without one.
+        transitions: All changes of the equations so far; None if they are not wanted.
     """
+
+    transitions: list[Transition] | None = None
 
     def __init__(self, problem: Problem, switch_limit: int | None = None) -> None:
         self._problem, self._phases = problem, Phases(problem)
@@ -78,7 +82,7 @@ class CurrentPhase:
         Raises:
             StopRun: As `switch`, or the forces of sliding ties are not determined.
         """
-        before = self.phase.system
+        before = began = self.phase.system
         if self.impacts is not None:
             y = self.impacts.after(modes, t, y)
         else:
@@ -93,6 +97,7 @@ class CurrentPhase:
             y = self.slide(modes, t, y)
         if self.connector is not None:
             self.connector.add_transitions(modes, before, self.phase.system, t)
+        self._keep(modes, began, t)
         return y
 
     def crosses(self, mode: int, t: float, y: Array) -> bool:
@@ -114,11 +119,24 @@ class CurrentPhase:
 
     def cross_alone(self, mode: int, t: float) -> None:
         """Switch a mode at a time, s; nothing else follows (`crosses`)."""
-        self._last[mode] = t
-        self.phase = self._phases.after_one(self.phase, mode)
+        self._last[mode], before = t, self.phase
+        self.phase = self._phases.after_one(before, mode)
         if self.connector is not None:
             self.connector.add_event(mode, t)
         self.count += 1
+        if self.transitions is not None:
+            self._keep([mode], before.system, t)
+
+    def _keep(self, modes: list[int], before: System, t: float) -> None:
+        """Keep a change of the equations, if such changes are wanted.
+
+        Args:
+            modes: The modes whose margins have reached zero.
+            before: The system before it.
+            t: The time, s.
+        """
+        if self.transitions is not None:
+            self.transitions.append(Transition(t, tuple(modes), before, self.phase.system))
 
     def begin_leg(self, t: float, y: Array) -> Array:
         """Begin the legs of the inputs at a breakpoint, and return the state after it.
@@ -133,6 +151,7 @@ class CurrentPhase:
         Raises:
             StopRun: The forces of sliding ties are not determined, or the limit is reached.
         """
+        began = self.phase.system
         self.phase = self._phases.with_leg(self.phase, t)
         # What has switched at this time already may switch again, under another load.
         self._last.clear()
@@ -143,6 +162,7 @@ class CurrentPhase:
             y = self.slide([], t, y)
         if self.connector is not None:
             self.connector.add_transitions(None, before, self.phase.system, t)
+        self._keep([], began, t)
         return y
 
     def slide(self, modes: list[int], t: float, y: Array) -> Array:

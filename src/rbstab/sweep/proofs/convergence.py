@@ -14,7 +14,7 @@ from rbstab.experiment.convergence.decisions import nothing_proved
 from rbstab.experiment.proof_cache import cached_proof, proof_for
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import has_no_rest_state
-from rbstab.experiment.switching_record import smooth_rest_system
+from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import (

@@ -1,0 +1,140 @@
+"""The derivative of a motion by a parameter, where the motion switches.
+
+Let y obey ẏ = f⁻ until its event function g reaches zero, and ẏ = f⁺ from then on. If a parameter
+p grows by ds, the switch is later by dτ. In this time the motion follows f⁻ and not f⁺. So
+z = ∂y/∂s jumps at the switch:
+
+    z⁺ = z⁻ + (f⁻ - f⁺) dτ/ds,    dτ/ds = -(∂g/∂y z⁻ + ∂g/∂s) / ġ⁻
+
+Here ġ⁻ is the rate of g along f⁻. Where the force is continuous, f⁻ = f⁺ and z does not jump.
+
+An axis that is held on its surface from the start has met it before all times. Then z is moved along
+the forces of the held axes until it is tangent to their surfaces. Each f⁻ - f⁺ has the direction of
+such a force, on either side of the surface; so the derivative does not depend on the side.
+
+Source: R. I. Leine and H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems
+(2004), ch. 7 (the saltation matrix).
+"""
+
+import numpy as np
+
+from rbstab.integrate.switching.course import Transition
+from rbstab.mechanics.derivatives import STEP
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.filippov import slide_modes
+from rbstab.systems.modes import guards_at, mode_owners, modes_of, with_modes
+from rbstab.systems.system import System
+
+CONTINUOUS = 1e-9
+"""Rates that differ by less, relative to the largest one, do not jump: at the release of an axis
+they are equal up to the error of its force (`systems.filippov.BOUND_TOLERANCE`)."""
+
+
+class NotDifferentiableError(ValueError):
+    """The motion has no derivative by the numbers of its config."""
+
+
+def tangent_after(transition: Transition, shifted: System, y: Array, z: Array) -> Array:
+    """Return z after a transition.
+
+    Args:
+        transition: The transition.
+        shifted: The system before it, whose parameters have the imaginary part h ∂p/∂s, with
+            h = `derivatives.STEP`.
+        y: The state.
+        z: ∂y/∂s before the transition, in the shape of y.
+
+    Raises:
+        NotDifferentiableError: The rates jump, and two modes switch at once, or g only touches zero.
+    """
+    time, modes, before, after = transition
+    rates = before.rates(y, time)
+    jump = rates - after.rates(y, time)
+    if not modes or np.abs(jump).max() <= CONTINUOUS * np.abs(rates).max():
+        return z
+    owners = mode_owners(before)
+    if len(modes) > 1:
+        names = " and ".join(dict.fromkeys(owners[mode] for mode in modes))
+        raise NotDifferentiableError(
+            f"{names}: {len(modes)} switches come at once at t = {time:.9g} s, so that the motion "
+            "has no derivatives (expected switches one after another)"
+        )
+    rate = guards_at(before, y + 1j * STEP * rates, time + 1j * STEP)[modes[0]].imag / STEP
+    if rate == 0:
+        raise NotDifferentiableError(
+            f"{owners[modes[0]]}: the motion only touches the border of a switch at "
+            f"t = {time:.9g} s, so that it has no derivatives (expected a motion that crosses it)"
+        )
+    change = guards_at(shifted, y + 1j * STEP * z, time)[modes[0]].imag / STEP
+    moved: Array = z - jump * (change / rate)
+    return moved
+
+
+def tangent_at_start(system: System, shifted: System, y: Array, z: Array, time: float) -> Array:
+    """Return z at the start, tangent to the surfaces on which axes are held there.
+
+    Args:
+        system: The system at the start.
+        shifted: The system with the parameters shifted, as for `tangent_after`.
+        y: The state.
+        z: The derivative of the initial state, in the shape of y.
+        time: The time, s.
+
+    Raises:
+        NotDifferentiableError: The start lies on a border where the rates jump, and the derivative
+            leads across it; or an axis is held on s = E, from which it would bounce.
+    """
+    sides, holds = slide_modes(system)
+    modes = np.array(modes_of(system))
+    held = sides[modes[holds] > 0]
+    free = modes.copy()
+    free[holds] = 0.0
+    _check_borders(system, shifted, y, z, time, set(held.tolist()))
+    if not held.size:
+        return z
+    if any(element.slides and getattr(element, "sticks", False) for element in system.elements):
+        raise NotDifferentiableError(
+            "an axis is held on s = E from the start: from a start beside it, it would bounce "
+            "(expected a surface with a slope, or another start)"
+        )
+
+    def rates(mode: int, value: float) -> Array:
+        changed = free.copy()
+        changed[mode] = value
+        return with_modes(system, tuple(changed)).rates(y, time)
+
+    forces = np.array([rates(mode, 1.0) - rates(mode, 0.0) for mode in held]).T
+    flying, flying_shifted = (with_modes(one, tuple(free)) for one in (system, shifted))
+    rows = [guards_at(flying, y + 1j * STEP * column, time)[held] for column in forces.T]
+    distances = guards_at(flying_shifted, y + 1j * STEP * z, time)[held]
+    moved: Array = z - forces @ np.linalg.solve(np.imag(rows).T, distances.imag)
+    return moved
+
+
+def _check_borders(
+    system: System, shifted: System, y: Array, z: Array, time: float, held: set[int]
+) -> None:
+    """Reject a start on the border of a mode at which the rates jump, if s leads across it.
+
+    Args:
+        system: The system at the start.
+        shifted: The system with the parameters shifted.
+        y: The state.
+        z: The derivative of the initial state.
+        time: The time, s.
+        held: The modes of axes that are held.
+    """
+    guards, owners = guards_at(system, y, time), mode_owners(system)
+    changes = guards_at(shifted, y + 1j * STEP * z, time).imag
+    rates = system.rates(y, time)
+    for mode in np.flatnonzero((guards == 0) & (changes != 0)):
+        if mode in held:
+            continue
+        flipped = np.array(modes_of(system))
+        flipped[mode] = 1.0 - flipped[mode]
+        jump = with_modes(system, tuple(flipped)).rates(y, time) - rates
+        if np.abs(jump).max() > CONTINUOUS * np.abs(rates).max():
+            raise NotDifferentiableError(
+                f"{owners[mode]}: the start lies where its force jumps, so that the motion has no "
+                "derivatives (expected a start beside this border)"
+            )

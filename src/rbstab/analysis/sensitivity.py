@@ -30,7 +30,10 @@ from rbstab.integrate.status import RunStatus, UnfinishedRunError
 from rbstab.integrate.switching.course import Course
 from rbstab.integrate.switching.sliding_connector import with_connector_by_modes
 from rbstab.mechanics.derivatives import STEP
+from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array, Number
+from rbstab.mechanics.states import PITCH
+from rbstab.systems.impact import side_of, stop_of
 from rbstab.systems.modes import with_modes_at
 from rbstab.systems.system import Observation, System
 
@@ -94,7 +97,8 @@ def baseline(problem: Problem) -> Baseline:
     if approached is not rest:
         rest = approached
         coarse, value = _with_settling(problem, course, compiled, rest, span)
-    times = np.unique(np.concatenate([span, *coarse.turning_times, coarse.crossings]))
+    impacts = [one.time for one in course.transitions if one.impact]
+    times = np.unique(np.concatenate([span, *coarse.turning_times, coarse.crossings, impacts]))
     trajectory = _completed(compiled.integrate(problem, course, times, rest.energy))
     E = np.array([problem.system.motion(y).E for y in trajectory.states])
     sizes = np.column_stack([np.abs(E), np.linalg.norm(E, axis=1)])
@@ -152,9 +156,10 @@ def _settling_time(
 def derivative_along(base: Baseline, system: System, start: Array) -> Outcome:
     """Compute the derivative of a run's outcome along a direction.
 
-    At a turning point dE/dt = 0. So the derivative of a peak is the derivative of E at a fixed time
-    (envelope theorem), and its time changes by -(∂F/∂s)/Ḟ. A peak at an end of the run stays at
-    that end. The settling time changes by -(∂v/∂s - 1e-3 ∂v(0)/∂s)/v'. v is zero at the rest state.
+    A peak of E at the time t changes by ∂E/∂s + F dt/ds. At a turning point F = 0, and t changes by
+    -(∂F/∂s)/Ḟ. A peak at an impact moves with it, and a peak at an end of the run stays at that
+    end. The settling time changes by -(∂v/∂s - 1e-3 ∂v(0)/∂s)/v', or with an impact in which v
+    falls below its fraction. v is zero at the rest state.
     The energy of the rest state is stationary, so its derivative is ∂/∂s at a fixed state. If two
     peaks are equally far from zero, the result is the derivative of the peak in `base`.
 
@@ -182,43 +187,59 @@ def derivative_along(base: Baseline, system: System, start: Array) -> Outcome:
         for y, t in zip(states, times.tolist(), strict=True)
     ]
     observed = [observations[index] for index in order]
+    delays = trajectory.delays
+    delayed = _peak_time_derivatives(base, delays, trajectory.states[order], observed)
+    at_peaks = [observation.motion for observation in observed[PEAKS]]
+    peaks = [_derivative(motion.E[axis]) for axis, motion in enumerate(at_peaks)]
+    rates = [motion.F[axis].real for axis, motion in enumerate(at_peaks)]
     return Outcome(
         _derivative(_final(observed[END])),
-        np.array([_derivative(observed[axis].motion.E[axis]) for axis in range(3)]),
-        _peak_time_derivatives(base, times[order], trajectory.states[order], observed),
-        _distance_derivative(base, observed[LARGEST_DISTANCE].motion.E),
-        _settling_derivative(base, tangent, start, observed[SETTLING]),
+        np.array(peaks) + np.array(rates) * delayed,
+        delayed,
+        _distance_derivative(base, delays, observed[LARGEST_DISTANCE].motion),
+        _settling_derivative(base, tangent, start, delays, observed[SETTLING]),
         float(trajectory.lyapunov_integral_tangent[-1]),
     )
 
 
 def _peak_time_derivatives(
-    base: Baseline, times: Array, states: Array, observed: list[Observation]
+    base: Baseline, delays: dict[float, float], states: Array, observed: list[Observation]
 ) -> Array:
-    """Return -(∂F/∂s)/Ḟ of each axis at its turning point; 0 at an end of the run."""
+    """Return the derivative of the time of the peak of each axis, shape (3,), s.
+
+    It is -(∂F/∂s)/Ḟ at a turning point, that of the impact at an impact, and 0 at an end of the
+    run.
+    """
     derivatives = np.zeros(3)
     for axis in np.flatnonzero(base.interior_peaks):
-        time = float(times[axis])
+        time = float(base.evaluation_times[axis])
         rates = base.course.system_at(time).rates(states[axis], time)
         ahead = base.problem.system.motion(states[axis] + 1j * STEP * rates)
         with np.errstate(all="ignore"):
-            derivatives[axis] = -_derivative(observed[axis].motion.F[axis]) / _derivative(
-                ahead.F[axis]
-            )
+            turning = -_derivative(observed[axis].motion.F[axis]) / _derivative(ahead.F[axis])
+        derivatives[axis] = delays.get(time, turning)
     return derivatives
 
 
-def _distance_derivative(base: Baseline, E: Array) -> float:
-    """Return E'(∂E/∂s) / |E|."""
-    distance = base.outcome.largest_distance
-    return float(E.real @ _derivative(E)) / distance if distance > 0 else 0.0
+def _distance_derivative(base: Baseline, delays: dict[float, float], motion: Motion) -> float:
+    """Return E'(∂E/∂s + F dt/ds) / |E|; t is the time of an impact, elsewhere E'F = 0."""
+    distance, E = base.outcome.largest_distance, motion.E
+    delay = delays.get(float(base.evaluation_times[LARGEST_DISTANCE]), 0.0)
+    change = _derivative(E) + motion.F.real * delay
+    return float(E.real @ change) / distance if distance > 0 else 0.0
 
 
 def _settling_derivative(
-    base: Baseline, tangent: Tangent, start: Array, observation: Observation
+    base: Baseline,
+    tangent: Tangent,
+    start: Array,
+    delays: dict[float, float],
+    observation: Observation,
 ) -> float:
     if np.isnan(base.outcome.settling_time):
         return np.nan
+    if base.outcome.settling_time in delays:
+        return delays[base.outcome.settling_time]
     first = tangent.in_modes_of(base.course.first)
     excess = _derivative(observation.energy.sum()) - tangent.rest_energy
     start_excess = _derivative(_value(first, start, base.rest.energy)) - tangent.rest_energy
@@ -228,8 +249,14 @@ def _settling_derivative(
 
 
 def _rest_energy_derivative(base: Baseline, shifted: System) -> float:
-    """Return the derivative of the energy of the rest state, at a fixed state."""
+    """Return the derivative of the energy of the rest state: that at a fixed state.
+
+    A body that rests against a stop moves with it.
+    """
     state = smooth_rest_system(base.problem).start(base.rest.motion, base.rest.own)
+    stop, side = stop_of(shifted), side_of(base.problem.system, state)
+    if stop is not None and side:
+        state = np.concatenate([state[:PITCH], [side * stop.angle], state[PITCH + 1 :]])
     at_rest = with_modes_at(smooth_rest_system(replace(base.problem, system=shifted)), state)
     return float(_derivative(at_rest.potential_energy(state)))
 

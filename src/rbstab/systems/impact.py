@@ -10,7 +10,7 @@ import numpy as np
 
 from rbstab.elements.guards.stop import Stop
 from rbstab.mechanics import pitch
-from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.numbers import Array, Number
 from rbstab.mechanics.states import PITCH
 from rbstab.systems.holding import response
 from rbstab.systems.system import System
@@ -31,8 +31,8 @@ class Impact(NamedTuple):
     """
 
     state: Array
-    rate: float
-    lost: float
+    rate: Number
+    lost: Number
 
 
 def stop_of(system: System) -> Stop | None:
@@ -61,7 +61,7 @@ def side_of(system: System, y: Array) -> int:
 
 
 def impact(system: System, y: Array) -> Impact:
-    """Return the impact of a body at its stop.
+    """Return the impact of a body at its stop. It has no branch: every kind of number will do.
 
     Args:
         system: The system.
@@ -72,7 +72,7 @@ def impact(system: System, y: Array) -> Impact:
     jump, mobility = response(system.body, system.coordinates, motion)
     rate = pitch.rate(motion)
     state = _jumped(y, stop.impulse(rate, mobility) * jump)
-    return Impact(state, float(rate), float(stop.lost_energy(rate, mobility)))
+    return Impact(state, rate, stop.lost_energy(rate, mobility))
 
 
 def rests(system: System, y: Array, side: int, time: float = 0.0) -> bool:

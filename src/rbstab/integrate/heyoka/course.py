@@ -14,6 +14,8 @@ from rbstab.integrate.switching.course import Course
 from rbstab.integrate.switching.phases import switches
 from rbstab.integrate.switching.saltation import NotDifferentiableError
 from rbstab.integrate.switching.sliding_connector import drive_by_modes, follows_modes
+from rbstab.systems.filippov import slides
+from rbstab.systems.impact import side_of, stop_of
 
 
 def course_of(problem: Problem, tolerance: float) -> Course:
@@ -33,6 +35,7 @@ def course_of(problem: Problem, tolerance: float) -> Course:
     if status is not None:
         detail = f"{stop_reason(status, problem, problem.start)} at t = {problem.times[0]:.9g} s"
         raise UnfinishedRunError(status, detail)
+    _check_stop(problem)
     deadline = Deadline(problem.time_limit)
     runs: list[HeyokaModeRun] = []
 
@@ -57,6 +60,23 @@ def course_of(problem: Problem, tolerance: float) -> Course:
     transitions = tuple(current.transitions)
     first = transitions[0].before if transitions else current.phase.system
     return Course(first, transitions)
+
+
+def _check_stop(problem: Problem) -> None:
+    """Reject a motion against a stop that has no derivatives, or whose derivatives are not known."""
+    stop = stop_of(problem.system)
+    if stop is None:
+        return
+    if side_of(problem.system, problem.start):
+        raise NotDifferentiableError(
+            f"{stop.name}: the body touches it at the start, so that its motion has no derivatives "
+            "(expected a start inside)"
+        )
+    if slides(problem.system):
+        raise NotDifferentiableError(
+            f"{stop.name}: is a stop beside a tie that slides; the derivatives of such motions are "
+            "not known (expected a stop alone, or a tie with a boundary layer)"
+        )
 
 
 def _check_trusted(found: Trajectory) -> None:

@@ -2,7 +2,6 @@
 
 from typing import NamedTuple
 
-from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 
 
@@ -14,12 +13,14 @@ class Transition(NamedTuple):
         modes: The modes whose event functions have reached zero; none at a breakpoint.
         before: The system before it.
         after: The system after it.
+        impact: Whether it is an impact, in which the state jumps.
     """
 
     time: float
     modes: tuple[int, ...]
     before: System
     after: System
+    impact: bool = False
 
 
 class Course(NamedTuple):

@@ -83,6 +83,7 @@ class CurrentPhase:
             StopRun: As `switch`, or the forces of sliding ties are not determined.
         """
         before = began = self.phase.system
+        impacts = self.impact_count
         if self.impacts is not None:
             y = self.impacts.after(modes, t, y)
         else:
@@ -97,7 +98,7 @@ class CurrentPhase:
             y = self.slide(modes, t, y)
         if self.connector is not None:
             self.connector.add_transitions(modes, before, self.phase.system, t)
-        self._keep(modes, began, t)
+        self._keep(modes, began, t, impact=self.impact_count > impacts)
         return y
 
     def crosses(self, mode: int, t: float, y: Array) -> bool:
@@ -127,16 +128,18 @@ class CurrentPhase:
         if self.transitions is not None:
             self._keep([mode], before.system, t)
 
-    def _keep(self, modes: list[int], before: System, t: float) -> None:
+    def _keep(self, modes: list[int], before: System, t: float, *, impact: bool = False) -> None:
         """Keep a change of the equations, if such changes are wanted.
 
         Args:
             modes: The modes whose margins have reached zero.
             before: The system before it.
             t: The time, s.
+            impact: Whether it is an impact.
         """
         if self.transitions is not None:
-            self.transitions.append(Transition(t, tuple(modes), before, self.phase.system))
+            after = self.phase.system
+            self.transitions.append(Transition(t, tuple(modes), before, after, impact))
 
     def begin_leg(self, t: float, y: Array) -> Array:
         """Begin the legs of the inputs at a breakpoint, and return the state after it.

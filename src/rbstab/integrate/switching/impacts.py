@@ -119,7 +119,7 @@ class Impacts:
             raise StopRun(RunStatus.SOLVER_FAILURE, "the hops at the stop became too short")
         found = impact(current.phase.system, y)
         current.count_impact()
-        y, lost = found.state, found.lost
+        y, lost = found.state, float(found.lost)
         others = self._others(t, y)
         if others:
             current.switch(others, t)
@@ -135,7 +135,7 @@ class Impacts:
         self.lost += lost
         self.count += 1
         self._times.append(t)
-        self._rates.append(found.rate)
+        self._rates.append(float(found.rate))
         return y
 
     def _others(self, t: float, y: Array) -> list[int]:

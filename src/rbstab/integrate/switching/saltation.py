@@ -1,12 +1,13 @@
 """The derivative of a motion by a parameter, where the motion switches.
 
-Let y obey ẏ = f⁻ until its event function g reaches zero, and ẏ = f⁺ from then on. If a parameter
-p grows by ds, the switch is later by dτ. In this time the motion follows f⁻ and not f⁺. So
-z = ∂y/∂s jumps at the switch:
+Let y obey ẏ = f⁻ until its event function g reaches zero. There it may jump to h(y), as in an
+impact; then it obeys ẏ = f⁺. If a parameter grows by ds, the switch is later by dτ. In this time
+the motion follows f⁻ and not f⁺. So z = ∂y/∂s jumps at the switch:
 
-    z⁺ = z⁻ + (f⁻ - f⁺) dτ/ds,    dτ/ds = -(∂g/∂y z⁻ + ∂g/∂s) / ġ⁻
+    z⁺ = ∂h/∂y (z⁻ + f⁻ dτ/ds) + ∂h/∂s - f⁺ dτ/ds,    dτ/ds = -(∂g/∂y z⁻ + ∂g/∂s) / ġ⁻
 
-Here ġ⁻ is the rate of g along f⁻. Where the force is continuous, f⁻ = f⁺ and z does not jump.
+Here ġ⁻ is the rate of g along f⁻. Where y does not jump and the force is continuous, z does not
+jump either.
 
 An axis that is held on its surface from the start has met it before all times. Then z is moved along
 the forces of the held axes until it is tangent to their surfaces. Each f⁻ - f⁺ has the direction of
@@ -16,12 +17,16 @@ Source: R. I. Leine and H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Me
 (2004), ch. 7 (the saltation matrix).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from rbstab.integrate.switching.course import Transition
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.filippov import slide_modes
+from rbstab.systems.impact import impact as impact_of
+from rbstab.systems.impact import laid_on_stop, stop_of
 from rbstab.systems.modes import guards_at, mode_owners, modes_of, with_modes
 from rbstab.systems.system import System
 
@@ -34,24 +39,51 @@ class NotDifferentiableError(ValueError):
     """The motion has no derivative by the numbers of its config."""
 
 
-def tangent_after(transition: Transition, shifted: System, y: Array, z: Array) -> Array:
-    """Return z after a transition.
+class Passed(NamedTuple):
+    """A motion after a transition.
+
+    Attributes:
+        state: y.
+        tangent: z = ∂y/∂s, in the shape of y.
+        delay: dτ/ds, the derivative of the time of the transition; 0 where it does not matter.
+    """
+
+    state: Array
+    tangent: Array
+    delay: float
+
+
+def passed(transition: Transition, shifted: System, y: Array, z: Array) -> Passed:
+    """Return a motion after a transition.
 
     Args:
         transition: The transition.
         shifted: The system before it, whose parameters have the imaginary part h ∂p/∂s, with
             h = `derivatives.STEP`.
-        y: The state.
-        z: ∂y/∂s before the transition, in the shape of y.
+        y: The state before it.
+        z: ∂y/∂s before it, in the shape of y.
 
     Raises:
-        NotDifferentiableError: The rates jump, and two modes switch at once, or g only touches zero.
+        NotDifferentiableError: y or its rates jump, and two modes switch at once, or g only touches
+            zero.
     """
-    time, modes, before, after = transition
+    time, modes, before, after, impact = transition
     rates = before.rates(y, time)
-    jump = rates - after.rates(y, time)
-    if not modes or np.abs(jump).max() <= CONTINUOUS * np.abs(rates).max():
-        return z
+    if not impact:
+        jump = rates - after.rates(y, time)
+        if not modes or np.abs(jump).max() <= CONTINUOUS * np.abs(rates).max():
+            return Passed(y, z, 0.0)
+    delay = _delay(transition, shifted, y, z, rates)
+    at_switch = y + 1j * STEP * (z + rates * delay)
+    if impact:
+        at_switch = _after_impact(transition, shifted, at_switch)
+    state = at_switch.real
+    return Passed(state, at_switch.imag / STEP - after.rates(state, time) * delay, delay)
+
+
+def _delay(transition: Transition, shifted: System, y: Array, z: Array, rates: Array) -> float:
+    """Return dτ/ds; see `passed`."""
+    time, modes, before, *_ = transition
     owners = mode_owners(before)
     if len(modes) > 1:
         names = " and ".join(dict.fromkeys(owners[mode] for mode in modes))
@@ -59,15 +91,23 @@ def tangent_after(transition: Transition, shifted: System, y: Array, z: Array) -
             f"{names}: {len(modes)} switches come at once at t = {time:.9g} s, so that the motion "
             "has no derivatives (expected switches one after another)"
         )
-    rate = guards_at(before, y + 1j * STEP * rates, time + 1j * STEP)[modes[0]].imag / STEP
+    (mode,) = modes
+    rate = guards_at(before, y + 1j * STEP * rates, time + 1j * STEP)[mode].imag
     if rate == 0:
         raise NotDifferentiableError(
-            f"{owners[modes[0]]}: the motion only touches the border of a switch at "
+            f"{owners[mode]}: the motion only touches the border of a switch at "
             f"t = {time:.9g} s, so that it has no derivatives (expected a motion that crosses it)"
         )
-    change = guards_at(shifted, y + 1j * STEP * z, time)[modes[0]].imag / STEP
-    moved: Array = z - jump * (change / rate)
-    return moved
+    return float(-guards_at(shifted, y + 1j * STEP * z, time)[mode].imag / rate)
+
+
+def _after_impact(transition: Transition, shifted: System, y: Array) -> Array:
+    """Return h(y): the state after an impact, at rest against the stop if the body rests then."""
+    y = impact_of(shifted, y).state
+    resting = with_modes(shifted, modes_of(transition.after))
+    stop = stop_of(resting)
+    assert stop is not None
+    return laid_on_stop(resting, y) if stop.mode.any() else y
 
 
 def tangent_at_start(system: System, shifted: System, y: Array, z: Array, time: float) -> Array:
@@ -75,7 +115,7 @@ def tangent_at_start(system: System, shifted: System, y: Array, z: Array, time: 
 
     Args:
         system: The system at the start.
-        shifted: The system with the parameters shifted, as for `tangent_after`.
+        shifted: The system with the parameters shifted, as for `passed`.
         y: The state.
         z: The derivative of the initial state, in the shape of y.
         time: The time, s.

@@ -8,6 +8,7 @@ the chain rule from the config's quantities to the system's parameters. For exam
 changes the weight and may change the anchor; this needs no formula here.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -34,7 +35,7 @@ from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.mechanics.states import PITCH
 from rbstab.systems.impact import side_of, stop_of
-from rbstab.systems.modes import with_modes_at
+from rbstab.systems.modes import modes_of, with_modes, with_modes_at
 from rbstab.systems.system import Observation, System
 
 
@@ -53,6 +54,17 @@ class Outcome(NamedTuple):
     largest_distance: float
     settling_time: float
     lyapunov_integral: float
+
+
+class Shifted(NamedTuple):
+    """The numbers of a problem, shifted: its system in any modes, its start, and its legs.
+
+    legs has the legs of each input that is made of them, shape (legs, 3), by name.
+    """
+
+    system: System
+    start: Array
+    legs: Mapping[str, Array]
 
 
 PEAKS = slice(0, 3)
@@ -153,7 +165,7 @@ def _settling_time(
     return float(crossings[-1]) if settled and len(crossings) > 0 else np.nan
 
 
-def derivative_along(base: Baseline, system: System, start: Array) -> Outcome:
+def derivative_along(base: Baseline, shifted: Shifted) -> Outcome:
     """Compute the derivative of a run's outcome along a direction.
 
     A peak of E at the time t changes by ∂E/∂s + F dt/ds. At a turning point F = 0, and t changes by
@@ -165,15 +177,17 @@ def derivative_along(base: Baseline, system: System, start: Array) -> Outcome:
 
     Args:
         base: The run.
-        system: Its system, in any modes, shifted by ih along the direction, h = `derivatives.STEP`.
-        start: Its initial state, shifted likewise.
+        shifted: Its numbers, shifted by ih along the direction, h = `derivatives.STEP`.
 
     Raises:
         UnfinishedRunError: The run did not complete.
         NotDifferentiableError: It has no derivative along the direction.
     """
     tangent = Tangent(
-        _by_modes(base.problem, system), _derivative(start), _rest_energy_derivative(base, system)
+        _by_modes(base.problem, shifted.system),
+        _derivative(shifted.start),
+        _rest_energy_derivative(base, shifted.system),
+        shifted.legs,
     )
     times, order = np.unique(
         np.append(base.evaluation_times, base.problem.times[0]), return_inverse=True
@@ -183,7 +197,7 @@ def derivative_along(base: Baseline, system: System, start: Array) -> Outcome:
     )
     states = trajectory.states + 1j * STEP * trajectory.tangents
     observations = [
-        tangent.in_modes_of(base.course.system_at(t)).observe(y, t)
+        tangent.like(base.course.system_at(t), t).observe(y, t)
         for y, t in zip(states, times.tolist(), strict=True)
     ]
     observed = [observations[index] for index in order]
@@ -197,7 +211,7 @@ def derivative_along(base: Baseline, system: System, start: Array) -> Outcome:
         np.array(peaks) + np.array(rates) * delayed,
         delayed,
         _distance_derivative(base, delays, observed[LARGEST_DISTANCE].motion),
-        _settling_derivative(base, tangent, start, delays, observed[SETTLING]),
+        _settling_derivative(base, tangent, shifted.start, delays, observed[SETTLING]),
         float(trajectory.lyapunov_integral_tangent[-1]),
     )
 
@@ -240,7 +254,7 @@ def _settling_derivative(
         return np.nan
     if base.outcome.settling_time in delays:
         return delays[base.outcome.settling_time]
-    first = tangent.in_modes_of(base.course.first)
+    first = tangent.like(base.course.first, float(base.problem.times[0]))
     excess = _derivative(observation.energy.sum()) - tangent.rest_energy
     start_excess = _derivative(_value(first, start, base.rest.energy)) - tangent.rest_energy
     rate = (observation.supplied.sum() - observation.dissipation.sum()).real
@@ -253,12 +267,14 @@ def _rest_energy_derivative(base: Baseline, shifted: System) -> float:
 
     A body that rests against a stop moves with it.
     """
-    state = smooth_rest_system(base.problem).start(base.rest.motion, base.rest.own)
-    stop, side = stop_of(shifted), side_of(base.problem.system, state)
+    resting = smooth_rest_system(base.problem)
+    state = resting.start(base.rest.motion, base.rest.own)
+    modes = modes_of(with_modes_at(resting, state))
+    shifted = with_modes(smooth_rest_system(replace(base.problem, system=shifted)), modes)
+    stop, side = stop_of(shifted), side_of(resting, state)
     if stop is not None and side:
         state = np.concatenate([state[:PITCH], [side * stop.angle], state[PITCH + 1 :]])
-    at_rest = with_modes_at(smooth_rest_system(replace(base.problem, system=shifted)), state)
-    return float(_derivative(at_rest.potential_energy(state)))
+    return float(_derivative(shifted.potential_energy(state)))
 
 
 def _by_modes(problem: Problem, system: System) -> System:

@@ -34,7 +34,7 @@ from rbstab.systems.coordinates import (
     ReducedCoordinates,
 )
 from rbstab.systems.filippov import at_start
-from rbstab.systems.schedule import Schedule, schedule_of
+from rbstab.systems.schedule import schedule_of
 from rbstab.systems.system import System
 
 Numbers = Callable[[Array], Array]
@@ -67,7 +67,7 @@ def problem_of(config: Config) -> Problem:
         time_limit=integration.time_limit,
         switching=_switching(config.controller),
         exact=partial(system_and_start, config),
-        schedule=_schedule(config),
+        schedule=schedule_of(input_legs(config)),
     )
 
 
@@ -209,15 +209,11 @@ def _legs(signal: Any, duration: float) -> Array:
     return legs.noise(signal.seed, signal.rate, signal.correlation_time, duration)
 
 
-def _schedule(config: Config) -> Schedule | None:
-    """Return the legs of all inputs that are made of them; None if there are none."""
+def input_legs(config: Config) -> dict[str, Array]:
+    """Return the legs of all inputs that are made of them, each of shape (legs, 3), by name."""
     duration = config.integration.duration
-    return schedule_of(
-        {
-            name: _legs(config.elements[name].signal, duration)
-            for name in inputs(config.elements, with_legs=True)
-        }
-    )
+    names = inputs(config.elements, with_legs=True)
+    return {name: _legs(config.elements[name].signal, duration) for name in names}
 
 
 def _sliding_settings(controller: Any) -> dict[str, Any]:

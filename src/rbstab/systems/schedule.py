@@ -46,13 +46,8 @@ class Schedule:
 
     def system_at(self, system: System, time: float) -> System:
         """Return a system with the legs of a time."""
-        legs = dict(zip(self.names, self.legs_at(time).tolist(), strict=True))
-        given: tuple[Any, ...] = system.elements
-        elements = [
-            replace(element, signal=Leg(*legs[element.name])) if element.name in legs else element
-            for element in given
-        ]
-        return System(system.body, tuple(elements), system.coordinates, system.anchor)
+        legs = zip(self.names, self.legs_at(time).tolist(), strict=True)
+        return with_legs(system, {name: Leg(*leg) for name, leg in legs})
 
     def systems_at(self, systems: tuple[System, ...], times: Array) -> tuple[System, ...]:
         """Return systems with the legs of their times; equal ones are one object."""
@@ -72,6 +67,27 @@ class Schedule:
         """
         names = [[f"{name}.signal.{part}" for part in LEG_FIELDS] for name in self.names]
         return np.array([[offsets[entry] for entry in row] for row in names])
+
+
+def with_legs(system: System, legs: Mapping[str, Leg]) -> System:
+    """Return a system whose inputs have other legs, by name."""
+    given: tuple[Any, ...] = system.elements
+    elements = [
+        replace(element, signal=legs[element.name]) if element.name in legs else element
+        for element in given
+    ]
+    return System(system.body, tuple(elements), system.coordinates, system.anchor)
+
+
+def leg_at(legs: Array, time: float) -> Array:
+    """Return the leg of a signal at a time, s; a new one at its beginning.
+
+    Args:
+        legs: All its legs, shape (legs, 3), of floats or complex numbers.
+        time: The time, s.
+    """
+    leg: Array = legs[legs[1:, BEGIN].real.searchsorted(time, side="right")]
+    return leg
 
 
 def leg_parameters(system: System) -> frozenset[str]:

@@ -2,16 +2,19 @@
 
 Each function returns the legs of a signal, shape (legs, 3): the level a, the slope b and the
 beginning t_k of each `Leg`, in their order. The first leg is also the signal before its beginning.
+All numbers but seeds may be complex, for derivatives (`mechanics.derivatives`): their real parts tell
+which legs there are.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
-from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.numbers import Array, Number
 
 
-def pulse(start: float, duration: float) -> Array:
+def pulse(start: Number, duration: Number) -> Array:
     """Return the legs of a signal that is 1 for a while, and 0 before and after it.
 
     Args:
@@ -21,7 +24,7 @@ def pulse(start: float, duration: float) -> Array:
     return np.array([[0.0, 0.0, 0.0], [1.0, 0.0, start], [0.0, 0.0, start + duration]])
 
 
-def ramp(start: float, duration: float) -> Array:
+def ramp(start: Number, duration: Number) -> Array:
     """Return the legs of a signal that rises from 0 to 1, and stays there.
 
     Args:
@@ -42,13 +45,13 @@ def table(times: Array, values: Array) -> Array:
         values: Shape (n,).
     """
     lengths = np.diff(times)
-    lines = np.flatnonzero(lengths > 0)
+    lines = np.flatnonzero(lengths.real > 0)
     slopes = np.diff(values)[lines] / lengths[lines]
     before, last = [values[0], 0.0, times[0]], [values[-1], 0.0, times[-1]]
     return np.array([before, *zip(values[lines], slopes, times[lines], strict=True), last])
 
 
-def noise(seed: int, rate: float, correlation_time: float, duration: float) -> Array:
+def noise(seed: int, rate: Number, correlation_time: Number, duration: float) -> Array:
     """Return the legs of an Ornstein-Uhlenbeck process at equally spaced times.
 
     x has the mean 0, the standard deviation 1 and the correlation e^(-|τ|/T) between two of these
@@ -65,17 +68,21 @@ def noise(seed: int, rate: float, correlation_time: float, duration: float) -> A
     Source: D. T. Gillespie, Phys. Rev. E 54 (1996) 2084-2091, for the update.
     """
     knots = knot_count(rate, duration)
-    x = normal_numbers(seed, knots)
-    keep = math.exp(-1.0 / (rate * correlation_time))
-    fresh = math.sqrt(-math.expm1(-2.0 / (rate * correlation_time)))
-    for k in range(1, knots):
-        x[k] = keep * x[k - 1] + fresh * x[k]
-    return table(np.arange(knots) / rate, x)
+    xi = normal_numbers(seed, knots)
+    steps = rate * correlation_time
+    # Both agree but for the last digit, and the noise of a seed must never change.
+    functions: Any = np if isinstance(steps, complex) else math
+    keep = functions.exp(-1.0 / steps)
+    fresh = functions.sqrt(-functions.expm1(-2.0 / steps))
+    x = [xi[0]]
+    for normal in xi[1:]:
+        x.append(keep * x[-1] + fresh * normal)
+    return table(np.arange(knots) / rate, np.array(x))
 
 
-def knot_count(rate: float, duration: float) -> int:
+def knot_count(rate: Number, duration: float) -> int:
     """Return the number of times, 1/rate apart, that cover a duration from t = 0 on."""
-    return math.ceil(rate * duration) + 1
+    return math.ceil(rate.real * duration) + 1
 
 
 def normal_numbers(seed: int, count: int) -> Array:

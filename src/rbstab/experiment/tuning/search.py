@@ -5,13 +5,12 @@ import math
 import numpy as np
 
 from rbstab.analysis.sensitivity import baseline, derivative_along
-from rbstab.config.build import problem_of, system_and_start
-from rbstab.config.entries import shifted
+from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
+from rbstab.experiment.tuning.direction import shifted_along
 from rbstab.experiment.tuning.gain_scaling import GainScaling, scaled
 from rbstab.experiment.tuning.objective import Objective
 from rbstab.integrate.status import UnfinishedRunError
-from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
 
 SAMPLES = 32
@@ -118,12 +117,11 @@ class Search:
         for index, scaling in enumerate(self.scalings if gradient else ()):
             factor = self.factors(x)[index]
             # The derivative of a scaled gain with respect to log(factor) is the scaled gain.
-            shift = {
-                place: 1j * STEP * factor * entry.value
+            directions = [
+                (place, factor * entry.value)
                 for entry in scaling.entries
                 for place in entry.paths
-            }
-            slope[index] = self.objective.of(
-                derivative_along(base, *system_and_start(shifted(config, shift)))
-            )
+            ]
+            outcome = derivative_along(base, shifted_along(config, directions))
+            slope[index] = self.objective.of(outcome)
         return self.objective.of(base.outcome), slope

@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from rbstab.analysis.linearisation import BODY_STATES
-from rbstab.config.build import problem_of, system_and_start
+from rbstab.config.build import problem_of
 from rbstab.config.elements import inputs, switching
-from rbstab.config.entries import Entry, entries_of, shifted
+from rbstab.config.entries import Entry, entries_of
 from rbstab.config.inputs.signals import SMOOTH_SIGNALS
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
 from rbstab.integrate.engines import engine
-from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.quantities import BY_NAME
 
@@ -124,11 +123,12 @@ def sensitivities(
 
 def _derivatives(base: "Baseline", config: Config, entry: Entry) -> Array:
     from rbstab.analysis.sensitivity import derivative_along
+    from rbstab.experiment.tuning.direction import shifted_along
 
     # The derivative with respect to entry / size is about as large as the motion itself.
     size = abs(entry.value) or 1.0
-    shift = dict.fromkeys(entry.paths, 1j * STEP * size)
-    return _row(base, derivative_along(base, *system_and_start(shifted(config, shift)))) / size
+    directions = [(path, size) for path in entry.paths]
+    return _row(base, derivative_along(base, shifted_along(config, directions))) / size
 
 
 def check_suited(config: Config) -> None:
@@ -141,13 +141,6 @@ def check_suited(config: Config) -> None:
     """
     controller: Any = config.controller
     integration: Any = config.integration
-    names = inputs(config.elements, with_legs=True)
-    if names:
-        kind = config.elements[names[0]].signal.kind
-        raise UnsuitedConfigError(
-            f"elements.{names[0]}.signal: is a {kind}, whose motion is smooth only between its "
-            f"breakpoints (expected {' or '.join(SMOOTH_SIGNALS)})"
-        )
     if integration.coordinates == "manifold":
         raise UnsuitedConfigError(
             "integration.coordinates: is 'manifold', which drifts (expected reduced)"

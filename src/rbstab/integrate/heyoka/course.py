@@ -10,7 +10,7 @@ from rbstab.integrate.heyoka.mode_run import HeyokaModeRun
 from rbstab.integrate.heyoka.symbols import energy_scale
 from rbstab.integrate.problem import Problem, Progress, Trajectory
 from rbstab.integrate.status import RunStatus, UnfinishedRunError
-from rbstab.integrate.switching.course import Course
+from rbstab.integrate.switching.course import Course, Transition
 from rbstab.integrate.switching.phases import switches
 from rbstab.integrate.switching.saltation import NotDifferentiableError
 from rbstab.integrate.switching.sliding_connector import drive_by_modes, follows_modes
@@ -30,7 +30,7 @@ def course_of(problem: Problem, tolerance: float) -> Course:
         NotDifferentiableError: The motion is chaotic.
     """
     if not follows_modes(problem) and not switches(problem):
-        return Course(problem.system_at_start())
+        return _scheduled(problem)
     status = initial_status(problem)
     if status is not None:
         detail = f"{stop_reason(status, problem, problem.start)} at t = {problem.times[0]:.9g} s"
@@ -60,6 +60,17 @@ def course_of(problem: Problem, tolerance: float) -> Course:
     transitions = tuple(current.transitions)
     first = transitions[0].before if transitions else current.phase.system
     return Course(first, transitions)
+
+
+def _scheduled(problem: Problem) -> Course:
+    """Return the systems of a motion that only breakpoints of inputs change."""
+    first = system = problem.system_at_start()
+    transitions = []
+    for time in problem.breakpoints():
+        assert problem.schedule is not None
+        before, system = system, problem.schedule.system_at(system, time)
+        transitions.append(Transition(time, (), before, system))
+    return Course(first, tuple(transitions))
 
 
 def _check_stop(problem: Problem) -> None:

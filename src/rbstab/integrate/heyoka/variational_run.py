@@ -4,23 +4,26 @@ Between two transitions modes and legs of inputs are parameters. At each of them
 derivative may jump (`switching.saltation`).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from rbstab.elements.inputs.signals import Leg
 from rbstab.integrate.heyoka.engine import GRID_END, StepCallback, status_of
 from rbstab.integrate.heyoka.integrator_state import set_motion, set_parameters
 from rbstab.integrate.heyoka.symbols import parameter_values
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.course import Course, Transition
-from rbstab.integrate.switching.saltation import passed, tangent_at_start
+from rbstab.integrate.switching.saltation import after_breakpoint, passed, tangent_at_start
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.modes import modes_of, with_modes
 from rbstab.systems.parameters import parameters
+from rbstab.systems.schedule import BEGIN, leg_at, with_legs
 from rbstab.systems.system import System
 
 if TYPE_CHECKING:
@@ -32,24 +35,28 @@ class Tangent:
     """The direction of the derivative: how a problem changes with s.
 
     Args:
-        system: The system, in any modes. Its parameters have the imaginary part h q, with
-            h = `derivatives.STEP`.
+        system: The system, in any modes and with any legs. Its parameters have the imaginary part
+            h q, with h = `derivatives.STEP`.
         start: z(0), shape (states,).
         rest_energy: The derivative by s of the stored energy of the rest state, J.
+        legs: The legs of each input that is made of them, with imaginary parts likewise, by name.
     """
 
     system: System
     start: Array
     rest_energy: float
+    legs: Mapping[str, Array]
 
-    def in_modes_of(self, system: System) -> System:
-        """Return the system of this direction in the modes of another one."""
-        return with_modes(self.system, modes_of(system))
+    def like(self, system: System, time: float) -> System:
+        """Return the system of this direction in the modes of a system, with the legs of a time."""
+        legs = {name: Leg(*leg_at(legs, time).tolist()) for name, legs in self.legs.items()}
+        return with_legs(with_modes(self.system, modes_of(system)), legs)
 
-    def parameters_in_modes_of(self, system: System) -> Array:
-        """Return q in the modes of a system, in the order of `parameter_values`."""
-        values = parameters(self.in_modes_of(system)).values()
-        return np.concatenate([np.imag(np.ravel(value)) for value in values]) / STEP
+    def delays_at(self, time: float) -> dict[str, float]:
+        """Return the derivative of a breakpoint by s for each input whose leg begins there."""
+        begins = {name: leg_at(legs, time)[BEGIN] for name, legs in self.legs.items()}
+        found = {name: begin for name, begin in begins.items() if begin.real == time}
+        return {name: float(begin.imag) / STEP for name, begin in found.items()}
 
 
 class Settings(NamedTuple):
@@ -102,8 +109,8 @@ class VariationalRun:
         self.delays: dict[float, float] = {}
         z = np.zeros(self.size)
         if tangent is not None:
-            first, shifted = course.first, tangent.in_modes_of(course.first)
-            z = tangent_at_start(first, shifted, problem.start, tangent.start, begin)
+            shifted = tangent.like(course.first, begin)
+            z = tangent_at_start(course.first, shifted, problem.start, tangent.start, begin)
         # ∫v dt and its derivative start at zero.
         set_motion(self.integrator, begin, np.concatenate([problem.start, [0.0], z, [0.0]]))
 
@@ -120,10 +127,11 @@ class VariationalRun:
         rows = [*times.searchsorted(edges[:-1]).tolist(), len(times)]
         systems, samples = self.course.systems, [np.zeros((0, 2 * (self.size + 1)))]
         for leg, (begin, end) in enumerate(pairwise(edges)):
+            shifted = self._shifted(systems[leg], begin)
             wanted, is_last = times[rows[leg] : rows[leg + 1]].tolist(), leg == len(transitions)
             # Two transitions may come at one time.
             if begin < end:
-                set_parameters(self.integrator, self._parameters(systems[leg]))
+                set_parameters(self.integrator, self._parameters(systems[leg], shifted))
                 first = int(not wanted or wanted[0] != begin)
                 grid = [*([begin] if first else []), *wanted, *([] if is_last else [end])]
                 outcome, _, _, taken, _, found = self.integrator.propagate_grid(
@@ -136,26 +144,37 @@ class VariationalRun:
                 if steps >= self.problem.step_limit:
                     callback.status = RunStatus.STEP_LIMIT
                     break
-            self._pass(transitions[leg])
+            self._pass(transitions[leg], shifted)
         stored = np.concatenate(samples)
         if len(stored) == len(times):
             # A limit reached in the last step does not count.
             return RunStatus.COMPLETED, stored
         return callback.status or status_of(outcome), stored
 
-    def _parameters(self, system: System) -> Array:
-        """Return the values of `par[]` in the modes of a system: p, q and s, then the settings."""
-        p = parameter_values(system)
-        q = np.zeros(len(p)) if self.tangent is None else self.tangent.parameters_in_modes_of(system)
-        return np.concatenate([p, q, [0.0], self.settings])
+    def _shifted(self, system: System, time: float) -> System:
+        """Return a system shifted along the tangent, with the legs of a time."""
+        return system if self.tangent is None else self.tangent.like(system, time)
 
-    def _pass(self, transition: Transition) -> None:
-        """Go through a transition, at which state and derivative may jump."""
+    def _parameters(self, system: System, shifted: System) -> Array:
+        """Return the values of `par[]` for a system: p, q and s, then the settings."""
+        q = np.concatenate([np.imag(np.ravel(value)) for value in parameters(shifted).values()])
+        return np.concatenate([parameter_values(system), q / STEP, [0.0], self.settings])
+
+    def _pass(self, transition: Transition, shifted: System) -> None:
+        """Go through a transition, at which state and derivative may jump.
+
+        Args:
+            transition: The transition.
+            shifted: The system before it, shifted along the tangent.
+        """
         before, time, states = transition.before, transition.time, self.integrator.state
-        shifted = before if self.tangent is None else self.tangent.in_modes_of(before)
         # Each ends with ∫v dt.
         values, derivatives = states[: self.size + 1], states[self.size + 1 :]
         y, z = values[:-1].copy(), derivatives[:-1].copy()
+        if not transition.modes:
+            delays = {} if self.tangent is None else self.tangent.delays_at(time)
+            derivatives[:-1] = after_breakpoint(transition, delays, y, z)
+            return
         found = passed(transition, shifted, y, z)
         values[:-1], derivatives[:-1] = found.state, found.tangent
         if transition.impact:

@@ -17,10 +17,12 @@ Source: R. I. Leine and H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Me
 (2004), ch. 7 (the saltation matrix).
 """
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from rbstab.elements.inputs.signals import Leg
 from rbstab.integrate.switching.course import Transition
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
@@ -28,6 +30,7 @@ from rbstab.systems.filippov import slide_modes
 from rbstab.systems.impact import impact as impact_of
 from rbstab.systems.impact import laid_on_stop, stop_of
 from rbstab.systems.modes import guards_at, mode_owners, modes_of, with_modes
+from rbstab.systems.schedule import with_legs
 from rbstab.systems.system import System
 
 CONTINUOUS = 1e-9
@@ -71,7 +74,7 @@ def passed(transition: Transition, shifted: System, y: Array, z: Array) -> Passe
     rates = before.rates(y, time)
     if not impact:
         jump = rates - after.rates(y, time)
-        if not modes or np.abs(jump).max() <= CONTINUOUS * np.abs(rates).max():
+        if np.abs(jump).max() <= CONTINUOUS * np.abs(rates).max():
             return Passed(y, z, 0.0)
     delay = _delay(transition, shifted, y, z, rates)
     at_switch = y + 1j * STEP * (z + rates * delay)
@@ -79,6 +82,46 @@ def passed(transition: Transition, shifted: System, y: Array, z: Array) -> Passe
         at_switch = _after_impact(transition, shifted, at_switch)
     state = at_switch.real
     return Passed(state, at_switch.imag / STEP - after.rates(state, time) * delay, delay)
+
+
+def after_breakpoint(
+    transition: Transition, delays: Mapping[str, float], y: Array, z: Array
+) -> Array:
+    """Return z after a breakpoint of inputs; y does not jump there.
+
+    Loads are added to each other. So z jumps by (f⁻ - f⁺) dτ/ds of each input whose leg begins
+    there, where f⁺ has the new leg of this input alone.
+
+    Args:
+        transition: The transition.
+        delays: dτ/ds for each input whose leg begins there, by name.
+        y: The state.
+        z: ∂y/∂s before it, in the shape of y.
+
+    Raises:
+        NotDifferentiableError: Modes switch as well, and the legs of two inputs do not begin
+            together for other s.
+    """
+    time, _, before, after, _ = transition
+    if not any(delays.values()):
+        return z
+    rates = before.rates(y, time)
+    if modes_of(before) == modes_of(after):
+        inputs: list[Any] = [element for element in after.elements if element.name in delays]
+        new: dict[str, Leg] = {element.name: element.signal for element in inputs}
+        jumps = [
+            (rates - with_legs(before, {name: new[name]}).rates(y, time)) * delay
+            for name, delay in delays.items()
+        ]
+        return z + sum(jumps)
+    if len(set(delays.values())) > 1:
+        names = " and ".join(delays)
+        raise NotDifferentiableError(
+            f"{names}: change at one time, t = {time:.9g} s, at which another element switches, so "
+            "that the motion has no derivatives (expected changes one after another)"
+        )
+    moved: Array = z + (rates - after.rates(y, time)) * next(iter(delays.values()))
+    return moved
 
 
 def _delay(transition: Transition, shifted: System, y: Array, z: Array, rates: Array) -> float:

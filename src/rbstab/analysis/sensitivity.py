@@ -1,11 +1,11 @@
 """The outcome of a run, and its derivative along one direction of the config.
 
 The caller gives the direction as the same system and start with complex numbers, shifted by ih
-along the direction. The imaginary parts of its parameters and of its start are h times the direction. The
-imaginary parts of all results computed from them along the motion are h times their derivatives,
-exact to round-off (see `derivatives.jacobian`). So the functions that build the system also apply
-the chain rule from the config's quantities to the system's parameters. For example, the mass also
-changes the weight and may change the anchor; this needs no formula here.
+along the direction. The imaginary parts of its parameters and of its start are h times the
+direction. The imaginary parts of all results computed from them along the motion are h times their
+derivatives, exact to round-off (see `derivatives.jacobian`). So the functions that build the system
+also apply the chain rule from the config's quantities to the system's parameters. For example, the
+mass also changes the weight and may change the anchor; this needs no formula here.
 """
 
 from collections.abc import Mapping
@@ -21,11 +21,12 @@ from rbstab.analysis.settling import SETTLED_FRACTION, ends_near_rest
 from rbstab.integrate.heyoka.course import course_of
 from rbstab.integrate.heyoka.variational import (
     TOLERANCE,
-    Tangent,
+    Levels,
     VariationalSystem,
     VariationalTrajectory,
     variational_system,
 )
+from rbstab.integrate.heyoka.variational_run import Tangent
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus, UnfinishedRunError
 from rbstab.integrate.switching.course import Course
@@ -111,7 +112,7 @@ def baseline(problem: Problem) -> Baseline:
         coarse, value = _with_settling(problem, course, compiled, rest, span)
     impacts = [one.time for one in course.transitions if one.impact]
     times = np.unique(np.concatenate([span, *coarse.turning_times, coarse.crossings, impacts]))
-    trajectory = _completed(compiled.integrate(problem, course, times, rest.energy))
+    trajectory = _completed(compiled.integrate(problem, course, times, Levels(rest.energy)))
     E = np.array([problem.system.motion(y).E for y in trajectory.states])
     sizes = np.column_stack([np.abs(E), np.linalg.norm(E, axis=1)])
     peaks = np.argmax(sizes, axis=0)
@@ -138,7 +139,7 @@ def _with_settling(
     """Integrate a run with the times at which v crosses its settled value; also return v(0)."""
     value = _value(course.first, problem.start, rest.energy)
     level = SETTLED_FRACTION * value
-    return _completed(compiled.integrate(problem, course, times, rest.energy, level)), value
+    return _completed(compiled.integrate(problem, course, times, Levels(rest.energy, level))), value
 
 
 def _approached(problem: Problem, last: Array, nearest: RestState) -> RestState:
@@ -193,7 +194,7 @@ def derivative_along(base: Baseline, shifted: Shifted) -> Outcome:
         np.append(base.evaluation_times, base.problem.times[0]), return_inverse=True
     )
     trajectory = _completed(
-        base.compiled.integrate(base.problem, base.course, times, base.rest.energy, 0.0, tangent)
+        base.compiled.integrate(base.problem, base.course, times, Levels(base.rest.energy), tangent)
     )
     states = trajectory.states + 1j * STEP * trajectory.tangents
     observations = [

@@ -7,12 +7,12 @@ import numpy as np
 
 from rbstab.analysis.linearisation import Linearisation, NoDerivativesError, linearise
 from rbstab.analysis.rest_state import nearest_rest_state
+from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of
 from rbstab.config.entries import entries_of
 from rbstab.config.errors import ConfigError, ConfigProblem, Location, closest_keys, shortened
 from rbstab.config.load import changed_config, resolved
 from rbstab.config.schema import Config
-from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.mechanics.numbers import Array
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rbstab.analysis.exact import decimals
+from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
@@ -22,7 +23,6 @@ from rbstab.experiment.stored_proof.proof import (
 )
 from rbstab.experiment.stored_proof.reduced import Found, proof_record, searched_record
 from rbstab.experiment.stored_proof.tied import tied_record
-from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.integrate.problem import Problem
 from rbstab.systems.system import System
 

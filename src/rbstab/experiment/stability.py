@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.analysis.linearisation import Linearisation, NoDerivativesError, linearise
+from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.experiment.convergence.convergence import Convergence
 from rbstab.experiment.stored_proof.proof import (
@@ -16,7 +17,6 @@ from rbstab.experiment.stored_proof.proof import (
     ProvedStates,
 )
 from rbstab.experiment.stored_proof.starts import start_level, start_state
-from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.motion import Motion, motion_from_centre

@@ -2,8 +2,8 @@
 
 Each function returns the legs of a signal, shape (legs, 3): the level a, the slope b and the
 beginning t_k of each `Leg`, in their order. The first leg is also the signal before its beginning.
-All numbers but seeds may be complex, for derivatives (`mechanics.derivatives`): their real parts tell
-which legs there are.
+All numbers but seeds may be complex, for derivatives (`mechanics.derivatives`): their real parts
+tell which legs there are.
 """
 
 import math

@@ -118,9 +118,7 @@ class Search:
             factor = self.factors(x)[index]
             # The derivative of a scaled gain with respect to log(factor) is the scaled gain.
             directions = [
-                (place, factor * entry.value)
-                for entry in scaling.entries
-                for place in entry.paths
+                (place, factor * entry.value) for entry in scaling.entries for place in entry.paths
             ]
             outcome = derivative_along(base, shifted_along(config, directions))
             slope[index] = self.objective.of(outcome)

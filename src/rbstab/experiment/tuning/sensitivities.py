@@ -10,9 +10,8 @@ import numpy as np
 
 from rbstab.analysis.linearisation import BODY_STATES
 from rbstab.config.build import problem_of
-from rbstab.config.elements import inputs, switching
+from rbstab.config.controllers import Implicit
 from rbstab.config.entries import Entry, entries_of
-from rbstab.config.inputs.signals import SMOOTH_SIGNALS
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class UnsuitedConfigError(ValueError):
-    """The motion of a config is not smooth, or its derivatives are not supported."""
+    """The motion of a config has no derivatives, or they are not known."""
 
 
 class OutcomeQuantity(NamedTuple):
@@ -90,9 +89,12 @@ def sensitivities(
     """Differentiate the outcome of a run with respect to the numbers of its config.
 
     For the state y and a number p, heyoka integrates the variational equation
-    ż = (∂f/∂y) z + ∂f/∂p, z = ∂y/∂p, together with ẏ = f. The numbers are all gains, mass, inertia,
-    contact point and initial state. An off-diagonal entry of a symmetric matrix varies together
-    with its mirror image. The mass also changes the weight, and shifts an anchor at equilibrium.
+    ż = (∂f/∂y) z + ∂f/∂p, z = ∂y/∂p, together with ẏ = f. Where an element switches, an input
+    begins another leg, or the body meets its stop, z jumps (`integrate.switching.saltation`).
+
+    The numbers are all gains, those of inputs, mass, inertia, contact point and initial state. An
+    off-diagonal entry of a symmetric matrix varies together with its mirror image. The mass also
+    changes the weight, and shifts an anchor at equilibrium.
 
     Args:
         config: A config, or any argument that `load_config` takes.
@@ -103,7 +105,8 @@ def sensitivities(
 
     Raises:
         ConfigError: The config is invalid.
-        UnsuitedConfigError: Its motion is not smooth, or its coordinates are `manifold`.
+        UnsuitedConfigError: Its motion has no derivatives, as one that is chaotic; or they are not
+            known (`check_suited`).
         EngineMissingError: heyoka is not installed.
         UnfinishedRunError: The run did not complete.
     """
@@ -112,12 +115,16 @@ def sensitivities(
     check_suited(config)
     # Imported late: the engine must be installed, which was checked above.
     from rbstab.analysis.sensitivity import baseline
+    from rbstab.integrate.switching.saltation import NotDifferentiableError
 
     entries = entries_of(config)
-    # Overflow needs no warning: the status of the run reports a divergence.
-    with np.errstate(all="ignore"):
-        base = baseline(problem_of(config))
-        rows = [_derivatives(base, config, entry) for entry in entries]
+    try:
+        # Overflow needs no warning: the status of the run reports a divergence.
+        with np.errstate(all="ignore"):
+            base = baseline(problem_of(config))
+            rows = [_derivatives(base, config, entry) for entry in entries]
+    except NotDifferentiableError as error:
+        raise UnsuitedConfigError(str(error)) from error
     return Sensitivities(entries, _quantities(base), _row(base, base.outcome), np.array(rows))
 
 
@@ -135,12 +142,22 @@ def check_suited(config: Config) -> None:
     """Reject a config for which variational equations are not supported.
 
     Raises:
-        UnsuitedConfigError: The connector slides, an element switches, an input is made of legs, or
-            the coordinates are `manifold`.
+        UnsuitedConfigError: The connector slides in implicit steps, or sticks on s = E, or the
+            coordinates are `manifold`.
         EngineMissingError: heyoka is not installed.
     """
     controller: Any = config.controller
     integration: Any = config.integration
+    if isinstance(getattr(controller, "law", None), Implicit):
+        raise UnsuitedConfigError(
+            "controller.law: is implicit, so that the motion is made of steps "
+            "(expected exact or boundary_layer)"
+        )
+    if getattr(controller, "stick_energy", 0.0):
+        raise UnsuitedConfigError(
+            f"controller.stick_energy: is {controller.stick_energy:g} J, so that the motion is "
+            "changed where an axis sticks (expected 0)"
+        )
     if integration.coordinates == "manifold":
         raise UnsuitedConfigError(
             "integration.coordinates: is 'manifold', which drifts (expected reduced)"

@@ -5,13 +5,13 @@ from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from rbstab.analysis.exact import decimals
+from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.stored_proof.energies import energy_of, tied_energy_of
 from rbstab.experiment.stored_proof.identity import PROOF_VERSION, proof_id
 from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.analysis.rest_system import smooth_rest_system
 
 if TYPE_CHECKING:
     from rbstab.analysis.proof.reduced_energy import ExactSystem

@@ -74,7 +74,7 @@ def _scheduled(problem: Problem) -> Course:
 
 
 def _check_stop(problem: Problem) -> None:
-    """Reject a motion against a stop that has no derivatives, or whose derivatives are not known."""
+    """Reject a motion against a stop without derivatives, or whose derivatives are not known."""
     stop = stop_of(problem.system)
     if stop is None:
         return

@@ -12,8 +12,8 @@ jumps (`switching.saltation`).
 
 import threading
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
 import heyoka as hy
 import numpy as np
@@ -53,9 +53,9 @@ class VariationalTrajectory:
         turning_times: The times at which F_1, F_2, F_3 and E'F are zero, four arrays, s. They are
             empty if the contact point is held.
         crossings: The times at which v crosses its threshold, s.
-        delays: The derivative of the time of each impact by s, by its time, s.
         status: The status of the run.
         detail: Why and when the run stopped early, as text; else empty.
+        delays: The derivative of the time of each impact by s, by its time, s.
     """
 
     times: Array
@@ -65,9 +65,21 @@ class VariationalTrajectory:
     lyapunov_integral_tangent: Array
     turning_times: tuple[Array, ...]
     crossings: Array
-    delays: dict[float, float]
     status: RunStatus
     detail: str
+    delays: dict[float, float] = field(default_factory=dict)
+
+
+class Levels(NamedTuple):
+    """Energies of a run.
+
+    Attributes:
+        rest_energy: The stored energy of the rest state, at which v = 0, J.
+        threshold: The value of v whose crossings are recorded, J.
+    """
+
+    rest_energy: float
+    threshold: float = 0.0
 
 
 class VariationalSystem:
@@ -115,8 +127,7 @@ class VariationalSystem:
         problem: Problem,
         course: Course,
         times: Array,
-        rest_energy: float = 0.0,
-        threshold: float = 0.0,
+        levels: Levels,
         tangent: Tangent | None = None,
     ) -> VariationalTrajectory:
         """Integrate a problem and its derivative.
@@ -125,8 +136,7 @@ class VariationalSystem:
             problem: The problem; its own samples and tolerances are not used.
             course: The systems of its motion.
             times: The samples, shape (n,), s, ascending, the first at the problem's start.
-            rest_energy: The stored energy of the rest state, at which v = 0, J.
-            threshold: The value of v whose crossings are recorded, J.
+            levels: The energies from which v counts, and whose crossings are recorded.
             tangent: The direction; None for a zero derivative.
 
         Raises:
@@ -134,7 +144,9 @@ class VariationalSystem:
         """
         rest_slope = 0.0 if tangent is None else tangent.rest_energy
         scale = energy_scale(problem)
-        settings = Settings(rest_energy, rest_slope, scale, problem.range_bound, threshold)
+        settings = Settings(
+            levels.rest_energy, rest_slope, scale, problem.range_bound, levels.threshold
+        )
         status, delays = initial_status(problem), {}
         samples = np.zeros((0, 2 * (self.size + 1)))
         for zeros in self.zeros:
@@ -147,18 +159,12 @@ class VariationalSystem:
         if status is not RunStatus.COMPLETED:
             stop = self.integrator.time if len(samples) else float(times[0])
             detail = f"{stop_reason(status, problem)} at t = {stop:.9g} s"
-        return self._trajectory(times[: len(samples)], samples, delays, settings, status, detail)
+        found = self._trajectory(times[: len(samples)], samples, scale, status, detail)
+        return replace(found, delays=delays)
 
     def _trajectory(
-        self,
-        times: Array,
-        samples: Array,
-        delays: dict[float, float],
-        settings: Settings,
-        status: RunStatus,
-        detail: str,
+        self, times: Array, samples: Array, scale: float, status: RunStatus, detail: str
     ) -> VariationalTrajectory:
-        scale = settings.scale
         values, derivative = samples[:, : self.size + 1], samples[:, self.size + 1 :]
         crossings, *turning_times = (np.unique(zeros) for zeros in self.zeros)
         return VariationalTrajectory(
@@ -169,7 +175,6 @@ class VariationalSystem:
             derivative[:, -1] * scale,
             tuple(turning_times),
             crossings,
-            delays,
             status,
             detail,
         )

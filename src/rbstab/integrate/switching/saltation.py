@@ -9,9 +9,9 @@ the motion follows f⁻ and not f⁺. So z = ∂y/∂s jumps at the switch:
 Here ġ⁻ is the rate of g along f⁻. Where y does not jump and the force is continuous, z does not
 jump either.
 
-An axis that is held on its surface from the start has met it before all times. Then z is moved along
-the forces of the held axes until it is tangent to their surfaces. Each f⁻ - f⁺ has the direction of
-such a force, on either side of the surface; so the derivative does not depend on the side.
+An axis that is held on its surface from the start has met it before all times. Then z is moved
+along the forces of the held axes until it is tangent to their surfaces. Each f⁻ - f⁺ has the
+direction of such a force, on either side of the surface; so z does not depend on the side.
 
 Source: R. I. Leine and H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems
 (2004), ch. 7 (the saltation matrix).
@@ -70,7 +70,7 @@ def passed(transition: Transition, shifted: System, y: Array, z: Array) -> Passe
         NotDifferentiableError: y or its rates jump, and two modes switch at once, or g only touches
             zero.
     """
-    time, modes, before, after, impact = transition
+    time, _, before, after, impact = transition
     rates = before.rates(y, time)
     if not impact:
         jump = rates - after.rates(y, time)
@@ -172,7 +172,7 @@ def tangent_at_start(system: System, shifted: System, y: Array, z: Array, time: 
     held = sides[modes[holds] > 0]
     free = modes.copy()
     free[holds] = 0.0
-    _check_borders(system, shifted, y, z, time, set(held.tolist()))
+    _check_borders(system, shifted, y, z, time)
     if not held.size:
         return z
     if any(element.slides and getattr(element, "sticks", False) for element in system.elements):
@@ -194,25 +194,17 @@ def tangent_at_start(system: System, shifted: System, y: Array, z: Array, time: 
     return moved
 
 
-def _check_borders(
-    system: System, shifted: System, y: Array, z: Array, time: float, held: set[int]
-) -> None:
-    """Reject a start on the border of a mode at which the rates jump, if s leads across it.
+def _check_borders(system: System, shifted: System, y: Array, z: Array, time: float) -> None:
+    """Reject a start on a border at which the rates jump, if s leads across it; see above.
 
-    Args:
-        system: The system at the start.
-        shifted: The system with the parameters shifted.
-        y: The state.
-        z: The derivative of the initial state.
-        time: The time, s.
-        held: The modes of axes that are held.
+    The borders of axes that are held are no such borders.
     """
     guards, owners = guards_at(system, y, time), mode_owners(system)
     changes = guards_at(shifted, y + 1j * STEP * z, time).imag
     rates = system.rates(y, time)
-    for mode in np.flatnonzero((guards == 0) & (changes != 0)):
-        if mode in held:
-            continue
+    is_free = np.ones(len(guards), dtype=bool)
+    is_free[slide_modes(system)[:, np.array(modes_of(system))[slide_modes(system)[1]] > 0]] = False
+    for mode in np.flatnonzero((guards == 0) & (changes != 0) & is_free):
         flipped = np.array(modes_of(system))
         flipped[mode] = 1.0 - flipped[mode]
         jump = with_modes(system, tuple(flipped)).rates(y, time) - rates

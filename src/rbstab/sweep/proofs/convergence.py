@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.analysis.rest_state import nearest_rest_state
+from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.entries import is_of_initial_state
 from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.convergence.decisions import nothing_proved
 from rbstab.experiment.proof_cache import cached_proof, proof_for
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import has_no_rest_state
-from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import (

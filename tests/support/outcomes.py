@@ -2,12 +2,13 @@
 
 import copy
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import Chebyshev
 
 from rbstab.analysis.rest_state import nearest_rest_state
+from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of
 from rbstab.config.entries import Entry
 from rbstab.config.load import load_config
@@ -20,11 +21,25 @@ STEP = 5e-4
 HALF_WIDTH = 6e-3
 """s: the peaks of the perturbed runs stay this close to the peak of the given run."""
 
+
+class Method(NamedTuple):
+    """The relative step of a changed number, and the half width of the windows, s.
+
+    A motion that switches needs both to be small: another step may meet another sequence of
+    switches, and no polynomial fits a window with a switch in it.
+    """
+
+    step: float = STEP
+    half_width: float = HALF_WIDTH
+
+
+SMOOTH, SWITCHING = Method(), Method(2e-5, 2e-4)
+
 POINTS = np.cos(np.pi * (np.arange(11) + 0.5) / 11)
 """Chebyshev points: they interpolate a motion of 50 rad/s to 1e-13 in a window."""
 
 
-def quantities(data: dict[str, Any], near: Sensitivities) -> np.ndarray:
+def quantities(data: dict[str, Any], near: Sensitivities, method: Method = SMOOTH) -> np.ndarray:
     """Return the quantities of `near` for a config, searching extremes close to those of `near`."""
     problem = problem_of(load_config(data))
     system, end = problem.system, problem.times[-1]
@@ -32,20 +47,31 @@ def quantities(data: dict[str, Any], near: Sensitivities) -> np.ndarray:
     hints = {
         n: t for n, t in zip(names, near.values, strict=True) if n.endswith("time") or "time[" in n
     }
-    windows = {name: _window(hint, end) for name, hint in hints.items()}
+    found: dict[str, Any] = {name: hint for name, hint in hints.items() if np.isnan(hint)}
+    width = method.half_width
+    windows = {n: _window(hint, end, width) for n, hint in hints.items() if n not in found}
     times = np.unique(np.concatenate([[0.0, end], *windows.values()]))
     trajectory = solve("heyoka", replace(problem, times=times, rtol=1e-16))
+    impacts = np.zeros(0) if trajectory.impacts is None else trajectory.impacts.times
+    if len(impacts):
+        # A peak may be at an impact, which has no polynomial on both sides.
+        windows = {name: _at_impact(window, impacts) for name, window in windows.items()}
+        times = np.unique(np.concatenate([[0.0, end], *windows.values()]))
+        trajectory = solve("heyoka", replace(problem, times=times, rtol=1e-16))
     assert trajectory.status == "completed"
     states = dict(zip(times, trajectory.states, strict=True))
-    found: dict[str, Any] = {}
+    systems = dict(zip(times, trajectory.systems or [system] * len(times), strict=True))
     for axis in range(3):
         if f"peak_time[{axis}]" in windows:
             window = windows[f"peak_time[{axis}]"]
-            E = [system.motion(states[t]).E[axis] for t in window]
-            t, peak = _peak(window, np.array(E))
+            motions = [system.motion(states[t]) for t in window]
+            E, F = (np.array([getattr(m, name)[axis] for m in motions]) for name in "EF")
+            t, peak = _peak(window, E, F)
             found |= {f"peak_time[{axis}]": t, f"peak_contact_displacement[{axis}]": peak}
     if "settling_time" in windows:
-        found["settling_time"] = _settling(system, windows["settling_time"], states)
+        rest = nearest_rest_state(smooth_rest_system(problem)).energy
+        v = {t: systems[t].observe(y).energy.sum() - rest for t, y in states.items()}
+        found["settling_time"] = _settling(windows["settling_time"], v)
     last = system.observe(states[end])
     motion = last.motion
     for name, value in (
@@ -59,13 +85,21 @@ def quantities(data: dict[str, Any], near: Sensitivities) -> np.ndarray:
     return np.array([found[name] for name in names])
 
 
-def differences(data: dict[str, Any], given: Sensitivities) -> np.ndarray:
-    """Return the derivatives of `given` by central differences of runs, shape (entries, m)."""
-    return np.array([_difference(data, entry, given) for entry in given.entries])
+def differences(data: dict[str, Any], given: Sensitivities, method: Method = SMOOTH) -> np.ndarray:
+    """Return the derivatives of `given` by central differences of runs, shape (entries, m).
+
+    Args:
+        data: The config.
+        given: Its sensitivities.
+        method: The steps and the windows.
+    """
+    return np.array([_difference(data, entry, given, method) for entry in given.entries])
 
 
-def _difference(data: dict[str, Any], entry: Entry, given: Sensitivities) -> np.ndarray:
-    size = abs(entry.value) or 1.0
+def _difference(
+    data: dict[str, Any], entry: Entry, given: Sensitivities, method: Method
+) -> np.ndarray:
+    size, step = abs(entry.value) or 1.0, method.step
 
     def run(shift: float) -> np.ndarray:
         changed = copy.deepcopy(data)
@@ -74,40 +108,47 @@ def _difference(data: dict[str, Any], entry: Entry, given: Sensitivities) -> np.
             for key in path:
                 parent = parent[key]
             parent[last] = entry.value + shift * size
-        return quantities(changed, given)
+        return quantities(changed, given, method)
 
-    near, far = run(STEP) - run(-STEP), run(2 * STEP) - run(-2 * STEP)
-    return (8 * near - far) / (12 * STEP * size)
+    near, far = run(step) - run(-step), run(2 * step) - run(-2 * step)
+    return (8 * near - far) / (12 * step * size)
 
 
-def _window(hint: float, end: float) -> np.ndarray:
+def _window(hint: float, end: float, half_width: float) -> np.ndarray:
     # A peak at an end of the run stays at that end.
-    return np.array([hint]) if hint in {0.0, end} else hint + HALF_WIDTH * POINTS
+    return np.array([hint]) if hint in {0.0, end} else hint + half_width * POINTS
+
+
+def _at_impact(window: np.ndarray, impacts: np.ndarray) -> np.ndarray:
+    """Return the impact in a window, or the window if there is none."""
+    inside = impacts[(impacts > window.min()) & (impacts < window.max())]
+    assert len(inside) < 2
+    return inside if len(inside) else window
 
 
 def _fitted(window: np.ndarray, values: np.ndarray) -> Chebyshev:
-    middle = window.mean()
-    domain = (middle - HALF_WIDTH, middle + HALF_WIDTH)
-    return Chebyshev.fit(window, values, len(window) - 1, domain=domain)
+    return Chebyshev.fit(window, values, len(window) - 1, domain=_domain(window))
 
 
-def _peak(window: np.ndarray, values: np.ndarray) -> tuple[float, float]:
-    if len(window) == 1:
-        return float(window[0]), float(values[0])
-    curve = _fitted(window, values)
-    turning = [z.real for z in curve.deriv().roots() if abs(z.imag) < 1e-9]
-    inside = [t for t in turning if abs(t - window.mean()) < HALF_WIDTH]
-    assert len(inside) == 1
-    return float(inside[0]), float(curve(inside[0]))
+def _domain(window: np.ndarray) -> tuple[float, float]:
+    middle, half_width = window.mean(), np.ptp(window) / np.ptp(POINTS)
+    return middle - half_width, middle + half_width
 
 
-def _settling(system: Any, window: np.ndarray, states: dict[float, np.ndarray]) -> float:
-    rest = nearest_rest_state(system).energy
-    value = {t: system.observe(y).energy.sum() - rest for t, y in states.items()}
-    curve = _fitted(window, np.log([value[t] / (1e-3 * value[0.0]) for t in window]))
-    (root,) = [
-        z.real
-        for z in curve.roots()
-        if abs(z.imag) < 1e-9 and abs(z.real - window.mean()) < HALF_WIDTH
-    ]
+def _root(window: np.ndarray, curve: Chebyshev) -> float:
+    low, high = _domain(window)
+    (root,) = [z.real for z in curve.roots() if abs(z.imag) < 1e-9 and low < z.real < high]
     return float(root)
+
+
+def _peak(window: np.ndarray, E: np.ndarray, F: np.ndarray) -> tuple[float, float]:
+    if len(window) == 1:
+        return float(window[0]), float(E[0])
+    turning = _root(window, _fitted(window, F))
+    return turning, float(_fitted(window, E)(turning))
+
+
+def _settling(window: np.ndarray, value: dict[float, float]) -> float:
+    if len(window) == 1:
+        return float(window[0])
+    return _root(window, _fitted(window, np.log([value[t] / (1e-3 * value[0.0]) for t in window])))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 from support.outcomes import differences, quantities
-from support.stored_differences import CASES, stored_differences
+from support.stored_differences import CASES, METHODS, stored_differences
 
 import rbstab
 from rbstab.experiment.summary import summary_of
@@ -18,23 +18,26 @@ ERROR = 1e-6
 NOISE = 1e-9
 """The error of finite differences, relative to the largest effect on the same quantity."""
 
-ALL = [
-    name if name == "visco-elastic-W-equilibrium" else pytest.param(name, marks=pytest.mark.slow)
-    for name in CASES
-]
-"""Only the case with the longest chain rule is not slow: each structure compiles for seconds."""
+DAILY = ("visco-elastic-W-equilibrium", "ligament", "stop")
+
+ALL = [name if name in DAILY else pytest.param(name, marks=pytest.mark.slow) for name in CASES]
+"""Most cases are slow: each structure compiles for seconds."""
 
 
 @pytest.mark.parametrize("name", ALL)
 def test_every_derivative_is_that_of_differences_of_runs(name):
     data = CASES[name]
     found = sensitivities(data)
-    np.testing.assert_allclose(quantities(data, found), found.values, rtol=0, atol=1e-9)
-    assert np.isfinite(found.derivatives).all()
+    np.testing.assert_allclose(
+        quantities(data, found, METHODS[name]), found.values, rtol=0, atol=1e-9
+    )
+    settles = np.isfinite(found.values)
+    assert settles[1:].all()
+    assert np.isfinite(found.derivatives[:, settles]).all()
     expected = stored_differences(name, found)
     # Each derivative is scaled by the size of its number, so that effects can be compared.
     sizes = np.array([[abs(entry.value) or 1.0] for entry in found.entries])
-    actual, expected = found.derivatives * sizes, expected * sizes
+    actual, expected = (found.derivatives * sizes)[:, settles], (expected * sizes)[:, settles]
     allowed = ERROR * np.abs(expected) + NOISE * np.abs(expected).max(axis=0)
     off = np.argwhere(np.abs(actual - expected) > allowed)
     assert not [(found.entries[i].key, found.quantities[j].name) for i, j in off]
@@ -47,7 +50,9 @@ def test_the_stored_differences_are_those_of_runs(name):
     expected = stored_differences(name, found)
     sizes = np.array([[abs(entry.value) or 1.0] for entry in found.entries])
     allowed = NOISE * np.abs(expected * sizes).max(axis=0)
-    assert np.all(np.abs(differences(CASES[name], found) - expected) * sizes <= allowed)
+    assert np.all(
+        np.abs(differences(CASES[name], found, METHODS[name]) - expected) * sizes <= allowed
+    )
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -64,7 +69,10 @@ def test_the_values_are_those_of_the_run(name):
     np.testing.assert_allclose(peaks, summary_of(run).peak_contact_displacement, atol=1e-8)
     v = run["lyapunov"]
     above = run["time"][v >= 1e-3 * v[0]][-1]
-    assert above <= values["settling_time"] <= above + np.diff(run["time"])[0]
+    if found.settles:
+        assert above <= values["settling_time"] <= above + np.diff(run["time"])[0]
+    else:
+        assert above > 0.4 * run["time"][-1]
 
 
 # A body that only translates is a damped oscillator: m ẍ + l ẋ + k x = m g.
@@ -196,22 +204,12 @@ def test_entries_are_ordered_by_their_largest_elasticity():
     assert sizes[0] > 0
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"variant": "sliding", "K_s": [2000, 2000, 2000], "surface": {"slope": 5.0}}, "sliding"),
-        ({"variant": "permanent"}, "manifold"),
-    ],
-)
-def test_a_motion_without_variational_equations_is_refused(changes, message):
+def test_a_motion_that_drifts_is_refused():
     data = oscillator_config(*OSCILLATOR.values())
     del data["initial"]
-    data["controller"] |= changes
-    if message == "manifold":
-        data["integration"]["coordinates"] = "manifold"
-    else:
-        data["integration"]["coordinates"] = "W"
-    with pytest.raises(UnsuitedConfigError, match=message):
+    data["controller"] |= {"variant": "permanent"}
+    data["integration"]["coordinates"] = "manifold"
+    with pytest.raises(UnsuitedConfigError, match="manifold"):
         sensitivities(data)
 
 

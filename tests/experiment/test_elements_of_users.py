@@ -18,7 +18,7 @@ from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.proof import prove
 from rbstab.experiment.robust.bodies import prove_within
 from rbstab.experiment.stored_proof.identity import proof_id
-from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError, sensitivities
+from rbstab.experiment.tuning.sensitivities import sensitivities
 from rbstab.experiment.verification.verify import verify
 
 ENGINES = ("scipy", "heyoka")
@@ -170,11 +170,18 @@ def test_sensitivities_are_those_of_ours(folder):
     np.testing.assert_allclose(theirs.derivatives[rows], ours.derivatives, rtol=1e-6, atol=1e-9)
 
 
-def test_switching_elements_have_no_sensitivities(folder):
+def test_sensitivities_of_an_element_that_switches(folder):
+    pytest.importorskip("heyoka")
     (folder / "mine.py").write_text(LIGAMENT)
-    parameters = {key: value for key, value in ligament().items() if key != "kind"}
-    with pytest.raises(UnsuitedConfigError, match=r"elements\.one: switches"):
-        sensitivities(load({"one": mine(**parameters)}))
+    section = ligament()
+    parameters = {key: value for key, value in section.items() if key != "kind"}
+    start = {"position": [0.8, 0.1, 0], "velocity": [-0.5, 0.2, 0.1]}
+    given = {"start": start, "duration": 3.0, "controller": FREE}
+    theirs = sensitivities(load({"one": mine(**parameters)}, **given))
+    ours = sensitivities(load({"one": section}, **given))
+    keys = {entry.key.replace(".parameters", ""): row for row, entry in enumerate(theirs.entries)}
+    rows = [keys[entry.key] for entry in ours.entries]
+    np.testing.assert_allclose(theirs.derivatives[rows], ours.derivatives, rtol=1e-8, atol=1e-9)
 
 
 def test_nothing_is_proved_of_code(folder):

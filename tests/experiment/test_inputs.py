@@ -13,7 +13,7 @@ from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.robust.bodies import prove_within
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.stored_proof.identity import proof_id
-from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError, sensitivities
+from rbstab.experiment.tuning.sensitivities import sensitivities
 
 CONTROLLER = {
     "variant": "visco-elastic",
@@ -96,16 +96,6 @@ def test_sensitivities_are_the_differences_of_runs():
         given = found.derivatives[keys.index(key), columns]
         np.testing.assert_allclose(given, expected, atol=1e-6 * max(1.0, np.abs(expected).max()))
         assert np.abs(given).max() > 1e-6
-
-
-@pytest.mark.parametrize("kind", LEGS)
-def test_sensitivities_refuse_legs(kind):
-    with pytest.raises(UnsuitedConfigError) as caught:
-        sensitivities(config_of({"push": force(LEGS[kind])}))
-    assert str(caught.value) == (
-        f"elements.push.signal: is a {kind}, whose motion is smooth only between its breakpoints "
-        "(expected constant or sine)"
-    )
 
 
 def test_a_driven_motion_may_end_below_another_rest_state():

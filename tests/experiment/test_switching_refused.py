@@ -11,7 +11,7 @@ from rbstab.experiment.convergence.convergence import Enclose, Undecided
 from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stability import stability_of
-from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError, sensitivities
+from rbstab.experiment.tuning.sensitivities import sensitivities
 
 CONTROLLER = {"variant": "free", "K_t": [40, 50, 60], "L_t": [4, 5, 6]}
 CONTROLLER |= {"K_r": [30, 40, 50], "L_r": [3, 4, 5]}
@@ -24,20 +24,10 @@ KINDS = {
 }
 
 
-@pytest.fixture(params=KINDS)
-def config(request):
-    return load_config(data({"it": KINDS[request.param]}, controller=CONTROLLER))
-
-
 @pytest.fixture(params=[kind for kind in KINDS if kind != "ligament"])
 def unproved(request):
     """Return a config of which nothing is proved: not so of one with a ligament."""
     return load_config(data({"it": KINDS[request.param]}, controller=CONTROLLER))
-
-
-def test_sensitivities(config):
-    with pytest.raises(UnsuitedConfigError, match=r"elements\.it: switches, its motion is not"):
-        sensitivities(config)
 
 
 def test_reduced_energy(unproved):

@@ -11,6 +11,7 @@ from rbstab.experiment.tuning.direction import shifted_along
 from rbstab.experiment.tuning.gain_scaling import GainScaling, scaled
 from rbstab.experiment.tuning.objective import Objective
 from rbstab.integrate.status import UnfinishedRunError
+from rbstab.integrate.switching.saltation import NotDifferentiableError
 from rbstab.mechanics.numbers import Array
 
 SAMPLES = 32
@@ -95,12 +96,17 @@ class Search:
         """Return the objective at x and, if `gradient`, its gradient (otherwise zeros).
 
         The objective is infinite if the run fails or has no finite objective.
+
+        Raises:
+            NotDifferentiableError: The motion of the given config has no derivatives.
         """
         self.runs += 1
         try:
             with np.errstate(all="ignore"):
                 value, slope = self._run(x, gradient=gradient)
-        except RUN_ERRORS:
+        except RUN_ERRORS as error:
+            if isinstance(error, NotDifferentiableError) and not x.any():
+                raise
             value, slope = math.inf, np.zeros(len(x))
         if not math.isfinite(value):
             self.failures += 1

@@ -1,6 +1,7 @@
 """Derivatives of the outcome of a run with respect to the numbers of its config."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -115,16 +116,12 @@ def sensitivities(
     check_suited(config)
     # Imported late: the engine must be installed, which was checked above.
     from rbstab.analysis.sensitivity import baseline
-    from rbstab.integrate.switching.saltation import NotDifferentiableError
 
     entries = entries_of(config)
-    try:
-        # Overflow needs no warning: the status of the run reports a divergence.
-        with np.errstate(all="ignore"):
-            base = baseline(problem_of(config))
-            rows = [_derivatives(base, config, entry) for entry in entries]
-    except NotDifferentiableError as error:
-        raise UnsuitedConfigError(str(error)) from error
+    # Overflow needs no warning: the status of the run reports a divergence.
+    with unsuited_motions(), np.errstate(all="ignore"):
+        base = baseline(problem_of(config))
+        rows = [_derivatives(base, config, entry) for entry in entries]
     return Sensitivities(entries, _quantities(base), _row(base, base.outcome), np.array(rows))
 
 
@@ -163,6 +160,17 @@ def check_suited(config: Config) -> None:
             "integration.coordinates: is 'manifold', which drifts (expected reduced)"
         )
     engine("heyoka")
+
+
+@contextmanager
+def unsuited_motions() -> Iterator[None]:
+    """Raise an error of the block about a motion without derivatives as `UnsuitedConfigError`."""
+    from rbstab.integrate.switching.saltation import NotDifferentiableError
+
+    try:
+        yield
+    except NotDifferentiableError as error:
+        raise UnsuitedConfigError(str(error)) from error
 
 
 def _row(base: "Baseline", outcome: "Outcome") -> Array:

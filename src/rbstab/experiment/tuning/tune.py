@@ -13,7 +13,11 @@ from rbstab.config.schema import Config
 from rbstab.config.section import Section
 from rbstab.experiment.tuning.gain_scaling import GainScaling, gain_scalings, with_title_suffix
 from rbstab.experiment.tuning.objective import OBJECTIVES, Objective
-from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError, check_suited
+from rbstab.experiment.tuning.sensitivities import (
+    UnsuitedConfigError,
+    check_suited,
+    unsuited_motions,
+)
 
 MIN_IMPROVEMENT = 1e-6
 """Smallest relative improvement with which a config counts as better."""
@@ -103,7 +107,9 @@ def tune(
     from rbstab.experiment.tuning.search import Search
 
     search = Search(config, chosen, scalings, bounds)
-    given, start = search.value(np.zeros(len(scalings))), np.zeros(len(scalings))
+    start = np.zeros(len(scalings))
+    with unsuited_motions():
+        given = search.value(start)
     best_sample = min(search.sample(), key=search.value)
     for x in (start, best_sample):
         search.descend(x)

@@ -7,7 +7,7 @@ the motion follows f⁻ and not f⁺. So z = ∂y/∂s jumps at the switch:
     z⁺ = ∂h/∂y (z⁻ + f⁻ dτ/ds) + ∂h/∂s - f⁺ dτ/ds,    dτ/ds = -(∂g/∂y z⁻ + ∂g/∂s) / ġ⁻
 
 Here ġ⁻ is the rate of g along f⁻. Where y does not jump and the force is continuous, z does not
-jump either.
+jump either. A motion that only touches g = 0, where the force jumps, has no finite derivative.
 
 An axis that is held on its surface from the start has met it before all times. Then z is moved
 along the forces of the held axes until it is tangent to their surfaces. Each f⁻ - f⁺ has the
@@ -67,8 +67,7 @@ def passed(transition: Transition, shifted: System, y: Array, z: Array) -> Passe
         z: ∂y/∂s before it, in the shape of y.
 
     Raises:
-        NotDifferentiableError: y or its rates jump, and two modes switch at once, or g only touches
-            zero.
+        NotDifferentiableError: y or its rates jump, and two modes switch at once.
     """
     time, _, before, after, impact = transition
     rates = before.rates(y, time)
@@ -136,11 +135,6 @@ def _delay(transition: Transition, shifted: System, y: Array, z: Array, rates: A
         )
     (mode,) = modes
     rate = guards_at(before, y + 1j * STEP * rates, time + 1j * STEP)[mode].imag
-    if rate == 0:
-        raise NotDifferentiableError(
-            f"{owners[mode]}: the motion only touches the border of a switch at "
-            f"t = {time:.9g} s, so that it has no derivatives (expected a motion that crosses it)"
-        )
     return float(-guards_at(shifted, y + 1j * STEP * z, time)[mode].imag / rate)
 
 

@@ -1,0 +1,190 @@
+"""Protects derivatives across switches, impacts and breakpoints against closed solutions."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from support.stops import stop
+from support.switching import MASS, data, guard
+
+import rbstab
+from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError, sensitivities
+
+pytest.importorskip("heyoka")
+
+H = 1e-100
+
+
+def derivatives(config: dict[str, Any], keys: tuple[str, ...], *names: str) -> np.ndarray:
+    """Return the derivatives of some quantities by some numbers of a config."""
+    found = sensitivities(config)
+    rows = [[entry.key for entry in found.entries].index(key) for key in keys]
+    return found.derivatives[np.ix_(rows, [found.column(name) for name in names])]
+
+
+def of_formula(formula: Any, numbers: tuple[float, ...]) -> np.ndarray:
+    """Return the derivatives of a formula by its numbers, from complex steps."""
+    steps = np.array(numbers) + 1j * H * np.eye(len(numbers))
+    return np.array([np.imag(formula(*row)) / H for row in steps])
+
+
+def test_a_body_that_bounces_between_two_stops():
+    """Without a couple θ2 has a constant rate between two impacts, and e times that after each."""
+    end = 3.0
+
+    def closed(angle, e, begin, rate):
+        first = (angle - begin) / rate
+        second = first + 2.0 * angle / (e * rate)
+        return [-angle + e * e * rate * (end - second), e * e * rate]
+
+    numbers = (0.4, 0.7, 0.1, 0.8)
+    assert 0.0 < closed(*numbers)[0] + 0.4 < 0.8
+    start = {"orientation": [0, 0.1, 0], "angular_velocity": [0, 0.8, 0]}
+    config = data({"it": stop(angle=0.4, restitution=0.7)}, start, {"duration": end})
+    keys = ("elements.it.angle", "elements.it.restitution")
+    keys += ("initial.orientation[1]", "initial.angular_velocity[1]")
+    found = derivatives(config, keys, "final.orientation[1]", "final.angular_velocity[1]")
+    np.testing.assert_allclose(found, of_formula(closed, numbers), rtol=1e-11)
+
+
+SLIDING = {
+    "kind": "sliding",
+    "point": [0, 0, 0],
+    "anchor": [0, 0, 0],
+    "K_s": [6.0, 6.0, 6.0],
+    "surface": {"slope": 2.0},
+}
+
+
+def test_an_axis_that_arrives_at_its_surface_slides_there():
+    """x falls to s = ẋ + κx = 0 under K_s, and then as e^(-κt)."""
+    end, slope = 2.0, 2.0
+
+    def closed(force, mass, begin):
+        arrival = (np.sqrt(1.0 + 2.0 * slope**2 * begin * mass / force) - 1.0) / slope
+        at = begin - force * arrival**2 / (2.0 * mass)
+        left = at * np.exp(-slope * (end - arrival))
+        return [left, -slope * left]
+
+    config = data({"it": SLIDING}, {"position": [0.5, 0, 0]}, {"duration": end})
+    keys = ("elements.it.K_s[0]", "body.mass", "initial.position[0]")
+    found = derivatives(config, keys, "final.position[0]", "final.velocity[0]")
+    np.testing.assert_allclose(found, of_formula(closed, (6.0, MASS, 0.5)), rtol=1e-11)
+
+
+def test_an_axis_that_is_held_from_the_start():
+    """From beside its surface it arrives there at once: y' = -κy, wherever it begins."""
+    config = data({"it": SLIDING}, {"position": [0.5, 0, 0]}, {"duration": 1.0})
+    keys = ("initial.position[1]", "initial.velocity[1]")
+    found = derivatives(config, keys, "final.position[1]", "final.velocity[1]")
+    left = np.exp(-2.0)
+    np.testing.assert_allclose(found, [[left, -2.0 * left], [0.0, 0.0]], atol=1e-13)
+
+
+def test_a_pulse():
+    """Before a pulse the body is at rest, and after it its velocity is constant."""
+    end = 2.0
+
+    def closed(force, begin, length):
+        v = force * length / MASS
+        return [v * (end - begin) - 0.5 * v * length, v]
+
+    numbers = (3.0, 0.4, 0.3)
+    push = {"kind": "input", "quantity": "force", "point": [0, 0, 0], "direction": [1, 0, 0]}
+    push |= {"amplitude": 3.0, "signal": {"kind": "pulse", "start": 0.4, "duration": 0.3}}
+    keys = ("amplitude", "signal.start", "signal.duration")
+    keys = tuple(f"elements.it.{key}" for key in keys)
+    config = data({"it": push}, integration={"duration": end})
+    found = derivatives(config, keys, "final.position[0]", "final.velocity[0]")
+    np.testing.assert_allclose(found, of_formula(closed, numbers), rtol=1e-11, atol=1e-14)
+
+
+CONTROLLER = {"variant": "free", "K_t": [40, 50, 60], "L_t": [4, 5, 6]}
+CONTROLLER |= {"K_r": [0.3, 0.4, 0.5], "L_r": [0.03, 0.05, 0.04]}
+
+
+def test_a_body_that_settles_in_an_impact():
+    """It takes away so much energy that v falls below v(0)/1000 there."""
+    config = data(
+        {"it": stop(angle=0.05, restitution=0.02)},
+        {"angular_velocity": [0, 2.0, 0]},
+        {"duration": 1.0, "engine": "heyoka"},
+        controller=CONTROLLER,
+    )
+    found = sensitivities(config)
+    column = found.column("settling_time")
+    assert found.values[column] == pytest.approx(first_impact(config), abs=1e-13)
+    keys = [entry.key for entry in found.entries]
+    for key in ("initial.angular_velocity[1]", "elements.it.angle", "controller.L_r[1]"):
+        row = keys.index(key)
+        value, step = found.entries[row].value, 1e-4
+        ends = [
+            first_impact(rbstab.load_config(config, [f"{key}={value * (1 + sign * step)!r}"]))
+            for sign in (-1, 1)
+        ]
+        expected = (ends[1] - ends[0]) / (2 * step * value)
+        assert found.derivatives[row, column] == pytest.approx(expected, rel=1e-6)
+
+
+def first_impact(config: Any) -> float:
+    """Return the time of the first impact of a run, s."""
+    return float(rbstab.simulate(config)["impact_time"][0])
+
+
+AT_ONCE = SLIDING | {"surface": "position"}
+
+SLIDING_CONTROLLER = CONTROLLER | {"variant": "sliding", "K_s": [9, 9, 9], "surface": "position"}
+
+REFUSED = {
+    "chaotic": (
+        data(
+            {"it": AT_ONCE | {"point": [0.3, 0.2, 0.1], "K_s": [90.0, 80.0, 70.0]}},
+            {"position": [0.5, 0.4, 0.3], "angular_velocity": [1, 2, 3]},
+            {"duration": 20.0},
+        ),
+        r"the motion is chaotic, so that its derivatives predict nothing \(expected a shorter run",
+    ),
+    "at once": (
+        data({"it": AT_ONCE}, {"position": [0.5, 0.5, 0.3]}, {"duration": 3.0}),
+        r"it: 2 switches come at once at t = 0\.577350269 s",
+    ),
+    "at its stop": (
+        data({"it": stop(angle=0.4)}, {"orientation": [0, 0.4, 0]}),
+        r"it: the body touches it at the start",
+    ),
+    "stop and tie": (
+        data({"it": stop(angle=0.4), "tie": SLIDING}, {"angular_velocity": [0, 1, 0]}),
+        r"it: is a stop beside a tie that slides",
+    ),
+    "on a border": (
+        data({"it": guard("repelling", 40.0, 0.3)}, {"orientation": [0, 0.3, 0]}),
+        r"it: the start lies where its force jumps",
+    ),
+    "held on s = E": (
+        data({}, controller=SLIDING_CONTROLLER),
+        r"an axis is held on s = E from the start",
+    ),
+    "sticks": (
+        data(
+            {},
+            {"position": [0.1, 0, 0]},
+            controller=SLIDING_CONTROLLER | {"stick_energy": 0.5},
+        ),
+        r"controller\.stick_energy: is 0\.5 J",
+    ),
+    "implicit": (
+        data(
+            {},
+            {"position": [0.1, 0, 0]},
+            controller=SLIDING_CONTROLLER | {"law": {"implicit": 1e-3}},
+        ),
+        r"controller\.law: is implicit",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_motion_without_derivatives_is_refused(name):
+    config, message = REFUSED[name]
+    with pytest.raises(UnsuitedConfigError, match=message):
+        sensitivities(config)

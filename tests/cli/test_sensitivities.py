@@ -7,7 +7,10 @@ from pathlib import Path
 import pytest
 from cli.conftest import GOOD, Invoke
 
-SLIDING = GOOD.replace("variant: free", "variant: sliding\n  K_s: [9, 9, 9]\n  surface: position")
+STICKING = GOOD.replace(
+    "variant: free",
+    "variant: sliding\n  K_s: [9, 9, 9]\n  surface: position\n  stick_energy: 0.5",
+)
 
 
 @pytest.fixture
@@ -68,13 +71,13 @@ def test_a_run_that_does_not_settle_has_no_settling_time(folder: Path, rbstab: I
     assert "the run does not settle" in done.stderr
 
 
-def test_a_sliding_connector_is_refused(folder: Path, rbstab: Invoke) -> None:
-    Path("sliding.yaml").write_text(SLIDING)
+def test_a_motion_without_derivatives_is_refused(folder: Path, rbstab: Invoke) -> None:
+    Path("sliding.yaml").write_text(STICKING)
     done = rbstab("sensitivities", "sliding.yaml")
     assert done.exit_code == 2
     assert done.stderr == (
-        "sliding.yaml: controller.variant: is 'sliding', whose motion is not smooth "
-        "(expected one of free, permanent, visco-elastic, embedded)\n"
+        "sliding.yaml: controller.stick_energy: is 0.5 J, so that the motion is changed where an "
+        "axis sticks (expected 0)\n"
     )
 
 

@@ -180,8 +180,12 @@ def test_sensitivities_of_an_element_that_switches(folder):
     theirs = sensitivities(load({"one": mine(**parameters)}, **given))
     ours = sensitivities(load({"one": section}, **given))
     keys = {entry.key.replace(".parameters", ""): row for row, entry in enumerate(theirs.entries)}
-    rows = [keys[entry.key] for entry in ours.entries]
-    np.testing.assert_allclose(theirs.derivatives[rows], ours.derivatives, rtol=1e-8, atol=1e-9)
+    # Theirs has no damper.
+    mine_too = [row for row, entry in enumerate(ours.entries) if entry.key in keys]
+    assert len(mine_too) == len(theirs.entries) == len(ours.entries) - 1
+    rows = [keys[ours.entries[row].key] for row in mine_too]
+    expected = ours.derivatives[mine_too]
+    np.testing.assert_allclose(theirs.derivatives[rows], expected, rtol=1e-8, atol=1e-9)
 
 
 def test_nothing_is_proved_of_code(folder):

@@ -8,6 +8,8 @@ from support.stops import stop
 from support.switching import MASS, data, guard
 
 import rbstab
+from rbstab.config.build import problem_of
+from rbstab.config.entries import entries_of
 from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError, sensitivities
 
 pytest.importorskip("heyoka")
@@ -129,6 +131,32 @@ def test_a_body_that_settles_in_an_impact():
 def first_impact(config: Any) -> float:
     """Return the time of the first impact of a run, s."""
     return float(rbstab.simulate(config)["impact_time"][0])
+
+
+@pytest.mark.parametrize("key", ["controller.L_r[1]", "elements.it.angle"])
+def test_the_integral_of_v_through_an_impact(key):
+    """v falls at an impact, whose time changes too."""
+    from rbstab.analysis.sensitivity import baseline, derivative_along
+    from rbstab.experiment.tuning.direction import shifted_along
+
+    given = data(
+        {"it": stop(angle=0.05, restitution=0.5)},
+        {"angular_velocity": [0, 2.0, 0]},
+        {"duration": 1.0},
+        controller=CONTROLLER,
+    )
+    config = rbstab.load_config(given)
+    (entry,) = [entry for entry in entries_of(config) if entry.key == key]
+    directions = [(path, entry.value) for path in entry.paths]
+    base = baseline(problem_of(config))
+    found = derivative_along(base, shifted_along(config, directions)).lyapunov_integral
+    step = 1e-4
+    ends = [
+        baseline(problem_of(rbstab.load_config(given, [f"{key}={entry.value * factor!r}"])))
+        for factor in (1 - step, 1 + step)
+    ]
+    values = [end.outcome.lyapunov_integral for end in ends]
+    assert found == pytest.approx((values[1] - values[0]) / (2 * step), rel=1e-6)
 
 
 AT_ONCE = SLIDING | {"surface": "position"}

@@ -66,7 +66,7 @@ ELEMENTS = {
         "toe_strain": 0.03,
         "damping": 20.0,
     },
-    "stiff": {"kind": "guard", "method": "stiff", "soft_angle": 0.1, "stiffness": 500.0},
+    "stiff": {"kind": "guard", "method": "stiff", "soft_angle": 0.12, "stiffness": 500.0},
     "repelling": {"kind": "guard", "method": "repelling", "soft_angle": 0.15, "couple": 50.0},
     "stop": {"kind": "guard", "method": "stop", "angle": 0.2, "restitution": 0.5},
     "tie": {

@@ -71,17 +71,19 @@ class Shifted(NamedTuple):
 PEAKS = slice(0, 3)
 """The peaks of E by axis, in `Baseline.evaluation_times`."""
 
-LARGEST_DISTANCE, SETTLING, END = 3, 4, 5
-"""The largest |E|, the settling time and the end of the run, in `Baseline.evaluation_times`."""
+LARGEST_DISTANCE, LARGEST_VALUE, SETTLING, END = 3, 4, 5, 6
+"""The largest |E|, the largest v, the settling time and the end of the run, in
+`Baseline.evaluation_times`."""
 
 
 @dataclass(frozen=True, eq=False)
 class Baseline:
     """A run, its systems, its rest state, and the times of its extremes.
 
-    evaluation_times, shape (6,), s, are the times of the peak of each axis, of the largest |E|, of
-    settling (the end if the run does not settle), and of the end. interior_peaks, shape (3,), marks
-    the peaks that are turning points and not at an end of the run.
+    evaluation_times, shape (7,), s, are the times of the peak of each axis, of the largest |E|, of
+    the value v(0) that counts for settling, of settling (the end if the run does not settle), and
+    of the end. If inputs supply power, the largest v takes the place of v(0). interior_peaks, shape
+    (3,), marks the peaks that are turning points and not at an end of the run.
     """
 
     problem: Problem
@@ -90,7 +92,6 @@ class Baseline:
     compiled: VariationalSystem
     evaluation_times: Array
     interior_peaks: Array
-    start_value: float
     outcome: Outcome
 
 
@@ -105,11 +106,11 @@ def baseline(problem: Problem) -> Baseline:
     compiled = variational_system(course.first)
     span = np.array([problem.times[0], problem.times[-1]])
     rest = nearest_rest_state(smooth_rest_system(problem))
-    coarse, value = _with_settling(problem, course, compiled, rest, span)
-    approached = _approached(problem, coarse.states[-1], rest)
-    if approached is not rest:
-        rest = approached
-        coarse, value = _with_settling(problem, course, compiled, rest, span)
+    coarse = _completed(compiled.integrate(problem, course, span, Levels(rest.energy)))
+    rest = _approached(problem, coarse.states[-1], rest)
+    largest_at, value = _largest_value(problem, course, compiled, rest, coarse)
+    level = Levels(rest.energy, SETTLED_FRACTION * value)
+    coarse = _completed(compiled.integrate(problem, course, span, level))
     impacts = [one.time for one in course.transitions if one.impact]
     times = np.unique(np.concatenate([span, *coarse.turning_times, coarse.crossings, impacts]))
     trajectory = _completed(compiled.integrate(problem, course, times, Levels(rest.energy)))
@@ -118,7 +119,8 @@ def baseline(problem: Problem) -> Baseline:
     peaks = np.argmax(sizes, axis=0)
     settling = _settling_time(problem, course, rest, coarse, value)
     end = span[-1]
-    evaluation_times = np.array([*times[peaks], end if np.isnan(settling) else settling, end])
+    settled = end if np.isnan(settling) else settling
+    evaluation_times = np.array([*times[peaks], largest_at, settled, end])
     interior_peaks = (times[peaks[PEAKS]] > span[0]) & (times[peaks[PEAKS]] < end)
     outcome = Outcome(
         _final(problem.system.observe(trajectory.states[-1])),
@@ -128,18 +130,35 @@ def baseline(problem: Problem) -> Baseline:
         settling,
         float(trajectory.lyapunov_integral[-1]) if rest.is_at_rest else np.nan,
     )
-    return Baseline(
-        problem, course, rest, compiled, evaluation_times, interior_peaks, value, outcome
-    )
+    return Baseline(problem, course, rest, compiled, evaluation_times, interior_peaks, outcome)
 
 
-def _with_settling(
-    problem: Problem, course: Course, compiled: VariationalSystem, rest: RestState, times: Array
-) -> tuple[VariationalTrajectory, float]:
-    """Integrate a run with the times at which v crosses its settled value; also return v(0)."""
-    value = _value(course.first, problem.start, rest.energy)
-    level = SETTLED_FRACTION * value
-    return _completed(compiled.integrate(problem, course, times, Levels(rest.energy, level))), value
+def _largest_value(
+    problem: Problem,
+    course: Course,
+    compiled: VariationalSystem,
+    rest: RestState,
+    coarse: VariationalTrajectory,
+) -> tuple[float, float]:
+    """Return the time and the value of v(0), or of the largest v if inputs supply power.
+
+    Args:
+        problem: The problem.
+        course: The systems of its motion.
+        compiled: Its compiled equations.
+        rest: The rest state at which v is zero.
+        coarse: Its run.
+    """
+    begin = float(problem.times[0])
+    if not problem.system.supplies:
+        return begin, _value(course.first, problem.start, rest.energy)
+    changes = [one.time for one in course.transitions]
+    times = np.unique(np.concatenate([coarse.times, coarse.power_zeros, changes]))
+    states = _completed(compiled.integrate(problem, course, times, Levels(rest.energy))).states
+    pairs = zip(times.tolist(), states, strict=True)
+    values = [_value(course.system_at(t), y, rest.energy) for t, y in pairs]
+    largest = int(np.argmax(values))
+    return float(times[largest]), values[largest]
 
 
 def _approached(problem: Problem, last: Array, nearest: RestState) -> RestState:
@@ -212,7 +231,7 @@ def derivative_along(base: Baseline, shifted: Shifted) -> Outcome:
         np.array(peaks) + np.array(rates) * delayed,
         delayed,
         _distance_derivative(base, delays, observed[LARGEST_DISTANCE].motion),
-        _settling_derivative(base, tangent, shifted.start, delays, observed[SETTLING]),
+        _settling_derivative(base, delays, observed, tangent.rest_energy),
         float(trajectory.lyapunov_integral_tangent[-1]),
     )
 
@@ -245,22 +264,25 @@ def _distance_derivative(base: Baseline, delays: dict[float, float], motion: Mot
 
 
 def _settling_derivative(
-    base: Baseline,
-    tangent: Tangent,
-    start: Array,
-    delays: dict[float, float],
-    observation: Observation,
+    base: Baseline, delays: dict[float, float], observed: list[Observation], rest_slope: float
 ) -> float:
-    if np.isnan(base.outcome.settling_time):
+    time = base.outcome.settling_time
+    if np.isnan(time):
         return np.nan
-    if base.outcome.settling_time in delays:
-        return delays[base.outcome.settling_time]
-    first = tangent.like(base.course.first, float(base.problem.times[0]))
-    excess = _derivative(observation.energy.sum()) - tangent.rest_energy
-    start_excess = _derivative(_value(first, start, base.rest.energy)) - tangent.rest_energy
-    rate = (observation.supplied.sum() - observation.dissipation.sum()).real
+    if time in delays:
+        return delays[time]
+    largest, settling = observed[LARGEST_VALUE], observed[SETTLING]
+    # Where v' is not zero, v is largest at the start, at an impact or at a breakpoint.
+    moved = _power(largest) * delays.get(float(base.evaluation_times[LARGEST_VALUE]), 0.0)
+    level = SETTLED_FRACTION * (_derivative(largest.energy.sum()) - rest_slope + moved)
+    excess = _derivative(settling.energy.sum()) - rest_slope - level
     with np.errstate(all="ignore"):
-        return float(-(excess - SETTLED_FRACTION * start_excess) / np.float64(rate))
+        return float(-excess / np.float64(_power(settling)))
+
+
+def _power(observation: Observation) -> float:
+    """Return v', W."""
+    return float((observation.supplied.sum() - observation.dissipation.sum()).real)
 
 
 def _rest_energy_derivative(base: Baseline, shifted: System) -> float:

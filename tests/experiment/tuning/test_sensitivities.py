@@ -9,7 +9,7 @@ from support.outcomes import differences, quantities
 from support.stored_differences import CASES, METHODS, stored_differences
 
 import rbstab
-from rbstab.experiment.summary import summary_of
+from rbstab.experiment.summary import lyapunov_function_of, summary_of
 from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError, sensitivities
 from rbstab.integrate.status import RunStatus, UnfinishedRunError
 
@@ -66,8 +66,10 @@ def test_the_values_are_those_of_the_run(name):
         final = [values[f"final.{part}[{axis}]"] for axis in range(3)]
         np.testing.assert_allclose(final, run[part][-1], rtol=0, atol=1e-11)
     peaks = [values.get(f"peak_contact_displacement[{axis}]", 0.0) for axis in range(3)]
-    np.testing.assert_allclose(peaks, summary_of(run).peak_contact_displacement, atol=1e-8)
-    v = run["lyapunov"]
+    # A peak at an impact lies between two samples, with a rate of about 1 m/s on both sides.
+    atol = 1e-3 if "impact_time" in run else 1e-8
+    np.testing.assert_allclose(peaks, summary_of(run).peak_contact_displacement, atol=atol)
+    v = lyapunov_function_of(run)
     above = run["time"][v >= 1e-3 * v[0]][-1]
     if found.settles:
         assert above <= values["settling_time"] <= above + np.diff(run["time"])[0]

@@ -4,6 +4,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
+from scipy.optimize import brentq
 from support.stops import stop
 from support.switching import MASS, data, guard
 
@@ -99,6 +101,41 @@ def test_a_pulse():
     config = data({"it": push}, integration={"duration": end})
     found = derivatives(config, keys, "final.position[0]", "final.velocity[0]")
     np.testing.assert_allclose(found, of_formula(closed, numbers), rtol=1e-11, atol=1e-14)
+
+
+def knocked(force, begin, length, stiffness, damping):
+    """Return when an oscillator settles that was knocked at rest: v falls to 1/1000 of its largest.
+
+    v is largest at the end of the pulse.
+    """
+    A = np.array([[0.0, 1.0], [-stiffness / MASS, -damping / MASS]])
+    at_end = np.array([force / stiffness, 0.0]) - expm(A * length) @ [force / stiffness, 0.0]
+
+    def excess(t):
+        x, speed = expm(A * (t - begin - length)) @ at_end
+        value = 0.5 * stiffness * x * x + 0.5 * MASS * speed * speed
+        largest = 0.5 * stiffness * at_end[0] ** 2 + 0.5 * MASS * at_end[1] ** 2
+        return value - 1e-3 * largest, -damping * speed * speed
+
+    t = brentq(lambda t: np.real(excess(t)[0]), np.real(begin + length), 10.0, xtol=1e-13)
+    for _ in range(3):
+        # Newton's steps also converge in the imaginary part.
+        value, rate = excess(t)
+        t = t - value / rate
+    return t
+
+
+def test_a_knock_from_rest_settles():
+    numbers = (30.0, 0.3, 0.05, 40.0, 4.0)
+    push = {"kind": "input", "quantity": "force", "point": [0, 0, 0], "direction": [1, 0, 0]}
+    push |= {"amplitude": 30.0, "signal": {"kind": "pulse", "start": 0.3, "duration": 0.05}}
+    config = data({"it": push}, integration={"duration": 6.0}, controller=CONTROLLER)
+    keys = [f"elements.it.{key}" for key in ("amplitude", "signal.start", "signal.duration")]
+    keys += ["controller.K_t[0]", "controller.L_t[0]"]
+    found = sensitivities(config)
+    assert found.values[found.column("settling_time")] == pytest.approx(knocked(*numbers))
+    given = derivatives(config, tuple(keys), "settling_time")[:, 0]
+    np.testing.assert_allclose(given, of_formula(knocked, numbers), rtol=1e-8, atol=1e-10)
 
 
 CONTROLLER = {"variant": "free", "K_t": [40, 50, 60], "L_t": [4, 5, 6]}

@@ -53,9 +53,10 @@ class VariationalTrajectory:
         turning_times: The times at which F_1, F_2, F_3 and E'F are zero, four arrays, s. They are
             empty if the contact point is held.
         crossings: The times at which v crosses its threshold, s.
+        power_zeros: The times at which v' = 0, s, if inputs supply power; else empty.
         status: The status of the run.
         detail: Why and when the run stopped early, as text; else empty.
-        delays: The derivative of the time of each impact by s, by its time, s.
+        delays: The derivative of the time of impacts and breakpoints by s, by their time, s.
     """
 
     times: Array
@@ -65,6 +66,7 @@ class VariationalTrajectory:
     lyapunov_integral_tangent: Array
     turning_times: tuple[Array, ...]
     crossings: Array
+    power_zeros: Array
     status: RunStatus
     detail: str
     delays: dict[float, float] = field(default_factory=dict)
@@ -93,7 +95,7 @@ class VariationalSystem:
 
     def __init__(self, system: System) -> None:
         self.size, self.count = system.size, parameter_values(system).size
-        self.zeros: tuple[list[float], ...] = tuple([] for _ in range(5))
+        self.zeros: tuple[list[float], ...] = tuple([] for _ in range(6))
         # After all p and q: s, and the `Settings`.
         s, rest, rest_slope, scale, bound, level = (hy.par[2 * self.count + k] for k in range(6))
         symbolic, _, _ = symbols_of(system)
@@ -112,14 +114,17 @@ class VariationalSystem:
         )
 
     def _events(self, symbolic: System, y: Array, energy: Any) -> list[Any]:
-        observation = symbolic.observe(y)
-        event_functions = [observation.energy.sum() - energy]
+        observation = symbolic.observe(y, hy.time)
+        crossings, *turning_times, power_zeros = self.zeros
+        events = [(observation.energy.sum() - energy, crossings)]
         if not symbolic.coordinates.holds_contact:  # else E and F are always zero
             E, F = observation.motion.E, observation.motion.F
-            event_functions += [*F, E @ F]
+            events += zip((*F, E @ F), turning_times, strict=True)
+        if symbolic.supplies:
+            power = observation.supplied.sum() - observation.dissipation.sum()
+            events.append((power, power_zeros))
         return [
-            hy.nt_event(expression, callback=_append_time(zeros))
-            for expression, zeros in zip(event_functions, self.zeros, strict=False)
+            hy.nt_event(expression, callback=_append_time(zeros)) for expression, zeros in events
         ]
 
     def integrate(
@@ -166,7 +171,7 @@ class VariationalSystem:
         self, times: Array, samples: Array, scale: float, status: RunStatus, detail: str
     ) -> VariationalTrajectory:
         values, derivative = samples[:, : self.size + 1], samples[:, self.size + 1 :]
-        crossings, *turning_times = (np.unique(zeros) for zeros in self.zeros)
+        crossings, *turning_times, power_zeros = (np.unique(zeros) for zeros in self.zeros)
         return VariationalTrajectory(
             times,
             values[:, :-1],
@@ -175,6 +180,7 @@ class VariationalSystem:
             derivative[:, -1] * scale,
             tuple(turning_times),
             crossings,
+            power_zeros,
             status,
             detail,
         )

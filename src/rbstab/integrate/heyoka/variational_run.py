@@ -88,7 +88,8 @@ class VariationalRun:
         tangent: The direction; None for a zero derivative.
 
     Attributes:
-        delays: The derivative of the time of each impact by s, by its time, s.
+        delays: The derivative of the time of impacts and breakpoints by s, by their time, s. One at
+            which several inputs change, and not together for other s, is left out.
 
     Raises:
         NotDifferentiableError: The motion has no derivative along the tangent.
@@ -174,6 +175,8 @@ class VariationalRun:
         if not transition.modes:
             delays = {} if self.tangent is None else self.tangent.delays_at(time)
             derivatives[:-1] = after_breakpoint(transition, delays, y, z)
+            if len(set(delays.values())) == 1:
+                self.delays[time] = next(iter(delays.values()))
             return
         found = passed(transition, shifted, y, z)
         values[:-1], derivatives[:-1] = found.state, found.tangent

@@ -112,6 +112,22 @@ SWITCHING_CASES = {
         {name: ELEMENTS[name] for name in ("stiff", "repelling")}, duration=1.6
     ),
     "stop": with_elements({"stop": ELEMENTS["stop"]}, duration=1.6),
+    # It hops, and then rests against the stop.
+    "rest": {
+        "schema_version": 2,
+        "body": {"mass": 1.5, "inertia": [0.02, 0.1, 0.1], "contact_point": [-0.14, 0.02, 0.01]},
+        "gravity": [0.5, 0.3, -9.81],
+        "controller": {
+            "variant": "permanent",
+            "K_t": [2.0, 2.0, 2.0],
+            "L_t": [0.1, 0.1, 0.1],
+            "K_r": [3.0, 0.5, 3.0],
+            "L_r": [0.4, 0.05, 0.4],
+        },
+        "elements": {"bone": ELEMENTS["stop"]},
+        "initial": {"orientation": [0.1, -0.15, 0.2], "angular_velocity": [1.0, 0.2, 0.5]},
+        "integration": {"duration": 3.0},
+    },
     "tie": with_elements({"tie": ELEMENTS["tie"]}, duration=1.6),
     "slope": config("free", START, controller=SLIDING | {"surface": {"slope": 20.0}}),
     "layer": config(

@@ -152,6 +152,8 @@ SWITCHING_CASES = {
 CASES = SMOOTH_CASES | SWITCHING_CASES
 
 METHODS = dict.fromkeys(SMOOTH_CASES, SMOOTH) | dict.fromkeys(SWITCHING_CASES, SWITCHING)
+# Many numbers hardly matter once the body rests; a longer step shows more digits of their effect.
+METHODS["rest"] = SWITCHING._replace(step=1e-4)
 
 CASES["embedded-full-gains"]["body"]["inertia"] = [[10, 0.6, -0.4], [0.6, 8, 0.5], [-0.4, 0.5, 3]]
 

@@ -142,7 +142,7 @@ SWITCHING_CASES = {
             "pulse": load({"kind": "pulse", "start": 0.2, "duration": 0.13}),
             # It begins together with the pulse.
             "ramp": load({"kind": "ramp", "start": 0.2, "duration": 0.3}),
-            "noise": load({"kind": "noise", "seed": 1, "rate": 43.0, "correlation_time": 0.2}),
+            "noise": load({"kind": "noise", "seed": 1, "rate": 49.0, "correlation_time": 0.2}),
         },
         duration=0.6,
     ),

@@ -10,7 +10,7 @@ from support.stops import stop
 from support.switching import MASS, data, guard
 
 import rbstab
-from rbstab.config.build import problem_of
+from rbstab.config.build import input_legs, problem_of
 from rbstab.config.entries import entries_of
 from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError, sensitivities
 
@@ -168,6 +168,20 @@ def test_a_body_that_settles_in_an_impact():
 def first_impact(config: Any) -> float:
     """Return the time of the first impact of a run, s."""
     return float(rbstab.simulate(config)["impact_time"][0])
+
+
+@pytest.mark.parametrize("rate", [45.0, 48.0, 49.0])
+def test_shifted_legs_begin_with_those_of_the_run(rate):
+    """To the last digit, although k/rate has other digits for a complex rate."""
+    from rbstab.experiment.tuning.direction import shifted_along
+
+    signal = {"kind": "noise", "seed": 1, "rate": rate, "correlation_time": 0.2}
+    push = {"kind": "input", "quantity": "couple", "direction": [1, 0, 0], "amplitude": 1.0}
+    config = rbstab.load_config(data({"it": push | {"signal": signal}}))
+    path = ("elements", "it", "signal", "rate")
+    legs = shifted_along(config, [(path, rate)]).legs["it"]
+    assert np.iscomplexobj(legs)
+    np.testing.assert_array_equal(legs.real, input_legs(config)["it"])
 
 
 @pytest.mark.parametrize("key", ["controller.L_r[1]", "elements.it.angle"])

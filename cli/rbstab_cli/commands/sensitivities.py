@@ -39,8 +39,9 @@ def command(
     symmetric matrix changes in both of its places. --json adds the times of the peaks and the final
     state.
 
-    The derivatives are exact: they come from variational equations. heyoka compiles these, also for
-    a config with another engine. A sliding connector is refused: its motion is not smooth.
+    The derivatives are exact: they come from variational equations, which go through switches and
+    impacts. heyoka compiles these, also for a config with another engine. A motion without
+    derivatives, such as a chaotic one, is refused with the reason.
     """
     from rbstab_cli.motion_errors import motion_errors
     from rbstab_cli.output.text_file import check_target, write_text

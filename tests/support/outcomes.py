@@ -137,7 +137,9 @@ def _domain(window: np.ndarray) -> tuple[float, float]:
 
 def _root(window: np.ndarray, curve: Chebyshev) -> float:
     low, high = _domain(window)
-    (root,) = [z.real for z in curve.roots() if abs(z.imag) < 1e-9 and low < z.real < high]
+    roots: np.ndarray = np.array([complex(root) for root in curve.roots()])
+    real = roots[np.abs(roots.imag) < 1e-9].real
+    (root,) = real[(real > low) & (real < high)].tolist()
     return float(root)
 
 

@@ -50,9 +50,9 @@ def test_the_stored_differences_are_those_of_runs(name):
     expected = stored_differences(name, found)
     sizes = np.array([[abs(entry.value) or 1.0] for entry in found.entries])
     allowed = NOISE * np.abs(expected * sizes).max(axis=0)
-    assert np.all(
-        np.abs(differences(CASES[name], found, METHODS[name]) - expected) * sizes <= allowed
-    )
+    off = np.abs(differences(CASES[name], found, METHODS[name]) - expected) * sizes
+    has_value = np.isfinite(found.values)
+    assert np.all((off <= allowed)[:, has_value])
 
 
 @pytest.mark.parametrize("name", ALL)

@@ -32,6 +32,14 @@ def of_formula(formula: Any, numbers: tuple[float, ...]) -> np.ndarray:
     return np.array([np.imag(formula(*row)) / H for row in steps])
 
 
+STOP_KEYS = (
+    "elements.it.angle",
+    "elements.it.restitution",
+    "initial.orientation[1]",
+    "initial.angular_velocity[1]",
+)
+
+
 def test_a_body_that_bounces_between_two_stops():
     """Without a couple θ2 has a constant rate between two impacts, and e times that after each."""
     end = 3.0
@@ -45,9 +53,7 @@ def test_a_body_that_bounces_between_two_stops():
     assert 0.0 < closed(*numbers)[0] + 0.4 < 0.8
     start = {"orientation": [0, 0.1, 0], "angular_velocity": [0, 0.8, 0]}
     config = data({"it": stop(angle=0.4, restitution=0.7)}, start, {"duration": end})
-    keys = ("elements.it.angle", "elements.it.restitution")
-    keys += ("initial.orientation[1]", "initial.angular_velocity[1]")
-    found = derivatives(config, keys, "final.orientation[1]", "final.angular_velocity[1]")
+    found = derivatives(config, STOP_KEYS, "final.orientation[1]", "final.angular_velocity[1]")
     np.testing.assert_allclose(found, of_formula(closed, numbers), rtol=1e-11)
 
 
@@ -85,6 +91,21 @@ def test_an_axis_that_is_held_from_the_start():
     np.testing.assert_allclose(found, [[left, -2.0 * left], [0.0, 0.0]], atol=1e-13)
 
 
+PULSE_KEYS = tuple(f"elements.it.{key}" for key in ("amplitude", "signal.start", "signal.duration"))
+
+
+def pulse(force: float, begin: float, length: float) -> dict[str, Any]:
+    """Return a force along x that acts for a while."""
+    return {
+        "kind": "input",
+        "quantity": "force",
+        "point": [0, 0, 0],
+        "direction": [1, 0, 0],
+        "amplitude": force,
+        "signal": {"kind": "pulse", "start": begin, "duration": length},
+    }
+
+
 def test_a_pulse():
     """Before a pulse the body is at rest, and after it its velocity is constant."""
     end = 2.0
@@ -94,12 +115,8 @@ def test_a_pulse():
         return [v * (end - begin) - 0.5 * v * length, v]
 
     numbers = (3.0, 0.4, 0.3)
-    push = {"kind": "input", "quantity": "force", "point": [0, 0, 0], "direction": [1, 0, 0]}
-    push |= {"amplitude": 3.0, "signal": {"kind": "pulse", "start": 0.4, "duration": 0.3}}
-    keys = ("amplitude", "signal.start", "signal.duration")
-    keys = tuple(f"elements.it.{key}" for key in keys)
-    config = data({"it": push}, integration={"duration": end})
-    found = derivatives(config, keys, "final.position[0]", "final.velocity[0]")
+    config = data({"it": pulse(*numbers)}, integration={"duration": end})
+    found = derivatives(config, PULSE_KEYS, "final.position[0]", "final.velocity[0]")
     np.testing.assert_allclose(found, of_formula(closed, numbers), rtol=1e-11, atol=1e-14)
 
 
@@ -127,14 +144,12 @@ def knocked(force, begin, length, stiffness, damping):
 
 def test_a_knock_from_rest_settles():
     numbers = (30.0, 0.3, 0.05, 40.0, 4.0)
-    push = {"kind": "input", "quantity": "force", "point": [0, 0, 0], "direction": [1, 0, 0]}
-    push |= {"amplitude": 30.0, "signal": {"kind": "pulse", "start": 0.3, "duration": 0.05}}
-    config = data({"it": push}, integration={"duration": 6.0}, controller=CONTROLLER)
-    keys = [f"elements.it.{key}" for key in ("amplitude", "signal.start", "signal.duration")]
-    keys += ["controller.K_t[0]", "controller.L_t[0]"]
+    knock = {"it": pulse(*numbers[:3])}
+    config = data(knock, integration={"duration": 6.0}, controller=CONTROLLER)
+    keys = (*PULSE_KEYS, "controller.K_t[0]", "controller.L_t[0]")
     found = sensitivities(config)
     assert found.values[found.column("settling_time")] == pytest.approx(knocked(*numbers))
-    given = derivatives(config, tuple(keys), "settling_time")[:, 0]
+    given = derivatives(config, keys, "settling_time")[:, 0]
     np.testing.assert_allclose(given, of_formula(knocked, numbers), rtol=1e-8, atol=1e-10)
 
 

@@ -58,6 +58,16 @@ def test_enclosure_of_the_exact_motion(unproved, enclose):
     assert found.samples is None
 
 
+@pytest.mark.parametrize("method", ["stiff", "repelling"])
+def test_the_answer_names_the_command_that_proves_soft_guards(method):
+    from rbstab.config.build import problem_of
+
+    config = load_config(data({"it": KINDS[method]}, controller=CONTROLLER))
+    found = prove_convergence(config, problem_of(config), None, Enclose.UNTIL_PROVED)
+    why = found.convergence.why
+    assert why.endswith(f"; rbstab guard --method {method} says what its guard proves")
+
+
 def test_smooth_elements_are_not_refused():
     """The refusals are for switches, not for elements."""
     smooth = data(

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rbstab.elements.guards.soft_guards import SoftGuard, StiffGuard
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF, Convergence, Undecided
@@ -85,6 +86,10 @@ def not_enclosed(problem: Problem) -> Convergence | None:
         return Convergence(None, why=why, reason=Undecided.SLIDING)
     if has_modes(problem.system):
         why = "an element switches, and only smooth equations can be enclosed"
+        soft = [element for element in problem.system.elements if isinstance(element, SoftGuard)]
+        if soft:
+            method = "stiff" if isinstance(soft[0], StiffGuard) else "repelling"
+            why += f"; rbstab guard --method {method} says what its guard proves"
         return Convergence(None, why=why, reason=Undecided.SWITCHES)
     return None
 

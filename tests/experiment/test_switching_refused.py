@@ -63,7 +63,7 @@ def test_the_answer_names_the_command_that_proves_soft_guards(method):
     from rbstab.config.build import problem_of
 
     config = load_config(data({"it": KINDS[method]}, controller=CONTROLLER))
-    found = prove_convergence(config, problem_of(config), None, Enclose.UNTIL_PROVED)
+    found = prove_convergence(config, problem_of(config), prove(config), Enclose.UNTIL_PROVED)
     why = found.convergence.why
     assert why.endswith(f"; rbstab guard --method {method} says what its guard proves")
 

@@ -128,6 +128,21 @@ SWITCHING_CASES = {
         "initial": {"orientation": [0.1, -0.15, 0.2], "angular_velocity": [1.0, 0.2, 0.5]},
         "integration": {"duration": 3.0},
     },
+    # It rests against the stop, while axes of the tie slide.
+    "landed": with_elements(
+        {
+            "stop": ELEMENTS["stop"],
+            "tie": ELEMENTS["tie"] | {"K_s": [3000.0, 2500.0, 2000.0], "anchor": [0.1, 0.02, -0.1]},
+            "lean": {
+                "kind": "input",
+                "quantity": "couple",
+                "direction": [0.0, 1.0, 0.0],
+                "amplitude": 300.0,
+                "signal": {"kind": "constant"},
+            },
+        },
+        duration=1.0,
+    ),
     "tie": with_elements({"tie": ELEMENTS["tie"]}, duration=1.6),
     "slope": config("free", START, controller=SLIDING | {"surface": {"slope": 20.0}}),
     "layer": config(

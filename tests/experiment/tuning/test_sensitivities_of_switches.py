@@ -246,10 +246,6 @@ REFUSED = {
         data({"it": stop(angle=0.4)}, {"orientation": [0, 0.4, 0]}),
         r"it: the body touches it at the start",
     ),
-    "stop and tie": (
-        data({"it": stop(angle=0.4), "tie": SLIDING}, {"angular_velocity": [0, 1, 0]}),
-        r"it: is a stop beside a tie that slides",
-    ),
     "on a border": (
         data({"it": guard("repelling", 40.0, 0.3)}, {"orientation": [0, 0.3, 0]}),
         r"it: the start lies where its force jumps",

@@ -14,7 +14,6 @@ from rbstab.integrate.switching.course import Course, Transition
 from rbstab.integrate.switching.phases import switches
 from rbstab.integrate.switching.saltation import NotDifferentiableError
 from rbstab.integrate.switching.sliding_connector import drive_by_modes, follows_modes
-from rbstab.systems.filippov import slides
 from rbstab.systems.impact import side_of, stop_of
 
 
@@ -74,7 +73,7 @@ def _scheduled(problem: Problem) -> Course:
 
 
 def _check_stop(problem: Problem) -> None:
-    """Reject a motion against a stop without derivatives, or whose derivatives are not known."""
+    """Reject a motion that begins at a stop: it has no derivatives."""
     stop = stop_of(problem.system)
     if stop is None:
         return
@@ -82,11 +81,6 @@ def _check_stop(problem: Problem) -> None:
         raise NotDifferentiableError(
             f"{stop.name}: the body touches it at the start, so that its motion has no derivatives "
             "(expected a start inside)"
-        )
-    if slides(problem.system):
-        raise NotDifferentiableError(
-            f"{stop.name}: is a stop beside a tie that slides; the derivatives of such motions are "
-            "not known (expected a stop alone, or a tie with a boundary layer)"
         )
 
 

@@ -80,7 +80,13 @@ def passed(transition: Transition, shifted: System, y: Array, z: Array) -> Passe
     if impact:
         at_switch = _after_impact(transition, shifted, at_switch)
     state = at_switch.real
-    return Passed(state, at_switch.imag / STEP - after.rates(state, time) * delay, delay)
+    tangent = at_switch.imag / STEP - after.rates(state, time) * delay
+    if impact and _held(after).any():
+        # Each impact throws axes off their surfaces. Those that are held are back with the last hop.
+        resting = with_modes(shifted, modes_of(after))
+        landed = _on_surfaces(resting, state + 1j * STEP * tangent, time)
+        state, tangent = landed.real, landed.imag / STEP
+    return Passed(state, tangent, delay)
 
 
 def after_breakpoint(
@@ -161,30 +167,49 @@ def tangent_at_start(system: System, shifted: System, y: Array, z: Array, time: 
         NotDifferentiableError: The start lies on a border where the rates jump, and the derivative
             leads across it; or an axis is held on s = E, from which it would bounce.
     """
-    sides, holds = slide_modes(system)
-    modes = np.array(modes_of(system))
-    held = sides[modes[holds] > 0]
-    free = modes.copy()
-    free[holds] = 0.0
     _check_borders(system, shifted, y, z, time)
-    if not held.size:
+    if not _held(system).any():
         return z
     if any(element.slides and getattr(element, "sticks", False) for element in system.elements):
         raise NotDifferentiableError(
             "an axis is held on s = E from the start: from a start beside it, it would bounce "
             "(expected a surface with a slope, or another start)"
         )
+    return _on_surfaces(shifted, y + 1j * STEP * z, time).imag / STEP
+
+
+def _held(system: System) -> Array:
+    """Return whether each axis of ties that slide is held, shape (axes,)."""
+    return np.array(modes_of(system))[slide_modes(system)[1]] > 0
+
+
+def _on_surfaces(shifted: System, y: Array, time: float) -> Array:
+    """Return a state moved along the forces of the held axes until it is on their surfaces.
+
+    The forces change velocities alone, and s is linear in them. So one step is exact.
+
+    Args:
+        shifted: The system, shifted as for `passed`.
+        y: The state, with the imaginary part h ∂y/∂s.
+        time: The time, s.
+    """
+    sides, holds = slide_modes(shifted)
+    held, free = sides[_held(shifted)], np.array(modes_of(shifted))
+    free[holds] = 0.0
+    flying = with_modes(shifted, tuple(free))
+
+    def distances(y: Array) -> Array:
+        return guards_at(flying, y, time)[held]
 
     def rates(mode: int, value: float) -> Array:
         changed = free.copy()
         changed[mode] = value
-        return with_modes(system, tuple(changed)).rates(y, time)
+        return with_modes(shifted, tuple(changed)).rates(y, time)
 
-    forces = np.array([rates(mode, 1.0) - rates(mode, 0.0) for mode in held]).T
-    flying, flying_shifted = (with_modes(one, tuple(free)) for one in (system, shifted))
-    rows = [guards_at(flying, y + 1j * STEP * column, time)[held] for column in forces.T]
-    distances = guards_at(flying_shifted, y + 1j * STEP * z, time)[held]
-    moved: Array = z - forces @ np.linalg.solve(np.imag(rows).T, distances.imag)
+    forces = np.array([rates(mode, 1.0) - rates(mode, 0.0) for mode in held])
+    away = distances(y)
+    rows = np.array([distances(y + force) - away for force in forces])
+    moved: Array = y - forces.T @ np.linalg.solve(rows.T, away)
     return moved
 
 
@@ -197,7 +222,7 @@ def _check_borders(system: System, shifted: System, y: Array, z: Array, time: fl
     changes = guards_at(shifted, y + 1j * STEP * z, time).imag
     rates = system.rates(y, time)
     is_free = np.ones(len(guards), dtype=bool)
-    is_free[slide_modes(system)[:, np.array(modes_of(system))[slide_modes(system)[1]] > 0]] = False
+    is_free[slide_modes(system)[:, _held(system)]] = False
     for mode in np.flatnonzero((guards == 0) & (changes != 0) & is_free):
         flipped = np.array(modes_of(system))
         flipped[mode] = 1.0 - flipped[mode]

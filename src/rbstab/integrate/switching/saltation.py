@@ -80,13 +80,7 @@ def passed(transition: Transition, shifted: System, y: Array, z: Array) -> Passe
     if impact:
         at_switch = _after_impact(transition, shifted, at_switch)
     state = at_switch.real
-    tangent = at_switch.imag / STEP - after.rates(state, time) * delay
-    if impact and _held(after).any():
-        # Each impact throws axes off their surfaces. Those that are held are back with the last hop.
-        resting = with_modes(shifted, modes_of(after))
-        landed = _on_surfaces(resting, state + 1j * STEP * tangent, time)
-        state, tangent = landed.real, landed.imag / STEP
-    return Passed(state, tangent, delay)
+    return Passed(state, at_switch.imag / STEP - after.rates(state, time) * delay, delay)
 
 
 def after_breakpoint(
@@ -147,10 +141,13 @@ def _delay(transition: Transition, shifted: System, y: Array, z: Array, rates: A
 def _after_impact(transition: Transition, shifted: System, y: Array) -> Array:
     """Return h(y): the state after an impact, at rest against the stop if the body rests then."""
     y = impact_of(shifted, y).state
-    resting = with_modes(shifted, modes_of(transition.after))
-    stop = stop_of(resting)
+    after = with_modes(shifted, modes_of(transition.after))
+    stop = stop_of(after)
     assert stop is not None
-    return laid_on_stop(resting, y) if stop.mode.any() else y
+    if stop.mode.any():
+        y = laid_on_stop(after, y)
+    # Each impact throws axes off their surfaces. Those that are held are back with the last hop.
+    return _on_surfaces(after, y, transition.time) if _held(after).any() else y
 
 
 def tangent_at_start(system: System, shifted: System, y: Array, z: Array, time: float) -> Array:

@@ -56,7 +56,7 @@ def config(
     return data
 
 
-ELEMENTS = {
+ELEMENTS: dict[str, dict[str, Any]] = {
     "ligament": {
         "kind": "ligament",
         "point": [0.02, 0.0, -0.4],

@@ -26,10 +26,11 @@ from rbstab.integrate.heyoka.variational import (
     VariationalTrajectory,
     variational_system,
 )
-from rbstab.integrate.heyoka.variational_run import Tangent
+from rbstab.integrate.heyoka.variational_run import Passage, Tangent
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus, UnfinishedRunError
 from rbstab.integrate.switching.course import Course
+from rbstab.integrate.switching.saltation import NotDifferentiableError
 from rbstab.integrate.switching.sliding_connector import with_connector_by_modes
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.motion import Motion
@@ -150,15 +151,17 @@ def _largest_value(
         coarse: Its run.
     """
     begin = float(problem.times[0])
+    start = _value(course.first, problem.start, rest.energy)
     if not problem.system.supplies:
-        return begin, _value(course.first, problem.start, rest.energy)
-    changes = [one.time for one in course.transitions]
-    times = np.unique(np.concatenate([coarse.times, coarse.power_zeros, changes]))
-    states = _completed(compiled.integrate(problem, course, times, Levels(rest.energy))).states
-    pairs = zip(times.tolist(), states, strict=True)
-    values = [_value(course.system_at(t), y, rest.energy) for t, y in pairs]
-    largest = int(np.argmax(values))
-    return float(times[largest]), values[largest]
+        return begin, start
+    times = np.unique(np.concatenate([coarse.times, coarse.power_zeros]))
+    found = _completed(compiled.integrate(problem, course, times, Levels(rest.energy)))
+    pairs = zip(times.tolist(), found.states, strict=True)
+    values = {t: _value(course.system_at(t), y, rest.energy) for t, y in pairs}
+    for time, passage in found.passages.items():
+        values[time] = passage.energy - rest.energy
+    largest = max(values, key=values.__getitem__)
+    return largest, values[largest]
 
 
 def _approached(problem: Problem, last: Array, nearest: RestState) -> RestState:
@@ -221,8 +224,9 @@ def derivative_along(base: Baseline, shifted: Shifted) -> Outcome:
         for y, t in zip(states, times.tolist(), strict=True)
     ]
     observed = [observations[index] for index in order]
-    delays = trajectory.delays
-    delayed = _peak_time_derivatives(base, delays, trajectory.states[order], observed)
+    passages = trajectory.passages
+    impacts = {time: one.delay for time, one in passages.items() if one.impact}
+    delayed = _peak_time_derivatives(base, impacts, trajectory.states[order], observed)
     at_peaks = [observation.motion for observation in observed[PEAKS]]
     peaks = [_derivative(motion.E[axis]) for axis, motion in enumerate(at_peaks)]
     rates = [motion.F[axis].real for axis, motion in enumerate(at_peaks)]
@@ -230,14 +234,14 @@ def derivative_along(base: Baseline, shifted: Shifted) -> Outcome:
         _derivative(_final(observed[END])),
         np.array(peaks) + np.array(rates) * delayed,
         delayed,
-        _distance_derivative(base, delays, observed[LARGEST_DISTANCE].motion),
-        _settling_derivative(base, delays, observed, tangent.rest_energy),
+        _distance_derivative(base, impacts, observed[LARGEST_DISTANCE].motion),
+        _settling_derivative(base, passages, observed, tangent.rest_energy),
         float(trajectory.lyapunov_integral_tangent[-1]),
     )
 
 
 def _peak_time_derivatives(
-    base: Baseline, delays: dict[float, float], states: Array, observed: list[Observation]
+    base: Baseline, impacts: Mapping[float, float], states: Array, observed: list[Observation]
 ) -> Array:
     """Return the derivative of the time of the peak of each axis, shape (3,), s.
 
@@ -251,30 +255,43 @@ def _peak_time_derivatives(
         ahead = base.problem.system.motion(states[axis] + 1j * STEP * rates)
         with np.errstate(all="ignore"):
             turning = -_derivative(observed[axis].motion.F[axis]) / _derivative(ahead.F[axis])
-        derivatives[axis] = delays.get(time, turning)
+        derivatives[axis] = impacts.get(time, turning)
     return derivatives
 
 
-def _distance_derivative(base: Baseline, delays: dict[float, float], motion: Motion) -> float:
-    """Return E'(∂E/∂s + F dt/ds) / |E|; t is the time of an impact, elsewhere E'F = 0."""
+def _distance_derivative(base: Baseline, impacts: Mapping[float, float], motion: Motion) -> float:
+    """Return E'(∂E/∂s + F dt/ds) / |E|.
+
+    t moves with an impact. Elsewhere E'F = 0, or t is an end of the run and stays there.
+    """
     distance, E = base.outcome.largest_distance, motion.E
-    delay = delays.get(float(base.evaluation_times[LARGEST_DISTANCE]), 0.0)
+    delay = impacts.get(float(base.evaluation_times[LARGEST_DISTANCE]), 0.0)
     change = _derivative(E) + motion.F.real * delay
     return float(E.real @ change) / distance if distance > 0 else 0.0
 
 
 def _settling_derivative(
-    base: Baseline, delays: dict[float, float], observed: list[Observation], rest_slope: float
+    base: Baseline,
+    passages: Mapping[float, Passage],
+    observed: list[Observation],
+    rest_slope: float,
 ) -> float:
-    time = base.outcome.settling_time
+    time, largest_at = base.outcome.settling_time, float(base.evaluation_times[LARGEST_VALUE])
     if np.isnan(time):
         return np.nan
-    if time in delays:
-        return delays[time]
-    largest, settling = observed[LARGEST_VALUE], observed[SETTLING]
-    # Where v' is not zero, v is largest at the start, at an impact or at a breakpoint.
-    moved = _power(largest) * delays.get(float(base.evaluation_times[LARGEST_VALUE]), 0.0)
-    level = SETTLED_FRACTION * (_derivative(largest.energy.sum()) - rest_slope + moved)
+    if time in passages and passages[time].impact:
+        return passages[time].delay
+    if largest_at in passages:
+        largest_slope = passages[largest_at].energy_slope
+    else:
+        largest_slope = float(_derivative(observed[LARGEST_VALUE].energy.sum()))
+    if np.isnan(largest_slope):
+        raise NotDifferentiableError(
+            f"elements: v is largest at t = {largest_at:.9g} s, where several inputs change, so "
+            "that the settling time has no derivatives (expected changes one after another)"
+        )
+    settling = observed[SETTLING]
+    level = SETTLED_FRACTION * (largest_slope - rest_slope)
     excess = _derivative(settling.energy.sum()) - rest_slope - level
     with np.errstate(all="ignore"):
         return float(-excess / np.float64(_power(settling)))

@@ -12,7 +12,9 @@ from support.switching import MASS, data, guard
 import rbstab
 from rbstab.config.build import input_legs, problem_of
 from rbstab.config.entries import entries_of
+from rbstab.experiment.summary import settling_time_of
 from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError, sensitivities
+from rbstab.experiment.tuning.tune import tune
 
 pytest.importorskip("heyoka")
 
@@ -185,6 +187,75 @@ def first_impact(config: Any) -> float:
     return float(rbstab.simulate(config)["impact_time"][0])
 
 
+def test_a_pulse_at_the_start_can_only_begin_later():
+    """v(end) does not depend on when the pulse begins; x(end) is smaller if it begins later."""
+    config = data({"it": pulse(3.0, 0.0, 0.3)}, integration={"duration": 2.0})
+    key = ("elements.it.signal.start",)
+    found = derivatives(config, key, "final.velocity[0]", "final.position[0]")
+    np.testing.assert_allclose(found, [[0.0, -3.0 * 0.3 / MASS]], atol=1e-13)
+
+
+KNOCK = {"kind": "input", "quantity": "couple", "direction": [0, 1, 0], "amplitude": 30.0}
+KNOCK |= {"signal": {"kind": "pulse", "start": 0.1, "duration": 0.1}}
+
+LARGEST = {
+    # v is largest just before the first impact, and falls there.
+    "impact": data(
+        {"it": stop(angle=0.05, restitution=0.3), "knock": KNOCK},
+        integration={"duration": 4.0, "samples": 801, "engine": "heyoka"},
+        controller=CONTROLLER,
+    ),
+    # v is largest where the ligament becomes taut, and its damper begins to work.
+    "switch": data(
+        {
+            "it": {
+                "kind": "ligament",
+                "point": [0, 0, 0],
+                "anchor": [-0.7, 0, 0],
+                "slack_length": 0.75,
+                "stiffness": 80.0,
+                "toe_strain": 0.05,
+                "damping": 30.0,
+            },
+            "push": pulse(20.0, 0.1, 0.15),
+        },
+        integration={"duration": 10.0, "samples": 2001, "engine": "heyoka"},
+        controller=CONTROLLER,
+    ),
+}
+LARGEST_KEYS = {
+    "impact": ("elements.it.angle", "elements.knock.amplitude", "elements.knock.signal.duration"),
+    "switch": ("elements.it.slack_length", "elements.push.amplitude", "elements.push.signal.start"),
+}
+
+
+@pytest.mark.parametrize("name", LARGEST)
+def test_the_settling_time_counts_from_the_largest_v(name):
+    config = LARGEST[name]
+    found = sensitivities(config)
+    column = found.column("settling_time")
+    run = rbstab.simulate(config)
+    spacing = run["time"][1]
+    assert settling_time_of(run) == pytest.approx(found.values[column], abs=spacing)
+    keys = [entry.key for entry in found.entries]
+    for key in LARGEST_KEYS[name]:
+        row = keys.index(key)
+        value, step = found.entries[row].value, 1e-5
+        ends = [
+            settling(rbstab.load_config(config, [f"{key}={value * (1 + sign * step)!r}"]))
+            for sign in (-1, 1)
+        ]
+        expected = (ends[1] - ends[0]) / (2 * step * value)
+        assert found.derivatives[row, column] == pytest.approx(expected, rel=1e-5)
+
+
+def settling(config: Any) -> float:
+    """Return the settling time alone, s, without derivatives."""
+    from rbstab.analysis.sensitivity import baseline
+
+    return baseline(problem_of(config)).outcome.settling_time
+
+
 @pytest.mark.parametrize("rate", [45.0, 48.0, 49.0])
 def test_shifted_legs_begin_with_those_of_the_run(rate):
     """To the last digit, although k/rate has other digits for a complex rate."""
@@ -236,7 +307,7 @@ REFUSED = {
             {"position": [0.5, 0.4, 0.3], "angular_velocity": [1, 2, 3]},
             {"duration": 20.0},
         ),
-        r"the motion is chaotic, so that its derivatives predict nothing \(expected a shorter run",
+        r"is 20 s, but the motion is chaotic\. .* \(expected a shorter run\)",
     ),
     "at once": (
         data({"it": AT_ONCE}, {"position": [0.5, 0.5, 0.3]}, {"duration": 3.0}),
@@ -251,7 +322,7 @@ REFUSED = {
         r"it: the start lies where its force jumps",
     ),
     "held on s = E": (
-        data({}, controller=SLIDING_CONTROLLER),
+        data({}, {"angular_velocity": [0, 0.1, 0]}, controller=SLIDING_CONTROLLER),
         r"an axis is held on s = E from the start",
     ),
     "sticks": (
@@ -278,3 +349,9 @@ def test_a_motion_without_derivatives_is_refused(name):
     config, message = REFUSED[name]
     with pytest.raises(UnsuitedConfigError, match=message):
         sensitivities(config)
+
+
+def test_a_motion_without_derivatives_is_not_tuned():
+    config, message = REFUSED["held on s = E"]
+    with pytest.raises(UnsuitedConfigError, match=message):
+        tune(config, "energy", ["controller.L_r"])

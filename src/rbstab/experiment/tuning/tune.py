@@ -68,8 +68,9 @@ def tune(
     Then L-BFGS-B minimizes the objective over the logarithms of the factors, from the given config
     and from the best of the sample, with gradients from variational equations. The best config of
     all runs is returned. It is at least a local optimum where the objective is smooth. The
-    objective is not smooth where another peak in time becomes the highest, or where v passes its
-    threshold while v' is zero. There a descent may stop early.
+    objective is not smooth where another peak in time becomes the highest, where v passes its
+    threshold while v' is zero, or where the motion meets other switches or impacts. There a descent
+    may stop early.
 
     Args:
         config: A config, or any argument that `load_config` takes.
@@ -110,9 +111,9 @@ def tune(
     start = np.zeros(len(scalings))
     with unsuited_motions():
         given = search.value(start)
-    best_sample = min(search.sample(), key=search.value)
-    for x in (start, best_sample):
-        search.descend(x)
+        best_sample = min(search.sample(), key=search.value)
+        for x in (start, best_sample):
+            search.descend(x)
     if not search.best_value < given - MIN_IMPROVEMENT * abs(
         given if math.isfinite(given) else 0.0
     ):

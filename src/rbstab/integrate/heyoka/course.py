@@ -52,7 +52,7 @@ def course_of(problem: Problem, tolerance: float) -> Course:
             found = integrate(exact, None)
     if found.status is not RunStatus.COMPLETED:
         raise UnfinishedRunError(found.status, found.detail)
-    _check_trusted(found)
+    _check_trusted(found, deadline)
     # A second run only shows how far the first one is trusted.
     current = runs[0].current
     assert current.transitions is not None
@@ -84,12 +84,15 @@ def _check_stop(problem: Problem) -> None:
         )
 
 
-def _check_trusted(found: Trajectory) -> None:
-    """Reject a chaotic motion: its derivatives grow beyond all bounds, and predict nothing."""
+def _check_trusted(found: Trajectory, deadline: Deadline) -> None:
+    """Reject a chaotic motion: its derivatives grow exponentially, and predict nothing."""
     trusted = found.trusted_until if found.switches is None else found.switches.trusted_until
     end = float(found.times[-1])
-    if trusted is not None and not trusted >= end:
-        raise NotDifferentiableError(
-            f"integration.duration: is {end:g} s, and from t = {trusted:.4g} s on the motion is "
-            "chaotic, so that its derivatives predict nothing (expected a shorter run)"
-        )
+    if trusted is None or trusted >= end:
+        return
+    if np.isnan(trusted):
+        raise UnfinishedRunError(RunStatus.TIME_LIMIT, f"{deadline.reason}, in a second run")
+    raise NotDifferentiableError(
+        f"integration.duration: is {end:g} s, but the motion is chaotic. It is reproducible only "
+        f"until t = {trusted:.4g} s; then its derivatives predict nothing (expected a shorter run)"
+    )

@@ -25,7 +25,7 @@ from rbstab.integrate.heyoka.symbols import (
     state_symbols,
     symbols_of,
 )
-from rbstab.integrate.heyoka.variational_run import Settings, Tangent, VariationalRun
+from rbstab.integrate.heyoka.variational_run import Passage, Settings, Tangent, VariationalRun
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.course import Course
@@ -56,7 +56,8 @@ class VariationalTrajectory:
         power_zeros: The times at which v' = 0, s, if inputs supply power; else empty.
         status: The status of the run.
         detail: Why and when the run stopped early, as text; else empty.
-        delays: The derivative of the time of impacts and breakpoints by s, by their time, s.
+        passages: What is known of the transitions by their times, s: of impacts, and if inputs
+            supply power of all.
     """
 
     times: Array
@@ -69,7 +70,7 @@ class VariationalTrajectory:
     power_zeros: Array
     status: RunStatus
     detail: str
-    delays: dict[float, float] = field(default_factory=dict)
+    passages: dict[float, Passage] = field(default_factory=dict)
 
 
 class Levels(NamedTuple):
@@ -152,20 +153,21 @@ class VariationalSystem:
         settings = Settings(
             levels.rest_energy, rest_slope, scale, problem.range_bound, levels.threshold
         )
-        status, delays = initial_status(problem), {}
+        passages: dict[float, Passage] = {}
+        status = initial_status(problem)
         samples = np.zeros((0, 2 * (self.size + 1)))
         for zeros in self.zeros:
             zeros.clear()
         if status is None:
             run = VariationalRun(self, problem, course, settings, tangent)
             status, samples = run.result(times)
-            delays = run.delays
+            passages = run.passages
         detail = ""
         if status is not RunStatus.COMPLETED:
             stop = self.integrator.time if len(samples) else float(times[0])
             detail = f"{stop_reason(status, problem)} at t = {stop:.9g} s"
         found = self._trajectory(times[: len(samples)], samples, scale, status, detail)
-        return replace(found, delays=delays)
+        return replace(found, passages=passages)
 
     def _trajectory(
         self, times: Array, samples: Array, scale: float, status: RunStatus, detail: str

@@ -52,11 +52,34 @@ class Tangent:
         legs = {name: Leg(*leg_at(legs, time).tolist()) for name, legs in self.legs.items()}
         return with_legs(with_modes(self.system, modes_of(system)), legs)
 
+    def before(self, system: System, time: float) -> System:
+        """Return a system with the legs before those that begin at a time, s."""
+        earlier = np.nextafter(time, -np.inf)
+        legs = {name: Leg(*leg_at(legs, earlier).real.tolist()) for name, legs in self.legs.items()}
+        return with_legs(system, legs)
+
     def delays_at(self, time: float) -> dict[str, float]:
         """Return the derivative of a breakpoint by s for each input whose leg begins there."""
         begins = {name: leg_at(legs, time)[BEGIN] for name, legs in self.legs.items()}
         found = {name: begin for name, begin in begins.items() if begin.real == time}
         return {name: float(begin.imag) / STEP for name, begin in found.items()}
+
+
+class Passage(NamedTuple):
+    """A transition on the way.
+
+    Attributes:
+        delay: The derivative of its time by s, s; NaN at a breakpoint of several inputs that do not
+            change together for other s.
+        energy: The sum of all energies just before it, J.
+        energy_slope: The derivative of this number by s, J.
+        impact: Whether it is an impact.
+    """
+
+    delay: float
+    energy: float
+    energy_slope: float
+    impact: bool
 
 
 class Settings(NamedTuple):
@@ -88,8 +111,7 @@ class VariationalRun:
         tangent: The direction; None for a zero derivative.
 
     Attributes:
-        delays: The derivative of the time of impacts and breakpoints by s, by their time, s. One at
-            which several inputs change, and not together for other s, is left out.
+        passages: What is known of the transitions so far, by their time, s.
 
     Raises:
         NotDifferentiableError: The motion has no derivative along the tangent.
@@ -107,11 +129,14 @@ class VariationalRun:
         self.problem, self.course, self.settings = problem, course, settings
         self.tangent = tangent
         self.size, begin = compiled.size, float(problem.times[0])
-        self.delays: dict[float, float] = {}
+        self.passages: dict[float, Passage] = {}
         z = np.zeros(self.size)
         if tangent is not None:
-            shifted = tangent.like(course.first, begin)
-            z = tangent_at_start(course.first, shifted, problem.start, tangent.start, begin)
+            first, shifted = course.first, tangent.like(course.first, begin)
+            z = tangent_at_start(first, shifted, problem.start, tangent.start, begin)
+            # A load that begins at the start begins later for other s.
+            change = Transition(begin, (), tangent.before(first, begin), first)
+            z = after_breakpoint(change, tangent.delays_at(begin), problem.start, z)
         # ∫v dt and its derivative start at zero.
         set_motion(self.integrator, begin, np.concatenate([problem.start, [0.0], z, [0.0]]))
 
@@ -172,21 +197,23 @@ class VariationalRun:
         # Each ends with ∫v dt.
         values, derivatives = states[: self.size + 1], states[self.size + 1 :]
         y, z = values[:-1].copy(), derivatives[:-1].copy()
-        if not transition.modes:
+        if transition.modes:
+            found = passed(transition, shifted, y, z)
+            values[:-1], derivatives[:-1], delay = found
+        else:
             delays = {} if self.tangent is None else self.tangent.delays_at(time)
             derivatives[:-1] = after_breakpoint(transition, delays, y, z)
-            if len(set(delays.values())) == 1:
-                self.delays[time] = next(iter(delays.values()))
+            different = set(delays.values()) or {0.0}
+            delay = different.pop() if len(different) == 1 else np.nan
+        if not transition.impact and not before.supplies:
             return
-        found = passed(transition, shifted, y, z)
-        values[:-1], derivatives[:-1] = found.state, found.tangent
+        observed = shifted.observe(y + 1j * STEP * z, time)
+        energy, power = observed.energy.sum(), (observed.supplied - observed.dissipation).sum()
+        change = float(energy.imag) / STEP + float(power.real) * delay
+        self.passages[time] = Passage(delay, float(energy.real), change, transition.impact)
         if transition.impact:
-            energies = [
-                system.observe(state, time).energy.sum()
-                for system, state in ((before, y), (transition.after, found.state))
-            ]
-            v = [energy - self.settings.rest_energy for energy in energies]
-            derivatives[-1] += (v[0] - v[1]) / self.settings.scale * found.delay
-            if v[0] >= self.settings.threshold > v[1]:
+            left = transition.after.observe(values[:-1], time).energy.sum()
+            derivatives[-1] += (energy.real - left) / self.settings.scale * delay
+            level = self.settings.threshold + self.settings.rest_energy
+            if energy.real >= level > left:
                 self.compiled.zeros[0].append(time)
-            self.delays[time] = found.delay

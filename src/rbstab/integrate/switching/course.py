@@ -1,5 +1,6 @@
 """The course of a motion: the smooth equations that it follows one after another."""
 
+from bisect import bisect_right
 from typing import NamedTuple
 
 from rbstab.systems.system import System
@@ -41,5 +42,5 @@ class Course(NamedTuple):
 
     def system_at(self, time: float) -> System:
         """Return the system at a time, s; that after a transition at its time."""
-        passed = [one.after for one in self.transitions if one.time <= time]
-        return passed[-1] if passed else self.first
+        number = bisect_right(self.transitions, time, key=lambda one: one.time)
+        return self.transitions[number - 1].after if number else self.first

@@ -82,8 +82,8 @@ class Baseline:
     """A run, its systems, its rest state, and the times of its extremes.
 
     evaluation_times, shape (7,), s, are the times of the peak of each axis, of the largest |E|, of
-    the value v(0) that counts for settling, of settling (the end if the run does not settle), and
-    of the end. If inputs supply power, the largest v takes the place of v(0). interior_peaks, shape
+    the value of v from which settling counts, of settling (the end if the run does not settle), and
+    of the end. That value is v(0), or the largest v if inputs supply power. interior_peaks, shape
     (3,), marks the peaks that are turning points and not at an end of the run.
     """
 
@@ -193,8 +193,8 @@ def derivative_along(base: Baseline, shifted: Shifted) -> Outcome:
 
     A peak of E at the time t changes by ∂E/∂s + F dt/ds. At a turning point F = 0, and t changes by
     -(∂F/∂s)/Ḟ. A peak at an impact moves with it, and a peak at an end of the run stays at that
-    end. The settling time changes by -(∂v/∂s - 1e-3 ∂v(0)/∂s)/v', or with an impact in which v
-    falls below its fraction. v is zero at the rest state.
+    end. The settling time changes by -(∂v/∂s - 1e-3 ∂v(0)/∂s)/v'. If v falls below its fraction in
+    an impact, it changes by dt/ds of this impact. v is zero at the rest state.
     The energy of the rest state is stationary, so its derivative is ∂/∂s at a fixed state. If two
     peaks are equally far from zero, the result is the derivative of the peak in `base`.
 
@@ -226,14 +226,14 @@ def derivative_along(base: Baseline, shifted: Shifted) -> Outcome:
     observed = [observations[index] for index in order]
     passages = trajectory.passages
     impacts = {time: one.delay for time, one in passages.items() if one.impact}
-    delayed = _peak_time_derivatives(base, impacts, trajectory.states[order], observed)
+    peak_time_slopes = _peak_time_derivatives(base, impacts, trajectory.states[order], observed)
     at_peaks = [observation.motion for observation in observed[PEAKS]]
     peaks = [_derivative(motion.E[axis]) for axis, motion in enumerate(at_peaks)]
     rates = [motion.F[axis].real for axis, motion in enumerate(at_peaks)]
     return Outcome(
         _derivative(_final(observed[END])),
-        np.array(peaks) + np.array(rates) * delayed,
-        delayed,
+        np.array(peaks) + np.array(rates) * peak_time_slopes,
+        peak_time_slopes,
         _distance_derivative(base, impacts, observed[LARGEST_DISTANCE].motion),
         _settling_derivative(base, passages, observed, tangent.rest_energy),
         float(trajectory.lyapunov_integral_tangent[-1]),
@@ -303,9 +303,9 @@ def _power(observation: Observation) -> float:
 
 
 def _rest_energy_derivative(base: Baseline, shifted: System) -> float:
-    """Return the derivative of the energy of the rest state: that at a fixed state.
+    """Return the derivative of the energy of the rest state: the partial one at a fixed state.
 
-    A body that rests against a stop moves with it.
+    If the body rests against its stop, θ2 moves with the stop.
     """
     resting = smooth_rest_system(base.problem)
     state = resting.start(base.rest.motion, base.rest.own)

@@ -93,8 +93,8 @@ def sensitivities(
     ż = (∂f/∂y) z + ∂f/∂p, z = ∂y/∂p, together with ẏ = f. Where an element switches, an input
     begins another leg, or the body meets its stop, z jumps (`integrate.switching.saltation`).
 
-    The numbers are all gains, those of inputs, mass, inertia, contact point and initial state. An
-    off-diagonal entry of a symmetric matrix varies together with its mirror image. The mass also
+    The numbers are all gains, the numbers of inputs, the mass, the inertia, the contact point and
+    the initial state. An off-diagonal entry of a symmetric matrix varies together with its mirror image. The mass also
     changes the weight, and shifts an anchor at equilibrium.
 
     Args:
@@ -164,7 +164,7 @@ def check_suited(config: Config) -> None:
 
 @contextmanager
 def unsuited_motions() -> Iterator[None]:
-    """Raise an error of the block about a motion without derivatives as `UnsuitedConfigError`."""
+    """Raise each `NotDifferentiableError` of the block as an `UnsuitedConfigError`."""
     from rbstab.integrate.switching.saltation import NotDifferentiableError
 
     try:

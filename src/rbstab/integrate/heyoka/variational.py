@@ -10,14 +10,14 @@ once (`heyoka.course`). Between two of its switches modes are parameters, and at
 jumps (`switching.saltation`).
 """
 
-import threading
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import heyoka as hy
 import numpy as np
 
+from rbstab.integrate.heyoka.compile_cache import compiled_once
 from rbstab.integrate.heyoka.engine import initial_status, stop_reason
 from rbstab.integrate.heyoka.symbols import (
     energy_scale,
@@ -195,13 +195,7 @@ def _append_time(zeros: list[float]) -> Callable[[Any, float, int], None]:
     return append_time
 
 
-_compiled = threading.local()
-
-
 def variational_system(system: System) -> VariationalSystem:
     """Return the variational equations of a system's structure, compiled once in each thread."""
-    cache: dict[Hashable, VariationalSystem] = _compiled.__dict__.setdefault("systems", {})
-    key = structure(system)
-    if key not in cache:
-        cache[key] = VariationalSystem(system)
-    return cache[key]
+    key = VariationalSystem, structure(system)
+    return compiled_once(key, lambda: VariationalSystem(system))

@@ -18,7 +18,11 @@ from rbstab.integrate.heyoka.symbols import parameter_values
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.course import Course, Transition
-from rbstab.integrate.switching.saltation import after_breakpoint, passed, tangent_at_start
+from rbstab.integrate.switching.saltation import (
+    after_breakpoint,
+    tangent_at_start,
+    through_transition,
+)
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.modes import modes_of, with_modes
@@ -198,7 +202,7 @@ class VariationalRun:
         values, derivatives = states[: self.size + 1], states[self.size + 1 :]
         y, z = values[:-1].copy(), derivatives[:-1].copy()
         if transition.modes:
-            found = passed(transition, shifted, y, z)
+            found = through_transition(transition, shifted, y, z)
             values[:-1], derivatives[:-1], delay = found
         else:
             delays = {} if self.tangent is None else self.tangent.delays_at(time)

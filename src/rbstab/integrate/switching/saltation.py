@@ -9,9 +9,9 @@ the motion follows f⁻ and not f⁺. So z = ∂y/∂s jumps at the switch:
 Here ġ⁻ is the rate of g along f⁻. Where y does not jump and the force is continuous, z does not
 jump either. A motion that only touches g = 0, where the force jumps, has no finite derivative.
 
-An axis that is held on its surface from the start has met it before all times. Then z is moved
-along the forces of the held axes until it is tangent to their surfaces. Each f⁻ - f⁺ has the
-direction of such a force, on either side of the surface; so z does not depend on the side.
+An axis that is held from the start has its switch at the start. So z(0) is projected onto the
+tangent space of the surface, along the direction of the force of this axis. It is that of f⁻ - f⁺
+on either side of the surface, so z does not depend on the side.
 
 Source: R. I. Leine and H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems
 (2004), ch. 7 (the saltation matrix).
@@ -42,13 +42,13 @@ class NotDifferentiableError(ValueError):
     """The motion has no derivative by the numbers of its config."""
 
 
-class Passed(NamedTuple):
+class AfterTransition(NamedTuple):
     """A motion after a transition.
 
     Attributes:
         state: y.
         tangent: z = ∂y/∂s, in the shape of y.
-        delay: dτ/ds, the derivative of the time of the transition; 0 where it does not matter.
+        delay: dτ/ds, the derivative of the time of the transition; 0 where the rates are continuous.
     """
 
     state: Array
@@ -56,7 +56,9 @@ class Passed(NamedTuple):
     delay: float
 
 
-def passed(transition: Transition, shifted: System, y: Array, z: Array) -> Passed:
+def through_transition(
+    transition: Transition, shifted: System, y: Array, z: Array
+) -> AfterTransition:
     """Return a motion after a transition.
 
     Args:
@@ -67,20 +69,20 @@ def passed(transition: Transition, shifted: System, y: Array, z: Array) -> Passe
         z: ∂y/∂s before it, in the shape of y.
 
     Raises:
-        NotDifferentiableError: y or its rates jump, and two modes switch at once.
+        NotDifferentiableError: y or its rates jump, and two modes switch at the same time.
     """
     time, _, before, after, impact = transition
     rates = before.rates(y, time)
     if not impact:
         jump = rates - after.rates(y, time)
         if np.abs(jump).max() <= CONTINUOUS * np.abs(rates).max():
-            return Passed(y, z, 0.0)
+            return AfterTransition(y, z, 0.0)
     delay = _delay(transition, shifted, y, z, rates)
     at_switch = y + 1j * STEP * (z + rates * delay)
     if impact:
         at_switch = _after_impact(transition, shifted, at_switch)
     state = at_switch.real
-    return Passed(state, at_switch.imag / STEP - after.rates(state, time) * delay, delay)
+    return AfterTransition(state, at_switch.imag / STEP - after.rates(state, time) * delay, delay)
 
 
 def after_breakpoint(
@@ -98,8 +100,7 @@ def after_breakpoint(
         z: ∂y/∂s before it, in the shape of y.
 
     Raises:
-        NotDifferentiableError: Modes switch as well, and the legs of two inputs do not begin
-            together for other s.
+        NotDifferentiableError: Modes switch too, and dτ/ds differs between the inputs.
     """
     time, _, before, after, _ = transition
     if not any(delays.values()):
@@ -116,15 +117,15 @@ def after_breakpoint(
     if len(set(delays.values())) > 1:
         names = " and ".join(delays)
         raise NotDifferentiableError(
-            f"{names}: change at one time, t = {time:.9g} s, at which another element switches, so "
-            "that the motion has no derivatives (expected changes one after another)"
+            f"{names}: change at t = {time:.9g} s, where another element switches too, so that the "
+            "motion has no derivatives (expected changes at different times)"
         )
     moved: Array = z + (rates - after.rates(y, time)) * next(iter(delays.values()))
     return moved
 
 
 def _delay(transition: Transition, shifted: System, y: Array, z: Array, rates: Array) -> float:
-    """Return dτ/ds; see `passed`."""
+    """Return dτ/ds; see `through_transition`."""
     time, modes, before, *_ = transition
     owners = mode_owners(before)
     if len(modes) > 1:
@@ -155,7 +156,7 @@ def tangent_at_start(system: System, shifted: System, y: Array, z: Array, time: 
 
     Args:
         system: The system at the start.
-        shifted: The system with the parameters shifted, as for `passed`.
+        shifted: The system with the parameters shifted, as for `through_transition`.
         y: The state.
         z: The derivative of the initial state, in the shape of y.
         time: The time, s.
@@ -186,7 +187,7 @@ def _on_surfaces(shifted: System, y: Array, time: float) -> Array:
     The forces change velocities alone, and s is linear in them. So one step is exact.
 
     Args:
-        shifted: The system, shifted as for `passed`.
+        shifted: The system, shifted as for `through_transition`.
         y: The state, with the imaginary part h ∂y/∂s.
         time: The time, s.
     """

@@ -18,8 +18,8 @@ def shifted_along(config: Config, directions: Iterable[tuple[Path, float]]) -> S
         directions: The paths of numbers of the config, and by how much the direction changes each.
     """
     changed = shifted(config, {path: 1j * STEP * change for path, change in directions})
-    # Complex arithmetic may change the last digit of a breakpoint, which tells when a leg begins. So
-    # the real parts are those of the given config.
+    # Complex arithmetic may change the last digit of a breakpoint, which tells when a leg begins.
+    # So the real parts are those of the given config.
     moved = input_legs(changed)
     legs = {name: legs + 1j * moved[name].imag for name, legs in input_legs(config).items()}
     return Shifted(*system_and_start(changed), legs)

@@ -94,8 +94,8 @@ def sensitivities(
     begins another leg, or the body meets its stop, z jumps (`integrate.switching.saltation`).
 
     The numbers are all gains, the numbers of inputs, the mass, the inertia, the contact point and
-    the initial state. An off-diagonal entry of a symmetric matrix varies together with its mirror image. The mass also
-    changes the weight, and shifts an anchor at equilibrium.
+    the initial state. An off-diagonal entry of a symmetric matrix varies together with its mirror
+    image. The mass also changes the weight, and shifts an anchor at equilibrium.
 
     Args:
         config: A config, or any argument that `load_config` takes.

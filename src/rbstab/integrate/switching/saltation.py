@@ -48,7 +48,7 @@ class AfterTransition(NamedTuple):
     Attributes:
         state: y.
         tangent: z = ∂y/∂s, in the shape of y.
-        delay: dτ/ds, the derivative of the time of the transition; 0 where the rates are continuous.
+        delay: dτ/ds, the derivative of the time of the transition; 0 if the rates are continuous.
     """
 
     state: Array

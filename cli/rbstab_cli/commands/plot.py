@@ -39,7 +39,7 @@ def command(
     The figures are those of `rbstab report` on the same results. Without --figure their names and
     titles are listed. The drawing has no title: that is left to the caption of the paper.
     """
-    from rbstab.config.messages import did_you_mean
+    from rbstab.config.errors import hint
     from rbstab.report.writers.figure_files.files import FORMS, figure_bytes, form_of
     from rbstab_cli.output.text_file import check_target
 
@@ -60,10 +60,8 @@ def command(
         _list(figures)
         return
     if name not in figures:
-        hint = did_you_mean(name, figures)
-        raise click.UsageError(
-            f"--figure {name}: unknown; expected one of {', '.join(figures)}{hint}"
-        )
+        one_of = f"{', '.join(figures)}{hint(name, figures)}"
+        raise click.UsageError(f"--figure {name}: unknown; expected one of {one_of}")
     _write(output, figure_bytes(figures[name], form, column=column), force=force)
 
 

@@ -20,7 +20,7 @@ from pydantic import (
 )
 
 from rbstab.config.controllers import BoundaryLayer, Slope, gain_fields, initial_fields
-from rbstab.config.errors import closest
+from rbstab.config.errors import hint
 from rbstab.config.inputs.signals import SMOOTH_SIGNALS, Signal, signal_model
 from rbstab.config.quantities import value_error
 from rbstab.config.section import FrozenMapping, Section, required, word_or_section
@@ -318,10 +318,7 @@ def _check_element(value: Any, _handler: Any, info: ValidationInfo) -> Any:
         raise value_error("has no kind", expected)
     model = element_model(value)
     if model is None:
-        kind = value["kind"]
-        close = closest(kind, ALL_KINDS) if isinstance(kind, str) else None
-        hint = f"; did you mean {close}?" if close is not None else ""
-        raise value_error("has an unknown kind", expected + hint)
+        raise value_error("has an unknown kind", expected + hint(value["kind"], ALL_KINDS))
     return model.model_validate(value, context=info.context)
 
 

@@ -1,9 +1,9 @@
 """Config errors: all problems of a config at once, each with its location."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rbstab.files.names import readable_name
 
@@ -88,6 +88,17 @@ def closest(word: str, known: Iterable[str]) -> str | None:
         return folded.get(close[0], close[0])
     begun = [name for name in folded if name.startswith(_folded(word))]
     return folded[begun[0]] if len(begun) == 1 else None
+
+
+def did_you_mean(words: Sequence[str]) -> str:
+    """Return the question whether some words were meant; empty without a word."""
+    return f"did you mean {' or '.join(words)}?" if words else ""
+
+
+def hint(value: Any, choices: Iterable[str]) -> str:
+    """Return the end of a text that lists choices: a question, if a value is close to one."""
+    close = closest(value, choices) if isinstance(value, str) else None
+    return f"; {did_you_mean([close])}" if close is not None else ""
 
 
 def keys_named(key: str, known: Iterable[str]) -> list[str]:

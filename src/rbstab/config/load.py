@@ -8,9 +8,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from rbstab.config.errors import ConfigError, ConfigProblem, Location
+from rbstab.config.errors import ConfigError, ConfigProblem, Location, hint
 from rbstab.config.inputs.table_files import read_tables
-from rbstab.config.messages import describe, did_you_mean, problems_of
+from rbstab.config.messages import describe, problems_of
 from rbstab.config.overrides import override
 from rbstab.config.schema import (
     NO_VARIANT,
@@ -284,8 +284,8 @@ def _variant_problem(source: Source) -> ConfigProblem | None:
         return ConfigProblem(where, key, "is missing", expected)
     variant = controller["variant"]
     if not isinstance(variant, str) or variant not in VARIANTS:
-        hint = did_you_mean(variant, VARIANTS)
-        return ConfigProblem(where, key, f"is {describe(variant)}", expected + hint)
+        expected += hint(variant, VARIANTS)
+        return ConfigProblem(where, key, f"is {describe(variant)}", expected)
     return None
 
 

@@ -1,13 +1,20 @@
 """Translation of pydantic's validation errors into config problems."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
 from rbstab.config.elements import keys_in
-from rbstab.config.errors import ConfigProblem, closest, closest_keys, keys_named
+from rbstab.config.errors import (
+    ConfigProblem,
+    closest,
+    closest_keys,
+    did_you_mean,
+    hint,
+    keys_named,
+)
 from rbstab.config.quantities import SHAPE_TAGS
 from rbstab.config.schema import NO_VARIANT, VARIANTS, Experiment
 from rbstab.config.source import Path, Source, key_of
@@ -84,7 +91,7 @@ def _unknown_key(path: Path, model: type[Experiment]) -> ProblemText:
     if not here and not elsewhere and closest(key, known) is None:
         elsewhere = keys_like(key, model)
     if elsewhere:
-        return "is unknown", f"did you mean {' or '.join(elsewhere)}?"
+        return "is unknown", did_you_mean(elsewhere)
     return _with_hint(key, known)
 
 
@@ -115,7 +122,7 @@ def _keys_of_variants() -> list[str]:
 def _with_hint(key: str, known: list[str]) -> ProblemText:
     close = closest(key, known)
     if close is not None:
-        return "is unknown", f"did you mean {close}?"
+        return "is unknown", did_you_mean([close])
     return "is unknown", f"expected one of {', '.join(known)}" if known else "expected no key"
 
 
@@ -149,12 +156,6 @@ def _models_of(owner: type[BaseModel], key: str | int) -> Iterator[type[BaseMode
         if isinstance(candidate, type) and issubclass(candidate, BaseModel):
             yield candidate
         candidates += getattr(candidate, "__args__", ())
-
-
-def did_you_mean(value: Any, choices: Iterable[str]) -> str:
-    """Return the end of a text that lists choices: a question, if a value is close to one."""
-    close = closest(value, choices) if isinstance(value, str) else None
-    return f"; did you mean {close}?" if close is not None else ""
 
 
 def describe(value: Any) -> str:
@@ -231,7 +232,7 @@ def _wrong_text_length(details: Any) -> ProblemText:
 def _not_a_choice(details: Any) -> ProblemText:
     value, wanted = details["input"], details["ctx"]["expected"].replace("'", "")
     choices = wanted.replace(" or ", ", ").split(", ")
-    return f"is {describe(value)}", f"expected {wanted}{did_you_mean(value, choices)}"
+    return f"is {describe(value)}", f"expected {wanted}{hint(value, choices)}"
 
 
 def _other_error(details: Any) -> ProblemText:

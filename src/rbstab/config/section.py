@@ -5,7 +5,7 @@ from typing import Any, NoReturn
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-from rbstab.config.errors import closest
+from rbstab.config.errors import closest, hint
 from rbstab.config.quantities import Real, Vector, value_error
 
 
@@ -102,7 +102,5 @@ def word_or_section(
         section = by_key[close] if close is not None else sections[0][0]
         return section.model_validate(value)
     if isinstance(value, str):
-        close = closest(value, words)
-        hint = f"; did you mean {close}?" if close is not None else ""
-        raise value_error(f"'{value}' is unknown", expected + hint)
+        raise value_error(f"'{value}' is unknown", expected + hint(value, words))
     raise value_error("is neither a word nor a mapping", expected)

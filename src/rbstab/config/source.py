@@ -19,6 +19,7 @@ from rbstab.config.errors import (
     ConfigProblem,
     Location,
     closest,
+    did_you_mean,
 )
 from rbstab.files.regular_file import open_regular
 
@@ -145,7 +146,7 @@ def _near_name(path: FilePath) -> str:
     near = closest(path.stem, names)
     if near is None:
         return "; `rbstab init` writes a first one, `rbstab examples` lists others"
-    return f"; did you mean {names[near]}?"
+    return f"; {did_you_mean([str(names[near])])}"
 
 
 def parse_source(text: str, name: str, column_offset: int = 0) -> Source:

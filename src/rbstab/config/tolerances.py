@@ -11,7 +11,14 @@ from fractions import Fraction
 from typing import Any
 
 from rbstab.config.entries import Entry, entries_of, entries_under, is_of_initial_state
-from rbstab.config.errors import ConfigError, ConfigProblem, Location, closest_keys, shortened
+from rbstab.config.errors import (
+    ConfigError,
+    ConfigProblem,
+    Location,
+    closest_keys,
+    did_you_mean,
+    shortened,
+)
 from rbstab.config.load import resolved, validated
 from rbstab.config.overrides import parse_key
 from rbstab.config.schema import Config
@@ -149,7 +156,7 @@ def _tolerances_in(config: Config, text: str) -> list[Tolerance]:
         problem = f"{shortened(key)} has no numbers that can have a tolerance"
         meant = _meant(config, key)
         expected = f"expected a key of {', '.join(_sections_of(config))}"
-        expected = f"did you mean {' or '.join(meant)}?" if meant else expected
+        expected = did_you_mean(meant) or expected
         raise ConfigError([_problem(text, problem, expected)])
     found = []
     for entry in entries:

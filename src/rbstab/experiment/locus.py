@@ -10,7 +10,14 @@ from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of
 from rbstab.config.entries import entries_of
-from rbstab.config.errors import ConfigError, ConfigProblem, Location, closest_keys, shortened
+from rbstab.config.errors import (
+    ConfigError,
+    ConfigProblem,
+    Location,
+    closest_keys,
+    did_you_mean,
+    shortened,
+)
 from rbstab.config.load import changed_config, resolved
 from rbstab.config.schema import Config
 from rbstab.mechanics.numbers import Array
@@ -103,7 +110,7 @@ def check_key(config: Config, key: str) -> None:
         known = [name for name in own if not name.startswith("initial.")]
         meant = closest_keys(key.partition("[")[0], known)
         expected = f"expected one of {', '.join(known)}"
-        expected = f"did you mean {' or '.join(meant)}?" if meant else expected
+        expected = did_you_mean(meant) or expected
         problem = f"{shortened(key)} has no numbers that a factor can scale"
         where = Location(f"--along {shortened(key)}")
         raise ConfigError([ConfigProblem(where, "", problem, expected)]) from error

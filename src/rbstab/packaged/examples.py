@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import rbstab
-from rbstab.config.errors import closest
+from rbstab.config.errors import closest, did_you_mean
 from rbstab.config.load import source_of
 from rbstab.sweep.plan.load import is_plan
 
@@ -93,7 +93,7 @@ def _hint(wanted: str, every: list[str]) -> str:
     if not meant:
         close = closest(wanted, [*every, *last_parts])
         meant = [] if close is None else [last_parts.get(close, close)]
-    return f"; did you mean {' or '.join(meant)}?" if meant else ""
+    return f"; {did_you_mean(meant)}" if meant else ""
 
 
 def described(name: str) -> Example:

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationInfo, WrapValidator, field_validator
 
-from rbstab.config.errors import closest
+from rbstab.config.errors import hint
 from rbstab.config.quantities import NotNegative, Positive, Real, Text, value_error
 from rbstab.config.section import Section, required
 
@@ -166,9 +166,7 @@ def _check_signal(value: Any, _handler: Any) -> Any:
         raise value_error("has no kind", expected)
     model = signal_model(value)
     if model is None:
-        close = closest(str(value["kind"]), SIGNALS)
-        hint = f"; did you mean {close}?" if close is not None else ""
-        raise value_error("has an unknown kind", expected + hint)
+        raise value_error("has an unknown kind", expected + hint(value["kind"], SIGNALS))
     return model.model_validate(value)
 
 

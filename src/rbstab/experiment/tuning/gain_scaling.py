@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from rbstab.config.elements import declarations_of, gain_path
 from rbstab.config.entries import Entry, entries_under, value_at
-from rbstab.config.errors import closest_keys
+from rbstab.config.errors import closest_keys, did_you_mean
 from rbstab.config.load import changed_config, resolved
 from rbstab.config.overrides import parse_key
 from rbstab.config.schema import Config
@@ -64,8 +64,8 @@ def _entries(config: Config, key: str) -> tuple[Entry, ...]:
     if found is None:
         names = [key_of(gain) for gain in known]
         meant = closest_keys(key.partition("[")[0], names)
-        hint = f"; did you mean {' or '.join(meant)}?" if meant else ""
-        expected = f"expected one of {', '.join(names)}{hint}"
+        question = f"; {did_you_mean(meant)}" if meant else ""
+        expected = f"expected one of {', '.join(names)}{question}"
         raise TuningError(f"{key}: is not a gain of this config ({expected})")
     value = value_at(config, found)
     if len(path) > len(found) and isinstance(value, tuple) and isinstance(value[0], tuple):

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.elements import declarations_of
-from rbstab.config.errors import ConfigProblem, Location, closest, closest_keys
+from rbstab.config.errors import ConfigProblem, Location, closest, closest_keys, did_you_mean
 from rbstab.config.messages import describe
 from rbstab.config.overrides import parse_key
 from rbstab.config.schema import Config
@@ -145,7 +145,7 @@ def _hint(plan: Plan, varied: VariedKey) -> str:
     wholes = [key for key in own if "[" not in key]
     if wholes and not _names_agree(varied.key, close):
         return f"expected one of {', '.join(wholes)}"
-    return f"did you mean {' or '.join(close)}?" if close else "expected a key of the config"
+    return did_you_mean(close) or "expected a key of the config"
 
 
 def _names_agree(key: str, close: list[str]) -> bool:

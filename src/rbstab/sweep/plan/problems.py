@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import Any, TypeVar
 
-from rbstab.config.errors import MAX_PROBLEMS, ConfigProblem, closest
+from rbstab.config.errors import MAX_PROBLEMS, ConfigProblem, closest, did_you_mean
 from rbstab.config.messages import describe
 from rbstab.config.source import Path, Source, key_of
 
@@ -55,8 +55,8 @@ class ProblemCollector:
             if key not in known:
                 close = closest(key, known)
                 one_of = f"expected one of {', '.join(known)}"
-                hint = f"did you mean {close}?" if close is not None else one_of
-                self.add((*path, key), "is unknown", hint, of_key=True)
+                expected = one_of if close is None else did_you_mean([close])
+                self.add((*path, key), "is unknown", expected, of_key=True)
 
     def read_number(self, path: Path, value: Any) -> float | None:
         """Return a finite number as a float; otherwise add a problem and return None."""

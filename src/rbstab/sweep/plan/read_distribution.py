@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.config.messages import did_you_mean
+from rbstab.config.errors import hint
 from rbstab.config.schema import VARIANTS
 from rbstab.config.source import Path
 from rbstab.sweep.plan.distributions import (
@@ -126,8 +126,7 @@ def _variants(problems: ProblemCollector, path: Path, value: list[Any]) -> Value
     found = [entry if isinstance(entry, str) and entry in VARIANTS else None for entry in value]
     for index, entry in problems.unless_full(enumerate(found)):
         if entry is None:
-            hint = did_you_mean(value[index], VARIANTS)
-            expected = f"one of {', '.join(VARIANTS)}{hint}"
+            expected = f"one of {', '.join(VARIANTS)}{hint(value[index], VARIANTS)}"
             problems.add_unexpected((*path, index), value[index], expected)
     first = next((entry for entry in found if entry is not None), None)
     return Values(tuple(entry or first for entry in found)) if first is not None else None

@@ -3,6 +3,7 @@
 import re
 from typing import Any
 
+from rbstab.config.errors import did_you_mean
 from rbstab.config.messages import keys_like
 from rbstab.config.overrides import parse_key
 from rbstab.config.source import Path
@@ -104,7 +105,7 @@ def _expected_key(key: str) -> str:
     name, bracket, index = key.partition("[")
     entry = f"{bracket}{index}" if parse_key(key) is not None else ""
     meant = [f"{k}{entry}" for k in keys_like(name) if k.partition(".")[0] in VARIED_SECTIONS]
-    return f"did you mean {' or '.join(meant)}?" if meant else f"expected a key of {sections}"
+    return did_you_mean(meant) or f"expected a key of {sections}"
 
 
 def _check_lists(problems: ProblemCollector, axis: Axis, *, grid: bool) -> None:

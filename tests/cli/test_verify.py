@@ -126,7 +126,32 @@ def test_a_folder_without_proofs(proof: Path, rbstab: Invoke) -> None:
     assert done.stderr.startswith("results has no proof of this config that can be checked.")
     done = rbstab("verify", "results", "--certificate", "boxes.json")
     assert done.exit_code == 2
-    assert "--certificate needs the file of one proof; results is a folder" in done.stderr
+    assert "--certificate needs the file of one proof" in done.stderr
+
+
+def test_several_files(proof: Path, rbstab: Invoke) -> None:
+    other = proof.with_name("other.json")
+    other.write_text(proof.read_text())
+    done = rbstab("verify", str(proof), str(other), str(proof))
+    assert done.exit_code == 0
+    assert done.stdout.splitlines()[-1] == "2 of 2 proofs verified"
+    done = rbstab("verify", str(proof), str(other), "--certificate", "boxes.json")
+    assert done.exit_code == 2
+    assert "--certificate needs the file of one proof" in done.stderr
+    done = rbstab("verify", str(proof), "good.yaml")
+    assert done.exit_code == 2
+    assert "good.yaml is a config, not a proof" in done.stderr
+
+
+def test_a_file_that_claims_nothing_is_not_counted(proof: Path, rbstab: Invoke) -> None:
+    element = "{kind: guard, method: stiff, soft_angle: 1.2, stiffness: 100}"
+    text = Path("good.yaml").read_text().replace("title:", "schema_version: 2\ntitle:")
+    Path("guarded.yaml").write_text(f"{text}elements: {{range: {element}}}\n")
+    assert rbstab("run", "guarded.yaml", "--prove").exit_code == 0
+    done = rbstab("verify", "results")
+    assert done.exit_code == 0
+    assert ".json: claims nothing: an element switches" in done.stdout
+    assert done.stdout.splitlines()[-1] == "results: 1 of 1 proofs verified; 1 file claims nothing"
 
 
 def test_json_and_certificate(proof: Path, rbstab: Invoke) -> None:

@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 
 @click.command("verify")
-@click.argument("proof", metavar="PROOF", type=click.Path(path_type=Path))
+@click.argument(
+    "proofs", metavar="PROOF...", nargs=-1, required=True, type=click.Path(path_type=Path)
+)
 @click.option(
     "--config",
     "config_path",
@@ -35,7 +37,7 @@ if TYPE_CHECKING:
 @AS_JSON
 @QUIET
 def command(
-    proof: Path,
+    proofs: tuple[Path, ...],
     config_path: Path | None,
     changes: tuple[str, ...],
     certificate: Path | None,
@@ -45,8 +47,11 @@ def command(
 ) -> None:
     """Check proofs by a program of its own.
 
-    PROOF is a file of DIR/proofs, as `rbstab stability` writes it, or a folder of results DIR. Of a
-    folder all proofs of rest states are checked, or with --config the newest proof of that config.
+    Each PROOF is a file of DIR/proofs, as `rbstab stability` writes it, or a folder of results DIR.
+    Of a folder all proofs of rest states are checked, or with --config the newest proof of that
+    config.
+
+    A file that only says why there is no proof claims nothing, and is not counted.
 
     The rest states of a proof and the region of each minimum are checked. The checker shares no
     bounds and no arithmetic with the program that made the proof: it computes all of them anew, in
@@ -61,20 +66,29 @@ def command(
     if certificate is not None:
         check_target(certificate, force=force)
     config = None if config_path is None else _config(config_path, changes)
-    if is_dir(proof):
-        if certificate is not None:
+    several = len(proofs) > 1 or is_dir(proofs[0])
+    if certificate is not None and several:
+        raise click.UsageError("--certificate needs the file of one proof")
+    files: list[Path] = []
+    others = 0
+    for given in dict.fromkeys(proofs):
+        if is_dir(given):
+            of_folder, left = proofs_of_folder(given, config)
+            files += of_folder
+            others += left
+            continue
+        if is_other_proof(given):
             raise click.UsageError(
-                f"--certificate needs the file of one proof; {proof} is a folder"
+                f"{given} is a proof for all bodies, or for all starts, within tolerances; only "
+                "proofs of rest states can be checked"
             )
-        files, others = proofs_of_folder(proof, config)
-        _check_folder(proof, files, others, config, as_json=as_json, quiet=quiet)
+        _refuse_others(given)
+        files.append(given)
+    if several:
+        where = f"{proofs[0]}: " if len(proofs) == 1 else ""
+        _check_several(where, files, others, config, as_json=as_json, quiet=quiet)
         return
-    if is_other_proof(proof):
-        raise click.UsageError(
-            f"{proof} is a proof for all bodies, or for all starts, within tolerances; only proofs "
-            "of rest states can be checked"
-        )
-    _refuse_others(proof)
+    (proof,) = files
     checked = _checked(proof, config, quiet=quiet)
     if checked is None:
         raise click.exceptions.Exit(exit_codes.STORAGE)
@@ -94,8 +108,8 @@ def command(
         raise click.exceptions.Exit(exit_codes.STORAGE)
 
 
-def _check_folder(
-    folder: Path,
+def _check_several(
+    where: str,
     files: list[Path],
     others: int,
     config: "Config | None",
@@ -103,26 +117,35 @@ def _check_folder(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Check proofs of a folder one after the other; a damaged one does not stop the others."""
-    data, verified = [], 0
+    """Check proofs one after the other; a damaged one does not stop the others."""
+    data, verified, empty = [], 0, 0
     for path in files:
         checked = _checked(path, config, quiet=quiet)
         if checked is None:
             continue
         stored, found = checked
+        if stored.claims_nothing:
+            empty += 1
+            if not as_json:
+                click.echo(f"{path}: claims nothing: {stored.outcome}\n")
+            continue
         verified += found.verified
         data.append(_data(path, stored, found))
         if not as_json:
             _print(path, found)
             click.echo()
+    proofs = len(files) - empty
     if as_json:
         from rbstab_cli.output.json_output import print_json
 
         print_json(data)
     else:
         not_checked = f"; {others} within tolerances cannot be checked" if others else ""
-        click.echo(f"{folder}: {verified} of {len(files)} proofs verified{not_checked}")
-    if verified < len(files):
+        without = (
+            f"; {empty} {'file claims' if empty == 1 else 'files claim'} nothing" if empty else ""
+        )
+        click.echo(f"{where}{verified} of {proofs} proofs verified{without}{not_checked}")
+    if verified < proofs or not verified:
         raise click.exceptions.Exit(exit_codes.STORAGE)
 
 

@@ -201,6 +201,11 @@ class Proof(ProvedStates):
         return card("Proof", "Rest states and regions", facts)
 
     @property
+    def claims_nothing(self) -> bool:
+        """Whether it only says why there is no proof."""
+        return not self.has_energy and not self.states
+
+    @property
     def has_energy(self) -> bool:
         """Whether the proof contains the energy (U or W) on which it is based; not in version 1."""
         return self.reduced_energy is not None or self.tied_energy is not None

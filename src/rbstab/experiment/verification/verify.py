@@ -55,7 +55,7 @@ def verify(
 
     if not proof.has_energy:
         text = "The file has no reduced energy U. Make the proof again with `rbstab stability`."
-        if not proof.states:
+        if proof.claims_nothing:
             text = f"There is no proof: {proof.outcome}."
         return Verification([Finding(IN_RANGE, "energy", False, text)], [])
     checked_by = check if proof.reduced_energy else check_tied

@@ -132,11 +132,11 @@ def test_a_sample_where_the_loop_begins_is_not_lost():
     config = CASES["ligaments"]
     given = problem(config | {"integration": config["integration"] | {"engine": "heyoka"}})
     one = HeyokaModeRun(given, None, Deadline(60.0))
-    one.samples.clear()
-    one.systems.clear()
+    one.samples.rows.clear()
+    one.samples.systems.clear()
     one._steps_to(0.1)
-    assert [t for t, _ in one.samples] == given.times[:3].tolist()
-    assert one.samples[0][1].tolist() == given.audited_start().tolist()
+    assert [t for t, _ in one.samples.rows] == given.times[:3].tolist()
+    assert one.samples.rows[0][1].tolist() == given.audited_start().tolist()
 
 
 def test_a_sample_at_a_switch_is_not_lost(monkeypatch):

@@ -8,7 +8,6 @@ heyoka's own loop makes the steps, and goes through switches that change one mod
 beside a switch that is hard to find.
 """
 
-from bisect import bisect_right
 from typing import Any
 
 import heyoka as hy
@@ -25,23 +24,20 @@ from rbstab.integrate.heyoka.integrator_state import (
     set_state,
     shortened,
 )
+from rbstab.integrate.heyoka.mode_samples import ModeSamples
 from rbstab.integrate.heyoka.symbols import energy_scale, parameter_values
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching.current_phase import CurrentPhase, SoFar
+from rbstab.integrate.switching.current_phase import CurrentPhase
 from rbstab.integrate.switching.first_switch import first_switch
 from rbstab.integrate.switching.phases import MISSED, Phase
 from rbstab.integrate.watched_rates import StopRun
 from rbstab.integrate.zero_length import zero_length
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.filippov import idle_holds
-from rbstab.systems.system import System
 
 MUTED = 1e3
 """The offset of an event function that must not be found: with it, the function has no zero."""
-
-SAMPLES_IN_BLOCK = 100
-"""This many samples are made between two looks at the deadline: one step may have thousands."""
 
 NOT_FINITE = hy.taylor_outcome.err_nf_state
 
@@ -73,8 +69,6 @@ class HeyokaModeRun:
         self.inner = InnerSwitches(self.current)
         self.offsets = np.zeros(len(self.phase.signs))
         self.scale = energy_scale(problem) if scale is None else scale
-        # The system would count the states of its elements again at each sample.
-        self.size = problem.system.size
         with deadline.paused():
             self.compiled = compiled_modes(self.phase.system, problem.rtol)
         self._use(self.compiled)
@@ -86,15 +80,14 @@ class HeyokaModeRun:
         self.muted = False
         self.steps = 0
         self.max_step = np.inf
-        self._times = problem.times.tolist()
+        self._end = float(problem.times[-1])
         # A step and its begin may sum up to another last digit than that of a breakpoint.
-        self._spacing = 4.0 * float(np.spacing(problem.times[-1]))
-        self.samples: list[tuple[float, Array]] = []
-        self.systems: list[System] = []
+        self._spacing = 4.0 * float(np.spacing(self._end))
+        self.samples = ModeSamples(problem, self.current, deadline)
         self._owners = problem.system.clearance_owners
         set_motion(self.integrator, problem.times[0], problem.audited_start())
         self._set_parameters()
-        self._add_sample(float(problem.times[0]), problem.audited_start())
+        self.samples.add(float(problem.times[0]), problem.audited_start())
 
     @property
     def phase(self) -> Phase:
@@ -132,35 +125,35 @@ class HeyokaModeRun:
         except StopRun as stop:
             integrator = self.integrator
             state = integrator.state.copy()
-            ahead = integrator.time > self.samples[-1][0] and not self._lacks_samples()
-            if ahead and np.isfinite(state).all():
-                self._add_sample(integrator.time, state)
-            status, reason = stop.status, f"{stop} at t = {self.samples[-1][0]:.9g} s"
+            time, samples = integrator.time, self.samples
+            is_next = time > samples.last_time and not samples.lacks(time)
+            if is_next and np.isfinite(state).all():
+                samples.add(time, state)
+            status, reason = stop.status, f"{stop} at t = {samples.last_time:.9g} s"
         found = trajectory(
             self.problem,
-            self._samples_in_joules(),
+            self.samples.in_joules(self.scale),
             status,
             reason,
             self.steps,
             self.steps,
-            tuple(self.systems),
+            tuple(self.samples.systems),
             self.reached_breakpoints,
         )
         return self.current.recorded(found)
 
     def _integrate(self) -> None:
-        times = self._times
         if self.current.impacts is not None:
             state = self.current.impacts.begin(self.integrator.time, self._state.copy())
             self._go_on_from(state)
-        while len(self.samples) < len(times):
+        while not self.samples.are_complete:
             if self.steps >= self.problem.step_limit:
                 raise StopRun(RunStatus.STEP_LIMIT, f"stopped after {self.steps} steps")
-            event = self._advance(self.breakpoints[0] if self.breakpoints else times[-1])
-            if self._lacks_samples():
+            event = self._advance(self.breakpoints[0] if self.breakpoints else self._end)
+            if self.samples.lacks(self.integrator.time):
                 raise StopRun(RunStatus.TIME_LIMIT, self.deadline.reason)
             self._check_end(event)
-            if len(self.samples) == len(times):
+            if self.samples.are_complete:
                 # A limit reached in the last step does not count.
                 return
             if self.deadline.expired():
@@ -254,10 +247,7 @@ class HeyokaModeRun:
         places = self.problem.schedule.places(self.compiled.names)
         self.values[places] = self.problem.schedule.legs_at(t)
         self._go_on(state, after)
-        if self.samples[-1][0] == t:
-            # This sample belongs to the leg that begins, and so to its modes.
-            self.systems[-1] = self.phase.system
-            self.current.repeat_sample(self.samples[-1][1])
+        self.samples.begin_leg(t)
 
     def _step(self, last: float) -> int | None:
         """Make a step to an event, or of the engine's choice; repeat it if it missed a switch.
@@ -397,50 +387,6 @@ class HeyokaModeRun:
         set_parameters(self.integrator, self.values)
 
     def _add_samples_of_step(self) -> None:
-        """Add the samples within the last step, all of one phase: that before its last switch.
-
-        At the deadline, the rest of them is left out.
-        """
+        """Add the samples within the last step."""
         before, self.inner.before = self.inner.before, None
-        if not self._lacks_samples():
-            return
-        so_far = before or self.current.so_far()
-        dense_output = self.integrator.update_d_output
-        while self._lacks_samples():
-            begin, end = len(self.samples), self.integrator.time
-            last = min(begin + SAMPLES_IN_BLOCK, len(self._times))
-            times = self._times[begin : bisect_right(self._times, end, begin, last)]
-            states = [dense_output(t).copy() for t in times]
-            if self.phase.rests:
-                states = [self.phase.on_stop(state) for state in states]
-            self._add_states(times, states, so_far)
-            if self._lacks_samples() and self.deadline.expired():
-                return
-
-    def _lacks_samples(self) -> bool:
-        """Return whether the motion has passed times of samples that are not stored."""
-        count = len(self.samples)
-        return count < len(self._times) and self._times[count] <= self.integrator.time
-
-    def _add_states(self, times: list[float], states: list[Array], so_far: SoFar) -> None:
-        """Add samples of one phase, with audit states as the integrator scales them.
-
-        Args:
-            times: Their times, s.
-            states: Their states.
-            so_far: The switches before them.
-        """
-        self.samples += zip(times, states, strict=True)
-        self.systems += [so_far.system] * len(times)
-        self.current.add_samples(states, so_far)
-        self.deadline.samples = len(self.samples)
-
-    def _add_sample(self, t: float, state: Array) -> None:
-        """Add a sample of the current phase."""
-        self._add_states([t], [state], self.current.so_far())
-
-    def _samples_in_joules(self) -> list[tuple[float, Array]]:
-        """Return the samples with their audit states in joules."""
-        states = np.array([state for _, state in self.samples])
-        states[:, self.size :] *= self.scale
-        return [(t, state) for (t, _), state in zip(self.samples, states, strict=True)]
+        self.samples.add_passed(self.integrator, before)

@@ -19,8 +19,16 @@ from rbstab.sweep.proofs.columns import PROVED
 OUTCOME_COLOURS = {SETTLED: 0, UNSETTLED: 5, "range left": 1}
 """Colours of outcomes: blue for what is well or still open, red for what is not."""
 
-FAILED_COLOUR = 3
+FAILED_COLOUR = 4
 """The colour of all other outcomes: runs that failed."""
+
+BORDER_COLOUR = 3
+"""The colour of a curve on maps: neither the colour map nor an outcome has it."""
+
+
+def outcome_colour(word: str) -> int:
+    """Return the number of the colour of an outcome."""
+    return OUTCOME_COLOURS.get(word, FAILED_COLOUR)
 
 
 def medians(grid: MapGrid, values: Array) -> Array:
@@ -79,7 +87,7 @@ def outcome_cells(members: Members, grid: MapGrid) -> Cells:
     occurring = np.flatnonzero(members.outcome_counts)
     indices = np.searchsorted(occurring, members.outcomes).astype(float)
     words = tuple(OUTCOMES[code] for code in occurring.tolist())
-    colours = tuple(OUTCOME_COLOURS.get(word, FAILED_COLOUR) for word in words)
+    colours = tuple(map(outcome_colour, words))
     return _cells(grid, medians(grid, indices), Axis("outcome", categories=words, colours=colours))
 
 
@@ -129,7 +137,7 @@ def contour_line(grid: MapGrid, values: Array, level: float, label: str) -> Line
         return None
     gap = np.full((1, 2), np.nan)
     points = np.concatenate([part for line in lines for part in (np.asarray(line), gap)])[:-1]
-    return Line(points[:, 0], points[:, 1], label=label, colour=1)
+    return Line(points[:, 0], points[:, 1], label=label, colour=BORDER_COLOUR)
 
 
 def _cells(grid: MapGrid, values: Array, scale: Axis, missing: str = "no value") -> Cells:

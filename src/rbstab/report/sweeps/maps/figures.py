@@ -14,6 +14,7 @@ from rbstab.report.sweeps.maps.cell_values import (
     basin_cells,
     contour_line,
     outcome_cells,
+    outcome_colour,
     proof_cells,
     quantity_cells,
 )
@@ -132,7 +133,11 @@ def scatter_figure(what: Mapped, over: tuple[Parameter, Parameter], caption: str
         chosen = np.arange(len(members)) if part.chosen is None else part.chosen
         marks = tuple(
             member_points(
-                chosen[members.outcomes[chosen] == code], across, up, OUTCOMES[code], code
+                chosen[members.outcomes[chosen] == code],
+                across,
+                up,
+                OUTCOMES[code],
+                (outcome_colour(OUTCOMES[code]), code),
             )
             for code in np.flatnonzero(members.outcome_counts).tolist()
         )
@@ -173,7 +178,7 @@ def _maps_of(
 def _border(members: Members, grid: MapGrid, key: str) -> list[Mark]:
     """Return the curve on which v(0) = c* on a map, if there is one."""
     level = start_over_level(members)
-    # The map of proofs shows this border by its cells, one of which has the colour of the curve.
+    # The map of proofs shows this border by its cells.
     if level is None or key == "proofs":
         return []
     label = LEVEL if grid.is_single else MEDIAN_LEVEL

@@ -40,7 +40,11 @@ def extremes(cells: Cells, x: Axis, y: Axis) -> list[Points]:
 
 
 def member_points(
-    numbers: Array, x: tuple[Axis, Array], y: tuple[Axis, Array], word: str, code: int
+    numbers: Array,
+    x: tuple[Axis, Array],
+    y: tuple[Axis, Array],
+    word: str,
+    colour_and_symbol: tuple[int, int],
 ) -> Points:
     """Return members as points over two parameters.
 
@@ -49,12 +53,13 @@ def member_points(
         x: The horizontal axis, and the value of every member of the sweep.
         y: The vertical axis, likewise.
         word: What they have in common, the name of the points.
-        code: Number of their colour and symbol.
+        colour_and_symbol: The numbers of their colour and of their symbol.
     """
+    colour, symbol = colour_and_symbol
     across, up = (values[numbers].astype(float) for _, values in (x, y))
     places = zip(across.tolist(), up.tolist(), numbers.tolist(), strict=True)
     texts = tuple(point_text(word, x[0], y[0], (a, b), k) for a, b, k in places)
-    return Points(across, up, word, code, code, texts, tuple(numbers.tolist()))
+    return Points(across, up, word, colour, symbol, texts, tuple(numbers.tolist()))
 
 
 def point_text(first: str, x: Axis, y: Axis, at: tuple[float, float], member: int) -> str:

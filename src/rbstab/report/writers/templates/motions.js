@@ -7,6 +7,8 @@ const ANCHOR = "#009E73";
 const PULLS = "#CC3311";
 const PUSHES = "#0077BB";
 const BODY = { light: [122, 143, 166], dark: [138, 160, 184] };
+/** px: how far the origin of the axes is from the edges of the view. */
+const AXES = 40;
 const SUN = unit([0.35, -0.55, 0.9]);
 
 /** Decode a base64 array into rows of a length. */
@@ -71,6 +73,7 @@ class MotionView {
     const project = this.camera.projection(width, height);
     const pose = this.at(clock.now);
     this.paintGround(pen, project);
+    this.paintAxes(pen, height);
     const painter = new Painter(pen, project);
     this.addBody(painter, pose);
     this.addTrace(painter, pose);
@@ -91,13 +94,24 @@ class MotionView {
       painter.line([[x + a, y - b, this.floor], [x + a, y + b, this.floor]], tone("grid"), 1);
       painter.line([[x - b, y + a, this.floor], [x + b, y + a, this.floor]], tone("grid"), 1);
     }
-    const corner = [x - count * cell, y - count * cell, this.floor];
-    [[1, 0, 0], [0, 1, 0], [0, 0, 1]].forEach((axis, number) => {
-      const tip = plus(corner, times(axis, cell));
-      painter.line([corner, tip], tone("soft"), 1.6);
-      painter.label(tip, `x${"₁₂₃"[number]}`, tone("soft"));
-    });
     painter.paint();
+  }
+
+  /** Paint the directions of the axes in the lower left corner of the view. */
+  paintAxes(pen, height) {
+    const [left, top] = [AXES, height - AXES];
+    pen.lineWidth = 1.6;
+    pen.strokeStyle = pen.fillStyle = tone("soft");
+    pen.textAlign = "center";
+    pen.textBaseline = "middle";
+    this.camera.directions().forEach(([right, down], number) => {
+      const at = (length) => [left + length * right, top + length * down];
+      pen.beginPath();
+      pen.moveTo(left, top);
+      pen.lineTo(...at(0.55 * AXES));
+      pen.stroke();
+      pen.fillText(`x${"₁₂₃"[number]}`, ...at(0.8 * AXES));
+    });
   }
 
   addBody(painter, { X, Q }) {

@@ -51,11 +51,22 @@ class Camera {
     this.distance = Math.min(Math.max(this.distance * factor, 1.2 * this.size), 20 * this.size);
   }
 
-  /** Return a function that projects a point to [x, y, depth] in the view. */
-  projection(width, height) {
+  /** Return the unit vectors towards the camera, to the right and up in the view. */
+  frame() {
     const outward = [cos(this.elevation) * cos(this.azimuth), cos(this.elevation) * sin(this.azimuth), sin(this.elevation)];
     const right = [-sin(this.azimuth), cos(this.azimuth), 0];
-    const up = cross(outward, right);
+    return [outward, right, cross(outward, right)];
+  }
+
+  /** Return the directions of the axes in the view, [right, down] each; a part of them points into it. */
+  directions() {
+    const [, right, up] = this.frame();
+    return [0, 1, 2].map((axis) => [right[axis], -up[axis]]);
+  }
+
+  /** Return a function that projects a point to [x, y, depth] in the view. */
+  projection(width, height) {
+    const [outward, right, up] = this.frame();
     const eye = plus(this.middle, times(outward, this.distance));
     const scale = FOCUS * Math.min(width, height);
     this.outward = outward;
@@ -93,24 +104,14 @@ class Painter {
     this.shapes.push({ depth: depth ?? place[2], places: [place], radius, colour, border });
   }
 
-  label(point, text, colour) {
-    const place = this.project(point);
-    this.shapes.push({ depth: place[2], places: [place], text, colour });
-  }
-
   paint() {
     this.shapes.sort((a, b) => b.depth - a.depth);
     for (const shape of this.shapes) this.paintOne(shape);
   }
 
-  paintOne({ places, colour, width, dash, radius, border, text }) {
+  paintOne({ places, colour, width, dash, radius, border }) {
     const pen = this.context;
     pen.beginPath();
-    if (text) {
-      pen.fillStyle = colour;
-      pen.fillText(text, places[0][0] + 4, places[0][1] - 4);
-      return;
-    }
     if (radius) {
       pen.arc(places[0][0], places[0][1], radius, 0, 2 * Math.PI);
       pen.fillStyle = colour;

@@ -5,7 +5,6 @@ The parameters of a system become the `par[]` of the compiled integrator, apart 
 dense output is as accurate as the steps.
 """
 
-from itertools import pairwise
 from typing import Any
 
 import heyoka as hy
@@ -14,6 +13,7 @@ import numpy as np
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.heyoka.compile_cache import compiled_once
 from rbstab.integrate.heyoka.integrator_state import set_motion, set_parameters
+from rbstab.integrate.heyoka.intervals import GRID_END, Intervals, propagate
 from rbstab.integrate.heyoka.symbols import (
     compiled_zeros,
     energy_scale,
@@ -38,9 +38,6 @@ from rbstab.mechanics.states import BODY, THETA
 from rbstab.systems.parameters import parameters, structure
 from rbstab.systems.schedule import Schedule
 from rbstab.systems.system import System
-
-GRID_END = hy.taylor_outcome.time_limit
-"""heyoka's name for the end of a grid."""
 
 STATUSES = {
     GRID_END: RunStatus.COMPLETED,
@@ -179,30 +176,18 @@ class CompiledSystem:
         self, problem: Problem, schedule: Schedule, callback: "StepCallback"
     ) -> tuple[Any, int, Array]:
         """Integrate from breakpoint to breakpoint, with the legs that begin there; see `run`."""
-        integrator, times, steps = self.integrator, problem.times.tolist(), 0
-        places, samples = schedule.places(self.names), []
-        edges = [times[0], *problem.breakpoints(), times[-1]]
-        # The sample at a breakpoint belongs to the leg that begins there.
-        rows = [*problem.times.searchsorted(edges[:-1]).tolist(), len(times)]
+        places, breakpoints = schedule.places(self.names), problem.breakpoints()
+        edges = [float(problem.times[0]), *breakpoints, float(problem.times[-1])]
         legs = schedule.legs[schedule.breakpoints.searchsorted(edges, side="right")]
-        for leg, (begin, end) in enumerate(pairwise(edges)):
-            wanted, is_last = times[rows[leg] : rows[leg + 1]], leg == len(edges) - 2
-            first = int(not wanted or wanted[0] != begin)
-            grid = [*([begin] if first else []), *wanted, *([] if is_last else [end])]
-            outcome, _, _, taken, _, found = integrator.propagate_grid(
-                grid, max_steps=problem.step_limit - steps, callback=callback
-            )
-            steps += taken
-            samples.append(found[first : first + len(wanted)])
-            if outcome != GRID_END or is_last:
-                break
-            if steps >= problem.step_limit:
-                # heyoka takes a limit of zero for none.
-                outcome = hy.taylor_outcome.step_limit
-                break
-            self.reached_breakpoints.append(end)
-            integrator.pars[places] = legs[leg + 1]
-        return outcome, steps, np.concatenate(samples)
+
+        def begin(leg: int) -> None:
+            self.integrator.pars[places] = legs[leg]
+
+        def end(leg: int) -> None:
+            self.reached_breakpoints.append(edges[leg + 1])
+
+        intervals = Intervals(edges, problem.times, problem.step_limit)
+        return propagate(self.integrator, intervals, callback, begin, end)
 
     def final_state(self) -> tuple[float, Array]:
         """Return the time and the state at the end of the last run."""

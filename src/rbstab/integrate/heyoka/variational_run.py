@@ -6,14 +6,14 @@ derivative may jump (`switching.saltation`).
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from rbstab.elements.inputs.signals import Leg
-from rbstab.integrate.heyoka.engine import GRID_END, StepCallback, status_of
+from rbstab.integrate.heyoka.engine import StepCallback, status_of
 from rbstab.integrate.heyoka.integrator_state import set_motion, set_parameters
+from rbstab.integrate.heyoka.intervals import Intervals, propagate
 from rbstab.integrate.heyoka.symbols import parameter_values
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
@@ -132,6 +132,7 @@ class VariationalRun:
         self.compiled, self.integrator = compiled, compiled.integrator
         self.problem, self.course, self.settings = problem, course, settings
         self.tangent = tangent
+        self._system = course.first
         self.size, begin = compiled.size, float(problem.times[0])
         self.passages: dict[float, Passage] = {}
         z = np.zeros(self.size)
@@ -150,32 +151,20 @@ class VariationalRun:
         Args:
             times: The samples, s, ascending, the first at the start.
         """
-        callback, steps = StepCallback(self.problem, None), 0
+        callback = StepCallback(self.problem, None)
         transitions = [one for one in self.course.transitions if one.time < times[-1]]
         edges = [float(times[0]), *(one.time for one in transitions), float(times[-1])]
-        # A sample at a transition is that after it.
-        rows = [*times.searchsorted(edges[:-1]).tolist(), len(times)]
-        systems, samples = self.course.systems, [np.zeros((0, 2 * (self.size + 1)))]
-        for leg, (begin, end) in enumerate(pairwise(edges)):
-            shifted = self._shifted(systems[leg], begin)
-            wanted, is_last = times[rows[leg] : rows[leg + 1]].tolist(), leg == len(transitions)
-            # Two transitions may come at one time.
-            if begin < end:
-                set_parameters(self.integrator, self._parameters(systems[leg], shifted))
-                first = int(not wanted or wanted[0] != begin)
-                grid = [*([begin] if first else []), *wanted, *([] if is_last else [end])]
-                outcome, _, _, taken, _, found = self.integrator.propagate_grid(
-                    grid, max_steps=self.problem.step_limit - steps, callback=callback
-                )
-                steps += taken
-                samples.append(found[first : first + len(wanted)])
-                if is_last or outcome != GRID_END:
-                    break
-                if steps >= self.problem.step_limit:
-                    callback.status = RunStatus.STEP_LIMIT
-                    break
-            self._pass(transitions[leg], shifted)
-        stored = np.concatenate(samples)
+        systems = self.course.systems
+
+        def begin(number: int) -> None:
+            self._system = self._shifted(systems[number], edges[number])
+            set_parameters(self.integrator, self._parameters(systems[number], self._system))
+
+        def end(number: int) -> None:
+            self._pass(transitions[number], self._system)
+
+        intervals = Intervals(edges, times, self.problem.step_limit)
+        outcome, _, stored = propagate(self.integrator, intervals, callback, begin, end)
         if len(stored) == len(times):
             # A limit reached in the last step does not count.
             return RunStatus.COMPLETED, stored

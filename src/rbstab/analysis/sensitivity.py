@@ -18,15 +18,15 @@ from rbstab.analysis.approached_state import lyapunov_zero
 from rbstab.analysis.rest_state import RestState, nearest_rest_state
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.analysis.settling import SETTLED_FRACTION, ends_near_rest
-from rbstab.integrate.heyoka.course import course_of
-from rbstab.integrate.heyoka.variational import (
+from rbstab.integrate.heyoka.variational.course import course_of
+from rbstab.integrate.heyoka.variational.equations import (
     TOLERANCE,
     Levels,
     VariationalSystem,
     VariationalTrajectory,
     variational_system,
 )
-from rbstab.integrate.heyoka.variational_run import Passage, Tangent
+from rbstab.integrate.heyoka.variational.run import Passage, Tangent
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus, UnfinishedRunError
 from rbstab.integrate.switching.course import Course

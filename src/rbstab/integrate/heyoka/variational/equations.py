@@ -6,7 +6,7 @@ z = ∂y/∂s at s = 0 obeys the variational equation ż = (∂f/∂y) z + (∂f
 every system of a structure. The caller computes q and z(0) from the change of the config.
 
 Where elements switch, the equations change on the way. The driver of switches follows the motion
-once (`heyoka.course`). Between two of its switches modes are parameters, and at each of them z
+once (`course`). Between two of its switches modes are parameters, and at each of them z
 jumps (`switching.saltation`).
 """
 
@@ -25,7 +25,7 @@ from rbstab.integrate.heyoka.symbols import (
     state_symbols,
     symbols_of,
 )
-from rbstab.integrate.heyoka.variational_run import Passage, Settings, Tangent, VariationalRun
+from rbstab.integrate.heyoka.variational.run import Passage, Settings, Tangent, VariationalRun
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.course import Course

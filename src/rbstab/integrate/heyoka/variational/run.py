@@ -31,7 +31,7 @@ from rbstab.systems.schedule import BEGIN, leg_at, with_legs
 from rbstab.systems.system import System
 
 if TYPE_CHECKING:
-    from rbstab.integrate.heyoka.variational import VariationalSystem
+    from rbstab.integrate.heyoka.variational.equations import VariationalSystem
 
 
 @dataclass(frozen=True, eq=False)

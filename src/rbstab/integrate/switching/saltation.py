@@ -26,7 +26,7 @@ from rbstab.elements.inputs.signals import Leg
 from rbstab.integrate.switching.course import Transition
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.filippov import slide_modes
+from rbstab.systems.filippov import holds_axes, slide_modes
 from rbstab.systems.impact import impact as impact_of
 from rbstab.systems.impact import laid_on_stop, stop_of
 from rbstab.systems.modes import guards_at, mode_owners, modes_of, with_modes
@@ -148,7 +148,7 @@ def _after_impact(transition: Transition, shifted: System, y: Array) -> Array:
     if stop.mode.any():
         y = laid_on_stop(after, y)
     # Each impact throws axes off their surfaces. Those that are held are back with the last hop.
-    return _on_surfaces(after, y, transition.time) if _held(after).any() else y
+    return _on_surfaces(after, y, transition.time) if holds_axes(after) else y
 
 
 def tangent_at_start(system: System, shifted: System, y: Array, z: Array, time: float) -> Array:
@@ -166,7 +166,7 @@ def tangent_at_start(system: System, shifted: System, y: Array, z: Array, time: 
             leads across it; or an axis is held on s = E, from which it would bounce.
     """
     _check_borders(system, shifted, y, z, time)
-    if not _held(system).any():
+    if not holds_axes(system):
         return z
     if any(element.slides and getattr(element, "sticks", False) for element in system.elements):
         raise NotDifferentiableError(

@@ -203,7 +203,9 @@ class VariationalRun:
         observed = shifted.observe(y + 1j * STEP * z, time)
         energy, power = observed.energy.sum(), (observed.supplied - observed.dissipation).sum()
         change = float(energy.imag) / STEP + float(power.real) * delay
-        self.passages[time] = Passage(delay, float(energy.real), change, transition.impact)
+        # Another element may switch at the time of an impact, and after it.
+        if transition.impact or time not in self.passages:
+            self.passages[time] = Passage(delay, float(energy.real), change, transition.impact)
         if transition.impact:
             left = transition.after.observe(values[:-1], time).energy.sum()
             derivatives[-1] += (energy.real - left) / self.settings.scale * delay

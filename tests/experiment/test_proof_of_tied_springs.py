@@ -97,7 +97,7 @@ def test_beside_a_barrier_it_is_proved(guarded):
     config, found = guarded
     assert found.unique
     assert found.globally_stable
-    assert found.has_barrier
+    assert found.kept_by == "a barrier"
     # A spring may lose its length, so not every start is proved to converge.
     assert not found.every_start
     assert found.unwrapped.globally_stable

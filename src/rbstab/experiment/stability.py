@@ -84,6 +84,9 @@ def stability_of(
     with np.errstate(all="ignore"):
         for state in proof.states:
             Z = np.concatenate([state.orientation, ZERO, state.position, ZERO])
+            if state.held:
+                linearisations.append(None)
+                continue
             rest = motion_from_centre(system.body, system.anchor, Z)
             linearisations.append(_linearised(system, rest, np.array(state.connector_state)))
         start = start_level(problem, proof)
@@ -127,14 +130,14 @@ def _rest_state_sentences(proof: Proof) -> list[str]:
         sentences = [f"Rest states: {number} found; not proved to be all: {proof.ended}."]
     if proof.every_start and count:
         sentences.append(
-            "Globally stable: proved. Every start in the range converges: proved. A barrier keeps "
-            "every motion away from θ2 = ±π/2."
+            "Globally stable: proved. Every start in the range converges: proved. "
+            f"{str(proof.kept_by).capitalize()} keeps every motion away from θ2 = ±π/2."
         )
-    elif proof.globally_stable and proof.has_barrier:
+    elif proof.globally_stable and proof.kept_by:
         springs = ", and keeps each spring from a length of 0," if proof.tied_energy else ""
         sentences.append(
             f"Globally stable: proved. Every motion that stays in the range{springs} converges to "
-            "the rest state; a barrier keeps it away from θ2 = ±π/2."
+            f"the rest state; {proof.kept_by} keeps it away from θ2 = ±π/2."
         )
     elif proof.globally_stable:
         sentences.append(
@@ -223,7 +226,7 @@ def _unwrapped_sentences(proof: Proof) -> list[str]:
         first += "; globally stable: every start with |θ2| < π/2 converges"
     elif found.globally_stable:
         keeps = f"keeps a distance from θ2 = ±π/2{and_lengths(proof)}"
-        if proof.has_barrier and proof.tied_energy:
+        if proof.kept_by and proof.tied_energy:
             keeps = "keeps each spring from a length of 0"
         first += f"; globally stable: every motion that {keeps} converges"
     sentences, region = [f"{first}."], found.region

@@ -12,7 +12,15 @@ from typing import Protocol
 import numpy as np
 
 from rbstab.analysis.proof.boxes import RANGE_END, Boxes, joined, no_boxes, whole_range
-from rbstab.analysis.proof.enclosure import Enclosure, enclosure, inverses
+from rbstab.analysis.proof.box_bounds import Enclosure, inverses
+from rbstab.analysis.proof.enclosure import enclosure
+from rbstab.analysis.proof.guards.bounds import KinkedEnclosure
+from rbstab.analysis.proof.guards.kinks import (
+    isolated_kink_zero,
+    kink_at,
+    kinks_of,
+    newton_at_kink,
+)
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.analysis.proof.zero import Zero, isolated_zero, newton
 from rbstab.mechanics.numbers import Array
@@ -30,6 +38,9 @@ A zero that cannot be isolated in such a box is a double zero, or nearly so.
 
 MAX_STARTS = 64
 """The maximum number of points of a batch from which Newton's method is started."""
+
+NEAR_KINK = 0.1
+"""rad: smaller boxes at a kink are starts of Newton's method along it."""
 
 CONVERGED_STEP = 1e-8
 """rad: Newton's method has converged if its last step is below this.
@@ -94,11 +105,7 @@ class _Search:
             )
             if known or failed_before or np.any(np.abs(Theta) > self.form.reach):
                 continue
-            zero = (
-                isolated_zero(self.form, Theta)
-                if self.tests is None
-                else self.tests.isolated(Theta)
-            )
+            zero = self._isolated(Theta)
             if zero is None:
                 self.failed.append(Theta)
                 continue
@@ -107,6 +114,14 @@ class _Search:
                 self.ambiguous.append(zero.enclosure)
             elif True not in same:
                 self.zeros.append(zero)
+
+    def _isolated(self, Theta: Array) -> Zero | None:
+        if self.tests is not None:
+            return self.tests.isolated(Theta)
+        kink = kink_at(self.form.guard, float(Theta[1]))
+        if kink is not None:
+            return isolated_kink_zero(self.form, kink, Theta)
+        return isolated_zero(self.form, Theta)
 
     def outside_domains(self, boxes: Boxes) -> Boxes:
         """Return the boxes that do not lie in the domain of a known zero."""
@@ -126,9 +141,21 @@ class _Search:
             left[left] = ~self.tests.excludes_zero(boxes[left], enclosed[left])
         near = left & np.all(np.abs(bounds.step) <= 2 * bounds.radius, axis=1)
         self.add_zeros_at(_converged_points(self.form, boxes.centre[near][:MAX_STARTS]))
+        if isinstance(enclosed, KinkedEnclosure):
+            self._add_zeros_at_kinks(boxes[left & enclosed.jumps])
         for zero in self.zeros:
             left &= ~boxes.within(zero.domain)
         return boxes[left], boxes.radius[left].argmax(axis=1)
+
+    def _add_zeros_at_kinks(self, boxes: Boxes) -> None:
+        """Add the zeros at kinks near some boxes that are small enough."""
+        for kink in kinks_of(self.form.guard):
+            low, high = kink.ends
+            reached = (boxes.low[:, 1] <= high) & (boxes.high[:, 1] >= low)
+            near = reached & (boxes.radius.max(axis=1, initial=0.0) < NEAR_KINK)
+            starts = boxes.centre[near][:MAX_STARTS]
+            Theta, last = newton_at_kink(self.form, kink, starts)
+            self.add_zeros_at(Theta[last < CONVERGED_STEP])
 
 
 @np.errstate(all="ignore")  # comparisons with NaN are false

@@ -56,9 +56,9 @@ class Face(Enum):
 
 
 def border_of(form: TrigonometricForm) -> list[Face]:
-    """Return the faces that a motion may reach: with a barrier, none of θ2."""
+    """Return the faces that a motion may reach: with a barrier or a stop, none of θ2."""
     faces = list(Face)
-    if form.guard is not None:
+    if form.guard is not None and form.guard.closed:
         faces = [face for face in faces if face not in {Face.THETA2_LOW, Face.THETA2_HIGH}]
     return faces
 

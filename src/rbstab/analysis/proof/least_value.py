@@ -5,7 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.analysis.proof.boxes import ROUNDING_FACTOR, Boxes, joined
-from rbstab.analysis.proof.enclosure import Enclosure, GuardedEnclosure, enclosure
+from rbstab.analysis.proof.box_bounds import Enclosure
+from rbstab.analysis.proof.enclosure import enclosure
+from rbstab.analysis.proof.guards.bounds import GuardedEnclosure, KinkedEnclosure
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array
 
@@ -90,7 +92,10 @@ def lower_bounds(enclosed: Enclosure) -> Array:
         return bounds
     bare, added = lower_bounds(enclosed.bare), enclosed.energy[:, 0]
     apart = bare + added - 1e-15 * (np.abs(bare) + np.abs(added))
-    return np.fmax(bounds, apart)  # a bound that is no number is left out
+    bounds = np.fmax(bounds, apart)  # a bound that is no number is left out
+    if isinstance(enclosed, KinkedEnclosure):
+        bounds = np.fmax(bounds, lower_bounds(enclosed.supported))
+    return bounds
 
 
 def upper_bounds(enclosed: Enclosure) -> Array:

@@ -247,3 +247,13 @@ class Polynomial:
 
     __radd__ = __add__
     __rmul__ = __mul__
+
+
+def exact_number(value: Any) -> Fraction:
+    """Return a parameter of an exact system as a fraction."""
+    number = np.asarray(value, dtype=object).item()
+    if isinstance(number, Polynomial):
+        constant = number.constant_value
+        assert constant is not None
+        return fraction(constant)
+    return Fraction(number)

@@ -1,6 +1,6 @@
 """The reduced potential energy: the stored energy at an attitude, minimized over all else."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
-from rbstab.analysis.proof.guard import Guard, exact_number, separated
+from rbstab.analysis.proof.guards.guard import Guard
+from rbstab.analysis.proof.guards.separate import NotInProofsError, guard_of, guards_apart
 from rbstab.analysis.proof.ligaments.free import FreeLigament, FreeLigaments
 from rbstab.analysis.proof.ligaments.held import LigamentLine
 from rbstab.analysis.proof.ligaments.law import LigamentEnergy
@@ -19,7 +20,6 @@ from rbstab.analysis.proof.multiple_angles import NotTrigonometric, form_of
 from rbstab.analysis.proof.polynomial import Polynomial, Ring, fraction
 from rbstab.analysis.proof.tied.position import offset, position_spring
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
-from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
@@ -59,6 +59,13 @@ class NoEnergyReason(Enum):
     LINES_OF_BODIES = (
         "no proof for all bodies within tolerances takes a spring or a ligament into account"
     )
+    SPRINGS_AND_SWITCHING_GUARDS = (
+        "the body is not held, and no proof takes springs beside a soft guard or a stop into "
+        "account then"
+    )
+    SWITCHING_GUARDS_OF_BODIES = (
+        "no proof for all bodies within tolerances takes a soft guard or a stop into account"
+    )
     BARRIER_OF_BODIES = "no proof for all bodies within tolerances takes a barrier into account"
     OUTER_BARRIER = "no proof takes a guard of θ1 and θ3 (outer_stiffness) into account"
 
@@ -83,8 +90,8 @@ class ReducedEnergy:
     ∂U/∂Θ and rest states correspond one to one.
 
     configurations are the system's configurations. form is U. minimizer has the entries of x*.
-    The energy of a barrier is a function of θ2 alone: it is the guard of the form, and x* does not
-    depend on it.
+    The energy of a guard is a function of θ2 alone: it is that of the form, and x* does not depend
+    on it.
 
     With ligaments of a body that is not held, minimizer is x* without them. Then X* is their shift
     z more, and D* is `own` z less: own is H_DD⁻¹H_DX, shape (own states, 3).
@@ -138,7 +145,7 @@ class StoredEnergy(NamedTuple):
 
     Attributes:
         energy: All of it but what follows.
-        guard: The sum of the barriers; None without one.
+        guard: The sum of the guards of θ2; None without one.
         ligaments: The squares of the lengths of the ligaments, and their energies.
     """
 
@@ -152,11 +159,15 @@ def stored_energy(system: System, ring: Ring) -> StoredEnergy:
 
     Raises:
         NotTrigonometric: The length of a ligament is no polynomial.
-        NoReducedEnergy: The barriers have energies that no proof takes into account.
+        NoReducedEnergy: A guard has an energy that no proof takes into account.
     """
-    without, barriers = separated(system)
+    without, guards = guards_apart(system)
     without, ligaments = ligaments_apart(without)
-    guard = guard_of(barriers)
+    try:
+        guard = guard_of(guards)
+    except NotInProofsError as error:
+        reason = NoEnergyReason.OUTER_BARRIER if error.outer else NoEnergyReason.NOT_TRIGONOMETRIC
+        raise NoReducedEnergy(reason) from error
     at_rest = Configurations(without)
     energy: Any = at_rest.energy(ring.variables())
     squares = squares_of(at_rest, ligaments, ring)
@@ -178,16 +189,6 @@ def _stored_energy(
     else:
         exact = configurations(exact_system(ring.decimals)).system
     return stored_energy(exact, ring)
-
-
-def guard_of(barriers: Sequence[Barrier]) -> Guard | None:
-    """Return the sum of the energies of some barriers; None if it is zero."""
-    if any(exact_number(barrier.outer_stiffness) != 0 for barrier in barriers):
-        raise NoReducedEnergy(NoEnergyReason.OUTER_BARRIER)
-    stiffnesses = [exact_number(barrier.stiffness) for barrier in barriers]
-    if any(stiffness < 0 for stiffness in stiffnesses):
-        raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)
-    return Guard(float(sum(stiffnesses))) if any(stiffnesses) else None
 
 
 def _reduced(at_rest: Configurations, parts: StoredEnergy) -> ReducedEnergy:
@@ -226,14 +227,14 @@ def _without_lengths(energy: Polynomial) -> Polynomial:
 def reject_unsmooth(system: System) -> None:
     """Raise `NoReducedEnergy` if an element is not smooth, supplies power, or is a user's.
 
-    Not smooth are elements that switch or slide, and a damped spring without a rest length.
+    Not smooth are elements that switch or slide, and a damped spring without a rest length. Proofs
+    take ligaments, soft guards and stops into account, although they switch.
     """
     if any(element.from_user for element in system.elements):
         raise NoReducedEnergy(NoEnergyReason.USER_CODE)
     if system.supplies:
         raise NoReducedEnergy(NoEnergyReason.SUPPLIES)
-    # A ligament switches, but its energy has two continuous derivatives.
-    if has_modes(ligaments_apart(system)[0]):
+    if has_modes(ligaments_apart(guards_apart(system)[0])[0]):
         raise NoReducedEnergy(NoEnergyReason.SWITCHES)
     held = configurations(system).held
     for element in system.elements:

@@ -8,6 +8,7 @@ import numpy as np
 from rbstab.analysis.proof.boxes import RANGE_END, ROUNDING_FACTOR, Boxes, box_around, no_boxes
 from rbstab.analysis.proof.branch_and_bound import BOX_LIMIT, SearchOutcome, prove
 from rbstab.analysis.proof.enclosure import enclosure
+from rbstab.analysis.proof.guards.kinks import FREE, kink_at, kink_index
 from rbstab.analysis.proof.index import proved_index
 from rbstab.analysis.proof.reduced_energy import (
     ExactSystem,
@@ -18,7 +19,7 @@ from rbstab.analysis.proof.reduced_energy import (
 )
 from rbstab.analysis.proof.search import search
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
-from rbstab.analysis.rest_state import RestState, rest_state_at
+from rbstab.analysis.rest_state import RestState, held_at_kink, rest_state_at
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 
@@ -28,7 +29,8 @@ class RestPoint:
     """One of the rest states of a system.
 
     state has its Θ, X, own states, energy and remaining gradient. index is the number of negative
-    eigenvalues of the Hessian of the reduced energy: 0 at a minimum. If `proved`, enclosure is one
+    eigenvalues of the Hessian of the reduced energy: 0 at a minimum. Where a guard holds θ2
+    (`state.on_kink`), it is that of the Hessian by θ1 and θ3. If `proved`, enclosure is one
     box of Θ that contains exactly one rest state; else it contains only the point. index_proved is
     whether the index is proved for the exact rest state.
     """
@@ -57,7 +59,8 @@ class RestStates:
     energy is the reduced energy. undecided are boxes of Θ that may contain further rest states.
     examined is the number of boxes that the proof examined. outcome is how the proof ended. end is
     the largest |Θ| in the range, shape (3,), rad; by default that of eq. 5. With a barrier, the
-    range goes on to θ2 = ±π/2, but beyond `end` the energy only rises, and nothing is at rest.
+    range goes on to θ2 = ±π/2, but beyond `end` the energy only rises, and nothing is at rest. With
+    a stop, the range ends there.
     """
 
     energy: ReducedEnergy
@@ -97,12 +100,13 @@ class RestStates:
     def every_start(self) -> bool:
         """Whether all motions from |θ2| < π/2 converge to the only rest state (theorem 10).
 
-        To be asked of the rest states for all real θ1 and θ3: a barrier keeps all motions away from
-        θ2 = ±π/2, and the energy grows with |θ1| and |θ3| (`unwrapped_rest_states`).
+        To be asked of the rest states for all real θ1 and θ3: a barrier or a stop keeps all motions
+        away from θ2 = ±π/2, and the energy grows with |θ1| and |θ3| (`unwrapped_rest_states`).
         """
         point = self.states[0] if self.proved and self.unique else None
         is_minimum = point is not None and point.index_proved and point.index == 0
-        return self.energy.form.guard is not None and is_minimum
+        guard = self.energy.form.guard
+        return guard is not None and guard.closed and is_minimum
 
 
 def rest_states(
@@ -126,21 +130,28 @@ def rest_states(
         NoReducedEnergy: The system has no reduced potential energy; the error gives the reason.
     """
     energy = reduced_energy(system, exact_system)
-    found = search(energy.form, seed)
+    found = search(energy.form, seed, end=within_stops(energy.form, RANGE_END))
     if proof:
-        end = end_before_barrier(energy.form, RANGE_END)
+        end = end_of_rest_states(energy.form, RANGE_END)
         return proved_rest_states(energy, end, list(found), box_limit)
     points = [_point(energy, Theta) for Theta in found]
     return RestStates(energy, _in_order(points), no_boxes(), 0, SearchOutcome.SEARCHED)
 
 
-def end_before_barrier(
+def within_stops(form: TrigonometricForm, end: Array) -> Array:
+    """Return the largest |Θ| in a range that a motion can reach with stops, shape (3,), rad."""
+    if form.guard is None:
+        return end
+    return np.array([end[0], min(end[1], form.guard.end), end[2]])
+
+
+def end_of_rest_states(
     form: TrigonometricForm, end: Array, slope: float = 0.0, times: float = 1.0
 ) -> Array:
     """Return the largest |Θ| in a range at which a rest state is possible, shape (3,), rad.
 
-    From that |θ2| on, the slope of a barrier is larger than any slope of the rest of U, so that U
-    rises with |θ2| up to ±π/2.
+    It is that of a stop. And from some |θ2| on, the slope of a barrier is larger than any slope of
+    the rest of U, so that U rises with |θ2| up to ±π/2: soft guards rise with |θ2| too.
 
     Args:
         form: U.
@@ -151,11 +162,12 @@ def end_before_barrier(
     Raises:
         NoReducedEnergy: The barrier is too weak for double precision.
     """
-    if form.guard is None:
+    end = within_stops(form, end)
+    if form.guard is None or form.guard.barrier is None:
         return end
     steepest = np.abs(form.quadratic[1]) @ end + abs(form.linear[1])
     steepest += form.steepest[1] + slope
-    angle = form.guard.end_beyond(times * float(steepest) * ROUNDING_FACTOR)
+    angle = form.guard.barrier.end_beyond(times * float(steepest) * ROUNDING_FACTOR)
     if angle is None:
         raise NoReducedEnergy(NoEnergyReason.WEAK_BARRIER)
     return np.array([end[0], min(end[1], angle), end[2]])
@@ -192,13 +204,20 @@ def _in_order(points: list[RestPoint]) -> tuple[RestPoint, ...]:
 
 def _point(energy: ReducedEnergy, Theta: Array, box: Boxes | None = None) -> RestPoint:
     state = rest_state_at(energy.configurations, energy.configuration(Theta))
+    kink = kink_at(energy.form.guard, float(Theta[1]))
+    if kink is not None:
+        state = held_at_kink(energy.configurations, state)
     proved, index = box is not None, None
     box = box or box_around(Theta, 0.0)
-    if proved:
+    if proved and kink is not None:
+        index = kink_index(energy.form, kink, box)
+    elif proved:
         bounds = enclosure(energy.form, box)
         index = proved_index(bounds.hessian[0], bounds.hessian_radius[0])
     index_proved = index is not None
     if index is None:
         hessian = energy.form.approximate(Theta[np.newaxis], 2)[2][0]
+        if kink is not None:
+            hessian = hessian[np.ix_(FREE, FREE)]
         index = int(np.sum(np.linalg.eigvalsh(hessian) < 0))
     return RestPoint(state, index, box, proved, index_proved)

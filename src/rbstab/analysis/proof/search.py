@@ -3,6 +3,7 @@
 import numpy as np
 
 from rbstab.analysis.proof.boxes import RANGE_END
+from rbstab.analysis.proof.guards.kinks import kinks_of, newton_at_kink
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.analysis.proof.zero import newton
 from rbstab.mechanics.numbers import Array
@@ -43,6 +44,11 @@ def search(
     at_round_off = np.abs(form.approximate(Theta, 1)[1]) <= form.noise[1]
     inside = np.all(np.abs(Theta) < end, axis=1)
     converged = inside & ((last < CONVERGED_STEP) | np.all(at_round_off, axis=1))
+    for kink in kinks_of(form.guard):
+        held, step = newton_at_kink(form, kink, points)
+        inside = np.all(np.abs(held) < end, axis=1)
+        Theta, last = np.concatenate([Theta, held]), np.concatenate([last, step])
+        converged = np.concatenate([converged, inside & (step < CONVERGED_STEP)])
     # If several results count as one zero, keep the result with the shortest last step.
     order = np.argsort(last[converged])
     distinct = _distinct(Theta[converged][order])

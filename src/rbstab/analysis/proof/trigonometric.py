@@ -1,20 +1,20 @@
 """Quadratics plus trigonometric polynomials in three angles, with all their derivatives.
 
 f(Θ) = ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3) with t = [1, cos θ, sin θ, cos 2θ, ...].
-A barrier adds its energy, a function of θ2 (`guard`); springs and ligaments add functions of the
+Guards add their energies, functions of θ2 (`guard`); springs and ligaments add functions of the
 lengths of their lines (`lines`). Each evaluation takes many points at once and bounds the rounding
 errors of its results.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 from typing import Any
 
 import numpy as np
 
-from rbstab.analysis.proof.guard import Guard
+from rbstab.analysis.proof.guards.guard import Guard
 from rbstab.analysis.proof.lines.intervals import Intervals
 from rbstab.analysis.proof.lines.line import LinePart
 from rbstab.mechanics.numbers import Array
@@ -50,7 +50,7 @@ class TrigonometricForm:
         coefficients: C, shape (n, n, n), with n = 2k + 1 for the highest multiple k of an angle.
         reach: The bounds on round-off hold for angles up to this, rad. Sine and cosine have an
             error of u at any angle (`rigorous_basis`); only the quadratic part grows.
-        guard: The barrier on θ2 whose energy is added to f; None without one.
+        guard: The guards of θ2 whose energies are added to f; None without one.
         lines: The springs and ligaments whose energies are added to f.
 
     `round_off`, `fourth_derivative_bound` and `trigonometric_bound` are those of f alone.
@@ -62,6 +62,11 @@ class TrigonometricForm:
     reach: float = MAX_ANGLE
     guard: Guard | None = None
     lines: tuple[LinePart, ...] = ()
+
+    @cached_property
+    def unguarded(self) -> "TrigonometricForm":
+        """This form without its guards, with bounds that are computed once."""
+        return replace(self, guard=None)
 
     @cached_property
     def _multiples(self) -> Array:

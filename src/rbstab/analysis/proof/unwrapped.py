@@ -11,7 +11,7 @@ import numpy as np
 
 from rbstab.analysis.proof.boxes import PI, RANGE_END
 from rbstab.analysis.proof.lines.slopes import steepest_periodic
-from rbstab.analysis.proof.rest_states import RestStates, end_before_barrier, proved_rest_states
+from rbstab.analysis.proof.rest_states import RestStates, end_of_rest_states, proved_rest_states
 from rbstab.analysis.proof.search import search
 from rbstab.analysis.proof.trigonometric import ROUND_OFF, TrigonometricForm
 from rbstab.mechanics.numbers import Array
@@ -44,7 +44,7 @@ def unwrapped_rest_states(rest: RestStates, box_limit: int | None = None) -> Res
     end = unwrapped_end(form)
     if end is None or not np.all(end < MAX_END):
         return None
-    end = end_before_barrier(form, end)
+    end = end_of_rest_states(form, end)
     # The centres of boxes and their zeros lie in the box.
     wide = replace(form, reach=max(form.reach, float(end.max())))
     energy = replace(rest.energy, form=wide)
@@ -66,7 +66,7 @@ def unwrapped_end(form: TrigonometricForm) -> Array | None:
     magnitudes on the right bounds |θ1| and |θ3|. A barrier on θ2 is in neither equation. Returns
     None if k is not positive definite.
     """
-    form = replace(form, guard=None)
+    form = form.unguarded
     return confined_end(form, _steepest(form), form.largest)
 
 

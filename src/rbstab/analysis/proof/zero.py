@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.analysis.proof.boxes import Boxes, box_around, joined
-from rbstab.analysis.proof.enclosure import enclosure, inverses
+from rbstab.analysis.proof.box_bounds import inverses
+from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array
 
@@ -21,12 +22,14 @@ RADII = np.geomspace(1e-15, 2.0, 200)
 class Zero:
     """A zero of the gradient: exactly one is in `enclosure`, and no other one is in `domain`.
 
-    Theta, shape (3,), rad, is the zero to round-off, and both boxes are around it.
+    Theta, shape (3,), rad, is the zero to round-off, and both boxes are around it. at_kink is
+    whether it is held at an angle where the slope of a guard of θ2 jumps (`guards/kinks.py`).
     """
 
     Theta: Array
     enclosure: Boxes
     domain: Boxes
+    at_kink: bool = False
 
     @property
     def radius(self) -> float:

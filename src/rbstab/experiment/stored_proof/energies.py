@@ -1,13 +1,17 @@
 """The energy from which a stored proof follows, as plain data and as a form."""
 
+import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pydantic import PositiveFloat
+from pydantic import NonNegativeFloat, PositiveFloat
 
 from rbstab.experiment.stored_proof.entries import Coefficients, Entry, Triple
 
 if TYPE_CHECKING:
+    from rbstab.analysis.proof.guards.guard import Guard
+    from rbstab.analysis.proof.guards.soft import SoftEnergy
     from rbstab.analysis.proof.ligaments.free import FreeLigaments
     from rbstab.analysis.proof.ligaments.held import LigamentLine
     from rbstab.analysis.proof.ligaments.law import LigamentEnergy
@@ -105,11 +109,31 @@ def _periodic(coefficients: Coefficients) -> "TrigonometricForm":
     return TrigonometricForm(np.zeros((3, 3)), np.zeros(3), np.array(coefficients))
 
 
+class ProvedGuard(Entry):
+    """The energy of soft guards of θ2 with one angle, J: K e + ½ k e² with e = (|θ2| - θ_s)₊.
+
+    couple is K, N m, stiffness k, N m/rad, and soft_angle θ_s, rad. Each number is the exact one
+    rounded once.
+    """
+
+    couple: NonNegativeFloat
+    stiffness: NonNegativeFloat
+    soft_angle: PositiveFloat
+
+    @property
+    def energy(self) -> "SoftEnergy":
+        """The energy, which can be evaluated with proved errors."""
+        from rbstab.analysis.proof.guards.soft import SoftEnergy
+
+        return SoftEnergy(self.couple, self.stiffness, self.soft_angle)
+
+
 class ProvedEnergy(Entry):
     """The reduced energy U of a proof, J: ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3).
 
     t is [1, cos θ, sin θ, cos 2θ, ...]. With a barrier on θ2, U has the term ½ k tan² θ2 too, and
-    barrier is k, N m; None without one. With springs, U has the lengths of their lines too; lines
+    barrier is k, N m; None without one. The energies of soft guards are added to U; a stop allows
+    no |θ2| above the angle `stop`, rad. With springs, U has the lengths of their lines too; lines
     is None without one. The energies of ligaments are added to U: those of a held body, or their
     least value over the position. Each number is the exact one rounded once.
     """
@@ -118,6 +142,8 @@ class ProvedEnergy(Entry):
     linear: Triple
     coefficients: Coefficients
     barrier: PositiveFloat | None = None
+    soft_guards: tuple[ProvedGuard, ...] | None = None
+    stop: PositiveFloat | None = None
     lines: tuple[ProvedLine, ...] | None = None
     ligaments: tuple[ProvedLigament, ...] | None = None
     free_ligaments: ProvedPosition | None = None
@@ -125,16 +151,26 @@ class ProvedEnergy(Entry):
     @property
     def form(self) -> "TrigonometricForm":
         """U as a form that can be evaluated with proved errors."""
-        from rbstab.analysis.proof.guard import Guard
         from rbstab.analysis.proof.trigonometric import TrigonometricForm
 
         quadratic, linear = np.array(self.quadratic), np.array(self.linear)
-        guard = None if self.barrier is None else Guard(self.barrier)
         free = () if self.free_ligaments is None else (self.free_ligaments,)
         parts = (*(self.lines or ()), *(self.ligaments or ()), *free)
         lines = tuple(one.line for one in parts)
         C = np.array(self.coefficients)
-        return TrigonometricForm(quadratic, linear, C, guard=guard, lines=lines)
+        return TrigonometricForm(quadratic, linear, C, guard=self._guard, lines=lines)
+
+    @property
+    def _guard(self) -> "Guard | None":
+        from rbstab.analysis.proof.guards.barrier import BarrierEnergy
+        from rbstab.analysis.proof.guards.guard import Guard
+        from rbstab.analysis.proof.guards.soft import SoftEnergy
+
+        barrier = None if self.barrier is None else BarrierEnergy(self.barrier)
+        soft = [one.energy for one in self.soft_guards or ()]
+        if self.stop is not None:
+            soft.append(SoftEnergy(math.inf, 0.0, self.stop))
+        return Guard(barrier, tuple(soft)) if barrier is not None or soft else None
 
 
 class ProvedFreeLine(Entry):
@@ -170,6 +206,7 @@ def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
     from rbstab.analysis.proof.ligaments.held import LigamentLine
     from rbstab.analysis.proof.lines.line import Line
 
+    guard = form.guard
     springs, ligaments, free = list[ProvedLine](), list[ProvedLigament](), None
     for line in form.lines:
         if isinstance(line, Line):
@@ -184,11 +221,26 @@ def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
         quadratic=form.quadratic.tolist(),
         linear=form.linear.tolist(),
         coefficients=form.coefficients.tolist(),
-        barrier=None if form.guard is None else form.guard.stiffness,
+        barrier=_stiffness(guard),
+        soft_guards=None if guard is None else tuple(_soft_guards(guard)) or None,
+        stop=None if guard is None else guard.stop,
         lines=tuple(springs) or None,
         ligaments=tuple(ligaments) or None,
         free_ligaments=free,
     )
+
+
+def _stiffness(guard: "Guard | None") -> float | None:
+    """Return k of a barrier."""
+    return None if guard is None or guard.barrier is None else guard.barrier.stiffness
+
+
+def _soft_guards(guard: "Guard") -> Iterator[ProvedGuard]:
+    for one in guard.soft:
+        if not one.is_stop:
+            yield ProvedGuard(
+                couple=one.couple, stiffness=one.stiffness, soft_angle=one.angle
+            )
 
 
 def _position_of(free: "FreeLigaments") -> ProvedPosition:
@@ -210,7 +262,7 @@ def tied_energy_of(energy: "TiedEnergy") -> ProvedTiedEnergy:
         linear=energy.form.linear.tolist(),
         coefficients=energy.form.coefficients.tolist(),
         stiffness=energy.stiffness.tolist(),
-        barrier=None if energy.form.guard is None else energy.form.guard.stiffness,
+        barrier=_stiffness(energy.form.guard),
         lines=tuple(
             ProvedFreeLine(
                 weight=line.weight, offset=tuple(one.coefficients.tolist() for one in line.offset)

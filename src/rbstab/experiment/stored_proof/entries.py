@@ -18,13 +18,16 @@ OF_ELEMENTS = (
     "barrier",
     "brief",
     "every_start",
+    "held",
     "free_ligaments",
     "ligaments",
     "lines",
     "shift",
+    "soft_guards",
+    "stop",
     "tied_energy",
 )
-"""Entries that a file has only with a barrier, a spring or a ligament."""
+"""Entries that a file has only with a guard, a spring or a ligament."""
 
 
 class Entry(BaseModel):

@@ -24,6 +24,9 @@ FINGERPRINT_VERSION = 3
 BARRIER_VERSION = 1
 """The version of the method for configs with a barrier; without one it is in no id."""
 
+SWITCHING_GUARD_VERSION = 1
+"""The same for configs with a soft guard or a stop: before it, nothing was proved of them."""
+
 SPRING_VERSION = 1
 """The same for configs with a spring: before it, nothing was proved of them."""
 
@@ -44,6 +47,8 @@ DAMPED_VERSION = 1
 """The same for configs without a controller whose elements may damp every motion: before it,
 nothing was proved of them."""
 
+SWITCHING_GUARDS = ("stiff", "repelling", "stop")
+
 DAMPING_KINDS = ("attitude", "visco-elastic", "embedded")
 
 HELD_OR_SLIDING = ("permanent", "sliding")
@@ -62,6 +67,8 @@ def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
         parts.append(_equations_of(config))
     if any(element.kind == "guard" for element in config.elements.values()):
         parts.append(f"barrier {BARRIER_VERSION}")
+    if any(getattr(one, "method", None) in SWITCHING_GUARDS for one in config.elements.values()):
+        parts.append(f"switching guard {SWITCHING_GUARD_VERSION}")
     if any(element.kind == "spring" for element in config.elements.values()):
         parts.append(f"spring {SPRING_VERSION}")
         if config.controller.variant not in HELD_OR_SLIDING:

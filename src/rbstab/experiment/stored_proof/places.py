@@ -44,6 +44,7 @@ def state_of(point: "RestPoint") -> ProvedState:
         proved=point.proved,
         enclosure=corners_of(box),
         index_proved=point.index_proved,
+        held=point.state.on_kink or None,
     )
 
 

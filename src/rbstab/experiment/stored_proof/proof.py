@@ -28,6 +28,9 @@ class ProvedState(Entry):
 
     enclosure is a box of Θ, from low to high. If `proved`, it contains exactly this rest state.
     Of a tied body with springs, it is the only one there with z in the box `shift`, m.
+
+    held is true if a repelling guard or a stop holds θ2 at its angle: its couple is one of those
+    between inside and outside. index then counts directions of θ1 and θ3. None: it is not held.
     """
 
     orientation: Triple
@@ -39,6 +42,7 @@ class ProvedState(Entry):
     enclosure: tuple[Triple, Triple]
     index_proved: bool | None = None
     shift: tuple[Triple, Triple] | None = None
+    held: Literal[True] | None = None
 
 
 class ProvedRegion(Entry):
@@ -131,9 +135,9 @@ class UnwrappedStates(ProvedStates):
     All of them have |Θ| < end, rad; regions end there too. They are not in `Proof.states` if they
     are beyond the range of eq. 5. A motion leaves this range only through θ2 = ±π/2.
 
-    every_start is true if a barrier keeps every motion away from θ2 = ±π/2 and there is one rest
-    state, a minimum: then c* is infinite, and every motion that starts with |θ2| < π/2 converges to
-    it. There is no region then, as none is needed. None: not proved.
+    every_start is true if a barrier or a stop keeps every motion away from θ2 = ±π/2 and there is
+    one rest state, a minimum: then c* is infinite, and every motion that starts with |θ2| < π/2 (up
+    to the stop) converges to it. There is no region then, as none is needed. None: not proved.
     """
 
     end: Triple
@@ -222,16 +226,19 @@ class Proof(ProvedStates):
         return f"{states.outcome}; {GOES_ON}"
 
     @property
-    def has_barrier(self) -> bool:
-        """Whether a barrier keeps every motion away from θ2 = ±π/2."""
+    def kept_by(self) -> str | None:
+        """What keeps every motion away from θ2 = ±π/2: "a barrier" or "a stop"; None: nothing."""
         energy = self.reduced_energy or self.tied_energy
-        return energy is not None and energy.barrier is not None
+        if energy is not None and energy.barrier is not None:
+            return "a barrier"
+        has_stop = self.reduced_energy is not None and self.reduced_energy.stop is not None
+        return "a stop" if has_stop else None
 
     @property
     def every_start(self) -> bool:
-        """Whether every motion that starts with |θ2| < π/2 converges to the only rest state."""
+        """Whether every motion from |θ2| < π/2, or up to a stop, converges to the one rest state."""
         wide = self.unwrapped
-        return self.has_barrier and wide is not None and wide.every_start is True
+        return self.kept_by is not None and wide is not None and wide.every_start is True
 
 
 NOT_DAMPED = "no elements damp every motion"

@@ -18,9 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.analysis.proof.guard import exact_number
 from rbstab.analysis.proof.lines.intervals import Intervals, between
-from rbstab.analysis.proof.polynomial import Ring, fraction
+from rbstab.analysis.proof.polynomial import Ring, exact_number, fraction
 from rbstab.elements.ligament import Ligament
 from rbstab.mechanics.numbers import Array
 

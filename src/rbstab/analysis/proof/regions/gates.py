@@ -69,8 +69,9 @@ def minima_below(landscape: Landscape, point: RestPoint, level: float) -> frozen
 
     Near a rest state of index 1, {U < level} consists of two parts, on both sides along the
     direction of negative curvature. For a larger index it is one part, so one way down is enough.
+    Nothing is proved of the ways down from where a guard holds θ2.
     """
-    if not point.index_proved or point.index == 0:
+    if not point.index_proved or point.index == 0 or point.state.on_kink:
         return None
     hessian = landscape.form.approximate(point.Theta[np.newaxis], 2)[2][0]
     steepest = np.linalg.eigh(hessian)[1][:, 0]

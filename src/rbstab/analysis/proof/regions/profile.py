@@ -1,7 +1,5 @@
 """The energy along θ2, at its least over θ1 and θ3: a computed curve for figures, not a proof."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from rbstab.analysis.proof.boxes import RANGE_END
@@ -33,7 +31,7 @@ def least_along_pitch(form: TrigonometricForm, pitch: Array) -> Array:
     bound = unwrapped_end(form)
     end = np.minimum(RANGE_END if bound is None else bound, WIDEST)
     # A barrier does not depend on θ1 and θ3.
-    bare = replace(form, guard=None)
+    bare = form.unguarded
     first, third = (np.linspace(-end[axis], end[axis], GRID) for axis in OUTER)
     grid = np.stack(np.meshgrid(pitch, first, third, indexing="ij"), axis=-1)
     Theta = grid[..., [1, 0, 2]].reshape(-1, 3)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
-from rbstab.analysis.proof.guard import separated
+from rbstab.analysis.proof.guards.separate import guards_apart, has_switching_guards
 from rbstab.analysis.proof.polynomial import Polynomial
 from rbstab.analysis.proof.reduced_energy import (
     NoEnergyReason,
@@ -75,7 +75,9 @@ def stored_energy(members: Members, part: Part) -> tuple[BodiesRing, Polynomial]
     """Return Π as a polynomial in Θ, x and z."""
     middle = members([float(number) for number in part.middle], _doubles)
     reject_unsmooth(middle)
-    if separated(middle)[1]:
+    if has_switching_guards(middle):
+        raise NoReducedEnergy(NoEnergyReason.SWITCHING_GUARDS_OF_BODIES)
+    if guards_apart(middle)[1]:
         raise NoReducedEnergy(NoEnergyReason.BARRIER_OF_BODIES)
     if any(isinstance(element, Spring | Ligament) for element in middle.elements):
         raise NoReducedEnergy(NoEnergyReason.LINES_OF_BODIES)

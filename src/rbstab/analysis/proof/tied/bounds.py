@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 
 from rbstab.analysis.proof.boxes import Boxes
-from rbstab.analysis.proof.guard import Guard
+from rbstab.analysis.proof.guards.guard import Guard
 from rbstab.analysis.proof.lines.directions import direction, products
 from rbstab.analysis.proof.lines.intervals import (
     Intervals,

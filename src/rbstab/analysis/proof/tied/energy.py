@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
-from rbstab.analysis.proof.guard import Guard
+from rbstab.analysis.proof.guards.guard import Guard
+from rbstab.analysis.proof.guards.separate import has_switching_guards
 from rbstab.analysis.proof.lines.separate import lengths_apart
 from rbstab.analysis.proof.multiple_angles import NotTrigonometric, form_of
 from rbstab.analysis.proof.polynomial import Polynomial, Ring
@@ -87,6 +88,8 @@ def tied_energy(system: System, exact_system: ExactSystem) -> TiedEnergy:
         NoReducedEnergy: The energy has another form.
     """
     reject_unsmooth(system)
+    if has_switching_guards(system):
+        raise NoReducedEnergy(NoEnergyReason.SPRINGS_AND_SWITCHING_GUARDS)
     at_rest = configurations(system)
     if at_rest.held:
         raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)

@@ -6,7 +6,7 @@ import numpy as np
 
 from rbstab.analysis.proof.boxes import RANGE_END, Boxes, box_around
 from rbstab.analysis.proof.branch_and_bound import SearchOutcome
-from rbstab.analysis.proof.rest_states import RestPoint, end_before_barrier
+from rbstab.analysis.proof.rest_states import RestPoint, end_of_rest_states
 from rbstab.analysis.proof.tied.bounds import Pose
 from rbstab.analysis.proof.tied.energy import TiedEnergy
 from rbstab.analysis.proof.tied.region import TiedRegion, tied_region
@@ -99,7 +99,7 @@ def tied_rest_states(
     Raises:
         NoReducedEnergy: A barrier is too weak for double precision.
     """
-    end = end_before_barrier(energy.form, end, _slope_of_lines(energy)[1], BORDER_SLOPE)
+    end = end_of_rest_states(energy.form, end, _slope_of_lines(energy)[1], BORDER_SLOPE)
     energy = replace(energy, form=replace(energy.form, reach=max(energy.form.reach, *end)))
     found = prove(energy, _starts(end), end, _limit(box_limit, total, 0))
     # After the limit of boxes, undecided boxes cover most of the range, and no region is left.

@@ -1,4 +1,4 @@
-"""The energy of a barrier on θ2 with proved bounds, and its separation.
+"""The energy of a barrier on θ2 with proved bounds.
 
 The barrier is that of `elements/guards/barrier.py`.
 
@@ -9,18 +9,16 @@ over an interval are the values at its ends.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, lru_cache
-from typing import Any
 
 import numpy as np
 
 from rbstab.analysis.exact import fraction_ball, upper
-from rbstab.analysis.proof.polynomial import Polynomial, Ring, fraction
-from rbstab.elements.guards.barrier import Barrier, energy_of_tangent
+from rbstab.analysis.proof.polynomial import Ring, fraction
+from rbstab.elements.guards.barrier import energy_of_tangent
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.system import System
 
 ORDERS = range(4)
 """The orders of the derivatives that are bounded."""
@@ -33,7 +31,7 @@ SLOPE_MARGIN = 1.05
 
 
 @dataclass(frozen=True)
-class Guard:
+class BarrierEnergy:
     """The energy ½ k tan² θ2 of a barrier, J, and its derivatives by θ2.
 
     Bounds hold for each k that rounds to `stiffness`. They are infinite, or no numbers, where an
@@ -134,20 +132,3 @@ def _bounds(stiffness: float, angle: float) -> tuple[tuple[float, float], ...]:
             value *= k
             found.append((-upper(-value), upper(value)))
     return tuple(found)
-
-
-def separated(system: System) -> tuple[System, list[Barrier]]:
-    """Return a system without its barriers, and the barriers."""
-    barriers = [element for element in system.elements if isinstance(element, Barrier)]
-    others = tuple(element for element in system.elements if not isinstance(element, Barrier))
-    return replace(system, elements=others), barriers
-
-
-def exact_number(value: Any) -> Fraction:
-    """Return a parameter of an exact system as a fraction."""
-    number = np.asarray(value, dtype=object).item()
-    if isinstance(number, Polynomial):
-        constant = number.constant_value
-        assert constant is not None
-        return fraction(constant)
-    return Fraction(number)

@@ -1,0 +1,1 @@
+"""The energies of guards of θ2 with proved bounds: barriers, soft guards, stops."""

@@ -10,7 +10,8 @@ from support.proofs import PROOF, proof_of
 from support.rest import system_of
 
 from rbstab.analysis.proof_check.boxes import Box
-from rbstab.analysis.proof_check.energy import Energy, Taylor, barrier
+from rbstab.analysis.proof_check.energy import Energy, Taylor
+from rbstab.analysis.proof_check.guards import barrier
 from rbstab.analysis.proof_check.rest_states import index_of
 from rbstab.analysis.proof_check.trigonometric import rounded
 

@@ -30,6 +30,9 @@ PRECISION = 128
 PLACE_LIMIT = 1000
 """The most rest states, undecided boxes and regions of a range. A proof has some hundred."""
 
+BEYOND_STOP = 1 + 2**-48
+"""The range that is checked goes so far beyond a stop, so that the stop is inside."""
+
 FARTHEST_END = 100
 """rad: the largest end of θ1 and θ3. Proofs end at 20."""
 
@@ -87,17 +90,25 @@ def _findings_between(
     U: Energy, claims: Mapping[str, Any], name: str, first: Ball, third: Ball
 ) -> Iterator[Finding]:
     """Check the claims on the range |θ1| < first, |θ2| < π/2, |θ3| < third."""
-    if U.stiffness is None:
+    if U.stiffness is None and U.stop is None:
         yield from _findings(U, claims, range_with(name, (first, arb.pi() / 2, third)))
         return
-    end = U.end_before_barrier(first, third)
-    if end is None:
-        text = "That U rises with |θ2| near ±π/2 could not be confirmed."
-        yield Finding(name, "barrier", False, text)
-        return
-    text = f"U rises with |θ2| from {end:.6g} rad on: no rest state is there."
-    yield Finding(name, "barrier", True, text)
-    yield from _findings(U, claims, range_with(name, (first, arb(end), third), guarded=True))
+    ends = list[Ball]()
+    if U.stop is not None:
+        ends.append(arb(U.stop.angle.upper()) * BEYOND_STOP)
+        text = f"A stop keeps every motion at |θ2| <= {float(U.stop.angle):.6g} rad."
+        yield Finding(name, "stop", True, text)
+    if U.stiffness is not None:
+        end = U.end_before_barrier(first, third)
+        if end is None:
+            text = "That U rises with |θ2| near ±π/2 could not be confirmed."
+            yield Finding(name, "barrier", False, text)
+            return
+        text = f"U rises with |θ2| from {end:.6g} rad on: no rest state is there."
+        yield Finding(name, "barrier", True, text)
+        ends.append(arb(end))
+    least = min(ends, key=float)
+    yield from _findings(U, claims, range_with(name, (first, least, third), guarded=True))
 
 
 def _lines(U: Energy) -> list[Finding]:
@@ -113,16 +124,18 @@ def _lines(U: Energy) -> list[Finding]:
 
 
 def _every_start(U: Energy, claims: Mapping[str, Any], found: Sequence[Finding]) -> Finding:
-    """Check that U is infinite at θ2 = ±π/2 and has one rest state, a minimum: theorem 10."""
+    """Check that a barrier or a stop closes the range, and one rest state, a minimum: theorem 10."""
     states = proved_states(claims)
     single = bool(claims["proved"]) and len(claims["states"]) == len(states) == 1
     single = (
         single
         and states[0].is_minimum
-        and {"no other rest state", "barrier"} <= {finding.claim for finding in found}
+        and "no other rest state" in {finding.claim for finding in found}
     )
-    verified = U.stiffness is not None and single and all(finding.verified for finding in found)
-    text = "Every motion that starts with |θ2| < π/2 converges to the rest state"
+    closed = U.stiffness is not None or U.stop is not None
+    verified = closed and single and all(finding.verified for finding in found)
+    inside = "with |θ2| < π/2" if U.stop is None else "within the stop"
+    text = f"Every motion that starts {inside} converges to the rest state"
     text = f"{text}." if verified else f"{text}: this could not be confirmed."
     return Finding(UNWRAPPED, "every start", verified, text)
 

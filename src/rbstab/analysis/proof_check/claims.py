@@ -20,6 +20,7 @@ class RestState:
         point: Θ, rad.
         enclosure: The box that is claimed to contain exactly one zero of the gradient: of Θ, or of
             Θ and z for a tied body with springs.
+        held: Whether it is claimed that a guard holds θ2 at its angle.
     """
 
     number: int
@@ -27,6 +28,7 @@ class RestState:
     index_proved: bool
     point: Sequence[float]
     enclosure: Box
+    held: bool = False
 
     @property
     def name(self) -> str:

@@ -3,9 +3,10 @@
     U = ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3),    t = [1, cos θ, sin θ, cos 2θ, ...]
 
 Springs and ligaments add functions of the lengths of their lines (`lengths/lines.py`); ligaments of
-a body that is not held add their least energy over its position (`lengths/free_ligaments.py`). With
-a barrier, U has the term ½ k tan² θ2 too, which is infinite at ±π/2. All its derivatives by θ2 are
-monotonic functions of |θ2|, so balls need only the ends of an interval.
+a body that is not held add their least energy over its position (`lengths/free_ligaments.py`).
+Guards add functions of θ2 (`guards.py`). That of a barrier, ½ k tan² θ2, is infinite at ±π/2; all
+its derivatives by θ2 are monotonic functions of |θ2|, so balls need only the ends of an interval.
+Where the slope of a guard jumps in a box, it may have all values between.
 
 A ball (python-flint's `arb`) is a number with a bound on its error. Each result contains the exact
 value for every U whose numbers round to the stored doubles.
@@ -19,6 +20,7 @@ from typing import Any
 from flint import arb, arb_mat
 
 from rbstab.analysis.proof_check.boxes import AXES, Box
+from rbstab.analysis.proof_check.guards import SwitchingGuard, barrier, switching_guards
 from rbstab.analysis.proof_check.lengths.free_ligaments import FreeLigaments
 from rbstab.analysis.proof_check.lengths.ligaments import LigamentLaw
 from rbstab.analysis.proof_check.lengths.lines import Ligament, Line
@@ -40,6 +42,8 @@ MOST_EVALUATIONS = 3_000_000
 
 MOST_LINES = 100
 
+MOST_GUARDS = 20
+
 
 class TooLongError(Exception):
     """The check takes too long."""
@@ -50,34 +54,23 @@ def symmetric(radius: float) -> Ball:
     return arb(0, math.nextafter(radius, math.inf))
 
 
-def barrier(stiffness: Ball, angle: Ball) -> list[Ball]:
-    """Return ½ k tan² θ and its derivatives up to order 3; no numbers if the ball reaches ±π/2."""
-    low, high = arb(angle.lower()), arb(angle.upper())
-    if not (-arb.pi() / 2 < low and high < arb.pi() / 2):
-        return [arb("nan")] * 4
-    t = low.tan().union(high.tan())
-    tt = square(t)
-    ss = 1 + tt  # 1/cos² θ, the derivative of tan θ
-    terms = [tt / 2, t * ss, ss * (ss + 2 * tt), 4 * t * ss * (2 * ss + tt)]
-    return [stiffness * term for term in terms]
-
-
 class Energy:
     """U with all its derivatives up to order 3.
 
     Args:
         data: `reduced_energy` of a proof: quadratic, linear and coefficients, and perhaps barrier,
-            lines and ligaments.
+            soft guards, a stop, lines and ligaments.
 
     Attributes:
         stiffness: k of a barrier on θ2, a ball; None without one.
+        guards: The soft guards and the stop.
         springs: The springs whose lengths are in U.
         lines: The same, and the ligaments of a held body.
         position: The ligaments of a body that is not held; None without one.
 
     Raises:
-        ValueError: Q is not symmetric, U has large multiples of an angle, k is not positive, or
-            there are too many lines.
+        ValueError: Q is not symmetric, U has large multiples of an angle, k is not positive, a
+            guard acts outwards, or there are too many lines or guards.
     """
 
     def __init__(self, data: Mapping[str, Any]) -> None:
@@ -91,6 +84,9 @@ class Energy:
         if stiffness is not None and not stiffness > 0:
             raise ValueError("The barrier has a stiffness that is not positive")
         self.stiffness = None if stiffness is None else rounded(stiffness)
+        self.guards = switching_guards(data)
+        if len(self.guards) > MOST_GUARDS:
+            raise ValueError(f"The reduced energy has more than {MOST_GUARDS} guards")
         self.quadratic = [[rounded(entry) for entry in row] for row in Q]
         self.linear = [rounded(entry) for entry in data["linear"]]
         springs, ligaments = (data.get(key) or () for key in ("lines", "ligaments"))
@@ -104,6 +100,11 @@ class Energy:
         self.evaluations = 0
 
     @property
+    def stop(self) -> SwitchingGuard | None:
+        """The stop; None without one."""
+        return next((one for one in self.guards if one.couple is None), None)
+
+    @property
     def laws(self) -> list[LigamentLaw]:
         """The laws of all ligaments."""
         held = [line.law for line in self.lines if isinstance(line, Ligament)]
@@ -113,7 +114,7 @@ class Energy:
     def derivatives(self, Theta: Sequence[Ball]) -> dict[tuple[int, ...], Ball]:
         """Return the derivatives at a ball of Θ by their axes, in rising order: (0, 0, 2), ...
 
-        Those of `position` are not among them.
+        Those of `position` and `guards` are not among them.
 
         Raises:
             TooLongError: U was evaluated too often.
@@ -212,7 +213,7 @@ class Energy:
         if not self.lines and self.position is None:
             return single
         periodic = copy.copy(self)
-        periodic.stiffness = None
+        periodic.stiffness, periodic.guards = None, []
         periodic.quadratic = [[arb(0)] * 3 for _ in AXES]
         periodic.linear = [arb(0)] * 3
 
@@ -228,7 +229,10 @@ class Energy:
 class Taylor:
     """U over a box, expanded about its centre m up to third order, with δ = Θ - m.
 
-    With a barrier, bare is the expansion without it, and `barrier` has its bounds over the box.
+    With guards, bare is the expansion without them, and `added` has bounds on their energy and
+    slope over the box. The gradient has all slopes of a guard that jumps in the box; no number at a
+    stop, without which `inside` is. With a jump, below is the expansion with a line in place of the
+    energy of what jumps, nowhere above it.
     value, gradient (3x1) and hessian (3x3) are those at m. change is the 3x3 matrix Tδ, with the
     third derivatives T over the whole box. With free ligaments, the Hessian of their energy is that
     over the whole box. So, for all Θ in the box,
@@ -240,9 +244,16 @@ class Taylor:
         U: The energy.
         box: The box.
         face: An axis and its exact value, a ball. The box is then flat along this axis.
+        without: A guard to leave out.
     """
 
-    def __init__(self, U: Energy, box: Box, face: tuple[int, Ball] | None = None) -> None:
+    def __init__(
+        self,
+        U: Energy,
+        box: Box,
+        face: tuple[int, Ball] | None = None,
+        without: SwitchingGuard | None = None,
+    ) -> None:
         middle = [low / 2 + high / 2 for low, high in box]
         centre = [arb(point) for point in middle]
         step = [symmetric(max(b - m, m - a)) for m, (a, b) in zip(middle, box, strict=True)]
@@ -256,10 +267,26 @@ class Taylor:
         self.ligaments = None if U.position is None else U.position.over(centre, step)
         self._expand(at_centre, third)
         self.bare: Taylor | None = None
+        self.below: Taylor | None = None
+        self.inside: Taylor | None = None
+        guards = [one for one in U.guards if one is not without]
+        if U.stiffness is None and not guards:
+            return
+        self.bare, self.added = copy.copy(self), (arb(0), arb(0))
         if U.stiffness is not None:
-            self.bare, self.barrier = copy.copy(self), barrier(U.stiffness, whole[1])
+            self.added = barrier(U.stiffness, whole[1])[:2]
             at_centre = U.with_barrier(at_centre, centre[1])
             self._expand(at_centre, U.with_barrier(third, whole[1]))
+        jumping = [one for one in guards if one.jumps(whole[1])]
+        for one in guards:
+            if one not in jumping:
+                self._add(one, whole[1], centre[1])
+        if jumping:
+            self.below = copy.copy(self)
+            self.below.gradient, self.below.bare = arb_mat(self.gradient), None
+            for one in jumping:
+                self.below._add_line(one, whole[1])
+                self._add(one, whole[1], centre[1])
 
     def _expand(self, at_centre: Mapping[Axes, Ball], third: Mapping[Axes, Ball]) -> None:
         """Set the terms of the expansion."""
@@ -278,18 +305,61 @@ class Taylor:
             self.gradient += arb_mat([[entry] for entry in self.ligaments.gradient])
             self.hessian += self.ligaments.hessian
 
+    def _add(self, guard: SwitchingGuard, whole: Ball, centre: Ball) -> None:
+        """Add a guard for a ball of θ2 and its centre."""
+        self.value += guard.energy(centre)
+        if guard.couple is None:
+            # A stop: any slope outwards from 0 on. Inside it adds nothing.
+            if guard.touched(whole):
+                self.inside = copy.copy(self)
+                self._raise(arb("nan"), arb(0))
+                self.added = (self.added[0], arb("nan"))
+            return
+        slope = guard.slope(whole if guard.jumps(whole) else centre)
+        self._raise(slope, guard.curvature(whole))
+        self.added = (self.added[0] + guard.energy(whole), self.added[1] + guard.slope(whole))
+
+    def _add_line(self, guard: SwitchingGuard, whole: Ball) -> None:
+        """Add a line through the angle of a guard that is nowhere above its energy.
+
+        Its slope is one of those at the angle, and balances that of all else if it can.
+        """
+        side = 1 if whole > 0 else -1 if whole < 0 else 0
+        pressing = (-side * self.gradient[1, 0]).mid()
+        if side == 0 or not pressing > 0:
+            return
+        if guard.couple is not None and not pressing < guard.couple:
+            pressing = arb(guard.couple.lower())
+        self.value += pressing * (side * self.centre[1] - guard.angle)
+        self._raise(side * pressing, arb(0))
+
+    def _raise(self, slope: Ball, curvature: Ball) -> None:
+        """Add to the derivatives of order 1 and 2 by θ2."""
+        gradient, hessian = arb_mat(self.gradient), arb_mat(self.hessian)
+        gradient[1, 0] += slope
+        hessian[1, 1] += curvature
+        self.gradient, self.hessian = gradient, hessian
+
     @property
     def whole_hessian(self) -> Any:
-        """The Hessian over the box."""
-        return self.hessian + self.change
+        """The Hessian over the box; no numbers where the slope of a guard jumps in it."""
+        found = self.hessian + self.change
+        if self.below is not None:
+            found[1, 1] = arb("nan")
+        return found
 
     @property
     def whole_gradient(self) -> Any:
         """The gradient over the box."""
         found = self.gradient + self.slope * self.step
         if self.bare is not None:
-            along = self.bare.whole_gradient[1, 0] + self.barrier[1]
+            along = self.bare.whole_gradient[1, 0] + self.added[1]
             found[1, 0] = found[1, 0] if along.contains(0) else along
+        if self.inside is not None:
+            # A stop pushes inwards: it balances nothing that does so too.
+            rest, centre = self.inside.whole_gradient[1, 0], self.centre[1]
+            balanced = not (rest > 0 and centre > 0) and not (rest < 0 and centre < 0)
+            found[1, 0] = arb("nan") if balanced else rest
         return found
 
     @property
@@ -308,7 +378,9 @@ class Taylor:
 
     def stays_above(self, bound: Ball) -> bool:
         """Return whether U >= bound is proved for all of the box."""
-        return bool(self.values >= bound) or bool(self._by_squares() >= bound)
+        if bool(self.values >= bound) or bool(self._by_squares() >= bound):
+            return True
+        return self.below is not None and self.below.stays_above(bound)
 
     @property
     def values(self) -> Ball:
@@ -316,7 +388,7 @@ class Taylor:
         total = self._sum_of_terms()
         if self.bare is None:
             return total
-        apart = self.bare.values + self.barrier[0]
+        apart = self.bare.values + self.added[0]
         return total if total.rad() < apart.rad() else apart
 
     def _sum_of_terms(self) -> Ball:

@@ -6,6 +6,7 @@ alone. So a mistake in the exact polynomials of the prover would show here.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -14,9 +15,12 @@ from flint import arb, arb_mat
 from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.exact import decimal_balls, in_balls
 from rbstab.analysis.proof_check.energy import Energy
+from rbstab.analysis.proof_check.guards import SwitchingGuard
 from rbstab.analysis.proof_check.lengths.free_ligaments import FreeLigaments
 from rbstab.analysis.proof_check.lengths.ligaments import LigamentLaw
 from rbstab.analysis.proof_check.trigonometric import Ball
+from rbstab.elements.guards.soft_guards import SoftGuard
+from rbstab.elements.guards.stop import Stop
 from rbstab.elements.ligament import Ligament
 from rbstab.mechanics import point
 from rbstab.mechanics.numbers import Array
@@ -27,6 +31,9 @@ POINTS = tuple((0.37 * k - 1.9, 0.21 * k - 1.0, 1.7 - 0.43 * k) for k in range(9
 
 SHIFTS = ((0.1, -0.2, 0.05), (-0.3, 0.0, 0.2))
 """z at which both are compared, m."""
+
+GUARD_SHARES = (0.2, 0.5, 0.9)
+"""Where the energies of guards are compared between two angles, from one to the other."""
 
 SHARES = (0.5, 1.5, 3.0, 6.0)
 """Strains at which the laws of ligaments are compared, in units of ε_t. The toe ends at 2."""
@@ -43,7 +50,10 @@ def agrees_with_equations(
     """
 
     def compare() -> bool:
-        U, at_rest = Energy(energy), configurations(exact_system(decimal_balls))
+        U, system = Energy(energy), exact_system(decimal_balls)
+        if not _guards_agree(U.guards, system):
+            return False
+        at_rest = configurations(_without_switching_guards(system))
         if not _laws_agree(U.laws, _ligaments(at_rest.system)):
             return False
         if U.position is not None:
@@ -54,6 +64,44 @@ def agrees_with_equations(
         )
 
     return bool(in_balls(compare))
+
+
+def _without_switching_guards(system: System) -> System:
+    """Return a system without the guards whose energies are compared by themselves."""
+    others = [one for one in system.elements if not isinstance(one, SoftGuard | Stop)]
+    return replace(system, elements=tuple(others))
+
+
+def _guards_agree(guards: Sequence[SwitchingGuard], system: System) -> bool:
+    """Return whether the soft guards of a system have these energies, and its stop this angle.
+
+    The energies are compared at some angles between all θ_s, and beyond the last: they are
+    polynomials of degree 2 there.
+    """
+    soft = [one for one in system.elements if isinstance(one, SoftGuard)]
+    stops = [arb(0) + one.angle for one in system.elements if isinstance(one, Stop)]
+    stated = min(stops, key=float, default=None)
+    found = next((one.angle for one in guards if one.couple is None), None)
+    if (stated is None) != (found is None) or (found is not None and not found.overlaps(stated)):
+        return False
+    end = arb.pi() / 2 if stated is None else stated
+    begins = sorted([arb(0), *(arb(0) + one.soft_angle for one in soft)], key=float)
+    for begin, after in pairwise([*(one for one in begins if one < end), end]):
+        for share in GUARD_SHARES:
+            angle = begin + share * (after - begin)
+            if not (begin < angle and angle < after):
+                continue  # two guards with one angle
+            for pitch in (angle, -angle):
+                energy = sum((_stated_energy(one, pitch) for one in soft), arb(0))
+                if not energy.overlaps(sum((one.energy(pitch) for one in guards), arb(0))):
+                    return False
+    return True
+
+
+def _stated_energy(guard: SoftGuard, pitch: Ball) -> Ball:
+    """Return the energy that a soft guard states at an angle θ2."""
+    mode = np.array([float(pitch > guard.soft_angle), float(-pitch > guard.soft_angle)])
+    return arb(0) + replace(guard, mode=mode).energy(pitch)
 
 
 def _ligaments(system: System) -> list[Ligament]:

@@ -60,8 +60,8 @@ class Range(NamedTuple):
         name: Its name in sentences.
         ends: e, three balls, rad.
         box: A box of doubles that contains it.
-        guarded: Whether a barrier closes it along θ2. From e2 on U rises with |θ2|, to infinity at
-            ±π/2, so these two faces are no border.
+        guarded: Whether a barrier or a stop closes it along θ2, so that these two faces are no
+            border. With a barrier, U rises with |θ2| from e2 on, to infinity at ±π/2.
     """
 
     name: str

@@ -1,7 +1,7 @@
 """Check that each enclosure of a proof contains exactly one rest state, and with which index."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cache
+from functools import cache, partial
 from itertools import combinations
 from typing import Any
 
@@ -11,6 +11,7 @@ from rbstab.analysis.proof_check.boxes import AXES, Box, box_between, touches
 from rbstab.analysis.proof_check.claims import RestState, fault_of
 from rbstab.analysis.proof_check.energy import Energy, Taylor
 from rbstab.analysis.proof_check.findings import Range
+from rbstab.analysis.proof_check.held_states import held_fault, held_unique
 from rbstab.analysis.proof_check.trigonometric import square
 
 
@@ -23,6 +24,7 @@ def proved_states(claims: Mapping[str, Any]) -> list[RestState]:
             bool(one["index_proved"]),
             one["orientation"],
             box_between(one["enclosure"]),
+            bool(one.get("held")),
         )
         for number, one in enumerate(claims["states"], start=1)
         if one["proved"]
@@ -42,6 +44,8 @@ def faults(U: Energy, states: Sequence[RestState], range_: Range) -> Iterator[st
 
 def _fault(U: Energy, state: RestState, range_: Range) -> str | None:
     """Return what is wrong with a rest state."""
+    if state.held:
+        return held_fault(U, state, range_)
     # Only an enclosure inside the range is expanded.
     taylor = cache(lambda: Taylor(U, state.enclosure))
     return fault_of(
@@ -54,11 +58,12 @@ def _fault(U: Energy, state: RestState, range_: Range) -> str | None:
 
 
 def domain(U: Energy, state: RestState) -> Box:
-    """Return a large box about an enclosure in which there is no other zero."""
+    """Return a large box about an enclosure in which there is no other rest state."""
+    unique = partial(held_unique, U, state) if state.held else lambda box: _is_unique(Taylor(U, box))
     radius = 2.0
     while radius > 1e-12:
         wide: Box = tuple((low - radius, high + radius) for low, high in state.enclosure)
-        if _is_unique(Taylor(U, wide)):
+        if unique(wide):
             return wide
         radius *= 0.8
     return state.enclosure

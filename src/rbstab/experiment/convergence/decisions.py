@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rbstab.elements.guards.soft_guards import SoftGuard, StiffGuard
+from rbstab.elements.guards.stop import Stop
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF, Convergence, Undecided
@@ -24,6 +25,9 @@ NOT_ENCLOSED = (
     Undecided.USER_CODE,
 )
 """The reasons for which not even the motion is enclosed."""
+
+IN_PROOFS = (Ligament, SoftGuard, Stop)
+"""Elements that switch, and that proofs of rest states take into account."""
 
 MAX_STEPS = 2000
 """Steps after which the enclosure of a motion ends: a limit that is the same on every machine. A
@@ -97,11 +101,11 @@ def not_enclosed(problem: Problem) -> Convergence | None:
 def nothing_proved(problem: Problem) -> Convergence | None:
     """Return a convergence that is not decided as there is no proof of rest states, or None.
 
-    That of a body with ligaments may be proved, although they switch.
+    That of a body with ligaments, soft guards or a stop may be proved, although they switch.
     """
     found = not_enclosed(problem)
     switching = [element for element in problem.system.elements if element.mode_count]
-    if all(isinstance(element, Ligament) for element in switching):
+    if all(isinstance(element, IN_PROOFS) for element in switching):
         return None if found is not None and found.reason is Undecided.SWITCHES else found
     return found
 
@@ -109,7 +113,7 @@ def nothing_proved(problem: Problem) -> Convergence | None:
 def switching_start(problem: Problem, proof: "Proof | None") -> Convergence | None:
     """Return what is proved of the start of a problem whose elements switch; None if nothing is.
 
-    No motion is enclosed then. But with ligaments there may be a region, and this start in it.
+    No motion is enclosed then. But there may be a region, and this start in it.
     """
     from rbstab.analysis.exact import in_balls
     from rbstab.experiment.stored_proof.starts import enclosed_start

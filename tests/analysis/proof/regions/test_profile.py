@@ -9,7 +9,8 @@ import pytest
 from scipy.optimize import minimize
 
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.proof.guard import Guard
+from rbstab.analysis.proof.guards.barrier import BarrierEnergy
+from rbstab.analysis.proof.guards.guard import Guard
 from rbstab.analysis.proof.reduced_energy import reduced_energy
 from rbstab.analysis.proof.regions.profile import least_along_pitch
 from rbstab.config.build import problem_of, system_of
@@ -38,5 +39,5 @@ def test_a_barrier_is_added():
     config = load_config(PAPER / "case1_permanent.yaml")
     form = reduced_energy(problem_of(config).system, partial(system_of, config)).form
     bare = least_along_pitch(form, PITCH[1:])
-    guarded = least_along_pitch(replace(form, guard=Guard(7.0)), PITCH[1:])
+    guarded = least_along_pitch(replace(form, guard=Guard(BarrierEnergy(7.0))), PITCH[1:])
     np.testing.assert_allclose(guarded - bare, 3.5 * np.tan(PITCH[1:]) ** 2, rtol=1e-9, atol=1e-9)

@@ -50,6 +50,12 @@ class Kink:
         low, high = sorted((self.side * self.jump.inner, self.side * self.jump.outer))
         return low, high
 
+    @property
+    def slope_beyond(self) -> Array:
+        """The gradient that the guard adds just beyond the kink, shape (3,); none of a stop."""
+        couple = 0.0 if self.jump.is_stop else self.jump.couple
+        return np.array([0.0, self.side * couple, 0.0])
+
     def smooth(self, form: TrigonometricForm) -> TrigonometricForm:
         """Return F, the form without the guard that jumps here."""
         assert form.guard is not None

@@ -1,11 +1,13 @@
 """Paths from a point down to a minimum, proved to stay below a level of the reduced energy."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rbstab.analysis.proof.boxes import Boxes, joined, whole_range
 from rbstab.analysis.proof.enclosure import enclosure
+from rbstab.analysis.proof.guards.kinks import Kink, kink_at, kinks_of
 from rbstab.analysis.proof.least_value import upper_bounds
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array
@@ -19,6 +21,9 @@ SAME_POINT = 1e-6
 
 INNER = 1 - 1e-9
 """Ways down stay in the range times this."""
+
+STOP_MARGIN = 1e-14
+"""rad: more than the last digit of the angle of a stop."""
 
 MAX_HALVINGS = 40
 PATH_BOX_LIMIT = 20_000
@@ -40,8 +45,12 @@ class Landscape:
 
     @property
     def domain(self) -> Boxes:
-        """The range, a little smaller, because π and π/2 are rounded outwards."""
-        return whole_range(INNER * self.end)
+        """The range, a little smaller, because π and π/2 are rounded outwards; a stop is in it."""
+        inner = INNER * self.end
+        guard = self.form.guard
+        if guard is not None and guard.stop is not None:
+            inner[1] = self.end[1]
+        return whole_range(inner)
 
     def reached_minimum(self, start: Boxes, level: float) -> int | None:
         """Return a minimum that is joined to a box by a path in {U < level}, proved.
@@ -71,29 +80,67 @@ class Landscape:
 def descent(form: TrigonometricForm, start: Array, domain: Boxes) -> Array:
     """Descend from a point by short Newton steps, away from saddles, shape (vertices, 3).
 
-    The descent ends where it leaves the domain or finds no lower point. Nothing is proved.
+    Where a guard jumps, a step ends at its angle; the next one goes along it if the guard can hold
+    θ2 there. The descent ends where it leaves the domain or finds no lower point. Nothing is
+    proved.
     """
     Theta, vertices = start, [start]
-    value, gradient, hessian = _derivatives(form, Theta)
+    value = form.value(Theta[np.newaxis])[0]
     for _ in range(MAX_STEPS):
-        size, directions = np.linalg.eigh(hessian)
-        size = np.maximum(np.abs(size), MIN_CURVATURE_FRACTION * np.abs(size).max())
-        step = -directions @ ((directions.T @ gradient) / size)
+        kink = kink_at(form.guard, float(Theta[1]))
+        step = _newton_step(form, Theta) if kink is None else _step_from_kink(form, kink, Theta)
         length = float(np.abs(step).max())
         step *= min(1.0, MAX_STEP / length) if length > 0 else 0.0
         for _ in range(MAX_HALVINGS):
-            lower = form.value((Theta + step)[np.newaxis])[0] < value
+            end = _until_kink(form, Theta, Theta + step)
+            reached = form.value(end[np.newaxis])[0]
+            lower = reached < value
             if lower:
                 break
             step = 0.5 * step
         if not lower:
             break
-        Theta = Theta + step
+        Theta, value = end, reached
         vertices.append(Theta)
         if np.any(domain.low[0] > Theta) or np.any(domain.high[0] < Theta):
             break
-        value, gradient, hessian = _derivatives(form, Theta)
     return np.array(vertices)
+
+
+def _newton_step(form: TrigonometricForm, Theta: Array, axes: Sequence[int] = (0, 1, 2)) -> Array:
+    """Return a step down along some axes, by the sizes of the curvatures."""
+    _, gradient, hessian = form.approximate(Theta[np.newaxis], 2)
+    chosen = np.array(axes)
+    size, directions = np.linalg.eigh(hessian[0][np.ix_(chosen, chosen)])
+    size = np.maximum(np.abs(size), MIN_CURVATURE_FRACTION * np.abs(size).max())
+    step = np.zeros(3)
+    step[chosen] = -directions @ ((directions.T @ gradient[0][chosen]) / size)
+    return step
+
+
+def _step_from_kink(form: TrigonometricForm, kink: Kink, Theta: Array) -> Array:
+    """Return a step from an angle at which a guard jumps: along it, or to one of its sides."""
+    smooth = kink.smooth(form)
+    slope = smooth.approximate(Theta[np.newaxis], 1)[1][0, 1]
+    along = _newton_step(smooth, Theta, (0, 2))
+    if kink.holds(slope):
+        return along
+    # A step beyond the guard is one of the energy with its slope there.
+    outwards = -kink.side * slope > 0
+    beyond = replace(smooth, linear=smooth.linear + kink.slope_beyond) if outwards else smooth
+    step = _newton_step(beyond, Theta)
+    # The other two angles may turn a step towards the side that is not meant.
+    return step if (kink.side * step[1] > 0) == outwards else along
+
+
+def _until_kink(form: TrigonometricForm, begin: Array, end: Array) -> Array:
+    """Return the end of a step, or the first point of it at which a guard jumps."""
+    for kink in kinks_of(form.guard):
+        starts_there = kink_at(form.guard, float(begin[1])) == kink
+        if not starts_there and (begin[1] - kink.angle) * (end[1] - kink.angle) < 0:
+            end = begin + (kink.angle - begin[1]) / (end[1] - begin[1]) * (end - begin)
+            end[1] = kink.angle
+    return end
 
 
 @np.errstate(all="ignore")  # comparisons with NaN are false
@@ -142,9 +189,14 @@ def _all_below(form: TrigonometricForm, boxes: Boxes, level: float) -> bool:
 
 
 def _upper(form: TrigonometricForm, boxes: Boxes) -> Array:
+    """Bound U from above over boxes.
+
+    θ2 of a stop is rounded: a way along it lies a little beyond, or inside. So the boxes are a
+    little wider there, and contain the same way at the exact θ2.
+    """
+    if form.guard is not None and form.guard.stop is not None:
+        margin = np.array([0.0, STOP_MARGIN, 0.0])
+        boxes = Boxes(boxes.low - margin, boxes.high + margin)
     return upper_bounds(enclosure(form, boxes))
 
 
-def _derivatives(form: TrigonometricForm, Theta: Array) -> tuple[float, Array, Array]:
-    value, gradient, hessian = form.approximate(Theta[np.newaxis], 2)
-    return float(value[0]), gradient[0], hessian[0]

@@ -14,7 +14,8 @@ from typing import Any
 from flint import arb, arb_mat
 
 from rbstab.analysis.proof_check.boxes import AXES, Box
-from rbstab.analysis.proof_check.energy import Energy, barrier, symmetric
+from rbstab.analysis.proof_check.energy import Energy, symmetric
+from rbstab.analysis.proof_check.guards import barrier
 from rbstab.analysis.proof_check.trigonometric import (
     Axes,
     Ball,

@@ -17,7 +17,8 @@ from support.systems import VARIANTS
 from rbstab.analysis.proof.boxes import Boxes, box_around
 from rbstab.analysis.proof.box_bounds import Enclosure, inverses
 from rbstab.analysis.proof.enclosure import enclosure
-from rbstab.analysis.proof.guard import Guard
+from rbstab.analysis.proof.guards.barrier import BarrierEnergy
+from rbstab.analysis.proof.guards.guard import Guard
 from rbstab.analysis.proof.least_value import lower_bounds, upper_bounds
 from rbstab.analysis.proof.reduced_energy import reduced_energy
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
@@ -64,12 +65,12 @@ def random_angles(rng, count):
 @pytest.mark.parametrize("stiffness", [1.0, 0.1, 7e5, 1e-9])
 def test_bounds_at_angles_contain_the_closed_forms_and_are_tight(stiffness):
     angles = random_angles(np.random.default_rng(1), 100)
-    low, high = Guard(stiffness).at(angles, 3)
+    low, high = BarrierEnergy(stiffness).at(angles, 3)
     for n, angle in enumerate(angles.tolist()):
         for order, value in enumerate(exact(stiffness, angle)):
             assert arb(float(low[order, n])) <= value <= arb(float(high[order, n]))
     assert np.all(high - low <= 2e-15 * np.abs(low) + 1e-300)
-    near = Guard(stiffness).approximate(angles, 3)
+    near = BarrierEnergy(stiffness).approximate(angles, 3)
     assert np.all(np.abs(near - low) <= 1e-3 * np.abs(low))
     inner = np.abs(angles) < 1.5
     assert np.all(np.abs(near - low)[:, inner] <= 1e-12 * np.abs(low)[:, inner])
@@ -78,7 +79,7 @@ def test_bounds_at_angles_contain_the_closed_forms_and_are_tight(stiffness):
 def test_each_number_that_rounds_to_the_stiffness_is_covered():
     """1 ± 2⁻⁵³ are the farthest numbers that round to 1; rounding the results is not enough."""
     angles = random_angles(np.random.default_rng(2), 200)
-    low, high = Guard(1.0).at(angles, 3)
+    low, high = BarrierEnergy(1.0).at(angles, 3)
     above, below = 1 + arb(2) ** -53, 1 - arb(2) ** -54
     for n, angle in enumerate(angles.tolist()):
         for order, value in enumerate(exact(1.0, angle)):
@@ -93,7 +94,7 @@ def test_energy_and_slope_are_those_of_the_element(angle):
     Theta = np.array([arb("0.1"), arb(angle), arb(-2)], dtype=object)
     motion = Motion(Theta, nothing, nothing, nothing, unit, unit, nothing, nothing)
     element = Barrier(name="range", stiffness=arb(3), outer_stiffness=arb(0))
-    low, high = Guard(3.0).at(np.array([angle]), 1)
+    low, high = BarrierEnergy(3.0).at(np.array([angle]), 1)
     values = [element.stored(motion, nothing), -element.wrench(motion, nothing).couple[1]]
     for order, value in enumerate(values):
         assert arb(float(low[order, 0])) <= value <= arb(float(high[order, 0]))
@@ -104,7 +105,7 @@ def test_energy_and_slope_are_those_of_the_element(angle):
 def test_bounds_over_an_interval_hold_inside_and_are_attained(seed):
     rng = np.random.default_rng(seed)
     ends = np.sort(random_angles(rng, 2))
-    low, high = Guard(2.0).over(ends[:1], ends[1:])
+    low, high = BarrierEnergy(2.0).over(ends[:1], ends[1:])
     inside = np.concatenate([ends, rng.uniform(ends[0], ends[1], 40), np.clip([0.0], *ends)])
     values = closed_forms(2.0, inside)
     slack = 1e-14 * np.abs(values)
@@ -116,12 +117,12 @@ def test_bounds_over_an_interval_hold_inside_and_are_attained(seed):
 
 @pytest.mark.parametrize("high", [np.nextafter(np.pi / 2, 2), 2.0, 5.0])
 def test_nothing_is_bounded_where_an_interval_reaches_the_end(high):
-    low, most = Guard(2.0).over(np.array([1.0]), np.array([high]))
+    low, most = BarrierEnergy(2.0).over(np.array([1.0]), np.array([high]))
     assert np.all(most == np.inf)
     least = closed_forms(2.0, np.array([1.0]))
     assert np.all(low <= least)
     system = random_rest_system(np.random.default_rng(3), "permanent")
-    form = replace(reduced_energy(system).form, guard=Guard(2.0))
+    form = replace(reduced_energy(system).form, guard=Guard(BarrierEnergy(2.0)))
     box = Boxes(np.array([[-0.1, 1.0, -0.1]]), np.array([[0.1, high, 0.1]]))
     with np.errstate(all="ignore"):
         found = enclosure(form, box)
@@ -135,7 +136,7 @@ def test_nothing_is_bounded_where_an_interval_reaches_the_end(high):
 @pytest.mark.parametrize("stiffness", [1e4, 10.0, 1e-3, 1e-12])
 @pytest.mark.parametrize("slope", [0.1, 3000.0])
 def test_beyond_the_end_the_slope_is_larger(stiffness, slope):
-    end = Guard(stiffness).end_beyond(slope)
+    end = BarrierEnergy(stiffness).end_beyond(slope)
     assert end is not None
     for angle in np.linspace(end, np.pi / 2, 30).tolist():
         assert exact(stiffness, angle)[1] > slope
@@ -144,13 +145,13 @@ def test_beyond_the_end_the_slope_is_larger(stiffness, slope):
 
 
 def test_a_barrier_that_no_double_shows_has_no_end():
-    assert Guard(1e-60).end_beyond(1.0) is None
+    assert BarrierEnergy(1e-60).end_beyond(1.0) is None
 
 
 def guarded_form(rng):
     """Return a random energy with a barrier, and the same without it."""
     bare = reduced_energy(random_rest_system(rng, rng.choice(VARIANTS))).form
-    return replace(bare, guard=Guard(10.0 ** rng.uniform(-2, 3))), bare
+    return replace(bare, guard=Guard(BarrierEnergy(10.0 ** rng.uniform(-2, 3)))), bare
 
 
 def random_boxes(rng, count):
@@ -166,7 +167,7 @@ def random_boxes(rng, count):
 def derivatives(form, bare, Theta):
     """Return U, ∇U and H with the barrier by its closed forms."""
     found = bare.approximate(Theta, 2)
-    added = closed_forms(form.guard.stiffness, Theta[:, 1])
+    added = closed_forms(form.guard.barrier.stiffness, Theta[:, 1])
     found[0] = found[0] + added[0]
     found[1][:, 1] += added[1]
     found[2][:, 1, 1] += added[2]
@@ -199,8 +200,8 @@ def test_bounds_hold_everywhere_in_the_box(seed):
 def test_monotonic_boxes_near_the_end_may_be_wide():
     """The slope of the barrier is large there, and Taylor's theorem alone would need thin boxes."""
     form, _ = guarded_form(np.random.default_rng(5))
-    form = replace(form, guard=Guard(10.0))
-    end = form.guard.end_beyond(1e6)
+    form = replace(form, guard=Guard(BarrierEnergy(10.0)))
+    end = form.guard.barrier.end_beyond(1e6)
     box = Boxes(np.array([[-3.0, end, -3.0]]), np.array([[3.0, 1.5707, 3.0]]))
     found = enclosure(form, box)
     assert found.monotonic[0]
@@ -213,7 +214,7 @@ def test_rigorous_values_contain_the_closed_forms():
     form, bare = guarded_form(rng)
     Theta = np.stack([rng.uniform(-3, 3, 20), random_angles(rng, 20), rng.uniform(-3, 3, 20)], 1)
     found, without = form.rigorous(Theta, 2), bare.rigorous(Theta, 2)
-    added = closed_forms(form.guard.stiffness, Theta[:, 1])
+    added = closed_forms(form.guard.barrier.stiffness, Theta[:, 1])
     for order, place in enumerate(PLACES):
         difference = found[order].values[place] - without[order].values[place]
         error = found[order].error[place[1:]]
@@ -226,7 +227,7 @@ def test_rigorous_values_contain_the_closed_forms():
 def test_what_is_rounded_at_a_centre_is_in_the_errors():
     """Without any other energy, U is that of the barrier, whose exact value is no double."""
     angles = random_angles(np.random.default_rng(8), 50)
-    form = TrigonometricForm(np.zeros((3, 3)), np.zeros(3), np.zeros((1, 1, 1)), guard=Guard(3.0))
+    form = TrigonometricForm(np.zeros((3, 3)), np.zeros(3), np.zeros((1, 1, 1)), guard=Guard(BarrierEnergy(3.0)))
     Theta = np.stack([angles, angles, angles], 1)
     found = enclosure(form, Boxes(Theta, Theta))
     parts = [

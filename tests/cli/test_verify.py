@@ -144,13 +144,14 @@ def test_several_files(proof: Path, rbstab: Invoke) -> None:
 
 
 def test_a_file_that_claims_nothing_is_not_counted(proof: Path, rbstab: Invoke) -> None:
-    element = "{kind: guard, method: stiff, soft_angle: 1.2, stiffness: 100}"
+    load = "quantity: force, point: [0, 0, 0], direction: [1, 0, 0], amplitude: 1"
+    element = f"{{kind: input, {load}, signal: {{kind: constant}}}}"
     text = Path("good.yaml").read_text().replace("title:", "schema_version: 2\ntitle:")
-    Path("guarded.yaml").write_text(f"{text}elements: {{range: {element}}}\n")
+    Path("guarded.yaml").write_text(f"{text}elements: {{load: {element}}}\n")
     assert rbstab("run", "guarded.yaml", "--prove").exit_code == 0
     done = rbstab("verify", "results")
     assert done.exit_code == 0
-    assert ".json: claims nothing: an element switches" in done.stdout
+    assert ".json: claims nothing: an input supplies power" in done.stdout
     assert done.stdout.splitlines()[-1] == "results: 1 of 1 proofs verified; 1 file claims nothing"
 
 

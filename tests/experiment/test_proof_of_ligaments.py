@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.config_elements import CONTROLLER, STRUT, TIE, UPRIGHT, config_data
+from support.sliding_ties import tie
 
 import rbstab
 from rbstab.analysis.exact import decimal_balls, in_balls
@@ -194,12 +195,23 @@ def test_of_a_held_body_springs_and_ligaments_are_proved_together():
     assert proof.reduced_energy.ligaments is not None
 
 
-@pytest.mark.parametrize(
-    "other", [{"kind": "guard", "method": "stiff", "stiffness": 10.0, "soft_angle": 1.2}]
-)
-def test_beside_another_element_that_switches_nothing_is_proved(other):
-    proof = prove(config_data({"band": BAND, "other": other}))
+def test_beside_a_sliding_tie_nothing_is_proved():
+    proof = prove(config_data({"band": BAND, "tie": tie()}))
     assert proof.outcome.startswith("an element switches")
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("controller", [PERMANENT, CONTROLLER], ids=["held", "free"])
+def test_a_soft_guard_beside_a_ligament_is_proved(controller):
+    """It acts where the ligament alone would have the body rest."""
+    alone = prove(config_data({"band": BAND}, controller)).states[0].orientation[1]
+    soft = {"kind": "guard", "method": "repelling", "couple": 50.0, "soft_angle": 0.5 * abs(alone)}
+    config = load_config(config_data({"band": BAND, "range": soft}, controller))
+    proof = prove(config)
+    assert proof.unique
+    assert proof.states[0].held
+    assert abs(proof.states[0].orientation[1]) == soft["soft_angle"]
+    assert verify(proof, config).verified
 
 
 def test_no_tolerances_of_bodies_and_no_soft_guards_beside_ligaments():

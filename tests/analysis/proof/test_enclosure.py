@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from support.rest import random_rest_system
 from support.systems import VARIANTS
 
-from rbstab.analysis.proof.boxes import Boxes
 from rbstab.analysis.proof.box_bounds import Enclosure, inverses
+from rbstab.analysis.proof.boxes import Boxes
 from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.reduced_energy import reduced_energy
 from rbstab.analysis.proof.trigonometric import TrigonometricForm

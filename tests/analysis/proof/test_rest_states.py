@@ -214,7 +214,7 @@ def test_a_point_of_the_search_that_is_no_rest_state_is_left_out(monkeypatch):
     """All zeros are proved to be known, so a further point of the search cannot be one."""
     module = sys.modules[rest_states.__module__]
     spurious = np.array([[0.0, 0.0, 0.0], [0.5, 0.4, 0.3]])
-    monkeypatch.setattr(module, "search", lambda _form, _seed, end: spurious)
+    monkeypatch.setattr(module, "search", lambda *_arguments, **_end: spurious)
     found = rest_states(paper_system("permanent"))
     assert found.proved
     assert found.unique is True

@@ -11,8 +11,8 @@ from typing import Protocol
 
 import numpy as np
 
-from rbstab.analysis.proof.boxes import RANGE_END, Boxes, joined, no_boxes, whole_range
 from rbstab.analysis.proof.box_bounds import Enclosure, inverses
+from rbstab.analysis.proof.boxes import RANGE_END, Boxes, joined, no_boxes, whole_range
 from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.guards.bounds import KinkedEnclosure
 from rbstab.analysis.proof.guards.kinks import (

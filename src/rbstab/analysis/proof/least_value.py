@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rbstab.analysis.proof.boxes import ROUNDING_FACTOR, Boxes, joined
 from rbstab.analysis.proof.box_bounds import Enclosure
+from rbstab.analysis.proof.boxes import ROUNDING_FACTOR, Boxes, joined
 from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.guards.bounds import GuardedEnclosure, KinkedEnclosure
+from rbstab.analysis.proof.guards.kinks import kinks_of
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array
 
@@ -135,7 +136,22 @@ def _drop_by_curvature(enclosed: Enclosure) -> Array:
 
 
 def local_minimum(form: TrigonometricForm, box: Boxes, start: Array) -> tuple[float, Array]:
-    """Return U and Θ near a local minimum in the box, by a descent from a point in it."""
+    """Return U and Θ near a local minimum in the box, by a descent from a point in it.
+
+    Where a guard jumps, U is not smooth: the descent goes on along its angle.
+    """
+    value, Theta = _smooth_minimum(form, box, start)
+    for kink in kinks_of(form.guard):
+        if box.low[0, 1] < kink.angle < box.high[0, 1]:
+            flat = Boxes(box.low.copy(), box.high.copy())
+            flat.low[0, 1] = flat.high[0, 1] = kink.angle
+            along = np.array([Theta[0], kink.angle, Theta[2]])
+            held = _smooth_minimum(form, flat, along)
+            value, Theta = min((value, Theta), held, key=lambda pair: pair[0])
+    return value, Theta
+
+
+def _smooth_minimum(form: TrigonometricForm, box: Boxes, start: Array) -> tuple[float, Array]:
     from scipy.optimize import minimize  # imported late: a search without a proof does not need it
 
     def value_and_gradient(Theta: Array) -> tuple[float, Array]:

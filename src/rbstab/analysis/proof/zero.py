@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rbstab.analysis.proof.boxes import Boxes, box_around, joined
 from rbstab.analysis.proof.box_bounds import inverses
+from rbstab.analysis.proof.boxes import Boxes, box_around, joined
 from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array

@@ -124,7 +124,7 @@ def _lines(U: Energy) -> list[Finding]:
 
 
 def _every_start(U: Energy, claims: Mapping[str, Any], found: Sequence[Finding]) -> Finding:
-    """Check that a barrier or a stop closes the range, and one rest state, a minimum: theorem 10."""
+    """Check theorem 10: a barrier or a stop closes the range, with one rest state, a minimum."""
     states = proved_states(claims)
     single = bool(claims["proved"]) and len(claims["states"]) == len(states) == 1
     single = (

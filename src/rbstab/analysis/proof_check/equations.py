@@ -89,7 +89,7 @@ def _guards_agree(guards: Sequence[SwitchingGuard], system: System) -> bool:
     for begin, after in pairwise([*(one for one in begins if one < end), end]):
         for share in GUARD_SHARES:
             angle = begin + share * (after - begin)
-            if not (begin < angle and angle < after):
+            if not (begin < angle < after):
                 continue  # two guards with one angle
             for pitch in (angle, -angle):
                 energy = sum((_stated_energy(one, pitch) for one in soft), arb(0))

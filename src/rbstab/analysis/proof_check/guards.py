@@ -67,7 +67,7 @@ class SwitchingGuard:
 
     def jumps(self, angle: Ball) -> bool:
         """Return whether the slope may jump in a ball of θ2."""
-        return (self.couple is None or not self.couple == 0) and self.touched(angle)
+        return (self.couple is None or self.couple != 0) and self.touched(angle)
 
     def _beyond(self, angle: Ball) -> Ball:
         """Return the slopes for a ball of θ2 that come from θ2 > θ_s."""

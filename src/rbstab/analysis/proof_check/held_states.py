@@ -78,14 +78,14 @@ def held_unique(U: Energy, state: RestState, box: Box) -> bool:
 
 
 def _holder(U: Energy, box: Box) -> Holder | None:
-    """Return the only guard whose slope jumps in the enclosure of a rest state; None without one."""
+    """Return the only guard whose slope jumps in an enclosure; None without one."""
     pitch = arb(box[1][0]).union(arb(box[1][1]))
     jumping = [one for one in U.guards if one.jumps(pitch)]
     if len(jumping) != 1:
         return None
     side = 1 if pitch > 0 else -1
     angle, (low, high) = side * jumping[0].angle, box[1]
-    return Holder(jumping[0], side) if arb(low) < angle and angle < arb(high) else None
+    return Holder(jumping[0], side) if arb(low) < angle < arb(high) else None
 
 
 def _exists(plane: Taylor, box: Box) -> bool:

@@ -59,7 +59,9 @@ def _fault(U: Energy, state: RestState, range_: Range) -> str | None:
 
 def domain(U: Energy, state: RestState) -> Box:
     """Return a large box about an enclosure in which there is no other rest state."""
-    unique = partial(held_unique, U, state) if state.held else lambda box: _is_unique(Taylor(U, box))
+    unique = (
+        partial(held_unique, U, state) if state.held else lambda box: _is_unique(Taylor(U, box))
+    )
     radius = 2.0
     while radius > 1e-12:
         wide: Box = tuple((low - radius, high + radius) for low, high in state.enclosure)

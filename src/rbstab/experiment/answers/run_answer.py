@@ -217,13 +217,13 @@ def _whole_range(
     if line.verdict == Verdict.CERTIFIED:
         if found is not None and found.bound == math.inf:
             return Answer(Sureness.PROVED, EVERY_START)
-        keeps = f"that stays in the range, and away from θ2 = ±π/2,"
+        keeps = "that stays in the range, and away from θ2 = ±π/2,"
         if proof is not None and proof.kept_by:
             keeps = f"that stays in the range, which {proof.kept_by} keeps away from θ2 = ±π/2,"
             if proof.tied_energy is not None:
                 keeps = f"{keeps} and away from springs without length,"
         elif proof is not None and proof.tied_energy is not None:
-            keeps = f"that stays in the range, away from θ2 = ±π/2 and from springs without length,"
+            keeps = "that stays in the range, away from θ2 = ±π/2 and from springs without length,"
         return Answer(Sureness.PROVED, f"every motion {keeps} converges to the only rest state")
     if line.verdict == Verdict.VIOLATED:
         return Answer(Sureness.FALSE, _counterexample(int(line.value), proof))

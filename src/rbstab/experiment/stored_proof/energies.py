@@ -238,9 +238,7 @@ def _stiffness(guard: "Guard | None") -> float | None:
 def _soft_guards(guard: "Guard") -> Iterator[ProvedGuard]:
     for one in guard.soft:
         if not one.is_stop:
-            yield ProvedGuard(
-                couple=one.couple, stiffness=one.stiffness, soft_angle=one.angle
-            )
+            yield ProvedGuard(couple=one.couple, stiffness=one.stiffness, soft_angle=one.angle)
 
 
 def _position_of(free: "FreeLigaments") -> ProvedPosition:

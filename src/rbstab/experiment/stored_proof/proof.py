@@ -236,7 +236,7 @@ class Proof(ProvedStates):
 
     @property
     def every_start(self) -> bool:
-        """Whether every motion from |θ2| < π/2, or up to a stop, converges to the one rest state."""
+        """Whether every motion from |θ2| < π/2 (up to a stop) converges to the one rest state."""
         wide = self.unwrapped
         return self.kept_by is not None and wide is not None and wide.every_start is True
 

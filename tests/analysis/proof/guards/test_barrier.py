@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from support.rest import random_rest_system
 from support.systems import VARIANTS
 
-from rbstab.analysis.proof.boxes import Boxes, box_around
 from rbstab.analysis.proof.box_bounds import Enclosure, inverses
+from rbstab.analysis.proof.boxes import Boxes, box_around
 from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.guards.barrier import BarrierEnergy
 from rbstab.analysis.proof.guards.guard import Guard
@@ -227,7 +227,9 @@ def test_rigorous_values_contain_the_closed_forms():
 def test_what_is_rounded_at_a_centre_is_in_the_errors():
     """Without any other energy, U is that of the barrier, whose exact value is no double."""
     angles = random_angles(np.random.default_rng(8), 50)
-    form = TrigonometricForm(np.zeros((3, 3)), np.zeros(3), np.zeros((1, 1, 1)), guard=Guard(BarrierEnergy(3.0)))
+    form = TrigonometricForm(
+        np.zeros((3, 3)), np.zeros(3), np.zeros((1, 1, 1)), guard=Guard(BarrierEnergy(3.0))
+    )
     Theta = np.stack([angles, angles, angles], 1)
     found = enclosure(form, Boxes(Theta, Theta))
     parts = [

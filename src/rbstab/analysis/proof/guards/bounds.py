@@ -205,9 +205,7 @@ def _plus(values: Array, error: Array, low: Array, high: Array) -> tuple[Array, 
     return total, wider * ROUNDING_FACTOR + np.finfo(float).tiny
 
 
-def _plus_middle(
-    values: Array, error: Array, bounds: tuple[Array, Array]
-) -> tuple[Array, Array]:
+def _plus_middle(values: Array, error: Array, bounds: tuple[Array, Array]) -> tuple[Array, Array]:
     """Do the same for bounds that are wide: the middle is added; without a bound nothing is."""
     low, high = bounds
     finite = np.isfinite(low) & np.isfinite(high)

@@ -198,5 +198,3 @@ def _upper(form: TrigonometricForm, boxes: Boxes) -> Array:
         margin = np.array([0.0, STOP_MARGIN, 0.0])
         boxes = Boxes(boxes.low - margin, boxes.high + margin)
     return upper_bounds(enclosure(form, boxes))
-
-

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.analysis.proof.boxes import ROUNDING_FACTOR, Boxes, box_around, joined
 from rbstab.analysis.proof.box_bounds import Enclosure
+from rbstab.analysis.proof.boxes import ROUNDING_FACTOR, Boxes, box_around, joined
 from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.index import negative_eigenvalues
 from rbstab.analysis.proof.robust.family import FormFamily

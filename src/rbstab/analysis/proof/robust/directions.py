@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rbstab.analysis.proof.boxes import ROUNDING_FACTOR, Boxes
 from rbstab.analysis.proof.box_bounds import Enclosure, inverses
+from rbstab.analysis.proof.boxes import ROUNDING_FACTOR, Boxes
 from rbstab.analysis.proof.robust.convexity import isolated_minimum
 from rbstab.analysis.proof.robust.family import FormFamily
 from rbstab.analysis.proof.zero import Zero, isolated_zero

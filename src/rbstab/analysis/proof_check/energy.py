@@ -274,7 +274,8 @@ class Taylor:
             return
         self.bare, self.added = copy.copy(self), (arb(0), arb(0))
         if U.stiffness is not None:
-            self.added = barrier(U.stiffness, whole[1])[:2]
+            energy, slope, *_ = barrier(U.stiffness, whole[1])
+            self.added = (energy, slope)
             at_centre = U.with_barrier(at_centre, centre[1])
             self._expand(at_centre, U.with_barrier(third, whole[1]))
         jumping = [one for one in guards if one.jumps(whole[1])]

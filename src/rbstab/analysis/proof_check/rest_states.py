@@ -1,7 +1,7 @@
 """Check that each enclosure of a proof contains exactly one rest state, and with which index."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cache, partial
+from functools import cache
 from itertools import combinations
 from typing import Any
 
@@ -59,9 +59,10 @@ def _fault(U: Energy, state: RestState, range_: Range) -> str | None:
 
 def domain(U: Energy, state: RestState) -> Box:
     """Return a large box about an enclosure in which there is no other rest state."""
-    unique = (
-        partial(held_unique, U, state) if state.held else lambda box: _is_unique(Taylor(U, box))
-    )
+
+    def unique(box: Box) -> bool:
+        return held_unique(U, state, box) if state.held else _is_unique(Taylor(U, box))
+
     radius = 2.0
     while radius > 1e-12:
         wide: Box = tuple((low - radius, high + radius) for low, high in state.enclosure)

@@ -24,12 +24,14 @@ seeds = st.integers(0, 2**32)
 STOP = SoftEnergy(np.inf, 0.0, 0.9)
 
 
+def random_soft(rng):
+    couple, stiffness = 10.0 ** rng.uniform(0, 3, 2) * (rng.random(2) < 0.7)
+    return SoftEnergy(couple, stiffness, rng.uniform(0.2, 0.8))
+
+
 def random_guard(rng):
     """Return one to three soft guards, perhaps with a barrier or a stop."""
-    soft = [
-        SoftEnergy(*(10.0 ** rng.uniform(0, 3, 2) * (rng.random(2) < 0.7)), rng.uniform(0.2, 0.8))
-        for _ in range(rng.integers(1, 4))
-    ]
+    soft = [random_soft(rng) for _ in range(rng.integers(1, 4))]
     barrier = BarrierEnergy(10.0 ** rng.uniform(-1, 2)) if rng.random() < 0.3 else None
     if rng.random() < 0.3:
         soft.append(STOP)

@@ -11,6 +11,7 @@ from rbstab.analysis.proof.branch_and_bound import SearchOutcome, prove
 from rbstab.analysis.proof.guards.barrier import BarrierEnergy
 from rbstab.analysis.proof.guards.guard import Guard
 from rbstab.analysis.proof.guards.kinks import (
+    Kink,
     isolated_kink_zero,
     kink_at,
     kink_index,
@@ -25,6 +26,12 @@ CENTRE = np.array([0.3, 0.7, -0.2])
 
 def soft(couple=0.0, stiffness=0.0, angle=0.5):
     return SoftEnergy(couple, stiffness, angle)
+
+
+def the_kink(form, pitch):
+    found = kink_at(form.guard, pitch)
+    assert found is not None
+    return found
 
 
 def proved(form, end=(2.0, 1.5, 2.0)):
@@ -82,7 +89,7 @@ def test_the_index_counts_directions_along_the_kink():
     for weights, index in (((1, 1, 2), 0), ((-1, 1, 2), 1), ((-1, 1, -2), 2)):
         form = parabola_with(Guard(None, (soft(couple=50.0),)), CENTRE, weights)
         (zero,) = proved(form).inside
-        kink = kink_at(form.guard, float(zero.Theta[1]))
+        kink = the_kink(form, float(zero.Theta[1]))
         assert kink_index(form, kink, zero.enclosure) == index
 
 
@@ -90,7 +97,7 @@ def test_a_kink_without_a_couple_is_none():
     guard = Guard(BarrierEnergy(1.0), (soft(stiffness=3.0), soft(couple=1.0, angle=0.8)))
     assert [kink.angle for kink in kinks_of(guard)] == [-0.8, 0.8]
     assert kink_at(guard, 0.5) is None
-    assert kink_at(guard, -0.8).side == -1
+    assert Kink(-1, guard.soft[1]) == kink_at(guard, -0.8)
     assert kinks_of(None) == []
 
 
@@ -103,7 +110,7 @@ def test_a_kink_beyond_a_stop_is_none():
 def test_a_guard_whose_couple_is_just_used_up_is_not_decided(couple):
     """-∂F/∂θ2 = 0.2 at the kink: with K = 0.2, rest states of both kinds meet there."""
     form = parabola_with(Guard(None, (soft(couple=couple),)), CENTRE)
-    kink = kink_at(form.guard, 0.5)
+    kink = the_kink(form, 0.5)
     assert isolated_kink_zero(form, kink, np.array([0.3, 0.5, -0.2])) is None
     assert proved(form).outcome is SearchOutcome.UNDECIDED
 
@@ -125,9 +132,9 @@ def test_a_rest_state_at_the_angle_of_a_stiff_guard_is_isolated():
 
 def test_newton_does_not_converge_where_the_guard_cannot_hold():
     form = parabola_with(Guard(None, (soft(couple=0.1),)), CENTRE)
-    kink = kink_at(form.guard, 0.5)
+    kink = the_kink(form, 0.5)
     Theta, last = newton_at_kink(form, kink, np.zeros((1, 3)))
     np.testing.assert_allclose(Theta, [[0.3, 0.5, -0.2]])
     assert last[0] == np.inf
-    kink = kink_at(form.guard, -0.5)
+    kink = the_kink(form, -0.5)
     assert newton_at_kink(form, kink, np.zeros((1, 3)))[1][0] == np.inf

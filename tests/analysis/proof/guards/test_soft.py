@@ -3,6 +3,8 @@
 They are held against the energies and slopes that the elements state, in balls of many bits.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from flint import arb, ctx
@@ -14,12 +16,12 @@ from rbstab.analysis.exact import decimals
 from rbstab.analysis.proof.guards.separate import NotInProofsError, guard_of, guards_apart
 from rbstab.analysis.proof.guards.soft import SoftEnergy, soft_energies
 from rbstab.elements.guards.barrier import Barrier
-from rbstab.elements.guards.soft_guards import RepellingGuard, StiffGuard
+from rbstab.elements.guards.soft_guards import RepellingGuard, SoftGuard, StiffGuard
 from rbstab.elements.guards.stop import Stop
 
 seeds = st.integers(0, 2**32)
 
-NAMES = {StiffGuard: "stiffness", RepellingGuard: "couple"}
+NAMES: dict[type[SoftGuard], str] = {StiffGuard: "stiffness", RepellingGuard: "couple"}
 KINDS = list(NAMES)
 
 
@@ -131,6 +133,7 @@ def test_each_number_that_rounds_to_the_angle_is_covered():
 
 def test_a_stop_allows_any_couple_and_adds_no_energy():
     guard = guard_of([Stop(name="end", angle=number(0.7), restitution=number(0.5))])
+    assert guard is not None
     assert guard.closed
     assert guard.stop == 0.7
     assert guard.end > 0.7
@@ -153,14 +156,13 @@ def test_guards_beyond_a_stop_never_act():
     ]
     guards = [element(StiffGuard, 5.0, angle) for angle in (0.4, 0.5, 0.55)]
     found = guard_of([*guards, *stops])
+    assert found is not None
     assert [one.angle for one in found.soft] == [0.4, 0.5]
     assert found.stop == 0.5
 
 
 def test_guards_are_taken_apart_and_others_stay():
     system = system_of("permanent")
-    from dataclasses import replace
-
     guard = element(StiffGuard, 5.0, 0.3)
     barrier = Barrier(name="b", stiffness=number(1.0), outer_stiffness=number(0.0))
     joined = replace(system, elements=(guard, *system.elements, barrier))

@@ -79,8 +79,8 @@ class KinkedEnclosure(GuardedEnclosure):
         """Return the bounds on -U."""
         found = super().negated()
         assert isinstance(found, KinkedEnclosure)
-        lines = {"below": -self.above, "above": -self.below}
-        return replace(found, smooth=self.smooth.negated(), **lines)
+        smooth = self.smooth.negated()
+        return replace(found, smooth=smooth, below=-self.above, above=-self.below)
 
     @property
     def supported(self) -> Enclosure:
@@ -91,16 +91,13 @@ class KinkedEnclosure(GuardedEnclosure):
         error = np.broadcast_to(smooth.gradient_error, gradient.shape).copy()
         error[:, 1] += SUM_ERROR * (np.abs(gradient[:, 1]) + np.abs(line[:, 1]))
         value_error = smooth.value_error + SUM_ERROR * (np.abs(value) + np.abs(line[:, 0]))
-        hessian_error = np.broadcast_to(smooth.hessian_error, smooth.hessian.shape)
-        return Enclosure(
-            smooth.radius,
-            value,
-            value_error,
-            gradient,
-            error,
-            smooth.hessian,
-            hessian_error,
-            smooth.third,
+        return replace(
+            smooth,
+            value=value,
+            value_error=value_error,
+            gradient=gradient,
+            gradient_error=error,
+            hessian_error=np.broadcast_to(smooth.hessian_error, smooth.hessian.shape),
         )
 
     @property
@@ -123,28 +120,22 @@ def guarded(bare: Enclosure, guard: Guard, boxes: Boxes) -> GuardedEnclosure:
         whole = _with_soft(whole, part, pitch)
         if part.couple == 0:
             smooth = _with_soft(smooth, part, pitch)
-    over = {
-        "bare": bare,
-        "energy": np.stack([low[0], high[0]], axis=1),
-        "slope": np.stack([low[1], high[1]], axis=1),
-    }
-    bounds = (
-        whole.radius,
-        whole.value,
-        whole.value_error,
-        whole.gradient,
-        whole.gradient_error,
-        whole.hessian,
-        whole.hessian_error,
-        whole.third,
+    found = GuardedEnclosure(
+        **vars(whole),
+        bare=bare,
+        energy=np.stack([low[0], high[0]], axis=1),
+        slope=np.stack([low[1], high[1]], axis=1),
     )
     if not guard.jumps:
-        return GuardedEnclosure(*bounds, **over)
+        return found
     steep = smooth.gradient[:, 1]
-    below = sum((_line_below(one, pitch, steep) for one in guard.jumps), start=np.zeros((1, 2)))
-    above = sum((_line_above(one, pitch) for one in guard.jumps), start=np.zeros((1, 2)))
-    jumps = np.any([one.jumps(*pitch[:2]) for one in guard.jumps], axis=0)
-    return KinkedEnclosure(*bounds, **over, smooth=smooth, jumps=jumps, below=below, above=above)
+    return KinkedEnclosure(
+        **vars(found),
+        smooth=smooth,
+        jumps=np.any([one.jumps(*pitch[:2]) for one in guard.jumps], axis=0),
+        below=np.sum([_line_below(one, pitch, steep) for one in guard.jumps], axis=0),
+        above=np.sum([_line_above(one, pitch) for one in guard.jumps], axis=0),
+    )
 
 
 Pitch = tuple[Array, Array, Array]

@@ -28,7 +28,7 @@ class NotInProofsError(Exception):
 
 def guards_apart(system: System) -> tuple[System, list[Element]]:
     """Return a system without its guards of θ2, and the guards."""
-    guards = [element for element in system.elements if isinstance(element, GUARDS)]
+    guards: list[Element] = [one for one in system.elements if isinstance(one, GUARDS)]
     others = tuple(element for element in system.elements if not isinstance(element, GUARDS))
     return replace(system, elements=others), guards
 

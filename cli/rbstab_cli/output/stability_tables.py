@@ -11,6 +11,11 @@ if TYPE_CHECKING:
     from rbstab_cli.arguments.along import Along
     from rbstab_cli.output.stability_report import StabilityReport
 
+HELD = (
+    "held: a repelling guard or a stop holds θ2 at its angle. The kind is that along θ1 and θ3; "
+    "there are no modes, as the couple jumps there."
+)
+
 
 def print_stability_report(report: "StabilityReport") -> None:
     """Print the statements about one config, then the tables behind them."""
@@ -60,16 +65,21 @@ def _print_rest_states(stability: "Stability") -> None:
             "yes" if state.proved else "no",
         )
     print_table(table)
+    if any(state.held for state in stability.proof.states):
+        click.echo(f"{HELD}\n")
 
 
 def _print_modes(stability: "Stability") -> None:
-    """Print the modes of the lowest rest state, one row for each conjugate pair."""
+    """Print the modes of the lowest rest state, if it has any, one row for each conjugate pair."""
     from rbstab_cli.output.stability_report import mode_data
     from rbstab_cli.output.tables import add_row, new_table, number, print_table
 
+    modes = mode_data(stability.linearisations[0])
+    if not modes:
+        return
     numbers = ("λ [1/s]", "|λ| [rad/s]", "ζ", "τ [s]")
     table = new_table("mode", *numbers, "moves most", numbers=numbers)
-    for index, mode in enumerate(mode_data(stability.linearisations[0]), start=1):
+    for index, mode in enumerate(modes, start=1):
         real, imaginary = mode["eigenvalue"]
         conjugates = f" ± {imaginary:.4g}i" if imaginary else ""
         cells = (

@@ -112,8 +112,12 @@ def statements_of(proof: Proof) -> list[str]:
 
 
 def kind_of(state: ProvedState) -> str:
-    """Return the kind of a rest state: "stable" (an energy minimum), a saddle, or "maximum"."""
-    return {0: "stable", 3: "maximum"}.get(state.index, f"saddle, index {state.index}")
+    """Return the kind of a rest state: "stable" (an energy minimum), a saddle, or "maximum".
+
+    Where a guard holds θ2, it is that along θ1 and θ3.
+    """
+    kind = {0: "stable", 3: "maximum"}.get(state.index, f"saddle, index {state.index}")
+    return f"{kind}, held" if state.held else kind
 
 
 def _rest_state_sentences(proof: Proof) -> list[str]:

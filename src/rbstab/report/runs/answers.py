@@ -123,13 +123,17 @@ def _card(facts: RunFacts, sketch: Sketch | None) -> Card:
 def _margin(facts: RunFacts) -> str:
     """Return v(0) over the level c* of the certified region, or "" if no level is proved.
 
-    The start is inside the region where this is below 1. Above 1 nothing follows from it.
+    The start is inside the region where this is below 1. Above 1 nothing follows from it. Where
+    convergence is proved, the region is the one that proves it: perhaps that of all θ1 and θ3.
     """
+    start, found = facts.run.summary.lyapunov_start, facts.convergence
     region = None if facts.proof is None else facts.proof.region
-    start = facts.run.summary.lyapunov_start
-    if region is None or not region.lower_bound or not math.isfinite(start):
+    level = 0.0 if region is None else region.lower_bound
+    if found is not None and found.proved and found.bound is not None:
+        level = found.bound
+    if not 0.0 < level < math.inf or not math.isfinite(start):
         return ""
-    return f"{number(start / region.lower_bound)}"
+    return f"{number(start / level)}"
 
 
 def _statement(question: str, answer: Answer) -> Statement:

@@ -132,6 +132,8 @@ def _without(body: Body) -> Cell:
     proofs = [entry.proof for entry in body.bare if entry.proof is not None]
     if not body.bare:
         return Cell(NO_VALUE)
+    if any(proof.every_start for proof in proofs):
+        return Cell("every start converges: proved (a stop)", tone="good")
     if any(proof.globally_stable is False for proof in proofs):
         return Cell("false: proved", tone="bad")
     if any(map(_leaves, body.bare)):

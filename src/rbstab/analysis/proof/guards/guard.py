@@ -47,6 +47,11 @@ class Guard:
         """The guards at whose angles the slope of g jumps."""
         return tuple(one for one in self.soft if one.couple > 0)
 
+    @property
+    def without_barrier(self) -> "Guard | None":
+        """The guards but for the barrier; None if there is no other."""
+        return Guard(None, self.soft) if self.soft else None
+
     def without(self, jump: SoftEnergy) -> "Guard":
         """Return the guards without one of them."""
         soft = list(self.soft)

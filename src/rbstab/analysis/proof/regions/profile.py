@@ -22,7 +22,7 @@ OUTER = np.array([0, 2])
 
 @np.errstate(all="ignore")  # near ±π/2 the energy of a barrier overflows
 def least_along_pitch(form: TrigonometricForm, pitch: Array) -> Array:
-    """Return the least U over all real θ1 and θ3 for each θ2, J.
+    """Return the least U over all real θ1 and θ3 for each θ2, J; infinite beyond a stop.
 
     Args:
         form: U.
@@ -38,7 +38,10 @@ def least_along_pitch(form: TrigonometricForm, pitch: Array) -> Array:
     lowest = bare.value(Theta).reshape(len(pitch), -1).argmin(axis=1)
     Theta = Theta.reshape(len(pitch), -1, 3)[np.arange(len(pitch)), lowest]
     least = _descended(bare, Theta)
-    return least if form.guard is None else least + form.guard.approximate(pitch, 0)[0]
+    if form.guard is None:
+        return least
+    added = form.guard.approximate(pitch, 0)[0]
+    return np.where(np.abs(pitch) <= form.guard.end, least + added, np.inf)
 
 
 def _descended(form: TrigonometricForm, Theta: Array) -> Array:

@@ -30,7 +30,7 @@ CAPTION = (
     "energy of each run along its motion; it never grows. All energies are above that of the "
     "lowest rest state. Without a barrier the curve is finite at θ2 = ±π/2: a motion with more "
     "energy may leave the range there. A barrier raises the curve beyond all bounds, so that no "
-    "motion can."
+    "motion can. At a stop the curve ends."
 )
 
 
@@ -98,7 +98,8 @@ def _profiles(landscape: Landscape) -> list[tuple[Array, str]]:
             continue
         form = proof.reduced_energy.form
         if not found:
-            bare = replace(form, guard=None)
+            guard = None if form.guard is None else form.guard.without_barrier
+            bare = replace(form, guard=guard)
             found.append((least_along_pitch(bare, PITCH), "least, without barrier"))
         if label:
             found.append((least_along_pitch(form, PITCH), "least, with barrier"))

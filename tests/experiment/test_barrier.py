@@ -182,8 +182,8 @@ def test_without_a_barrier_no_start_is_proved_by_uniqueness_alone():
 @pytest.mark.parametrize(
     ("barrier", "reason"),
     [
-        ({"outer_stiffness": 1.0}, "no proof takes a guard of θ1 and θ3"),
-        ({"stiffness": 1e-60}, "the barrier on θ2 is too weak"),
+        ({"stiffness": 1e-60}, "a barrier is too weak"),
+        ({"outer_stiffness": 1e-60}, "a barrier is too weak"),
     ],
 )
 def test_what_is_not_decided_says_why(barrier, reason):
@@ -274,3 +274,63 @@ def test_the_checker_confirms_regions_beside_a_barrier():
     higher = proof.region.energy_bound + 1.0
     raised = proof.region.model_copy(update={"energy_bound": higher})
     assert not verify(proof.model_copy(update={"region": raised})).verified
+
+
+def test_barriers_on_all_angles_close_the_range_of_eq_5():
+    """Then every start in the range of eq. 5 converges, as the paper claims; beyond it, nothing."""
+    config = guarded(outer_stiffness=2.0)
+    proof = prove(config)
+    assert proof.closed
+    assert proof.every_start
+    assert proof.unwrapped is None
+    assert proof.region is None
+    assert Proof.model_validate_json(proof.model_dump_json()) == proof
+    far = np.array([3.1, 1.5, -3.1])
+    assert reached_state(proof, 1e12, far, far) == 1
+    assert reached_state(proof, 1.0, FAR, FAR) is None
+    problem = problem_of(config)
+    sentences = " ".join(stability_of(problem, proof).statements)
+    assert "Every start in the range converges: proved. Barriers keep every motion in" in sentences
+    assert "not decided" not in sentences
+    assert convergence_at_start(config, problem, proof).bound == np.inf
+    assert verify(proof, config).verified
+
+
+def test_a_proof_that_claims_a_closed_range_falsely_is_refused():
+    proof = prove(guarded(outer_stiffness=2.0)).model_dump(mode="json")
+    opened = proof | {"reduced_energy": proof["reduced_energy"] | {"outer_barrier": None}}
+    forged = Proof.model_validate(opened)
+    assert not forged.every_start
+    assert not verify(forged).verified
+    weaker = proof | {"reduced_energy": proof["reduced_energy"] | {"barrier": None}}
+    forged = Proof.model_validate(weaker)
+    assert not forged.every_start
+    assert not verify(forged).verified
+
+
+def test_the_outer_stiffness_is_compared_with_the_config():
+    proof = prove(guarded(outer_stiffness=2.0))
+    other = guarded(outer_stiffness=2.0 * (1 + 1e-9))
+    wrong = {finding.claim for finding in verify(proof, other).findings if not finding.verified}
+    assert wrong == {"id", "energy"}
+
+
+def test_rest_states_with_barriers_on_all_angles_are_those_of_descents():
+    """With a soft spring the body can rest in several places, so not every start converges."""
+    config = guarded(soft=0.05, stiffness=0.5, outer_stiffness=0.2)
+    proof = prove(config)
+    assert proof.proved
+    assert not proof.closed
+    at_rest = configurations(problem_of(config).system)
+    minima = [np.array(one.orientation) for one in proof.states if one.index == 0]
+    assert len(proof.states) > 1
+    rng = np.random.default_rng(0)
+    for _ in range(30):
+        start = rng.uniform(-1, 1, 3) * [3.0, 1.4, 3.0]
+        limits = [(-3.14, 3.14), (-1.57, 1.57), (-3.14, 3.14)]
+        end = minimize(
+            at_rest.energy, start, jac=at_rest.gradient, method="L-BFGS-B", bounds=limits
+        )
+        assert min(np.abs(end.x - one).max() for one in minima) < 1e-3
+    assert all(region.lower_bound > 0 for region in proof.regions)
+    assert verify(proof).verified

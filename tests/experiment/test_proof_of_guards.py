@@ -4,7 +4,7 @@ Minima are looked for by scipy with the stored energy of the system itself, whic
 proofs computes. U is smooth between the angles of guards: it is minimized between each two.
 """
 
-from functools import cache
+from functools import cache, partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -17,14 +17,15 @@ from support.config_elements import CONTROLLER, STRUT, config_data
 
 import rbstab
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.proof.reduced_energy import NoEnergyReason
-from rbstab.config.build import problem_of
+from rbstab.analysis.proof.reduced_energy import NoEnergyReason, reduced_energy
+from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.convergence.exact_motion import convergence_at_start
 from rbstab.experiment.proof import prove
 from rbstab.experiment.robust.bodies import prove_within
 from rbstab.experiment.stability import stability_of
+from rbstab.experiment.stored_proof.energies import energy_of
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import reached_state
@@ -178,6 +179,14 @@ def test_a_stored_proof_is_the_same_and_is_verified(proved):
         again.reduced_energy.form.value(points), proof.reduced_energy.form.value(points)
     )
     assert verify(proof, config).verified
+
+
+def test_the_stored_energy_has_the_guards_of_the_system(proved):
+    config, proof = proved
+    form = reduced_energy(problem_of(config).system, partial(system_of, config)).form
+    assert proof.reduced_energy is not None
+    assert energy_of(form) == proof.reduced_energy
+    assert proof.reduced_energy.form.guard == form.guard
 
 
 @pytest.mark.parametrize("place", range(3))

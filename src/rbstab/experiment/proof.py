@@ -90,7 +90,8 @@ def prove(
             left = limit - rest.examined if brief and limit < BOX_LIMIT else None
             wide = None if search_only else unwrapped_rest_states(rest, left)
             # Where every start converges, no region is needed: it is all of the range.
-            regions_of = _without_regions if wide is not None and wide.every_start else _regions_of
+            every_start = rest.closed or (wide is not None and wide.every_start)
+            regions_of = _without_regions if every_start else _regions_of
             found, unwrapped = regions_of(rest), None if wide is None else regions_of(wide)
     except NoReducedEnergy as error:
         if error.reason is not NoEnergyReason.FREE_LINES:

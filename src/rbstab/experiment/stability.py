@@ -135,7 +135,7 @@ def _rest_state_sentences(proof: Proof) -> list[str]:
     if proof.every_start and count:
         sentences.append(
             "Globally stable: proved. Every start in the range converges: proved. "
-            f"{str(proof.kept_by).capitalize()} keeps every motion away from θ2 = ±π/2."
+            f"{_keeper(proof)}."
         )
     elif proof.globally_stable and proof.kept_by:
         springs = ", and keeps each spring from a length of 0," if proof.tied_energy else ""
@@ -161,6 +161,13 @@ def _rest_state_sentences(proof: Proof) -> list[str]:
     else:
         sentences.append("Globally stable: not decided.")
     return sentences
+
+
+def _keeper(proof: Proof) -> str:
+    """Return what keeps motions in the range, as a sentence without its end."""
+    if proof.within_barriers:
+        return "Barriers keep every motion in the range"
+    return f"{str(proof.kept_by).capitalize()} keeps every motion away from θ2 = ±π/2"
 
 
 def and_lengths(proof: Proof) -> str:
@@ -215,6 +222,8 @@ def _unwrapped_sentences(proof: Proof) -> list[str]:
     if not proof.has_energy or proof.outcome == SEARCHED:
         return []
     found = proof.unwrapped
+    if proof.within_barriers:
+        return []
     if found is None and proof.brief:
         return [f"{UNWRAPPED}: not decided ({GOES_ON})."]
     if found is None:

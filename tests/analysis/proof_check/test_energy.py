@@ -10,9 +10,11 @@ from support.proofs import PROOF, proof_of
 from support.rest import system_of
 
 from rbstab.analysis.proof_check.boxes import Box
-from rbstab.analysis.proof_check.energy import Energy, Taylor
+from rbstab.analysis.proof_check.confinement import confinement
+from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.guards import barrier
 from rbstab.analysis.proof_check.rest_states import index_of
+from rbstab.analysis.proof_check.taylor import Taylor
 from rbstab.analysis.proof_check.trigonometric import rounded
 
 
@@ -161,12 +163,12 @@ def test_confinement_of_a_known_energy() -> None:
         "linear": [0.0, 0.0, 3.0],
         "coefficients": coefficients.tolist(),
     }
-    found = Energy(data).confinement()
+    found = confinement(Energy(data))
     assert found is not None
     first = (5 + math.pi / 4) / 2
     assert [float(bound) for bound in found] == pytest.approx([first, 0.75], rel=1e-12)
     data["quadratic"] = np.diag([2.0, 0.0, -4.0]).tolist()
-    assert Energy(data).confinement() is None
+    assert confinement(Energy(data)) is None
 
 
 def guarded(data: PROOF, stiffness: float = 30.0) -> PROOF:
@@ -221,13 +223,14 @@ def test_taylor_with_a_barrier_contains_all_values(data: PROOF) -> None:
 
 def test_the_slope_of_a_barrier_exceeds_that_of_all_else(data: PROOF) -> None:
     U, smooth = Energy(guarded(data)), Energy(data)
-    end = U.end_before_barrier(arb(5), arb(6))
+    end = U.end_before(U.barriers[0], arb(5), arb(6))
     assert end is not None
     rng = np.random.default_rng(3)
     for _ in range(100):
         Theta = [arb(rng.uniform(-1, 1) * reach) for reach in (5, math.pi / 2, 6)]
         assert abs(smooth.derivatives(Theta)[1,]) < barrier(arb(30), arb(end))[1]
-    assert Energy(guarded(data, 1e-60)).end_before_barrier(arb(5), arb(6)) is None
+    weak = Energy(guarded(data, 1e-60))
+    assert weak.end_before(weak.barriers[0], arb(5), arb(6)) is None
 
 
 def test_a_barrier_must_be_stiff(data: PROOF) -> None:

@@ -62,3 +62,46 @@ def test_the_law_of_a_ligament_is_seen_that_is_slack_at_all_points(variant: str)
         (band,) = changed["ligaments"] if free is None else free["ligaments"]
         band[name] *= 1 + 1e-9
         assert not agrees_with_equations(changed, exact)
+
+
+GUARDS = {
+    "a": {"kind": "guard", "method": "stiff", "stiffness": 30.0, "soft_angle": 0.9},
+    "b": {"kind": "guard", "method": "repelling", "couple": 4.0, "soft_angle": 1.1},
+    "c": {"kind": "guard", "method": "stop", "angle": 1.3, "restitution": 0.5},
+    "d": {"kind": "guard", "method": "barrier", "stiffness": 2.0, "outer_stiffness": 3.0},
+}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"soft_guards": [(0, "stiffness", 30.0)]},
+        {"soft_guards": [(0, "soft_angle", 0.9)]},
+        {"soft_guards": [(1, "couple", 4.0)]},
+        {"soft_guards": [(1, "soft_angle", 1.1)]},
+        {"stop": 1.3},
+        {"stop": None},
+        {"barrier": 2.0},
+        {"outer_barrier": 3.0},
+    ],
+)
+def test_each_number_of_a_guard_is_seen(change) -> None:
+    """Also of guards that act at none of the angles at which energies are compared."""
+    data = plain_data(rbstab.load_config(paper_config("permanent", True)))
+    data |= {"schema_version": 2, "elements": GUARDS}
+    config = rbstab.load_config(data)
+    exact = partial(system_of, config)
+    energy = energy_of(reduced_energy(system_of(config), exact).form).model_dump(mode="json")
+    assert agrees_with_equations(energy, exact)
+    other = copy.deepcopy(energy)
+    for key, value in change.items():
+        if key == "soft_guards":
+            for place, name, number in value:
+                assert energy[key][place][name] == number
+                other[key][place][name] = number * (1 + 1e-9)
+        elif value is None:
+            del other[key]
+        else:
+            assert energy[key] == value
+            other[key] = value * (1 + 1e-9)
+    assert not agrees_with_equations(other, exact)

@@ -21,10 +21,11 @@ from support.tied_springs import tied_system
 
 from rbstab.analysis.proof.reduced_energy import reduced_energy
 from rbstab.analysis.proof_check.checker import check
-from rbstab.analysis.proof_check.energy import Energy, Taylor
+from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.lengths.free_ligaments import FreeLigaments, Over
 from rbstab.analysis.proof_check.lengths.ligaments import LigamentLaw
 from rbstab.analysis.proof_check.lengths.small_matrices import cholesky, inverse, product, turned
+from rbstab.analysis.proof_check.taylor import Taylor
 from rbstab.experiment.stored_proof.energies import energy_of
 
 

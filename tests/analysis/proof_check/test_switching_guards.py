@@ -14,8 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rbstab.analysis.proof_check.checker import check
-from rbstab.analysis.proof_check.energy import Energy, Taylor
+from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.guards import SwitchingGuard
+from rbstab.analysis.proof_check.taylor import Taylor
 
 ANGLE = 0.5
 CENTRE = (0.3, 0.7, -0.2)
@@ -148,6 +149,22 @@ def test_a_second_rest_state_at_a_kink_is_missed_by_no_cover() -> None:
     assert "no other rest state" in refused(data)
 
 
+def test_other_held_states_beside_a_listed_one_are_not_missed() -> None:
+    """With cos 2θ1 there are three states at the stop; the listed one is the saddle between."""
+    data = copy.deepcopy(PROOFS["stop"])
+    energy = data["reduced_energy"]
+    coefficients = np.zeros((5, 5, 5))
+    coefficients[3, 0, 0] = 0.5  # cos 2θ1: θ1 = sin 2θ1 has three solutions
+    coefficients[0, 0, 0] = 0.5 * (0.7**2 + 0.2**2)
+    energy |= {"coefficients": coefficients.tolist(), "linear": [0.0, -0.7, 0.2]}
+    for claims in (data, data["unwrapped"]):
+        (state,) = claims["states"]
+        state |= {"index": 1, "orientation": [0.0, ANGLE, -0.2]}
+        state["enclosure"][0][0], state["enclosure"][1][0] = -1e-9, 1e-9
+        claims |= {"region": None, "regions": []}
+    assert refused(data) == {"no other rest state"}
+
+
 def test_every_start_needs_a_stop_or_a_barrier() -> None:
     for kind, wanted in (("stop", set()), ("repelling", {"every start"})):
         data = copy.deepcopy(PROOFS[kind])
@@ -212,6 +229,34 @@ def test_a_line_below_makes_thin_boxes_unnecessary_at_a_kink() -> None:
     assert taylor.stays_above(arb(half(0.2)) - 1e-3)
     assert not taylor.values > half(0.2) - 1e-3
     assert not taylor.stays_above(arb(half(0.2)) + 1e-12)
+
+
+def test_a_line_below_is_no_steeper_than_the_guard() -> None:
+    """With K = 0.1 the least energy is at θ2 = 0.6; a line with the slope 0.2 would be above it."""
+    weak = {"soft_guards": [{"couple": 0.1, "stiffness": 0.0, "soft_angle": ANGLE}]}
+    U = Energy(PROOFS["repelling"]["reduced_energy"] | weak)
+    taylor = Taylor(U, ((0.299, 0.301), (0.499, 0.7), (-0.201, -0.199)))
+    assert not taylor.stays_above(arb(half(0.1) + 0.1 * 0.1 + 1e-6))
+
+
+def test_the_hessian_does_not_bound_a_slope_that_jumps() -> None:
+    U = Energy(PROOFS["repelling"]["reduced_energy"])
+    across = Taylor(U, ((0.2, 0.4), (0.45, 0.55), (-0.3, -0.1)))
+    assert not across.whole_hessian[1, 1].is_finite()
+    beside = Taylor(U, ((0.2, 0.4), (0.51, 0.55), (-0.3, -0.1)))
+    assert beside.whole_hessian[1, 1].contains(1)
+
+
+@pytest.mark.parametrize("kind", PROOFS)
+def test_mirrored_claims_are_verified(kind: str) -> None:
+    data = copy.deepcopy(PROOFS[kind])
+    data["reduced_energy"]["linear"][1] *= -1
+    for claims in (data, data["unwrapped"]):
+        (state,) = claims["states"]
+        state["orientation"][1] *= -1
+        low, high = state["enclosure"]
+        low[1], high[1] = -high[1], -low[1]
+    assert refused(data) == set()
 
 
 def test_slopes_between_both_sides_of_a_jump() -> None:

@@ -56,11 +56,9 @@ class Face(Enum):
 
 
 def border_of(form: TrigonometricForm) -> list[Face]:
-    """Return the faces that a motion may reach: with a barrier or a stop, none of θ2."""
-    faces = list(Face)
-    if form.guard is not None and form.guard.closed:
-        faces = [face for face in faces if face not in {Face.THETA2_LOW, Face.THETA2_HIGH}]
-    return faces
+    """Return the faces that a motion may reach: none of an axis that a guard closes."""
+    guard = form.guard
+    return [face for face in Face if guard is None or not guard.closes(face.value[0])]
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +96,7 @@ def certified_region(rest: RestStates, box_limit: int = FACE_BOX_LIMIT) -> Certi
         box_limit: The number of boxes on one face at which the search stops.
 
     Returns:
-        The region, or None if no rest state in the range is known.
+        The region, or None if no rest state in the range is known, or if nothing bounds a region.
     """
     if not rest.states:
         return None
@@ -108,6 +106,8 @@ def certified_region(rest: RestStates, box_limit: int = FACE_BOX_LIMIT) -> Certi
         (least.value, least.Theta, face) for face, least in faces.items()
     ]
     candidates += [(point.state.energy, point.Theta, None) for point in others]
+    if not candidates:
+        return None
     energy = min(candidate[0] for candidate in candidates)
     tie = TIE_TOLERANCE * max(abs(energy), abs(lowest.state.energy))
     _, attained_at, face = next(

@@ -48,7 +48,7 @@ class NoEnergyReason(Enum):
     NOT_TRIGONOMETRIC = (
         "the energy is not a quadratic function of Θ plus a polynomial in its sines and cosines"
     )
-    WEAK_BARRIER = "the barrier on θ2 is too weak: it acts only where doubles do not tell π/2 apart"
+    WEAK_BARRIER = "a barrier is too weak: it acts only where doubles do not tell its angle apart"
     NO_LENGTH = (
         "the line of a spring may have no length at some attitude, and then its force no direction"
     )
@@ -67,7 +67,10 @@ class NoEnergyReason(Enum):
         "no proof for all bodies within tolerances takes a soft guard or a stop into account"
     )
     BARRIER_OF_BODIES = "no proof for all bodies within tolerances takes a barrier into account"
-    OUTER_BARRIER = "no proof takes a guard of θ1 and θ3 (outer_stiffness) into account"
+    SPRINGS_AND_OUTER_BARRIER = (
+        "the body is not held, and no proof takes springs beside a guard of θ1 and θ3 "
+        "(outer_stiffness) into account then"
+    )
 
 
 ExactSystem = Callable[[Callable[[Array], Array]], System]
@@ -166,8 +169,7 @@ def stored_energy(system: System, ring: Ring) -> StoredEnergy:
     try:
         guard = guard_of(guards)
     except NotInProofsError as error:
-        reason = NoEnergyReason.OUTER_BARRIER if error.outer else NoEnergyReason.NOT_TRIGONOMETRIC
-        raise NoReducedEnergy(reason) from error
+        raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC) from error
     at_rest = Configurations(without)
     energy: Any = at_rest.energy(ring.variables())
     squares = squares_of(at_rest, ligaments, ring)

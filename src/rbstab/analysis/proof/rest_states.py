@@ -21,6 +21,7 @@ from rbstab.analysis.proof.search import search
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.analysis.rest_state import RestState, held_at_kink, rest_state_at
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import PITCH
 from rbstab.systems.system import System
 
 
@@ -97,11 +98,22 @@ class RestStates:
         return len(self.states) == 1
 
     @property
+    def closed(self) -> bool:
+        """Whether all motions from the range of eq. 5 converge to the one rest state (theorem 10).
+
+        It needs barriers on θ1 and θ3 too, which keep these motions in the range.
+        """
+        guard = self.energy.form.guard
+        return guard is not None and guard.outer is not None and self.every_start
+
+    @property
     def every_start(self) -> bool:
         """Whether all motions from |θ2| < π/2 converge to the only rest state (theorem 10).
 
         To be asked of the rest states for all real θ1 and θ3: a barrier or a stop keeps all motions
-        away from θ2 = ±π/2, and the energy grows with |θ1| and |θ3| (`unwrapped_rest_states`).
+        away from θ2 = ±π/2, and the energy grows with |θ1| and |θ3| (`unwrapped_rest_states`). With
+        barriers on θ1 and θ3, of those in the range of eq. 5: then it is of motions that start
+        there.
         """
         point = self.states[0] if self.proved and self.unique else None
         is_minimum = point is not None and point.index_proved and point.index == 0
@@ -150,8 +162,8 @@ def end_of_rest_states(
 ) -> Array:
     """Return the largest |Θ| in a range at which a rest state is possible, shape (3,), rad.
 
-    It is that of a stop. And from some |θ2| on, the slope of a barrier is larger than any slope of
-    the rest of U, so that U rises with |θ2| up to ±π/2: soft guards rise with |θ2| too.
+    It is that of a stop. And from some angle on, the slope of a barrier is larger than any slope of
+    the rest of U, so that U rises with this angle up to the end: soft guards rise too.
 
     Args:
         form: U.
@@ -162,15 +174,19 @@ def end_of_rest_states(
     Raises:
         NoReducedEnergy: The barrier is too weak for double precision.
     """
-    end = within_stops(form, end)
-    if form.guard is None or form.guard.barrier is None:
+    wide, end = end, within_stops(form, end).copy()
+    guard = form.guard
+    if guard is None:
         return end
-    steepest = np.abs(form.quadratic[1]) @ end + abs(form.linear[1])
-    steepest += form.steepest[1] + slope
-    angle = form.guard.barrier.end_beyond(times * float(steepest) * ROUNDING_FACTOR)
-    if angle is None:
-        raise NoReducedEnergy(NoEnergyReason.WEAK_BARRIER)
-    return np.array([end[0], min(end[1], angle), end[2]])
+    for axis, barrier in ((PITCH, guard.barrier), (0, guard.outer), (2, guard.outer)):
+        if barrier is not None:
+            steepest = np.abs(form.quadratic[axis]) @ wide + abs(form.linear[axis])
+            steepest += form.steepest[axis] + slope
+            angle = barrier.end_beyond(times * float(steepest) * ROUNDING_FACTOR)
+            if angle is None:
+                raise NoReducedEnergy(NoEnergyReason.WEAK_BARRIER)
+            end[axis] = min(end[axis], angle)
+    return end
 
 
 def proved_rest_states(

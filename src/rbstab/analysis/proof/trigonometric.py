@@ -1,9 +1,9 @@
 """Quadratics plus trigonometric polynomials in three angles, with all their derivatives.
 
 f(Θ) = ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3) with t = [1, cos θ, sin θ, cos 2θ, ...].
-Guards add their energies, functions of θ2 (`guard`); springs and ligaments add functions of the
-lengths of their lines (`lines`). Each evaluation takes many points at once and bounds the rounding
-errors of its results.
+Guards add their energies, functions of one angle (`guard`); springs and ligaments add functions of
+the lengths of their lines (`lines`). Each evaluation takes many points at once and bounds the
+rounding errors of its results.
 """
 
 from collections.abc import Iterable
@@ -50,7 +50,7 @@ class TrigonometricForm:
         coefficients: C, shape (n, n, n), with n = 2k + 1 for the highest multiple k of an angle.
         reach: The bounds on round-off hold for angles up to this, rad. Sine and cosine have an
             error of u at any angle (`rigorous_basis`); only the quadratic part grows.
-        guard: The guards of θ2 whose energies are added to f; None without one.
+        guard: The guards whose energies are added to f; None without one.
         lines: The springs and ligaments whose energies are added to f.
 
     `round_off`, `fourth_derivative_bound` and `trigonometric_bound` are those of f alone.
@@ -90,11 +90,9 @@ class TrigonometricForm:
         """Return the derivatives of order 0 to `order` to round-off, of shapes (m,), (m, 3), ..."""
         t = trigonometric_basis(Theta, self._multiples[-1])
         found = [found.values for found in self.derivatives(t, Theta, order)]
-        if self.guard is not None:
-            for values, added in zip(
-                found, self.guard.approximate(Theta[:, 1], order), strict=True
-            ):
-                values[along_second(values)] += added
+        for axis, part in [] if self.guard is None else self.guard.by_axis:
+            for values, added in zip(found, part.approximate(Theta[:, axis], order), strict=True):
+                values[along(values, axis)] += added
         for line in self.lines:
             parts = zip(found, line.approximate(Theta, order), strict=True)
             found = [values + added for values, added in parts]
@@ -113,12 +111,12 @@ class TrigonometricForm:
                 _with_interval(one, added)
                 for one, added in zip(found, line.at(Theta, order), strict=True)
             ]
-        if self.guard is None:
-            return found
-        return [
-            _plus(one, low, high)
-            for one, low, high in zip(found, *self.guard.at(Theta[:, 1], order), strict=True)
-        ]
+        for axis, part in [] if self.guard is None else self.guard.by_axis:
+            bounds = part.at(Theta[:, axis], order)
+            found = [
+                _plus(one, axis, low, high) for one, low, high in zip(found, *bounds, strict=True)
+            ]
+        return found
 
     def basis(self, Theta: Array) -> Array:
         """Return t with proved errors, wide enough for f and its lines, shape (m, 3, n)."""
@@ -212,15 +210,15 @@ class TrigonometricForm:
         return found * (1 + 1e-12)
 
 
-def along_second(values: Array) -> tuple[Any, ...]:
-    """Return the index of the derivative along θ2 alone, for all points."""
-    return (slice(None), *(1,) * (values.ndim - 1))
+def along(values: Array, axis: int) -> tuple[Any, ...]:
+    """Return the index of the derivative along one axis alone, for all points."""
+    return (slice(None), *(axis,) * (values.ndim - 1))
 
 
-def _plus(found: Derivatives, low: Array, high: Array) -> Derivatives:
-    """Add a function of θ2 that lies between bounds, at each point."""
+def _plus(found: Derivatives, axis: int, low: Array, high: Array) -> Derivatives:
+    """Add a function of one angle that lies between bounds, at each point."""
     values, error = found.values.copy(), np.array(found.error)
-    place = along_second(values)
+    place = along(values, axis)
     total = values[place] + low
     # The difference and the sum are rounded.
     wider = (high - low + ROUND_OFF * np.abs(total)) * (1 + 1e-12) + np.finfo(float).tiny

@@ -38,9 +38,11 @@ def unwrapped_rest_states(rest: RestStates, box_limit: int | None = None) -> Res
 
     Returns:
         The rest states in the box `RestStates.end`, beyond which there are none; None if there is
-        no such bound, or if it is too large.
+        no such bound, or if it is too large, or if a barrier closes the range of θ1 and θ3.
     """
     form = rest.energy.form
+    if form.guard is not None and form.guard.outer is not None:
+        return None
     end = unwrapped_end(form)
     if end is None or not np.all(end < MAX_END):
         return None

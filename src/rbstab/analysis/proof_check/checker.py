@@ -11,8 +11,9 @@ from flint import arb, ctx
 
 from rbstab.analysis.proof_check.boxes import Box, box_between, shown, within
 from rbstab.analysis.proof_check.claims import RestState
+from rbstab.analysis.proof_check.confinement import confined
 from rbstab.analysis.proof_check.cover import cover
-from rbstab.analysis.proof_check.energy import Energy, Taylor, TooLongError
+from rbstab.analysis.proof_check.energy import Energy, TooLongError
 from rbstab.analysis.proof_check.findings import (
     IN_RANGE,
     UNWRAPPED,
@@ -22,6 +23,7 @@ from rbstab.analysis.proof_check.findings import (
 )
 from rbstab.analysis.proof_check.regions import Region
 from rbstab.analysis.proof_check.rest_states import domain, faults, proved_states
+from rbstab.analysis.proof_check.taylor import Taylor
 from rbstab.analysis.proof_check.trigonometric import Ball
 
 PRECISION = 128
@@ -73,42 +75,49 @@ def check(
 
 def _all_findings(U: Energy, proof: Mapping[str, Any]) -> Iterator[Finding]:
     wide = proof["unwrapped"]
-    yield from _findings_between(U, proof, IN_RANGE, arb.pi(), arb.pi())
+    found = list[Finding]()
+    for finding in _findings_between(U, proof, IN_RANGE, arb.pi(), arb.pi()):
+        found.append(finding)
+        yield finding
+    if proof.get("closed"):
+        yield _every_start(U, proof, found, IN_RANGE)
     if wide is None:
         return
+    if U.barrier_on(0) is not None:
+        text = "Barriers on θ1 and θ3 divide this range, so that it has no proof."
+        yield Finding(UNWRAPPED, "barrier", False, text)
+        return
     first, third = arb(wide["end"][0]), arb(wide["end"][2])
-    confined = _confined(U, range_with(UNWRAPPED, (first, arb.pi() / 2, third)))
-    found = [confined]
-    if confined.verified:
+    ends = _confined(U, range_with(UNWRAPPED, (first, arb.pi() / 2, third)))
+    found = [ends]
+    if ends.verified:
         found += _findings_between(U, wide, UNWRAPPED, first, third)
     yield from found
     if wide.get("every_start"):
-        yield _every_start(U, wide, found)
+        yield _every_start(U, wide, found, UNWRAPPED)
 
 
 def _findings_between(
     U: Energy, claims: Mapping[str, Any], name: str, first: Ball, third: Ball
 ) -> Iterator[Finding]:
     """Check the claims on the range |θ1| < first, |θ2| < π/2, |θ3| < third."""
-    if U.stiffness is None and U.stop is None:
-        yield from _findings(U, claims, range_with(name, (first, arb.pi() / 2, third)))
-        return
-    ends = list[Ball]()
+    ends, closed = [first, arb.pi() / 2, third], set[int]()
     if U.stop is not None:
-        ends.append(arb(U.stop.angle.upper()) * BEYOND_STOP)
+        ends[1], closed = arb(U.stop.angle.upper()) * BEYOND_STOP, {1}
         text = f"A stop keeps every motion at |θ2| <= {float(U.stop.angle):.6g} rad."
         yield Finding(name, "stop", True, text)
-    if U.stiffness is not None:
-        end = U.end_before_barrier(first, third)
+    for barrier in U.barriers:
+        angle = f"|θ{barrier.axis + 1}|"
+        end = U.end_before(barrier, first, third)
         if end is None:
-            text = "That U rises with |θ2| near ±π/2 could not be confirmed."
+            text = f"That U rises with {angle} near the end of the range could not be confirmed."
             yield Finding(name, "barrier", False, text)
             return
-        text = f"U rises with |θ2| from {end:.6g} rad on: no rest state is there."
+        text = f"U rises with {angle} from {end:.6g} rad on: no rest state is there."
         yield Finding(name, "barrier", True, text)
-        ends.append(arb(end))
-    least = min(ends, key=float)
-    yield from _findings(U, claims, range_with(name, (first, least, third), guarded=True))
+        closed.add(barrier.axis)
+        ends[barrier.axis] = min(ends[barrier.axis], arb(end), key=float)
+    yield from _findings(U, claims, range_with(name, (*ends,), closed=(*closed,)))
 
 
 def _lines(U: Energy) -> list[Finding]:
@@ -123,8 +132,10 @@ def _lines(U: Energy) -> list[Finding]:
     return [Finding(IN_RANGE, "lines", not wrong, text, covers)]
 
 
-def _every_start(U: Energy, claims: Mapping[str, Any], found: Sequence[Finding]) -> Finding:
-    """Check theorem 10: a barrier or a stop closes the range, with one rest state, a minimum."""
+def _every_start(
+    U: Energy, claims: Mapping[str, Any], found: Sequence[Finding], about: str
+) -> Finding:
+    """Check theorem 10: barriers or a stop close the range, with one rest state, a minimum."""
     states = proved_states(claims)
     single = bool(claims["proved"]) and len(claims["states"]) == len(states) == 1
     single = (
@@ -132,12 +143,14 @@ def _every_start(U: Energy, claims: Mapping[str, Any], found: Sequence[Finding])
         and states[0].is_minimum
         and "no other rest state" in {finding.claim for finding in found}
     )
-    closed = U.stiffness is not None or U.stop is not None
+    closed = U.barrier_on(1) is not None or U.stop is not None
+    closed = closed and (about == UNWRAPPED or U.barrier_on(0) is not None)
     verified = closed and single and all(finding.verified for finding in found)
-    inside = "with |θ2| < π/2" if U.stop is None else "within the stop"
+    inside = "with |θ2| < π/2" if about == UNWRAPPED else "in the range of eq. 5"
+    inside = inside if U.stop is None else "within the stop"
     text = f"Every motion that starts {inside} converges to the rest state"
     text = f"{text}." if verified else f"{text}: this could not be confirmed."
-    return Finding(UNWRAPPED, "every start", verified, text)
+    return Finding(about, "every start", verified, text)
 
 
 def _confined(U: Energy, range_: Range) -> Finding:
@@ -146,7 +159,7 @@ def _confined(U: Energy, range_: Range) -> Finding:
     if not (first < FARTHEST_END and third < FARTHEST_END):
         text = f"The range of θ1 or θ3 goes beyond {FARTHEST_END} rad: too far to be checked."
         return Finding(range_.name, "ends", False, text)
-    verified = U.confined(first, third)
+    verified = confined(U, first, third)
     claim = f"All of them have |θ1| < {float(first):.5g} and |θ3| < {float(third):.5g} rad"
     text = f"{claim}." if verified else f"{claim}: this could not be confirmed."
     return Finding(range_.name, "ends", verified, text)

@@ -1,4 +1,4 @@
-"""The reduced energy U of a proof in balls, numbers with an error bound; its Taylor expansion.
+"""The reduced energy U of a proof in balls, numbers with an error bound.
 
     U = ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3),    t = [1, cos θ, sin θ, cos 2θ, ...]
 
@@ -12,27 +12,22 @@ A ball (python-flint's `arb`) is a number with a bound on its error. Each result
 value for every U whose numbers round to the stored doubles.
 """
 
-import copy
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from flint import arb, arb_mat
+from flint import arb
 
-from rbstab.analysis.proof_check.boxes import AXES, Box
-from rbstab.analysis.proof_check.guards import SwitchingGuard, barrier, switching_guards
+from rbstab.analysis.proof_check.boxes import AXES
+from rbstab.analysis.proof_check.guards import (
+    Barrier,
+    SwitchingGuard,
+    barriers_of,
+    switching_guards,
+)
 from rbstab.analysis.proof_check.lengths.free_ligaments import FreeLigaments
 from rbstab.analysis.proof_check.lengths.ligaments import LigamentLaw
 from rbstab.analysis.proof_check.lengths.lines import Ligament, Line
-from rbstab.analysis.proof_check.slopes import largest_slope
-from rbstab.analysis.proof_check.trigonometric import (
-    Axes,
-    Ball,
-    TrigonometricSum,
-    axes_of,
-    rounded,
-    square,
-)
+from rbstab.analysis.proof_check.trigonometric import Axes, Ball, TrigonometricSum, rounded
 
 MOST_MULTIPLES = 4
 """The largest multiple of an angle in U. A proof has 2: U is quadratic in the rotation matrix."""
@@ -49,11 +44,6 @@ class TooLongError(Exception):
     """The check takes too long."""
 
 
-def symmetric(radius: float) -> Ball:
-    """Return the ball about 0 with a radius, rounded up."""
-    return arb(0, math.nextafter(radius, math.inf))
-
-
 class Energy:
     """U with all its derivatives up to order 3.
 
@@ -62,7 +52,7 @@ class Energy:
             soft guards, a stop, lines and ligaments.
 
     Attributes:
-        stiffness: k of a barrier on θ2, a ball; None without one.
+        barriers: The barriers on single angles.
         guards: The soft guards and the stop.
         springs: The springs whose lengths are in U.
         lines: The same, and the ligaments of a held body.
@@ -80,10 +70,7 @@ class Energy:
         if len(data["coefficients"]) > 2 * MOST_MULTIPLES + 1:
             most = f"more than {MOST_MULTIPLES} times an angle"
             raise ValueError(f"The reduced energy has {most} in a sine or cosine")
-        stiffness = data.get("barrier")
-        if stiffness is not None and not stiffness > 0:
-            raise ValueError("The barrier has a stiffness that is not positive")
-        self.stiffness = None if stiffness is None else rounded(stiffness)
+        self.barriers = barriers_of(data)
         self.guards = switching_guards(data)
         if len(self.guards) > MOST_GUARDS:
             raise ValueError(f"The reduced energy has more than {MOST_GUARDS} guards")
@@ -119,18 +106,22 @@ class Energy:
         Raises:
             TooLongError: U was evaluated too often.
         """
-        return self.with_barrier(self.smooth(Theta), Theta[1])
+        return self.with_barriers(self.smooth(Theta), Theta)
 
-    def with_barrier(self, found: Mapping[Axes, Ball], angle: Ball) -> dict[Axes, Ball]:
-        """Add the derivatives of the barrier at a ball of θ2 to those of all the rest."""
+    def with_barriers(self, found: Mapping[Axes, Ball], Theta: Sequence[Ball]) -> dict[Axes, Ball]:
+        """Add the derivatives of the barriers at a ball of Θ to those of all the rest."""
         total = dict(found)
-        if self.stiffness is not None:
-            for order, term in enumerate(barrier(self.stiffness, angle)):
-                total[(1,) * order] += term
+        for one in self.barriers:
+            for order, term in enumerate(one.terms(Theta[one.axis])):
+                total[(one.axis,) * order] += term
         return total
 
+    def barrier_on(self, axis: int) -> Barrier | None:
+        """Return the barrier on an angle; None without one."""
+        return next((one for one in self.barriers if one.axis == axis), None)
+
     def smooth(self, Theta: Sequence[Ball]) -> dict[Axes, Ball]:
-        """Return the derivatives of U without its barrier, as `derivatives` does.
+        """Return the derivatives of U without its barriers, as `derivatives` does.
 
         Raises:
             TooLongError: U was evaluated too often.
@@ -160,258 +151,19 @@ class Energy:
         if self.evaluations > MOST_EVALUATIONS:
             raise TooLongError(f"The check needs more than {MOST_EVALUATIONS:,} evaluations of U")
 
-    def end_before_barrier(self, first: Ball, third: Ball) -> float | None:
-        """Return an angle from which on, up to π/2, U rises with |θ2|; None if none is found.
+    def end_before(self, barrier: Barrier, first: Ball, third: Ball) -> float | None:
+        """Return an angle from which on, up to the end of a barrier, U rises with its angle's size.
 
-        For |θ1| <= first and |θ3| <= third, the slope of all but the barrier is at most b. The
-        slope k tan θ2 / cos² θ2 of the barrier grows with θ2, and exceeds k tan³ θ2.
+        For |θ1| <= first and |θ3| <= third, the slope of all but the barrier is at most b, apart
+        from soft guards, which rise too. None if no such angle is found.
         """
-        reach, k = [first, arb.pi() / 2, third], self.stiffness
-        turned = sum((abs(self.quadratic[1][j]) * reach[j] for j in AXES), arb(0))
-        b = (turned + abs(self.linear[1]) + self._steepest(1)).abs_upper()
-        angle = float(((1 + b / k).root(3)).atan()) + 1e-9
-        # A double beyond π/2 has no bounds, and no comparison with them is true.
-        return angle if barrier(k, arb(angle))[1] > b else None
+        reach, axis = [first, arb.pi() / 2, third], barrier.axis
+        turned = sum((abs(self.quadratic[axis][j]) * reach[j] for j in AXES), arb(0))
+        b = (turned + abs(self.linear[axis]) + self.steepest(axis)).abs_upper()
+        return barrier.end_beyond(b)
 
-    def confined(self, first: Ball, third: Ball) -> bool:
-        """Return whether all rest states with |θ2| <= π/2 have |θ1| < first and |θ3| < third.
-
-        Bounds on single terms are tried before a search for the largest slopes, which takes long.
-        """
-        for slope in (self._steepest, self._sharper):
-            bound = self.confinement(slope)
-            if bound is not None and bool(bound[0] < first) and bool(bound[1] < third):
-                return True
-        return False
-
-    def confinement(self, slope: Callable[[int], Ball] | None = None) -> list[Ball] | None:
-        """Bound |θ1| and |θ3| at all rest states with |θ2| <= π/2; None if k is not definite.
-
-        k [θ1, θ3]' = -[q1 + K12 θ2 + ∂p/∂θ1, q3 + K32 θ2 + ∂p/∂θ3]' with the periodic part p.
-
-        Args:
-            slope: Bounds |∂p/∂θ| along an axis; by default as sharp as can be.
-        """
-        slope = slope or self._sharper
-        Q = self.quadratic
-        k = arb_mat([[Q[i][j] for j in (0, 2)] for i in (0, 2)])
-        if not (k[0, 0] > 0 and k.det() > 0):
-            return None
-        inverse = k.inv()
-        load = [abs(self.linear[j]) + abs(Q[j][1]) * arb.pi() / 2 + slope(j) for j in (0, 2)]
-        return [sum((abs(inverse[i, j]) * load[j] for j in (0, 1)), arb(0)) for i in (0, 1)]
-
-    def _steepest(self, axis: int) -> Ball:
+    def steepest(self, axis: int) -> Ball:
         """Bound |∂p/∂θ| along an axis, with the periodic part p, lines included."""
         free = arb(0) if self.position is None else self.position.steepest(axis)
         lines = sum((line.steepest(axis) for line in self.lines), free)
         return lines + self.periodic.steepest(axis)
-
-    def _sharper(self, axis: int) -> Ball:
-        """Bound |∂p/∂θ| for |θ2| <= π/2: with lines, the bounds of single terms are too large."""
-        single = self._steepest(axis)
-        if not self.lines and self.position is None:
-            return single
-        periodic = copy.copy(self)
-        periodic.stiffness, periodic.guards = None, []
-        periodic.quadratic = [[arb(0)] * 3 for _ in AXES]
-        periodic.linear = [arb(0)] * 3
-
-        def slope(box: Box) -> tuple[Ball, Ball]:
-            taylor = Taylor(periodic, box)
-            return taylor.gradient[axis, 0], taylor.whole_gradient[axis, 0].abs_upper()
-
-        found = largest_slope(slope)
-        self.evaluations = periodic.evaluations
-        return single if found is None or not found < single else found
-
-
-class Taylor:
-    """U over a box, expanded about its centre m up to third order, with δ = Θ - m.
-
-    With guards, bare is the expansion without them, and `added` has bounds on their energy and
-    slope over the box. The gradient has all slopes of a guard that jumps in the box; no number at a
-    stop, without which `inside` is. With a jump, below is the expansion with a line in place of the
-    energy of what jumps, nowhere above it.
-    value, gradient (3x1) and hessian (3x3) are those at m. change is the 3x3 matrix Tδ, with the
-    third derivatives T over the whole box. With free ligaments, the Hessian of their energy is that
-    over the whole box. So, for all Θ in the box,
-
-        U = value + gradient'δ + ½ δ'(hessian + Tδ/3)δ
-        ∇U = gradient + (hessian + Tδ/2)δ               H = hessian + Tδ.
-
-    Args:
-        U: The energy.
-        box: The box.
-        face: An axis and its exact value, a ball. The box is then flat along this axis.
-        without: A guard to leave out.
-    """
-
-    def __init__(
-        self,
-        U: Energy,
-        box: Box,
-        face: tuple[int, Ball] | None = None,
-        without: SwitchingGuard | None = None,
-    ) -> None:
-        middle = [low / 2 + high / 2 for low, high in box]
-        centre = [arb(point) for point in middle]
-        step = [symmetric(max(b - m, m - a)) for m, (a, b) in zip(middle, box, strict=True)]
-        whole = [point + ball for point, ball in zip(centre, step, strict=True)]
-        self.free = [axis for axis in AXES if face is None or axis != face[0]]
-        if face is not None:
-            axis, value = face
-            centre[axis], whole[axis], step[axis] = value, value, arb(0)
-        self.centre, self.step = centre, arb_mat([[entry] for entry in step])
-        at_centre, third = U.smooth(centre), U.smooth(whole)
-        self.ligaments = None if U.position is None else U.position.over(centre, step)
-        self._expand(at_centre, third)
-        self.bare: Taylor | None = None
-        self.below: Taylor | None = None
-        self.inside: Taylor | None = None
-        guards = [one for one in U.guards if one is not without]
-        if U.stiffness is None and not guards:
-            return
-        self.bare, self.added = copy.copy(self), (arb(0), arb(0))
-        if U.stiffness is not None:
-            energy, slope, *_ = barrier(U.stiffness, whole[1])
-            self.added = (energy, slope)
-            at_centre = U.with_barrier(at_centre, centre[1])
-            self._expand(at_centre, U.with_barrier(third, whole[1]))
-        jumping = [one for one in guards if one.jumps(whole[1])]
-        for one in guards:
-            if one not in jumping:
-                self._add(one, whole[1], centre[1])
-        if jumping:
-            self.below = copy.copy(self)
-            self.below.gradient, self.below.bare = arb_mat(self.gradient), None
-            for one in jumping:
-                self.below._add_line(one, whole[1])
-                self._add(one, whole[1], centre[1])
-
-    def _expand(self, at_centre: Mapping[Axes, Ball], third: Mapping[Axes, Ball]) -> None:
-        """Set the terms of the expansion."""
-        step = self.step.entries()
-        self.value = at_centre[()]
-        self.gradient = arb_mat([[at_centre[i,]] for i in AXES])
-        self.hessian = arb_mat([[at_centre[min(i, j), max(i, j)] for j in AXES] for i in AXES])
-        self.change = arb_mat(
-            [
-                [sum((third[axes_of(i, j, k)] * step[k] for k in AXES), arb(0)) for j in AXES]
-                for i in AXES
-            ]
-        )
-        if self.ligaments is not None:
-            self.value += self.ligaments.value
-            self.gradient += arb_mat([[entry] for entry in self.ligaments.gradient])
-            self.hessian += self.ligaments.hessian
-
-    def _add(self, guard: SwitchingGuard, whole: Ball, centre: Ball) -> None:
-        """Add a guard for a ball of θ2 and its centre."""
-        self.value += guard.energy(centre)
-        if guard.couple is None:
-            # A stop: any slope outwards from 0 on. Inside it adds nothing.
-            if guard.touched(whole):
-                self.inside = copy.copy(self)
-                self._raise(arb("nan"), arb(0))
-                self.added = (self.added[0], arb("nan"))
-            return
-        slope = guard.slope(whole if guard.jumps(whole) else centre)
-        self._raise(slope, guard.curvature(whole))
-        self.added = (self.added[0] + guard.energy(whole), self.added[1] + guard.slope(whole))
-
-    def _add_line(self, guard: SwitchingGuard, whole: Ball) -> None:
-        """Add a line through the angle of a guard that is nowhere above its energy.
-
-        Its slope is one of those at the angle, and balances that of all else if it can.
-        """
-        side = 1 if whole > 0 else -1 if whole < 0 else 0
-        pressing = (-side * self.gradient[1, 0]).mid()
-        if side == 0 or not pressing > 0:
-            return
-        if guard.couple is not None and not pressing < guard.couple:
-            pressing = arb(guard.couple.lower())
-        self.value += pressing * (side * self.centre[1] - guard.angle)
-        self._raise(side * pressing, arb(0))
-
-    def _raise(self, slope: Ball, curvature: Ball) -> None:
-        """Add to the derivatives of order 1 and 2 by θ2."""
-        gradient, hessian = arb_mat(self.gradient), arb_mat(self.hessian)
-        gradient[1, 0] += slope
-        hessian[1, 1] += curvature
-        self.gradient, self.hessian = gradient, hessian
-
-    @property
-    def whole_hessian(self) -> Any:
-        """The Hessian over the box; no numbers where the slope of a guard jumps in it."""
-        found = self.hessian + self.change
-        if self.below is not None:
-            found[1, 1] = arb("nan")
-        return found
-
-    @property
-    def whole_gradient(self) -> Any:
-        """The gradient over the box."""
-        found = self.gradient + self.slope * self.step
-        if self.bare is not None:
-            along = self.bare.whole_gradient[1, 0] + self.added[1]
-            found[1, 0] = found[1, 0] if along.contains(0) else along
-        if self.inside is not None:
-            # A stop pushes inwards: it balances nothing that does so too.
-            rest, centre = self.inside.whole_gradient[1, 0], self.centre[1]
-            balanced = not (rest > 0 and centre > 0) and not (rest < 0 and centre < 0)
-            found[1, 0] = arb("nan") if balanced else rest
-        return found
-
-    @property
-    def slope(self) -> Any:
-        """The matrix S with ∇U = gradient + Sδ over the box."""
-        return self.hessian + self.change / 2
-
-    @property
-    def inverse(self) -> Any:
-        """A matrix Y near the inverse of the Hessian at m; None if there is none."""
-        try:
-            inverse = self.hessian.mid().inv().mid()
-        except ZeroDivisionError:
-            return None
-        return inverse if all(entry.is_finite() for entry in inverse.entries()) else None
-
-    def stays_above(self, bound: Ball) -> bool:
-        """Return whether U >= bound is proved for all of the box."""
-        if bool(self.values >= bound) or bool(self._by_squares() >= bound):
-            return True
-        return self.below is not None and self.below.stays_above(bound)
-
-    @property
-    def values(self) -> Ball:
-        """A ball with all values of U over the box: the sum of its terms, with δ_i² >= 0."""
-        total = self._sum_of_terms()
-        if self.bare is None:
-            return total
-        apart = self.bare.values + self.added[0]
-        return total if total.rad() < apart.rad() else apart
-
-    def _sum_of_terms(self) -> Ball:
-        d, bent = self.step, self.hessian + self.change / 3
-        total = self.value
-        for i in AXES:
-            total += self.gradient[i, 0] * d[i, 0]
-            total += bent[i, i] * square(d[i, 0].abs_upper()) * arb(0.25, 0.25)
-            total += sum((bent[i, j] * d[i, 0] * d[j, 0] for j in range(i + 1, 3)), arb(0))
-        return total
-
-    def _by_squares(self) -> Ball:
-        """Bound U by its unbounded minimum: gradient'δ + ½ δ'Hδ >= -½ gradient'H⁻¹gradient."""
-        H = arb_mat([[self.hessian[i, j] for j in self.free] for i in self.free])
-        g = arb_mat([[self.gradient[i, 0]] for i in self.free])
-        size = len(self.free)
-        leading = (arb_mat([[H[i, j] for j in range(n)] for i in range(n)]) for n in range(1, size))
-        if not all(minor.det() > 0 for minor in [*leading, H]):
-            return arb("nan")
-        try:
-            fall = g.transpose() * H.inv() * g / 2
-        except ZeroDivisionError:
-            return arb("nan")
-        cubic = self.step.transpose() * self.change * self.step / 6
-        return self.value - fall[0, 0] + cubic[0, 0]

@@ -140,7 +140,7 @@ def _agrees_at_shifts(U: Energy, V: FreeLigaments, at_rest: Configurations) -> b
         q = np.array([*angles, *[arb(0)] * (3 + own)], dtype=object)
         end = point.position(at_rest.motion(q), ligaments[0].point) - ligaments[0].anchor
         r = [entry.derivatives(angles)[()] for entry in V.ligaments[0].offset]
-        smooth = U.with_barrier(U.smooth(angles), angles[1])[()]
+        smooth = U.with_barriers(U.smooth(angles), angles)[()]
         for shift in SHIFTS:
             z = [arb(entry) for entry in shift]
             X = [one - other + entry for one, other, entry in zip(r, end, z, strict=True)]

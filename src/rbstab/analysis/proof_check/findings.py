@@ -60,26 +60,26 @@ class Range(NamedTuple):
         name: Its name in sentences.
         ends: e, three balls, rad.
         box: A box of doubles that contains it.
-        guarded: Whether a barrier or a stop closes it along θ2, so that these two faces are no
-            border. With a barrier, U rises with |θ2| from e2 on, to infinity at ±π/2.
+        closed: The axes along which a barrier or a stop closes it, so that these faces are no
+            border. With a barrier, U rises with the size of the angle from e_i on, to infinity.
     """
 
     name: str
     ends: tuple[Ball, ...]
     box: Box
-    guarded: bool = False
+    closed: tuple[int, ...] = ()
 
     @property
     def faces(self) -> Iterator[Face]:
-        """Its six faces, or four."""
-        for axis in (0, 2) if self.guarded else AXES:
+        """Its six faces, but for those that are no border."""
+        for axis in (one for one in AXES if one not in self.closed):
             for end, sign in enumerate((-1, 1)):
                 place = sign * self.ends[axis]
                 yield Face(f"θ{axis + 1} = {float(place):.6g}", axis, end, place)
 
 
-def range_with(name: str, ends: tuple[Ball, ...], *, guarded: bool = False) -> Range:
+def range_with(name: str, ends: tuple[Ball, ...], *, closed: tuple[int, ...] = ()) -> Range:
     """Return the range with some ends."""
     upper = [math.nextafter(float(end), math.inf) for end in ends]
     assert all(arb(high) > end for high, end in zip(upper, ends, strict=True))
-    return Range(name, ends, tuple((-high, high) for high in upper), guarded)
+    return Range(name, ends, tuple((-high, high) for high in upper), closed)

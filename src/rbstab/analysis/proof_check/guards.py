@@ -1,7 +1,7 @@
-"""What guards of θ2 add to the energy of a proof, in balls: barriers, soft guards and stops."""
+"""What guards add to the energy of a proof, in balls: barriers, soft guards and stops."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from flint import arb
 
@@ -18,6 +18,52 @@ def barrier(stiffness: Ball, angle: Ball) -> list[Ball]:
     ss = 1 + tt  # 1/cos² θ, the derivative of tan θ
     terms = [tt / 2, t * ss, ss * (ss + 2 * tt), 4 * t * ss * (2 * ss + tt)]
     return [stiffness * term for term in terms]
+
+
+def outer_barrier(stiffness: Ball, angle: Ball) -> list[Ball]:
+    """Return ½ k tan²(θ/2) and its derivatives up to order 3, as `barrier` does, up to ±π."""
+    return [term / 2**order for order, term in enumerate(barrier(stiffness, angle / 2))]
+
+
+class Barrier(NamedTuple):
+    """A barrier on one angle.
+
+    Attributes:
+        stiffness: k, a ball, N m.
+        axis: The axis of the angle.
+    """
+
+    stiffness: Ball
+    axis: int
+
+    def terms(self, angle: Ball) -> list[Ball]:
+        """Return its energy and the derivatives up to order 3; no numbers beyond its end."""
+        kind = barrier if self.axis == 1 else outer_barrier
+        return kind(self.stiffness, angle)
+
+    def end_beyond(self, slope: Ball) -> float | None:
+        """Return an angle from which on, up to its end, its slope exceeds another, or None.
+
+        With t = tan θ2 the slope k t (1 + t²) exceeds k t³, and grows. With θ/2 it is half of that.
+        """
+        share = 1 if self.axis == 1 else 2
+        steep = share * slope / self.stiffness
+        angle = share * (float(((1 + steep).root(3)).atan()) + 1e-9)
+        # A double beyond the end has no bounds, and no comparison with them is true.
+        return angle if self.terms(arb(angle))[1] > slope else None
+
+
+def barriers_of(data: Mapping[str, Any]) -> list[Barrier]:
+    """Return the barriers of `reduced_energy` of a proof.
+
+    Raises:
+        ValueError: One has a stiffness that is not positive.
+    """
+    stiffness, outer = data.get("barrier"), data.get("outer_barrier")
+    given = [(stiffness, 1), (outer, 0), (outer, 2)]
+    if any(one is not None and not one > 0 for one, _ in given):
+        raise ValueError("The barrier has a stiffness that is not positive")
+    return [Barrier(rounded(one), axis) for one, axis in given if one is not None]
 
 
 class SwitchingGuard:

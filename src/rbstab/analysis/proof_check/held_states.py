@@ -11,9 +11,10 @@ from flint import arb, arb_mat
 
 from rbstab.analysis.proof_check.boxes import Box
 from rbstab.analysis.proof_check.claims import RestState, fault_of
-from rbstab.analysis.proof_check.energy import Energy, Taylor
+from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.findings import Range
 from rbstab.analysis.proof_check.guards import SwitchingGuard
+from rbstab.analysis.proof_check.taylor import Taylor
 from rbstab.analysis.proof_check.trigonometric import Ball, square
 
 FREE = (0, 2)
@@ -73,8 +74,7 @@ def held_unique(U: Energy, state: RestState, box: Box) -> bool:
     sums = (residual[i, 0].abs_upper() + residual[i, 1].abs_upper() for i in range(2))
     if not all(total < 1 for total in sums):
         return False
-    around = Taylor(U, box, without=holder.guard)
-    return around.below is None and holder.balances(around.whole_gradient[1, 0])
+    return holder.balances(Taylor(U, box, without=holder.guard).whole_gradient[1, 0])
 
 
 def _holder(U: Energy, box: Box) -> Holder | None:

@@ -9,9 +9,10 @@ from flint import arb
 from rbstab.analysis.proof_check.boxes import Box, flat, gap, touches, width
 from rbstab.analysis.proof_check.claims import RestState
 from rbstab.analysis.proof_check.cover import Cover, cover
-from rbstab.analysis.proof_check.energy import Energy, Taylor
+from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.findings import Face, Finding, Range
 from rbstab.analysis.proof_check.flood import WET, flood
+from rbstab.analysis.proof_check.taylor import Taylor
 
 SHARES = (1 / 2, 1 / 4, 1 / 8, 1 / 16)
 """The widths of wet boxes that are tried, as shares of the distance to a high place."""

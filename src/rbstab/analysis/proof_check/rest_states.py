@@ -9,9 +9,10 @@ from flint import arb, arb_mat
 
 from rbstab.analysis.proof_check.boxes import AXES, Box, box_between, touches
 from rbstab.analysis.proof_check.claims import RestState, fault_of
-from rbstab.analysis.proof_check.energy import Energy, Taylor
+from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.findings import Range
 from rbstab.analysis.proof_check.held_states import held_fault, held_unique
+from rbstab.analysis.proof_check.taylor import Taylor
 from rbstab.analysis.proof_check.trigonometric import square
 
 

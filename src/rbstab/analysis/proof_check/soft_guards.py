@@ -11,9 +11,11 @@ from flint import arb, ctx
 
 from rbstab.analysis.proof_check.boxes import Box, flat, shown
 from rbstab.analysis.proof_check.checker import FARTHEST_END, PRECISION
+from rbstab.analysis.proof_check.confinement import confined
 from rbstab.analysis.proof_check.cover import cover
-from rbstab.analysis.proof_check.energy import Energy, Taylor, TooLongError
+from rbstab.analysis.proof_check.energy import Energy, TooLongError
 from rbstab.analysis.proof_check.findings import UNWRAPPED, Finding, Range, range_with
+from rbstab.analysis.proof_check.taylor import Taylor
 from rbstab.analysis.proof_check.trigonometric import Ball
 
 METHODS = ("stiff", "repelling")
@@ -45,7 +47,7 @@ def decimal(number: float) -> Ball:
 
 def _findings(U: Energy, claim: Mapping[str, Any]) -> Iterator[Finding]:
     strength, soft_angle = (decimal(claim[key]) for key in ("strength", "soft_angle"))
-    plain = U.stiffness is None and not U.guards and not U.lines and U.position is None
+    plain = not U.barriers and not U.guards and not U.lines and U.position is None
     sound = claim["method"] in METHODS and plain and strength > 0
     if not (sound and soft_angle > 0 and soft_angle < arb.pi() / 2):
         text = "The guard is not one that adds energy beyond an angle between 0 and π/2."
@@ -53,9 +55,9 @@ def _findings(U: Energy, claim: Mapping[str, Any]) -> Iterator[Finding]:
         return
     first, third = arb(claim["end"][0]), arb(claim["end"][2])
     range_ = range_with(UNWRAPPED, (first, arb.pi() / 2, third))
-    confined = _confined(U, range_)
-    yield confined
-    if not confined.verified:
+    ends = _confined(U, range_)
+    yield ends
+    if not ends.verified:
         return
     yield _border(U, claim["border"], range_)
     room = arb.pi() / 2 - soft_angle
@@ -75,7 +77,7 @@ def _confined(U: Energy, range_: Range) -> Finding:
     """
     first, _, third = range_.ends
     close = first < FARTHEST_END and third < FARTHEST_END
-    verified = close and U.confined(first, third)
+    verified = close and confined(U, first, third)
     text = f"Lowest points and rest states have |θ1| < {float(first):.5g} and "
     text += f"|θ3| < {float(third):.5g} rad"
     text = f"{text}." if verified else f"{text}: this could not be confirmed."

@@ -18,8 +18,9 @@ def region_energies(proof: Proof, *, in_range: bool = True) -> list[tuple[Triple
             come after them. Where every start converges, the bound is infinite.
     """
     found = list[tuple[Triple, float]]()
-    if proof.every_start and proof.unwrapped is not None:
-        found.append((proof.unwrapped.states[0].orientation, math.inf))
+    if proof.every_start:
+        all_of = proof if proof.unwrapped is None else proof.unwrapped
+        found.append((all_of.states[0].orientation, math.inf))
     for part in (proof if in_range else None, proof.unwrapped):
         if part is None:
             continue

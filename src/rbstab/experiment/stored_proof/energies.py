@@ -132,8 +132,9 @@ class ProvedEnergy(Entry):
     """The reduced energy U of a proof, J: ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3).
 
     t is [1, cos θ, sin θ, cos 2θ, ...]. With a barrier on θ2, U has the term ½ k tan² θ2 too, and
-    barrier is k, N m; None without one. The energies of soft guards are added to U; a stop allows
-    no |θ2| above the angle `stop`, rad. With springs, U has the lengths of their lines too; lines
+    barrier is k, N m; None without one. With barriers on θ1 and θ3, it has ½ k tan²(θ/2) of both,
+    and outer_barrier is their k. The energies of soft guards are added to U; a stop allows no |θ2|
+    above the angle `stop`, rad. With springs, U has the lengths of their lines too; lines
     is None without one. The energies of ligaments are added to U: those of a held body, or their
     least value over the position. Each number is the exact one rounded once.
     """
@@ -142,6 +143,7 @@ class ProvedEnergy(Entry):
     linear: Triple
     coefficients: Coefficients
     barrier: PositiveFloat | None = None
+    outer_barrier: PositiveFloat | None = None
     soft_guards: tuple[ProvedGuard, ...] | None = None
     stop: PositiveFloat | None = None
     lines: tuple[ProvedLine, ...] | None = None
@@ -170,7 +172,9 @@ class ProvedEnergy(Entry):
         soft = [one.energy for one in self.soft_guards or ()]
         if self.stop is not None:
             soft.append(SoftEnergy(math.inf, 0.0, self.stop))
-        return Guard(barrier, tuple(soft)) if barrier is not None or soft else None
+        outer = None if self.outer_barrier is None else BarrierEnergy(self.outer_barrier, half=True)
+        acts = barrier is not None or soft or outer is not None
+        return Guard(barrier, tuple(soft), outer) if acts else None
 
 
 class ProvedFreeLine(Entry):
@@ -222,6 +226,7 @@ def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
         linear=form.linear.tolist(),
         coefficients=form.coefficients.tolist(),
         barrier=_stiffness(guard),
+        outer_barrier=None if guard is None or guard.outer is None else guard.outer.stiffness,
         soft_guards=None if guard is None else tuple(_soft_guards(guard)) or None,
         stop=None if guard is None else guard.stop,
         lines=tuple(springs) or None,

@@ -17,11 +17,13 @@ Triple = tuple[float, float, float]
 OF_ELEMENTS = (
     "barrier",
     "brief",
+    "closed",
     "every_start",
     "held",
     "free_ligaments",
     "ligaments",
     "lines",
+    "outer_barrier",
     "shift",
     "soft_guards",
     "stop",

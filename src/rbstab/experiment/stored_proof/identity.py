@@ -27,6 +27,9 @@ BARRIER_VERSION = 1
 SWITCHING_GUARD_VERSION = 1
 """The same for configs with a soft guard or a stop: before it, nothing was proved of them."""
 
+OUTER_BARRIER_VERSION = 1
+"""The same for configs with a barrier on θ1 and θ3: before it, nothing was proved of them."""
+
 SPRING_VERSION = 1
 """The same for configs with a spring: before it, nothing was proved of them."""
 
@@ -69,6 +72,8 @@ def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
         parts.append(f"barrier {BARRIER_VERSION}")
     if any(getattr(one, "method", None) in SWITCHING_GUARDS for one in config.elements.values()):
         parts.append(f"switching guard {SWITCHING_GUARD_VERSION}")
+    if any(getattr(element, "outer_stiffness", 0) for element in config.elements.values()):
+        parts.append(f"outer barrier {OUTER_BARRIER_VERSION}")
     if any(element.kind == "spring" for element in config.elements.values()):
         parts.append(f"spring {SPRING_VERSION}")
         if config.controller.variant not in HELD_OR_SLIDING:

@@ -175,6 +175,9 @@ class Proof(ProvedStates):
             for a tied body with springs.
         tied_energy: The energy W of a tied body with springs, J; its rest states are those at which
             no spring has length zero. None for other bodies.
+        closed: True if barriers keep every motion in the range of eq. 5 that starts there, and
+            there is one rest state, a minimum: then every such motion converges to it. There is no
+            region then, as none is needed. None: not proved.
         brief: True if nobody asked for the proof, and a search stopped at its smaller limit of
             boxes: `rbstab run --prove` may prove more. None otherwise.
         id: A checksum of the body, its gravity, what acts on it, and the equations.
@@ -187,6 +190,13 @@ class Proof(ProvedStates):
     unwrapped: UnwrappedStates | None = None
     tied_energy: ProvedTiedEnergy | None = None
     brief: Literal[True] | None = None
+    closed: Literal[True] | None = None
+
+    @model_validator(mode="after")
+    def _check_closed(self) -> Self:
+        if self.closed and not (self.proved and self.globally_stable):
+            raise ValueError("not every start converges to the only rest state")
+        return self
 
     def __repr__(self) -> str:
         """Return one line: the rest states, and how the proof ended."""
@@ -236,9 +246,17 @@ class Proof(ProvedStates):
 
     @property
     def every_start(self) -> bool:
-        """Whether every motion from |θ2| < π/2 (up to a stop) converges to the one rest state."""
-        wide = self.unwrapped
-        return self.kept_by is not None and wide is not None and wide.every_start is True
+        """Whether every motion from the range (up to a stop) converges to the one rest state."""
+        if self.kept_by is None:
+            return False
+        if self.within_barriers:
+            return self.closed is True
+        return self.unwrapped is not None and self.unwrapped.every_start is True
+
+    @property
+    def within_barriers(self) -> bool:
+        """Whether barriers on θ1 and θ3 keep these angles between -π and π."""
+        return self.reduced_energy is not None and self.reduced_energy.outer_barrier is not None
 
 
 NOT_DAMPED = "no elements damp every motion"

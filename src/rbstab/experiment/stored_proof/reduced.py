@@ -75,6 +75,7 @@ def proof_record(identity: str, found: Found, unwrapped: Found | None, seconds: 
         seconds=seconds,
         reduced_energy=energy_of(found.rest.energy.form),
         unwrapped=wide,
+        closed=found.rest.closed or None,
         **_entries(found),
     )
 

@@ -106,6 +106,9 @@ def reached_state(proof: Proof, energy: float, low: Array, high: Array) -> int |
     Returns:
         The number, from 1 for the lowest; None if it is not proved.
     """
+    if proof.every_start and proof.within_barriers:
+        inside = np.all(low >= -OPEN_RANGE) and np.all(low <= high) and np.all(high <= OPEN_RANGE)
+        return 1 if inside else None
     number = _reached(proof, proof, OPEN_RANGE, energy, (low, high))
     wide = proof.unwrapped
     if number is not None or wide is None:

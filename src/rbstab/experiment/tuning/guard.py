@@ -102,8 +102,8 @@ def _check_barriers(config: Config) -> None:
     for name, section in config.elements.items():
         if _is_barrier(section.model_dump()) and section.outer_stiffness:
             raise UnsuitedConfigError(
-                f"elements.{name}.outer_stiffness: is {section.outer_stiffness:g}, and no proof "
-                "takes it into account (expected 0)"
+                f"elements.{name}.outer_stiffness: is {section.outer_stiffness:g}, and a barrier "
+                "on θ2 alone would take its place (expected 0)"
             )
 
 

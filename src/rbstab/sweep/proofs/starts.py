@@ -175,7 +175,7 @@ def _whole_bound(proof: Proof, states: ProvedStates) -> float:
     A proof of version 1 has v, computed in doubles; it gets the same margin as in a single run.
     """
     region = states.region
-    if proof.every_start and states is proof.unwrapped:
+    if proof.every_start and (proof.within_barriers or states is proof.unwrapped):
         return np.inf
     if region is None:
         return -np.inf

@@ -100,6 +100,65 @@ def test_energy_and_slope_are_those_of_the_element(angle):
         assert arb(float(low[order, 0])) <= value <= arb(float(high[order, 0]))
 
 
+@pytest.mark.parametrize("angle", [-3.0, -0.3, 0.0, 0.7, 3.14])
+@pytest.mark.parametrize("axis", [0, 2])
+def test_energy_and_slopes_on_the_other_angles_are_those_of_the_element(angle, axis):
+    """The slope follows from the couple, the others by differences of it in many digits."""
+    nothing, unit = np.zeros(3), np.eye(3)
+
+    def element(x):
+        Theta = np.array([arb(0)] * 3, dtype=object)
+        Theta[axis] = x
+        motion = Motion(Theta, nothing, nothing, nothing, unit, unit, nothing, nothing)
+        one = Barrier(name="range", stiffness=arb(0), outer_stiffness=arb(3))
+        return one.stored(motion, nothing), -one.wrench(motion, nothing).couple[axis]
+
+    found = BarrierEnergy(3.0, half=True)
+    low, high = found.at(np.array([angle]), 3)
+    h = arb(2) ** -100
+    before, here, after = (element(arb(angle) + step)[1] for step in (-h, 0, h))
+    values = [element(arb(angle))[0], here, (after - before) / (2 * h)]
+    values.append((after - 2 * here + before) / h**2)
+    for order, value in enumerate(values):
+        error = arb(0, 1e-12) * (1 + abs(value))
+        assert (value + error).overlaps(arb(float(low[order, 0])).union(arb(float(high[order, 0]))))
+        assert high[order, 0] - low[order, 0] <= 1e-13 * (1 + abs(high[order, 0]))
+    assert np.all(found.at(np.array([np.nextafter(np.pi, 4)]), 1)[1] == np.inf)
+
+
+def test_a_form_with_barriers_on_all_angles_adds_each_along_its_axis():
+    rng = np.random.default_rng(4)
+    bare = reduced_energy(random_rest_system(rng, "permanent")).form
+    guard = Guard(BarrierEnergy(2.0), (), BarrierEnergy(5.0, half=True))
+    form = replace(bare, guard=guard)
+    Theta = rng.uniform(-1, 1, (20, 3)) * [3.0, 1.5, 3.0]
+    t = np.tan(Theta * [0.5, 1.0, 0.5])
+    k = np.array([5.0, 2.0, 5.0])
+    ss, share = 1 + t * t, np.array([0.5, 1.0, 0.5])
+    parts = [0.5 * k * t * t, k * share * t * ss, k * share**2 * ss * (1 + 3 * t * t)]
+    found, without = form.rigorous(Theta, 2), bare.rigorous(Theta, 2)
+    near = form.approximate(Theta, 2)
+    np.testing.assert_allclose(found[0].values - without[0].values, parts[0].sum(axis=1), rtol=1e-9)
+    np.testing.assert_allclose(found[1].values - without[1].values, parts[1], rtol=1e-9, atol=1e-9)
+    added = found[2].values - without[2].values
+    for axis in range(3):
+        np.testing.assert_allclose(added[:, axis, axis], parts[2][:, axis], rtol=1e-9, atol=1e-8)
+    for one, other in zip(found, near, strict=True):
+        np.testing.assert_allclose(one.values, other, rtol=1e-9, atol=1e-8)
+    low, high = Theta - 0.02, Theta + 0.02
+    with np.errstate(all="ignore"):
+        over = enclosure(form, Boxes(low, high))
+        least, most = lower_bounds(over), upper_bounds(over)
+        slopes = over.gradient_bounds
+    for n in range(20):
+        points = rng.uniform(low[n], high[n], (30, 3))
+        value, gradient = form.approximate(points, 1)
+        assert np.all((value >= least[n] - 1e-6) & (value <= most[n] + 1e-6))
+        assert np.all((gradient >= slopes[0][n] - 1e-6) & (gradient <= slopes[1][n] + 1e-6))
+        if over.monotonic[n]:
+            assert np.any(gradient.min(axis=0) * gradient.max(axis=0) > 0)
+
+
 @settings(max_examples=60, deadline=None)
 @given(seeds)
 def test_bounds_over_an_interval_hold_inside_and_are_attained(seed):

@@ -3,6 +3,9 @@
 U = ½ Σ w_i (θ_i - c_i)² with guards has rest states in closed form.
 """
 
+from dataclasses import replace
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from support.guards import parabola_with
@@ -128,6 +131,24 @@ def test_a_rest_state_at_the_angle_of_a_stiff_guard_is_isolated():
     assert found.outcome is SearchOutcome.PROVED
     (zero,) = found.inside
     assert not zero.at_kink
+
+
+def test_an_enclosure_contains_the_state_at_the_exact_angle():
+    """An angle of a config is a decimal; with a steep coupling its distance to a double counts."""
+    steep, angle = 1e8, 0.1
+    form = parabola_with(Guard(None, (soft(couple=np.inf, angle=angle),)), [0.0, 0.7, -0.2])
+    Q = np.diag([1.0, 1e17, 1.0])
+    Q[0, 1] = Q[1, 0] = steep
+    form = replace(form, quadratic=Q, linear=np.array([0.0, -1e18, 0.2]))
+    kink = the_kink(form, angle)
+    zero = isolated_kink_zero(form, kink, np.array([-steep * angle, angle, -0.2]))
+    assert zero is not None
+    exact = -Fraction(steep) * Fraction(1, 10)
+    assert Fraction(zero.enclosure.low[0, 0]) < exact < Fraction(zero.enclosure.high[0, 0])
+    # Also where the angle is rounded by as much as a double can be.
+    for number in (kink.ends[0], kink.ends[1]):
+        place = -Fraction(steep) * Fraction(number)
+        assert Fraction(zero.enclosure.low[0, 0]) < place < Fraction(zero.enclosure.high[0, 0])
 
 
 def test_newton_does_not_converge_where_the_guard_cannot_hold():

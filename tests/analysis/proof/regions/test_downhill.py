@@ -1,12 +1,17 @@
 """A path is called below a level only if all of it is, and only if it stays in its domain."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from support.guards import parabola_with
 from support.rest import inverted_pendulum
 
 from rbstab.analysis.proof.boxes import RANGE_END, Boxes, box_around, joined, no_boxes, whole_range
+from rbstab.analysis.proof.guards.guard import Guard
+from rbstab.analysis.proof.guards.soft import SoftEnergy
 from rbstab.analysis.proof.reduced_energy import reduced_energy
-from rbstab.analysis.proof.regions.downhill import Landscape, descent, stays_below
+from rbstab.analysis.proof.regions.downhill import Landscape, _upper, descent, stays_below
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 
 # U = ½ Σ θ_i².
@@ -83,3 +88,49 @@ def test_minimum_that_is_not_listed_is_not_reached():
     other = Landscape(landscape.form, landscape.minima[1:], RANGE_END)
     assert other.reached_minimum(box_around(np.array([0.5, 0, 0]), 1e-6), 0.0) is None
     assert Landscape(landscape.form, (), RANGE_END).reached_minimum(landscape.minima[0], 0) is None
+
+
+JUMPS = {
+    "repelling": Guard(None, (SoftEnergy(5.0, 0.0, 0.5),)),
+    "stop": Guard(None, (SoftEnergy(np.inf, 0.0, 0.5),)),
+}
+
+
+@pytest.mark.parametrize("kind", JUMPS)
+def test_ways_down_go_on_along_the_angle_of_a_guard(kind):
+    """The lowest point is at the angle. On the way a step would cross it, or leave it again."""
+    guard, rng = JUMPS[kind], np.random.default_rng(0)
+    form = parabola_with(guard, [0.3, 0.7, -0.2])
+    form = replace(form, quadratic=form.quadratic + 0.4 * (1 - np.eye(3)))
+    held = np.linalg.solve(
+        form.quadratic[np.ix_([0, 2], [0, 2])],
+        -(form.linear[[0, 2]] + 0.5 * form.quadratic[[0, 2], 1]),
+    )
+    lowest = np.array([held[0], 0.5, held[1]])
+    size = np.array([1e-9, 5e-16, 1e-9])
+    minimum = Boxes((lowest - size)[np.newaxis], (lowest + size)[np.newaxis])
+    end = np.array([2.0, min(1.5, guard.end), 2.0])
+    landscape = Landscape(form, (minimum,), end)
+    for _ in range(20):
+        start = rng.uniform(-1, 1, 3) * [1.5, 0.45, 1.5]
+        vertices = descent(form, start, landscape.domain)
+        np.testing.assert_allclose(vertices[-1], lowest, atol=1e-6)
+        assert np.all(np.diff(form.value(vertices)) < 0)
+        level = float(form.value(start[np.newaxis])[0]) + 1e-9
+        assert landscape.reached_minimum(box_around(start, 0.0), level) == 0
+        assert landscape.reached_minimum(box_around(start, 0.0), level - 1e-6) is None
+
+
+def test_the_other_side_of_a_guard_is_reached_where_it_cannot_hold():
+    form = parabola_with(Guard(None, (SoftEnergy(0.1, 0.0, 0.5),)), [0.3, 0.7, -0.2])
+    vertices = descent(form, np.zeros(3), whole_range(np.array([2.0, 1.5, 2.0])))
+    np.testing.assert_allclose(vertices[-1], [0.3, 0.6, -0.2], atol=1e-9)
+    assert 0.5 in vertices[:, 1]
+
+
+def test_bounds_along_a_stop_hold_beside_its_rounded_angle():
+    steep = 1e8
+    form = parabola_with(JUMPS["stop"], [0.0, 0.0, 0.0])
+    form = replace(form, linear=np.array([0.0, steep, 0.0]))
+    flat = Boxes(np.array([[0.0, 0.5, 0.0]]), np.array([[0.1, 0.5, 0.1]]))
+    assert _upper(form, flat)[0] > steep * (0.5 + 5e-15)

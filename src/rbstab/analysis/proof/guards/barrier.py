@@ -1,11 +1,12 @@
-"""The energy of a barrier on θ2 with proved bounds.
+"""The energy of a barrier on one angle with proved bounds.
 
 The barrier is that of `elements/guards/barrier.py`.
 
 With t = tan θ2 the energy is k P(t), and dt/dθ2 = 1 + t². So each derivative by θ2 is k times a
 polynomial in t, by the rule P -> P'(1 + t²). All coefficients are positive, and the powers are all
 even or all odd. So each even derivative grows with |θ2|, and each odd one grows with θ2: the bounds
-over an interval are the values at its ends.
+over an interval are the values at its ends. A barrier on θ1 or θ3 has t = tan(θ/2), and each
+derivative is half of that.
 """
 
 import math
@@ -32,23 +33,30 @@ SLOPE_MARGIN = 1.05
 
 @dataclass(frozen=True)
 class BarrierEnergy:
-    """The energy ½ k tan² θ2 of a barrier, J, and its derivatives by θ2.
+    """The energy ½ k tan² θ2 of a barrier, or ½ k tan²(θ/2), J, and its derivatives by θ2 or θ.
 
     Bounds hold for each k that rounds to `stiffness`. They are infinite, or no numbers, where an
-    interval reaches ±π/2, where the energy is infinite.
+    interval reaches an angle at which the energy is infinite: ±π/2, or ±π.
 
     Args:
         stiffness: k, N m, an exact number rounded once.
+        half: Whether the tangent is that of half the angle.
     """
 
     stiffness: float
+    half: bool = False
+
+    @property
+    def end(self) -> float:
+        """The largest double below the angle at which the energy is infinite, rad."""
+        return float(np.pi if self.half else np.pi / 2)
 
     def approximate(self, angles: Array, order: int) -> list[Array]:
         """Return the derivatives of order 0 to `order` at angles of shape (m,), to round-off."""
-        tangent = np.tan(angles)
+        tangent = np.tan(0.5 * angles if self.half else angles)
         return [
             self.stiffness * np.polynomial.polynomial.polyval(tangent, [float(c) for c in row])
-            for row in _rows()[: order + 1]
+            for row in _rows(self.half)[: order + 1]
         ]
 
     def at(self, angles: Array, order: int) -> tuple[Array, Array]:
@@ -58,7 +66,7 @@ class BarrierEnergy:
             Lower and upper bounds, each of shape (order + 1, m).
         """
         different, places = np.unique(angles, return_inverse=True)
-        found = [_bounds(self.stiffness, angle) for angle in different.tolist()]
+        found = [_bounds(self.stiffness, angle, self.half) for angle in different.tolist()]
         table = np.array(found, dtype=float).reshape(-1, len(ORDERS), 2)[places.reshape(-1)]
         return table[:, : order + 1, 0].T, table[:, : order + 1, 1].T
 
@@ -82,21 +90,24 @@ class BarrierEnergy:
         return least, most
 
     def end_beyond(self, slope: float) -> float | None:
-        """Return an angle from which on, up to π/2, the slope of the energy exceeds a bound, J/rad.
+        """Return an angle from which on, up to `end`, the slope of the energy exceeds a bound.
+
+        Args:
+            slope: The bound, J/rad.
 
         Returns:
             The angle, rad; None if no double is such an angle.
         """
-        low, high = 0.0, float(np.pi / 2)
+        low, high = 0.0, self.end
         while low < (middle := 0.5 * (low + high)) < high:
-            steep = _bounds(self.stiffness, middle)[1][0] > SLOPE_MARGIN * slope
+            steep = _bounds(self.stiffness, middle, self.half)[1][0] > SLOPE_MARGIN * slope
             low, high = (low, middle) if steep else (middle, high)
-        return high if _bounds(self.stiffness, high)[1][0] > slope else None
+        return high if _bounds(self.stiffness, high, self.half)[1][0] > slope else None
 
 
 @cache
-def _rows() -> tuple[tuple[Fraction, ...], ...]:
-    """Return the coefficients of the derivatives of order 0 to 3 by powers of tan θ2, for k = 1."""
+def _rows(half: bool) -> tuple[tuple[Fraction, ...], ...]:
+    """Return the coefficients of the derivatives of order 0 to 3 by powers of t, for k = 1."""
     ring = Ring(0, 2)
     stiffness, tangent = ring.variables()
     first = dict[int, Fraction]()
@@ -110,22 +121,29 @@ def _rows() -> tuple[tuple[Fraction, ...], ...]:
     zeros = [Fraction(0)] * 2
     for _ in ORDERS[1:]:
         slope = [n * value for n, value in enumerate(rows[-1])][1:]
-        rows.append([a + b for a, b in zip([*slope, *zeros], [*zeros, *slope], strict=True)])
+        rate = Fraction(1, 2) if half else Fraction(1)
+        pairs = zip([*slope, *zeros], [*zeros, *slope], strict=True)
+        rows.append([rate * (a + b) for a, b in pairs])
     return tuple(tuple(one) for one in rows)
 
 
 @lru_cache(maxsize=1 << 16)
-def _bounds(stiffness: float, angle: float) -> tuple[tuple[float, float], ...]:
+def _bounds(
+    stiffness: float,
+    angle: float,
+    half: bool,
+) -> tuple[tuple[float, float], ...]:
     """Return bounds on the derivatives of order 0 to 3 at one angle, rounded outwards."""
     from flint import arb, ctx  # imported late, as in `polynomial`
 
-    # The double np.pi / 2 is below π/2.
-    if not abs(angle) <= np.pi / 2:
+    # The doubles np.pi / 2 and np.pi are below π/2 and π.
+    if not abs(angle) <= (np.pi if half else np.pi / 2):
         return ((-math.inf, math.inf),) * len(ORDERS)
     with ctx.workprec(PRECISION):
         k = arb(stiffness, abs(stiffness) * 2.0**-53 + 5e-324)
-        tangent, found = arb(angle).tan(), list[tuple[float, float]]()
-        for row in _rows():
+        share = arb(angle) / 2 if half else arb(angle)
+        tangent, found = share.tan(), list[tuple[float, float]]()
+        for row in _rows(half):
             value = arb(0)
             for coefficient in reversed(row):
                 value = value * tangent + fraction_ball(coefficient)

@@ -1,4 +1,4 @@
-"""Bounds over boxes on a reduced energy with guards of θ2.
+"""Bounds over boxes on a reduced energy with guards.
 
 Near ±π/2 the derivatives of a barrier change so fast that Taylor's theorem needs thin boxes. There
 the exact bounds of its energy and slope over the box are sharper. A stiff guard has a bounded
@@ -15,8 +15,9 @@ from rbstab.analysis.proof.boxes import ROUNDING_FACTOR, Boxes
 from rbstab.analysis.proof.guards.barrier import BarrierEnergy
 from rbstab.analysis.proof.guards.guard import Guard
 from rbstab.analysis.proof.guards.soft import SoftEnergy
-from rbstab.analysis.proof.trigonometric import ROUND_OFF, along_second
+from rbstab.analysis.proof.trigonometric import ROUND_OFF, along
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import PITCH
 
 SUM_ERROR = 1e-15
 """The relative error of a sum of a few numbers."""
@@ -24,10 +25,10 @@ SUM_ERROR = 1e-15
 
 @dataclass(frozen=True, eq=False)
 class GuardedEnclosure(Enclosure):
-    """Proved bounds on U with guards of θ2 over each of m boxes.
+    """Proved bounds on U with guards over each of m boxes.
 
     bare has the bounds on U without the guards. energy and slope bound the energy of the guards
-    and its derivative by θ2 over each box, from low to high, shape (m, 2).
+    and its derivative by each angle over each box, from low to high, shapes (m, 2) and (m, 3, 2).
     """
 
     bare: Enclosure
@@ -43,25 +44,31 @@ class GuardedEnclosure(Enclosure):
             hessian=-self.hessian,
             bare=self.bare.negated(),
             energy=-self.energy[:, ::-1],
-            slope=-self.slope[:, ::-1],
+            slope=-self.slope[:, :, ::-1],
         )
 
     @property
     def monotonic(self) -> Array:
         """Whether a component of the gradient is proved to have no zero in the box, shape (m,)."""
+        found = super().monotonic
+        for axis in np.flatnonzero(np.any(self.slope != 0, axis=(0, 2))):
+            found = found | self._monotonic_along(int(axis))
+        return found
+
+    def _monotonic_along(self, axis: int) -> Array:
         bare, radius = self.bare, self.bare.radius
-        spread = np.einsum("mj,mj->m", np.abs(bare.hessian[:, 1]), radius) + bare.curvature[:, 1]
-        spread *= ROUNDING_FACTOR
-        low, high = self.slope.T
-        size = np.abs(bare.gradient[:, 1]) + spread
-        rises = bare.gradient[:, 1] - spread + low > 1e-15 * (size + np.abs(low))
-        falls = bare.gradient[:, 1] + spread + high < -1e-15 * (size + np.abs(high))
-        return super().monotonic | rises | falls
+        spread = np.einsum("mj,mj->m", np.abs(bare.hessian[:, axis]), radius)
+        spread = (spread + bare.curvature[:, axis]) * ROUNDING_FACTOR
+        low, high = self.slope[:, axis].T
+        size = np.abs(bare.gradient[:, axis]) + spread
+        rises = bare.gradient[:, axis] - spread + low > 1e-15 * (size + np.abs(low))
+        falls = bare.gradient[:, axis] + spread + high < -1e-15 * (size + np.abs(high))
+        return np.asarray(rises | falls)
 
 
 @dataclass(frozen=True, eq=False)
 class KinkedEnclosure(GuardedEnclosure):
-    """Proved bounds on U with guards of θ2 whose slope jumps at some angles.
+    """Proved bounds on U with guards whose slope jumps at some values of θ2.
 
     jumps is whether it may jump in each box, shape (m,). There `gradient` and its error contain all
     slopes over the box, so they hold as before, but the Hessian does not bound the slope.
@@ -109,23 +116,28 @@ class KinkedEnclosure(GuardedEnclosure):
 
 
 def guarded(bare: Enclosure, guard: Guard, boxes: Boxes) -> GuardedEnclosure:
-    """Add guards of θ2 to bounds over boxes."""
-    pitch = boxes.low[:, 1], boxes.high[:, 1], boxes.centre[:, 1]
-    low, high = guard.over(*pitch[:2])
+    """Add guards to bounds over boxes."""
+    sides = [(boxes.low[:, k], boxes.high[:, k], boxes.centre[:, k]) for k in range(3)]
+    pitch = sides[PITCH]
+    energy, slope = np.zeros((len(boxes), 2)), np.zeros((len(boxes), 3, 2))
+    for axis, function in guard.by_axis:
+        low, high = function.over(*sides[axis][:2])
+        energy = energy + np.stack([low[0], high[0]], axis=1)
+        slope[:, axis] = np.stack([low[1], high[1]], axis=1)
     smooth: Enclosure = bare
     if guard.barrier is not None:
-        smooth = _with_barrier(smooth, guard.barrier, pitch)
+        smooth = _with_barrier(smooth, PITCH, guard.barrier, pitch)
+    for axis in (0, 2) if guard.outer is not None else ():
+        assert guard.outer is not None
+        smooth = _with_barrier(smooth, axis, guard.outer, sides[axis])
+        # The sum is rounded.
+        energy += 1e-15 * np.abs(energy) * [-1.0, 1.0]
     whole = smooth
     for part in guard.soft:
         whole = _with_soft(whole, part, pitch)
         if part.couple == 0:
             smooth = _with_soft(smooth, part, pitch)
-    found = GuardedEnclosure(
-        **vars(whole),
-        bare=bare,
-        energy=np.stack([low[0], high[0]], axis=1),
-        slope=np.stack([low[1], high[1]], axis=1),
-    )
+    found = GuardedEnclosure(**vars(whole), bare=bare, energy=energy, slope=slope)
     if not guard.jumps:
         return found
     steep = smooth.gradient[:, 1]
@@ -138,20 +150,20 @@ def guarded(bare: Enclosure, guard: Guard, boxes: Boxes) -> GuardedEnclosure:
     )
 
 
-Pitch = tuple[Array, Array, Array]
-"""The lower ends, the upper ends and the centres of boxes along θ2, shape (m,) each, rad."""
+Side = tuple[Array, Array, Array]
+"""The lower ends, the upper ends and the centres of boxes along an axis, shape (m,) each, rad."""
 
 
-def _with_barrier(bare: Enclosure, barrier: BarrierEnergy, pitch: Pitch) -> Enclosure:
-    """Add a barrier to bounds over boxes."""
-    low, high, centre = pitch
+def _with_barrier(bare: Enclosure, axis: int, barrier: BarrierEnergy, side: Side) -> Enclosure:
+    """Add a barrier on one angle to bounds over boxes."""
+    low, high, centre = side
     least, most = barrier.over(low, high)
     at_centre = zip(*barrier.at(centre, 2), strict=True)
-    value, value_error = _plus(bare.value, bare.value_error, *next(at_centre))
-    gradient, gradient_error = _plus(bare.gradient, bare.gradient_error, *next(at_centre))
-    hessian, hessian_error = _plus(bare.hessian, bare.hessian_error, *next(at_centre))
+    value, value_error = _plus(bare.value, bare.value_error, axis, *next(at_centre))
+    gradient, gradient_error = _plus(bare.gradient, bare.gradient_error, axis, *next(at_centre))
+    hessian, hessian_error = _plus(bare.hessian, bare.hessian_error, axis, *next(at_centre))
     third = bare.third.copy()
-    third[:, 1, 1, 1] += np.maximum(-least[3], most[3])
+    third[:, axis, axis, axis] += np.maximum(-least[3], most[3])
     return Enclosure(
         bare.radius,
         value,
@@ -164,14 +176,14 @@ def _with_barrier(bare: Enclosure, barrier: BarrierEnergy, pitch: Pitch) -> Encl
     )
 
 
-def _with_soft(found: Enclosure, part: SoftEnergy, pitch: Pitch) -> Enclosure:
+def _with_soft(found: Enclosure, part: SoftEnergy, pitch: Side) -> Enclosure:
     """Add a soft guard or a stop to bounds over boxes.
 
     With the slope s and the curvature c in their bounds, its energy over a box is that at the
     centre plus sδ + ½ cδ², and its slope is s + cδ.
     """
     between = part.between(*pitch)
-    value, value_error = _plus(found.value, found.value_error, *between.value)
+    value, value_error = _plus(found.value, found.value_error, PITCH, *between.value)
     gradient, gradient_error = _plus_middle(found.gradient, found.gradient_error, between.slope)
     hessian, hessian_error = _plus_middle(found.hessian, found.hessian_error, between.curvature)
     return Enclosure(
@@ -186,10 +198,10 @@ def _with_soft(found: Enclosure, part: SoftEnergy, pitch: Pitch) -> Enclosure:
     )
 
 
-def _plus(values: Array, error: Array, low: Array, high: Array) -> tuple[Array, Array]:
-    """Add a function of θ2 that lies between bounds at each centre; return values and errors."""
+def _plus(values: Array, error: Array, axis: int, low: Array, high: Array) -> tuple[Array, Array]:
+    """Add a function of one angle that lies between bounds at each centre; with its errors."""
     total, wider = values.copy(), np.broadcast_to(error, values.shape).copy()
-    place = along_second(values)
+    place = along(values, axis)
     total[place] += low
     # The difference and the sum are rounded.
     wider[place] += (high - low) + 2 * ROUND_OFF * np.abs(total[place])
@@ -204,13 +216,13 @@ def _plus_middle(values: Array, error: Array, bounds: tuple[Array, Array]) -> tu
     radius = np.where(finite, 0.5 * (high - low), np.inf)
     size = np.where(finite, np.abs(low) + np.abs(high), 0.0)
     total, wider = values.copy(), np.broadcast_to(error, values.shape).copy()
-    place = along_second(values)
+    place = along(values, PITCH)
     total[place] += middle
     wider[place] += radius + 4 * ROUND_OFF * (size + np.abs(total[place]))
     return total, wider * ROUNDING_FACTOR + np.finfo(float).tiny
 
 
-def _line_below(part: SoftEnergy, pitch: Pitch, steep: Array) -> Array:
+def _line_below(part: SoftEnergy, pitch: Side, steep: Array) -> Array:
     """Return a line below the energy of a guard over boxes: value at the centre, slope, (m, 2).
 
     It is tangent at the angle of the guard, ±θ_s, if that is in the box. Any slope between those on
@@ -235,7 +247,7 @@ def _fallen(value: Array, slope: Array) -> Array:
     return found
 
 
-def _line_above(part: SoftEnergy, pitch: Pitch) -> Array:
+def _line_above(part: SoftEnergy, pitch: Side) -> Array:
     """Return the chord of the energy of a guard over boxes: it is convex, so nowhere above it."""
     low, high, centre = pitch
     ends = [part.over(angles, angles)[1][0] for angles in (low, high)]

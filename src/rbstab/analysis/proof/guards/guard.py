@@ -1,4 +1,4 @@
-"""All that guards add to the reduced energy: a convex and even function of θ2."""
+"""All that guards add to the reduced energy: convex and even functions of single angles."""
 
 import math
 from dataclasses import dataclass
@@ -9,11 +9,12 @@ import numpy as np
 from rbstab.analysis.proof.guards.barrier import BarrierEnergy
 from rbstab.analysis.proof.guards.soft import SoftEnergy
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import PITCH
 
 
 @dataclass(frozen=True)
 class Guard:
-    """The sum g(θ2) of the energies of guards, J, and its derivatives by θ2.
+    """The sum g(θ2) of the energies of guards, J, and its derivatives; and the sums on θ1 and θ3.
 
     g is even and convex, and its slope may jump where a repelling guard begins. A stop allows no
     |θ2| beyond its angle; there it adds nothing to g, and any couple toward the inside.
@@ -21,10 +22,23 @@ class Guard:
     Args:
         barrier: The sum of the barriers; None without one.
         soft: The stiff and repelling guards, and the stops.
+        outer: The barrier g_o on θ1, and on θ3; None without one. No other function of this class
+            counts it, but for `by_axis`.
     """
 
     barrier: BarrierEnergy | None = None
     soft: tuple[SoftEnergy, ...] = ()
+    outer: BarrierEnergy | None = None
+
+    @property
+    def by_axis(self) -> "list[tuple[int, Guard | BarrierEnergy]]":
+        """The axis of each angle with guards, and their sum."""
+        outer = [] if self.outer is None else [(axis, self.outer) for axis in (0, 2)]
+        return [*([(PITCH, self)] if self._parts else []), *outer]
+
+    def closes(self, axis: int) -> bool:
+        """Return whether no motion reaches the ends of the range of eq. 5 along an axis."""
+        return self.closed if axis == PITCH else self.outer is not None
 
     @property
     def closed(self) -> bool:
@@ -49,14 +63,14 @@ class Guard:
 
     @property
     def without_barrier(self) -> "Guard | None":
-        """The guards but for the barrier; None if there is no other."""
+        """The guards but for the barriers; None if there is no other."""
         return Guard(None, self.soft) if self.soft else None
 
     def without(self, jump: SoftEnergy) -> "Guard":
         """Return the guards without one of them."""
         soft = list(self.soft)
         soft.remove(jump)
-        return Guard(self.barrier, tuple(soft))
+        return Guard(self.barrier, tuple(soft), self.outer)
 
     def approximate(self, angles: Array, order: int) -> list[Array]:
         """Return the derivatives of order 0 to `order` at angles of shape (m,), to round-off.

@@ -12,7 +12,6 @@ import numpy as np
 from rbstab.analysis.proof.box_bounds import Enclosure
 from rbstab.analysis.proof.boxes import ROUNDING_FACTOR, Boxes
 from rbstab.analysis.proof.enclosure import enclosure
-from rbstab.analysis.proof.guards.bounds import KinkedEnclosure
 from rbstab.analysis.proof.guards.guard import Guard
 from rbstab.analysis.proof.guards.soft import SoftEnergy
 from rbstab.analysis.proof.index import proved_index
@@ -159,8 +158,8 @@ def _at_most_one(kink: Kink, found: Enclosure) -> Array:
     """Return whether each box has at most one rest state, as it would be on the kink; (m,)."""
     sums = _residual(found)[0].sum(axis=2) * ROUNDING_FACTOR
     low, high = found.gradient_bounds
-    unique = np.all(sums < 1, axis=1) & kink.surely_holds(low[:, 1], high[:, 1])
-    return unique & ~found.jumps if isinstance(found, KinkedEnclosure) else unique
+    found_one: Array = np.all(sums < 1, axis=1) & kink.surely_holds(low[:, 1], high[:, 1])
+    return found_one
 
 
 def _has_one(kink: Kink, found: Enclosure, boxes: Boxes) -> Array:

@@ -1,7 +1,8 @@
-"""The guards of θ2 of a system, taken apart from all else."""
+"""The guards of a system, taken apart from all else."""
 
 from collections.abc import Sequence
 from dataclasses import replace
+from fractions import Fraction
 
 from rbstab.analysis.proof.guards.barrier import BarrierEnergy
 from rbstab.analysis.proof.guards.guard import Guard
@@ -19,15 +20,11 @@ SWITCHING_GUARDS = (SoftGuard, Stop)
 
 
 class NotInProofsError(Exception):
-    """A guard has an energy that no proof takes into account: that of θ1 and θ3, or a negative."""
-
-    def __init__(self, *, outer: bool) -> None:
-        super().__init__()
-        self.outer = outer
+    """A guard has a negative energy, which no proof takes into account."""
 
 
 def guards_apart(system: System) -> tuple[System, list[Element]]:
-    """Return a system without its guards of θ2, and the guards."""
+    """Return a system without its guards, and the guards."""
     guards: list[Element] = [one for one in system.elements if isinstance(one, GUARDS)]
     others = tuple(element for element in system.elements if not isinstance(element, GUARDS))
     return replace(system, elements=others), guards
@@ -45,16 +42,20 @@ def guard_of(guards: Sequence[Element]) -> Guard | None:
         NotInProofsError: One of them has an energy that no proof takes into account.
     """
     barriers = [one for one in guards if isinstance(one, Barrier)]
-    if any(exact_number(one.outer_stiffness) != 0 for one in barriers):
-        raise NotInProofsError(outer=True)
-    stiffnesses = [exact_number(one.stiffness) for one in barriers]
-    if any(stiffness < 0 for stiffness in stiffnesses):
-        raise NotInProofsError(outer=False)
-    barrier = BarrierEnergy(float(sum(stiffnesses))) if any(stiffnesses) else None
+    barrier = _sum_of([exact_number(one.stiffness) for one in barriers], half=False)
+    outer = _sum_of([exact_number(one.outer_stiffness) for one in barriers], half=True)
     soft = soft_energies([one for one in guards if isinstance(one, SoftGuard)])
     stops = [exact_number(one.angle) for one in guards if isinstance(one, Stop)]
     if stops:
         stop = stop_energy(min(stops))
         # A guard that begins beyond the stop, or at it, never acts.
         soft = (*(one for one in soft if one.outer < stop.inner), stop)
-    return Guard(barrier, soft) if barrier is not None or soft else None
+    acts = barrier is not None or soft or outer is not None
+    return Guard(barrier, soft, outer) if acts else None
+
+
+def _sum_of(stiffnesses: Sequence[Fraction], *, half: bool) -> BarrierEnergy | None:
+    """Return the sum of barriers on one angle; None if it is zero."""
+    if any(stiffness < 0 for stiffness in stiffnesses):
+        raise NotInProofsError
+    return BarrierEnergy(float(sum(stiffnesses)), half) if any(stiffnesses) else None

@@ -112,6 +112,8 @@ def _enter_inner_gates(lowest: _LowestGates, rest: RestStates) -> None:
 def _enter_border_gates(lowest: _LowestGates, border: CertifiedRegion) -> None:
     """Enter the gates on the border, or one for all of it."""
     landscape = lowest.landscape
+    if not border.faces:
+        return
     face, least = min(border.faces.items(), key=lambda item: item[1].value)
     bound = min(found.lower_bound for found in border.faces.values())
     whole = Gate(least.value, bound, np.inf, least.Theta, face=face)

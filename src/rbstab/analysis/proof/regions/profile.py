@@ -1,8 +1,11 @@
 """The energy along θ2, at its least over θ1 and θ3: a computed curve for figures, not a proof."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from rbstab.analysis.proof.boxes import RANGE_END
+from rbstab.analysis.proof.guards.guard import Guard
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.analysis.proof.unwrapped import unwrapped_end
 from rbstab.mechanics.numbers import Array
@@ -12,6 +15,9 @@ GRID = 25
 
 WIDEST = 15.0
 """rad: the grid ends here, also where the least energy may lie beyond."""
+
+INNER = 3.1
+"""rad: barriers on θ1 and θ3 keep them within ±π; the grid ends before."""
 
 STEPS = 20
 """Newton steps from the lowest point of the grid."""
@@ -28,10 +34,11 @@ def least_along_pitch(form: TrigonometricForm, pitch: Array) -> Array:
         form: U.
         pitch: θ2, shape (m,), rad, between -π/2 and π/2.
     """
-    bound = unwrapped_end(form)
+    outer = None if form.guard is None else form.guard.outer
+    bound = unwrapped_end(form) if outer is None else np.array([INNER, INNER, INNER])
     end = np.minimum(RANGE_END if bound is None else bound, WIDEST)
-    # A barrier does not depend on θ1 and θ3.
-    bare = form.unguarded
+    # Guards of θ2 do not depend on θ1 and θ3.
+    bare = form.unguarded if outer is None else replace(form, guard=Guard(outer=outer))
     first, third = (np.linspace(-end[axis], end[axis], GRID) for axis in OUTER)
     grid = np.stack(np.meshgrid(pitch, first, third, indexing="ij"), axis=-1)
     Theta = grid[..., [1, 0, 2]].reshape(-1, 3)

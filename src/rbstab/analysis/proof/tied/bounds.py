@@ -29,8 +29,9 @@ from rbstab.analysis.proof.lines.intervals import (
 )
 from rbstab.analysis.proof.lines.over_boxes import at_centres, over_boxes
 from rbstab.analysis.proof.tied.energy import TiedEnergy
-from rbstab.analysis.proof.trigonometric import TrigonometricForm, along_second
+from rbstab.analysis.proof.trigonometric import TrigonometricForm, along
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import PITCH
 
 Orders = list[Intervals]
 """Derivatives of order 0, 1 and 2."""
@@ -106,10 +107,10 @@ def _plus(orders: Orders, bounds: tuple[Array, Array]) -> Orders:
     """Add a function of θ2 alone, whose derivatives lie between bounds."""
     found = []
     for one, low, high in zip(orders, *(rows[:3] for rows in bounds), strict=True):
-        added, along = between(low, high), Intervals(*np.zeros((2, *one.middle.shape)))
-        along.middle[along_second(one.middle)] = added.middle
-        along.radius[along_second(one.middle)] = added.radius
-        found.append(one + along)
+        added, of_guard = between(low, high), Intervals(*np.zeros((2, *one.middle.shape)))
+        of_guard.middle[along(one.middle, PITCH)] = added.middle
+        of_guard.radius[along(one.middle, PITCH)] = added.radius
+        found.append(one + of_guard)
     return found
 
 

@@ -100,6 +100,8 @@ def tied_energy(system: System, exact_system: ExactSystem) -> TiedEnergy:
             raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)
         if parts.ligaments:
             raise NoReducedEnergy(NoEnergyReason.SPRINGS_AND_LIGAMENTS)
+        if parts.guard is not None and parts.guard.outer is not None:
+            raise NoReducedEnergy(NoEnergyReason.SPRINGS_AND_OUTER_BARRIER)
         return _tied(at_rest, parts.energy, parts.guard)
     except NotTrigonometric as error:
         raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC) from error

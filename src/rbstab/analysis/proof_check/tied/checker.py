@@ -12,6 +12,7 @@ from flint import arb, ctx
 from rbstab.analysis.proof_check.boxes import Box, box_between, shown, within
 from rbstab.analysis.proof_check.checker import FARTHEST_END, PLACE_LIMIT, PRECISION
 from rbstab.analysis.proof_check.claims import RestState
+from rbstab.analysis.proof_check.confinement import confined
 from rbstab.analysis.proof_check.cover import cover
 from rbstab.analysis.proof_check.energy import TooLongError
 from rbstab.analysis.proof_check.findings import (
@@ -69,9 +70,9 @@ def _all_findings(W: TiedEnergy, proof: Mapping[str, Any]) -> Iterator[Finding]:
         return
     first, third = arb(wide["end"][0]), arb(wide["end"][2])
     range_ = range_with(UNWRAPPED, (first, arb.pi() / 2, third))
-    confined = _confined(W, range_)
-    yield confined
-    if confined.verified:
+    ends = _confined(W, range_)
+    yield ends
+    if ends.verified:
         yield from _findings_between(W, wide, UNWRAPPED, first, third)
     if wide.get("every_start"):
         text = "A spring may lose its length, so that every start converges is not shown."
@@ -87,10 +88,11 @@ def _findings_between(
     else does not depend on z. So there is no rest state from there on, and W is larger there than
     on the faces of a range that ends at any such angle. This range is checked instead.
     """
-    if W.U.stiffness is None:
+    barrier = W.U.barrier_on(1)
+    if barrier is None:
         yield from _findings(W, claims, range_with(name, (first, arb.pi() / 2, third)))
         return
-    end = W.U.end_before_barrier(first, third)
+    end = W.U.end_before(barrier, first, third)
     if end is None:
         text = "That W rises with |θ2| near ±π/2 could not be confirmed."
         yield Finding(name, "barrier", False, text)
@@ -106,7 +108,7 @@ def _confined(W: TiedEnergy, range_: Range) -> Finding:
     """Check by theorem 6 that there is no rest state beyond the ends of θ1 and θ3."""
     first, _, third = range_.ends
     near = first < FARTHEST_END and third < FARTHEST_END
-    verified = near and W.U.confined(first, third)
+    verified = near and confined(W.U, first, third)
     text = f"All of them have |θ1| < {float(first):.5g} and |θ3| < {float(third):.5g} rad"
     text = f"{text}." if verified else f"{text}: this could not be confirmed."
     return Finding(range_.name, "ends", verified, text)

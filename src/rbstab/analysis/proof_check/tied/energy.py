@@ -14,8 +14,8 @@ from typing import Any
 from flint import arb, arb_mat
 
 from rbstab.analysis.proof_check.boxes import AXES, Box
-from rbstab.analysis.proof_check.energy import Energy, symmetric
-from rbstab.analysis.proof_check.guards import barrier
+from rbstab.analysis.proof_check.energy import Energy
+from rbstab.analysis.proof_check.taylor import symmetric
 from rbstab.analysis.proof_check.trigonometric import (
     Axes,
     Ball,
@@ -60,9 +60,9 @@ class _Quadratic(Energy):
         super().__init__(data)
         self.free = free
 
-    def _steepest(self, axis: int) -> Ball:
+    def steepest(self, axis: int) -> Ball:
         """Bound the slope of all but the quadratic part: a unit vector times w ∂r/∂θ of lines."""
-        total = super()._steepest(axis)
+        total = super().steepest(axis)
         for line in self.free:
             squares = (square(one.steepest(axis)) for one in line.offset)
             total += abs(line.weight) * sum(squares, arb(0)).abs_upper().sqrt()
@@ -132,10 +132,11 @@ class Pose:
             "centre": [_orders(at_centre) for at_centre, _ in pairs],
             "over": [self._over(*pair) for pair in pairs],
         }
-        if W.U.stiffness is not None:
+        found = W.U.barrier_on(1)
+        if found is not None:
             for where, angle in (("centre", self.centre[1]), ("over", whole[1])):
                 parts = self.parts[where]
-                parts[0] = _with_barrier(parts[0], barrier(W.U.stiffness, angle))
+                parts[0] = _with_barrier(parts[0], found.terms(angle))
 
     def _over(self, at_centre: Mapping[Axes, Ball], whole: Mapping[Axes, Ball]) -> Orders:
         """Return a function and its derivatives over the box, from the third ones over it."""

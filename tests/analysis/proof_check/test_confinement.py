@@ -6,9 +6,10 @@ from flint import arb, ctx
 from support.held_springs import held_system, random_springs
 from support.proofs import proof_of
 
-from rbstab.analysis.proof_check import slopes
-from rbstab.analysis.proof_check.energy import Energy, Taylor
-from rbstab.analysis.proof_check.slopes import largest_slope
+from rbstab.analysis.proof_check import confinement as module
+from rbstab.analysis.proof_check.confinement import confinement, largest_slope
+from rbstab.analysis.proof_check.energy import Energy
+from rbstab.analysis.proof_check.taylor import Taylor
 
 
 @pytest.fixture(autouse=True)
@@ -35,13 +36,13 @@ def wave(axis):
 def test_the_largest_slope_of_a_wave_is_bounded(axis, most):
     bound = largest_slope(wave(axis))
     assert bound is not None
-    assert most <= float(bound) <= slopes.FACTOR * most * (1 + 1e-12)
+    assert most <= float(bound) <= module.FACTOR * most * (1 + 1e-12)
 
 
 def test_no_bound_is_made_up(monkeypatch):
-    monkeypatch.setattr(slopes, "BOX_LIMIT", 3)
+    monkeypatch.setattr(module, "BOX_LIMIT", 3)
     assert largest_slope(wave(0)) is None
-    monkeypatch.setattr(slopes, "BOX_LIMIT", 50)
+    monkeypatch.setattr(module, "BOX_LIMIT", 50)
     assert largest_slope(lambda _: (arb("nan"), arb("nan"))) is None
 
 
@@ -49,10 +50,10 @@ def test_no_bound_is_made_up(monkeypatch):
 def test_confinement_holds_and_falls_back_to_single_terms(monkeypatch):
     (spring,) = random_springs(np.random.default_rng(1), 1)
     U = Energy(proof_of(held_system([spring], 2.0), box_limit=1)["reduced_energy"])
-    monkeypatch.setattr(slopes, "FACTOR", 1.5)  # faster
-    sharp = U.confinement()
-    monkeypatch.setattr(slopes, "BOX_LIMIT", 1)
-    single = U.confinement()
+    monkeypatch.setattr(module, "FACTOR", 1.5)  # faster
+    sharp = confinement(U)
+    monkeypatch.setattr(module, "BOX_LIMIT", 1)
+    single = confinement(U)
     assert sharp is not None
     assert single is not None
     assert all(0 < one < other for one, other in zip(sharp, single, strict=True))

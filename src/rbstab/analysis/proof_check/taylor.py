@@ -1,0 +1,218 @@
+"""The Taylor expansion of a reduced energy over a box, in balls."""
+
+import copy
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from flint import arb, arb_mat
+
+from rbstab.analysis.proof_check.boxes import AXES, Box
+from rbstab.analysis.proof_check.energy import Energy
+from rbstab.analysis.proof_check.guards import SwitchingGuard
+from rbstab.analysis.proof_check.trigonometric import Axes, Ball, axes_of, square
+
+
+def symmetric(radius: float) -> Ball:
+    """Return the ball about 0 with a radius, rounded up."""
+    return arb(0, math.nextafter(radius, math.inf))
+
+
+class Taylor:
+    """U over a box, expanded about its centre m up to third order, with δ = Θ - m.
+
+    With guards, bare is the expansion without them, and `added` has bounds on their energy and
+    slopes over the box. The gradient has all slopes of a guard that jumps in the box; no number at
+    a stop, without which `inside` is. With a jump, below is the expansion with a line in place of
+    the energy of what jumps, nowhere above it.
+    value, gradient (3x1) and hessian (3x3) are those at m. change is the 3x3 matrix Tδ, with the
+    third derivatives T over the whole box. With free ligaments, the Hessian of their energy is that
+    over the whole box. So, for all Θ in the box,
+
+        U = value + gradient'δ + ½ δ'(hessian + Tδ/3)δ
+        ∇U = gradient + (hessian + Tδ/2)δ               H = hessian + Tδ.
+
+    Args:
+        U: The energy.
+        box: The box.
+        face: An axis and its exact value, a ball. The box is then flat along this axis.
+        without: A guard to leave out.
+    """
+
+    def __init__(
+        self,
+        U: Energy,
+        box: Box,
+        face: tuple[int, Ball] | None = None,
+        without: SwitchingGuard | None = None,
+    ) -> None:
+        middle = [low / 2 + high / 2 for low, high in box]
+        centre = [arb(point) for point in middle]
+        step = [symmetric(max(b - m, m - a)) for m, (a, b) in zip(middle, box, strict=True)]
+        whole = [point + ball for point, ball in zip(centre, step, strict=True)]
+        self.free = [axis for axis in AXES if face is None or axis != face[0]]
+        if face is not None:
+            axis, value = face
+            centre[axis], whole[axis], step[axis] = value, value, arb(0)
+        self.centre, self.step = centre, arb_mat([[entry] for entry in step])
+        at_centre, third = U.smooth(centre), U.smooth(whole)
+        self.ligaments = None if U.position is None else U.position.over(centre, step)
+        self._expand(at_centre, third)
+        self.bare: Taylor | None = None
+        self.below: Taylor | None = None
+        self.inside: Taylor | None = None
+        guards = [one for one in U.guards if one is not without]
+        if not U.barriers and not guards:
+            return
+        self.bare, self.added = copy.copy(self), (arb(0), [arb(0)] * 3)
+        for barrier in U.barriers:
+            energy, slope, *_ = barrier.terms(whole[barrier.axis])
+            self._enlarge(energy, slope, barrier.axis)
+        if U.barriers:
+            at_centre = U.with_barriers(at_centre, centre)
+            self._expand(at_centre, U.with_barriers(third, whole))
+        jumping = [one for one in guards if one.jumps(whole[1])]
+        for one in guards:
+            if one not in jumping:
+                self._add(one, whole[1], centre[1])
+        if jumping:
+            self.below = copy.copy(self)
+            self.below.gradient, self.below.bare = arb_mat(self.gradient), None
+            for one in jumping:
+                self.below._add_line(one, whole[1])
+                self._add(one, whole[1], centre[1])
+
+    def _expand(self, at_centre: Mapping[Axes, Ball], third: Mapping[Axes, Ball]) -> None:
+        """Set the terms of the expansion."""
+        step = self.step.entries()
+        self.value = at_centre[()]
+        self.gradient = arb_mat([[at_centre[i,]] for i in AXES])
+        self.hessian = arb_mat([[at_centre[min(i, j), max(i, j)] for j in AXES] for i in AXES])
+        self.change = arb_mat(
+            [
+                [sum((third[axes_of(i, j, k)] * step[k] for k in AXES), arb(0)) for j in AXES]
+                for i in AXES
+            ]
+        )
+        if self.ligaments is not None:
+            self.value += self.ligaments.value
+            self.gradient += arb_mat([[entry] for entry in self.ligaments.gradient])
+            self.hessian += self.ligaments.hessian
+
+    def _add(self, guard: SwitchingGuard, whole: Ball, centre: Ball) -> None:
+        """Add a guard for a ball of θ2 and its centre."""
+        self.value += guard.energy(centre)
+        if guard.couple is None:
+            # A stop: any slope outwards from 0 on. Inside it adds nothing.
+            if guard.touched(whole):
+                self.inside = copy.copy(self)
+                self._raise(arb("nan"), arb(0))
+                self._enlarge(arb(0), arb("nan"))
+            return
+        slope = guard.slope(whole if guard.jumps(whole) else centre)
+        self._raise(slope, guard.curvature(whole))
+        self._enlarge(guard.energy(whole), guard.slope(whole))
+
+    def _enlarge(self, energy: Ball, slope: Ball, axis: int = 1) -> None:
+        """Add to the bounds on the energy and the slopes of the guards over the box."""
+        slopes = list(self.added[1])
+        slopes[axis] += slope
+        self.added = (self.added[0] + energy, slopes)
+
+    def _add_line(self, guard: SwitchingGuard, whole: Ball) -> None:
+        """Add a line through the angle of a guard that is nowhere above its energy.
+
+        Its slope is one of those at the angle, and balances that of all else if it can.
+        """
+        side = 1 if whole > 0 else -1 if whole < 0 else 0
+        pressing = (-side * self.gradient[1, 0]).mid()
+        if side == 0 or not pressing > 0:
+            return
+        if guard.couple is not None and not pressing < guard.couple:
+            pressing = arb(guard.couple.lower())
+        self.value += pressing * (side * self.centre[1] - guard.angle)
+        self._raise(side * pressing, arb(0))
+
+    def _raise(self, slope: Ball, curvature: Ball) -> None:
+        """Add to the derivatives of order 1 and 2 by θ2."""
+        gradient, hessian = arb_mat(self.gradient), arb_mat(self.hessian)
+        gradient[1, 0] += slope
+        hessian[1, 1] += curvature
+        self.gradient, self.hessian = gradient, hessian
+
+    @property
+    def whole_hessian(self) -> Any:
+        """The Hessian over the box; no numbers where the slope of a guard jumps in it."""
+        found = self.hessian + self.change
+        if self.below is not None:
+            found[1, 1] = arb("nan")
+        return found
+
+    @property
+    def whole_gradient(self) -> Any:
+        """The gradient over the box."""
+        found = self.gradient + self.slope * self.step
+        if self.bare is not None:
+            bare = self.bare.whole_gradient
+            for axis in AXES:
+                along = bare[axis, 0] + self.added[1][axis]
+                found[axis, 0] = found[axis, 0] if along.contains(0) else along
+        if self.inside is not None:
+            # A stop pushes inwards: it balances nothing that does so too.
+            rest, centre = self.inside.whole_gradient[1, 0], self.centre[1]
+            balanced = not (rest > 0 and centre > 0) and not (rest < 0 and centre < 0)
+            found[1, 0] = arb("nan") if balanced else rest
+        return found
+
+    @property
+    def slope(self) -> Any:
+        """The matrix S with ∇U = gradient + Sδ over the box."""
+        return self.hessian + self.change / 2
+
+    @property
+    def inverse(self) -> Any:
+        """A matrix Y near the inverse of the Hessian at m; None if there is none."""
+        try:
+            inverse = self.hessian.mid().inv().mid()
+        except ZeroDivisionError:
+            return None
+        return inverse if all(entry.is_finite() for entry in inverse.entries()) else None
+
+    def stays_above(self, bound: Ball) -> bool:
+        """Return whether U >= bound is proved for all of the box."""
+        if bool(self.values >= bound) or bool(self._by_squares() >= bound):
+            return True
+        return self.below is not None and self.below.stays_above(bound)
+
+    @property
+    def values(self) -> Ball:
+        """A ball with all values of U over the box: the sum of its terms, with δ_i² >= 0."""
+        total = self._sum_of_terms()
+        if self.bare is None:
+            return total
+        apart = self.bare.values + self.added[0]
+        return total if total.rad() < apart.rad() else apart
+
+    def _sum_of_terms(self) -> Ball:
+        d, bent = self.step, self.hessian + self.change / 3
+        total = self.value
+        for i in AXES:
+            total += self.gradient[i, 0] * d[i, 0]
+            total += bent[i, i] * square(d[i, 0].abs_upper()) * arb(0.25, 0.25)
+            total += sum((bent[i, j] * d[i, 0] * d[j, 0] for j in range(i + 1, 3)), arb(0))
+        return total
+
+    def _by_squares(self) -> Ball:
+        """Bound U by its unbounded minimum: gradient'δ + ½ δ'Hδ >= -½ gradient'H⁻¹gradient."""
+        H = arb_mat([[self.hessian[i, j] for j in self.free] for i in self.free])
+        g = arb_mat([[self.gradient[i, 0]] for i in self.free])
+        size = len(self.free)
+        leading = (arb_mat([[H[i, j] for j in range(n)] for i in range(n)]) for n in range(1, size))
+        if not all(minor.det() > 0 for minor in [*leading, H]):
+            return arb("nan")
+        try:
+            fall = g.transpose() * H.inv() * g / 2
+        except ZeroDivisionError:
+            return arb("nan")
+        cubic = self.step.transpose() * self.change * self.step / 6
+        return self.value - fall[0, 0] + cubic[0, 0]

@@ -11,6 +11,7 @@ from rbstab.experiment.convergence.convergence import Convergence
 from rbstab.experiment.stored_proof.proof import (
     GOES_ON,
     NO_LENGTH,
+    STOP,
     Proof,
     ProvedMinimum,
     ProvedState,
@@ -236,7 +237,8 @@ def _unwrapped_sentences(proof: Proof) -> list[str]:
         f"({found.examined} boxes)"
     )
     if proof.every_start:
-        first += "; globally stable: every start with |θ2| < π/2 converges"
+        where = "within the stop" if proof.kept_by == STOP else "with |θ2| < π/2"
+        first += f"; globally stable: every start {where} converges"
     elif found.globally_stable:
         keeps = f"keeps a distance from θ2 = ±π/2{and_lengths(proof)}"
         if proof.kept_by and proof.tied_energy:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from support.proofs import leaves
 
+from rbstab.analysis.proof_check import flood as module
 from rbstab.analysis.proof_check.boxes import Box, width
 from rbstab.analysis.proof_check.flood import APART, WET, Flood, flood
 
@@ -98,12 +99,28 @@ def test_the_tree_has_all_boxes() -> None:
     assert found.cover.boxes == sum(name != APART for name in found.cover.tree)
 
 
-def test_the_limits_of_a_flood() -> None:
-    endless = flood(UNIT, UNIT, lambda _: None, free, limit=50)
+def test_the_limits_of_a_flood(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "BOX_LIMIT", 50)
+    endless = flood(UNIT, UNIT, lambda _: None, free)
     assert endless.obstacle == "too many boxes"
     assert endless.cover.boxes == 50
+    monkeypatch.undo()
     # Along one way down the boxes become too narrow.
     point: Box = ((0.3, 0.3), (0.3, 0.3), (0.3, 0.3))
     narrow = flood(UNIT, point, lambda _: None, free)
     assert narrow.obstacle == "too many boxes"
     assert narrow.cover.boxes < 200
+
+
+def test_boxes_may_be_thinner_along_one_axis() -> None:
+    """The tree of a stretched flood has the axes along which it was halved, as any other."""
+
+    def reason(box: Box) -> str | None:
+        low, high = box[1]
+        return ("b" if low >= 0.25 else WET) if high - low <= 0.25 else None
+
+    found = flood(UNIT, UNIT, reason, free, stretch=100.0)
+    assert set(found.cover.tree) == {"2", "b", WET}
+    for _, part in leaves(found.cover):
+        assert tuple(part[0]) == UNIT[0]
+        assert tuple(part[2]) == UNIT[2]

@@ -155,8 +155,8 @@ def test_other_held_states_beside_a_listed_one_are_not_missed() -> None:
     energy = data["reduced_energy"]
     coefficients = np.zeros((5, 5, 5))
     coefficients[3, 0, 0] = 0.5  # cos 2θ1: θ1 = sin 2θ1 has three solutions
-    coefficients[0, 0, 0] = 0.5 * (0.7**2 + 0.2**2)
-    energy |= {"coefficients": coefficients.tolist(), "linear": [0.0, -0.7, 0.2]}
+    # The stop is pressed at all these angles: without the test in θ1 and θ3, they were one place.
+    energy |= {"coefficients": coefficients.tolist(), "linear": [0.0, -3.0, 0.2]}
     for claims in (data, data["unwrapped"]):
         (state,) = claims["states"]
         state |= {"index": 1, "orientation": [0.0, ANGLE, -0.2]}

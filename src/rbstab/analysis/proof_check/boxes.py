@@ -23,9 +23,17 @@ def width(box: Box) -> float:
     return max(high - low for low, high in box)
 
 
-def halves(box: Box) -> tuple[int, Box, Box]:
-    """Return the axis along which a box is widest, and its lower and upper half."""
-    _, axis = max((high - low, axis) for axis, (low, high) in enumerate(box))
+def halves(box: Box, stretch: float = 1.0) -> tuple[int, Box, Box]:
+    """Return the axis along which a box is widest, and its lower and upper half.
+
+    Args:
+        box: The box.
+        stretch: The width along θ2 counts so many times.
+    """
+    widths = [
+        (high - low) * (stretch if axis == 1 else 1.0) for axis, (low, high) in enumerate(box)
+    ]
+    _, axis = max(zip(widths, range(len(widths)), strict=True))
     low, high = box[axis]
     middle = low / 2 + high / 2
     before, after = box[:axis], box[axis + 1 :]

@@ -29,13 +29,19 @@ class Cover(NamedTuple):
     places: Mapping[str, Box] = {}
 
 
-def cover(box: Box, reason: Callable[[Box], str | None], limit: int = BOX_LIMIT) -> Cover:
+def cover(
+    box: Box,
+    reason: Callable[[Box], str | None],
+    limit: int = BOX_LIMIT,
+    stretch: float = 1.0,
+) -> Cover:
     """Halve a box until each part is settled.
 
     Args:
         box: The box.
         reason: Returns the reason why a box is settled, or None.
         limit: The number of boxes at which to stop.
+        stretch: As for `halves`.
     """
     pending, tree = [box], list[str]()
     while pending:
@@ -46,7 +52,7 @@ def cover(box: Box, reason: Callable[[Box], str | None], limit: int = BOX_LIMIT)
             continue
         if width(part) < MIN_WIDTH or len(tree) >= limit:
             return Cover(box, tree, len(tree), part)
-        axis, lower, upper = halves(part)
+        axis, lower, upper = halves(part, stretch)
         tree.append(str(axis + 1))
         # The last one is taken first.
         pending += [upper, lower]

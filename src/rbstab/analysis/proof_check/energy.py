@@ -12,6 +12,7 @@ A ball (python-flint's `arb`) is a number with a bound on its error. Each result
 value for every U whose numbers round to the stored doubles.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -38,6 +39,8 @@ MOST_EVALUATIONS = 3_000_000
 MOST_LINES = 100
 
 MOST_GUARDS = 20
+
+MOST_STRETCH = 8.0
 
 
 class TooLongError(Exception):
@@ -90,6 +93,17 @@ class Energy:
     def stop(self) -> SwitchingGuard | None:
         """The stop; None without one."""
         return next((one for one in self.guards if one.couple is None), None)
+
+    @property
+    def stretch(self) -> float:
+        """How much thinner than wide boxes should be along θ2, where regions are checked.
+
+        The energy of a stiff guard is so curved that wider boxes tell nothing. This only saves
+        time: any number is right.
+        """
+        stiff = sum(float(one.stiffness) for one in self.guards)
+        others = float(abs(self.quadratic[1][1]) + self.periodic.steepest(1))
+        return min(MOST_STRETCH, max(1.0, math.sqrt(stiff / others))) if others > 0 else 1.0
 
     @property
     def laws(self) -> list[LigamentLaw]:

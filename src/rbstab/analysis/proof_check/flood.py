@@ -24,12 +24,13 @@ class Flood(NamedTuple):
 
 
 class _Part:
-    """A part of the box; halved once `halves` has two parts, examined once it has a reason."""
+    """A part of the box; halved along `axis` once `halves` has two, examined with a reason."""
 
     def __init__(self, box: Box) -> None:
         self.box = box
         self.reason: str | None = None
         self.halves: tuple[_Part, ...] = ()
+        self.axis = 0
 
 
 def flood(
@@ -37,7 +38,7 @@ def flood(
     start: Box,
     reason: Callable[[Box], str | None],
     obstacle: Callable[[Box], str | None],
-    limit: int = BOX_LIMIT,
+    stretch: float = 1.0,
 ) -> Flood:
     """Flood a box from a start, over all parts that touch each other and are wet.
 
@@ -46,7 +47,7 @@ def flood(
         start: A box; all wet parts that touch it are flooded first.
         reason: Returns why a part is dry, or `WET`; None to halve it.
         obstacle: Returns why a wet part is not allowed, or None.
-        limit: The number of boxes at which to stop.
+        stretch: As for `halves`.
     """
     whole, examined = _Part(box), 0
     reached = [start]
@@ -62,9 +63,9 @@ def flood(
                 part.reason = reason(part.box)
                 stopped = obstacle(part.box) if part.reason == WET else None
                 if part.reason is None:
-                    if width(part.box) < MIN_WIDTH or examined >= limit:
+                    if width(part.box) < MIN_WIDTH or examined >= BOX_LIMIT:
                         stopped = "too many boxes"
-                    _, *both = halves(part.box)
+                    part.axis, *both = halves(part.box, stretch)
                     part.halves = tuple(_Part(half) for half in both)
                 if stopped is not None:
                     return Flood(Cover(box, _tree(whole), examined, part.box), stopped)
@@ -80,7 +81,7 @@ def _tree(whole: _Part) -> list[str]:
     while pending:
         part = pending.pop()
         if part.halves:
-            tree.append(str(halves(part.box)[0] + 1))
+            tree.append(str(part.axis + 1))
             pending += reversed(part.halves)
         else:
             tree.append(part.reason or APART)

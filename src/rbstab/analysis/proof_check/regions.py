@@ -76,7 +76,13 @@ class Region:
         for share in SHARES:
             sides.clear()
             reason = self._wet_or_dry(share, high, known)
-            found = flood(self.range_.box, self.state.enclosure, reason, obstacle)
+            found = flood(
+                self.range_.box,
+                self.state.enclosure,
+                reason,
+                obstacle,
+                stretch=self.U.stretch,
+            )
             if found.obstacle is None:
                 break
         wrong = [f"Motions below {self._bound} are not shown to stay away from {found.obstacle}."]
@@ -112,7 +118,11 @@ class Region:
         """Cover a box by boxes in which U is at least the bound, for the reason "b"."""
         bound = arb(self.claim["energy_bound"])
         place = None if face is None else (face.axis, face.place)
-        return cover(box, lambda b: "b" if Taylor(self.U, b, place).stays_above(bound) else None)
+        return cover(
+            box,
+            lambda b: "b" if Taylor(self.U, b, place).stays_above(bound) else None,
+            stretch=self.U.stretch,
+        )
 
     @property
     def _bound(self) -> str:

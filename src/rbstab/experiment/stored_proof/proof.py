@@ -13,6 +13,9 @@ NO_LENGTH = "a spring without length"
 """Where c* is attained, if not on a face of the range nor at a rest state."""
 
 
+BARRIER, STOP = "a barrier", "a stop"
+"""What keeps every motion away from θ2 = ±π/2 (`Proof.kept_by`)."""
+
 STOPPED = "the limit on the number of boxes was reached"
 """The outcome of a search that stopped at its limit (`SearchOutcome.BOX_LIMIT`)."""
 
@@ -239,10 +242,9 @@ class Proof(ProvedStates):
     def kept_by(self) -> str | None:
         """What keeps every motion away from θ2 = ±π/2: "a barrier" or "a stop"; None: nothing."""
         energy = self.reduced_energy or self.tied_energy
-        if energy is not None and energy.barrier is not None:
-            return "a barrier"
-        has_stop = self.reduced_energy is not None and self.reduced_energy.stop is not None
-        return "a stop" if has_stop else None
+        if self.reduced_energy is not None and self.reduced_energy.stop is not None:
+            return STOP
+        return BARRIER if energy is not None and energy.barrier is not None else None
 
     @property
     def every_start(self) -> bool:

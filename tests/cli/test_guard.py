@@ -237,7 +237,8 @@ def test_the_run_stays_in_the_range_too(case1: Path, rbstab: Invoke) -> None:
         ({"a": {}, "b": {}}, "elements: has the barriers a, b (expected one)"),
         (
             {"a": {"outer_stiffness": 2.0}},
-            "elements.a.outer_stiffness: is 2, and no proof takes it into account (expected 0)",
+            "elements.a.outer_stiffness: is 2, and a barrier on θ2 alone would take its place "
+            "(expected 0)",
         ),
     ],
 )

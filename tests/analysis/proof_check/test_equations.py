@@ -105,3 +105,16 @@ def test_each_number_of_a_guard_is_seen(change) -> None:
             assert energy[key] == value
             other[key] = value * (1 + 1e-9)
     assert not agrees_with_equations(other, exact)
+
+
+@pytest.mark.parametrize("angle", [0.05, 1.0, 1.29, 1.31, 1.5])
+def test_a_guard_that_the_config_does_not_have_is_seen(angle: float) -> None:
+    """Wherever it begins, also near the end of the range, or beyond the stop."""
+    data = plain_data(rbstab.load_config(paper_config("permanent", True)))
+    for elements in ({}, GUARDS):
+        config = rbstab.load_config(data | {"schema_version": 2, "elements": elements})
+        exact = partial(system_of, config)
+        energy = energy_of(reduced_energy(system_of(config), exact).form).model_dump(mode="json")
+        more = {"couple": 1.0, "stiffness": 0.0, "soft_angle": angle}
+        energy["soft_guards"] = [*energy.get("soft_guards", []), more]
+        assert not agrees_with_equations(energy, exact)

@@ -259,6 +259,17 @@ def test_mirrored_claims_are_verified(kind: str) -> None:
     assert refused(data) == set()
 
 
+@pytest.mark.parametrize("ends", [(-0.5000001, 0.6), (-0.6, 0.6), (-0.6, 0.5000001)])
+@pytest.mark.parametrize("slope", [1.0, -1.0])
+def test_a_box_from_stop_to_stop_may_hold_a_state_at_either(
+    ends: tuple[float, float], slope: float
+) -> None:
+    zeros = np.zeros((3, 3)).tolist()
+    energy = {"quadratic": zeros, "linear": [0.0, slope, 0.0], "coefficients": [[[0.0]]]}
+    taylor = Taylor(Energy(energy | STOP), ((-0.1, 0.1), ends, (-0.1, 0.1)))
+    assert all(entry.contains(0) for entry in taylor.whole_gradient.entries())
+
+
 def test_slopes_between_both_sides_of_a_jump() -> None:
     guard = SwitchingGuard(5.0, 2.0, 0.5)
     inner, kink, outer = (guard.slope(arb(x)) for x in (0.4, 0.5, 0.7))

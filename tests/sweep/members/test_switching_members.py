@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from support.sliding_ties import tie
 from support.switching import ENGINES, data, guard, ligament
 
 from rbstab.config.build import problem_of
@@ -16,11 +17,14 @@ from rbstab.systems.modes import modes_of
 STIFFNESSES = [40.0, 80.0, 160.0]
 
 
-def plan_of(engine_name, **plan):
+ELEMENTS = {"a": ligament(-1.0, damping=2.0), "soft": guard("stiff", 40.0, 0.1)}
+
+
+def plan_of(engine_name, elements=ELEMENTS, **plan):
     controller = {"variant": "free", "K_t": [40, 50, 60], "L_t": [4, 5, 6]}
     controller |= {"K_r": [30, 40, 50], "L_r": [3, 4, 5]}
     base = data(
-        {"a": ligament(-1.0, damping=2.0), "soft": guard("stiff", 40.0, 0.1)},
+        elements,
         {"velocity": [4.1, 0.3, 0], "angular_velocity": [0, 1.5, 0]},
         {"duration": 3.0, "samples": 61, "engine": engine_name, "rtol": 1e-12},
         controller=controller,
@@ -64,18 +68,32 @@ def test_no_member_runs_in_a_batch():
     assert len(EnsembleEngine(other, SingleRuns(other)).variant_engines) == 1
 
 
-def test_convergence_of_members_is_not_decided():
-    """Proofs are for smooth equations; the column names the reason."""
+def test_convergence_of_members_with_a_sliding_tie_is_not_decided():
+    """No proof takes it into account; the column names the reason."""
     from rbstab.sweep.proofs.columns import MOTION_PROOFS
     from rbstab.sweep.proofs.convergence import shares_proof
     from rbstab.sweep.proofs.motions import motion_columns
 
-    plan = plan_of("scipy", prove="motion")
+    plan = plan_of("scipy", {"a": ligament(-1.0), "tie": tie()}, prove="motion")
     columns = motion_columns(plan, 0, 3)
     assert [MOTION_PROOFS[code] for code in columns["motion_proof"]] == ["switches"] * 3
     starts = {"initial.velocity[0]": {"values": [1.0, 2.0]}}
-    for other in (plan, plan_of("scipy", vary=starts)):
+    for other in (plan, plan_of("scipy", {"tie": tie()}, vary=starts)):
         assert not any(shares_proof(other, variant) for variant in other.variants)
+
+
+def test_members_with_a_ligament_and_a_guard_are_proved_in_a_region():
+    from rbstab.sweep.proofs.columns import MOTION_PROOFS
+    from rbstab.sweep.proofs.convergence import shares_proof
+    from rbstab.sweep.proofs.motions import motion_columns
+
+    starts = {"initial.velocity[0]": {"values": [0.01, 0.02, 90.0]}}
+    plan = plan_of("scipy", prove="motion", vary=starts)
+    assert all(shares_proof(plan, variant) for variant in plan.variants)
+    columns = motion_columns(plan, 0, 3)
+    words = [MOTION_PROOFS[code] for code in columns["motion_proof"]]
+    assert words[2] == "switches"
+    assert columns["proved_rest_state"].tolist() == [1, 1, 0]
 
 
 def test_modes_of_a_member_are_those_of_its_own_start():

@@ -14,8 +14,8 @@ import numpy as np
 from rbstab.analysis.proof.boxes import RANGE_END, Boxes, joined
 from rbstab.analysis.proof.branch_and_bound import SearchOutcome
 from rbstab.analysis.proof.enclosure import enclosure
-from rbstab.analysis.proof.least_value import LeastValue, least_value, lower_bounds
-from rbstab.analysis.proof.rest_states import RestStates
+from rbstab.analysis.proof.least_value import LeastValue, least_value, lower_bounds, upper_bounds
+from rbstab.analysis.proof.rest_states import RestPoint, RestStates
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array
 
@@ -138,9 +138,16 @@ def _proved_bound(rest: RestStates, faces: Iterable[LeastValue]) -> float | None
     return min([*at_border, float(inside.min(initial=np.inf))])
 
 
+def energy_at_most(form: TrigonometricForm, point: RestPoint) -> float:
+    """Return an upper bound of the energy of a rest state, J: a proved minimum, or near it."""
+    if point.state.on_kink:
+        # At a stop, the rounded θ2 may be beyond the exact one, and U below that of the state.
+        return float(upper_bounds(enclosure(form, point.enclosure))[0])
+    found = form.rigorous(point.Theta[np.newaxis], 0)[0]
+    return float(found.values[0] + found.error)
+
+
 def _height(rest: RestStates, bound: float) -> float:
     """Return a lower bound of how far an energy is above the lowest rest state; 0 if below it."""
-    found = rest.energy.form.rigorous(rest.states[0].Theta[np.newaxis], 0)[0]
-    # This bounds the energy of the lowest rest state from above, so the height is a lower bound.
-    height = bound - float(found.values[0] + found.error)
+    height = bound - energy_at_most(rest.energy.form, rest.states[0])
     return max(0.0, float(np.nextafter(height, -np.inf)))

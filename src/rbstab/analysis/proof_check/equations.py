@@ -75,8 +75,8 @@ def _without_switching_guards(system: System) -> System:
 def _guards_agree(guards: Sequence[SwitchingGuard], system: System) -> bool:
     """Return whether the soft guards of a system have these energies, and its stop this angle.
 
-    The energies are compared at some angles between all θ_s, and beyond the last: they are
-    polynomials of degree 2 there.
+    The energies are compared at some angles between all θ_s, those of the proof too, and beyond the
+    last: they are polynomials of degree 2 there.
     """
     soft = [one for one in system.elements if isinstance(one, SoftGuard)]
     stops = [arb(0) + one.angle for one in system.elements if isinstance(one, Stop)]
@@ -85,7 +85,10 @@ def _guards_agree(guards: Sequence[SwitchingGuard], system: System) -> bool:
     if (stated is None) != (found is None) or (found is not None and not found.overlaps(stated)):
         return False
     end = arb.pi() / 2 if stated is None else stated
-    begins = sorted([arb(0), *(arb(0) + one.soft_angle for one in soft)], key=float)
+    known = [one.angle for one in guards if one.couple is not None]
+    if not all(one < end for one in known):
+        return False
+    begins = sorted([arb(0), *known, *(arb(0) + one.soft_angle for one in soft)], key=float)
     for begin, after in pairwise([*(one for one in begins if one < end), end]):
         for share in GUARD_SHARES:
             angle = begin + share * (after - begin)

@@ -23,8 +23,8 @@ class Taylor:
 
     With guards, bare is the expansion without them, and `added` has bounds on their energy and
     slopes over the box. The gradient has all slopes of a guard that jumps in the box; no number at
-    a stop, without which `inside` is. With a jump, below is the expansion with a line in place of
-    the energy of what jumps, nowhere above it.
+    a stop, without which `inside` is; `stopped` says on which sides it may act. With a jump, below
+    is the expansion with a line in place of the energy of what jumps, nowhere above it.
     value, gradient (3x1) and hessian (3x3) are those at m. change is the 3x3 matrix Tδ, with the
     third derivatives T over the whole box. With free ligaments, the Hessian of their energy is that
     over the whole box. So, for all Θ in the box,
@@ -106,6 +106,7 @@ class Taylor:
             # A stop: any slope outwards from 0 on. Inside it adds nothing.
             if guard.touched(whole):
                 self.inside = copy.copy(self)
+                self.stopped = tuple(whole.overlaps(side * guard.angle) for side in (-1, 1))
                 self._raise(arb("nan"), arb(0))
                 self._enlarge(arb(0), arb("nan"))
             return
@@ -159,9 +160,9 @@ class Taylor:
                 found[axis, 0] = found[axis, 0] if along.contains(0) else along
         if self.inside is not None:
             # A stop pushes inwards: it balances nothing that does so too.
-            rest, centre = self.inside.whole_gradient[1, 0], self.centre[1]
-            balanced = not (rest > 0 and centre > 0) and not (rest < 0 and centre < 0)
-            found[1, 0] = arb("nan") if balanced else rest
+            rest = self.inside.whole_gradient[1, 0]
+            excluded = (rest > 0 and not self.stopped[0]) or (rest < 0 and not self.stopped[1])
+            found[1, 0] = rest if excluded else arb("nan")
         return found
 
     @property

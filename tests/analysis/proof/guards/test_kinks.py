@@ -124,6 +124,14 @@ def test_a_load_that_just_ends_at_a_kink_is_not_decided(centre):
     assert proved(form).outcome is SearchOutcome.UNDECIDED
 
 
+def test_two_guards_at_nearly_one_angle_are_not_decided():
+    """-∂F/∂θ2 passes K = 0.5 between both: there are three rest states within 1e-16 rad."""
+    close = (soft(couple=0.5, angle=0.49999999999999994), soft(couple=np.inf, angle=0.5))
+    form = parabola_with(Guard(None, close), [0.0, 0.0, 0.0])
+    form = replace(form, quadratic=np.diag([1.0, -1.0, 1.0]), linear=np.array([0.0, -3e-17, 0.0]))
+    assert proved(form).outcome is SearchOutcome.UNDECIDED
+
+
 def test_a_rest_state_at_the_angle_of_a_stiff_guard_is_isolated():
     """Its slope has no jump, so uniqueness follows from the bounds on its second derivative."""
     form = parabola_with(Guard(None, (soft(stiffness=3.0),)), [0.3, 0.5, -0.2])

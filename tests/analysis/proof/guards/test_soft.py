@@ -163,6 +163,15 @@ def test_guards_beyond_a_stop_never_act():
     assert found.stop == 0.5
 
 
+def test_a_guard_that_begins_just_inside_a_stop_acts():
+    """At 0.49999999999999994 it may hold the body, where the stop at 0.5 is not reached."""
+    inside = 0.49999999999999994
+    stop = Stop(name="end", angle=number(0.5), restitution=number(0.5))
+    found = guard_of([element(RepellingGuard, 0.5, inside), stop])
+    assert found is not None
+    assert [one.angle for one in found.soft] == [inside, 0.5]
+
+
 def test_guards_are_taken_apart_and_others_stay():
     system = system_of("permanent")
     guard = element(StiffGuard, 5.0, 0.3)

@@ -5,9 +5,15 @@ import pytest
 from support.valleys import TWO_VALLEYS
 
 import rbstab
-from rbstab.analysis.proof.boxes import Boxes
+from rbstab.analysis.proof.boxes import RANGE_END, Boxes
+from rbstab.analysis.proof.branch_and_bound import SearchOutcome
+from rbstab.analysis.proof.branch_and_bound import prove as branch_and_bound
+from rbstab.analysis.proof.guards.guard import Guard
+from rbstab.analysis.proof.guards.soft import SoftEnergy
 from rbstab.analysis.proof.regions.downhill import Landscape
 from rbstab.analysis.proof.regions.starts import RegionLevel, StartRegions
+from rbstab.analysis.proof.rest_states import end_of_rest_states
+from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stored_proof.starts import OPEN_RANGE
 
@@ -78,3 +84,36 @@ def test_no_regions(landscape):
     landscape, _ = landscape
     found = StartRegions(landscape, []).find(np.array([-1e9]), np.zeros((1, 3)), np.zeros((1, 3)))
     assert found.tolist() == [-1]
+
+
+def test_no_start_is_proved_by_a_way_beyond_a_stop():
+    """Two valleys with a pass beside the stop: beyond the stop, a lower way would join them.
+
+    U = ½ (0.2 θ1² + 8 θ2² + 2 θ3²) + cos 2θ1 cos 4θ2 - 0.3 sin θ1 with |θ2| <= 0.27. On the plane
+    of θ1 through the saddle at the stop U is above the level, so a start goes to its own side.
+    """
+    C, stop = np.zeros((9, 9, 9)), 0.27
+    C[3, 7, 0], C[2, 0, 0] = 1.0, -0.3
+    guard = Guard(None, (SoftEnergy(np.inf, 0.0, stop),))
+    form = TrigonometricForm(np.diag([0.2, 8.0, 2.0]), np.zeros(3), C, guard=guard)
+    found = branch_and_bound(form, end=end_of_rest_states(form, RANGE_END))
+    assert found.outcome is SearchOutcome.PROVED
+    held = [zero for zero in found.inside if zero.at_kink]
+    minima = [zero for zero in found.inside if not zero.at_kink and abs(zero.Theta[0]) > 1]
+    assert (len(held), len(minima)) == (2, 2)
+    level = min(float(form.value(zero.Theta[np.newaxis])[0]) for zero in held) - 1e-6
+    border = held[0].Theta[0]
+    pitch = np.linspace(-stop, stop, 1001)
+    plane = np.stack([np.full(1001, border), pitch, np.zeros(1001)], axis=1)
+    assert form.value(plane).min() > level
+    rng = np.random.default_rng(0)
+    middle = rng.uniform([border - 0.5, 0.265, -0.2], [border + 0.5, stop, 0.2], size=(600, 3))
+    energy = form.value(middle)
+    middle, energy = middle[energy < level - 1e-6], energy[energy < level - 1e-6]
+    for end in (OPEN_RANGE, np.array([np.pi, guard.end, np.pi])):
+        landscape = Landscape(form, tuple(zero.enclosure for zero in minima), end)
+        regions = StartRegions(landscape, [RegionLevel(0, level), RegionLevel(1, level)])
+        reached = regions.find(energy + 1e-9, middle - 1e-12, middle + 1e-12)
+        assert np.all(reached >= 0)
+        sides = np.array([zero.Theta[0] > border for zero in minima])
+        assert np.array_equal(sides[reached], middle[:, 0] > border)

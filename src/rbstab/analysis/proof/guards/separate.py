@@ -44,14 +44,16 @@ def guard_of(guards: Sequence[Element]) -> Guard | None:
     barriers = [one for one in guards if isinstance(one, Barrier)]
     barrier = _sum_of([exact_number(one.stiffness) for one in barriers], half=False)
     outer = _sum_of([exact_number(one.outer_stiffness) for one in barriers], half=True)
-    soft = soft_energies([one for one in guards if isinstance(one, SoftGuard)])
+    soft = [one for one in guards if isinstance(one, SoftGuard)]
     stops = [exact_number(one.angle) for one in guards if isinstance(one, Stop)]
-    if stops:
-        stop = stop_energy(min(stops))
+    if not stops:
+        parts = soft_energies(soft)
+    else:
         # A guard that begins beyond the stop, or at it, never acts.
-        soft = (*(one for one in soft if one.outer < stop.inner), stop)
-    acts = barrier is not None or soft or outer is not None
-    return Guard(barrier, soft, outer) if acts else None
+        acting = [one for one in soft if exact_number(one.soft_angle) < min(stops)]
+        parts = (*soft_energies(acting), stop_energy(min(stops)))
+    acts = barrier is not None or parts or outer is not None
+    return Guard(barrier, parts, outer) if acts else None
 
 
 def _sum_of(stiffnesses: Sequence[Fraction], *, half: bool) -> BarrierEnergy | None:

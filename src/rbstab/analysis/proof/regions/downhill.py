@@ -45,11 +45,12 @@ class Landscape:
 
     @property
     def domain(self) -> Boxes:
-        """The range, a little smaller, because π and π/2 are rounded outwards; a stop is in it."""
+        """The range, a little smaller, because π and π/2 are rounded outwards; up to a stop."""
         inner = INNER * self.end
         guard = self.form.guard
         if guard is not None and guard.stop is not None:
-            inner[1] = self.end[1]
+            # Beyond a stop the form has values, but nothing can be there.
+            inner[1] = min(self.end[1], guard.end)
         return whole_range(inner)
 
     def reached_minimum(self, start: Boxes, level: float) -> int | None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rbstab.analysis.proof.branch_and_bound import SearchOutcome
-from rbstab.analysis.proof.certified_region import CertifiedRegion, Face
+from rbstab.analysis.proof.certified_region import CertifiedRegion, Face, energy_at_most
 from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.least_value import lower_bounds
 from rbstab.analysis.proof.regions.border_gates import border_gates, minimum_inside
@@ -143,9 +143,7 @@ def _falls_inwards(form: TrigonometricForm, face: Face, Theta: Array) -> bool:
 
 
 def _region(form: TrigonometricForm, minimum: RestPoint, state: int, gate: Gate) -> MinimumRegion:
-    found = form.rigorous(minimum.Theta[np.newaxis], 0)[0]
-    # U at a point of the enclosure bounds the energy of the minimum from above.
-    height = gate.lower_bound - float(found.values[0] + found.error)
+    height = gate.lower_bound - energy_at_most(form, minimum)
     return MinimumRegion(
         state,
         gate.energy - minimum.state.energy,

@@ -97,10 +97,20 @@ class StartRegions:
         found[rows[energy[rows] < self.levels[cell.region]]] = cell.region
 
     def _cell(self, box: Boxes) -> _Cell:
+        box = self._within_stops(box)
         key = box.low.tobytes() + box.high.tobytes()
         if key not in self._cells:
             self._cells[key] = self._examined(box)
         return self._cells[key]
+
+    def _within_stops(self, box: Boxes) -> Boxes:
+        """Return the part of a box that can be reached: no start is beyond a stop."""
+        guard = self.landscape.form.guard
+        if guard is None or guard.stop is None:
+            return box
+        low, high = box.low.copy(), box.high.copy()
+        low[:, 1], high[:, 1] = np.clip([low[:, 1], high[:, 1]], -guard.end, guard.end)
+        return Boxes(low, high)
 
     @np.errstate(all="ignore")  # comparisons with NaN are false
     def _examined(self, box: Boxes) -> _Cell:

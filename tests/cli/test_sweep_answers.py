@@ -111,12 +111,29 @@ def test_bodies_that_the_budget_does_not_reach(
     assert "not proved" not in without_limit.stdout
 
 
-def test_members_that_no_theorem_decides(folder: Path, rbstab: Invoke) -> None:
-    element = "{kind: guard, method: stiff, soft_angle: 1.2, stiffness: 100}"
+def _elements(element: str) -> None:
+    """Write the plan `lines.yaml` over the first config with one more element, x."""
     text = Path("good.yaml").read_text().replace("title:", "schema_version: 2\ntitle:")
-    Path("guarded.yaml").write_text(f"{text}elements: {{range: {element}}}\n")
-    vary = "vary:\n  initial.angular_velocity[1]: {values: [1, 2]}\n"
-    Path("lines.yaml").write_text(f"base: guarded.yaml\n{vary}")
+    Path("more.yaml").write_text(f"{text}elements: {{x: {{{element}}}}}\n")
+    vary = "vary:\n  initial.angular_velocity[1]: {values: [1, 60]}\n"
+    Path("lines.yaml").write_text(f"base: more.yaml\n{vary}")
+
+
+def test_members_that_no_theorem_decides(folder: Path, rbstab: Invoke) -> None:
+    _elements(
+        "kind: input, quantity: force, point: [0, 0, 0], direction: [1, 0, 0], amplitude: 1, "
+        "signal: {kind: sine, frequency: 1}"
+    )
     done = rbstab("sweep", "lines.yaml")
     assert done.exit_code == 0, done.output
-    assert "Convergence: not proved; an element switches" in done.stdout
+    assert "Convergence: not proved; an input supplies power" in done.stdout
+
+
+def test_members_beside_a_soft_guard(folder: Path, rbstab: Invoke) -> None:
+    # The second turns so fast that its energy is above the level of the region.
+    _elements("kind: guard, method: stiff, soft_angle: 1.2, stiffness: 100")
+    done = rbstab("sweep", "lines.yaml")
+    assert done.exit_code == 0, done.output
+    *_, proved, not_proved = done.stdout.splitlines()
+    assert proved == "Convergence: proved for 1 of the members: they start in a certified region."
+    assert not_proved.startswith("Convergence: not proved for 1 of the members: they start outside")

@@ -5,6 +5,7 @@ import operator
 from fractions import Fraction
 from functools import partial
 
+import mpmath
 import numpy as np
 import pytest
 from support.paper_runs import CASES, paper_config
@@ -13,6 +14,7 @@ import rbstab
 from rbstab.analysis.bounded import UNIT, Bounded, bounded_decimal, bounded_decimals
 from rbstab.analysis.exact import decimal_balls, in_balls
 from rbstab.config.build import start_of, system_of
+from rbstab.mechanics.numbers import FUNCTIONS
 
 RANDOM = np.random.default_rng(7)
 
@@ -145,3 +147,29 @@ def test_a_square_root_holds_all_values_within_the_error():
     many = Bounded(np.array([4.0, 1.0, -1.0]), np.array([0.0, 1.0, 0.1])).sqrt()
     assert many.value[0] == 2.0
     assert many.error.tolist()[1:] == [math.inf, math.inf]
+
+
+@pytest.mark.parametrize("name", ["tan", "atan", "exp", "log", "sinh", "cosh", "tanh"])
+def test_other_functions_hold_all_values_within_the_error(name):
+    """Only elements of users state them."""
+    value, error = np.array([0.3, 1.2, 0.7]), np.array([0.0, 1e-3, 0.2])
+    found = FUNCTIONS[name](Bounded(value, error))
+    for share in np.linspace(-1, 1, 9):
+        with mpmath.workdps(40):
+            exact = [
+                getattr(mpmath, name)(mpmath.mpf(x) + share * mpmath.mpf(e))
+                for x, e in zip(value, error, strict=True)
+            ]
+            assert all(
+                low <= one <= high
+                for low, one, high in zip(found.low, exact, found.high, strict=True)
+            )
+    slope = {"tan": 5, "atan": 1, "exp": 3.4, "log": 2.1, "sinh": 2, "cosh": 2, "tanh": 1}[name]
+    assert np.all(found.error <= 1.6 * slope * error + 1e-15)
+    single = FUNCTIONS[name](Bounded(0.3, 0.0))
+    assert single.value == found.value[0]
+
+
+def test_a_logarithm_of_what_may_be_negative_has_no_bound():
+    found = FUNCTIONS["log"](Bounded(0.1, 0.2))
+    assert not found.low > -math.inf

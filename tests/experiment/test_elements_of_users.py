@@ -18,6 +18,7 @@ from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.proof import prove
 from rbstab.experiment.robust.bodies import prove_within
 from rbstab.experiment.stored_proof.identity import proof_id
+from rbstab.experiment.stored_proof.proof import SUPPLIES
 from rbstab.experiment.tuning.sensitivities import sensitivities
 from rbstab.experiment.verification.verify import verify
 
@@ -188,7 +189,7 @@ def test_sensitivities_of_an_element_that_switches(folder):
     np.testing.assert_allclose(theirs.derivatives[rows], expected, rtol=1e-8, atol=1e-9)
 
 
-def test_nothing_is_proved_of_code(folder):
+def test_nothing_is_proved_of_code_if_the_body_is_not_held(folder):
     """Although this element is one for which rest states are proved, if it is ours."""
     (folder / "mine.py").write_text(TIE)
     config = load({"one": mine(**VALUES)}, controller=FREE)
@@ -202,7 +203,7 @@ def test_nothing_is_proved_of_code(folder):
         assert found.convergence.reason is Undecided.USER_CODE
         assert found.samples is None
     within = prove_within(config, tolerances_of(config, ["body.mass=±1%"]))
-    assert within.why == NoEnergyReason.USER_CODE.value
+    assert within.why == NoEnergyReason.CODE_OF_BODIES.value
     ours = prove(load({"one": {"kind": "visco-elastic"} | VALUES}, controller=FREE))
     assert ours.proved
     (refused,) = [
@@ -293,9 +294,9 @@ def test_keys_beside_the_other_kinds(tmp_path):
 def test_an_input_beside_code_decides_nothing(tmp_path):
     (tmp_path / "tie.py").write_text(TIE)
     config = load({"tie": MINE, "knock": OTHERS["knock"]}, controller=FREE)
-    assert prove(config).outcome.endswith(NoEnergyReason.USER_CODE.value)
+    assert prove(config).outcome == SUPPLIES
     within = prove_within(config, tolerances_of(config, ["body.mass=±1%"]))
-    assert (within.proved, within.why) == (None, NoEnergyReason.USER_CODE.value)
+    assert (within.proved, within.why) == (None, NoEnergyReason.CODE_OF_BODIES.value)
     found = rbstab.simulate(config, proof=prove(config), enclose=Enclose.TO_END)
     assert found.attributes["convergence"] == "not decided"
     assert "an element is code of a user" in str(found.attributes["convergence_reason"])

@@ -7,7 +7,7 @@ import click
 
 from rbstab_cli import exit_codes
 from rbstab_cli.arguments.configs import load_all
-from rbstab_cli.arguments.options import AS_JSON, CHANGES, QUIET, REPLACE_FILE
+from rbstab_cli.arguments.options import ALLOW_PYTHON, AS_JSON, CHANGES, QUIET, REPLACE_FILE
 
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
@@ -34,12 +34,14 @@ if TYPE_CHECKING:
     help="Write all boxes by which PROOF was checked, with their reasons, to FILE as JSON.",
 )
 @REPLACE_FILE
+@ALLOW_PYTHON
 @AS_JSON
 @QUIET
 def command(
     proofs: tuple[Path, ...],
     config_path: Path | None,
     changes: tuple[str, ...],
+    allow_python: bool,
     certificate: Path | None,
     force: bool,
     as_json: bool,
@@ -65,7 +67,7 @@ def command(
         raise click.UsageError("--set changes a config; give it with --config.")
     if certificate is not None:
         check_target(certificate, force=force)
-    config = None if config_path is None else _config(config_path, changes)
+    config = None if config_path is None else _config(config_path, changes, allow_python=allow_python)
     several = len(proofs) > 1 or is_dir(proofs[0])
     if certificate is not None and several:
         raise click.UsageError("--certificate needs the file of one proof")
@@ -184,9 +186,9 @@ def _refuse_others(path: Path) -> None:
     )
 
 
-def _config(path: Path, changes: tuple[str, ...]) -> "Config":
-    # No proof evaluates the code of a user, so none needs to run.
-    return load_all([path], changes, allow_python=None)[path]
+def _config(path: Path, changes: tuple[str, ...], *, allow_python: bool) -> "Config":
+    # Without permission the config is only read: all but the energy of code can be compared.
+    return load_all([path], changes, allow_python=allow_python or None)[path]
 
 
 def _print(path: Path, found: "Verification") -> None:

@@ -10,12 +10,13 @@ operations it can be too small by a factor of at most (1 - 2⁻⁵⁰)ⁿ. `SLAC
 n = 10⁹; the energy of a body takes some thousand.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from rbstab.analysis.proof.trigonometric import rigorous_basis
-from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.numbers import FUNCTIONS, Array
 
 UNIT = 2.0**-52
 """Twice the relative error of one operation."""
@@ -130,6 +131,25 @@ class Bounded:
             sine, cosine = (Bounded(basis[..., k], self.error + UNIT) for k in (2, 1))
             self._sine_and_cosine = sine, cosine
         return self._sine_and_cosine
+
+    def _through(self, name: str) -> "Bounded":
+        """Return a function of one number by its name; elements of users may state it."""
+        # Imported late: the elements of the program need none of them.
+        from rbstab.analysis.proof.lines.intervals import Intervals
+        from rbstab.analysis.proof.traced.functions import function
+
+        shape = np.broadcast_shapes(np.shape(self.value), np.shape(self.error))
+        value, error = (np.broadcast_to(one, shape).ravel() for one in (self.value, self.error))
+        found = function(name, Intervals(value, SLACK * error))[0]
+        return Bounded(found.middle.reshape(shape), found.radius.reshape(shape))
+
+
+def _method(name: str) -> Callable[[Bounded], Bounded]:
+    return lambda number: number._through(name)
+
+
+for _name in FUNCTIONS.keys() - {"sin", "cos", "sqrt"}:
+    setattr(Bounded, _name, _method(_name))
 
 
 def _exact(number: Any) -> Bounded:

@@ -13,7 +13,7 @@ from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
-from rbstab.config.user_code.permission import has_code
+from rbstab.config.user_code.permission import has_code, may_run_code
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import (
     NOT_DAMPED,
@@ -29,6 +29,9 @@ from rbstab.systems.system import System
 if TYPE_CHECKING:
     from rbstab.analysis.proof.reduced_energy import ExactSystem
     from rbstab.analysis.proof.rest_states import RestStates
+
+
+CODE_NOT_RUN = "an element is code of a user, which may not run without --allow-python"
 
 
 def prove(
@@ -134,12 +137,11 @@ def _tied_proof(
 
 
 def _no_search(config: Config) -> str | None:
-    """Return why rest states are not searched for, or None; code of users does not run for it."""
+    """Return why rest states are not searched for, or None; code of users only builds elements."""
     from rbstab.analysis.proof.definite import damps_every_motion, indefinite_parameter
-    from rbstab.analysis.proof.reduced_energy import NoEnergyReason
 
-    if has_code(config):
-        return NoEnergyReason.USER_CODE.value
+    if has_code(config) and not may_run_code(config):
+        return CODE_NOT_RUN
     if system_of(config).supplies:
         return SUPPLIES
     exact = system_of(config, decimals)

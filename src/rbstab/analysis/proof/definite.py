@@ -44,7 +44,9 @@ def indefinite_parameter(system: System) -> str | None:
     if not is_positive_definite(system.body.inertia):
         return "inertia"
     for element in system.elements:
-        for gain in element.gains:
+        # That elements of users never dissipate less than nothing is another question
+        # (`traced.passive`).
+        for gain in () if element.from_user else element.gains:
             if gain.dissipates and not is_positive_definite(getattr(element, gain.name)):
                 return gain.name
     return None

@@ -19,6 +19,15 @@ from rbstab.analysis.proof.lines.shortest import NoLength
 from rbstab.analysis.proof.multiple_angles import NotTrigonometric, form_of
 from rbstab.analysis.proof.polynomial import Polynomial, Ring, fraction
 from rbstab.analysis.proof.tied.position import offset, position_spring
+from rbstab.analysis.proof.traced.energy import TracedEnergy
+from rbstab.analysis.proof.traced.polynomials import polynomial_of
+from rbstab.analysis.proof.traced.separate import NotInProofsError as NotInProofsOfUsersError
+from rbstab.analysis.proof.traced.separate import (
+    UserEnergies,
+    in_proofs,
+    user_energies,
+    without_users,
+)
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.spring import Spring
@@ -39,9 +48,11 @@ class NoEnergyReason(Enum):
     SWITCHES = "an element switches, so its energy is not one formula for all attitudes"
     SUPPLIES = "an input supplies power"
     USER_CODE = (
-        "an element is code of a user, and no proof knows that it computes the same formula for "
-        "all numbers"
+        "an element is code of a user, and proofs take it into account only if the body is held "
+        "and the element has no switches and no own states"
     )
+    NOT_IN_PROOFS = "an element is code of a user of which a proof needs to know more"
+    CODE_OF_BODIES = "no proof for all bodies within tolerances takes code of a user into account"
     NOT_HELD = "nothing holds the position: the energy has no single minimum over X and D"
     NOT_QUADRATIC = "the energy is not a quadratic function of X and D with constant stiffness"
     NOT_FINITE = "the energy is too large for double precision"
@@ -80,8 +91,8 @@ ExactSystem = Callable[[Callable[[Array], Array]], System]
 class NoReducedEnergy(Exception):
     """A system has no reduced potential energy; `reason` names the reason."""
 
-    def __init__(self, reason: NoEnergyReason) -> None:
-        super().__init__(reason.value)
+    def __init__(self, reason: NoEnergyReason, detail: str | None = None) -> None:
+        super().__init__(reason.value if detail is None else f"{reason.value} ({detail})")
         self.reason = reason
 
 
@@ -132,11 +143,14 @@ def reduced_energy(system: System, exact_system: ExactSystem | None = None) -> R
     reject_unsmooth(system)
     at_rest = configurations(system)
     try:
-        parts = _stored_energy(at_rest, exact_system, roots=0)
+        users = user_energies(at_rest)
+        parts = _stored_energy(at_rest, exact_system, users, roots=0)
         if not parts.energy.known:
             # At most one length for each element; a ring without them is faster.
-            parts = _stored_energy(at_rest, exact_system, roots=len(system.elements))
-        return _reduced(at_rest, parts)
+            parts = _stored_energy(at_rest, exact_system, users, roots=len(system.elements))
+        return _reduced(at_rest, parts, users.traced)
+    except NotInProofsOfUsersError as error:
+        raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, str(error)) from error
     except NotTrigonometric as error:
         raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC) from error
     except OverflowError as error:
@@ -181,19 +195,23 @@ def stored_energy(system: System, ring: Ring) -> StoredEnergy:
 
 
 def _stored_energy(
-    at_rest: Configurations, exact_system: ExactSystem | None, roots: int
+    at_rest: Configurations, exact_system: ExactSystem | None, users: UserEnergies, roots: int
 ) -> StoredEnergy:
-    """Return Π in a ring with square roots."""
+    """Return Π in a ring with square roots, without what only programs compute."""
     # The lengths of lines depend on X too if the body is free.
     ring = Ring(3, at_rest.size - 3, roots=roots, roots_of_lengths=not at_rest.held)
     if exact_system is None:
         exact = map_parameters(at_rest.system, lambda _, value: ring.constants(value))
     else:
         exact = configurations(exact_system(ring.decimals)).system
-    return stored_energy(exact, ring)
+    parts = stored_energy(without_users(exact), ring)
+    added = (polynomial_of(program, ring) for program in users.polynomials)
+    return parts._replace(energy=sum((one for one in added if one is not None), parts.energy))
 
 
-def _reduced(at_rest: Configurations, parts: StoredEnergy) -> ReducedEnergy:
+def _reduced(
+    at_rest: Configurations, parts: StoredEnergy, traced: tuple[TracedEnergy, ...]
+) -> ReducedEnergy:
     """Return the reduced energy of a stored energy."""
     energy = parts.energy
     if not energy.known:
@@ -205,13 +223,13 @@ def _reduced(at_rest: Configurations, parts: StoredEnergy) -> ReducedEnergy:
         plain, lines = separated_lines(reduced) if at_rest.held else (reduced, ())
     except NoLength as error:
         raise NoReducedEnergy(NoEnergyReason.NO_LENGTH) from error
-    form = replace(form_of(plain), guard=parts.guard, lines=lines)
+    form = replace(form_of(plain), guard=parts.guard, lines=(*lines, *traced))
     rest = tuple(form_of(entry) for entry in minimizer)
     if not parts.ligaments:
         return ReducedEnergy(at_rest, form, rest)
     if at_rest.held:
         held = (LigamentLine(trimmed(form_of(s)), law) for s, law in parts.ligaments)
-        return ReducedEnergy(at_rest, replace(form, lines=(*lines, *held)), rest)
+        return ReducedEnergy(at_rest, replace(form, lines=(*form.lines, *held)), rest)
     spring = position_spring(inverse_stiffness(energy))
     ligaments = tuple(FreeLigament(offset(s, minimizer), law) for s, law in parts.ligaments)
     free = FreeLigaments(spring.stiffness, ligaments)
@@ -227,18 +245,18 @@ def _without_lengths(energy: Polynomial) -> Polynomial:
 
 
 def reject_unsmooth(system: System) -> None:
-    """Raise `NoReducedEnergy` if an element is not smooth, supplies power, or is a user's.
+    """Raise `NoReducedEnergy` if an element is not smooth, supplies power, or is not in proofs.
 
     Not smooth are elements that switch or slide, and a damped spring without a rest length. Proofs
     take ligaments, soft guards and stops into account, although they switch.
     """
-    if any(element.from_user for element in system.elements):
+    held = configurations(system).held
+    if not all(in_proofs(one, held=held) for one in system.elements if one.from_user):
         raise NoReducedEnergy(NoEnergyReason.USER_CODE)
     if system.supplies:
         raise NoReducedEnergy(NoEnergyReason.SUPPLIES)
     if has_modes(ligaments_apart(guards_apart(system)[0])[0]):
         raise NoReducedEnergy(NoEnergyReason.SWITCHES)
-    held = configurations(system).held
     for element in system.elements:
         # With a rest length, W has a kink where the line has no length; the proof keeps away from
         # it. Without one, nothing in W shows that the force of the damper has no direction there.

@@ -43,6 +43,8 @@ def unwrapped_rest_states(rest: RestStates, box_limit: int | None = None) -> Res
     form = rest.energy.form
     if form.guard is not None and form.guard.outer is not None:
         return None
+    if not all(line.periodic for line in form.lines):
+        return None
     end = unwrapped_end(form)
     if end is None or not np.all(end < MAX_END):
         return None

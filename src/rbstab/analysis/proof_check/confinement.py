@@ -51,8 +51,11 @@ def largest_slope(slope: Slope) -> Ball | None:
 def confined(U: Energy, first: Ball, third: Ball) -> bool:
     """Return whether all rest states with |θ2| <= π/2 have |θ1| < first and |θ3| < third.
 
-    Bounds on single terms are tried before a search for the largest slopes, which takes long.
+    Bounds on single terms are tried before a search for the largest slopes, which takes long. They
+    need a periodic part: formulas of users must be so.
     """
+    if not all(one.periodic for one in U.formulas):
+        return False
     for slope in (U.steepest, partial(_sharper, U)):
         bound = confinement(U, slope)
         if bound is not None and bool(bound[0] < first) and bool(bound[1] < third):
@@ -82,7 +85,7 @@ def confinement(U: Energy, slope: Callable[[int], Ball] | None = None) -> list[B
 def _sharper(U: Energy, axis: int) -> Ball:
     """Bound |∂p/∂θ| for |θ2| <= π/2: with lines, the bounds of single terms are too large."""
     single = U.steepest(axis)
-    if not U.lines and U.position is None:
+    if not U.lines and not U.formulas and U.position is None:
         return single
     periodic = copy.copy(U)
     periodic.barriers, periodic.guards = [], []

@@ -4,6 +4,7 @@
 
 Springs and ligaments add functions of the lengths of their lines (`lengths/lines.py`); ligaments of
 a body that is not held add their least energy over its position (`lengths/free_ligaments.py`).
+Elements of users add formulas (`formulas/formula.py`).
 Guards add functions of θ2 (`guards.py`). That of a barrier, ½ k tan² θ2, is infinite at ±π/2; all
 its derivatives by θ2 are monotonic functions of |θ2|, so balls need only the ends of an interval.
 Where the slope of a guard jumps in a box, it may have all values between.
@@ -19,6 +20,7 @@ from typing import Any
 from flint import arb
 
 from rbstab.analysis.proof_check.boxes import AXES
+from rbstab.analysis.proof_check.formulas.formula import Formula
 from rbstab.analysis.proof_check.guards import (
     Barrier,
     SwitchingGuard,
@@ -52,12 +54,13 @@ class Energy:
 
     Args:
         data: `reduced_energy` of a proof: quadratic, linear and coefficients, and perhaps barrier,
-            soft guards, a stop, lines and ligaments.
+            soft guards, a stop, lines, ligaments and formulas.
 
     Attributes:
         barriers: The barriers on single angles.
         guards: The soft guards and the stop.
         springs: The springs whose lengths are in U.
+        formulas: The energies of elements of users.
         lines: The same, and the ligaments of a held body.
         position: The ligaments of a body that is not held; None without one.
 
@@ -80,10 +83,11 @@ class Energy:
         self.quadratic = [[rounded(entry) for entry in row] for row in Q]
         self.linear = [rounded(entry) for entry in data["linear"]]
         springs, ligaments = (data.get(key) or () for key in ("lines", "ligaments"))
-        if len(springs) + len(ligaments) > MOST_LINES:
+        if len(springs) + len(ligaments) + len(data.get("formulas") or ()) > MOST_LINES:
             raise ValueError(f"The reduced energy has more than {MOST_LINES} lines")
         self.periodic = TrigonometricSum(data["coefficients"])
         self.springs = [Line(one) for one in springs]
+        self.formulas = [Formula(one) for one in data.get("formulas") or ()]
         self.lines: list[Line | Ligament] = [*self.springs, *(Ligament(one) for one in ligaments)]
         free = data.get("free_ligaments")
         self.position = None if free is None else FreeLigaments(free)
@@ -112,15 +116,28 @@ class Energy:
         free = [] if self.position is None else [one.law for one in self.position.ligaments]
         return held + free
 
-    def derivatives(self, Theta: Sequence[Ball]) -> dict[tuple[int, ...], Ball]:
+    def derivatives(self, Theta: Sequence[Ball]) -> dict[Axes, Ball]:
         """Return the derivatives at a ball of Θ by their axes, in rising order: (0, 0, 2), ...
 
-        Those of `position` and `guards` are not among them.
+        Those of `position`, `formulas` and `guards` are not among them.
 
         Raises:
             TooLongError: U was evaluated too often.
         """
         return self.with_barriers(self.smooth(Theta), Theta)
+
+    def value(self, Theta: Sequence[Ball]) -> Ball:
+        """Return U at a ball of Θ, without `position` and `guards`."""
+        formulas = sum((one.value(Theta) for one in self.formulas), arb(0))
+        return self.derivatives(Theta)[()] + formulas
+
+    def parts_over(self, centre: Sequence[Ball], step: Sequence[Ball]) -> list[Any]:
+        """Return what `position` and `formulas` add over the box of all Θ = centre + step.
+
+        Each has a value and a gradient, those at the centre, and a Hessian over the whole box.
+        """
+        parts: list[Any] = [*([] if self.position is None else [self.position]), *self.formulas]
+        return [part.over(centre, step) for part in parts]
 
     def with_barriers(self, found: Mapping[Axes, Ball], Theta: Sequence[Ball]) -> dict[Axes, Ball]:
         """Add the derivatives of the barriers at a ball of Θ to those of all the rest."""
@@ -159,9 +176,9 @@ class Energy:
 
     def _count(self) -> None:
         """Count one more evaluation of U."""
-        self.evaluations += (
-            1 + 2 * len(self.lines) + (0 if self.position is None else self.position.cost)
-        )
+        formulas = sum(one.cost for one in self.formulas)
+        free = 0 if self.position is None else self.position.cost
+        self.evaluations += 1 + 2 * len(self.lines) + formulas + free
         if self.evaluations > MOST_EVALUATIONS:
             raise TooLongError(f"The check needs more than {MOST_EVALUATIONS:,} evaluations of U")
 
@@ -179,5 +196,6 @@ class Energy:
     def steepest(self, axis: int) -> Ball:
         """Bound |∂p/∂θ| along an axis, with the periodic part p, lines included."""
         free = arb(0) if self.position is None else self.position.steepest(axis)
-        lines = sum((line.steepest(axis) for line in self.lines), free)
+        parts = [*self.lines, *self.formulas]
+        lines = sum((part.steepest(axis) for part in parts), free)
         return lines + self.periodic.steepest(axis)

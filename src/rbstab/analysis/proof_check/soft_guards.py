@@ -47,7 +47,8 @@ def decimal(number: float) -> Ball:
 
 def _findings(U: Energy, claim: Mapping[str, Any]) -> Iterator[Finding]:
     strength, soft_angle = (decimal(claim[key]) for key in ("strength", "soft_angle"))
-    plain = not U.barriers and not U.guards and not U.lines and U.position is None
+    added = (*U.barriers, *U.guards, *U.lines, *U.formulas)
+    plain = not added and U.position is None
     sound = claim["method"] in METHODS and plain and strength > 0
     if not (sound and soft_angle > 0 and soft_angle < arb.pi() / 2):
         text = "The guard is not one that adds energy beyond an angle between 0 and π/2."

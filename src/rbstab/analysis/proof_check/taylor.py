@@ -26,8 +26,8 @@ class Taylor:
     a stop, without which `inside` is; `stopped` says on which sides it may act. With a jump, below
     is the expansion with a line in place of the energy of what jumps, nowhere above it.
     value, gradient (3x1) and hessian (3x3) are those at m. change is the 3x3 matrix Tδ, with the
-    third derivatives T over the whole box. With free ligaments, the Hessian of their energy is that
-    over the whole box. So, for all Θ in the box,
+    third derivatives T over the whole box. With free ligaments or formulas, the Hessian of their
+    energy is that over the whole box. So, for all Θ in the box,
 
         U = value + gradient'δ + ½ δ'(hessian + Tδ/3)δ
         ∇U = gradient + (hessian + Tδ/2)δ               H = hessian + Tδ.
@@ -56,7 +56,7 @@ class Taylor:
             centre[axis], whole[axis], step[axis] = value, value, arb(0)
         self.centre, self.step = centre, arb_mat([[entry] for entry in step])
         at_centre, third = U.smooth(centre), U.smooth(whole)
-        self.ligaments = None if U.position is None else U.position.over(centre, step)
+        self.parts = U.parts_over(centre, step)
         self._expand(at_centre, third)
         self.bare: Taylor | None = None
         self.below: Taylor | None = None
@@ -94,10 +94,10 @@ class Taylor:
                 for i in AXES
             ]
         )
-        if self.ligaments is not None:
-            self.value += self.ligaments.value
-            self.gradient += arb_mat([[entry] for entry in self.ligaments.gradient])
-            self.hessian += self.ligaments.hessian
+        for part in self.parts:
+            self.value += part.value
+            self.gradient += arb_mat([[entry] for entry in part.gradient])
+            self.hessian += part.hessian
 
     def _add(self, guard: SwitchingGuard, whole: Ball, centre: Ball) -> None:
         """Add a guard for a ball of θ2 and its centre."""

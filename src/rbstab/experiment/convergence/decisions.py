@@ -80,7 +80,7 @@ def not_enclosed(problem: Problem) -> Convergence | None:
     user.
     """
     if any(element.from_user for element in problem.system.elements):
-        why = "an element is code of a user, and no proof evaluates it"
+        why = "an element is code of a user, and no motion under such code is enclosed"
         return Convergence(None, why=why, reason=Undecided.USER_CODE)
     if problem.system.supplies:
         why = "an input supplies power, so v may rise"
@@ -101,17 +101,24 @@ def not_enclosed(problem: Problem) -> Convergence | None:
 def nothing_proved(problem: Problem) -> Convergence | None:
     """Return a convergence that is not decided as there is no proof of rest states, or None.
 
-    That of a body with ligaments, soft guards or a stop may be proved, although they switch.
+    That of a body with ligaments, soft guards or a stop may be proved, although they switch, and
+    that of a held body with code of a user.
     """
     found = not_enclosed(problem)
+    if found is not None and found.reason is Undecided.USER_CODE:
+        return None if problem.system.coordinates.holds_contact else found
     switching = [element for element in problem.system.elements if element.mode_count]
     if all(isinstance(element, IN_PROOFS) for element in switching):
         return None if found is not None and found.reason is Undecided.SWITCHES else found
     return found
 
 
-def switching_start(problem: Problem, proof: "Proof | None") -> Convergence | None:
-    """Return what is proved of the start of a problem whose elements switch; None if nothing is.
+BY_REGION = (Undecided.SWITCHES, Undecided.USER_CODE)
+"""The reasons for which no motion is enclosed, while its start may be in a region."""
+
+
+def start_in_region(problem: Problem, proof: "Proof | None") -> Convergence | None:
+    """Return what is proved of a start by a region alone; None if nothing is.
 
     No motion is enclosed then. But there may be a region, and this start in it.
     """

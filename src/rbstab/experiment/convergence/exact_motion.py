@@ -34,13 +34,14 @@ from rbstab.experiment.convergence.convergence import (
 )
 from rbstab.experiment.convergence.decisions import (
     BRIEF_STEPS,
+    BY_REGION,
     LEAST_FALL,
     MAX_STEPS,
     NOT_ENCLOSED,
     PATIENCE,
     convergence_in,
     refusal,
-    switching_start,
+    start_in_region,
 )
 from rbstab.experiment.convergence.enclosed_samples import EnclosedSamples, quantities_of
 from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
@@ -216,10 +217,10 @@ def _is_at_rest(energies: list[float]) -> bool:
 
 
 def _at_start(problem: Problem, proof: Proof | None, refused: Convergence) -> Convergence:
-    """Return what is known at the start of a motion that cannot be enclosed as it switches."""
-    if refused.reason is not Undecided.SWITCHES:
+    """Return what is known of a motion that is not enclosed, but may start in a region."""
+    if refused.reason not in BY_REGION:
         return refused
-    inside = switching_start(problem, proof)
+    inside = start_in_region(problem, proof)
     if inside is None and proof is not None and proof.brief:
         why = f"no certified region is proved ({proof.ended})"
         return Convergence(None, why=why, reason=Undecided.NO_REGION)

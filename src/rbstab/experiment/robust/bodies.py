@@ -71,7 +71,7 @@ def prove_within(config: Config, tolerances: Sequence[Tolerance]) -> BodiesRecor
         "sections": sections_of(config),
         "tolerances": bounds,
     }
-    why = NoEnergyReason.USER_CODE.value if has_code(config) else _undamped(config, tolerances)
+    why = NoEnergyReason.CODE_OF_BODIES.value if has_code(config) else _undamped(config, tolerances)
     if why is not None:
         return BodiesRecord(
             outcome=NOT_DECIDED,

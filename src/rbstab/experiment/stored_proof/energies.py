@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from pydantic import NonNegativeFloat, PositiveFloat
+from pydantic import NonNegativeFloat, PositiveFloat, model_validator
 
 from rbstab.experiment.stored_proof.entries import Coefficients, Entry, Triple
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rbstab.analysis.proof.ligaments.law import LigamentEnergy
     from rbstab.analysis.proof.lines.line import Line
     from rbstab.analysis.proof.tied.energy import TiedEnergy
+    from rbstab.analysis.proof.traced.energy import TracedEnergy
     from rbstab.analysis.proof.trigonometric import TrigonometricForm
 
 
@@ -128,6 +129,33 @@ class ProvedGuard(Entry):
         return SoftEnergy(self.couple, self.stiffness, self.soft_angle)
 
 
+class ProvedFormula(Entry):
+    """The energy of an element of a user as a formula of Θ, J: its operations, one after the other.
+
+    An operation is a list of its kind and its operands: ["theta", axis], ["constant", number], or
+    a kind and the places of earlier operations, as in ["*", 0, 3] or ["sin", 2]. That of "**" are a
+    place and a whole number. A constant stands for all numbers that round to it.
+    """
+
+    name: str
+    operations: tuple[tuple[str | int | float, ...], ...]
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        from rbstab.analysis.proof.traced.program import check
+
+        check(self.operations)
+        return self
+
+    @property
+    def line(self) -> "TracedEnergy":
+        """The energy, which can be evaluated with proved errors."""
+        from rbstab.analysis.proof.traced.energy import TracedEnergy
+        from rbstab.analysis.proof.traced.program import Program
+
+        return TracedEnergy(self.name, Program(self.operations))
+
+
 class ProvedEnergy(Entry):
     """The reduced energy U of a proof, J: ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3).
 
@@ -136,7 +164,8 @@ class ProvedEnergy(Entry):
     and outer_barrier is their k. The energies of soft guards are added to U; a stop allows no |θ2|
     above the angle `stop`, rad. With springs, U has the lengths of their lines too; lines
     is None without one. The energies of ligaments are added to U: those of a held body, or their
-    least value over the position. Each number is the exact one rounded once.
+    least value over the position. Elements of users add formulas, if their energies are not of the
+    form above. Each number is the exact one rounded once.
     """
 
     quadratic: tuple[Triple, Triple, Triple]
@@ -149,6 +178,7 @@ class ProvedEnergy(Entry):
     lines: tuple[ProvedLine, ...] | None = None
     ligaments: tuple[ProvedLigament, ...] | None = None
     free_ligaments: ProvedPosition | None = None
+    formulas: tuple[ProvedFormula, ...] | None = None
 
     @property
     def form(self) -> "TrigonometricForm":
@@ -157,7 +187,7 @@ class ProvedEnergy(Entry):
 
         quadratic, linear = np.array(self.quadratic), np.array(self.linear)
         free = () if self.free_ligaments is None else (self.free_ligaments,)
-        parts = (*(self.lines or ()), *(self.ligaments or ()), *free)
+        parts = (*(self.lines or ()), *(self.formulas or ()), *(self.ligaments or ()), *free)
         lines = tuple(one.line for one in parts)
         C = np.array(self.coefficients)
         return TrigonometricForm(quadratic, linear, C, guard=self._guard, lines=lines)
@@ -209,9 +239,11 @@ def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
     from rbstab.analysis.proof.ligaments.free import FreeLigaments
     from rbstab.analysis.proof.ligaments.held import LigamentLine
     from rbstab.analysis.proof.lines.line import Line
+    from rbstab.analysis.proof.traced.energy import TracedEnergy
 
     guard = form.guard
     springs, ligaments, free = list[ProvedLine](), list[ProvedLigament](), None
+    formulas = list[ProvedFormula]()
     for line in form.lines:
         if isinstance(line, Line):
             C = line.square.coefficients.tolist()
@@ -219,6 +251,9 @@ def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
         elif isinstance(line, LigamentLine):
             C = line.square.coefficients.tolist()
             ligaments.append(ProvedLigament(**vars(line.law), coefficients=C))
+        elif isinstance(line, TracedEnergy):
+            operations = line.program.operations
+            formulas.append(ProvedFormula(name=line.name, operations=operations))
         elif isinstance(line, FreeLigaments):
             free = _position_of(line)
     return ProvedEnergy(
@@ -232,6 +267,7 @@ def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
         lines=tuple(springs) or None,
         ligaments=tuple(ligaments) or None,
         free_ligaments=free,
+        formulas=tuple(formulas) or None,
     )
 
 

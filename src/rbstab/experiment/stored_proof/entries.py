@@ -19,6 +19,7 @@ OF_ELEMENTS = (
     "brief",
     "closed",
     "every_start",
+    "formulas",
     "held",
     "free_ligaments",
     "ligaments",
@@ -29,7 +30,7 @@ OF_ELEMENTS = (
     "stop",
     "tied_energy",
 )
-"""Entries that a file has only with a guard, a spring or a ligament."""
+"""Entries that a file has only with a guard, a spring, a ligament or an element of a user."""
 
 
 class Entry(BaseModel):

@@ -9,7 +9,7 @@ from rbstab.analysis.fingerprint import fingerprint
 from rbstab.config.build import system_of
 from rbstab.config.load import acting_sections
 from rbstab.config.schema import NO_VARIANT, Config
-from rbstab.config.user_code.permission import without_code
+from rbstab.config.user_code.permission import has_code, without_code
 
 PROOF_VERSION = 3
 """To be increased when a change of the method changes its results; older proofs are then redone.
@@ -50,6 +50,9 @@ DAMPED_VERSION = 1
 """The same for configs without a controller whose elements may damp every motion: before it,
 nothing was proved of them."""
 
+USER_CODE_VERSION = 1
+"""The same for configs with elements of users: before it, nothing was proved of them."""
+
 SWITCHING_GUARDS = ("stiff", "repelling", "stop")
 
 DAMPING_KINDS = ("attitude", "visco-elastic", "embedded")
@@ -84,6 +87,8 @@ def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
                 parts.append(f"no rest length {NO_REST_LENGTH_VERSION}")
     if any(element.kind == "ligament" for element in config.elements.values()):
         parts.append(f"ligament {LIGAMENT_VERSION}")
+    if has_code(config):
+        parts.append(f"user code {USER_CODE_VERSION}")
     damped = any(element.kind in DAMPING_KINDS for element in config.elements.values())
     if damped and config.controller.variant == NO_VARIANT:
         parts.append(f"damped by elements {DAMPED_VERSION}")

@@ -8,7 +8,8 @@ from rbstab.analysis.exact import decimals
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.schema import Config
-from rbstab.config.user_code.permission import has_code
+from rbstab.config.user_code.permission import has_code, may_run_code
+from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.experiment.stored_proof.energies import energy_of, tied_energy_of
 from rbstab.experiment.stored_proof.identity import PROOF_VERSION, proof_id
 from rbstab.experiment.stored_proof.proof import Proof
@@ -76,9 +77,7 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     if not same_id:
         text = "The id of the proof is not that of the config: it was made for another one."
     yield Finding(CONFIG, "id", same_id, text)
-    if has_code(config):
-        text = f"The config has no reduced energy: {NoEnergyReason.USER_CODE.value}."
-        yield Finding(CONFIG, "energy", False, text)
+    if not _can_build(config):
         return
     if system_of(config).supplies:
         text = f"The config has no reduced energy: {NoEnergyReason.SUPPLIES.value}."
@@ -103,6 +102,11 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     if not same:
         text = f"The energy {name} of the proof is not that of the config."
     yield Finding(CONFIG, "energy", same, text)
+
+
+def _can_build(config: Config) -> bool:
+    """Return whether the equations of a config can be built: code of users may not run."""
+    return may_run_code(config) or not has_code(config)
 
 
 def _same_energy(proof: Proof, config: Config, exact: "ExactSystem") -> bool:
@@ -131,6 +135,8 @@ def _same_tied_energy(proof: Proof, config: Config, exact: "ExactSystem") -> boo
 
 def _unchecked(proof: Proof, config: Config | None) -> Iterator[str]:
     """Yield what was not checked, as sentences."""
+    if config is not None and not _can_build(config):
+        yield f"Whether the energy of the proof is that of the config: {CODE_NOT_RUN}."
     if config is None:
         name = "U" if proof.reduced_energy else "W"
         yield f"The energy {name} was not compared with a config; use --config CONFIG."

@@ -24,7 +24,12 @@ SLOPE_OF_ROOT = 1 + 1e-12
 
 
 class LinePart:
-    """A part of an energy, J, that comes from the lengths of lines."""
+    """A part of an energy, J, that comes from the lengths of lines, or from a formula of a user."""
+
+    @property
+    def periodic(self) -> bool:
+        """Whether whole turns of θ1 and θ3 leave it as it is."""
+        return True
 
     @property
     def forms(self) -> "Sequence[TrigonometricForm]":

@@ -75,6 +75,8 @@ def stored_energy(members: Members, part: Part) -> tuple[BodiesRing, Polynomial]
     """Return Π as a polynomial in Θ, x and z."""
     middle = members([float(number) for number in part.middle], _doubles)
     reject_unsmooth(middle)
+    if any(element.from_user for element in middle.elements):
+        raise NoReducedEnergy(NoEnergyReason.CODE_OF_BODIES)
     if has_switching_guards(middle):
         raise NoReducedEnergy(NoEnergyReason.SWITCHING_GUARDS_OF_BODIES)
     if guards_apart(middle)[1]:

@@ -1,0 +1,81 @@
+"""Whether an element of a user is passive: what its recorded statements show.
+
+Its energy must be a function of Θ with
+
+    d(stored)/dt + dissipated + (power of the wrench) = 0,        dissipated >= 0,
+
+for all Θ and Ω. The first is an identity of formulas: it is compared modulo a prime (`modular.py`).
+The second follows from the form of the formula (`signs.py`).
+"""
+
+from collections.abc import Collection, Sequence
+
+from rbstab.analysis.fingerprint import P
+from rbstab.analysis.proof.traced.modular import NoValueError, values
+from rbstab.analysis.proof.traced.program import Operation, indices_of
+from rbstab.analysis.proof.traced.signs import Signs
+from rbstab.analysis.proof.traced.tracing import OMEGA, TIME, TracedStatements
+
+TIMED = "a statement depends on the time"
+
+NO_FUNCTION_OF_ANGLES = "`stored` depends on a velocity"
+
+UNBALANCED = "it is not shown that `wrench` has the power that `stored` and `dissipated` state"
+
+NO_POINTS = "its power balance has no value at the points at which it would be computed"
+
+GAINS_ENERGY = "it is not shown that `dissipated` is never negative"
+
+POINTS = 40
+"""The points at which the identity is compared: each halves the chance that a square root of the
+other sign hides an error."""
+
+MOST_TRIALS = 2000
+"""The points that are tried: each square root must exist there, and no divisor may be 0."""
+
+
+def why_not_passive(statements: TracedStatements) -> str | None:
+    """Return what is not shown of an element that should be passive, or None if all is."""
+    operations = [
+        statements.inputs.get(index) or (kind, *operands)
+        for index, (kind, operands, _) in enumerate(statements.trace.operations)
+    ]
+    stated = (statements.stored, statements.power, statements.dissipated)
+    if TIME in _variables(operations, stated):
+        return TIMED
+    if OMEGA in _variables(operations, stated[:1]):
+        return NO_FUNCTION_OF_ANGLES
+    balances = _balances(operations, statements)
+    if balances is None:
+        return NO_POINTS
+    if not balances:
+        return UNBALANCED
+    loss = statements.loss.operations
+    return None if Signs(loss).never_negative(len(loss) - 1) else GAINS_ENERGY
+
+
+def _variables(operations: Sequence[Operation], results: Collection[int]) -> set[str]:
+    """Return the kinds of variables on which some results depend."""
+    needed = set(results)
+    for index in range(max(results), -1, -1):
+        if index in needed:
+            needed.update(indices_of(operations[index]))
+    return {operations[index][0] for index in needed if not indices_of(operations[index])}
+
+
+def _balances(operations: Sequence[Operation], statements: TracedStatements) -> bool | None:
+    """Return whether the powers add up to zero at all points; None without enough points."""
+    compared = 0
+    for point in range(MOST_TRIALS):
+        try:
+            still = values(operations, [0, 0, 0], point)
+            found = values(operations, [still[index].value for index in statements.rates], point)
+        except NoValueError:
+            continue
+        spent = found[statements.dissipated].value + found[statements.power].value
+        if (found[statements.stored].rate + spent) % P:
+            return False
+        compared += 1
+        if compared == POINTS:
+            return True
+    return None

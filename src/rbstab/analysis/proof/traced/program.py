@@ -1,0 +1,137 @@
+"""A program: the operations of a formula of the three angles, in an order to compute them in.
+
+An operation is a list of its kind and its operands: ["theta", axis], ["constant", number], or a
+kind and the indices of earlier operations, as in ["*", 0, 3] or ["sin", 2]. That of "**" are an
+index and a whole number. A constant stands for all numbers that round to it.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from rbstab.integrate.straight_line.number import (
+    ADD,
+    CONSTANT,
+    DIVIDE,
+    MULTIPLY,
+    NEGATE,
+    POWER,
+    SUBTRACT,
+    Trace,
+)
+from rbstab.mechanics.numbers import FUNCTIONS
+
+THETA = "theta"
+
+OPERATIONS = frozenset({ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE, POWER, *FUNCTIONS})
+"""The kinds that have operands."""
+
+BINARY = frozenset({ADD, SUBTRACT, MULTIPLY, DIVIDE})
+
+MOST_OPERATIONS = 5_000
+
+Operation = tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Program:
+    """The operations of one formula; the last one is its result.
+
+    Args:
+        operations: The operations.
+    """
+
+    operations: tuple[Operation, ...]
+
+    @property
+    def periodic(self) -> bool:
+        """Whether θ1 and θ3 are used in sines and cosines alone, so that whole turns do nothing."""
+        turning = {
+            place
+            for place, operation in enumerate(self.operations)
+            if operation[0] == THETA and operation[1] != 1
+        }
+        others = [one for one in self.operations if one[0] not in {"sin", "cos"}]
+        used = {index for operation in others for index in indices_of(operation)}
+        return turning.isdisjoint(used | {len(self.operations) - 1})
+
+
+def indices_of(operation: Operation) -> Sequence[int]:
+    """Return the indices of the operations whose results an operation needs."""
+    kind, *operands = operation
+    if kind == POWER:
+        return operands[:1]
+    return operands if kind in OPERATIONS else ()
+
+
+def check(operations: Sequence[Operation]) -> None:
+    """Raise `ValueError` if operations are no program."""
+    if not 0 < len(operations) <= MOST_OPERATIONS:
+        raise ValueError(f"a formula has none, or more than {MOST_OPERATIONS} operations")
+    for place, operation in enumerate(operations):
+        if not _is_valid(operation, place):
+            raise ValueError(f"operation {place} of a formula is none")
+
+
+def _is_valid(operation: Operation, place: int) -> bool:
+    kind, *operands = operation
+    if kind == THETA:
+        return len(operands) == 1 and type(operands[0]) is int and operands[0] in range(3)
+    if kind == CONSTANT:
+        return len(operands) == 1 and type(operands[0]) is float and math.isfinite(operands[0])
+    needed = indices_of(operation)
+    if not all(type(index) is int and 0 <= index < place for index in needed):
+        return False
+    if kind == POWER:
+        return len(operands) == 2 and type(operands[1]) is int
+    return kind in OPERATIONS and len(operands) == (2 if kind in BINARY else 1)
+
+
+def program_of(trace: Trace, result: int, inputs: Mapping[int, Operation]) -> Program:
+    """Return the operations of a trace that a result needs.
+
+    Args:
+        trace: The trace.
+        result: The index of the result.
+        inputs: What stands for each input of the trace, by its index.
+    """
+    operations = [
+        inputs.get(index) or (kind, *operands)
+        for index, (kind, operands, _) in enumerate(trace.operations)
+    ]
+    needed = {result}
+    for index in range(result, -1, -1):
+        if index in needed:
+            needed.update(indices_of(operations[index]))
+    places = {index: place for place, index in enumerate(sorted(needed))}
+    return Program(tuple(_moved(operations[index], places) for index in sorted(needed)))
+
+
+def _moved(operation: Operation, places: Mapping[int, int]) -> Operation:
+    """Return an operation with other indices."""
+    kind, *operands = operation
+    count = len(indices_of(operation))
+    return (kind, *(places[index] for index in operands[:count]), *operands[count:])
+
+
+def computed(
+    program: Program, leaf: Callable[[Operation], Any], combine: Callable[..., Any]
+) -> list[Any]:
+    """Return the results of all operations of a program in some kind of number.
+
+    Args:
+        program: The program.
+        leaf: Returns the number of an operation without operands.
+        combine: Returns the result of an operation, from its kind and its operands.
+    """
+    found: list[Any] = []
+    for operation in program.operations:
+        indices = indices_of(operation)
+        if indices:
+            kind, *operands = operation
+            numbers = [found[index] for index in indices]
+            found.append(combine(kind, *numbers, *operands[len(indices) :]))
+        else:
+            found.append(leaf(operation))
+    return found

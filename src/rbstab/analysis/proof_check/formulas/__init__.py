@@ -1,0 +1,1 @@
+"""Formulas of elements of users as parts of a reduced energy, in balls."""

@@ -1,0 +1,182 @@
+"""A formula of the three angles, given by its operations, with derivatives up to order 2 in balls.
+
+An operation is a list of its kind and its operands: ["theta", axis], ["constant", number], or a
+kind and the places of earlier operations, as in ["*", 0, 3] or ["sin", 2]. That of "**" are a place
+and a whole number. A constant stands for all numbers that round to it.
+"""
+
+from collections.abc import Mapping, Sequence
+from itertools import product
+from typing import Any
+
+from flint import arb, arb_mat
+
+from rbstab.analysis.proof_check.boxes import AXES
+from rbstab.analysis.proof_check.formulas import series
+from rbstab.analysis.proof_check.formulas.series import Series
+from rbstab.analysis.proof_check.trigonometric import Ball, rounded
+
+MOST_OPERATIONS = 5_000
+
+MOST_POWER = 16
+
+PARTS = (12, 6, 12)
+"""The boxes by axis over which the steepest slopes are bounded."""
+
+BINARY = frozenset({"+", "-", "*", "/"})
+
+
+class Over:
+    """E over a box: its value and slopes at the centre, and its Hessian over the whole box.
+
+    Args:
+        at_centre: The Taylor polynomial at the centre.
+        whole: That over the box.
+    """
+
+    def __init__(self, at_centre: Series, whole: Series) -> None:
+        self.value = at_centre[series.ZERO]
+        self.gradient = [series.slope(at_centre, i) for i in AXES]
+        self.hessian = arb_mat([[series.curvature(whole, i, j) for j in AXES] for i in AXES])
+
+
+class Formula:
+    """The energy E(Θ) of an element of a user.
+
+    Args:
+        data: Its name and its operations.
+
+    Raises:
+        ValueError: They are no formula.
+    """
+
+    def __init__(self, data: Mapping[str, Any]) -> None:
+        self.operations = [tuple(one) for one in data["operations"]]
+        _check(self.operations)
+        self._middle: tuple[tuple[Any, ...], list[Series]] | None = None
+        self._steepest: list[Ball] | None = None
+
+    @property
+    def cost(self) -> int:
+        """How many evaluations of an energy of sines and cosines take as long."""
+        return 1 + len(self.operations) // 12
+
+    @property
+    def periodic(self) -> bool:
+        """Whether θ1 and θ3 are used in sines and cosines alone, so that whole turns do nothing."""
+        turning = {
+            k for k, one in enumerate(self.operations) if one in {("theta", 0), ("theta", 2)}
+        }
+        others = (one for one in self.operations if one[0] not in {"sin", "cos"})
+        used = {place for one in others for place in _operands(one)}
+        return turning.isdisjoint(used | {len(self.operations) - 1})
+
+    def value(self, Theta: Sequence[Ball]) -> Ball:
+        """Return E at a ball of Θ."""
+        return self._series(Theta)[series.ZERO]
+
+    def over(self, centre: Sequence[Ball], step: Sequence[Ball]) -> "Over":
+        """Return E over the box of all Θ = centre + step."""
+        whole = self._series([point + ball for point, ball in zip(centre, step, strict=True)])
+        return Over(self._series(centre), whole)
+
+    def steepest(self, axis: int) -> Ball:
+        """Bound the derivative along an axis for |θ2| <= π/2, and |θ1| and |θ3| <= π."""
+        if self._steepest is None:
+            ends = [3.1416, 1.5708, 3.1416]
+            sizes = [arb(0)] * 3
+            for places in product(*(range(count) for count in PARTS)):
+                Theta = [
+                    arb(-end + 2 * end * (place + 0.5) / count, 1.001 * end / count)
+                    for end, place, count in zip(ends, places, PARTS, strict=True)
+                ]
+                found = self._series(Theta)
+                slopes = [series.slope(found, k) for k in AXES]
+                sizes = [
+                    size.max(one.abs_upper()) if one.is_finite() else arb.pos_inf()
+                    for size, one in zip(sizes, slopes, strict=True)
+                ]
+            self._steepest = sizes
+        return self._steepest[axis]
+
+    def _series(self, Theta: Sequence[Ball]) -> Series:
+        """Return the Taylor polynomial; over a wide ball, also bounded about its middle."""
+        middle = [angle.mid() for angle in Theta]
+        step = tuple(angle - point for angle, point in zip(Theta, middle, strict=True))
+        if all(one == 0 for one in step):
+            return self._at(middle)[-1]
+        return self._computed(Theta, self._at(middle), step)[-1]
+
+    def _at(self, point: Sequence[Ball]) -> list[Series]:
+        """Return the results of all operations at a point; those of the last one are kept."""
+        key = tuple((angle.man_exp()) for angle in point)
+        if self._middle is None or self._middle[0] != key:
+            self._middle = (key, self._computed(point))
+        return self._middle[1]
+
+    def _computed(
+        self,
+        Theta: Sequence[Ball],
+        middle: Sequence[Series] = (),
+        step: tuple[Ball, ...] = (),
+    ) -> list[Series]:
+        found: list[Series] = []
+        for place, operation in enumerate(self.operations):
+            kind, first, *others = operation
+            if kind == "theta":
+                one = series.angle(Theta[first], first)
+            elif kind == "constant":
+                one = {series.ZERO: rounded(first)}
+            else:
+                operands = [found[k] for k in _operands(operation)]
+                one = _combined(kind, operands, others)
+                if middle:
+                    one = series.closer(one, middle[place], step)
+            found.append(one)
+        return found
+
+
+def _combined(kind: str, operands: Sequence[Series], others: Sequence[int]) -> Series:
+    """Return the result of an operation."""
+    f, *rest = operands
+    if kind == "neg":
+        return series.scaled(f, arb(-1))
+    if kind == "**":
+        return series.through(series.power(f[series.ZERO], others[0]), f)
+    if not rest:
+        return series.through(series.FUNCTIONS[kind](f[series.ZERO]), f)
+    (g,) = rest
+    if kind in {"+", "-"}:
+        return series.added(f, g, 1 if kind == "+" else -1)
+    if kind == "*":
+        return (
+            series.through(series.power(f[series.ZERO], 2), f) if f is g else series.product(f, g)
+        )
+    return series.product(f, series.through(series.power(g[series.ZERO], -1), g))
+
+
+def _operands(operation: Sequence[Any]) -> Sequence[int]:
+    """Return the places of the operations that an operation needs."""
+    kind, *operands = operation
+    if kind in {"theta", "constant"}:
+        return ()
+    return operands[:1] if kind == "**" else operands
+
+
+def _check(operations: Sequence[tuple[Any, ...]]) -> None:
+    """Raise `ValueError` if operations are no formula."""
+    if not 0 < len(operations) <= MOST_OPERATIONS:
+        raise ValueError(f"A formula has none, or more than {MOST_OPERATIONS} operations")
+    for place, operation in enumerate(operations):
+        kind, *operands = operation
+        if kind == "theta":
+            valid = len(operands) == 1 and operands[0] in AXES
+        elif kind == "constant":
+            valid = len(operands) == 1 and isinstance(operands[0], float)
+        elif kind == "**":
+            valid = len(operands) == 2 and abs(operands[1]) <= MOST_POWER
+        else:
+            known = kind in BINARY | {"neg"} | set(series.FUNCTIONS)
+            valid = known and len(operands) == (2 if kind in BINARY else 1)
+        if not valid or not all(type(k) is int and 0 <= k < place for k in _operands(operation)):
+            raise ValueError(f"Operation {place} of a formula is none")

@@ -1,0 +1,200 @@
+"""Taylor polynomials of order 2 in the three angles, in balls.
+
+A polynomial is a dictionary of its coefficients by the powers (p, q, r) of the three angles; those
+that are left out are zero. So a sine of one angle has three of the ten.
+"""
+
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+
+from flint import arb
+
+from rbstab.analysis.proof_check.boxes import AXES
+from rbstab.analysis.proof_check.trigonometric import Ball
+
+ORDER = 2
+
+Powers = tuple[int, ...]
+
+Series = dict[Powers, Ball]
+
+Coefficients = tuple[Ball, Ball, Ball]
+"""Those of a function of one number, of order 0 to 2."""
+
+ZERO: Powers = (0, 0, 0)
+
+Shape = frozenset[Powers]
+
+
+def angle(ball: Ball, axis: int) -> Series:
+    """Return an angle."""
+    return {ZERO: ball, _unit(axis): arb(1)}
+
+
+def added(f: Series, g: Series, sign: int = 1) -> Series:
+    """Return f + g or f - g."""
+    found = dict(f)
+    for powers, value in g.items():
+        if powers in found:
+            found[powers] = found[powers] + sign * value
+        else:
+            found[powers] = sign * value
+    return found
+
+
+def scaled(f: Series, factor: Ball) -> Series:
+    """Return a multiple of f."""
+    return {powers: factor * value for powers, value in f.items()}
+
+
+def product(f: Series, g: Series) -> Series:
+    """Return f g."""
+    found: Series = {}
+    for one, two, both in _pairs(frozenset(f), frozenset(g)):
+        term = f[one] * g[two]
+        found[both] = found[both] + term if both in found else term
+    return found
+
+
+@lru_cache(10_000)
+def _pairs(f: Shape, g: Shape) -> list[tuple[Powers, Powers, Powers]]:
+    """Return which coefficients of two polynomials are multiplied, and for which of the product."""
+    pairs = ((one, two, tuple(map(sum, zip(one, two, strict=True)))) for one in f for two in g)
+    return [triple for triple in pairs if sum(triple[2]) <= ORDER]
+
+
+def through(g: Coefficients, f: Series) -> Series:
+    """Return g(f), from the Taylor coefficients g, g′ and g″/2 of g at the value of f."""
+    step = {powers: value for powers, value in f.items() if powers != ZERO}
+    square = product(step, step)
+    for powers, value in square.items():
+        if max(powers) == ORDER:
+            square[powers] = value.nonnegative_part()
+    return added({ZERO: g[0]}, added(scaled(step, g[1]), scaled(square, g[2])))
+
+
+def closer(wide: Series, middle: Series, step: tuple[Ball, ...]) -> Series:
+    """Return bounds over a box that are also those about its middle, by the mean value theorem.
+
+    Args:
+        wide: A polynomial over a box.
+        middle: That at its middle.
+        step: The balls of Θ - m.
+    """
+    found = dict(wide)
+    for powers in sorted(wide, key=sum, reverse=True):
+        if sum(powers) == ORDER:
+            continue
+        about = middle.get(powers, arb(0))
+        for axis in AXES:
+            higher = tuple(power + (k == axis) for k, power in enumerate(powers))
+            if higher in found:
+                about = about + higher[axis] * found[higher] * step[axis]
+        found[powers] = _common(found[powers], about)
+    return found
+
+
+def _common(one: Ball, two: Ball) -> Ball:
+    """Return a ball with all numbers that are in both; one may be no number."""
+    if not one.is_finite():
+        return two
+    return one.intersection(two) if two.is_finite() and one.overlaps(two) else one
+
+
+def slope(f: Series, axis: int) -> Ball:
+    """Return the derivative along an axis."""
+    return f.get(_unit(axis), arb(0))
+
+
+def curvature(f: Series, i: int, j: int) -> Ball:
+    """Return the second derivative along two axes."""
+    powers = tuple(map(sum, zip(_unit(i), _unit(j), strict=True)))
+    return f.get(powers, arb(0)) * (2 if i == j else 1)
+
+
+def _unit(axis: int) -> Powers:
+    return tuple(int(k == axis) for k in AXES)
+
+
+def _sin(x: Ball) -> Coefficients:
+    sine, cosine = x.sin_cos()
+    return sine, cosine, -sine / 2
+
+
+def _cos(x: Ball) -> Coefficients:
+    sine, cosine = x.sin_cos()
+    return cosine, -sine, -cosine / 2
+
+
+def _tan(x: Ball) -> Coefficients:
+    t, cosine = x.tan(), x.cos()
+    slope = 1 / (cosine * cosine)
+    return t, slope, t * slope
+
+
+def _atan(x: Ball) -> Coefficients:
+    slope = 1 / (1 + x * x)
+    return x.atan(), slope, -x * (slope * slope)
+
+
+def _sqrt(x: Ball) -> Coefficients:
+    root = x.sqrt()
+    return root, 1 / (2 * root), -1 / (8 * root * x)
+
+
+def _exp(x: Ball) -> Coefficients:
+    e = x.exp()
+    return e, e, e / 2
+
+
+def _log(x: Ball) -> Coefficients:
+    return x.log(), 1 / x, -1 / (2 * x * x)
+
+
+def _sinh(x: Ball) -> Coefficients:
+    sine, cosine = x.sinh(), x.cosh()
+    return sine, cosine, sine / 2
+
+
+def _cosh(x: Ball) -> Coefficients:
+    sine, cosine = x.sinh(), x.cosh()
+    return cosine, sine, cosine / 2
+
+
+def _tanh(x: Ball) -> Coefficients:
+    t, cosine = x.tanh(), x.cosh()
+    slope = 1 / (cosine * cosine)
+    return t, slope, -t * slope
+
+
+FUNCTIONS: Mapping[str, Callable[[Ball], Coefficients]] = {
+    "sin": _sin,
+    "cos": _cos,
+    "tan": _tan,
+    "atan": _atan,
+    "sqrt": _sqrt,
+    "exp": _exp,
+    "log": _log,
+    "sinh": _sinh,
+    "cosh": _cosh,
+    "tanh": _tanh,
+}
+"""The Taylor coefficients of functions at a number."""
+
+
+def power(x: Ball, exponent: int) -> Coefficients:
+    """Return the Taylor coefficients of x^n, for a whole number n."""
+    n, factors = exponent, (1, exponent, exponent * (exponent - 1) // 2)
+    first, second, third = (
+        factor * _power(x, n - k) if factor else arb(0) for k, factor in enumerate(factors)
+    )
+    return first, second, third
+
+
+def _power(x: Ball, exponent: int) -> Ball:
+    if exponent < 0:
+        return 1 / _power(x, -exponent)
+    found = arb(1)
+    for _ in range(exponent):
+        found = found * x
+    return found.nonnegative_part() if exponent % 2 == 0 else found

@@ -12,7 +12,7 @@ from collections.abc import Collection, Sequence
 
 from rbstab.analysis.fingerprint import P
 from rbstab.analysis.proof.traced.modular import NoValueError, values
-from rbstab.analysis.proof.traced.program import Operation, indices_of
+from rbstab.analysis.proof.traced.program import Operation, indices_of, operations_of
 from rbstab.analysis.proof.traced.signs import Signs
 from rbstab.analysis.proof.traced.tracing import OMEGA, TIME, TracedStatements
 
@@ -36,10 +36,7 @@ MOST_TRIALS = 2000
 
 def why_not_passive(statements: TracedStatements) -> str | None:
     """Return what is not shown of an element that should be passive, or None if all is."""
-    operations = [
-        statements.inputs.get(index) or (kind, *operands)
-        for index, (kind, operands, _) in enumerate(statements.trace.operations)
-    ]
+    operations = operations_of(statements.trace, statements.inputs)
     stated = (statements.stored, statements.power, statements.dissipated)
     if TIME in _variables(operations, stated):
         return TIMED

@@ -20,6 +20,7 @@ from rbstab.integrate.straight_line.number import (
     SUBTRACT,
     Trace,
 )
+from rbstab.integrate.straight_line.number import Operation as Recorded
 from rbstab.mechanics.numbers import FUNCTIONS
 
 THETA = "theta"
@@ -88,6 +89,28 @@ def _is_valid(operation: Operation, place: int) -> bool:
     return kind in OPERATIONS and len(operands) == (2 if kind in BINARY else 1)
 
 
+def operations_of(trace: Trace, inputs: Mapping[int, Operation]) -> list[Operation]:
+    """Return all operations of a trace.
+
+    Args:
+        trace: The trace.
+        inputs: What stands for each input of the trace, by its index.
+    """
+    return [
+        inputs.get(index) or _stated(trace, operation)
+        for index, operation in enumerate(trace.operations)
+    ]
+
+
+def _stated(trace: Trace, operation: Recorded) -> Operation:
+    """Return an operation of a trace; there the exponent of a power is a constant of its own."""
+    kind, operands, _ = operation
+    if kind != POWER:
+        return (kind, *operands)
+    base, exponent = operands
+    return (kind, base, int(trace.operations[exponent].operands[0]))
+
+
 def program_of(trace: Trace, result: int, inputs: Mapping[int, Operation]) -> Program:
     """Return the operations of a trace that a result needs.
 
@@ -96,10 +119,7 @@ def program_of(trace: Trace, result: int, inputs: Mapping[int, Operation]) -> Pr
         result: The index of the result.
         inputs: What stands for each input of the trace, by its index.
     """
-    operations = [
-        inputs.get(index) or (kind, *operands)
-        for index, (kind, operands, _) in enumerate(trace.operations)
-    ]
+    operations = operations_of(trace, inputs)
     needed = {result}
     for index in range(result, -1, -1):
         if index in needed:

@@ -70,19 +70,24 @@ class Signs:
         return False
 
     def _sum(self, index: int) -> bool:
-        """Return whether a sum of terms is never negative: term by term, or by quadratic forms."""
+        """Return whether a sum of terms is never negative: term by term, or by quadratic forms.
+
+        A form is Σ m_ij x_i x_j times the rest of its products, which is never negative.
+        """
         sums = defaultdict[Powers, Fraction](Fraction)
         for count, term in enumerate(self._terms(index)):
             if count > MOST_TERMS:
                 return False
             sums[term.powers] += term.number
         terms = [_Term(number, powers) for powers, number in sums.items() if number]
-        crossed = [term for term in terms if not self._alone(term)]
-        if not all(len(term.odd) == 2 for term in crossed):
-            return False
         forms: dict[Powers, dict[tuple[int, int], Fraction]] = {}
-        for term in crossed:
-            i, j = term.odd
+        for term in terms:
+            unknown = [index for index in term.odd if not self._factor(index)]
+            if not unknown and term.number > 0:
+                continue
+            if len(unknown) != 2:
+                return False
+            i, j = unknown
             forms.setdefault(_without(term.powers, (i, j)), {})[i, j] = term.number / 2
         for rest, form in forms.items():
             for i in {index for pair in form for index in pair}:
@@ -90,11 +95,8 @@ class Signs:
                 form[i, i] = Fraction(sums.pop(square, 0))
         return all(_is_semidefinite(form) for form in forms.values())
 
-    def _alone(self, term: _Term) -> bool:
-        """Return whether a term is never negative by itself."""
-        return term.number >= 0 and all(self._factor(index) for index in term.odd)
-
     def _factor(self, index: int) -> bool:
+        """Return whether a factor, which is no product, is never negative."""
         kind, *_ = self._operations[index]
         return kind not in {MULTIPLY, DIVIDE, NEGATE, POWER} and self.never_negative(index)
 

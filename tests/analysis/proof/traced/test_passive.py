@@ -1,0 +1,168 @@
+"""Protects what is shown of elements of users: their power balance, for all states, or nothing."""
+
+import numpy as np
+import pytest
+from support.user_code import MAXWELL, SPRING, element_text, mine
+
+from rbstab.analysis.configuration import configurations
+from rbstab.analysis.proof.traced import passive
+from rbstab.analysis.proof.traced.passive import why_not_passive
+from rbstab.analysis.proof.traced.polynomials import is_polynomial
+from rbstab.analysis.proof.traced.separate import in_proofs
+from rbstab.analysis.proof.traced.tracing import NotRecordedError, traced_statements
+from rbstab.config.build import problem_of
+from rbstab.config.load import load_config
+
+AT_POINT = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 0.1], "k": 30.0, "c": 2.0}
+
+
+def statements(wrench, stored, dissipated="0.0"):
+    """Return the text of an element at a point; e and f are its displacement and velocity."""
+    begin = "e, f = position(motion, self.point) - self.anchor, velocity(motion, self.point)"
+    return element_text(
+        f"""
+        def wrench(self, motion, own):
+            {begin}
+            return force_at(motion, self.point, {wrench})
+
+        def stored(self, motion, own):
+            {begin}
+            return {stored}
+
+        def dissipated(self, motion, own):
+            {begin}
+            return {dissipated}
+        """,
+        'POINT, ANCHOR, Gain("k", "N/m", "k", shape="number"), '
+        'Gain("c", "N s/m", "c", shape="number", positive=False)',
+    ).replace("import power", "import atan, cos, cosh, log, power, sin, sinh, sqrt, tan")
+
+
+def element_and_system(folder, text, **parameters):
+    (folder / "mine.py").write_text(text)
+    data = {
+        "schema_version": 2,
+        "body": {"mass": 2, "inertia": [1, 1.5, 2], "contact_point": [0.1, -0.2, 0.3]},
+        "controller": {
+            "variant": "permanent",
+            **dict.fromkeys(("K_t", "L_t", "K_r", "L_r"), [4, 4, 3]),
+        },
+        "elements": {"one": mine(**(parameters or AT_POINT))},
+        "initial": {},
+        "integration": {"duration": 1.0},
+    }
+    problem = problem_of(load_config(data, allow_python=True))
+    at_rest = configurations(problem.system)
+    (element,) = (one for one in at_rest.system.elements if one.from_user)
+    return at_rest, element
+
+
+def found(folder, text, **parameters):
+    at_rest, element = element_and_system(folder, text, **parameters)
+    return traced_statements(at_rest, element)
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+PASSIVE = {
+    "linear": ("-self.k * e - self.c * f", "0.5 * self.k * (e @ e)", "self.c * (f @ f)"),
+    "a third": ("-self.k * power(e, 2)", "(1 / 3) * self.k * power(e, 3).sum()"),
+    "an exponential": ("-self.k * exp(e)", "self.k * exp(e).sum()"),
+    "a root": (
+        "-self.k * e / sqrt(1 + e @ e)",
+        "self.k * sqrt(1 + e @ e)",
+    ),
+    "other functions": (
+        "-self.k * (sinh(e) + cosh(e) - sin(e) + cos(e))",
+        "self.k * (cosh(e) + sinh(e) + cos(e) + sin(e)).sum()",
+    ),
+    "tanh by its exponentials": (
+        "-self.k * tanh(e)",
+        "self.k * log(cosh(e)).sum()",
+    ),
+    "inverse functions": (
+        "-self.k * (1 / (1 + e * e) + (1 + tan(e) * tan(e)))",
+        "self.k * (atan(e) + tan(e)).sum()",
+    ),
+    "cubic damping": ("-self.c * (f @ f) * f", "0.0", "self.c * (f @ f) * (f @ f)"),
+}
+
+WRONG = {
+    "the sign": ("self.k * e", "0.5 * self.k * (e @ e)"),
+    "the factor": ("-self.k * e", "0.499999 * self.k * (e @ e)"),
+    "the damping": ("-self.k * e - self.c * f", "0.5 * self.k * (e @ e)", "2 * self.c * (f @ f)"),
+    "no potential": ("-self.k * e[[1, 2, 0]]", "0.5 * self.k * (e @ e)"),
+    "a root of the other sign": ("-self.k * e", "0.5 * self.k * (e @ e) + sqrt(e[0] * e[0]) - e[0]"),
+    "a function": ("-self.k * sinh(e)", "self.k * sinh(e).sum()"),
+}
+
+
+@pytest.mark.parametrize("name", PASSIVE)
+def test_passive_elements(folder, name):
+    assert why_not_passive(found(folder, statements(*PASSIVE[name]))) is None
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_balances(folder, name):
+    assert why_not_passive(found(folder, statements(*WRONG[name]))) == passive.UNBALANCED
+
+
+def test_negative_dissipation(folder):
+    text = statements("-self.k * e + self.c * f", "0.5 * self.k * (e @ e)", "-self.c * (f @ f)")
+    assert why_not_passive(found(folder, text)) == passive.GAINS_ENERGY
+
+
+def test_an_indefinite_gain(folder):
+    text = statements("-self.k * e - self.c * f", "0.5 * self.k * (e @ e)", "self.c * (f @ f)")
+    assert why_not_passive(found(folder, text, **AT_POINT | {"c": -0.01})) == passive.GAINS_ENERGY
+
+
+def test_energies_that_are_no_functions_of_the_angles(folder):
+    moving = statements("-self.k * e", "0.5 * self.k * (e @ e) + f @ f")
+    assert why_not_passive(found(folder, moving)) == passive.NO_FUNCTION_OF_ANGLES
+    timed = statements("-self.k * e * motion.time", "0.5 * self.k * (e @ e) * motion.time")
+    assert why_not_passive(found(folder, timed)) == passive.TIMED
+
+
+def test_a_balance_without_values(folder):
+    text = statements("-self.k * e", "0.5 * self.k * (e @ e) + 1 / (e[0] - e[0])")
+    assert why_not_passive(found(folder, text)) == passive.NO_POINTS
+
+
+def test_code_that_cannot_be_recorded(folder):
+    for stored in ("abs(self.k) if e[0] > 0 else 0.0", "float(e @ e)"):
+        with pytest.raises(NotRecordedError):
+            found(folder, statements("-self.k * e", stored))
+
+
+def test_which_elements_may_be_in_proofs(folder):
+    _, spring = element_and_system(folder, SPRING, k=3.0)
+    assert in_proofs(spring, held=True)
+    assert not in_proofs(spring, held=False)
+    values = {"point": [0.1, 0, 0], "anchor": [0, 0, 1.0], "k": 3.0, "c": 1.0}
+    _, maxwell = element_and_system(folder, MAXWELL, **values)
+    assert not in_proofs(maxwell, held=True)
+
+
+def test_polynomials(folder):
+    linear = found(folder, statements(*PASSIVE["linear"])).energy
+    assert is_polynomial(linear)
+    sixth = statements("-6 * power(e, 5)", "power(e, 6).sum()")
+    assert not is_polynomial(found(folder, sixth).energy)
+    assert not is_polynomial(found(folder, statements(*PASSIVE["a root"])).energy)
+
+
+def test_the_energy_is_the_one_that_the_code_computes(folder):
+    """At states that the code computes itself, in doubles."""
+    from rbstab.analysis.proof.traced.energy import TracedEnergy
+
+    at_rest, element = element_and_system(folder, statements(*PASSIVE["other functions"]))
+    program = traced_statements(at_rest, element).energy
+    Theta = np.random.default_rng(3).uniform(-1, 1, (20, 3))
+    theirs = [element.stored(at_rest.motion(q), np.zeros(0)) for q in Theta]
+    ours = TracedEnergy("one", program).approximate(Theta, 0)[0]
+    np.testing.assert_allclose(ours, theirs, rtol=1e-13)

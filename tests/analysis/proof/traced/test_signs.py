@@ -1,0 +1,79 @@
+"""Protects what is shown to be never negative: only what is, and the usual forms of dampers."""
+
+import numpy as np
+import pytest
+from support.formulas import recorded
+
+from rbstab.analysis.proof.traced.signs import Signs, meant
+from rbstab.mechanics import numbers
+
+INDEFINITE = np.array([[1.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+SEMIDEFINITE = np.array([[1.0, 2.0, 0.0], [2.0, 4.0, 0.0], [0.0, 0.0, 0.0]])
+DEFINITE = np.array([[3.0, 1.0, 0.0], [1.0, 3.0, -1.0], [0.0, -1.0, 4.0]])
+SKEW = np.array([[1.0, 5.0, 0.0], [-5.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
+
+NEVER = {
+    "a square": lambda v: v[0] * v[0],
+    "a constant": lambda v: 0.0 * v[0] + 2.0 + 0 * v[1],
+    "a sum of squares": lambda v: 2.0 * v[0] * v[0] + 0.5 * (v[1] * v[1]),
+    "a square of a sum": lambda v: (v[0] - v[1]) * (v[0] - v[1]),
+    "a power": lambda v: v[0] ** 4,
+    "diagonal": lambda v: v @ (np.array([1.0, 2.0, 0.5]) * v),
+    "definite": lambda v: v @ DEFINITE @ v,
+    "definite, other order": lambda v: v @ (DEFINITE @ v),
+    "semidefinite": lambda v: v @ SEMIDEFINITE @ v,
+    "a skew part does no work": lambda v: v @ SKEW @ v,
+    "definite times what is positive": lambda v: (v @ DEFINITE @ v) * numbers.exp_of(v[0]),
+    "cubic damping": lambda v: (v @ v) * (v @ v) * 0.3,
+    "saturating": lambda v: v[0] * v[0] / numbers.sqrt_of(1.0 + v[0] * v[0]),
+    "x tanh-like": lambda v: numbers.tanh_of(v[0] * v[0]),
+    "sums in products": lambda v: (1.0 + v[0] * v[0]) * (2.0 + numbers.cosh_of(v[1])),
+    "a quotient": lambda v: v[0] * v[0] / (v[1] * v[1]),
+    "signs that cancel": lambda v: -(-v[0]) * v[0],
+    "terms that cancel": lambda v: v[0] * v[1] + v[2] * v[2] - v[1] * v[0],
+}
+
+NOT_SHOWN = {
+    "a number": lambda v: v[0] + 0.0,
+    "a product": lambda v: v[0] * v[1],
+    "a negative square": lambda v: -(v[0] * v[0]),
+    "a negative constant": lambda v: v[0] * v[0] - 1e-9,
+    "indefinite": lambda v: v @ INDEFINITE @ v,
+    "one negative gain": lambda v: v @ (np.array([1.0, -2.0, 0.5]) * v),
+    "a cube": lambda v: v[0] ** 3,
+    "a sine": lambda v: numbers.sin_of(v[0]),
+    "a tanh": lambda v: numbers.tanh_of(v[0]),
+    "a logarithm": lambda v: numbers.log_of(v[0] * v[0]),
+    "over what may be negative": lambda v: v[0] * v[0] / v[1],
+    "times what may be negative": lambda v: (v @ DEFINITE @ v) * v[0],
+    "almost semidefinite": lambda v: v @ (SEMIDEFINITE - np.diag([1e-9, 0, 0])) @ v,
+    "crossed without squares": lambda v: v[0] * v[1] + v[2] * v[2],
+}
+
+
+def never_negative(formula):
+    operations = recorded(formula).operations
+    return Signs(operations).never_negative(len(operations) - 1)
+
+
+@pytest.mark.parametrize("name", NEVER)
+def test_never_negative(name):
+    assert never_negative(NEVER[name])
+
+
+@pytest.mark.parametrize("name", NOT_SHOWN)
+def test_not_shown(name):
+    assert not never_negative(NOT_SHOWN[name])
+
+
+@pytest.mark.parametrize("name", NEVER)
+def test_the_formulas_are_as_they_are_called(name):
+    points = np.random.default_rng(1).normal(size=(200, 3))
+    assert all(NEVER[name](point) >= -1e-12 for point in points)
+
+
+def test_numbers_that_doubles_mean():
+    assert meant(1 / 3) == meant(1.0) / 3
+    assert meant(0.1) * 10 == 1
+    assert meant(1.2345678901) * 10**10 == 12345678901
+    assert float(meant(np.pi)) == np.pi

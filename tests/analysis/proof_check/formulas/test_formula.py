@@ -1,0 +1,110 @@
+"""Protects the checker's formulas: bounds that hold what mpmath computes; nothing of the prover."""
+
+from itertools import product
+
+import mpmath
+import pytest
+from flint import arb, ctx
+from support.formulas import FORMULAS, recorded
+
+from rbstab.analysis.proof_check.formulas import series
+from rbstab.analysis.proof_check.formulas.formula import Formula
+from rbstab.mechanics import numbers
+
+POINTS = ([0.3, 0.2, 0.9], [-0.7, 0.4, 1.3], [0.1, -0.8, -1.1])
+RADIUS = (0.05, 0.03, 0.08)
+
+
+def of(formula):
+    return Formula({"name": "x", "operations": recorded(formula).operations})
+
+
+def exact(name, Theta, axes=()):
+    orders = tuple(axes.count(axis) for axis in range(3))
+    with mpmath.workdps(60):
+        point = tuple(mpmath.mpf(x) for x in Theta)
+        return mpmath.diff(lambda *angles: FORMULAS[name](list(angles)), point, orders)
+
+
+def holds(ball, value):
+    slack = abs(value) * mpmath.mpf(10) ** -15
+    with mpmath.workdps(30):
+        low, high = (mpmath.mpf(str(end.str(25, radius=False))) for end in (ball.lower(), ball.upper()))
+        return low - slack <= value <= high + slack
+
+
+@pytest.mark.parametrize("name", FORMULAS)
+def test_values_and_slopes_at_points(name):
+    with ctx.workprec(128):
+        for Theta in POINTS:
+            centre = [arb(x) for x in Theta]
+            found = of(FORMULAS[name]).over(centre, [arb(0)] * 3)
+            assert holds(found.value, exact(name, Theta))
+            assert found.value.rad() < 1e-12
+            for i in range(3):
+                assert holds(found.gradient[i], exact(name, Theta, (i,)))
+                for j in range(3):
+                    assert holds(found.hessian[i, j], exact(name, Theta, (i, j)))
+                    assert found.hessian[i, j].rad() < 1e-11
+
+
+@pytest.mark.parametrize("name", FORMULAS)
+def test_bounds_over_boxes_hold_all_values(name):
+    with ctx.workprec(128):
+        for Theta in POINTS:
+            centre, step = [arb(x) for x in Theta], [arb(0, r) for r in RADIUS]
+            one = of(FORMULAS[name])
+            found = one.over(centre, step)
+            whole = one.value([a + b for a, b in zip(centre, step, strict=True)])
+            assert whole.rad() < 5
+            for shares in product((-1, 0.4, 1), repeat=3):
+                point = [x + s * r for x, s, r in zip(Theta, shares, RADIUS, strict=True)]
+                assert holds(whole, exact(name, point))
+                for i, j in product(range(3), repeat=2):
+                    assert holds(found.hessian[i, j], exact(name, point, (i, j)))
+
+
+def test_steepest_slopes():
+    with ctx.workprec(64):
+        one = of(lambda T: 2.0 * numbers.sin_of(T[0]) + numbers.cos_of(T[1]) * 0.5)
+        assert 2.0 <= one.steepest(0) <= 2.3
+        assert 0.5 <= one.steepest(1) <= 0.7
+        assert one.steepest(2) == 0
+        assert not of(lambda T: 1 / T[0]).steepest(0).is_finite()
+
+
+def test_whole_turns():
+    assert of(lambda T: numbers.sin_of(T[0]) + T[1]).periodic
+    for formula in (lambda T: T[0], lambda T: numbers.sin_of(T[2] + T[0]), lambda T: T[2] * T[1]):
+        assert not of(formula).periodic
+
+
+def test_no_number_where_there_is_no_value():
+    with ctx.workprec(64):
+        one = of(lambda T: numbers.sqrt_of(T[0]))
+        assert not one.over([arb(0.05), arb(0), arb(0)], [arb(0, 0.1)] * 3).hessian[0, 0].is_finite()
+        assert one.over([arb(0.5), arb(0), arb(0)], [arb(0, 0.1)] * 3).hessian[0, 0].is_finite()
+
+
+def test_a_square_is_not_negative():
+    with ctx.workprec(64):
+        found = series.through(series.power(arb(0, 1), 2), series.angle(arb(0, 1), 0))
+        assert found[series.ZERO] >= -1e-8  # a radius has 30 bits
+
+
+@pytest.mark.parametrize(
+    "operations",
+    [
+        [],
+        [["theta", 3]],
+        [["constant", "1"]],
+        [["theta", 0], ["sin", 1]],
+        [["theta", 0], ["+", 0]],
+        [["theta", 0], ["abs", 0]],
+        [["theta", 0], ["**", 0, 99]],
+        [["theta", 0], ["sin", 0.0]],
+    ],
+)
+def test_what_is_no_formula_is_refused(operations):
+    with pytest.raises(ValueError, match="formula"):
+        Formula({"name": "x", "operations": operations})

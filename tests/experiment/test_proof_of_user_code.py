@@ -1,0 +1,311 @@
+"""Protects proofs of held bodies with elements of users, against elements of ours and searches.
+
+Minima are looked for by scipy with the energy that the code of the element computes in doubles.
+"""
+
+import copy
+import json
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+from support.user_code import SPRING, element_text, mine
+
+from rbstab.analysis.configuration import configurations
+from rbstab.analysis.proof.reduced_energy import NoEnergyReason
+from rbstab.config.build import problem_of
+from rbstab.config.load import config_to_read, load_config, plain_data
+from rbstab.experiment.convergence.exact_motion import convergence_at_start, prove_convergence
+from rbstab.experiment.proof import CODE_NOT_RUN, prove
+from rbstab.experiment.simulate import simulate
+from rbstab.experiment.stored_proof.identity import proof_id
+from rbstab.experiment.stored_proof.proof import SUPPLIES, Proof
+from rbstab.experiment.stored_proof.starts import start_state
+from rbstab.experiment.verification.verify import verify
+
+TIE = element_text(
+    """
+    def wrench(self, motion, own):
+        e = position(motion, self.point) - self.anchor
+        f = velocity(motion, self.point)
+        return force_at(motion, self.point, -self.K_c @ e - self.L_c @ f)
+
+    def stored(self, motion, own):
+        e = position(motion, self.point) - self.anchor
+        return 0.5 * (e @ self.K_c @ e)
+
+    def dissipated(self, motion, own):
+        f = velocity(motion, self.point)
+        return f @ self.L_c @ f
+    """,
+    'POINT, ANCHOR, Gain("K_c", "N/m", "K"), Gain("L_c", "N s/m", "L", dissipates=True)',
+)
+"""What `kind: visco-elastic` is."""
+
+TIED = {
+    "point": [0.1, 0.2, -0.1],
+    "anchor": [0.0, 0.3, 0.1],
+    "K_c": [[30, 2, 0], [2, 20, 1], [0, 1, 10]],
+    "L_c": [1, 2, 3],
+}
+
+WELL = element_text(
+    """
+    def wrench(self, motion, own):
+        e = position(motion, self.point) - self.anchor
+        pull = 2 * self.depth / (self.width * self.width) * self._near(e)
+        return force_at(motion, self.point, -pull * e)
+
+    def stored(self, motion, own):
+        e = position(motion, self.point) - self.anchor
+        return -self.depth * self._near(e)
+
+    def _near(self, e):
+        return exp(-(e @ e) / (self.width * self.width))
+    """,
+    'POINT, ANCHOR, Gain("depth", "J", "d", shape="number"), '
+    'Gain("width", "m", "w", shape="number")',
+)
+"""A magnet that pulls a point into a well of the form of a bell."""
+
+SIDE = {"point": [0.0, 0.0, 0.5], "anchor": [0.35, 0.0, 0.3], "depth": 4.0, "width": 0.15}
+"""A deep and narrow one aside: the body has rest states in it and outside of it."""
+
+SPEED = [0.4, -0.3, 0.2]
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tie.py").write_text(TIE)
+    (tmp_path / "well.py").write_text(WELL)
+    return tmp_path
+
+
+def held(elements, **changes):
+    """Return plain data of a held body."""
+    return {
+        "schema_version": 2,
+        "body": {"mass": 2, "inertia": [1, 1.5, 2], "contact_point": [0.1, -0.1, -0.3]},
+        "controller": {
+            "variant": "permanent",
+            "K_t": [40, 40, 30],
+            "L_t": [2, 2, 1],
+            "K_r": [4, 4, 3],
+            "L_r": [0.6, 0.6, 0.4],
+        },
+        "elements": elements,
+        "initial": {"angular_velocity": SPEED},
+        "integration": {"duration": 5.0, "samples": 51},
+    } | changes
+
+
+def from_file(name, parameters):
+    return mine(**parameters) | {"file": f"{name}.py"}
+
+
+def load(elements, **changes):
+    return load_config(held(elements, **changes), allow_python=True)
+
+
+def minima(config):
+    """Return the minima that scipy finds from many starts, lowest energy first."""
+    at_rest = configurations(problem_of(config).system)
+    found = []
+    for start in np.random.default_rng(4).uniform(-1.4, 1.4, (60, 3)):
+        one = minimize(at_rest.energy, start, jac=at_rest.gradient, tol=1e-12)
+        inside = np.all(np.abs(one.x) < [np.pi, np.pi / 2, np.pi])
+        if inside and not any(np.abs(one.x - other.x).max() < 1e-4 for other in found):
+            found.append(one)
+    return sorted(found, key=lambda one: one.fun)
+
+
+@cache
+def _proved(name):
+    elements = {"one": from_file("well", WELLS[name])}
+    return prove(load(elements))
+
+
+WELLS = {"aside": SIDE, "wide": SIDE | {"width": 0.5}, "shallow": SIDE | {"depth": 0.5}}
+
+
+def test_a_polynomial_energy_has_the_proof_of_our_own_element():
+    theirs = prove(load({"one": from_file("tie", TIED)}))
+    ours = prove(load({"one": {"kind": "visco-elastic"} | TIED}))
+    assert theirs.proved
+    assert theirs.id != ours.id
+    same = {"id", "seconds"}
+    assert theirs.model_dump(exclude=same) == ours.model_dump(exclude=same)
+
+
+@pytest.mark.parametrize("name", WELLS)
+def test_all_minima_are_those_that_a_search_finds(name):
+    config, proof = load({"one": from_file("well", WELLS[name])}), _proved(name)
+    assert proof.proved
+    assert proof.reduced_energy.formulas[0].name == "one"
+    listed = [state for state in proof.states if state.index == 0]
+    expected = minima(config)
+    assert len(listed) == len(expected) == {"aside": 2, "wide": 1, "shallow": 1}[name]
+    for state, one in zip(listed, expected, strict=True):
+        np.testing.assert_allclose(state.orientation, one.x, atol=2e-6)
+        assert state.energy == pytest.approx(one.fun, abs=1e-9)
+        low, high = np.array(state.enclosure)
+        assert np.all(low <= state.orientation) & np.all(state.orientation <= high)
+
+
+def test_a_region_ends_at_its_pass():
+    """c* of the deep well is the lowest energy of a saddle, found by a search along paths."""
+    config, proof = load({"one": from_file("well", SIDE)}), _proved("aside")
+    at_rest = configurations(problem_of(config).system)
+    (saddle,) = [state for state in proof.states if state.index == 1]
+    gradient = at_rest.gradient(np.array(saddle.orientation))
+    assert np.abs(gradient).max() < 1e-9
+    first, second = (state for state in proof.states if state.index == 0)
+    shares = np.linspace(0, 1, 401)[:, None]
+    straight = np.array(first.orientation) * (1 - shares) + shares * np.array(second.orientation)
+    top = max(at_rest.energy(q) for q in straight)
+    assert second.energy < saddle.energy <= top
+    for region in proof.regions:
+        assert region.energy_bound == pytest.approx(saddle.energy, abs=1e-4)
+        assert region.energy_bound <= saddle.energy
+
+
+def test_starts_in_regions_converge_and_runs_agree():
+    proof = _proved("aside")
+    for Theta, expected in (([0.0, 0.75, 0.0], None), ([0.05, 0.0, 0.0], None)):
+        initial = {"orientation": Theta, "angular_velocity": SPEED}
+        config = load({"one": from_file("well", SIDE)}, initial=initial)
+        problem = problem_of(config)
+        number = start_state(problem, proof)
+        found = convergence_at_start(config, problem, proof)
+        if number is None:
+            assert found.proved is None
+            continue
+        assert found.proved
+        assert found.rest_state == number
+        end = simulate(config)["orientation"][-1]
+        expected = np.array(proof.states[number - 1].orientation)
+        assert np.abs(np.asarray(end) - expected).max() < 0.05
+
+
+def test_a_proof_says_what_it_is_of(folder):
+    config, proof = load({"one": from_file("well", SIDE)}), _proved("aside")
+    assert proof.id == proof_id(config)
+    stored = Proof.model_validate_json(proof.model_dump_json())
+    assert stored == proof
+    found = verify(stored, config)
+    assert found.verified, [one.text for one in found.findings if not one.verified]
+    other = load({"one": from_file("well", SIDE | {"depth": 4.001})})
+    (refused,) = [one for one in verify(stored, other).findings if one.claim == "energy"]
+    assert not refused.verified
+    # Another formula has another id, although its parameters are the same.
+    (folder / "well.py").write_text(WELL.replace("-self.depth * self._near(e)", "0.0"))
+    assert proof_id(load({"one": from_file("well", SIDE)})) != proof.id
+
+
+def changed(proof, change):
+    data = json.loads(proof.model_dump_json())
+    change(data["reduced_energy"]["formulas"][0]["operations"], data)
+    return Proof.model_validate(data)
+
+
+def _deeper(operations, data):
+    place = next(k for k, one in enumerate(operations) if one == ["constant", SIDE["depth"]])
+    operations[place] = ["constant", 4.2]
+
+
+def _other_sign(operations, data):
+    place = next(k for k, one in enumerate(operations) if one[0] == "exp")
+    operations[place] = ["sinh", *operations[place][1:]]
+
+
+def _higher_region(operations, data):
+    for region in data["regions"]:
+        region["energy_bound"] += 0.05
+
+
+def _no_saddle(operations, data):
+    data["states"] = [state for state in data["states"] if state["index"] == 0]
+    data["regions"], data["region"] = [], None
+
+
+@pytest.mark.parametrize("change", [_deeper, _other_sign, _higher_region, _no_saddle])
+def test_a_changed_proof_is_refused(change):
+    assert not verify(changed(_proved("aside"), change)).verified
+
+
+def test_a_formula_that_is_none_is_not_read():
+    def broken(operations, data):
+        operations[-1] = ["*", 0, len(operations)]
+
+    with pytest.raises(ValueError, match="operation"):
+        changed(_proved("aside"), broken)
+
+
+def test_without_permission_no_code_runs(folder):
+    config = load({"one": from_file("well", SIDE)})
+    read = config_to_read(plain_data(config))
+    proof = prove(read)
+    assert (proof.states, proof.outcome) == ((), CODE_NOT_RUN)
+    found = verify(_proved("aside"), read)
+    assert found.verified
+    assert any(CODE_NOT_RUN in text for text in found.unchecked)
+
+
+def test_what_is_not_in_proofs(folder):
+    (folder / "mine.py").write_text(SPRING.replace("0.5 * self.k", "0.6 * self.k"))
+    wrong = prove(load({"one": mine(k=3.0)}))
+    assert wrong.outcome.startswith(NoEnergyReason.NOT_IN_PROOFS.value)
+    assert "one: it is not shown that `wrench`" in wrong.outcome
+    assert not wrong.states
+    (folder / "mine.py").write_text(SPRING)
+    pushed = {"kind": "input", "quantity": "couple", "direction": [1, 0, 0], "amplitude": 1}
+    pushed["signal"] = {"kind": "constant"}
+    assert prove(load({"one": mine(k=3.0), "push": pushed})).outcome == SUPPLIES
+
+
+def test_no_motion_under_code_is_enclosed():
+    config = load({"one": from_file("well", SIDE)}, initial={"angular_velocity": [0, 40.0, 0]})
+    problem, proof = problem_of(config), _proved("aside")
+    found = prove_convergence(config, problem, proof)
+    assert found.samples is None
+    assert found.convergence.proved is None
+    assert "no motion under such code is enclosed" in found.convergence.why
+
+
+def test_elements_of_users_beside_ours():
+    """A well, a guard of the range, a strut and a ligament."""
+    strut = {"kind": "spring", "point": [0.2, 0, 0.1], "anchor": [0.6, 0.2, 0.1]}
+    strut |= {"stiffness": 5.0, "rest_length": 0.2, "damping": 0.1}
+    elements = {
+        "one": from_file("well", WELLS["wide"]),
+        "strut": strut,
+        "range": {"kind": "guard", "method": "barrier", "stiffness": 0.5},
+    }
+    config = load(elements)
+    proof = prove(config)
+    assert proof.proved
+    expected = minima(config)
+    listed = [state for state in proof.states if state.index == 0]
+    assert len(listed) == len(expected)
+    np.testing.assert_allclose(listed[0].orientation, expected[0].x, atol=2e-6)
+    found = verify(proof, config)
+    assert found.verified, [one.text for one in found.findings if not one.verified]
+
+
+def test_a_formula_of_an_angle_itself_has_no_wider_range(folder):
+    """It is not periodic, so its values at other turns are others."""
+    text = element_text("""
+        def wrench(self, motion, own):
+            return couple_on_body(-self.k * np.array([tanh(motion.Theta[0]), 0.0, 0.0]) @ motion.B)
+
+        def stored(self, motion, own):
+            return self.k * log(cosh(motion.Theta[0]))
+        """).replace("import power", "import cosh, log, power")
+    (folder / "mine.py").write_text(text)
+    proof = prove(load({"one": mine(k=3.0)}))
+    assert proof.proved
+    assert proof.unwrapped is None
+    periodic = copy.deepcopy(_proved("wide"))
+    assert periodic.unwrapped is not None

@@ -3,9 +3,9 @@
 Minima are looked for by scipy with the energy that the code of the element computes in doubles.
 """
 
-import copy
 import json
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -72,6 +72,20 @@ WELL = element_text(
 SIDE = {"point": [0.0, 0.0, 0.5], "anchor": [0.35, 0.0, 0.3], "depth": 4.0, "width": 0.15}
 """A deep and narrow one aside: the body has rest states in it and outside of it."""
 
+TIP = element_text(
+    """
+    def wrench(self, motion, own):
+        up = motion.A[2]
+        push = self.k * self.b * exp(self.b * up[2])
+        return couple_on_body(push * np.array([up[1], -up[0], 0.0 * up[2]]))
+
+    def stored(self, motion, own):
+        return self.k * exp(self.b * motion.A[2][2])
+    """,
+    'Gain("k", "J", "energy", shape="number"), Gain("b", "1", "sharpness", shape="number")',
+)
+"""It pushes the body away from upright: k exp(b cos θ1 cos θ2). So upright is a saddle or worse."""
+
 SPEED = [0.4, -0.3, 0.2]
 
 
@@ -80,6 +94,7 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "tie.py").write_text(TIE)
     (tmp_path / "well.py").write_text(WELL)
+    (tmp_path / "tip.py").write_text(TIP)
     return tmp_path
 
 
@@ -112,7 +127,7 @@ def load(elements, **changes):
 def minima(config):
     """Return the minima that scipy finds from many starts, lowest energy first."""
     at_rest = configurations(problem_of(config).system)
-    found = []
+    found: list[Any] = []
     for start in np.random.default_rng(4).uniform(-1.4, 1.4, (60, 3)):
         one = minimize(at_rest.energy, start, jac=at_rest.gradient, tol=1e-12)
         inside = np.all(np.abs(one.x) < [np.pi, np.pi / 2, np.pi])
@@ -123,11 +138,30 @@ def minima(config):
 
 @cache
 def _proved(name):
-    elements = {"one": from_file("well", WELLS[name])}
-    return prove(load(elements))
+    return prove(_config(name))
 
 
-WELLS = {"aside": SIDE, "wide": SIDE | {"width": 0.5}, "shallow": SIDE | {"depth": 0.5}}
+def _config(name, **changes):
+    return load({"one": from_file(*KINDS[name])}, **changes)
+
+
+KINDS = {
+    "aside": ("well", SIDE),
+    "wide": ("well", SIDE | {"width": 0.5}),
+    "shallow": ("well", SIDE | {"depth": 0.5}),
+    "one valley": ("tip", {"k": 0.1, "b": 1.0}),
+    "two valleys": ("tip", {"k": 0.5, "b": 2.0}),
+    "three valleys": ("tip", {"k": 1.5, "b": 2.0}),
+}
+
+VALLEYS = {
+    "aside": 2,
+    "wide": 1,
+    "shallow": 1,
+    "one valley": 1,
+    "two valleys": 2,
+    "three valleys": 3,
+}
 
 
 def test_a_polynomial_energy_has_the_proof_of_our_own_element():
@@ -139,116 +173,138 @@ def test_a_polynomial_energy_has_the_proof_of_our_own_element():
     assert theirs.model_dump(exclude=same) == ours.model_dump(exclude=same)
 
 
-@pytest.mark.parametrize("name", WELLS)
+@pytest.mark.parametrize("name", KINDS)
 def test_all_minima_are_those_that_a_search_finds(name):
-    config, proof = load({"one": from_file("well", WELLS[name])}), _proved(name)
+    config, proof = _config(name), _proved(name)
     assert proof.proved
     assert proof.reduced_energy.formulas[0].name == "one"
     listed = [state for state in proof.states if state.index == 0]
     expected = minima(config)
-    assert len(listed) == len(expected) == {"aside": 2, "wide": 1, "shallow": 1}[name]
+    assert len(listed) == len(expected) == VALLEYS[name]
     for state, one in zip(listed, expected, strict=True):
         np.testing.assert_allclose(state.orientation, one.x, atol=2e-6)
         assert state.energy == pytest.approx(one.fun, abs=1e-9)
         low, high = np.array(state.enclosure)
-        assert np.all(low <= state.orientation) & np.all(state.orientation <= high)
+        assert np.all(low <= state.orientation)
+        assert np.all(state.orientation <= high)
 
 
 def test_a_region_ends_at_its_pass():
-    """c* of the deep well is the lowest energy of a saddle, found by a search along paths."""
-    config, proof = load({"one": from_file("well", SIDE)}), _proved("aside")
+    """Each valley ends at a saddle, which is nowhere higher than a straight way between minima."""
+    config, proof = _config("two valleys"), _proved("two valleys")
     at_rest = configurations(problem_of(config).system)
     (saddle,) = [state for state in proof.states if state.index == 1]
-    gradient = at_rest.gradient(np.array(saddle.orientation))
-    assert np.abs(gradient).max() < 1e-9
+    assert np.abs(at_rest.gradient(np.array(saddle.orientation))).max() < 1e-9
     first, second = (state for state in proof.states if state.index == 0)
-    shares = np.linspace(0, 1, 401)[:, None]
+    shares = np.linspace(0, 1, 401)[:, np.newaxis]
     straight = np.array(first.orientation) * (1 - shares) + shares * np.array(second.orientation)
     top = max(at_rest.energy(q) for q in straight)
-    assert second.energy < saddle.energy <= top
+    assert second.energy < saddle.energy <= top + 1e-12
+    assert len(proof.regions) == 2
     for region in proof.regions:
-        assert region.energy_bound == pytest.approx(saddle.energy, abs=1e-4)
+        assert region.energy_bound == pytest.approx(saddle.energy, abs=1e-8)
         assert region.energy_bound <= saddle.energy
 
 
-def test_starts_in_regions_converge_and_runs_agree():
-    proof = _proved("aside")
-    for Theta, expected in (([0.0, 0.75, 0.0], None), ([0.05, 0.0, 0.0], None)):
-        initial = {"orientation": Theta, "angular_velocity": SPEED}
-        config = load({"one": from_file("well", SIDE)}, initial=initial)
+def test_starts_in_regions_converge_to_the_state_that_runs_reach():
+    proof = _proved("two valleys")
+    for sign, expected in ((1, 1), (-1, 2)):
+        start = (sign * np.array([0.2, -0.2, -0.12])).tolist()
+        config = _config("two valleys", initial={"orientation": start}, **LONG)
         problem = problem_of(config)
-        number = start_state(problem, proof)
+        assert start_state(problem, proof) == expected
         found = convergence_at_start(config, problem, proof)
-        if number is None:
-            assert found.proved is None
-            continue
-        assert found.proved
-        assert found.rest_state == number
-        end = simulate(config)["orientation"][-1]
-        expected = np.array(proof.states[number - 1].orientation)
-        assert np.abs(np.asarray(end) - expected).max() < 0.05
+        assert (found.proved, found.rest_state) == (True, expected)
+        end = np.asarray(simulate(config)["orientation"])[-1]
+        rest = np.array(proof.states[expected - 1].orientation)
+        assert np.abs(end - rest).max() < 0.02
+    outside = _config("two valleys", initial={"angular_velocity": [3.0, 0.0, 0.0]})
+    assert start_state(problem_of(outside), proof) is None
+    assert convergence_at_start(outside, problem_of(outside), proof).proved is None
+
+
+LONG = {"integration": {"duration": 20.0, "samples": 51}}
 
 
 def test_a_proof_says_what_it_is_of(folder):
-    config, proof = load({"one": from_file("well", SIDE)}), _proved("aside")
+    config, proof = _config("one valley"), _proved("one valley")
     assert proof.id == proof_id(config)
     stored = Proof.model_validate_json(proof.model_dump_json())
     assert stored == proof
     found = verify(stored, config)
     assert found.verified, [one.text for one in found.findings if not one.verified]
-    other = load({"one": from_file("well", SIDE | {"depth": 4.001})})
-    (refused,) = [one for one in verify(stored, other).findings if one.claim == "energy"]
-    assert not refused.verified
+    other = load({"one": from_file("tip", {"k": 0.101, "b": 1.0})})
+    assert [one.claim for one in verify(stored, other).findings if not one.verified] == [
+        "id",
+        "energy",
+    ]
     # Another formula has another id, although its parameters are the same.
-    (folder / "well.py").write_text(WELL.replace("-self.depth * self._near(e)", "0.0"))
-    assert proof_id(load({"one": from_file("well", SIDE)})) != proof.id
+    (folder / "tip.py").write_text(TIP.replace("self.k * exp", "self.k + self.k * exp"))
+    assert proof_id(_config("one valley")) != proof.id
+
+
+def test_seven_rest_states_and_their_valleys_are_verified():
+    proof = _proved("three valleys")
+    assert len(proof.states) == 7
+    found = verify(proof, _config("three valleys"))
+    assert found.verified, [one.text for one in found.findings if not one.verified]
 
 
 def changed(proof, change):
     data = json.loads(proof.model_dump_json())
     change(data["reduced_energy"]["formulas"][0]["operations"], data)
-    return Proof.model_validate(data)
+    return Proof.model_validate(data | {"unwrapped": None})
 
 
-def _deeper(operations, data):
-    place = next(k for k, one in enumerate(operations) if one == ["constant", SIDE["depth"]])
-    operations[place] = ["constant", 4.2]
+def _sharper(operations, _):
+    place = operations.index(["constant", 2.0])
+    operations[place] = ["constant", 2.2]
 
 
-def _other_sign(operations, data):
+def _other_function(operations, _):
     place = next(k for k, one in enumerate(operations) if one[0] == "exp")
-    operations[place] = ["sinh", *operations[place][1:]]
+    operations[place] = ["cosh", *operations[place][1:]]
 
 
-def _higher_region(operations, data):
-    for region in data["regions"]:
-        region["energy_bound"] += 0.05
+def _higher_region(_, data):
+    data["regions"] = data["regions"][:1]
+    data["regions"][0]["energy_bound"] += 0.01
 
 
-def _no_saddle(operations, data):
+def _no_saddle(_, data):
     data["states"] = [state for state in data["states"] if state["index"] == 0]
     data["regions"], data["region"] = [], None
 
 
-@pytest.mark.parametrize("change", [_deeper, _other_sign, _higher_region, _no_saddle])
+@pytest.mark.parametrize("change", [_sharper, _other_function, _higher_region, _no_saddle])
 def test_a_changed_proof_is_refused(change):
-    assert not verify(changed(_proved("aside"), change)).verified
+    assert not verify(changed(_proved("two valleys"), change)).verified
 
 
 def test_a_formula_that_is_none_is_not_read():
-    def broken(operations, data):
+    def broken(operations, _):
         operations[-1] = ["*", 0, len(operations)]
 
     with pytest.raises(ValueError, match="operation"):
-        changed(_proved("aside"), broken)
+        changed(_proved("two valleys"), broken)
 
 
-def test_without_permission_no_code_runs(folder):
-    config = load({"one": from_file("well", SIDE)})
+def test_a_formula_that_is_not_periodic_is_in_no_wider_range():
+    """Not by the checker either: a bound on θ1 and θ3 needs a periodic energy."""
+    data = json.loads(_proved("one valley").model_dump_json())
+    operations = data["reduced_energy"]["formulas"][0]["operations"]
+    operations += [["theta", 0], ["constant", 0.0], ["*", len(operations), len(operations) + 1]]
+    operations += [["+", len(operations) - 4, len(operations) - 1]]
+    found = verify(Proof.model_validate(data))
+    assert [one.claim for one in found.findings if not one.verified] == ["ends"]
+
+
+def test_without_permission_no_code_runs():
+    config = _config("one valley")
     read = config_to_read(plain_data(config))
     proof = prove(read)
     assert (proof.states, proof.outcome) == ((), CODE_NOT_RUN)
-    found = verify(_proved("aside"), read)
+    found = verify(_proved("one valley"), read)
     assert found.verified
     assert any(CODE_NOT_RUN in text for text in found.unchecked)
 
@@ -266,8 +322,8 @@ def test_what_is_not_in_proofs(folder):
 
 
 def test_no_motion_under_code_is_enclosed():
-    config = load({"one": from_file("well", SIDE)}, initial={"angular_velocity": [0, 40.0, 0]})
-    problem, proof = problem_of(config), _proved("aside")
+    config = _config("one valley", initial={"angular_velocity": [0, 40.0, 0]})
+    problem, proof = problem_of(config), _proved("one valley")
     found = prove_convergence(config, problem, proof)
     assert found.samples is None
     assert found.convergence.proved is None
@@ -275,11 +331,11 @@ def test_no_motion_under_code_is_enclosed():
 
 
 def test_elements_of_users_beside_ours():
-    """A well, a guard of the range, a strut and a ligament."""
-    strut = {"kind": "spring", "point": [0.2, 0, 0.1], "anchor": [0.6, 0.2, 0.1]}
-    strut |= {"stiffness": 5.0, "rest_length": 0.2, "damping": 0.1}
+    """A push, a guard of the range and a strut."""
+    ends = {"point": [0.2, 0, 0.1], "anchor": [0.6, 0.2, 0.1]}
+    strut = {"kind": "spring", "stiffness": 5.0, "rest_length": 0.2, "damping": 0.1} | ends
     elements = {
-        "one": from_file("well", WELLS["wide"]),
+        "one": from_file(*KINDS["one valley"]),
         "strut": strut,
         "range": {"kind": "guard", "method": "barrier", "stiffness": 0.5},
     }
@@ -307,5 +363,4 @@ def test_a_formula_of_an_angle_itself_has_no_wider_range(folder):
     proof = prove(load({"one": mine(k=3.0)}))
     assert proof.proved
     assert proof.unwrapped is None
-    periodic = copy.deepcopy(_proved("wide"))
-    assert periodic.unwrapped is not None
+    assert _proved("one valley").unwrapped is not None

@@ -67,7 +67,7 @@ def command(
         raise click.UsageError("--set changes a config; give it with --config.")
     if certificate is not None:
         check_target(certificate, force=force)
-    config = None if config_path is None else _config(config_path, changes, allow_python=allow_python)
+    config = _config(config_path, changes, allow_python=allow_python)
     several = len(proofs) > 1 or is_dir(proofs[0])
     if certificate is not None and several:
         raise click.UsageError("--certificate needs the file of one proof")
@@ -186,7 +186,9 @@ def _refuse_others(path: Path) -> None:
     )
 
 
-def _config(path: Path, changes: tuple[str, ...], *, allow_python: bool) -> "Config":
+def _config(path: Path | None, changes: tuple[str, ...], *, allow_python: bool) -> "Config | None":
+    if path is None:
+        return None
     # Without permission the config is only read: all but the energy of code can be compared.
     return load_all([path], changes, allow_python=allow_python or None)[path]
 

@@ -45,7 +45,7 @@ def element_and_system(folder, text, **parameters):
         "body": {"mass": 2, "inertia": [1, 1.5, 2], "contact_point": [0.1, -0.2, 0.3]},
         "controller": {
             "variant": "permanent",
-            **dict.fromkeys(("K_t", "L_t", "K_r", "L_r"), [4, 4, 3]),
+            **{key: [4, 4, 3] for key in ("K_t", "L_t", "K_r", "L_r")},
         },
         "elements": {"one": mine(**(parameters or AT_POINT))},
         "initial": {},
@@ -94,9 +94,12 @@ PASSIVE = {
 WRONG = {
     "the sign": ("self.k * e", "0.5 * self.k * (e @ e)"),
     "the factor": ("-self.k * e", "0.499999 * self.k * (e @ e)"),
-    "the damping": ("-self.k * e - self.c * f", "0.5 * self.k * (e @ e)", "2 * self.c * (f @ f)"),
+    "the damping": ("-self.k * e - self.c * f", "0.5 * self.k * (e @ e)", "2 * self.c * f @ f"),
     "no potential": ("-self.k * e[[1, 2, 0]]", "0.5 * self.k * (e @ e)"),
-    "a root of the other sign": ("-self.k * e", "0.5 * self.k * (e @ e) + sqrt(e[0] * e[0]) - e[0]"),
+    "a root of the other sign": (
+        "-self.k * e",
+        "0.5 * self.k * (e @ e) + sqrt(e[0] * e[0]) - e[0]",
+    ),
     "a function": ("-self.k * sinh(e)", "self.k * sinh(e).sum()"),
 }
 
@@ -131,6 +134,41 @@ def test_energies_that_are_no_functions_of_the_angles(folder):
 def test_a_balance_without_values(folder):
     text = statements("-self.k * e", "0.5 * self.k * (e @ e) + 1 / (e[0] - e[0])")
     assert why_not_passive(found(folder, text)) == passive.NO_POINTS
+
+
+SMOOTH = {
+    "a saturating damper": "self.c * f / sqrt(0.01 + f @ f)",
+    "a root of the position": "self.c * f / sqrt(1 + e @ e)",
+    "a quotient by the attitude": "self.c * f / (2 + motion.A[0][0])",
+    "a logarithm": "self.c * f * log(2 + f @ f)",
+    "a negative power": "self.c * f * (1 + f @ f) ** -2",
+}
+
+NOT_SMOOTH = {
+    "dry friction": "self.c * f / sqrt(f @ f)",
+    "an attitude at which it ends": "self.c * f / (1 + motion.A[0][0])",
+    "a length that may be zero": "self.c * f / (e @ e)",
+    "an angle": "self.c * f / (20 + motion.Theta[0])",
+    "a rate": "self.c * f / (20 + motion.Omega[0])",
+    "a tangent of a rate": "self.c * f * tan(motion.Omega[0]) * tan(motion.Omega[0])",
+}
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_dampers_that_are_smooth(folder, name):
+    damper = SMOOTH[name]
+    text = statements(f"-self.k * e - {damper}", "0.5 * self.k * (e @ e)", f"f @ ({damper})")
+    at = AT_POINT | {"anchor": [0.1, 0.2, -0.2]}
+    # Where the sign of a factor is not seen, that is the next reason.
+    assert why_not_passive(found(folder, text, **at)) in {None, passive.GAINS_ENERGY}
+
+
+@pytest.mark.parametrize("name", NOT_SMOOTH)
+def test_dampers_that_may_have_no_value(folder, name):
+    damper = NOT_SMOOTH[name]
+    text = statements(f"-self.k * e - {damper}", "0.5 * self.k * (e @ e)", f"f @ ({damper})")
+    at = AT_POINT | {"point": [0.3, 0.2, 0.1], "anchor": [0.3, 0.2, 0.1]}
+    assert why_not_passive(found(folder, text, **at)) == passive.WITHOUT_VALUES
 
 
 def test_code_that_cannot_be_recorded(folder):

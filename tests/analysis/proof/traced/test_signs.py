@@ -29,7 +29,7 @@ NEVER = {
     "x tanh-like": lambda v: numbers.tanh_of(v[0] * v[0]),
     "sums in products": lambda v: (1.0 + v[0] * v[0]) * (2.0 + numbers.cosh_of(v[1])),
     "a quotient": lambda v: v[0] * v[0] / (v[1] * v[1]),
-    "signs that cancel": lambda v: -(-v[0]) * v[0],
+    "signs that cancel": lambda v: (0.0 - v[0]) * v[0] * -1.0,
     "terms that cancel": lambda v: v[0] * v[1] + v[2] * v[2] - v[1] * v[0],
 }
 
@@ -77,3 +77,25 @@ def test_numbers_that_doubles_mean():
     assert meant(0.1) * 10 == 1
     assert meant(1.2345678901) * 10**10 == 12345678901
     assert float(meant(np.pi)) == np.pi
+
+
+@pytest.mark.parametrize(
+    ("formula", "positive"),
+    [
+        (lambda v: 1.0 + v[0] * v[0], True),
+        (lambda v: v @ v + numbers.exp_of(v[0]), True),
+        (lambda v: numbers.sqrt_of(2.0 + v @ v), True),
+        (lambda v: (1.0 + v[0] ** 2) / (2.0 + v[1] ** 2), True),
+        (lambda v: (1.0 + v[0] ** 2) ** -3, True),
+        (lambda v: v @ v, False),
+        (lambda v: v[0] * v[0] - 1.0, False),
+        (lambda v: 1.0 + v[0], False),
+        (lambda v: numbers.sqrt_of(v[0] * v[0]), False),
+        (lambda v: (1.0 + v[0] * v[0]) * v[1], False),
+        (lambda v: v[0] ** 2, False),
+        (lambda v: -1.0 - v[0] ** 2, False),
+    ],
+)
+def test_above_zero(formula, positive):
+    operations = recorded(formula).operations
+    assert Signs(operations).positive(len(operations) - 1) is positive

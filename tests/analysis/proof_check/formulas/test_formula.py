@@ -29,7 +29,9 @@ def exact(name, Theta, axes=()):
 def holds(ball, value):
     slack = abs(value) * mpmath.mpf(10) ** -15
     with mpmath.workdps(30):
-        low, high = (mpmath.mpf(str(end.str(25, radius=False))) for end in (ball.lower(), ball.upper()))
+        low, high = (
+            mpmath.mpf(str(end.str(25, radius=False))) for end in (ball.lower(), ball.upper())
+        )
         return low - slack <= value <= high + slack
 
 
@@ -82,7 +84,9 @@ def test_whole_turns():
 def test_no_number_where_there_is_no_value():
     with ctx.workprec(64):
         one = of(lambda T: numbers.sqrt_of(T[0]))
-        assert not one.over([arb(0.05), arb(0), arb(0)], [arb(0, 0.1)] * 3).hessian[0, 0].is_finite()
+        assert (
+            not one.over([arb(0.05), arb(0), arb(0)], [arb(0, 0.1)] * 3).hessian[0, 0].is_finite()
+        )
         assert one.over([arb(0.5), arb(0), arb(0)], [arb(0, 0.1)] * 3).hessian[0, 0].is_finite()
 
 

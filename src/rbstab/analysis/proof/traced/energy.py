@@ -91,8 +91,15 @@ class TracedEnergy(LinePart):
 
         return at_centre[-1], computed(self.program, leaf, combine)[-1]
 
+    def has_bounds(self, boxes: Boxes) -> Array:
+        """Return whether the formula and its derivatives have bounds over each box, shape (m,)."""
+        with np.errstate(all="ignore"):
+            rows = self._over(boxes)[1].rows
+        found: Array = np.isfinite(rows.middle + rows.radius).all(axis=0)
+        return found
+
     @cached_property
-    def _cells(self) -> Boxes:
+    def cells(self) -> Boxes:
         """Boxes that cover one turn of θ1 and of θ3, and |θ2| <= π/2."""
         edges = [np.linspace(-b, b, n + 1) for b, n in zip(RANGE_END, CELLS, strict=True)]
         low, high = (
@@ -105,7 +112,7 @@ class TracedEnergy(LinePart):
     def _bounds(self) -> Array:
         """Bounds on the magnitudes of E and its slopes in these boxes, shape (4,)."""
         with np.errstate(all="ignore"):
-            _, whole = self._over(self._cells)
+            _, whole = self._over(self.cells)
             sizes = whole.rows.size[:4].max(axis=1)
         found: Array = np.where(np.isfinite(sizes), sizes, np.inf)
         return found
@@ -126,7 +133,7 @@ class TracedEnergy(LinePart):
     @cached_property
     def noise(self) -> tuple[float, Array]:
         """The size of round-off in the energy, J, and in its slopes, shape (3,); not proved."""
-        value, slopes = self.at(self._cells.centre, 1)
+        value, slopes = self.at(self.cells.centre, 1)
         at_value = np.nanmax(value.radius, initial=0.0)
         return NOISE * float(at_value), NOISE * np.nanmax(slopes.radius, axis=0, initial=0.0)
 

@@ -4,15 +4,17 @@ Its energy must be a function of Θ with
 
     d(stored)/dt + dissipated + (power of the wrench) = 0,        dissipated >= 0,
 
-for all Θ and Ω. The first is an identity of formulas: it is compared modulo a prime (`modular.py`).
-The second follows from the form of the formula (`signs.py`).
+for all Θ and Ω, and the wrench must be smooth (`regular.py`). The first is an identity of formulas:
+it is compared modulo a prime (`modular.py`). The second follows from the form of the formula
+(`signs.py`).
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 
 from rbstab.analysis.fingerprint import P
 from rbstab.analysis.proof.traced.modular import NoValueError, values
-from rbstab.analysis.proof.traced.program import Operation, indices_of, operations_of
+from rbstab.analysis.proof.traced.program import Operation, operations_of, variables_of
+from rbstab.analysis.proof.traced.regular import has_values
 from rbstab.analysis.proof.traced.signs import Signs
 from rbstab.analysis.proof.traced.tracing import OMEGA, TIME, TracedStatements
 
@@ -23,6 +25,11 @@ NO_FUNCTION_OF_ANGLES = "`stored` depends on a velocity"
 UNBALANCED = "it is not shown that `wrench` has the power that `stored` and `dissipated` state"
 
 NO_POINTS = "its power balance has no value at the points at which it would be computed"
+
+WITHOUT_VALUES = (
+    "it is not shown that `wrench` and `dissipated` have values for all velocities: a divisor, or "
+    "what a root or a logarithm is taken of, may be zero"
+)
 
 GAINS_ENERGY = "it is not shown that `dissipated` is never negative"
 
@@ -38,26 +45,19 @@ def why_not_passive(statements: TracedStatements) -> str | None:
     """Return what is not shown of an element that should be passive, or None if all is."""
     operations = operations_of(statements.trace, statements.inputs)
     stated = (statements.stored, statements.power, statements.dissipated)
-    if TIME in _variables(operations, stated):
+    if TIME in variables_of(operations, stated):
         return TIMED
-    if OMEGA in _variables(operations, stated[:1]):
+    if OMEGA in variables_of(operations, stated[:1]):
         return NO_FUNCTION_OF_ANGLES
     balances = _balances(operations, statements)
     if balances is None:
         return NO_POINTS
     if not balances:
         return UNBALANCED
+    if not has_values(operations, stated[1:]):
+        return WITHOUT_VALUES
     loss = statements.loss.operations
     return None if Signs(loss).never_negative(len(loss) - 1) else GAINS_ENERGY
-
-
-def _variables(operations: Sequence[Operation], results: Collection[int]) -> set[str]:
-    """Return the kinds of variables on which some results depend."""
-    needed = set(results)
-    for index in range(max(results), -1, -1):
-        if index in needed:
-            needed.update(indices_of(operations[index]))
-    return {operations[index][0] for index in needed if not indices_of(operations[index])}
 
 
 def _balances(operations: Sequence[Operation], statements: TracedStatements) -> bool | None:

@@ -6,7 +6,7 @@ index and a whole number. A constant stands for all numbers that round to it.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -112,20 +112,30 @@ def _stated(trace: Trace, operation: Recorded) -> Operation:
 
 
 def program_of(trace: Trace, result: int, inputs: Mapping[int, Operation]) -> Program:
-    """Return the operations of a trace that a result needs.
+    """Return the operations of a trace that a result needs; arguments as of `operations_of`."""
+    return part_of(operations_of(trace, inputs), result)
 
-    Args:
-        trace: The trace.
-        result: The index of the result.
-        inputs: What stands for each input of the trace, by its index.
-    """
-    operations = operations_of(trace, inputs)
-    needed = {result}
-    for index in range(result, -1, -1):
+
+def part_of(operations: Sequence[Operation], result: int) -> Program:
+    """Return the operations that a result needs, from its index among them."""
+    needed = needed_by(operations, [result])
+    places = {index: place for place, index in enumerate(needed)}
+    return Program(tuple(_moved(operations[index], places) for index in needed))
+
+
+def needed_by(operations: Sequence[Operation], results: Collection[int]) -> list[int]:
+    """Return the indices of the operations that some results need, in their order."""
+    needed = set(results)
+    for index in range(max(results), -1, -1):
         if index in needed:
             needed.update(indices_of(operations[index]))
-    places = {index: place for place, index in enumerate(sorted(needed))}
-    return Program(tuple(_moved(operations[index], places) for index in sorted(needed)))
+    return sorted(needed)
+
+
+def variables_of(operations: Sequence[Operation], results: Collection[int]) -> set[str]:
+    """Return the kinds of variables on which some results depend."""
+    leaves = (operations[index] for index in needed_by(operations, results))
+    return {leaf[0] for leaf in leaves if not indices_of(leaf)} - {CONSTANT}
 
 
 def _moved(operation: Operation, places: Mapping[int, int]) -> Operation:

@@ -32,7 +32,8 @@ class UserEnergies(NamedTuple):
 def in_proofs(element: Element, *, held: bool) -> bool:
     """Return whether proofs may take an element of a user into account."""
     plain = not (element.mode_count or element.state_size or element.clearance_count)
-    return held and plain and not (element.timed or element.holds or element.slides)
+    usual = type(element).at_rest is Element.at_rest and not (element.holds or element.slides)
+    return held and plain and usual and not element.timed
 
 
 def without_users(system: System) -> System:

@@ -69,6 +69,27 @@ class Signs:
             return self._sum(index)
         return False
 
+    def positive(self, index: int) -> bool:
+        """Return whether a result is shown to be above 0, wherever it has a value."""
+        kind, *operands = self._operations[index]
+        if kind == CONSTANT:
+            return float(operands[0]) > 0
+        if kind in {"exp", "cosh"}:
+            return True
+        if kind == ADD:
+            one, two = operands
+            either = self.positive(one) or self.positive(two)
+            return either and self.never_negative(one) and self.never_negative(two)
+        if kind in {MULTIPLY, DIVIDE, POWER, "sqrt"}:
+            factors = operands[:1] if kind == POWER else operands
+            return all(map(self.positive, factors)) or self._is_square(index)
+        return False
+
+    def _is_square(self, index: int) -> bool:
+        """Return whether a result is the square of a number other than 0."""
+        number, powers = self._product(index)
+        return number > 0 and not powers
+
     def _sum(self, index: int) -> bool:
         """Return whether a sum of terms is never negative: term by term, or by quadratic forms.
 

@@ -127,3 +127,56 @@ def test_the_working_folder_does_not_matter(
     assert rbstab("check", "parts/case.yaml", "--allow-python").exit_code == 0
     Path("mine.py").write_text("raise ValueError\n")
     assert rbstab("check", "parts/case.yaml", "--allow-python").exit_code == 0
+
+
+HELD = CONFIG.replace("variant: free", "variant: permanent")
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_proof_with_code_is_made_and_verified(rbstab: Invoke) -> None:
+    Path("mine.py").write_text(SPRING)
+    Path("case.yaml").write_text(HELD)
+    done = rbstab("stability", "case.yaml", "--allow-python")
+    assert done.exit_code == 0, done.stderr
+    assert "Globally stable: proved" in done.stdout
+    (proof,) = map(str, Path("results/proofs").iterdir())
+    assert rbstab("verify", proof).exit_code == 0
+    # Without permission the energy is not compared; nothing is refused for that.
+    done = rbstab("verify", proof, "--config", "case.yaml")
+    assert done.exit_code == 0, done.stdout
+    assert "code of a user, which may not run without --allow-python" in done.stdout
+    assert "that of the config: all its coefficients agree" not in done.stdout
+    done = rbstab("verify", proof, "--config", "case.yaml", "--allow-python")
+    assert done.exit_code == 0, done.stdout
+    assert "that of the config: all its coefficients agree" in done.stdout
+    Path("case.yaml").write_text(HELD.replace("k: 3", "k: 4"))
+    assert rbstab("verify", proof, "--config", "case.yaml", "--allow-python").exit_code == 4
+    done = rbstab("verify", proof, "--allow-python")
+    assert done.exit_code == 2
+    assert "--allow-python has no effect without --config" in done.stderr
+
+
+@pytest.mark.usefixtures("folder")
+def test_run_answers_for_a_held_body_with_code(rbstab: Invoke) -> None:
+    Path("mine.py").write_text(SPRING)
+    Path("case.yaml").write_text(HELD)
+    done = rbstab("run", "case.yaml", "--allow-python")
+    assert "This start:  proved: the exact motion converges to the only rest state" in done.stdout
+    assert "Whole range: proved" in done.stdout
+    assert "converges to the only rest state" in rbstab("show", "results/case.h5").stdout
+    # Of the body that is not held nothing is proved.
+    Path("free.yaml").write_text(CONFIG)
+    done = rbstab("run", "free.yaml", "--allow-python")
+    assert "proofs take it into account only if the body is held" in done.stdout
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_sweep_of_held_bodies_with_code_is_proved(rbstab: Invoke) -> None:
+    Path("mine.py").write_text(SPRING)
+    Path("case.yaml").write_text(HELD)
+    vary = "vary:\n  elements.mine.parameters.k: {values: [1, 2]}\n"
+    Path("plan.yaml").write_text(f"base: case.yaml\n{vary}")
+    done = rbstab("sweep", "plan.yaml", "--allow-python")
+    assert done.exit_code == 0, done.stderr
+    assert "Convergence: proved for 2 of the members" in done.stdout
+    assert rbstab("report", "results/plan", "--format", "text").exit_code == 0

@@ -63,8 +63,6 @@ def command(
     from rbstab_cli.arguments.proofs import is_other_proof, proofs_of_folder
     from rbstab_cli.output.text_file import check_target
 
-    if changes and config_path is None:
-        raise click.UsageError("--set changes a config; give it with --config.")
     if certificate is not None:
         check_target(certificate, force=force)
     config = _config(config_path, changes, allow_python=allow_python)
@@ -188,6 +186,10 @@ def _refuse_others(path: Path) -> None:
 
 def _config(path: Path | None, changes: tuple[str, ...], *, allow_python: bool) -> "Config | None":
     if path is None:
+        if changes:
+            raise click.UsageError("--set changes a config; give it with --config.")
+        if allow_python:
+            raise click.UsageError("--allow-python has no effect without --config.")
         return None
     # Without permission the config is only read: all but the energy of code can be compared.
     return load_all([path], changes, allow_python=allow_python or None)[path]

@@ -103,9 +103,9 @@ class Signs:
         terms = [_Term(number, powers) for powers, number in sums.items() if number]
         forms: dict[Powers, dict[tuple[int, int], Fraction]] = {}
         for term in terms:
-            unknown = [index for index in term.odd if not self._factor(index)]
-            if not unknown and term.number > 0:
+            if self._alone(term):
                 continue
+            unknown = [index for index in term.odd if not self._factor(index)]
             if len(unknown) != 2:
                 return False
             i, j = unknown
@@ -115,6 +115,22 @@ class Signs:
                 square = _times(rest, i, 2)
                 form[i, i] = Fraction(sums.pop(square, 0))
         return all(_is_semidefinite(form) for form in forms.values())
+
+    def _alone(self, term: _Term) -> bool:
+        """Return whether a term is never negative by itself, as x², exp(x) or x tanh(x) is."""
+        positive, odd = term.number >= 0, set[int]()
+        pending = term.odd
+        while pending:
+            index = pending.pop()
+            kind, *operands = self._operations[index]
+            if kind in AS_ARGUMENT:
+                # It has the sign of the product of which it is taken.
+                number, powers = self._product(operands[0])
+                positive = positive == (number >= 0)
+                pending += _Term(number, powers).odd
+            elif not self._factor(index):
+                odd ^= {index}
+        return positive and not odd
 
     def _factor(self, index: int) -> bool:
         """Return whether a factor, which is no product, is never negative."""

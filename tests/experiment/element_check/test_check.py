@@ -289,11 +289,11 @@ def test_slow_elements_have_a_note():
 
 
 def test_an_element_whose_damping_is_not_seen_to_be_one_has_a_note():
-    """Every factor is right, but a proof would have to know that tanh has the sign of v."""
+    """A proof would have to know that e^x - 1 has the sign of x."""
     found = of(
         force(
-            "-self.k * tanh(motion.V)",
-            "def dissipated(self, motion, own):\n    return self.k * (motion.V @ tanh(motion.V))\n",
+            "-self.k * (exp(motion.V) - 1.0)",
+            "def dissipated(self, motion, own):\n    return self.k * (motion.V @ (exp(motion.V) - 1.0))\n",
         )
     )
     assert found.problems == ()

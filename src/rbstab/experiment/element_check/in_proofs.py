@@ -2,11 +2,16 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.proof.traced.separate import NotInProofsError, in_proofs, user_energies
 from rbstab.elements.element import Element
 from rbstab.systems.coordinates import ReducedCoordinates
 from rbstab.systems.system import System
+
+CONTACT_POINT = np.array([0.1, 0.2, 0.3])
+"""m, body coordinates."""
 
 
 def why_not_in_proofs(system: System, element: Element) -> str | None:
@@ -20,7 +25,9 @@ def why_not_in_proofs(system: System, element: Element) -> str | None:
         return "it supplies power"
     if not in_proofs(element, held=True):
         return "it has switches or own states"
-    held = replace(system, elements=(element,), coordinates=ReducedCoordinates())
+    # Away from the contact point, so that the centre moves.
+    body = replace(system.body, contact_point=CONTACT_POINT)
+    held = replace(system, body=body, elements=(element,), coordinates=ReducedCoordinates())
     try:
         user_energies(configurations(held))
     except NotInProofsError as error:

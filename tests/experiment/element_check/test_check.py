@@ -293,7 +293,8 @@ def test_an_element_whose_damping_is_not_seen_to_be_one_has_a_note():
     found = of(
         force(
             "-self.k * (exp(motion.V) - 1.0)",
-            "def dissipated(self, motion, own):\n    return self.k * (motion.V @ (exp(motion.V) - 1.0))\n",
+            "def dissipated(self, motion, own):\n"
+            "    return self.k * (motion.V @ (exp(motion.V) - 1.0))\n",
         )
     )
     assert found.problems == ()

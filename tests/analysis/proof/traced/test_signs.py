@@ -94,6 +94,8 @@ def test_numbers_that_doubles_mean():
         (lambda v: numbers.sqrt_of(2.0 + v @ v), True),
         (lambda v: (1.0 + v[0] ** 2) / (2.0 + v[1] ** 2), True),
         (lambda v: (1.0 + v[0] ** 2) ** -3, True),
+        (lambda v: numbers.cos_of(v[1]), True),
+        (lambda v: numbers.cos_of(v[0]), False),
         (lambda v: v @ v, False),
         (lambda v: v[0] * v[0] - 1.0, False),
         (lambda v: 1.0 + v[0], False),

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
-from rbstab.analysis.proof.traced.program import Operation
+from rbstab.analysis.proof.traced.program import THETA, Operation
 from rbstab.integrate.straight_line.number import (
     ADD,
     CONSTANT,
@@ -15,6 +15,7 @@ from rbstab.integrate.straight_line.number import (
     POWER,
     SUBTRACT,
 )
+from rbstab.mechanics.states import PITCH
 
 MOST_DENOMINATOR = 1000
 """A constant of the code that is the double nearest to such a fraction means it: 1/3."""
@@ -70,10 +71,13 @@ class Signs:
         return False
 
     def positive(self, index: int) -> bool:
-        """Return whether a result is shown to be above 0, wherever it has a value."""
+        """Return whether a result is shown to be above 0 where it has a value and |θ2| < π/2."""
         kind, *operands = self._operations[index]
         if kind == CONSTANT:
             return float(operands[0]) > 0
+        if kind == "cos":
+            # The matrix B of dΘ/dt = BΩ has divisors cos θ2.
+            return self._operations[operands[0]] == (THETA, PITCH)
         if kind in {"exp", "cosh"}:
             return True
         if kind == ADD:

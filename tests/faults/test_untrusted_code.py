@@ -14,10 +14,10 @@ from cli.conftest import GOOD, Invoke, invoke
 from support.user_code import traitor
 
 import rbstab as package
-from rbstab.analysis.proof.reduced_energy import NoEnergyReason
 from rbstab.config.errors import ConfigError
 from rbstab.config.user_code.permission import CodeNotAllowedError
 from rbstab.elements.user_code import loaded
+from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.experiment.stored_config import stored_config
 from rbstab.experiment.summary import summary_of
 from rbstab.sweep.sweep import gather_folder
@@ -154,7 +154,7 @@ def test_python(marker: Path) -> None:
     assert config is not None
     with pytest.raises(CodeNotAllowedError):
         package.simulate(config)
-    assert package.prove(config).outcome.endswith(NoEnergyReason.USER_CODE.value)
+    assert package.prove(config).outcome == CODE_NOT_RUN
     with pytest.raises(CodeNotAllowedError):
         gather_folder(Path("results/plan"))
     package.open_sweep("results/plan")

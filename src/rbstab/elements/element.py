@@ -67,8 +67,8 @@ class Element:
     they follow from the loads of all elements."""
 
     from_user: ClassVar[bool] = False
-    """Whether its class is from a file of a user. No proof evaluates the statements of such a
-    class: nothing guarantees that they are the same formulas for all numbers."""
+    """Whether its class is from a file of a user. Nothing guarantees that its statements are the
+    same formulas for all numbers: proofs are of those that it records (`analysis.proof.traced`)."""
 
     def __init_subclass__(cls) -> None:
         """Derive `state_size` from the declared states, and `supplies` from the statements."""

@@ -93,7 +93,7 @@ def answer_beside(result: Result, config: Config | None, proof: "Proof | None") 
     if proof is None or config is None or stable is None or not math.isnan(stable.value):
         return answer_of(result, proof)
     if has_code(config):
-        # Nothing is proved of the code of a user, and a stored result must not run it.
+        # Its start would need the equations, and a stored result must not run code of a user.
         return answer_of(result, proof)
     # Imported late: it needs the proofs.
     from rbstab.experiment.convergence.exact_motion import convergence_at_start

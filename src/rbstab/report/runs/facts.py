@@ -89,7 +89,7 @@ def _inside(run: Run, lines: Sequence[CertificateLine], proof: Proof | None) -> 
     """
     stored = [(line.verdict, line.value) for line in lines if line.check == REGION]
     unknown = not stored or math.isnan(stored[0][1])
-    # Nothing is proved of code, and a stored result must not run it.
+    # The regions would need the equations, and a stored result must not run code of a user.
     if unknown and proof is not None and run.config is not None and not has_code(run.config):
         checks = proved_checks(problem_of(run.config), proof)
         stored = [(str(check.verdict), check.value) for check in checks if check.name == REGION]

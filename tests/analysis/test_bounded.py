@@ -173,3 +173,15 @@ def test_other_functions_hold_all_values_within_the_error(name):
 def test_a_logarithm_of_what_may_be_negative_has_no_bound():
     found = FUNCTIONS["log"](Bounded(0.1, 0.2))
     assert not found.low > -math.inf
+
+
+@pytest.mark.parametrize("exponent", [1, 2, 5, -3])
+def test_whole_powers_hold_all_values_within_the_error(exponent):
+    found = Bounded(np.array([1.3, -0.7]), np.array([1e-3, 0.0])) ** exponent
+    for value, low, high in zip([1.3, -0.7], found.low, found.high, strict=True):
+        for share in (-1, 0.5, 1):
+            exact = (Fraction(value) + Fraction(share * 1e-3 if value > 0 else 0.0)) ** exponent
+            assert low <= exact <= high
+    assert (Bounded(2.0, 0.1) ** 0).value == 1.0
+    with pytest.raises(TypeError):
+        operator.pow(Bounded(2.0, 0.0), 0.5)

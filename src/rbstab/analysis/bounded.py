@@ -105,6 +105,14 @@ class Bounded:
             return NotImplemented
         return self.inverse() * other
 
+    def __pow__(self, exponent: int) -> Any:
+        if isinstance(exponent, np.ndarray) or exponent != int(exponent):
+            return NotImplemented
+        found: Any = _exact(1.0)
+        for _ in range(abs(int(exponent))):
+            found = found * self
+        return found if exponent >= 0 else found.inverse()
+
     def sqrt(self) -> "Bounded":
         """Return the square root; its error is infinite where the number may be zero.
 

@@ -59,7 +59,8 @@ def agrees_with_equations(
         if U.position is not None:
             return _agrees_at_shifts(U, U.position, at_rest)
         points = ([arb(angle) for angle in Theta] for Theta in POINTS)
-        return all(least_energy(at_rest, Theta).overlaps(U.value(Theta)) for Theta in points)
+        pairs = ((least_energy(at_rest, Theta), U.value(Theta)) for Theta in points)
+        return all(stated.is_finite() and stated.overlaps(found) for stated, found in pairs)
 
     return bool(in_balls(compare))
 

@@ -14,6 +14,7 @@ from rbstab.analysis.proof.trigonometric import MAX_ANGLE
 from rbstab.config.build import start_of, system_of
 from rbstab.config.entries import replaced
 from rbstab.config.schema import Config
+from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.convergence.enclosed_system import enclosed_system
 from rbstab.experiment.stored_proof.proof import Proof, ProvedStates
 from rbstab.experiment.stored_proof.starts import OPEN_RANGE, ROUND_OFF, START_RANGE, same_state
@@ -78,7 +79,13 @@ class ProvedStarts:
         for first in range(0, members, BATCH_SIZE):
             batch = slice(first, min(first + BATCH_SIZE, members))
             some = {varied.key: values[varied.key][batch] for varied in self.varied_keys}
-            starts = self.starts(some, batch.stop - first)
+            try:
+                starts = self.starts(some, batch.stop - first)
+            except (TypeError, AttributeError):
+                if not has_code(self.base):
+                    raise
+                # Code of a user may not accept bounded numbers; then nothing is proved.
+                return found
             for part in self._ranges:
                 left = np.flatnonzero(found[batch] == 0)
                 own = Starts(*(entries[left] for entries in starts))

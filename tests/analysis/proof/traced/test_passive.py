@@ -204,3 +204,14 @@ def test_the_energy_is_the_one_that_the_code_computes(folder):
     theirs = [element.stored(at_rest.motion(q), np.zeros(0)) for q in Theta]
     ours = TracedEnergy("one", program).approximate(Theta, 0)[0]
     np.testing.assert_allclose(ours, theirs, rtol=1e-13)
+
+
+def test_large_formulas_are_no_polynomials(folder):
+    high = statements("-81 * power(e, 80)", "power(power(e, 9), 9).sum()")
+    assert not is_polynomial(found(folder, high).energy)
+
+
+def test_formulas_of_thousands_of_operations(folder):
+    body = "sum((self.c * n * (f @ f) for n in range(3000)), 0.0)"
+    text = statements("-self.c * f * 4498500.0", "0.0", body)
+    assert why_not_passive(found(folder, text)) in {None, passive.GAINS_ENERGY}

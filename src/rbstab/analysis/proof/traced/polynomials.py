@@ -14,6 +14,10 @@ MOST_ENTRIES = 9
 evaluated as a program, which is faster then."""
 
 
+MOST_DEGREE = 20
+"""A product of more sines, cosines and angles is not expanded: it may have millions of terms."""
+
+
 class _NoPolynomialError(Exception):
     """An operation leads out of the polynomials."""
 
@@ -32,6 +36,8 @@ def is_polynomial(program: Program) -> bool:
 def polynomial_of(program: Program, ring: Ring) -> Polynomial | None:
     """Return a formula as a polynomial of a ring; None if it is none."""
     Theta = ring.variables().tolist()
+    if max(_degrees(program)) > MOST_DEGREE:
+        return None
 
     def leaf(operation: Operation) -> Polynomial:
         kind, number = operation
@@ -43,6 +49,19 @@ def polynomial_of(program: Program, ring: Ring) -> Polynomial | None:
     except _NoPolynomialError:
         return None
     return found if found.known else None
+
+
+def _degrees(program: Program) -> list[int]:
+    """Return bounds on the degrees of all operations, as polynomials."""
+
+    def combine(kind: str, x: int, *others: int) -> int:
+        if kind == POWER:
+            return x * max(others[0], 1)
+        if kind == MULTIPLY:
+            return x + others[0]
+        return max(x, *others) if kind in {ADD, SUBTRACT} else x
+
+    return computed(program, lambda leaf: int(leaf[0] == THETA), combine)
 
 
 def _combined(kind: str, *operands: Any) -> Polynomial:

@@ -7,7 +7,7 @@ from rbstab.analysis.configuration import Configurations
 from rbstab.analysis.proof.traced.energy import TracedEnergy
 from rbstab.analysis.proof.traced.passive import why_not_passive
 from rbstab.analysis.proof.traced.polynomials import is_polynomial
-from rbstab.analysis.proof.traced.program import Program
+from rbstab.analysis.proof.traced.program import MOST_OPERATIONS, Program
 from rbstab.analysis.proof.traced.tracing import NotRecordedError, traced_statements
 from rbstab.elements.element import Element
 from rbstab.systems.system import System
@@ -60,6 +60,9 @@ def user_energies(at_rest: Configurations) -> UserEnergies:
         if why is not None:
             raise NotInProofsError(f"{element.name}: {why}")
         program = statements.energy
+        if len(program.operations) > MOST_OPERATIONS:
+            text = f"{element.name}: its energy has more than {MOST_OPERATIONS:,} operations"
+            raise NotInProofsError(text)
         if is_polynomial(program):
             polynomials.append(program)
         else:

@@ -58,9 +58,18 @@ class Signs:
 
     def __init__(self, operations: Sequence[Operation]) -> None:
         self._operations = operations
+        self._known: dict[int, bool] = {}
 
     def never_negative(self, index: int) -> bool:
         """Return whether a result is shown to be never negative, wherever it has a value."""
+        if index not in self._known:
+            try:
+                self._known[index] = self._never_negative(index)
+            except RecursionError:  # a formula of thousands of operations inside one another
+                self._known[index] = False
+        return self._known[index]
+
+    def _never_negative(self, index: int) -> bool:
         kind, *operands = self._operations[index]
         if kind in POSITIVE:
             return True
@@ -72,6 +81,12 @@ class Signs:
 
     def positive(self, index: int) -> bool:
         """Return whether a result is shown to be above 0 where it has a value and |θ2| < π/2."""
+        try:
+            return self._positive(index)
+        except RecursionError:
+            return False
+
+    def _positive(self, index: int) -> bool:
         kind, *operands = self._operations[index]
         if kind == CONSTANT:
             return float(operands[0]) > 0
@@ -82,11 +97,11 @@ class Signs:
             return True
         if kind == ADD:
             one, two = operands
-            either = self.positive(one) or self.positive(two)
+            either = self._positive(one) or self._positive(two)
             return either and self.never_negative(one) and self.never_negative(two)
         if kind in {MULTIPLY, DIVIDE, POWER, "sqrt"}:
             factors = operands[:1] if kind == POWER else operands
-            return all(map(self.positive, factors)) or self._is_square(index)
+            return all(map(self._positive, factors)) or self._is_square(index)
         return False
 
     def _is_square(self, index: int) -> bool:

@@ -143,3 +143,10 @@ def test_large_powers_have_no_bound():
 )
 def test_whole_turns(formula, periodic):
     assert TracedEnergy("x", recorded(formula)).periodic is periodic
+
+
+def test_a_logarithm_without_a_value_has_no_slope():
+    one = TracedEnergy("x", recorded(lambda T: numbers.log_of(T[0])))
+    points = np.array([[-0.5, 0, 0], [0.5, 0, 0]])
+    for part in one.at(points, 2):
+        assert np.isfinite(part.radius).reshape(2, -1).all(axis=1).tolist() == [False, True]

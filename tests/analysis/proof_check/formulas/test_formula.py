@@ -112,3 +112,12 @@ def test_a_square_is_not_negative():
 def test_what_is_no_formula_is_refused(operations):
     with pytest.raises(ValueError, match="formula"):
         Formula({"name": "x", "operations": operations})
+
+
+def test_a_logarithm_without_a_value_has_no_slope():
+    with ctx.workprec(64):
+        for angle, known in ((-0.5, False), (0.5, True)):
+            one = of(lambda T: numbers.log_of(T[0]))
+            found = one.over([arb(angle), arb(0), arb(0)], [arb(0)] * 3)
+            assert found.gradient[0].is_finite() is known
+            assert found.hessian[0, 0].is_finite() is known

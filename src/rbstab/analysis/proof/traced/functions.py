@@ -77,7 +77,10 @@ def _exp(x: Number) -> list[Number]:
 
 
 def _log(x: Number) -> list[Number]:
-    return [numbers.log(x), 1 / x, -1 / (x * x)]
+    value = numbers.log(x)
+    # Without a value there is no slope either, although 1/x is a number below 0.
+    slope = 1 / x + 0 * value
+    return [value, slope, -slope * slope]
 
 
 def _sinh(x: Number) -> list[Number]:

@@ -148,7 +148,10 @@ def _exp(x: Ball) -> Coefficients:
 
 
 def _log(x: Ball) -> Coefficients:
-    return x.log(), 1 / x, -1 / (2 * x * x)
+    value = x.log()
+    # Without a value there is no slope either, although 1/x is a number below 0.
+    slope = 1 / x + 0 * value
+    return value, slope, -slope * slope / 2
 
 
 def _sinh(x: Ball) -> Coefficients:

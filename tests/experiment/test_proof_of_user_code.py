@@ -321,6 +321,26 @@ def test_what_is_not_in_proofs(folder):
     assert prove(load({"one": mine(k=3.0), "push": pushed})).outcome == SUPPLIES
 
 
+def test_elements_that_cannot_be_built_of_other_numbers(folder):
+    """Nothing is raised: that no proof is made is an outcome with a reason."""
+    for check in ("if not self.k > 0: raise ValueError('k')", "float(self.k)", "sqrt(self.k)"):
+        text = f"{SPRING}\n    def __post_init__(self):\n        {check}\n"
+        (folder / "mine.py").write_text(text.replace("import power", "import power, sqrt"))
+        proof = prove(load({"one": mine(k=3.0)}))
+        recorded = check.startswith("sqrt")
+        assert proof.proved is recorded
+        if not recorded:
+            assert "one: its code cannot be recorded" in proof.outcome
+
+
+def test_large_exponents_are_refused_before_anything_is_searched(folder):
+    text = TIP.replace("exp(self.b * motion.A[2][2])", "motion.A[2][2] ** 17")
+    push = "17 * self.k * up[2] ** 16"
+    (folder / "tip.py").write_text(text.replace("self.k * self.b * exp(self.b * up[2])", push))
+    proof = prove(load({"one": from_file("tip", {"k": 0.1, "b": 1.0})}))
+    assert "its energy has an exponent above 16" in proof.outcome
+
+
 def test_no_motion_under_code_is_enclosed():
     config = _config("one valley", initial={"angular_velocity": [0, 40.0, 0]})
     problem, proof = problem_of(config), _proved("one valley")

@@ -13,7 +13,7 @@ from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
-from rbstab.config.user_code.permission import has_code, may_run_code
+from rbstab.config.user_code.permission import has_code, may_run_code, without_code
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import (
     NOT_DAMPED,
@@ -83,7 +83,8 @@ def prove(
     try:
         with np.errstate(all="ignore"):
             system = smooth_rest_system(problem or problem_of(config))
-            exact_system = partial(system_of, config)
+            # Code of users is recorded in doubles; it need not accept other numbers.
+            exact_system = partial(system_of, without_code(config))
             limit = box_limit(system, brief=brief)
             rest = rest_states(system, exact_system, proof=not search_only, box_limit=limit)
             if limit < BOX_LIMIT and rest.outcome is SearchOutcome.BOX_LIMIT:
@@ -144,7 +145,7 @@ def _no_search(config: Config) -> str | None:
         return CODE_NOT_RUN
     if system_of(config).supplies:
         return SUPPLIES
-    exact = system_of(config, decimals)
+    exact = system_of(without_code(config), decimals)
     if not damps_every_motion(exact):
         return NOT_DAMPED
     indefinite = indefinite_parameter(exact)

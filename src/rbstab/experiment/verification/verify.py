@@ -8,7 +8,7 @@ from rbstab.analysis.exact import decimals
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.schema import Config
-from rbstab.config.user_code.permission import has_code, may_run_code
+from rbstab.config.user_code.permission import has_code, may_run_code, without_code
 from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.experiment.stored_proof.energies import energy_of, tied_energy_of
 from rbstab.experiment.stored_proof.identity import PROOF_VERSION, proof_id
@@ -83,7 +83,7 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
         text = f"The config has no reduced energy: {NoEnergyReason.SUPPLIES.value}."
         yield Finding(CONFIG, "energy", False, text)
         return
-    system = system_of(config, decimals)
+    system = system_of(without_code(config), decimals)
     indefinite, damped = indefinite_parameter(system), damps_every_motion(system)
     text = "Mass, inertia and damping are positive definite."
     if indefinite is not None:
@@ -116,7 +116,8 @@ def _same_energy(proof: Proof, config: Config, exact: "ExactSystem") -> bool:
 
     stored = proof.reduced_energy
     assert stored is not None
-    found = reduced_energy(smooth_rest_system(problem_of(config)), exact).form
+    plain = partial(system_of, without_code(config))
+    found = reduced_energy(smooth_rest_system(problem_of(config)), plain).form
     same = energy_of(found).model_dump() == stored.model_dump()
     return same and agrees_with_equations(stored.model_dump(mode="json"), exact)
 

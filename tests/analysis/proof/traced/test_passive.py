@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from flint import fmpz
 from support.user_code import MAXWELL, SPRING, element_text, mine
 
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.proof.traced import passive
+from rbstab.analysis.proof.traced.modular import P
 from rbstab.analysis.proof.traced.passive import why_not_passive
 from rbstab.analysis.proof.traced.polynomials import is_polynomial
 from rbstab.analysis.proof.traced.separate import in_proofs
@@ -69,6 +71,8 @@ def folder(tmp_path, monkeypatch):
 
 
 PASSIVE = {
+    "a root of a constant": ("-e / sqrt(self.k)", "0.5 / sqrt(self.k) * (e @ e)"),
+    "a root of another constant": ("-e / sqrt(self.c)", "0.5 / sqrt(self.c) * (e @ e)"),
     "linear": ("-self.k * e - self.c * f", "0.5 * self.k * (e @ e)", "self.c * (f @ f)"),
     "a third": ("-self.k * power(e, 2)", "(1 / 3) * self.k * power(e, 3).sum()"),
     "an exponential": ("-self.k * exp(e)", "self.k * exp(e).sum()"),
@@ -92,6 +96,12 @@ PASSIVE = {
 }
 
 WRONG = {
+    "a root of a constant": ("sqrt(self.k * self.k) * e", "0.5 * self.k * (e @ e)"),
+    "a root of another constant": ("sqrt(9.0) * e", "1.5 * (e @ e)"),
+    "a root of a multiple": (
+        "sqrt(9 * (1 + e @ e)) / (1 + e @ e) * e",
+        "3.0 * sqrt(1 + e @ e)",
+    ),
     "the sign": ("self.k * e", "0.5 * self.k * (e @ e)"),
     "the factor": ("-self.k * e", "0.499999 * self.k * (e @ e)"),
     "the damping": ("-self.k * e - self.c * f", "0.5 * self.k * (e @ e)", "2 * self.c * f @ f"),
@@ -112,6 +122,39 @@ def test_passive_elements(folder, name):
 @pytest.mark.parametrize("name", WRONG)
 def test_wrong_balances(folder, name):
     assert why_not_passive(found(folder, statements(*WRONG[name]))) == passive.UNBALANCED
+
+
+@pytest.mark.parametrize("k", [2.0, 3.0, 4.0, 5.0, 7.0, 9.0])
+def test_the_sign_of_a_root_of_constants(folder, k):
+    """A root modulo a prime has no sign of its own: this wrench may have either one."""
+    for sign in ("-", ""):
+        text = statements(f"{sign}sqrt(self.k * self.k) / self.k * e", "0.5 * (e @ e)")
+        assert why_not_passive(found(folder, text, **AT_POINT | {"k": k})) == passive.UNBALANCED
+
+
+DEAD = """
+def wrench(self, motion, own):
+    far = motion.A[2][2] - 2.0
+    unused = sqrt(far)
+    push = -self.k * far / sqrt(far * far)
+    return couple_on_body(push * np.array([motion.A[2][1], -motion.A[2][0], 0.0 * far]))
+
+def stored(self, motion, own):
+    return -self.k * motion.A[2][2]
+"""
+
+
+def test_what_no_result_needs_does_not_choose_the_points(folder):
+    """far is negative, so the root of its square is -far; the wrench has the wrong sign."""
+    text = element_text(DEAD).replace("import power", "import power, sqrt")
+    assert why_not_passive(found(folder, text, k=3.0)) == passive.UNBALANCED
+
+
+def test_the_prime_is_one_and_no_formula_has_to_do_with_it(folder):
+    assert fmpz(P).is_prime()
+    assert P % 4 == 3
+    text = statements("-self.k * power(2.0 + 0 * e[0], 127) * e", "0.5 * self.k * (e @ e)")
+    assert why_not_passive(found(folder, text)) == passive.UNBALANCED
 
 
 def test_negative_dissipation(folder):

@@ -3,16 +3,18 @@
 A function of one number has a value that is chosen for its argument, so that the relations and the
 derivatives that hold for these functions hold for these values: sin² + cos² = 1, exp(-x) exp(x) = 1
 and so on. What is equal for all real numbers by such relations is equal here. What is not differs,
-but for an accident with a probability far below 1e-30. A square root may be that of the other sign,
-so of formulas with roots only half of all points tell them apart.
+but for an accident with a probability far below 1e-30.
+
+A square root has no sign here: that of each argument is chosen for each point. So what holds for
+one sign alone, as √(x²) = x, or by a relation of two roots, as √(9x) = 3√x, differs at half of all
+points. If the root of a constant does not exist, any number takes its place.
 """
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
-from rbstab.analysis.fingerprint import P
 from rbstab.analysis.proof.traced.program import THETA, Operation, indices_of
 from rbstab.analysis.proof.traced.signs import meant
 from rbstab.integrate.straight_line.number import (
@@ -24,6 +26,10 @@ from rbstab.integrate.straight_line.number import (
     POWER,
     SUBTRACT,
 )
+
+P = 314159265358979323846264338327950288419717627
+"""The prime p, 3 mod 4: the first digits of π, so that no formula has to do with it. With 2¹²⁷ - 1,
+for example, a factor of 2¹²⁷ would not be seen."""
 
 
 class Dual(NamedTuple):
@@ -37,11 +43,15 @@ class NoValueError(Exception):
     """A formula has no value at a point."""
 
 
-def values(operations: Sequence[Operation], rates: Sequence[int], point: int) -> list[Dual]:
-    """Return the results of all operations at a point.
+def values(
+    operations: Sequence[Operation], needed: Collection[int], rates: Sequence[int], point: int
+) -> list[Dual]:
+    """Return the results of operations at a point.
 
     Args:
         operations: The operations.
+        needed: The indices of those that are computed, with all that they need. Any other one could
+            have no value at some points, and so choose among them.
         rates: The rates of Θ.
         point: The number of the point.
 
@@ -49,14 +59,22 @@ def values(operations: Sequence[Operation], rates: Sequence[int], point: int) ->
         NoValueError: One has no value there.
     """
     found: list[Dual] = []
-    for operation in operations:
+    fixed: list[bool] = []
+    for place, operation in enumerate(operations):
         kind, *operands = operation
-        numbers = [found[index] for index in indices_of(operation)]
-        if kind == CONSTANT:
+        indices = indices_of(operation)
+        fixed.append(kind == CONSTANT or (bool(indices) and all(fixed[k] for k in indices)))
+        numbers = [found[index] for index in indices]
+        if place not in needed:
+            found.append(Dual(0, 0))
+        elif kind == CONSTANT:
             found.append(Dual(_residue(meant(operands[0])), 0))
         elif not numbers:
             rate = rates[operands[0]] if kind == THETA else 0
             found.append(Dual(_some(point, kind, operands[0]), rate))
+        elif kind == "sqrt":
+            root = _root(point, numbers[0].value, fixed=fixed[-1])
+            found.append(_through((root, _inverse(2 * root)), numbers[0]))
         elif kind in _OPERATIONS:
             found.append(_OPERATIONS[kind](*numbers, *operands[len(numbers) :]))
         else:
@@ -157,11 +175,14 @@ def _tanh(point: int, x: int) -> tuple[int, int]:
     return sine * _inverse(cosine), _inverse(cosine * cosine)
 
 
-def _sqrt(_: int, x: int) -> tuple[int, int]:
+def _root(point: int, x: int, *, fixed: bool) -> int:
+    """Return a square root of either sign; of a constant that has none, any number."""
     root = pow(x, (P + 1) // 4, P)
     if root * root % P != x:
-        raise NoValueError
-    return root, _inverse(2 * root)
+        if not fixed:
+            raise NoValueError
+        return _some(point, "root", x)
+    return root if _some(point, "sign", x) % 2 else -root % P
 
 
 def _log(point: int, x: int) -> tuple[int, int]:
@@ -178,7 +199,6 @@ _FUNCTIONS: Mapping[str, Callable[[int, int], tuple[int, int]]] = {
     "cos": _cos,
     "tan": _tan,
     "atan": _atan,
-    "sqrt": _sqrt,
     "exp": _exp,
     "log": _log,
     "sinh": _sinh,

@@ -11,9 +11,13 @@ it is compared modulo a prime (`modular.py`). The second follows from the form o
 
 from collections.abc import Sequence
 
-from rbstab.analysis.fingerprint import P
-from rbstab.analysis.proof.traced.modular import NoValueError, values
-from rbstab.analysis.proof.traced.program import Operation, operations_of, variables_of
+from rbstab.analysis.proof.traced.modular import NoValueError, P, values
+from rbstab.analysis.proof.traced.program import (
+    Operation,
+    needed_by,
+    operations_of,
+    variables_of,
+)
 from rbstab.analysis.proof.traced.regular import has_values
 from rbstab.analysis.proof.traced.signs import Signs
 from rbstab.analysis.proof.traced.tracing import OMEGA, TIME, TracedStatements
@@ -34,8 +38,8 @@ WITHOUT_VALUES = (
 GAINS_ENERGY = "it is not shown that `dissipated` is never negative"
 
 POINTS = 40
-"""The points at which the identity is compared: each halves the chance that a square root of the
-other sign hides an error."""
+"""The points at which the identity is compared. At half of them the signs of square roots are such
+that an error shows which is zero for other signs."""
 
 MOST_TRIALS = 2000
 """The points that are tried: each square root must exist there, and no divisor may be 0."""
@@ -62,11 +66,14 @@ def why_not_passive(statements: TracedStatements) -> str | None:
 
 def _balances(operations: Sequence[Operation], statements: TracedStatements) -> bool | None:
     """Return whether the powers add up to zero at all points; None without enough points."""
+    results = (statements.stored, statements.power, statements.dissipated, *statements.rates)
+    needed = frozenset(needed_by(operations, results))
     compared = 0
     for point in range(MOST_TRIALS):
         try:
-            still = values(operations, [0, 0, 0], point)
-            found = values(operations, [still[index].value for index in statements.rates], point)
+            still = values(operations, needed, [0, 0, 0], point)
+            rates = [still[index].value for index in statements.rates]
+            found = values(operations, needed, rates, point)
         except NoValueError:
             continue
         spent = found[statements.dissipated].value + found[statements.power].value

@@ -5,11 +5,13 @@ from typing import NamedTuple
 
 from rbstab.analysis.configuration import Configurations
 from rbstab.analysis.proof.traced.energy import TracedEnergy
+from rbstab.analysis.proof.traced.functions import MOST_POWER
 from rbstab.analysis.proof.traced.passive import why_not_passive
 from rbstab.analysis.proof.traced.polynomials import is_polynomial
 from rbstab.analysis.proof.traced.program import MOST_OPERATIONS, Program
 from rbstab.analysis.proof.traced.tracing import NotRecordedError, traced_statements
 from rbstab.elements.element import Element
+from rbstab.integrate.straight_line.number import POWER
 from rbstab.systems.system import System
 
 
@@ -62,6 +64,9 @@ def user_energies(at_rest: Configurations) -> UserEnergies:
         program = statements.energy
         if len(program.operations) > MOST_OPERATIONS:
             text = f"{element.name}: its energy has more than {MOST_OPERATIONS:,} operations"
+            raise NotInProofsError(text)
+        if any(one[0] == POWER and abs(one[2]) > MOST_POWER for one in program.operations):
+            text = f"{element.name}: its energy has an exponent above {MOST_POWER}"
             raise NotInProofsError(text)
         if is_polynomial(program):
             polynomials.append(program)

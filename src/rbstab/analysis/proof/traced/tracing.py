@@ -73,12 +73,12 @@ def traced_statements(at_rest: Configurations, element: Element) -> TracedStatem
     """
     trace, inputs = Trace(), dict[int, Operation]()
     place = at_rest.system.elements.index(element)
-    system = map_parameters(at_rest.system, partial(_parameters, (trace, inputs)))
-    own = system.elements[place]
-    Theta, Omega = (_variables((trace, inputs), kind, 3) for kind in (THETA, OMEGA))
-    (time,) = _variables((trace, inputs), TIME, 1)
-    motion = system.motion(np.concatenate([Theta, Omega]), time)
     try:
+        system = map_parameters(at_rest.system, partial(_parameters, (trace, inputs)))
+        own = system.elements[place]
+        Theta, Omega = (_variables((trace, inputs), kind, 3) for kind in (THETA, OMEGA))
+        (time,) = _variables((trace, inputs), TIME, 1)
+        motion = system.motion(np.concatenate([Theta, Omega]), time)
         wrench = own.wrench(motion, NO_STATE)
         # The contact point is held, so a force there has no power.
         power = wrench.force @ motion.V + wrench.couple @ motion.Omega
@@ -106,7 +106,8 @@ def _loss(system: System, element: Element, motion: Motion) -> Program:
         return np.where(known, part.ravel(), variables).reshape(part.shape)
 
     parts = motion._asdict()
-    time = parts.pop("time")
+    del parts["time"]
+    (time,) = _variables(recorded, TIME, 1)
     free = Motion(**{name: opaque(part) for name, part in parts.items()}, time=time)
     alone = replace(system, elements=(element,))
     (own,) = map_parameters(alone, partial(_parameters, recorded)).elements

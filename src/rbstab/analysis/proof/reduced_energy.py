@@ -51,7 +51,7 @@ class NoEnergyReason(Enum):
         "an element is code of a user, and proofs take it into account only if the body is held "
         "and the element has no switches and no own states"
     )
-    NOT_IN_PROOFS = "an element is code of a user of which a proof needs to know more"
+    NOT_IN_PROOFS = "no proof takes this code of a user into account"
     CODE_OF_BODIES = "no proof for all bodies within tolerances takes code of a user into account"
     NOT_HELD = "nothing holds the position: the energy has no single minimum over X and D"
     NOT_QUADRATIC = "the energy is not a quadratic function of X and D with constant stiffness"
@@ -92,7 +92,7 @@ class NoReducedEnergy(Exception):
     """A system has no reduced potential energy; `reason` names the reason."""
 
     def __init__(self, reason: NoEnergyReason, detail: str | None = None) -> None:
-        super().__init__(reason.value if detail is None else f"{reason.value} ({detail})")
+        super().__init__(reason.value if detail is None else f"{reason.value}: {detail}")
         self.reason = reason
 
 

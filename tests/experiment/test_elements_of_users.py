@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import ellipj
 from support.switching import data, ligament
-from support.user_code import CUBIC, element_text, mine, write_template
+from support.user_code import CUBIC, TIE, element_text, mine, write_template
 
 import rbstab
 from rbstab.analysis.proof.reduced_energy import NoEnergyReason
@@ -31,25 +31,6 @@ FREE = {
     "K_r": [4, 4, 3],
     "L_r": [0.6, 0.6, 0.4],
 }
-
-TIE = element_text(
-    """
-    def wrench(self, motion, own):
-        e = position(motion, self.point) - self.anchor
-        f = velocity(motion, self.point)
-        return force_at(motion, self.point, -self.K_c @ e - self.L_c @ f)
-
-    def stored(self, motion, own):
-        e = position(motion, self.point) - self.anchor
-        return 0.5 * (e @ self.K_c @ e)
-
-    def dissipated(self, motion, own):
-        f = velocity(motion, self.point)
-        return f @ self.L_c @ f
-    """,
-    'POINT, ANCHOR, Gain("K_c", "N/m", "K"), Gain("L_c", "N s/m", "L", dissipates=True)',
-)
-"""What `kind: visco-elastic` is."""
 
 VALUES = {
     "point": [0.1, 0.2, -0.1],

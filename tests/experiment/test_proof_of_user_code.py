@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import minimize
-from support.user_code import SPRING, element_text, mine
+from support.user_code import SPRING, TIE, element_text, mine
 
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.proof.reduced_energy import NoEnergyReason
@@ -23,25 +23,6 @@ from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import SUPPLIES, Proof
 from rbstab.experiment.stored_proof.starts import start_state
 from rbstab.experiment.verification.verify import verify
-
-TIE = element_text(
-    """
-    def wrench(self, motion, own):
-        e = position(motion, self.point) - self.anchor
-        f = velocity(motion, self.point)
-        return force_at(motion, self.point, -self.K_c @ e - self.L_c @ f)
-
-    def stored(self, motion, own):
-        e = position(motion, self.point) - self.anchor
-        return 0.5 * (e @ self.K_c @ e)
-
-    def dissipated(self, motion, own):
-        f = velocity(motion, self.point)
-        return f @ self.L_c @ f
-    """,
-    'POINT, ANCHOR, Gain("K_c", "N/m", "K"), Gain("L_c", "N s/m", "L", dissipates=True)',
-)
-"""What `kind: visco-elastic` is."""
 
 TIED = {
     "point": [0.1, 0.2, -0.1],

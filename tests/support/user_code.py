@@ -39,6 +39,25 @@ SPRING = element_text("""
 """A linear spring of the centre of gravity."""
 
 
+TIE = element_text(
+    """
+    def wrench(self, motion, own):
+        e = position(motion, self.point) - self.anchor
+        f = velocity(motion, self.point)
+        return force_at(motion, self.point, -self.K_c @ e - self.L_c @ f)
+
+    def stored(self, motion, own):
+        e = position(motion, self.point) - self.anchor
+        return 0.5 * (e @ self.K_c @ e)
+
+    def dissipated(self, motion, own):
+        f = velocity(motion, self.point)
+        return f @ self.L_c @ f
+    """,
+    'POINT, ANCHOR, Gain("K_c", "N/m", "K"), Gain("L_c", "N s/m", "L", dissipates=True)',
+)
+"""What `kind: visco-elastic` is."""
+
 MAXWELL = element_text(
     """
     states = (OwnState("extension", "s", "m", "extension of the spring", size=1),)

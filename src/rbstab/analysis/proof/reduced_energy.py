@@ -205,8 +205,12 @@ def _stored_energy(
     else:
         exact = configurations(exact_system(ring.decimals)).system
     parts = stored_energy(without_users(exact), ring)
-    added = (polynomial_of(program, ring) for program in users.polynomials)
-    return parts._replace(energy=sum((one for one in added if one is not None), parts.energy))
+    energy = parts.energy
+    for program in users.polynomials:
+        added = polynomial_of(program, ring)
+        assert added is not None  # it is one in any ring of Θ
+        energy = energy + added
+    return parts._replace(energy=energy)
 
 
 def _reduced(

@@ -60,8 +60,8 @@ class Energy:
         barriers: The barriers on single angles.
         guards: The soft guards and the stop.
         springs: The springs whose lengths are in U.
-        formulas: The energies of elements of users.
         lines: The same, and the ligaments of a held body.
+        formulas: The energies of elements of users.
         position: The ligaments of a body that is not held; None without one.
 
     Raises:

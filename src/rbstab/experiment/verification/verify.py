@@ -137,7 +137,10 @@ def _same_tied_energy(proof: Proof, config: Config, exact: "ExactSystem") -> boo
 def _unchecked(proof: Proof, config: Config | None) -> Iterator[str]:
     """Yield what was not checked, as sentences."""
     if config is not None and not _can_build(config):
-        yield f"Whether the energy of the proof is that of the config: {CODE_NOT_RUN}."
+        yield (
+            "The energy of the proof, and the hypotheses of its theorems, were not compared with the "
+            f"config: {CODE_NOT_RUN}."
+        )
     if config is None:
         name = "U" if proof.reduced_energy else "W"
         yield f"The energy {name} was not compared with a config; use --config CONFIG."

@@ -17,7 +17,7 @@ BITS = 80
 """Bits of a ball, so that it is rounded to 53 bits once, at the end."""
 
 MOST_POWER = 16
-"""The largest exponent, up to 1 and down from -1: each factor has a rounding."""
+"""The largest exponent n, and that of 1/x: a power is a product of n factors, each rounded."""
 
 
 def function(name: str, x: Any) -> list[Any]:
@@ -63,6 +63,7 @@ def _tan(x: Number) -> list[Number]:
 
 
 def _atan(x: Number) -> list[Number]:
+    # python-flint's `x**2` is NaN for a ball about 0.
     slope = 1 / (1 + x * x)
     return [numbers.atan(x), slope, -2 * x * (slope * slope)]
 
@@ -111,7 +112,6 @@ _FUNCTIONS: dict[str, Callable[[Number], list[Number]]] = {
     "cosh": _cosh,
     "tanh": _tanh,
 }
-# In this order a ball of any width has a bound: python-flint's `x**2` is NaN for a ball about 0.
 
 
 def reciprocal(x: Any) -> list[Any]:

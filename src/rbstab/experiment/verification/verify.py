@@ -138,8 +138,8 @@ def _unchecked(proof: Proof, config: Config | None) -> Iterator[str]:
     """Yield what was not checked, as sentences."""
     if config is not None and not _can_build(config):
         yield (
-            "The energy of the proof, and the hypotheses of its theorems, were not compared with the "
-            f"config: {CODE_NOT_RUN}."
+            "The energy of the proof and the hypotheses of its theorems were not compared with "
+            f"the config: {CODE_NOT_RUN}."
         )
     if config is None:
         name = "U" if proof.reduced_energy else "W"

@@ -81,6 +81,26 @@ MAXWELL = element_text(
 ).replace("import power", "import OwnState, power")
 """A spring and a damper in a row. Its stored energy depends on its own state alone."""
 
+ROPE = element_text(
+    """
+    mode_count = 1
+
+    def guards(self, motion, own):
+        return np.array([line(motion, self.point, self.anchor).length - self.k])
+
+    def wrench(self, motion, own):
+        along = line(motion, self.point, self.anchor)
+        tension = self.mode[0] * (along.length - self.k)
+        return force_at(motion, self.point, -tension * along.direction)
+
+    def stored(self, motion, own):
+        extension = line(motion, self.point, self.anchor).length - self.k
+        return 0.5 * self.mode[0] * extension * extension
+    """,
+    'POINT, ANCHOR, Gain("k", "m", "length", shape="number")',
+)
+"""A line that only pulls."""
+
 CREEPING_TIE = Path(__file__).parents[2] / "configs" / "examples" / "creeping_tie.py"
 """The file of the example: an element of users that is the embedded tie of the program."""
 

@@ -140,13 +140,15 @@ def _tied_proof(
 def _no_search(config: Config) -> str | None:
     """Return why rest states are not searched for, or None; code of users only builds elements."""
     from rbstab.analysis.proof.definite import damps_every_motion, indefinite_parameter
+    from rbstab.analysis.proof.traced.separate import damping_of_users
 
     if has_code(config) and not may_run_code(config):
         return CODE_NOT_RUN
-    if system_of(config).supplies:
+    system = system_of(config)
+    if system.supplies:
         return SUPPLIES
     exact = system_of(without_code(config), decimals)
-    if not damps_every_motion(exact):
+    if not damps_every_motion(exact, damping_of_users(system)):
         return NOT_DAMPED
     indefinite = indefinite_parameter(exact)
     return None if indefinite is None else f"{indefinite} is not positive definite"

@@ -5,7 +5,7 @@ below has one fault; the check must name the statement that has it, and the stat
 """
 
 import pytest
-from support.user_code import CREEPING_TIE, HEAD, MAXWELL, SPRING, element_text
+from support.user_code import CREEPING_TIE, HEAD, MAXWELL, ROPE, SPRING, element_text
 
 from rbstab.elements.registry import NAMED_ELEMENTS
 from rbstab.elements.sliding_ties import SlidingTie
@@ -37,27 +37,6 @@ def wrench(self, motion, own):
 def dissipated(self, motion, own):
     return self.k * (motion.V @ motion.V)
 """
-
-LIGAMENT = element_text(
-    """
-    mode_count = 1
-
-    def guards(self, motion, own):
-        return np.array([line(motion, self.point, self.anchor).length - self.k])
-
-    def wrench(self, motion, own):
-        along = line(motion, self.point, self.anchor)
-        tension = self.mode[0] * (along.length - self.k)
-        return force_at(motion, self.point, -tension * along.direction)
-
-    def stored(self, motion, own):
-        extension = line(motion, self.point, self.anchor).length - self.k
-        return 0.5 * self.mode[0] * extension * extension
-    """,
-    'POINT, ANCHOR, Gain("k", "m", "length", shape="number")',
-)
-"""A line that only pulls."""
-
 
 CREEPING = CREEPING_TIE.read_text(encoding="utf-8").replace("CreepingTie", "Mine")
 
@@ -100,7 +79,7 @@ RIGHT = {
     "template": TEMPLATE.replace("CubicSpring", "Mine"),
     "spring": SPRING,
     "damper": element_text(DAMPER),
-    "ligament": LIGAMENT,
+    "ligament": ROPE,
     "exponential": element_text("""
         def wrench(self, motion, own):
             return force_at_centre(-self.k * exp(motion.X))
@@ -136,9 +115,17 @@ def test_right_elements_of_users(name):
     found = of(RIGHT[name])
     assert found.problems == ()
     assert "heyoka's expressions pass" in found.passed
-    apart = name in {"ligament", "own states", "one own state"}
-    no_proof = "no proof takes it into account: it has switches or own states"
-    assert found.notes == ((no_proof,) if apart else ())
+    (note,) = found.notes
+    assert note.startswith(NOTES.get(name, "proofs take it into account"))
+    assert name in NOTES or note == "proofs take it into account"
+
+
+HELD = "proofs take it into account only if the contact point is held: else, "
+
+NOTES = {
+    "ligament": "no proof takes it into account: it has switches",
+    "one own state": f"{HELD}it is not shown that `wrench` and `dissipated` have values",
+}
 
 
 WRONG = {
@@ -204,15 +191,15 @@ WRONG = {
     "no wrench": (force("motion.X").replace("return force", "force"), "wrench returns nothing"),
     "an error": (force("-self.c * motion.X"), "line 12: AttributeError: 'Mine' object has no"),
     "guards by mode": (
-        LIGAMENT.replace("length - self.k])", "length - self.k * (1 + self.mode[0])])"),
+        ROPE.replace("length - self.k])", "length - self.k * (1 + self.mode[0])])"),
         "`guards` depends on `mode`",
     ),
     "guards by velocity": (
-        LIGAMENT.replace("length - self.k])", "rate])"),
+        ROPE.replace("length - self.k])", "rate])"),
         "`guards` depends on velocities",
     ),
     "jump of the energy": (
-        LIGAMENT.replace("extension * extension", "(extension * extension + 0.1)"),
+        ROPE.replace("extension * extension", "(extension * extension + 0.1)"),
         "`stored` jumps where event function 1 is 0",
     ),
     "sign of a rate": (

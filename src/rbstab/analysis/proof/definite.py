@@ -3,6 +3,7 @@
 from fractions import Fraction
 
 from rbstab.analysis.exact import is_positive_definite
+from rbstab.analysis.proof.traced.damping import NOTHING, Damping
 from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
@@ -17,15 +18,20 @@ STOP_MOVING = (TranslationalStabilizer, ViscoElasticConnector, EmbeddedConnector
 """Those that dissipate V'LV, or the same of the velocity of a point: V, where Ω = 0."""
 
 
-def damps_every_motion(system: System) -> bool:
+def damps_every_motion(system: System, of_users: Damping = NOTHING) -> bool:
     """Return whether elements act whose dissipation is zero only at rest.
 
     One of them damps Ω, and another one V, unless the contact point is held: then V follows from Ω.
     Their damping matrices are positive definite (`indefinite_parameter`), those of own states too.
     Other elements may damp all motions together, but that is not shown here.
+
+    Args:
+        system: The system, with or without its elements of users.
+        of_users: What these damp.
     """
-    turning = any(isinstance(element, STOP_TURNING) for element in system.elements)
-    moving = any(isinstance(element, STOP_MOVING) for element in system.elements)
+    own = [element for element in system.elements if not element.from_user]
+    turning = of_users.turning or any(isinstance(element, STOP_TURNING) for element in own)
+    moving = of_users.moving or any(isinstance(element, STOP_MOVING) for element in own)
     return turning and (moving or system.coordinates.holds_contact)
 
 

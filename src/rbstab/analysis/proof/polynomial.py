@@ -85,7 +85,11 @@ class Ring:
 
     def constant(self, number: Any) -> "Polynomial":
         """Return the constant polynomial of a double, an integer or a fraction."""
-        return Polynomial(self, self.context.constant(rational(number)))
+        return self.number(rational(number))
+
+    def number(self, value: "fmpq") -> "Polynomial":
+        """Return the constant polynomial of a rational number."""
+        return Polynomial(self, self.context.constant(value))
 
     def constants(self, numbers: Array) -> Array:
         """Return an array of doubles as an array of polynomials of the same shape."""
@@ -163,6 +167,11 @@ class Polynomial:
         return self.value is not None
 
     @property
+    def is_zero(self) -> bool:
+        """Whether all coefficients of a known polynomial are zero."""
+        return self.value is not None and not self.value.to_dict()
+
+    @property
     def degree(self) -> int:
         """The total degree in the lengths x."""
         return max((sum(self._lengths(powers)) for powers, _ in self.terms()), default=0)
@@ -194,6 +203,11 @@ class Polynomial:
             if self._lengths(term) == powers
         }
         return Polynomial(self.ring, self.ring.context.from_dict(found))
+
+    def slope(self, place: int) -> "Polynomial":
+        """Return the derivative of a known polynomial by a length x."""
+        assert self.value is not None
+        return Polynomial(self.ring, self.value.derivative(3 * self.ring.angles + place))
 
     def _lengths(self, powers: tuple[int, ...]) -> tuple[int, ...]:
         return self.ring.split(powers).lengths

@@ -1,6 +1,6 @@
 """The reduced potential energy: the stored energy at an attitude, minimized over all else."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -24,6 +24,7 @@ from rbstab.analysis.proof.traced.polynomials import polynomial_of
 from rbstab.analysis.proof.traced.separate import NotInProofsError as NotInProofsOfUsersError
 from rbstab.analysis.proof.traced.separate import (
     UserEnergies,
+    entries_without_users,
     in_proofs,
     user_energies,
     without_users,
@@ -48,8 +49,7 @@ class NoEnergyReason(Enum):
     SWITCHES = "an element switches, so its energy is not one formula for all attitudes"
     SUPPLIES = "an input supplies power"
     USER_CODE = (
-        "an element is code of a user, and proofs take it into account only if the body is held "
-        "and the element has no switches and no own states"
+        "an element is code of a user, and proofs take it into account only if it does not switch"
     )
     NOT_IN_PROOFS = "no proof takes this code of a user into account"
     CODE_OF_BODIES = "no proof for all bodies within tolerances takes code of a user into account"
@@ -66,6 +66,10 @@ class NoEnergyReason(Enum):
     FREE_LINES = "the body is not held, so the length of a spring depends on X"
     SPRINGS_AND_LIGAMENTS = (
         "the body is not held, and no proof takes springs beside ligaments into account then"
+    )
+    SPRINGS_AND_FORMULAS = (
+        "the body is not held, and no proof takes springs beside this code of a user into account "
+        "then, as its energy is no polynomial"
     )
     LINES_OF_BODIES = (
         "no proof for all bodies within tolerances takes a spring or a ligament into account"
@@ -171,8 +175,16 @@ class StoredEnergy(NamedTuple):
     ligaments: tuple[tuple[Polynomial, LigamentEnergy], ...]
 
 
-def stored_energy(system: System, ring: Ring) -> StoredEnergy:
+def stored_energy(
+    system: System, ring: Ring, users: UserEnergies, entries: Sequence[int]
+) -> StoredEnergy:
     """Return the stored energy of a system whose parameters are exact numbers of a ring.
+
+    Args:
+        system: The system, without its elements of users.
+        ring: The ring.
+        users: The energies of these elements; what only programs compute is left out.
+        entries: The entries of q that belong to the system (`entries_without_users`).
 
     Raises:
         NotTrigonometric: The length of a ligament is no polynomial.
@@ -185,10 +197,16 @@ def stored_energy(system: System, ring: Ring) -> StoredEnergy:
     except NotInProofsError as error:
         raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC) from error
     at_rest = Configurations(without)
-    energy: Any = at_rest.energy(ring.variables())
+    energy: Any = at_rest.energy(ring.variables()[list(entries)])
+    if not isinstance(energy, Polynomial):
+        energy = ring.constant(energy)
+    for program in users.polynomials:
+        added = polynomial_of(program, ring)
+        assert added is not None  # it is one in any ring of Θ and x
+        energy = energy + added
     squares = squares_of(at_rest, ligaments, ring)
     return StoredEnergy(
-        energy if isinstance(energy, Polynomial) else ring.constant(energy),
+        energy,
         guard,
         tuple(zip(squares, laws_of(ligaments), strict=True)),
     )
@@ -197,20 +215,14 @@ def stored_energy(system: System, ring: Ring) -> StoredEnergy:
 def _stored_energy(
     at_rest: Configurations, exact_system: ExactSystem | None, users: UserEnergies, roots: int
 ) -> StoredEnergy:
-    """Return Π in a ring with square roots, without what only programs compute."""
+    """Return Π in a ring with square roots."""
     # The lengths of lines depend on X too if the body is free.
     ring = Ring(3, at_rest.size - 3, roots=roots, roots_of_lengths=not at_rest.held)
     if exact_system is None:
         exact = map_parameters(at_rest.system, lambda _, value: ring.constants(value))
     else:
         exact = configurations(exact_system(ring.decimals)).system
-    parts = stored_energy(without_users(exact), ring)
-    energy = parts.energy
-    for program in users.polynomials:
-        added = polynomial_of(program, ring)
-        assert added is not None  # it is one in any ring of Θ
-        energy = energy + added
-    return parts._replace(energy=energy)
+    return stored_energy(without_users(exact), ring, users, entries_without_users(at_rest))
 
 
 def _reduced(
@@ -237,7 +249,7 @@ def _reduced(
     spring = position_spring(inverse_stiffness(energy))
     ligaments = tuple(FreeLigament(offset(s, minimizer), law) for s, law in parts.ligaments)
     free = FreeLigaments(spring.stiffness, ligaments)
-    return ReducedEnergy(at_rest, replace(form, lines=(free,)), rest, free, spring.own)
+    return ReducedEnergy(at_rest, replace(form, lines=(*form.lines, free)), rest, free, spring.own)
 
 
 def _without_lengths(energy: Polynomial) -> Polynomial:
@@ -255,7 +267,7 @@ def reject_unsmooth(system: System) -> None:
     take ligaments, soft guards and stops into account, although they switch.
     """
     held = configurations(system).held
-    if not all(in_proofs(one, held=held) for one in system.elements if one.from_user):
+    if not all(in_proofs(one) for one in system.elements if one.from_user):
         raise NoReducedEnergy(NoEnergyReason.USER_CODE)
     if system.supplies:
         raise NoReducedEnergy(NoEnergyReason.SUPPLIES)

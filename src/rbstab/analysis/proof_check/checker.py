@@ -22,7 +22,12 @@ from rbstab.analysis.proof_check.findings import (
     range_with,
 )
 from rbstab.analysis.proof_check.regions import Region
-from rbstab.analysis.proof_check.rest_states import domain, faults, proved_states
+from rbstab.analysis.proof_check.rest_states import (
+    domain,
+    domain_of_undecided,
+    faults,
+    proved_states,
+)
 from rbstab.analysis.proof_check.taylor import Taylor
 from rbstab.analysis.proof_check.trigonometric import Ball
 
@@ -229,7 +234,8 @@ def _miscounts(claims: Mapping[str, Any], states: list[RestState]) -> list[str]:
 def _others(U: Energy, states: list[RestState], undecided: list[Box], range_: Range) -> Finding:
     """Cover a range by boxes that contain no rest state but those listed."""
     places = {f"s{state.number}": domain(U, state) for state in states}
-    places |= {f"u{number}": box for number, box in enumerate(undecided, start=1)}
+    wider = (domain_of_undecided(U, box) for box in undecided)
+    places |= {f"u{number}": box for number, box in enumerate(wider, start=1)}
 
     def reason(box: Box) -> str | None:
         """Return a place that contains a box, or a component of ∇U or Y∇U that has no zero."""

@@ -1,19 +1,22 @@
 """Check that each enclosure of a proof contains exactly one rest state, and with which index."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from itertools import combinations
 from typing import Any
 
 from flint import arb, arb_mat
 
-from rbstab.analysis.proof_check.boxes import AXES, Box, box_between, touches
+from rbstab.analysis.proof_check.boxes import AXES, Box, box_between, touches, width
 from rbstab.analysis.proof_check.claims import RestState, fault_of
 from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.findings import Range
 from rbstab.analysis.proof_check.held_states import held_fault, held_unique
 from rbstab.analysis.proof_check.taylor import Taylor
 from rbstab.analysis.proof_check.trigonometric import square
+
+NARROW = 1e-6
+"""rad: wider boxes that are undecided are taken as they are."""
 
 
 def proved_states(claims: Mapping[str, Any]) -> list[RestState]:
@@ -64,13 +67,28 @@ def domain(U: Energy, state: RestState) -> Box:
     def unique(box: Box) -> bool:
         return held_unique(U, state, box) if state.held else _is_unique(Taylor(U, box))
 
+    return _widest(state.enclosure, unique)
+
+
+def domain_of_undecided(U: Energy, box: Box) -> Box:
+    """Return a box about an undecided one that has no rest state outside of that.
+
+    It is wider if a rest state is shown to be in the undecided one, as on the border of a range.
+    """
+    if width(box) > NARROW or not _exists(Taylor(U, box), box):
+        return box
+    return _widest(box, lambda wide: _is_unique(Taylor(U, wide)))
+
+
+def _widest(box: Box, accept: Callable[[Box], bool]) -> Box:
+    """Return a box widened as far as accepted, up to 2 rad; the box itself if it is never."""
     radius = 2.0
     while radius > 1e-12:
-        wide: Box = tuple((low - radius, high + radius) for low, high in state.enclosure)
-        if unique(wide):
+        wide: Box = tuple((low - radius, high + radius) for low, high in box)
+        if accept(wide):
             return wide
         radius *= 0.8
-    return state.enclosure
+    return box
 
 
 def _is_unique(taylor: Taylor) -> bool:

@@ -102,11 +102,11 @@ def nothing_proved(problem: Problem) -> Convergence | None:
     """Return a convergence that is not decided as there is no proof of rest states, or None.
 
     That of a body with ligaments, soft guards or a stop may be proved, although they switch, and
-    that of a held body with code of a user.
+    that of one with code of a user.
     """
     found = not_enclosed(problem)
     if found is not None and found.reason is Undecided.USER_CODE:
-        return None if problem.system.coordinates.holds_contact else found
+        return None
     switching = [element for element in problem.system.elements if element.mode_count]
     if all(isinstance(element, IN_PROOFS) for element in switching):
         return None if found is not None and found.reason is Undecided.SWITCHES else found

@@ -17,7 +17,7 @@ from rbstab.elements.user_code.loaded import (
     element_classes,
     failure,
 )
-from rbstab.experiment.element_check.in_proofs import why_not_in_proofs
+from rbstab.experiment.element_check.in_proofs import in_which_proofs
 from rbstab.experiment.element_check.kinds_of_number import (
     ball_problems,
     complex_problems,
@@ -180,9 +180,7 @@ def _notes(sample: Sample) -> Iterator[str]:
             "SciPy's engine evaluates it with numpy, which is some 15 times slower: it uses an "
             "operation that cannot be traced"
         )
-    why = why_not_in_proofs(sample.system, sample.element)
-    if why is not None:
-        yield f"no proof takes it into account: {why}"
+    yield in_which_proofs(sample.system, sample.element)
     if not has_heyoka():
         yield "heyoka is not installed, so its expressions were not tried"
 

@@ -1,4 +1,4 @@
-"""Whether proofs of a held body can take an element of a user into account."""
+"""Whether proofs can take an element of a user into account."""
 
 from dataclasses import replace
 
@@ -7,29 +7,42 @@ import numpy as np
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.proof.traced.separate import NotInProofsError, in_proofs, user_energies
 from rbstab.elements.element import Element
-from rbstab.systems.coordinates import ReducedCoordinates
+from rbstab.systems.coordinates import CentreCoordinates, Coordinates, ReducedCoordinates
 from rbstab.systems.system import System
 
 CONTACT_POINT = np.array([0.1, 0.2, 0.3])
 """m, body coordinates."""
 
 
-def why_not_in_proofs(system: System, element: Element) -> str | None:
-    """Return why no proof takes an element into account, or None if those of held bodies do.
+def in_which_proofs(system: System, element: Element) -> str:
+    """Return whether proofs take an element into account, as a sentence.
 
     Args:
         system: A system in which the element acts.
         element: The element.
     """
+    why = _why_never(element) or _why_not(system, element, ReducedCoordinates())
+    if why is not None:
+        return f"no proof takes it into account: {why}"
+    why = _why_not(system, element, CentreCoordinates())
+    if why is not None:
+        return f"proofs take it into account only if the contact point is held: else, {why}"
+    return "proofs take it into account"
+
+
+def _why_never(element: Element) -> str | None:
     if element.supplies:
         return "it supplies power"
-    if not in_proofs(element, held=True):
-        return "it has switches or own states"
+    return None if in_proofs(element) else "it has switches"
+
+
+def _why_not(system: System, element: Element, coordinates: Coordinates) -> str | None:
+    """Return why no proof takes an element into account in some coordinates."""
     # Away from the contact point, so that the centre moves.
     body = replace(system.body, contact_point=CONTACT_POINT)
-    held = replace(system, body=body, elements=(element,), coordinates=ReducedCoordinates())
+    alone = replace(system, body=body, elements=(element,), coordinates=coordinates)
     try:
-        user_energies(configurations(held))
+        user_energies(configurations(alone))
     except NotInProofsError as error:
         return str(error).partition(": ")[2]
     return None

@@ -50,8 +50,10 @@ DAMPED_VERSION = 1
 """The same for configs without a controller whose elements may damp every motion: before it,
 nothing was proved of them."""
 
-USER_CODE_VERSION = 1
-"""The same for configs with elements of users: before it, nothing was proved of them."""
+USER_CODE_VERSION = 2
+"""The same for configs with elements of users: before 1, nothing was proved of them, and before 2,
+nothing if they have own states, if the body is not held, or if no other elements damp all motions.
+"""
 
 SWITCHING_GUARDS = ("stiff", "repelling", "stop")
 

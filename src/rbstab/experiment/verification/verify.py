@@ -70,6 +70,7 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     """Check that the proof is that of the config, and the hypotheses of its theorems."""
     from rbstab.analysis.proof.definite import damps_every_motion, indefinite_parameter
     from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
+    from rbstab.analysis.proof.traced.separate import damping_of_users
     from rbstab.analysis.proof_check.findings import Finding
 
     same_id = proof.id in {proof_id(config, version) for version in range(2, PROOF_VERSION + 1)}
@@ -79,12 +80,14 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     yield Finding(CONFIG, "id", same_id, text)
     if not _can_build(config):
         return
-    if system_of(config).supplies:
+    built = system_of(config)
+    if built.supplies:
         text = f"The config has no reduced energy: {NoEnergyReason.SUPPLIES.value}."
         yield Finding(CONFIG, "energy", False, text)
         return
     system = system_of(without_code(config), decimals)
-    indefinite, damped = indefinite_parameter(system), damps_every_motion(system)
+    indefinite = indefinite_parameter(system)
+    damped = damps_every_motion(system, damping_of_users(built))
     text = "Mass, inertia and damping are positive definite."
     if indefinite is not None:
         text = f"{indefinite} is not positive definite."

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from flint import fmpz
-from support.user_code import MAXWELL, SPRING, element_text, mine
+from support.user_code import MAXWELL, ROPE, SPRING, element_text, mine
 
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.proof.traced import passive
@@ -169,7 +169,7 @@ def test_an_indefinite_gain(folder):
 
 def test_energies_that_are_no_functions_of_the_angles(folder):
     moving = statements("-self.k * e", "0.5 * self.k * (e @ e) + f @ f")
-    assert why_not_passive(found(folder, moving)) == passive.NO_FUNCTION_OF_ANGLES
+    assert why_not_passive(found(folder, moving)) == passive.NO_FUNCTION_OF_POSE
     timed = statements("-self.k * e * motion.time", "0.5 * self.k * (e @ e) * motion.time")
     assert why_not_passive(found(folder, timed)) == passive.TIMED
 
@@ -222,11 +222,12 @@ def test_code_that_cannot_be_recorded(folder):
 
 def test_which_elements_may_be_in_proofs(folder):
     _, spring = element_and_system(folder, SPRING, k=3.0)
-    assert in_proofs(spring, held=True)
-    assert not in_proofs(spring, held=False)
+    assert in_proofs(spring)
     values = {"point": [0.1, 0, 0], "anchor": [0, 0, 1.0], "k": 3.0, "c": 1.0}
     _, maxwell = element_and_system(folder, MAXWELL, **values)
-    assert not in_proofs(maxwell, held=True)
+    assert in_proofs(maxwell)
+    _, rope = element_and_system(folder, ROPE, point=[0.1, 0, 0], anchor=[0, 0, 1.0], k=3.0)
+    assert not in_proofs(rope)
 
 
 def test_polynomials(folder):

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from support.formulas import recorded
 
-from rbstab.analysis.proof.traced.signs import Signs, meant
+from rbstab.analysis.proof.traced.signs import Signs
+from rbstab.analysis.proof.traced.terms import meant
 from rbstab.mechanics import numbers
 
 INDEFINITE = np.array([[1.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
@@ -36,7 +37,27 @@ NEVER = {
     "terms that cancel": lambda v: v[0] * v[1] + v[2] * v[2] - v[1] * v[0],
 }
 
+TURN = np.array([[0.0, 2.0, -1.0], [-2.0, 0.0, 0.5], [1.0, -0.5, 0.0]])
+
+
+def _of_sums(matrix):
+    """Return the form of a point's velocity: V + ω × p, say."""
+
+    def formula(v):
+        f = v + TURN @ v
+        return f @ matrix @ f
+
+    return formula
+
+
+NEVER |= {
+    "definite, of sums": _of_sums(DEFINITE),
+    "semidefinite, of sums": _of_sums(SEMIDEFINITE),
+    "of a sum that is a term": lambda v: (v[0] + v[1]) * (v[0] + v[1] + v[2]) + 2.0 * v[2] * v[2],
+}
+
 NOT_SHOWN = {
+    "indefinite, of sums": _of_sums(INDEFINITE),
     "a number": lambda v: v[0] + 0.0,
     "a product": lambda v: v[0] * v[1],
     "a negative square": lambda v: -(v[0] * v[0]),
@@ -108,3 +129,41 @@ def test_numbers_that_doubles_mean():
 def test_above_zero(formula, positive):
     operations = recorded(formula).operations
     assert Signs(operations).positive(len(operations) - 1) is positive
+
+
+VANISHING = {
+    "a square": (lambda v: v[0] * v[0], {0}),
+    "all": (lambda v: v @ v, {0, 1, 2}),
+    "definite": (lambda v: v @ DEFINITE @ v, {0, 1, 2}),
+    "fourth powers": (lambda v: (v @ v) * (v @ v) + v[2] ** 6, {0, 1, 2}),
+    "saturating": (lambda v: (v @ v) / numbers.sqrt_of(1.0 + v @ v), {0, 1, 2}),
+    "x tanh x": (lambda v: v[0] * numbers.tanh_of(v[0] / 0.1) + v[1] * v[1], {0, 1}),
+    "times what is positive": (lambda v: v[0] * v[0] * (1.0 + v[1] * v[1]), {0}),
+    "semidefinite": (lambda v: v @ SEMIDEFINITE @ v, set()),
+    "one of two": (lambda v: v[0] * v[0] * v[1] * v[1], set()),
+    "a product of different signs": (lambda v: v[0] * v[0] * numbers.tanh_of(v[1] * v[1]), set()),
+    "over what grows": (lambda v: v[0] * v[0] / (v[1] * v[1]), set()),
+    "a constant beside it": (lambda v: v[0] * v[0] * 0.0 + 0.0, set()),
+    "not shown to be never negative": (lambda v: v[0] * v[0] + v[1], set()),
+    "a square of a sum": (lambda v: (v[0] - v[1]) * (v[0] - v[1]), set()),
+    "definite times what may be zero": (lambda v: (v @ DEFINITE @ v) * v[0] * v[0], set()),
+}
+
+
+@pytest.mark.parametrize("name", VANISHING)
+def test_what_is_zero_where_a_formula_is(name):
+    formula, expected = VANISHING[name]
+    operations = recorded(lambda v: formula(v) + 0.0 * v.sum()).operations
+    found = Signs(operations).vanishing(len(operations) - 1)
+    variables = {place: one[1] for place, one in enumerate(operations) if one[0] == "theta"}
+    assert {variables[place] for place in found if place in variables} == expected
+
+
+@pytest.mark.parametrize("name", VANISHING)
+def test_where_a_formula_is_zero_its_variables_are(name):
+    """At points where it is small, so are they: of what is said, the contrary is tried."""
+    formula, expected = VANISHING[name]
+    for axis in expected:
+        for other in np.random.default_rng(2).normal(size=(50, 3)):
+            other[axis] = 0.3
+            assert formula(other) > 1e-4

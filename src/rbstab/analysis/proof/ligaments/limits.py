@@ -2,6 +2,7 @@
 
 from rbstab.analysis.proof.branch_and_bound import BOX_LIMIT
 from rbstab.analysis.proof.ligaments.separate import ligaments_apart
+from rbstab.analysis.proof.traced.separate import formula_count
 from rbstab.systems.system import System
 
 BRIEF_BOX_LIMIT = 30_000
@@ -14,13 +15,14 @@ BRIEF_FORMULA_BOX_LIMIT = 12_000
 def box_limit(system: System, *, brief: bool) -> int:
     """Return the number of boxes at which a search stops.
 
-    Boxes of a body that is not held take longer with each ligament, and others with each formula.
+    Boxes of a body that is not held take longer with each ligament, and others with each formula
+    of a user that is no polynomial.
 
     Args:
         system: The system.
         brief: Whether it may take some five seconds at most.
     """
-    formulas = sum(element.from_user for element in system.elements)
+    formulas = formula_count(system)
     if formulas:
         return (BRIEF_FORMULA_BOX_LIMIT if brief else BOX_LIMIT) // formulas
     count = len(ligaments_apart(system)[1])

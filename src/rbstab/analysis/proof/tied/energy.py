@@ -30,6 +30,12 @@ from rbstab.analysis.proof.reduced_energy import (
     stored_energy,
 )
 from rbstab.analysis.proof.tied.position import offset, position_spring
+from rbstab.analysis.proof.traced.separate import (
+    NotInProofsError,
+    entries_without_users,
+    user_energies,
+    without_users,
+)
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.parameters import map_parameters
@@ -94,8 +100,12 @@ def tied_energy(system: System, exact_system: ExactSystem) -> TiedEnergy:
     if at_rest.held:
         raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)
     try:
+        users = user_energies(at_rest)
+        if users.traced:
+            raise NoReducedEnergy(NoEnergyReason.SPRINGS_AND_FORMULAS, users.traced[0].name)
         ring = Ring(3, at_rest.size - 3, roots=len(system.elements), roots_of_lengths=True)
-        parts = stored_energy(configurations(exact_system(ring.decimals)).system, ring)
+        exact = without_users(configurations(exact_system(ring.decimals)).system)
+        parts = stored_energy(exact, ring, users, entries_without_users(at_rest))
         if not parts.energy.known:
             raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)
         if parts.ligaments:
@@ -103,6 +113,8 @@ def tied_energy(system: System, exact_system: ExactSystem) -> TiedEnergy:
         if parts.guard is not None and parts.guard.outer is not None:
             raise NoReducedEnergy(NoEnergyReason.SPRINGS_AND_OUTER_BARRIER)
         return _tied(at_rest, parts.energy, parts.guard)
+    except NotInProofsError as error:
+        raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, str(error)) from error
     except NotTrigonometric as error:
         raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC) from error
     except OverflowError as error:

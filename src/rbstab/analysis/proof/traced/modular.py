@@ -15,8 +15,8 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
-from rbstab.analysis.proof.traced.program import THETA, Operation, indices_of
-from rbstab.analysis.proof.traced.signs import meant
+from rbstab.analysis.proof.traced.program import Operation, indices_of
+from rbstab.analysis.proof.traced.terms import meant
 from rbstab.integrate.straight_line.number import (
     ADD,
     CONSTANT,
@@ -44,7 +44,10 @@ class NoValueError(Exception):
 
 
 def values(
-    operations: Sequence[Operation], needed: Collection[int], rates: Sequence[int], point: int
+    operations: Sequence[Operation],
+    needed: Collection[int],
+    rates: Mapping[Operation, int],
+    point: int,
 ) -> list[Dual]:
     """Return the results of operations at a point.
 
@@ -52,7 +55,7 @@ def values(
         operations: The operations.
         needed: The indices of those that are computed, with all that they need. Any other one could
             have no value at some points, and so choose among them.
-        rates: The rates of Θ.
+        rates: The rates of variables; that of any other one is 0.
         point: The number of the point.
 
     Raises:
@@ -70,8 +73,7 @@ def values(
         elif kind == CONSTANT:
             found.append(Dual(_residue(meant(operands[0])), 0))
         elif not numbers:
-            rate = rates[operands[0]] if kind == THETA else 0
-            found.append(Dual(_some(point, kind, operands[0]), rate))
+            found.append(Dual(_some(point, kind, operands[0]), rates.get(operation, 0)))
         elif kind == "sqrt":
             root = _root(point, numbers[0].value, fixed=fixed[-1])
             found.append(_through((root, _inverse(2 * root)), numbers[0]))

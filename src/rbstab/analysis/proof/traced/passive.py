@@ -1,12 +1,12 @@
 """Whether an element of a user is passive: what its recorded statements show.
 
-Its energy must be a function of Θ with
+Its energy must be a function of the pose and of its own states with
 
     d(stored)/dt + dissipated + (power of the wrench) = 0,        dissipated >= 0,
 
-for all Θ and Ω, and the wrench must be smooth (`regular.py`). The first is an identity of formulas:
-it is compared modulo a prime (`modular.py`). The second follows from the form of the formula
-(`signs.py`).
+for all motions, and its wrench and rates must be smooth (`regular.py`). The first is an identity of
+formulas: it is compared modulo a prime (`modular.py`). The second follows from the form of the
+formula (`signs.py`).
 """
 
 from collections.abc import Sequence
@@ -20,11 +20,11 @@ from rbstab.analysis.proof.traced.program import (
 )
 from rbstab.analysis.proof.traced.regular import has_values
 from rbstab.analysis.proof.traced.signs import Signs
-from rbstab.analysis.proof.traced.tracing import OMEGA, TIME, TracedStatements
+from rbstab.analysis.proof.traced.tracing import TIME, VELOCITY, TracedStatements
 
 TIMED = "a statement depends on the time"
 
-NO_FUNCTION_OF_ANGLES = "`stored` depends on a velocity"
+NO_FUNCTION_OF_POSE = "`stored` depends on a velocity"
 
 UNBALANCED = "it is not shown that `wrench` has the power that `stored` and `dissipated` state"
 
@@ -49,35 +49,37 @@ def why_not_passive(statements: TracedStatements) -> str | None:
     """Return what is not shown of an element that should be passive, or None if all is."""
     operations = operations_of(statements.trace, statements.inputs)
     stated = (statements.stored, statements.power, statements.dissipated)
-    if TIME in variables_of(operations, stated):
+    used = [*stated, *statements.rates.values()]
+    if TIME in variables_of(operations, used):
         return TIMED
-    if OMEGA in variables_of(operations, stated[:1]):
-        return NO_FUNCTION_OF_ANGLES
+    if VELOCITY in variables_of(operations, stated[:1]):
+        return NO_FUNCTION_OF_POSE
     balances = _balances(operations, statements)
     if balances is None:
         return NO_POINTS
     if not balances:
         return UNBALANCED
-    if not has_values(operations, stated[1:]):
+    if not has_values(operations, used[1:]):
         return WITHOUT_VALUES
-    loss = statements.loss.operations
-    return None if Signs(loss).never_negative(len(loss) - 1) else GAINS_ENERGY
+    loss = statements.loss
+    return None if Signs(loss.operations).never_negative(loss.result) else GAINS_ENERGY
 
 
 def _balances(operations: Sequence[Operation], statements: TracedStatements) -> bool | None:
     """Return whether the powers add up to zero at all points; None without enough points."""
-    results = (statements.stored, statements.power, statements.dissipated, *statements.rates)
+    at, places = statements, statements.rates
+    results = (at.stored, at.power, at.dissipated, *places.values())
     needed = frozenset(needed_by(operations, results))
     compared = 0
     for point in range(MOST_TRIALS):
         try:
-            still = values(operations, needed, [0, 0, 0], point)
-            rates = [still[index].value for index in statements.rates]
+            still = values(operations, needed, {}, point)
+            rates = {variable: still[index].value for variable, index in places.items()}
             found = values(operations, needed, rates, point)
         except NoValueError:
             continue
-        spent = found[statements.dissipated].value + found[statements.power].value
-        if (found[statements.stored].rate + spent) % P:
+        spent = found[at.dissipated].value + found[at.power].value
+        if (found[at.stored].rate + spent) % P:
             return False
         compared += 1
         if compared == POINTS:

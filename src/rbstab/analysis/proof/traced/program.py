@@ -3,6 +3,9 @@
 An operation is a list of its kind and its operands: ["theta", axis], ["constant", number], or a
 kind and the indices of earlier operations, as in ["*", 0, 3] or ["sin", 2]. That of "**" are an
 index and a whole number. A constant stands for all numbers that round to it.
+
+A formula that is a polynomial in X and the own states too has ["length", place], an entry of
+x = [X, D]; no such formula is stored.
 """
 
 import math
@@ -25,6 +28,9 @@ from rbstab.mechanics.numbers import FUNCTIONS
 
 THETA = "theta"
 
+LENGTH = "length"
+"""The kind of an entry of x = [X, D], or of x = D if the body is held."""
+
 OPERATIONS = frozenset({ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE, POWER, *FUNCTIONS})
 """The kinds that have operands."""
 
@@ -44,6 +50,11 @@ class Program:
     """
 
     operations: tuple[Operation, ...]
+
+    @property
+    def of_angles(self) -> bool:
+        """Whether it depends on Θ alone."""
+        return all(kind != LENGTH for kind, *_ in self.operations)
 
     @property
     def periodic(self) -> bool:

@@ -1,18 +1,41 @@
 """Separate the elements of users from a system: their energies as polynomials, or as programs."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
-from rbstab.analysis.configuration import Configurations
+from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.analysis.proof.polynomial import Ring
+from rbstab.analysis.proof.traced.damping import NOTHING, Damping, damping_of
 from rbstab.analysis.proof.traced.energy import TracedEnergy
 from rbstab.analysis.proof.traced.functions import MOST_POWER
 from rbstab.analysis.proof.traced.passive import why_not_passive
-from rbstab.analysis.proof.traced.polynomials import is_polynomial
+from rbstab.analysis.proof.traced.polynomials import (
+    is_polynomial,
+    is_quadratic,
+    polynomial_of,
+)
 from rbstab.analysis.proof.traced.program import MOST_OPERATIONS, Program
-from rbstab.analysis.proof.traced.tracing import NotRecordedError, traced_statements
+from rbstab.analysis.proof.traced.relaxing import relaxes
+from rbstab.analysis.proof.traced.tracing import (
+    NotRecordedError,
+    TracedStatements,
+    own_entries,
+    traced_statements,
+)
 from rbstab.elements.element import Element
 from rbstab.integrate.straight_line.number import POWER
 from rbstab.systems.system import System
+
+NOT_QUADRATIC = (
+    "its energy is not shown to be a quadratic function of {}, with constant coefficients of the "
+    "squares, whose other coefficients are polynomials of sines and cosines of Θ"
+)
+
+NOT_RELAXING = (
+    "it is not shown that its own states move down its energy while the body is at rest: `rates` "
+    "must be -M times the derivative of `stored` then, with a constant positive definite M"
+)
 
 
 class NotInProofsError(Exception):
@@ -23,19 +46,20 @@ class UserEnergies(NamedTuple):
     """The energies of the elements of users.
 
     Attributes:
-        polynomials: Those that are quadratics plus trigonometric polynomials, as programs.
-        traced: All others.
+        polynomials: Those that are polynomials of X and the own states, with quadratics and
+            trigonometric polynomials of Θ, as programs.
+        traced: All others: they depend on Θ alone.
     """
 
     polynomials: tuple[Program, ...]
     traced: tuple[TracedEnergy, ...]
 
 
-def in_proofs(element: Element, *, held: bool) -> bool:
+def in_proofs(element: Element) -> bool:
     """Return whether proofs may take an element of a user into account."""
-    plain = not (element.mode_count or element.state_size or element.clearance_count)
+    plain = not (element.mode_count or element.clearance_count)
     usual = type(element).at_rest is Element.at_rest and not (element.holds or element.slides)
-    return held and plain and usual and not element.timed
+    return plain and usual and not element.timed
 
 
 def without_users(system: System) -> System:
@@ -43,13 +67,57 @@ def without_users(system: System) -> System:
     return replace(system, elements=tuple(one for one in system.elements if not one.from_user))
 
 
+def entries_without_users(at_rest: Configurations) -> list[int]:
+    """Return the entries of q that are no own states of elements of users."""
+    left = set(range(at_rest.size))
+    for element in at_rest.system.elements:
+        if element.from_user:
+            left -= {3 + place for place in own_entries(at_rest, element)}
+    return sorted(left)
+
+
 def user_energies(at_rest: Configurations) -> UserEnergies:
-    """Return the energies of the elements of users of a held body.
+    """Return the energies of the elements of users.
 
     Raises:
-        NotInProofsError: The code of one cannot be recorded, or it is not shown to be passive.
+        NotInProofsError: The code of one cannot be recorded, or it is not shown to be passive, or
+            its energy is of no kind that proofs take into account.
     """
     polynomials, traced = list[Program](), list[TracedEnergy]()
+    for element, statements in passive_statements(at_rest):
+        program = statements.energy
+        if len(program.operations) > MOST_OPERATIONS:
+            text = f"{element.name}: its energy has more than {MOST_OPERATIONS:,} operations"
+            raise NotInProofsError(text)
+        if any(one[0] == POWER and abs(one[2]) > MOST_POWER for one in program.operations):
+            text = f"{element.name}: its energy has an exponent above {MOST_POWER}"
+            raise NotInProofsError(text)
+        if element.state_size or not program.of_angles:
+            _check_polynomial(at_rest, element.name, statements)
+            polynomials.append(program)
+        elif is_polynomial(program):
+            polynomials.append(program)
+        else:
+            traced.append(TracedEnergy(element.name, program))
+    return UserEnergies(tuple(polynomials), tuple(traced))
+
+
+def formula_count(system: System) -> int:
+    """Return how many energies of users are no polynomials; 0 if not all are in proofs."""
+    if not all(in_proofs(element) for element in system.elements if element.from_user):
+        return 0
+    try:
+        return len(user_energies(configurations(system)).traced)
+    except NotInProofsError:
+        return 0
+
+
+def passive_statements(at_rest: Configurations) -> Iterator[tuple[Element, TracedStatements]]:
+    """Yield the elements of users, and their statements, which are shown to be passive.
+
+    Raises:
+        NotInProofsError: The code of one cannot be recorded, or this is not shown.
+    """
     for element in at_rest.system.elements:
         if not element.from_user:
             continue
@@ -61,15 +129,24 @@ def user_energies(at_rest: Configurations) -> UserEnergies:
         why = why_not_passive(statements)
         if why is not None:
             raise NotInProofsError(f"{element.name}: {why}")
-        program = statements.energy
-        if len(program.operations) > MOST_OPERATIONS:
-            text = f"{element.name}: its energy has more than {MOST_OPERATIONS:,} operations"
-            raise NotInProofsError(text)
-        if any(one[0] == POWER and abs(one[2]) > MOST_POWER for one in program.operations):
-            text = f"{element.name}: its energy has an exponent above {MOST_POWER}"
-            raise NotInProofsError(text)
-        if is_polynomial(program):
-            polynomials.append(program)
-        else:
-            traced.append(TracedEnergy(element.name, program))
-    return UserEnergies(tuple(polynomials), tuple(traced))
+        yield element, statements
+
+
+def damping_of_users(system: System) -> Damping:
+    """Return which motions the elements of users damp; nothing, if one is not in proofs."""
+    if not all(in_proofs(element) for element in system.elements if element.from_user):
+        return NOTHING
+    try:
+        return damping_of(one for _, one in passive_statements(configurations(system)))
+    except NotInProofsError:
+        return NOTHING
+
+
+def _check_polynomial(at_rest: Configurations, name: str, statements: TracedStatements) -> None:
+    """Check that an energy is quadratic in x, and that own states move down in it."""
+    energy = polynomial_of(statements.energy, Ring(3, at_rest.size - 3))
+    if energy is None or not is_quadratic(energy):
+        of_what = "its own states" if at_rest.held else "X and its own states"
+        raise NotInProofsError(f"{name}: {NOT_QUADRATIC.format(of_what)}")
+    if statements.own and not relaxes(energy, statements.own, statements.own_rates):
+        raise NotInProofsError(f"{name}: {NOT_RELAXING}")

@@ -1,11 +1,11 @@
 """Formulas that are never negative, by their form: sums and products of squares, and the like."""
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
-from typing import NamedTuple
 
 from rbstab.analysis.proof.traced.program import THETA, Operation
+from rbstab.analysis.proof.traced.terms import NO_SUMS, Powers, Term, Terms, times, without
 from rbstab.integrate.straight_line.number import (
     ADD,
     CONSTANT,
@@ -17,9 +17,6 @@ from rbstab.integrate.straight_line.number import (
 )
 from rbstab.mechanics.states import PITCH
 
-MOST_DENOMINATOR = 1000
-"""A constant of the code that is the double nearest to such a fraction means it: 1/3."""
-
 MOST_TERMS = 10_000
 """The most terms of a sum; a formula with more of them is not shown to be anything."""
 
@@ -28,25 +25,8 @@ POSITIVE = frozenset({"exp", "cosh", "sqrt"})
 AS_ARGUMENT = frozenset({"sinh", "tanh", "atan"})
 """Functions that have the sign of their argument."""
 
-Powers = tuple[tuple[int, int], ...]
-"""A product: the indices of its factors in rising order, each with its exponent."""
-
-
-def meant(number: float) -> Fraction:
-    """Return the number that a double in the code or in a config means: 1/3, or a decimal."""
-    simple = Fraction(number).limit_denominator(MOST_DENOMINATOR)
-    return simple if float(simple) == number else Fraction(repr(number))
-
-
-class _Term(NamedTuple):
-    """A number times a product."""
-
-    number: Fraction
-    powers: Powers
-
-    @property
-    def odd(self) -> list[int]:
-        return [index for index, exponent in self.powers if exponent % 2]
+_Form = dict[tuple[int, int], Fraction]
+"""A quadratic form: its entries m_ij, with m_ij for i < j alone."""
 
 
 class Signs:
@@ -57,7 +37,7 @@ class Signs:
     """
 
     def __init__(self, operations: Sequence[Operation]) -> None:
-        self._operations = operations
+        self._operations, self._terms = operations, Terms(operations)
         self._known: dict[int, bool] = {}
 
     def never_negative(self, index: int) -> bool:
@@ -104,38 +84,97 @@ class Signs:
             return all(map(self._positive, factors)) or self._is_square(index)
         return False
 
+    def vanishing(self, index: int) -> set[int]:
+        """Return indices of results that are zero wherever a result is, which is never negative.
+
+        Each term of its sum is zero there. So is the only factor of a term that is not above zero,
+        and each variable of a positive definite form.
+        """
+        split = self._split(index)
+        if split is None:
+            return set()
+        alone, forms = split
+        found = {one for term in alone if (one := self._only_factor(term)) is not None}
+        for rest, form in forms.items():
+            if all(self.positive(one) for one, _ in rest) and _is_definite(form):
+                found |= {one for pair in form for one in pair}
+        inner = [one for one in found if self._terms.is_sum(one) and self.never_negative(one)]
+        return found.union(*(self.vanishing(one) for one in inner))
+
+    def _only_factor(self, term: Term) -> int | None:
+        """Return the factor of a term that is zero where the term is, if it can be only one."""
+        factors = self._factors(term.powers)
+        return next(iter(factors)) if factors is not None and len(factors) == 1 else None
+
+    def _factors(self, powers: Powers) -> set[int] | None:
+        """Return the factors of a product that may be zero; None if one of them is a divisor."""
+        found = set[int]()
+        for one, exponent in powers:
+            kind, *operands = self._operations[one]
+            if self.positive(one):
+                continue
+            if exponent < 0:
+                return None
+            if kind not in AS_ARGUMENT:
+                found.add(one)
+                continue
+            # It is zero where the product of which it is taken is.
+            number, argument = self._terms.product(operands[0])
+            factors = self._factors(argument) if number else None
+            if factors is None:
+                return None
+            found |= factors
+        return found
+
     def _is_square(self, index: int) -> bool:
         """Return whether a result is the square of a number other than 0."""
-        number, powers = self._product(index)
+        number, powers = self._terms.product(index)
         return number > 0 and not powers
 
     def _sum(self, index: int) -> bool:
-        """Return whether a sum of terms is never negative: term by term, or by quadratic forms.
+        """Return whether a sum of terms is never negative."""
+        return self._split(index) is not None
+
+    def _split(self, index: int) -> tuple[list[Term], Mapping[Powers, _Form]] | None:
+        """Return a sum as terms and quadratic forms that are never negative, or None.
 
         A form is Σ m_ij x_i x_j times the rest of its products, which is never negative.
         """
+        for kept in dict.fromkeys([self._terms.variables, NO_SUMS]):
+            found = self._split_into(index, kept - {index})
+            if found is not None:
+                return found
+        return None
+
+    def _split_into(
+        self, index: int, kept: frozenset[int]
+    ) -> tuple[list[Term], Mapping[Powers, _Form]] | None:
+        """Return the same, with some sums as variables of forms."""
         sums = defaultdict[Powers, Fraction](Fraction)
-        for count, term in enumerate(self._terms(index)):
+        for count, term in enumerate(self._terms.of(index, kept)):
             if count > MOST_TERMS:
-                return False
+                return None
             sums[term.powers] += term.number
-        terms = [_Term(number, powers) for powers, number in sums.items() if number]
-        forms: dict[Powers, dict[tuple[int, int], Fraction]] = {}
+        terms = [Term(number, powers) for powers, number in sums.items() if number]
+        forms: dict[Powers, _Form] = {}
         for term in terms:
             if self._alone(term):
                 continue
             unknown = [index for index in term.odd if not self._factor(index)]
             if len(unknown) != 2:
-                return False
+                return None
             i, j = unknown
-            forms.setdefault(_without(term.powers, (i, j)), {})[i, j] = term.number / 2
+            forms.setdefault(without(term.powers, (i, j)), {})[i, j] = term.number / 2
+            del sums[term.powers]
         for rest, form in forms.items():
             for i in {index for pair in form for index in pair}:
-                square = _times(rest, i, 2)
+                square = times(rest, i, 2)
                 form[i, i] = Fraction(sums.pop(square, 0))
-        return all(_is_semidefinite(form) for form in forms.values())
+        if not all(_is_semidefinite(form) for form in forms.values()):
+            return None
+        return [Term(number, powers) for powers, number in sums.items() if number], forms
 
-    def _alone(self, term: _Term) -> bool:
+    def _alone(self, term: Term) -> bool:
         """Return whether a term is never negative by itself, as x², exp(x) or x tanh(x) is."""
         positive, odd = term.number >= 0, set[int]()
         pending = term.odd
@@ -144,9 +183,9 @@ class Signs:
             kind, *operands = self._operations[index]
             if kind in AS_ARGUMENT:
                 # It has the sign of the product of which it is taken.
-                number, powers = self._product(operands[0])
+                number, powers = self._terms.product(operands[0])
                 positive = positive == (number >= 0)
-                pending += _Term(number, powers).odd
+                pending += Term(number, powers).odd
             elif not self._factor(index):
                 odd ^= {index}
         return positive and not odd
@@ -156,83 +195,25 @@ class Signs:
         kind, *_ = self._operations[index]
         return kind not in {MULTIPLY, DIVIDE, NEGATE, POWER} and self.never_negative(index)
 
-    def _terms(self, index: int, sign: int = 1) -> Iterator[_Term]:
-        """Yield the terms of a sum."""
-        kind, *operands = self._operations[index]
-        if kind == NEGATE:
-            yield from self._terms(operands[0], -sign)
-        elif kind in {ADD, SUBTRACT}:
-            yield from self._terms(operands[0], sign)
-            yield from self._terms(operands[1], sign if kind == ADD else -sign)
-        else:
-            number, powers = self._product(index)
-            yield from self._expanded(_Term(sign * number, powers))
-
-    def _expanded(self, term: _Term) -> Iterator[_Term]:
-        """Yield the terms of a product some of whose factors are sums."""
-        inner = [one for one, exponent in term.powers if exponent == 1 and self._is_sum(one)]
-        if not inner:
-            yield term
-            return
-        rest = _without(term.powers, inner[:1])
-        for other in self._terms(inner[0]):
-            found = rest
-            for one, exponent in other.powers:
-                found = _times(found, one, exponent)
-            yield from self._expanded(_Term(term.number * other.number, found))
-
-    def _is_sum(self, index: int) -> bool:
-        return self._operations[index][0] in {ADD, SUBTRACT}
-
-    def _product(self, index: int) -> tuple[Fraction, Powers]:
-        """Return a product as a number and its factors; a divisor is one of a power below 0."""
-        number, powers = Fraction(1), Counter[int]()
-        pending = [(index, 1)]
-        while pending:
-            one, exponent = pending.pop()
-            kind, *operands = self._operations[one]
-            if kind == CONSTANT and operands[0]:
-                number *= meant(operands[0]) ** exponent
-            elif kind == CONSTANT:
-                number = Fraction(0)
-            elif kind == NEGATE:
-                number *= (-1) ** (exponent % 2)
-                pending.append((operands[0], exponent))
-            elif kind in {MULTIPLY, DIVIDE}:
-                second = exponent if kind == MULTIPLY else -exponent
-                pending += [(operands[0], exponent), (operands[1], second)]
-            elif kind == POWER:
-                pending.append((operands[0], exponent * operands[1]))
-            else:
-                powers[one] += exponent
-        return number, tuple(sorted((one, n) for one, n in powers.items() if n))
-
-
-def _times(powers: Powers, index: int, exponent: int) -> Powers:
-    """Return a product with one more factor."""
-    found = dict(powers)
-    found[index] = found.get(index, 0) + exponent
-    return tuple(sorted((one, n) for one, n in found.items() if n))
-
-
-def _without(powers: Powers, indices: Sequence[int]) -> Powers:
-    """Return a product divided by some factors."""
-    found = powers
-    for index in indices:
-        found = _times(found, index, -1)
-    return found
-
 
 def _is_semidefinite(form: Mapping[tuple[int, int], Fraction]) -> bool:
     """Return whether a quadratic form is never negative, by exact elimination."""
+    return all(pivot > 0 or (pivot == 0 and not any(row)) for pivot, *row in _pivots(form))
+
+
+def _is_definite(form: Mapping[tuple[int, int], Fraction]) -> bool:
+    """Return whether a quadratic form is zero only where all its variables are."""
+    return all(pivot > 0 for pivot, *_ in _pivots(form))
+
+
+def _pivots(form: Mapping[tuple[int, int], Fraction]) -> Iterator[list[Fraction]]:
+    """Yield the rows of the elimination of a form, each from its pivot on; zero ones are kept."""
     places = sorted({index for pair in form for index in pair})
     rows = [[form.get((i, j), form.get((j, i), Fraction(0))) for j in places] for i in places]
     while rows:
         pivot, *row = rows[0]
-        if pivot < 0 or (pivot == 0 and any(row)):
-            return False
+        yield rows[0]
         rows = [
             [entry - (row[i] * row[j] / pivot if pivot else 0) for j, entry in enumerate(rest)]
             for i, (_, *rest) in enumerate(rows[1:])
         ]
-    return True

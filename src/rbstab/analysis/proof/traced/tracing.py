@@ -1,24 +1,35 @@
-"""The statements of an element of a user, recorded: as operations on Θ, Ω and its parameters.
+"""The statements of an element of a user, recorded: as operations on a motion and its parameters.
 
 The code is called once, with numbers that record what it does with them. So what is proved holds
 for the formulas that it states then. The compiled equations of runs are recorded in the same way.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations
-from rbstab.analysis.proof.traced.program import THETA, Operation, Program, program_of
-from rbstab.elements.element import NO_STATE, Element
+from rbstab.analysis.proof.traced.program import (
+    LENGTH,
+    THETA,
+    Operation,
+    Program,
+    operations_of,
+    program_of,
+)
+from rbstab.elements.element import Element
 from rbstab.integrate.straight_line.number import CONSTANT, Trace, TracedNumber
+from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
 
-OMEGA = "omega"
+VELOCITY = "velocity"
+"""The kind of an entry of Ω, or of V as the entries 3 to 5."""
 
 TIME = "time"
 
@@ -28,36 +39,59 @@ ENTRY = "entry"
 Recorded = tuple[Trace, dict[int, Operation]]
 """The operations, and what stands for each input of them."""
 
+Triple = tuple[int, int, int]
+
 
 class NotRecordedError(Exception):
     """The code of an element did not run with recorded numbers."""
 
 
+class Loss(NamedTuple):
+    """The dissipated power as a formula.
+
+    Attributes:
+        operations: All operations.
+        result: The index of the dissipated power.
+        velocities: The indices of the entries of a velocity, in each frame in which it is computed.
+    """
+
+    operations: Sequence[Operation]
+    result: int
+    velocities: tuple[Triple, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class TracedStatements:
-    """The statements of an element about a body that is held, at any Θ and Ω.
+    """The statements of an element, at any state of the body and of the element.
 
     Args:
         trace: The operations.
         inputs: What stands for each input of the trace.
         stored: The index of the stored energy.
-        rates: The indices of the three entries of dΘ/dt.
+        rates: The index of the rate of each variable on which it may depend: of Θ and x.
         power: The index of the power of the wrench on the body, W.
         dissipated: The index of the dissipated power, W.
-        loss: The dissipated power as a formula of the entries of the motion: of Ω, V, A and so on.
+        loss: The dissipated power as a formula of the entries of the motion and of the own states,
+            each a variable of its own: of Ω, V, A and so on. Its velocity is Ω.
+        loss_without_turning: The same for Ω = 0; its velocity is V. None if the body is held.
+        own: The entries of x that are the own states of the element.
+        own_rates: Their rates while the body is at rest, as formulas of Θ and x.
     """
 
     trace: Trace
     inputs: dict[int, Operation]
     stored: int
-    rates: tuple[int, int, int]
+    rates: Mapping[Operation, int]
     power: int
     dissipated: int
-    loss: Program
+    loss: Loss
+    loss_without_turning: Loss | None
+    own: range
+    own_rates: tuple[Program, ...]
 
     @property
     def energy(self) -> Program:
-        """The stored energy as a formula of Θ."""
+        """The stored energy as a formula of Θ and x."""
         return program_of(self.trace, self.stored, self.inputs)
 
 
@@ -65,38 +99,69 @@ def traced_statements(at_rest: Configurations, element: Element) -> TracedStatem
     """Record the statements of an element.
 
     Args:
-        at_rest: The configurations of its system, in doubles; the body is held.
+        at_rest: The configurations of its system, in doubles.
         element: One of the elements of this system.
 
     Raises:
         NotRecordedError: Its code cannot be recorded.
     """
-    trace, inputs = Trace(), dict[int, Operation]()
-    place = at_rest.system.elements.index(element)
     try:
-        system = map_parameters(at_rest.system, partial(_parameters, (trace, inputs)))
-        own = system.elements[place]
-        Theta, Omega = (_variables((trace, inputs), kind, 3) for kind in (THETA, OMEGA))
-        (time,) = _variables((trace, inputs), TIME, 1)
-        motion = system.motion(np.concatenate([Theta, Omega]), time)
-        wrench = own.wrench(motion, NO_STATE)
-        # The contact point is held, so a force there has no power.
-        power = wrench.force @ motion.V + wrench.couple @ motion.Omega
-        stored, dissipated = own.stored(motion, NO_STATE), own.dissipated(motion, NO_STATE)
-        first, second, third = (trace.index_of(entry) for entry in motion.B @ motion.Omega)
-        found = (_index(trace, number) for number in (stored, power, dissipated))
-        at_stored, at_power, at_dissipated = found
-        loss = _loss(at_rest.system, element, motion)
+        return _statements(at_rest, element)
     except Exception as error:
         # An element of a user may raise anything.
         raise NotRecordedError(str(error) or type(error).__name__) from error
-    rates = (first, second, third)
-    return TracedStatements(trace, inputs, at_stored, rates, at_power, at_dissipated, loss)
 
 
-def _loss(system: System, element: Element, motion: Motion) -> Program:
-    """Return the dissipated power as a formula of the entries of a motion."""
+def own_entries(at_rest: Configurations, element: Element) -> range:
+    """Return the entries of x = [X, D], or of x = D, that are the own states of an element."""
+    begin = at_rest.pose_size - 3
+    for other in at_rest.system.elements:
+        if other is element:
+            break
+        begin += other.state_size
+    return range(begin, begin + element.state_size)
+
+
+def _statements(at_rest: Configurations, element: Element) -> TracedStatements:
     trace, inputs = recorded = Trace(), dict[int, Operation]()
+    place = at_rest.system.elements.index(element)
+    system = map_parameters(at_rest.system, partial(_parameters, recorded))
+    mine = system.elements[place]
+    Theta = _variables(recorded, THETA, 3)
+    x = _variables(recorded, LENGTH, at_rest.size - 3)
+    Omega, V = np.split(_variables(recorded, VELOCITY, at_rest.pose_size), [3])
+    entries = own_entries(at_rest, element)
+    X, own = x[: at_rest.pose_size - 3], x[entries.start : entries.stop]
+    (time,) = _variables(recorded, TIME, 1)
+    motion = system.motion(np.concatenate([Theta, Omega, X, V]), time)
+    wrench = mine.wrench(motion, own)
+    power = wrench.force @ motion.V + wrench.couple @ motion.Omega
+    if not at_rest.held:  # else a force there has no power
+        power = power + wrench.contact_force @ motion.F
+    rates = {(THETA, i): rate for i, rate in enumerate(motion.B @ motion.Omega)}
+    rates |= {(LENGTH, i): rate for i, rate in enumerate(V)}
+    own_rates = []
+    if entries:
+        rates |= {(LENGTH, i): r for i, r in zip(entries, mine.rates(motion, own), strict=True)}
+        still = system.motion(np.concatenate([Theta, ZERO, X, np.zeros(len(V))]), time)
+        own_rates = list(mine.rates(still, own))
+    return TracedStatements(
+        trace,
+        inputs,
+        _index(trace, mine.stored(motion, own)),
+        {variable: _index(trace, rate) for variable, rate in rates.items()},
+        _index(trace, power),
+        _index(trace, mine.dissipated(motion, own)),
+        _loss(at_rest.system, element, motion, own),
+        None if at_rest.held else _loss_without_turning(at_rest.system, element),
+        entries,
+        tuple(program_of(trace, _index(trace, rate), inputs) for rate in own_rates),
+    )
+
+
+def _loss(system: System, element: Element, motion: Motion, own: Array) -> Loss:
+    """Return the dissipated power as a formula of the entries of a motion and of own states."""
+    recorded = Trace(), dict[int, Operation]()
 
     def opaque(part: Array) -> Array:
         part = np.asarray(part, dtype=object)
@@ -109,9 +174,37 @@ def _loss(system: System, element: Element, motion: Motion) -> Program:
     del parts["time"]
     (time,) = _variables(recorded, TIME, 1)
     free = Motion(**{name: opaque(part) for name, part in parts.items()}, time=time)
+    dissipated = _alone(system, element, recorded).dissipated(free, opaque(own))
+    return _formula(recorded, dissipated, [free.Omega, free.A @ free.Omega])
+
+
+def _loss_without_turning(system: System, element: Element) -> Loss:
+    """Return the dissipated power of a body that moves but does not turn."""
+    recorded = Trace(), dict[int, Operation]()
+    Theta, V = _variables(recorded, THETA, 3), _variables(recorded, VELOCITY, 3)
+    X, own = _variables(recorded, LENGTH, 3), _variables(recorded, ENTRY, element.state_size)
+    (time,) = _variables(recorded, TIME, 1)
+    alone = map_parameters(replace(system, elements=(element,)), partial(_parameters, recorded))
+    motion = alone.motion(np.concatenate([Theta, ZERO, X, V]), time)
+    (mine,) = alone.elements
+    return _formula(recorded, mine.dissipated(motion, own), [V, motion.A.T @ V])
+
+
+def _alone(system: System, element: Element, recorded: Recorded) -> Element:
+    """Return an element with recorded parameters."""
     alone = replace(system, elements=(element,))
-    (own,) = map_parameters(alone, partial(_parameters, recorded)).elements
-    return program_of(trace, _index(trace, own.dissipated(free, NO_STATE)), inputs)
+    (found,) = map_parameters(alone, partial(_parameters, recorded)).elements
+    return found
+
+
+def _formula(recorded: Recorded, dissipated: object, velocities: Sequence[Array]) -> Loss:
+    trace, inputs = recorded
+    result = _index(trace, dissipated)
+    places = []
+    for velocity in velocities:
+        first, second, third = (_index(trace, entry) for entry in velocity)
+        places.append((first, second, third))
+    return Loss(operations_of(trace, inputs), result, tuple(places))
 
 
 def _parameters(recorded: Recorded, _: str, values: Array) -> Array:

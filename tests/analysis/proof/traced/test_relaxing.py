@@ -1,0 +1,127 @@
+"""Protects what is shown of own states of users: that they move down the energy, or nothing."""
+
+import numpy as np
+import pytest
+
+from rbstab.analysis.proof.polynomial import Ring
+from rbstab.analysis.proof.traced.polynomials import is_quadratic, normal, polynomial_of
+from rbstab.analysis.proof.traced.program import LENGTH, THETA, program_of
+from rbstab.analysis.proof.traced.relaxing import relaxes
+from rbstab.integrate.straight_line.number import Trace
+from rbstab.mechanics import numbers
+
+K = np.array([[3.0, 1.0, 0.0], [1.0, 2.0, 0.5], [0.0, 0.5, 4.0]])
+RING = Ring(3, 6)
+OWN = range(3, 6)
+
+
+def program(formula):
+    """Return a formula of Θ and x = [X, D]."""
+    trace, inputs = Trace(), {}
+    variables = []
+    for kind, count in ((THETA, 3), (LENGTH, 6)):
+        for place in range(count):
+            number = trace.input(varies=True)
+            inputs[number.index] = (kind, place)
+            variables.append(number)
+    q = np.array(variables, dtype=object)
+    result = formula(q[:3], q[3:6], q[6:])
+    return program_of(trace, trace.index_of(result), inputs)
+
+
+def energy(formula):
+    found = polynomial_of(program(formula), RING)
+    assert found is not None
+    return found
+
+
+def stored(Theta, X, D):
+    """½ (e - D)'K(e - D) + D'D with e = X + sin Θ."""
+    e = X + np.array([numbers.sin_of(angle) for angle in Theta])
+    return 0.5 * ((e - D) @ K @ (e - D)) + D @ D
+
+
+def slope(Theta, X, D):
+    """∂/∂D of it."""
+    e = X + np.array([numbers.sin_of(angle) for angle in Theta])
+    return -K @ (e - D) + 2.0 * D
+
+
+def found_with(M, of=slope, added=0.0):
+    W = energy(stored)
+    rates = [program(lambda *q, i=i: -(M @ of(*q))[i] + added) for i in range(3)]
+    return relaxes(W, OWN, rates)
+
+
+MOVES = {
+    "diagonal": np.diag([0.5, 1.0, 2.0]),
+    "symmetric": K,
+    "with a skew part": np.eye(3) + np.array([[0, 5.0, 0], [-5.0, 0, 1.0], [0, -1.0, 0]]),
+}
+
+DOES_NOT = {
+    "upward": -np.eye(3),
+    "indefinite": np.diag([1.0, -1.0, 1.0]),
+    "one is kept": np.diag([1.0, 0.0, 1.0]),
+}
+
+
+@pytest.mark.parametrize("name", MOVES)
+def test_own_states_that_move_down(name):
+    assert found_with(MOVES[name])
+
+
+@pytest.mark.parametrize("name", DOES_NOT)
+def test_own_states_that_do_not(name):
+    assert not found_with(DOES_NOT[name])
+
+
+def test_rates_of_another_energy():
+    def other(Theta, X, D):
+        return slope(Theta, X, D) + 0.001 * X
+
+    assert not found_with(np.eye(3), of=other)
+    assert not found_with(np.eye(3), added=0.001)
+
+
+def test_rates_that_are_no_polynomials_or_not_linear():
+    def cubic(Theta, X, D):
+        found = slope(Theta, X, D)
+        return found * found * found
+
+    def root(Theta, X, D):
+        found = slope(Theta, X, D)
+        return found / numbers.sqrt_of(1.0 + found @ found)
+
+    def turned(Theta, X, D):
+        return slope(Theta, X, D) * (2.0 + numbers.cos_of(Theta[0]))
+
+    for one in (cubic, root, turned):
+        assert not found_with(np.eye(3), of=one)
+
+
+def test_an_energy_that_does_not_depend_on_the_own_state():
+    rates = [program(lambda _, __, D, i=i: -D[i]) for i in range(3)]
+    assert not relaxes(energy(lambda _, X, __: X @ X), OWN, rates)
+
+
+def test_a_zero_over_what_varies_is_zero():
+    """As in the rate of a line at rest."""
+    rates = [
+        program(lambda *q, i=i: -slope(*q)[i] + 0.0 / numbers.exp_of(q[0][0])) for i in range(3)
+    ]
+    assert relaxes(energy(stored), OWN, rates)
+
+
+def test_squares_of_sines_cancel():
+    def turning(Theta, X, D):
+        sine, cosine = numbers.sin_of(Theta[0]), numbers.cos_of(Theta[0])
+        u, w = cosine * X[0] - sine * X[1], sine * X[0] + cosine * X[1]
+        return u * u + w * w + D @ D
+
+    W = energy(turning)
+    assert is_quadratic(W)
+    assert normal(W - energy(lambda _, X, D: X[0] * X[0] + X[1] * X[1] + D @ D)).is_zero
+    assert not is_quadratic(energy(lambda Theta, X, _: numbers.sin_of(Theta[0]) * X[0] * X[0]))
+    assert not is_quadratic(energy(lambda _, X, __: X[0] * X[1] * X[2]))
+    assert is_quadratic(energy(lambda Theta, X, _: numbers.sin_of(Theta[0]) * X[0] + Theta[1]))

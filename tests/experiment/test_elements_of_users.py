@@ -13,7 +13,7 @@ from rbstab.config.entries import entries_of
 from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of
 from rbstab.config.units import unit_of
-from rbstab.experiment.convergence.convergence import Enclose, Undecided
+from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.proof import prove
 from rbstab.experiment.robust.bodies import prove_within
@@ -170,27 +170,30 @@ def test_sensitivities_of_an_element_that_switches(folder):
     np.testing.assert_allclose(theirs.derivatives[rows], expected, rtol=1e-8, atol=1e-9)
 
 
-def test_nothing_is_proved_of_code_if_the_body_is_not_held(folder):
-    """Although this element is one for which rest states are proved, if it is ours."""
+def test_no_motion_under_code_is_enclosed(folder):
+    """Although its rest states are proved, with the region of this start."""
     (folder / "mine.py").write_text(TIE)
     config = load({"one": mine(**VALUES)}, controller=FREE)
     proof = prove(config)
-    assert not proof.states
-    assert proof.outcome == NoEnergyReason.USER_CODE.value
+    assert proof.proved
     problem = rbstab.config.build.problem_of(config)
     for enclose in (Enclose.UNTIL_PROVED, Enclose.TO_END):
         found = prove_convergence(config, problem, proof, enclose)
-        assert found.convergence.proved is None
-        assert found.convergence.reason is Undecided.USER_CODE
         assert found.samples is None
     within = prove_within(config, tolerances_of(config, ["body.mass=±1%"]))
     assert within.why == NoEnergyReason.CODE_OF_BODIES.value
+
+
+def test_a_proof_is_not_that_of_another_element(folder):
+    (folder / "mine.py").write_text(TIE)
+    stiffer = VALUES | {"K_c": [31, 20, 10]}
+    config = load({"one": mine(**stiffer)}, controller=FREE)
     ours = prove(load({"one": {"kind": "visco-elastic"} | VALUES}, controller=FREE))
     assert ours.proved
     (refused,) = [
         f for f in verify(ours, config).findings if f.claim == "energy" and not f.verified
     ]
-    assert NoEnergyReason.USER_CODE.value in refused.text
+    assert "is not that of the config" in refused.text
 
 
 def test_the_identity_of_a_proof_needs_no_code(folder):

@@ -11,7 +11,7 @@ from support.sliding_ties import tie
 
 import rbstab
 from rbstab.analysis.exact import decimal_balls, in_balls
-from rbstab.analysis.proof.ligaments import limits
+from rbstab.analysis.proof.searches import limits
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of

@@ -295,7 +295,8 @@ def test_what_is_not_in_proofs(folder):
     wrong = prove(load({"one": mine(k=3.0)}))
     assert wrong.outcome.startswith(NoEnergyReason.NOT_IN_PROOFS.value)
     assert "one: it is not shown that `wrench`" in wrong.outcome
-    assert not wrong.states
+    assert not any(state.proved for state in wrong.states)
+    assert wrong.claims_nothing
     (folder / "mine.py").write_text(SPRING)
     pushed = {"kind": "input", "quantity": "couple", "direction": [1, 0, 0], "amplitude": 1}
     pushed["signal"] = {"kind": "constant"}

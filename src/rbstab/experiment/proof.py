@@ -27,7 +27,7 @@ from rbstab.integrate.problem import Problem
 from rbstab.systems.system import System
 
 if TYPE_CHECKING:
-    from rbstab.analysis.proof.reduced_energy import ExactSystem
+    from rbstab.analysis.proof.reduced_energy import ExactSystem, NoReducedEnergy
     from rbstab.analysis.proof.rest_states import RestStates
 
 
@@ -64,10 +64,10 @@ def prove(
     """
     # Imported late: a run usually reads a stored proof and makes none.
     from rbstab.analysis.proof.branch_and_bound import BOX_LIMIT, SearchOutcome
-    from rbstab.analysis.proof.ligaments.limits import box_limit
-    from rbstab.analysis.proof.lines.searched import searched_rest_states
     from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
     from rbstab.analysis.proof.rest_states import rest_states
+    from rbstab.analysis.proof.searches.limits import box_limit
+    from rbstab.analysis.proof.searches.rest_states import searched_rest_states
     from rbstab.analysis.proof.unwrapped import unwrapped_rest_states
 
     start_time = time.perf_counter()
@@ -99,7 +99,7 @@ def prove(
             found, unwrapped = regions_of(rest), None if wide is None else regions_of(wide)
     except NoReducedEnergy as error:
         if error.reason is not NoEnergyReason.FREE_LINES:
-            return no_proof(identity, str(error), seconds())
+            return _no_energy(identity, system, error, start_time)
         if search_only:
             return searched_record(identity, searched_rest_states(system), seconds())
         return _tied_proof(identity, system, exact_system, start_time, brief=brief)
@@ -131,10 +131,22 @@ def _tied_proof(
         if rest.outcome is not SearchOutcome.BOX_LIMIT:
             wide = unwrapped_tied_states(energy, total=left)
     except NoReducedEnergy as error:
-        return no_proof(identity, str(error), time.perf_counter() - start_time)
+        return _no_energy(identity, system, error, start_time)
     ended_early = brief and (rest.stopped or (wide is not None and wide.stopped))
     record = tied_record(identity, rest, wide, time.perf_counter() - start_time)
     return record.model_copy(update={"brief": True}) if ended_early else record
+
+
+def _no_energy(identity: str, system: System, error: "NoReducedEnergy", start_time: float) -> Proof:
+    """Return the rest states that a search finds, and why nothing is proved of them."""
+    from rbstab.analysis.proof.guards.separate import has_switching_guards
+    from rbstab.analysis.proof.reduced_energy import SEARCHED_INSTEAD
+    from rbstab.analysis.proof.searches.rest_states import searched_rest_states
+
+    searched = error.reason in SEARCHED_INSTEAD and not has_switching_guards(system)
+    states = searched_rest_states(system) if searched else []
+    seconds = time.perf_counter() - start_time
+    return searched_record(identity, states, seconds, outcome=str(error))
 
 
 def _no_search(config: Config) -> str | None:

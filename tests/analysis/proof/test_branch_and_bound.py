@@ -14,7 +14,7 @@ from rbstab.analysis.configuration import configurations
 from rbstab.analysis.proof.boxes import RANGE_END, box_around, hulls
 from rbstab.analysis.proof.branch_and_bound import MIN_RADIUS, SearchOutcome, prove
 from rbstab.analysis.proof.reduced_energy import reduced_energy
-from rbstab.analysis.proof.search import search
+from rbstab.analysis.proof.searches.zeros import search
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.analysis.proof.zero import isolated_zero
 

@@ -120,10 +120,14 @@ def test_right_elements_of_users(name):
     assert name in NOTES or note == "proofs take it into account"
 
 
-HELD = "proofs take it into account only if the contact point is held: else, "
+HELD = "proofs take it into account only if the contact point is held; else: "
+
+NOT_QUADRATIC = f"{HELD}it is not shown that its energy is a quadratic function of X"
 
 NOTES = {
     "ligament": "no proof takes it into account: it has switches",
+    "template": NOT_QUADRATIC,
+    "exponential": NOT_QUADRATIC,
     "one own state": f"{HELD}it is not shown that `wrench` and `dissipated` have values",
 }
 

@@ -88,6 +88,21 @@ class NoEnergyReason(Enum):
     )
 
 
+SEARCHED_INSTEAD = frozenset(
+    {
+        NoEnergyReason.USER_CODE,
+        NoEnergyReason.NOT_IN_PROOFS,
+        NoEnergyReason.NOT_QUADRATIC,
+        NoEnergyReason.NOT_TRIGONOMETRIC,
+        NoEnergyReason.NO_LENGTH,
+        NoEnergyReason.SPRINGS_AND_LIGAMENTS,
+        NoEnergyReason.SPRINGS_AND_OUTER_BARRIER,
+        NoEnergyReason.SPRINGS_AND_FORMULAS,
+    }
+)
+"""The reasons for which nothing is proved of rest states that can be looked for."""
+
+
 ExactSystem = Callable[[Callable[[Array], Array]], System]
 """A function that builds a system in a kind of number, given the conversion of its doubles."""
 

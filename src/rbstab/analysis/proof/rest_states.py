@@ -17,7 +17,7 @@ from rbstab.analysis.proof.reduced_energy import (
     ReducedEnergy,
     reduced_energy,
 )
-from rbstab.analysis.proof.search import search
+from rbstab.analysis.proof.searches.zeros import search
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.analysis.rest_state import RestState, held_at_kink, rest_state_at
 from rbstab.mechanics.numbers import Array

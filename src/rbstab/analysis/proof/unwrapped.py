@@ -12,7 +12,7 @@ import numpy as np
 from rbstab.analysis.proof.boxes import PI, RANGE_END
 from rbstab.analysis.proof.lines.slopes import steepest_periodic
 from rbstab.analysis.proof.rest_states import RestStates, end_of_rest_states, proved_rest_states
-from rbstab.analysis.proof.search import search
+from rbstab.analysis.proof.searches.zeros import search
 from rbstab.analysis.proof.trigonometric import ROUND_OFF, TrigonometricForm
 from rbstab.mechanics.numbers import Array
 

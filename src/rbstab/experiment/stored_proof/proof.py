@@ -219,8 +219,9 @@ class Proof(ProvedStates):
 
     @property
     def claims_nothing(self) -> bool:
-        """Whether it only says why there is no proof."""
-        return not self.has_energy and not self.states
+        """Whether it only says why there is no proof, and which rest states a search found."""
+        nothing = not self.proved and not any(state.proved for state in self.states)
+        return nothing and not self.has_energy and self.region is None
 
     @property
     def has_energy(self) -> bool:

@@ -16,13 +16,22 @@ from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
     from rbstab.analysis.proof.certified_region import CertifiedRegion
-    from rbstab.analysis.proof.lines.searched import SearchedState
     from rbstab.analysis.proof.regions.minimum_regions import MinimumRegion
     from rbstab.analysis.proof.rest_states import RestStates
+    from rbstab.analysis.proof.searches.rest_states import SearchedState
 
 
-def searched_record(identity: str, states: "list[SearchedState]", seconds: float) -> Proof:
-    """Return the record of rest states that were looked for, where no energy of Θ alone exists."""
+def searched_record(
+    identity: str, states: "list[SearchedState]", seconds: float, outcome: str | None = None
+) -> Proof:
+    """Return the record of rest states that were looked for, where no energy of Θ alone exists.
+
+    Args:
+        identity: The id.
+        states: The rest states.
+        seconds: The time that it took.
+        outcome: Why nothing is proved of them; by default, that nothing was to be proved.
+    """
     from rbstab.analysis.proof.boxes import box_around
     from rbstab.analysis.proof.branch_and_bound import SearchOutcome
     from rbstab.analysis.proof.rest_states import RestPoint
@@ -37,7 +46,7 @@ def searched_record(identity: str, states: "list[SearchedState]", seconds: float
         )
         for one in states
     ]
-    nothing = no_proof(identity, SearchOutcome.SEARCHED.value, seconds)
+    nothing = no_proof(identity, outcome or SearchOutcome.SEARCHED.value, seconds)
     return nothing.model_copy(update={"states": tuple(state_of(point) for point in points)})
 
 

@@ -22,7 +22,7 @@ from rbstab.analysis.proof.guards.kinks import (
     newton_at_kink,
 )
 from rbstab.analysis.proof.guards.soft import SoftEnergy
-from rbstab.analysis.proof.search import search
+from rbstab.analysis.proof.searches.zeros import search
 
 CENTRE = np.array([0.3, 0.7, -0.2])
 

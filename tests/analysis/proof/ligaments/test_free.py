@@ -17,10 +17,10 @@ from rbstab.analysis.proof.branch_and_bound import SearchOutcome
 from rbstab.analysis.proof.certified_region import certified_region
 from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.ligaments import free_bounds
-from rbstab.analysis.proof.ligaments.limits import BRIEF_BOX_LIMIT, box_limit
 from rbstab.analysis.proof.lines.intervals import Intervals, exact
 from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy, reduced_energy
 from rbstab.analysis.proof.rest_states import rest_states
+from rbstab.analysis.proof.searches.limits import BRIEF_BOX_LIMIT, box_limit
 from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
 
 seeds = st.integers(0, 2**32)

@@ -10,7 +10,7 @@ from rbstab.analysis.proof.reduced_energy import reduced_energy
 from rbstab.analysis.proof.robust.convexity import convex_on, curvature_at, isolated_minimum
 from rbstab.analysis.proof.robust.directions import FamilyTests
 from rbstab.analysis.proof.robust.energies import energies_of
-from rbstab.analysis.proof.search import search
+from rbstab.analysis.proof.searches.zeros import search
 
 HEAVY = [0.0, 1.0, -9.81]
 

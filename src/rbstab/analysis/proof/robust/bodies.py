@@ -15,7 +15,7 @@ from rbstab.analysis.proof.robust.counterexample import Counterexample, countere
 from rbstab.analysis.proof.robust.energies import Energies, energies_of, relevant
 from rbstab.analysis.proof.robust.numbers import Members, Part
 from rbstab.analysis.proof.robust.part import PartProof, most_disturbing, prove_part
-from rbstab.analysis.proof.search import search
+from rbstab.analysis.proof.searches.zeros import search
 from rbstab.mechanics.numbers import Array
 
 PART_LIMIT = 32

@@ -28,8 +28,8 @@ from rbstab.integrate.straight_line.number import POWER
 from rbstab.systems.system import System
 
 NOT_QUADRATIC = (
-    "its energy is not shown to be a quadratic function of {}, with constant coefficients of the "
-    "squares, whose other coefficients are polynomials of sines and cosines of Θ"
+    "it is not shown that its energy is a quadratic function of {}, with constant second "
+    "derivatives"
 )
 
 NOT_RELAXING = (

@@ -8,7 +8,7 @@ from support.rest import SADDLES, inverted_pendulum, paper_system
 
 from rbstab.analysis.proof.boxes import RANGE_END
 from rbstab.analysis.proof.reduced_energy import reduced_energy
-from rbstab.analysis.proof.search import search
+from rbstab.analysis.proof.searches.zeros import search
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 
 

@@ -1,22 +1,39 @@
-"""Rest states of a body with springs that is not held: by search alone, with no proof.
+"""Rest states by search alone, for an energy that is in no proof, or is not proved yet.
 
-The length of a spring depends on X then, so X does not leave the energy, and no form of Θ is left.
+The search needs nothing but values of the stored energy, so it takes any element. It finds no rest
+state that is held where a force jumps, or by a stop.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from rbstab.analysis.configuration import ORIENTATION, POSITION, Configurations, configurations
+from rbstab.analysis.configuration import (
+    ORIENTATION,
+    POSITION,
+    Configurations,
+    as_at_rest,
+    configurations,
+)
 from rbstab.analysis.proof.boxes import RANGE_END
-from rbstab.analysis.rest_state import RestState, numerical_hessian, rest_state_at
+from rbstab.analysis.rest_state import (
+    RestState,
+    gradient_tolerance,
+    largest_load,
+    numerical_hessian,
+    rest_state_at,
+)
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.modes import with_modes_at
 from rbstab.systems.system import System
 
 STARTS = 60
 
 MERGE_DISTANCE = 3e-4
 """rad and m: configurations closer than this count as one."""
+
+UNBALANCED = 1e-6
+"""The largest acceleration of a body at rest, relative to that under the largest load alone."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,15 +54,16 @@ def searched_rest_states(system: System, seed: int = 0) -> list[SearchedState]:
     """Return the rest states that a root search finds from many attitudes, lowest energy first.
 
     Args:
-        system: The system; its contact point is not held.
+        system: The system.
         seed: Seed of the random starts; Θ = 0 is added.
     """
-    at_rest = configurations(system)
+    at_rest = configurations(as_at_rest(system))
     found: list[Array] = []
     for Theta in [np.zeros(3), *_random_attitudes(seed)]:
         q = _root(at_rest, _at_attitude(at_rest, Theta))
-        known = q is None or any(np.abs(q - other).max() < MERGE_DISTANCE for other in found)
-        if q is not None and not known:
+        if q is None or not _is_balanced(at_rest, q):
+            continue
+        if all(np.abs(q - other).max() >= MERGE_DISTANCE for other in found):
             found.append(q)
     states = [SearchedState(rest_state_at(at_rest, q), _index(at_rest, q)) for q in found]
     return sorted(states, key=lambda one: one.state.energy)
@@ -59,6 +77,8 @@ def _at_attitude(at_rest: Configurations, Theta: Array) -> Array:
     """Return the unloaded configuration, turned about the contact point."""
     q = at_rest.unloaded
     q[ORIENTATION] = Theta
+    if at_rest.held:
+        return q
     contact_point = at_rest.system.body.contact_point
     q[POSITION] += contact_point - at_rest.motion(q).A @ contact_point
     return q
@@ -79,6 +99,18 @@ def _root(at_rest: Configurations, start: Array) -> Array | None:
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
         return None
     return q if np.all(np.isfinite(q)) and rest_state_at(at_rest, q).found else None
+
+
+def _is_balanced(at_rest: Configurations, q: Array) -> bool:
+    """Return whether the equations of motion leave the body at rest in a configuration.
+
+    The energy that code of a user states need not be that of its force.
+    """
+    system, y = at_rest.system, at_rest.state(q)
+    acceleration = np.abs(with_modes_at(system, y).rates(y)).max()
+    inertia = min(float(system.body.mass), float(np.linalg.eigvalsh(system.body.inertia).min()))
+    load = largest_load(at_rest, q)
+    return bool(acceleration <= UNBALANCED * max(load, gradient_tolerance(load)) / inertia)
 
 
 def _index(at_rest: Configurations, q: Array) -> int:

@@ -1,0 +1,1 @@
+"""Searches for rest states, by themselves and as the start of proofs."""

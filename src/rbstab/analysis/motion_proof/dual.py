@@ -5,6 +5,7 @@ time). The equations accept duals like floats, so they give derivatives of balls
 Numbers that are not duals are exact doubles; 0.0 and 1.0 among them are not multiplied.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -77,8 +78,7 @@ class Dual:
             ZeroDivisionError: The value may be zero.
         """
         inverse = 1 / self.value
-        factor = -(inverse * inverse) if self.slopes else None
-        return Dual(inverse, {index: slope * factor for index, slope in self.slopes.items()})
+        return self._through(inverse, lambda: -(inverse * inverse))
 
     def __truediv__(self, other: Any) -> Any:
         if isinstance(other, np.ndarray):
@@ -100,13 +100,51 @@ class Dual:
         return self._both()[1]
 
     def sqrt(self) -> "Dual":
-        """Return the square root; it is no number where the value may be zero, or no root smooth.
+        """Return the square root; it is no number where that may not be smooth.
 
         A complex ball must not touch the branch cut, as the root is not analytic there.
         """
         root = _root(self.value)
-        factor = 1 / (2 * root) if self.slopes else None
-        return Dual(root, {index: slope * factor for index, slope in self.slopes.items()})
+        return self._through(root, lambda: 1 / (2 * root))
+
+    def exp(self) -> "Dual":
+        """Return the exponential."""
+        value = self.value.exp()
+        return self._through(value, lambda: value)
+
+    def log(self) -> "Dual":
+        """Return the logarithm; it is no number where that may not be smooth."""
+        return self._through(_logarithm(self.value), lambda: 1 / self.value)
+
+    def tan(self) -> "Dual":
+        """Return the tangent."""
+        sine, cosine = self._both()
+        return sine * cosine.inverse()
+
+    def atan(self) -> "Dual":
+        """Return the inverse tangent; it is no number where it may not be smooth."""
+        square = 1 + self.value * self.value
+        value = self.value.atan() + 0 * _root(square)
+        return self._through(value, lambda: 1 / square)
+
+    def sinh(self) -> "Dual":
+        """Return the hyperbolic sine."""
+        up, down = self.exp(), (-self).exp()
+        return (up - down) * 0.5
+
+    def cosh(self) -> "Dual":
+        """Return the hyperbolic cosine."""
+        up, down = self.exp(), (-self).exp()
+        return (up + down) * 0.5
+
+    def tanh(self) -> "Dual":
+        """Return the hyperbolic tangent."""
+        return 1.0 - ((self * 2.0).exp() + 1.0).inverse() * 2.0
+
+    def _through(self, value: Value, slope: Callable[[], Value]) -> "Dual":
+        """Return g(x), from g and its slope at x."""
+        factor = slope() if self.slopes else None
+        return Dual(value, {index: one * factor for index, one in self.slopes.items()})
 
     def _both(self) -> "tuple[Dual, Dual]":
         if self._sine_and_cosine is None:
@@ -122,6 +160,12 @@ def _root(value: Value) -> Value:
     from flint import acb  # imported late, as in `_exact`
 
     return value.sqrt(analytic=True) if isinstance(value, acb) else value.sqrt()
+
+
+def _logarithm(value: Value) -> Value:
+    from flint import acb
+
+    return value.log(analytic=True) if isinstance(value, acb) else value.log()
 
 
 def _sum(first: Slopes, second: Slopes) -> Slopes:

@@ -76,12 +76,16 @@ def _ended(proof: "Proof") -> str:
 def not_enclosed(problem: Problem) -> Convergence | None:
     """Return a convergence that is not decided because no motion can be enclosed, or None.
 
-    Either an input supplies power, or the equations are not smooth, or an element is code of a
-    user.
+    Either an input supplies power, or the equations are not smooth, or the code of a user has no
+    formulas.
     """
     if any(element.from_user for element in problem.system.elements):
-        why = "an element is code of a user, and no motion under such code is enclosed"
-        return Convergence(None, why=why, reason=Undecided.USER_CODE)
+        from rbstab.analysis.proof.traced.recorded import why_not_recorded
+
+        why_not = why_not_recorded(problem.system)
+        if why_not is not None:
+            why = f"{why_not}, and only motions under smooth formulas can be enclosed"
+            return Convergence(None, why=why, reason=Undecided.USER_CODE)
     if problem.system.supplies:
         why = "an input supplies power, so v may rise"
         return Convergence(None, why=why, reason=Undecided.INPUT)
@@ -106,7 +110,7 @@ def nothing_proved(problem: Problem) -> Convergence | None:
     """
     found = not_enclosed(problem)
     if found is not None and found.reason is Undecided.USER_CODE:
-        return None
+        return None  # the proof of the rest states says why there is none
     switching = [element for element in problem.system.elements if element.mode_count]
     if all(isinstance(element, IN_PROOFS) for element in switching):
         return None if found is not None and found.reason is Undecided.SWITCHES else found

@@ -22,6 +22,7 @@ from rbstab.analysis.motion_proof.sets.set_motion import (
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
+from rbstab.config.user_code.permission import has_code
 from rbstab.elements.spring import Spring
 from rbstab.experiment.convergence.convergence import Convergence, Undecided
 from rbstab.experiment.convergence.decisions import convergence_in, refusal
@@ -42,6 +43,10 @@ MAX_PARTS = 64
 """The most parts into which the starts are divided: a limit that is the same on every machine."""
 
 SPRINGS = "sets of starts are not followed with a spring: a length is a square root"
+
+FUNCTIONS_OF_USERS = (
+    "sets of starts are not followed with code of a user that has other functions than sin and cos"
+)
 
 Progress = Callable[[float, int], None]
 """Called with the fraction of the starts that is proved, and the number of parts to be followed."""
@@ -100,6 +105,8 @@ def prove_starts(  # noqa: PLR0913 (options by name)
     refused = refusal(problem, proof)
     if refused is None and any(isinstance(one, Spring) for one in problem.system.elements):
         refused = Convergence(None, why=SPRINGS, reason=Undecided.NO_REGION)
+    if refused is None and not _has_equations(config):
+        refused = Convergence(None, why=FUNCTIONS_OF_USERS, reason=Undecided.USER_CODE)
     parts: list[ProvedPart] = []
     examined, steps, given_up = 0, 0, 0
     waiting, why = ([], refused.why) if refused is not None else _all_starts(config, tolerances)
@@ -133,6 +140,16 @@ def prove_starts(  # noqa: PLR0913 (options by name)
         why=why,
         seconds=time.perf_counter() - begin,
     )
+
+
+def _has_equations(config: Config) -> bool:
+    """Return whether elements of users have no other functions than sines and cosines."""
+    if not has_code(config):
+        return True
+    with proof_precision(), suppress(AttributeError):
+        equations_of(partial(enclosed_system, config))
+        return True
+    return False
 
 
 def _all_starts(config: Config, tolerances: Sequence[Tolerance]) -> tuple[list[Part], str]:

@@ -53,6 +53,7 @@ def _of_sums(matrix):
 NEVER |= {
     "definite, of sums": _of_sums(DEFINITE),
     "semidefinite, of sums": _of_sums(SEMIDEFINITE),
+    "x tanh x, of sums": lambda v: (v + TURN @ v) @ numbers.tanh(3.0 * (v + TURN @ v)),
     "of a sum that is a term": lambda v: (v[0] + v[1]) * (v[0] + v[1] + v[2]) + 2.0 * v[2] * v[2],
 }
 

@@ -137,7 +137,7 @@ def part_of(operations: Sequence[Operation], result: int) -> Program:
 def needed_by(operations: Sequence[Operation], results: Collection[int]) -> list[int]:
     """Return the indices of the operations that some results need, in their order."""
     needed = set(results)
-    for index in range(max(results), -1, -1):
+    for index in range(max(results, default=-1), -1, -1):
         if index in needed:
             needed.update(indices_of(operations[index]))
     return sorted(needed)

@@ -5,7 +5,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from rbstab.analysis.proof.traced.program import THETA, Operation
-from rbstab.analysis.proof.traced.terms import NO_SUMS, Powers, Term, Terms, times, without
+from rbstab.analysis.proof.traced.terms import (
+    AS_ARGUMENT,
+    NO_SUMS,
+    Powers,
+    Term,
+    Terms,
+    times,
+    without,
+)
 from rbstab.integrate.straight_line.number import (
     ADD,
     CONSTANT,
@@ -21,9 +29,6 @@ MOST_TERMS = 10_000
 """The most terms of a sum; a formula with more of them is not shown to be anything."""
 
 POSITIVE = frozenset({"exp", "cosh", "sqrt"})
-
-AS_ARGUMENT = frozenset({"sinh", "tanh", "atan"})
-"""Functions that have the sign of their argument."""
 
 _Form = dict[tuple[int, int], Fraction]
 """A quadratic form: its entries m_ij, with m_ij for i < j alone."""

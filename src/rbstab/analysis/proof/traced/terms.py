@@ -20,6 +20,9 @@ from rbstab.integrate.straight_line.number import (
 MOST_DENOMINATOR = 1000
 """A constant of the code that is the double nearest to such a fraction means it: 1/3."""
 
+AS_ARGUMENT = frozenset({"sinh", "tanh", "atan"})
+"""Functions that have the sign of their argument."""
+
 NO_SUMS = frozenset[int]()
 
 Powers = tuple[tuple[int, int], ...]
@@ -56,12 +59,17 @@ class Terms:
 
     @cached_property
     def variables(self) -> frozenset[int]:
-        """The sums x_j that are variables of a form, as they occur in (Σ m_ij x_i) x_j."""
-        products = (operands for kind, *operands in self._operations if kind == MULTIPLY)
-        pairs = [pair for one, two in products for pair in ((one, two), (two, one))]
-        return frozenset(
-            one for one, other in pairs if self.is_sum(one) and one in self._inner_sums(other)
-        )
+        """The sums x that are not to be expanded: as in (Σ m_ij x_i) x_j, or x tanh(x)."""
+        return frozenset(one for one in self._variables() if self.is_sum(one))
+
+    def _variables(self) -> Iterator[int]:
+        for kind, *operands in self._operations:
+            if kind == MULTIPLY:
+                for one, other in (operands, operands[::-1]):
+                    if self.is_sum(one) and one in self._inner_sums(other):
+                        yield one
+            elif kind in AS_ARGUMENT:
+                yield from (factor for factor, _ in self.product(operands[0])[1])
 
     def _inner_sums(self, index: int) -> set[int]:
         """Return the sums that are terms of a sum, or factors of its terms."""

@@ -7,6 +7,7 @@ for the formulas that it states then. The compiled equations of runs are recorde
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import count
 from typing import NamedTuple
 
 import numpy as np
@@ -122,60 +123,87 @@ def own_entries(at_rest: Configurations, element: Element) -> range:
     return range(begin, begin + element.state_size)
 
 
+def traced_motion(
+    at_rest: Configurations, element: Element, recorded: Recorded
+) -> tuple[System, Motion, Array]:
+    """Return a system with recorded parameters, any motion of it, and the own states of an element.
+
+    Args:
+        at_rest: The configurations of the system, in doubles.
+        element: The element.
+        recorded: The trace, to which they are added.
+    """
+    system = map_parameters(at_rest.system, partial(_parameters, recorded))
+    Theta, x = _variables(recorded, THETA, 3), _variables(recorded, LENGTH, at_rest.size - 3)
+    Omega, V = np.split(_variables(recorded, VELOCITY, at_rest.pose_size), [3])
+    (time,) = _variables(recorded, TIME, 1)
+    motion = system.motion(np.concatenate([Theta, Omega, x[: len(V)], V]), time)
+    entries = own_entries(at_rest, element)
+    return system, motion, x[entries.start : entries.stop]
+
+
 def _statements(at_rest: Configurations, element: Element) -> TracedStatements:
     trace, inputs = recorded = Trace(), dict[int, Operation]()
-    place = at_rest.system.elements.index(element)
-    system = map_parameters(at_rest.system, partial(_parameters, recorded))
-    mine = system.elements[place]
-    Theta = _variables(recorded, THETA, 3)
-    x = _variables(recorded, LENGTH, at_rest.size - 3)
-    Omega, V = np.split(_variables(recorded, VELOCITY, at_rest.pose_size), [3])
-    entries = own_entries(at_rest, element)
-    X, own = x[: at_rest.pose_size - 3], x[entries.start : entries.stop]
-    (time,) = _variables(recorded, TIME, 1)
-    motion = system.motion(np.concatenate([Theta, Omega, X, V]), time)
+    system, motion, own = traced_motion(at_rest, element, recorded)
+    mine = system.elements[at_rest.system.elements.index(element)]
     wrench = mine.wrench(motion, own)
     power = wrench.force @ motion.V + wrench.couple @ motion.Omega
-    if not at_rest.held:  # else a force there has no power
-        power = power + wrench.contact_force @ motion.F
     rates = {(THETA, i): rate for i, rate in enumerate(motion.B @ motion.Omega)}
-    rates |= {(LENGTH, i): rate for i, rate in enumerate(V)}
-    own_rates = []
+    still = [motion.Theta, ZERO]
+    if not at_rest.held:  # else a force at the contact point has no power
+        power = power + wrench.contact_force @ motion.F
+        rates |= {(LENGTH, i): rate for i, rate in enumerate(motion.V)}
+        still += [motion.X, ZERO]
+    entries, own_rates = own_entries(at_rest, element), []
     if entries:
         rates |= {(LENGTH, i): r for i, r in zip(entries, mine.rates(motion, own), strict=True)}
-        still = system.motion(np.concatenate([Theta, ZERO, X, np.zeros(len(V))]), time)
-        own_rates = list(mine.rates(still, own))
+        own_rates = list(mine.rates(system.motion(np.concatenate(still), motion.time), own))
     return TracedStatements(
         trace,
         inputs,
-        _index(trace, mine.stored(motion, own)),
-        {variable: _index(trace, rate) for variable, rate in rates.items()},
-        _index(trace, power),
-        _index(trace, mine.dissipated(motion, own)),
+        index_in(trace, mine.stored(motion, own)),
+        {variable: index_in(trace, rate) for variable, rate in rates.items()},
+        index_in(trace, power),
+        index_in(trace, mine.dissipated(motion, own)),
         _loss(at_rest.system, element, motion, own),
         None if at_rest.held else _loss_without_turning(at_rest.system, element),
         entries,
-        tuple(program_of(trace, _index(trace, rate), inputs) for rate in own_rates),
+        tuple(program_of(trace, index_in(trace, rate), inputs) for rate in own_rates),
     )
 
 
 def _loss(system: System, element: Element, motion: Motion, own: Array) -> Loss:
     """Return the dissipated power as a formula of the entries of a motion and of own states."""
     recorded = Trace(), dict[int, Operation]()
+    free, states = free_motion(recorded, motion, own)
+    dissipated = with_recorded_parameters(system, element, recorded).dissipated(free, states)
+    return _formula(recorded, dissipated, [free.Omega, free.A @ free.Omega])
+
+
+def free_motion(recorded: Recorded, motion: Motion, own: Array) -> tuple[Motion, Array]:
+    """Return a motion and own states whose entries are variables: see `entries_of`.
+
+    A number that is known, such as that of E = 0, stays what it is.
+    """
+    places = count()
 
     def opaque(part: Array) -> Array:
-        part = np.asarray(part, dtype=object)
-        # A number that is known, such as that of E = 0, stays what it is.
-        known = [not isinstance(entry, TracedNumber) for entry in part.ravel()]
-        variables = _variables(recorded, ENTRY, part.size)
-        return np.where(known, part.ravel(), variables).reshape(part.shape)
+        found = np.array(part, dtype=object)
+        for index, place in zip(np.ndindex(found.shape), places, strict=False):
+            if isinstance(found[index], TracedNumber):
+                (found[index],) = _variables(recorded, ENTRY, 1, place)
+        return found
 
-    parts = motion._asdict()
-    del parts["time"]
     (time,) = _variables(recorded, TIME, 1)
-    free = Motion(**{name: opaque(part) for name, part in parts.items()}, time=time)
-    dissipated = _alone(system, element, recorded).dissipated(free, opaque(own))
-    return _formula(recorded, dissipated, [free.Omega, free.A @ free.Omega])
+    names = [name for name in Motion._fields if name != "time"]
+    parts = {name: opaque(getattr(motion, name)) for name in names}
+    return Motion(**parts, time=time), opaque(own)
+
+
+def entries_of(motion: Motion, own: Array) -> Array:
+    """Return the entries of a motion, without its time, and of own states, one after the other."""
+    *parts, _ = motion
+    return np.concatenate([np.asarray(part).ravel() for part in (*parts, own)])
 
 
 def _loss_without_turning(system: System, element: Element) -> Loss:
@@ -184,25 +212,25 @@ def _loss_without_turning(system: System, element: Element) -> Loss:
     Theta, V = _variables(recorded, THETA, 3), _variables(recorded, VELOCITY, 3)
     X, own = _variables(recorded, LENGTH, 3), _variables(recorded, ENTRY, element.state_size)
     (time,) = _variables(recorded, TIME, 1)
-    alone = map_parameters(replace(system, elements=(element,)), partial(_parameters, recorded))
-    motion = alone.motion(np.concatenate([Theta, ZERO, X, V]), time)
-    (mine,) = alone.elements
+    single = map_parameters(replace(system, elements=(element,)), partial(_parameters, recorded))
+    motion = single.motion(np.concatenate([Theta, ZERO, X, V]), time)
+    (mine,) = single.elements
     return _formula(recorded, mine.dissipated(motion, own), [V, motion.A.T @ V])
 
 
-def _alone(system: System, element: Element, recorded: Recorded) -> Element:
+def with_recorded_parameters(system: System, element: Element, recorded: Recorded) -> Element:
     """Return an element with recorded parameters."""
-    alone = replace(system, elements=(element,))
-    (found,) = map_parameters(alone, partial(_parameters, recorded)).elements
+    single = replace(system, elements=(element,))
+    (found,) = map_parameters(single, partial(_parameters, recorded)).elements
     return found
 
 
 def _formula(recorded: Recorded, dissipated: object, velocities: Sequence[Array]) -> Loss:
     trace, inputs = recorded
-    result = _index(trace, dissipated)
+    result = index_in(trace, dissipated)
     places = []
     for velocity in velocities:
-        first, second, third = (_index(trace, entry) for entry in velocity)
+        first, second, third = (index_in(trace, entry) for entry in velocity)
         places.append((first, second, third))
     return Loss(operations_of(trace, inputs), result, tuple(places))
 
@@ -219,16 +247,16 @@ def _parameters(recorded: Recorded, _: str, values: Array) -> Array:
     return entries.reshape(values.shape)
 
 
-def _variables(recorded: Recorded, kind: str, count: int) -> Array:
-    """Return variables as inputs of a trace."""
+def _variables(recorded: Recorded, kind: str, size: int, first: int = 0) -> Array:
+    """Return variables as inputs of a trace, numbered from `first` on."""
     trace, inputs = recorded
-    numbers = np.empty(count, dtype=object)
-    for place in range(count):
+    numbers = np.empty(size, dtype=object)
+    for place in range(size):
         numbers[place] = number = trace.input(varies=True)
-        inputs[number.index] = (kind, place)
+        inputs[number.index] = (kind, first + place)
     return numbers
 
 
-def _index(trace: Trace, number: object) -> int:
+def index_in(trace: Trace, number: object) -> int:
     """Return the index of a number, which may be the entry of an array of shape ()."""
     return trace.index_of(number.item() if isinstance(number, np.ndarray) else number)

@@ -1,5 +1,6 @@
 """Duals carry values and first derivatives of balls and series, and lose no error on the way."""
 
+import mpmath
 import numpy as np
 import pytest
 from flint import acb, arb, arb_series, ctx
@@ -9,6 +10,7 @@ from rbstab.analysis.motion_proof.dual import Dual, decimal_duals, objects
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
 from rbstab.mechanics.derivatives import jacobian
+from rbstab.mechanics.numbers import FUNCTIONS as FUNCTION_OF
 
 
 @pytest.mark.parametrize("variant", BY_VARIANT)
@@ -88,3 +90,73 @@ def test_a_square_root_has_its_slope_and_stays_off_the_branch_cut():
     assert near.slopes[0].contains(arb(1) / 4)
     for value in (acb(arb(1, 2), arb(0, 1)), acb(arb(-1), arb(0, 1e-9)), arb(1, 2)):
         assert not Dual(value).sqrt().value.is_finite()
+
+
+FUNCTIONS = ("sin", "cos", "tan", "atan", "sqrt", "exp", "log", "sinh", "cosh", "tanh")
+
+
+def of_mpmath(name, x):
+    """Return a function and its slope, to 40 digits, as balls."""
+    with mpmath.workdps(60), ctx.workprec(200):
+        function = getattr(mpmath, name)
+        pair = function(x), mpmath.diff(function, x)
+        return [arb(mpmath.nstr(value, 40)) for value in pair]
+
+
+@pytest.mark.parametrize("x", [0.3, 1.25, 2.5])
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_functions_of_balls_and_of_complex_ones_have_their_slopes(name, x):
+    value, slope = of_mpmath(name, x)
+    with ctx.workprec(100):
+        found = FUNCTION_OF[name](Dual(arb(x), {2: arb(3)}))
+        complex_ball = FUNCTION_OF[name](Dual(acb(x), {2: acb(3)}))
+        for one in (found.value, complex_ball.value.real):
+            assert float(abs(one - value)) < 1e-20
+        for one in (found.slopes[2], complex_ball.slopes[2].real):
+            assert float(abs(one - 3 * slope)) < 1e-18
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_functions_of_series_have_the_slope_as_coefficient(name):
+    value, slope = of_mpmath(name, 0.7)
+    old, ctx.cap = ctx.cap, 3
+    try:
+        found = FUNCTION_OF[name](Dual(arb_series([arb(0.7), arb(2)]), {0: arb(1)}))
+        assert float(abs(found.value[0] - value)) < 1e-14
+        assert float(abs(found.value[1] - 2 * slope)) < 1e-13
+        assert float(abs(found.slopes[0][0] - slope)) < 1e-14
+    finally:
+        ctx.cap = old
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_functions_of_wide_balls_contain_those_of_their_points(name):
+    wide = FUNCTION_OF[name](Dual(arb(1.0, 0.2), {0: arb(1)}))
+    disc = FUNCTION_OF[name](Dual(acb(arb(1.0, 0.2), arb(0, 0.2)), {0: acb(1)}))
+    for x in (0.8, 0.95, 1.0, 1.2):
+        value, slope = of_mpmath(name, x)
+        assert wide.value.contains(value.mid())
+        assert wide.slopes[0].contains(slope.mid())
+        assert disc.value.real.contains(value.mid())
+        assert disc.slopes[0].real.contains(slope.mid())
+
+
+NOT_ANALYTIC = {
+    "sqrt": (-1.0, 0.0),
+    "log": (-1.0, 0.0),
+    "atan": (0.0, 2.0),
+    "tan": (np.pi / 2, 0.0),
+    "tanh": (0.0, np.pi / 2),
+}
+
+
+@pytest.mark.parametrize("name", NOT_ANALYTIC)
+def test_where_a_function_is_not_analytic_it_is_no_number(name):
+    """On its branch cut, or at a pole: a bound there would be one of no analytic function."""
+    real, imaginary = NOT_ANALYTIC[name]
+    for radius in (1e-9, 0.1):
+        near = acb(arb(real, radius), arb(imaginary, radius))
+        found = FUNCTION_OF[name](Dual(near, {0: acb(1)}))
+        assert not found.value.is_finite() or not found.slopes[0].is_finite()
+    away = acb(arb(real + 0.5, 0.1), arb(imaginary + 0.5, 0.1))
+    assert FUNCTION_OF[name](Dual(away, {0: acb(1)})).value.is_finite()

@@ -6,12 +6,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.config_elements import config_data
 from support.proofs import PROOF, findings_of, parabola, proof_of
 from support.rest import inverted_pendulum, paper_system, soft_body, system_of
 
 from rbstab.analysis.proof_check import energy
 from rbstab.analysis.proof_check.checker import PLACE_LIMIT, check
 from rbstab.analysis.proof_check.findings import UNWRAPPED, Finding
+from rbstab.config.build import problem_of
+from rbstab.config.load import load_config
 
 HALF_PI = np.pi / 2
 
@@ -333,3 +336,35 @@ def test_a_huge_range_is_refused(wide: PROOF, axis: int, end: float) -> None:
     (refused,) = refusals(proof)
     assert refused.about == UNWRAPPED
     assert refused.text == "The range of θ1 or θ3 goes beyond 100 rad: too far to be checked."
+
+
+@pytest.fixture(scope="module")
+def on_the_border() -> PROOF:
+    """Return a proof that ended early, with rest states at θ3 = ±π: by symmetry, exactly there."""
+    elements = {
+        "upright": {"kind": "attitude", "K": [60, 60, 40], "L": [2, 2, 1.5]},
+        "pad": {
+            "kind": "visco-elastic",
+            "point": [0, 0, -0.18],
+            "anchor": [0, 0, -0.18],
+            "K_c": [9000, 9000, 14000],
+            "L_c": [60, 60, 90],
+        },
+    }
+    body = {"mass": 8.0, "inertia": [0.11, 0.12, 0.06], "contact_point": [0, 0, -0.18]}
+    system = problem_of(load_config(config_data(elements, None, body=body))).system
+    return proof_of(system, box_limit=6000)
+
+
+def test_a_rest_state_on_the_border_does_not_stop_the_check(on_the_border: PROOF) -> None:
+    """It is undecided, as it is not inside. All near it is free of others, by its uniqueness."""
+    ends = [box for box in on_the_border["undecided"] if abs(abs(box[0][2]) - np.pi) < 1e-6]
+    assert ends
+    assert refusals(on_the_border) == []
+    without = deepcopy(on_the_border)
+    without["undecided"].remove(ends[0])
+    assert "may contain one that is not listed" in refusals(without)[0].text
+    # The box beside it has none, so all around it remains to be shown.
+    moved = deepcopy(without)
+    moved["undecided"].append(np.add(ends[0], [1e-9, 0.0, 0.0]).tolist())
+    assert "may contain one that is not listed" in refusals(moved)[0].text

@@ -142,11 +142,11 @@ def _agrees_at_shifts(U: Energy, V: FreeLigaments, at_rest: Configurations) -> b
         q = np.array([*angles, *[arb(0)] * (3 + own)], dtype=object)
         end = point.position(at_rest.motion(q), ligaments[0].point) - ligaments[0].anchor
         r = [entry.derivatives(angles)[()] for entry in V.ligaments[0].offset]
-        smooth = U.with_barriers(U.smooth(angles), angles)[()]
+        others = U.value(angles)
         for shift in SHIFTS:
             z = [arb(entry) for entry in shift]
             X = [one - other + entry for one, other, entry in zip(r, end, z, strict=True)]
-            found = smooth + V.energy_at(angles, z)
+            found = others + V.energy_at(angles, z)
             if not (found.is_finite() and found.overlaps(least_energy(at_rest, [*angles, *X]))):
                 return False
     return True

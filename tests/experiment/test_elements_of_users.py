@@ -14,7 +14,6 @@ from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of
 from rbstab.config.units import unit_of
 from rbstab.experiment.convergence.convergence import Enclose
-from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.proof import prove
 from rbstab.experiment.robust.bodies import prove_within
 from rbstab.experiment.stored_proof.identity import proof_id
@@ -170,16 +169,9 @@ def test_sensitivities_of_an_element_that_switches(folder):
     np.testing.assert_allclose(theirs.derivatives[rows], expected, rtol=1e-8, atol=1e-9)
 
 
-def test_no_motion_under_code_is_enclosed(folder):
-    """Although its rest states are proved, with the region of this start."""
+def test_no_proof_for_all_bodies_takes_code_into_account(folder):
     (folder / "mine.py").write_text(TIE)
     config = load({"one": mine(**VALUES)}, controller=FREE)
-    proof = prove(config)
-    assert proof.proved
-    problem = rbstab.config.build.problem_of(config)
-    for enclose in (Enclose.UNTIL_PROVED, Enclose.TO_END):
-        found = prove_convergence(config, problem, proof, enclose)
-        assert found.samples is None
     within = prove_within(config, tolerances_of(config, ["body.mass=±1%"]))
     assert within.why == NoEnergyReason.CODE_OF_BODIES.value
 
@@ -283,4 +275,4 @@ def test_an_input_beside_code_decides_nothing(tmp_path):
     assert (within.proved, within.why) == (None, NoEnergyReason.CODE_OF_BODIES.value)
     found = rbstab.simulate(config, proof=prove(config), enclose=Enclose.TO_END)
     assert found.attributes["convergence"] == "not decided"
-    assert "an element is code of a user" in str(found.attributes["convergence_reason"])
+    assert "an input supplies power" in str(found.attributes["convergence_reason"])

@@ -203,29 +203,46 @@ def test_a_changed_proof_is_refused():
     assert refused == ["id", "energy"]
 
 
-def test_rest_states_that_are_searched_where_nothing_is_proved(folder):
-    """A cubic spring of the centre, and a rope: with scipy's minimum of the energy."""
-    cubic = SPRING.replace("-self.k * motion.X", "-self.k * power(motion.X, 3)")
-    cubic = cubic.replace(
-        "0.5 * self.k * (motion.X @ motion.X)", "0.25 * self.k * power(motion.X, 4).sum()"
-    )
-    rope = {"point": [0.2, 0.1, 0.0], "anchor": [0.9, 0.1, 0.0], "k": 0.5}
-    for text, parameters in ((cubic, {"k": 30.0}), (ROPE, rope)):
-        (folder / "mine.py").write_text(text)
-        for controller in (VISCO, PERMANENT):
-            held = controller is PERMANENT
-            if held and text is cubic:
-                continue  # it is proved
-            config = load({"one": mine(**parameters)}, controller, gravity=[0.0, 1.0, -9.0])
-            proof = prove(config)
-            assert proof.claims_nothing
-            at_rest = configurations(problem_of(config).system)
-            least = minimize(at_rest.energy, at_rest.unloaded, jac=at_rest.gradient, tol=1e-13)
-            state = proof.states[0]
-            found = state.orientation if held else [*state.orientation, *state.position]
-            np.testing.assert_allclose(found, least.x, atol=1e-5)
-            assert (state.proved, proof.region, proof.unique) == (False, None, None)
-            assert not verify(proof, config).verified
+SEARCHED = {
+    "a cubic spring of a free body": (
+        SPRING.replace("-self.k * motion.X", "-self.k * power(motion.X, 3)").replace(
+            "0.5 * self.k * (motion.X @ motion.X)", "0.25 * self.k * power(motion.X, 4).sum()"
+        ),
+        {"k": 30.0},
+        VISCO,
+    ),
+    "a rope of a free body": (
+        ROPE,
+        {"point": [0.2, 0.1, 0.0], "anchor": [0.9, 0.1, 0.0], "k": 0.5},
+        VISCO,
+    ),
+    "damping that is not seen": (
+        SPRING
+        + """
+    def dissipated(self, motion, own):
+        return 0.0 * sin(motion.Theta[0])
+""".replace("0.0 *", "1e-9 *"),
+        {"k": 30.0},
+        PERMANENT,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SEARCHED)
+def test_rest_states_that_are_searched_where_nothing_is_proved(folder, name):
+    """With scipy's minimum of the energy."""
+    text, parameters, controller = SEARCHED[name]
+    (folder / "mine.py").write_text(text.replace("import power", "import power, sin"))
+    config = load({"one": mine(**parameters)}, controller, gravity=[0.0, 1.0, -9.0])
+    proof = prove(config)
+    assert proof.claims_nothing
+    at_rest = configurations(problem_of(config).system)
+    least = minimize(at_rest.energy, at_rest.unloaded, jac=at_rest.gradient, tol=1e-13)
+    state = proof.states[0]
+    found = [*state.orientation, *([] if at_rest.held else state.position)]
+    np.testing.assert_allclose(found, least.x, atol=1e-5)
+    assert (state.proved, proof.region, proof.unique) == (False, None, None)
+    assert not verify(proof, config).verified
 
 
 def _motion(elements, controller, **changes):

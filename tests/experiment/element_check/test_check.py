@@ -125,7 +125,7 @@ HELD = "proofs take it into account only if the contact point is held; else: "
 NOT_QUADRATIC = f"{HELD}it is not shown that its energy is a quadratic function of X"
 
 NOTES = {
-    "ligament": "no proof takes it into account: it has switches",
+    "ligament": f"{HELD}it is not shown that `wrench` and `dissipated` have values",
     "template": NOT_QUADRATIC,
     "exponential": NOT_QUADRATIC,
     "one own state": f"{HELD}it is not shown that `wrench` and `dissipated` have values",

@@ -49,7 +49,8 @@ class NoEnergyReason(Enum):
     SWITCHES = "an element switches, so its energy is not one formula for all attitudes"
     SUPPLIES = "an input supplies power"
     USER_CODE = (
-        "an element is code of a user, and proofs take it into account only if it does not switch"
+        "an element is code of a user, and proofs take it into account only if it has at most 4 "
+        "switches, and no own states beside them"
     )
     NOT_IN_PROOFS = "no proof takes this code of a user into account"
     CODE_OF_BODIES = "no proof for all bodies within tolerances takes code of a user into account"
@@ -286,7 +287,7 @@ def reject_unsmooth(system: System) -> None:
         raise NoReducedEnergy(NoEnergyReason.USER_CODE)
     if system.supplies:
         raise NoReducedEnergy(NoEnergyReason.SUPPLIES)
-    if has_modes(ligaments_apart(guards_apart(system)[0])[0]):
+    if has_modes(ligaments_apart(guards_apart(without_users(system))[0])[0]):
         raise NoReducedEnergy(NoEnergyReason.SWITCHES)
     for element in system.elements:
         # With a rest length, W has a kink where the line has no length; the proof keeps away from

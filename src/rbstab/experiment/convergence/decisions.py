@@ -112,7 +112,7 @@ def nothing_proved(problem: Problem) -> Convergence | None:
     if found is not None and found.reason is Undecided.USER_CODE:
         return None  # the proof of the rest states says why there is none
     switching = [element for element in problem.system.elements if element.mode_count]
-    if all(isinstance(element, IN_PROOFS) for element in switching):
+    if all(isinstance(element, IN_PROOFS) or element.from_user for element in switching):
         return None if found is not None and found.reason is Undecided.SWITCHES else found
     return found
 

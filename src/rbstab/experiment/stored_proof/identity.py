@@ -52,7 +52,7 @@ nothing was proved of them."""
 
 USER_CODE_VERSION = 2
 """The same for configs with elements of users: before 1, nothing was proved of them, and before 2,
-nothing if they have own states, if the body is not held, or if no other elements damp all motions.
+nothing if they switch or have own states, if the body is not held, or if nothing else damps it.
 """
 
 SWITCHING_GUARDS = ("stiff", "repelling", "stop")

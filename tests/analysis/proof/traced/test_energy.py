@@ -12,8 +12,10 @@ import pytest
 from support.formulas import FORMULAS, recorded
 
 from rbstab.analysis.proof.boxes import Boxes
+from rbstab.analysis.proof.lines.intervals import between
 from rbstab.analysis.proof.lines.over_boxes import over_boxes
 from rbstab.analysis.proof.traced.energy import TracedEnergy
+from rbstab.analysis.proof.traced.functions import function
 from rbstab.analysis.proof.traced.program import check
 from rbstab.mechanics import numbers
 
@@ -150,3 +152,20 @@ def test_a_logarithm_without_a_value_has_no_slope():
     points = np.array([[-0.5, 0, 0], [0.5, 0, 0]])
     for part in one.at(points, 2):
         assert np.isfinite(part.radius).reshape(2, -1).all(axis=1).tolist() == [False, True]
+
+
+def test_the_square_above_zero_and_its_derivatives():
+    low = np.array([-1.0, -1.0, 0.0, 0.5, 1.0, -2.0, np.nan])
+    high = np.array([-0.5, 1.0, 1.0, 0.5, 3.0, 0.0, 1.0])
+    value, slope, bend = function("square_above", between(low, high))
+    for row in range(6):
+        for x in np.linspace(low[row], high[row], 7):
+            above = max(x, 0.0)
+            assert value.low[row] <= above * above <= value.high[row]
+            assert slope.low[row] <= 2 * above <= slope.high[row]
+            assert x == 0 or bend.low[row] <= (2 if x > 0 else 0) <= bend.high[row]
+    assert (bend.low[0], bend.high[0]) == (0, 0)
+    assert bend.low[4] == pytest.approx(2)
+    assert np.isnan([one.radius[6] for one in (value, slope, bend)]).all()
+    points = function("square_above", np.array([-1.0, 3.0]))
+    np.testing.assert_array_equal(points, [[0, 9], [0, 6], [0, 2]])

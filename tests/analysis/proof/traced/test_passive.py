@@ -227,7 +227,7 @@ def test_which_elements_may_be_in_proofs(folder):
     _, maxwell = element_and_system(folder, MAXWELL, **values)
     assert in_proofs(maxwell)
     _, rope = element_and_system(folder, ROPE, point=[0.1, 0, 0], anchor=[0, 0, 1.0], k=3.0)
-    assert not in_proofs(rope)
+    assert in_proofs(rope)
 
 
 def test_polynomials(folder):

@@ -121,3 +121,20 @@ def test_a_logarithm_without_a_value_has_no_slope():
             found = one.over([arb(angle), arb(0), arb(0)], [arb(0)] * 3)
             assert found.gradient[0].is_finite() is known
             assert found.hessian[0, 0].is_finite() is known
+
+
+@pytest.mark.parametrize("x", [-1.5, -0.0, 0.0, 1.25])
+@pytest.mark.parametrize("radius", [0.0, 0.5, 2.0])
+def test_the_square_above_zero(x, radius):
+    """Its value, its slope 2 max(x, 0), and half of its second derivative: 0 or 1."""
+    ball = arb(x, radius)
+    value, slope, half = series.FUNCTIONS["square_above"](ball)
+    for share in (-1.0, -0.3, 0.0, 0.9, 1.0):
+        at = x + share * radius
+        above = max(at, 0.0)
+        assert value.contains(arb(above) * above)
+        assert slope.contains(2 * arb(above))
+        assert at == 0 or half.contains(1 if at > 0 else 0)
+    if radius == 0 and x:
+        assert half == (1 if x > 0 else 0)
+    assert not series.FUNCTIONS["square_above"](arb("nan"))[0].is_finite()

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.analysis.proof.lines.intervals import ROUNDING, Intervals, between, near
+from rbstab.analysis.proof.traced.program import SQUARE_ABOVE
 from rbstab.mechanics import numbers
 from rbstab.mechanics.numbers import Array, Number
 
@@ -27,6 +28,8 @@ def function(name: str, x: Any) -> list[Any]:
         name: Its name in `mechanics.numbers`.
         x: The numbers: an array, or intervals.
     """
+    if name == SQUARE_ABOVE:
+        return _square_above(x)
     compute = _FUNCTIONS[name]
     return _of_intervals(compute, x) if isinstance(x, Intervals) else compute(x)
 
@@ -112,6 +115,18 @@ _FUNCTIONS: dict[str, Callable[[Number], list[Number]]] = {
     "cosh": _cosh,
     "tanh": _tanh,
 }
+
+
+def _square_above(x: Any) -> list[Any]:
+    """Return max(x, 0)², its slope, and its second derivative: 0 or 2, or between at x = 0."""
+    if not isinstance(x, Intervals):
+        above = np.maximum(x, 0.0)
+        return [above * above, 2 * above, np.where(x > 0, 2.0, 0.0)]
+    # Unlike those of Python, these keep what is no number.
+    above = between(np.maximum(x.low, 0.0), np.maximum(x.high, 0.0))
+    low, high = np.where(x.low > 0, 2.0, 0.0), np.where(x.high > 0, 2.0, 0.0)
+    unknown = np.where(np.isfinite(x.middle + x.radius), 0.0, np.nan)
+    return [above.square(), near(2.0) * above, between(low + unknown, high + unknown)]
 
 
 def reciprocal(x: Any) -> list[Any]:

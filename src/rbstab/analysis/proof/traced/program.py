@@ -2,7 +2,8 @@
 
 An operation is a list of its kind and its operands: ["theta", axis], ["constant", number], or a
 kind and the indices of earlier operations, as in ["*", 0, 3] or ["sin", 2]. That of "**" are an
-index and a whole number. A constant stands for all numbers that round to it.
+index and a whole number. A constant stands for all numbers that round to it. "square_above" is
+max(x, 0)², which has a continuous slope.
 
 A formula that is a polynomial in X and the own states too has ["length", place], an entry of
 x = [X, D]; no such formula is stored.
@@ -31,7 +32,10 @@ THETA = "theta"
 LENGTH = "length"
 """The kind of an entry of x = [X, D], or of x = D if the body is held."""
 
-OPERATIONS = frozenset({ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE, POWER, *FUNCTIONS})
+SQUARE_ABOVE = "square_above"
+"""max(x, 0)². No code has it: it is what a switch comes to (`switching.py`)."""
+
+OPERATIONS = frozenset({ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE, POWER, SQUARE_ABOVE, *FUNCTIONS})
 """The kinds that have operands."""
 
 BINARY = frozenset({ADD, SUBTRACT, MULTIPLY, DIVIDE})

@@ -141,7 +141,7 @@ def why_not_recorded(system: System) -> str | None:
     for element in system.elements:
         if not element.from_user:
             continue
-        if not in_proofs(element):
+        if element.mode_count or not in_proofs(element):
             return f"{element.name} is code of a user that switches"
         try:
             recorded_element(at_rest, element, lambda values: values)

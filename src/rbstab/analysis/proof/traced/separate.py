@@ -1,6 +1,5 @@
 """Separate the elements of users from a system: their energies as polynomials, or as programs."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -17,6 +16,7 @@ from rbstab.analysis.proof.traced.polynomials import (
 )
 from rbstab.analysis.proof.traced.program import MOST_OPERATIONS, Program
 from rbstab.analysis.proof.traced.relaxing import relaxes
+from rbstab.analysis.proof.traced.switching import MOST_MODES, NotShownError, switched_energy
 from rbstab.analysis.proof.traced.tracing import (
     NotRecordedError,
     TracedStatements,
@@ -57,7 +57,8 @@ class UserEnergies(NamedTuple):
 
 def in_proofs(element: Element) -> bool:
     """Return whether proofs may take an element of a user into account."""
-    plain = not (element.mode_count or element.clearance_count)
+    switches = element.mode_count > (0 if element.state_size else MOST_MODES)
+    plain = not (switches or element.clearance_count)
     usual = type(element).at_rest is Element.at_rest and not (element.holds or element.slides)
     return plain and usual and not element.timed
 
@@ -84,15 +85,18 @@ def user_energies(at_rest: Configurations) -> UserEnergies:
             its energy is of no kind that proofs take into account.
     """
     polynomials, traced = list[Program](), list[TracedEnergy]()
-    for element, statements in passive_statements(at_rest):
-        program = statements.energy
+    for element in at_rest.system.elements:
+        if not element.from_user:
+            continue
+        statements = None if element.mode_count else _passive_statements(at_rest, element)
+        program = _switched(at_rest, element) if statements is None else statements.energy
         if len(program.operations) > MOST_OPERATIONS:
             text = f"{element.name}: its energy has more than {MOST_OPERATIONS:,} operations"
             raise NotInProofsError(text)
         if any(one[0] == POWER and abs(one[2]) > MOST_POWER for one in program.operations):
             text = f"{element.name}: its energy has an exponent above {MOST_POWER}"
             raise NotInProofsError(text)
-        if element.state_size or not program.of_angles:
+        if statements is not None and (element.state_size or not program.of_angles):
             _check_polynomial(at_rest, element.name, statements)
             polynomials.append(program)
         elif is_polynomial(program):
@@ -112,32 +116,40 @@ def formula_count(system: System) -> int:
         return 0
 
 
-def passive_statements(at_rest: Configurations) -> Iterator[tuple[Element, TracedStatements]]:
-    """Yield the elements of users, and their statements, which are shown to be passive.
+def _switched(at_rest: Configurations, element: Element) -> Program:
+    """Return the energy of an element that switches."""
+    try:
+        return switched_energy(at_rest, element)
+    except (NotRecordedError, NotShownError) as error:
+        cannot = "its code cannot be recorded: " if isinstance(error, NotRecordedError) else ""
+        raise NotInProofsError(f"{element.name}: {cannot}{error}") from error
 
-    Raises:
-        NotInProofsError: The code of one cannot be recorded, or this is not shown.
-    """
-    for element in at_rest.system.elements:
-        if not element.from_user:
-            continue
-        try:
-            statements = traced_statements(at_rest, element)
-        except NotRecordedError as error:
-            text = f"{element.name}: its code cannot be recorded: {error}"
-            raise NotInProofsError(text) from error
-        why = why_not_passive(statements)
-        if why is not None:
-            raise NotInProofsError(f"{element.name}: {why}")
-        yield element, statements
+
+def _passive_statements(at_rest: Configurations, element: Element) -> TracedStatements:
+    """Return the statements of an element that does not switch; it is shown to be passive."""
+    try:
+        statements = traced_statements(at_rest, element)
+    except NotRecordedError as error:
+        text = f"{element.name}: its code cannot be recorded: {error}"
+        raise NotInProofsError(text) from error
+    why = why_not_passive(statements)
+    if why is not None:
+        raise NotInProofsError(f"{element.name}: {why}")
+    return statements
 
 
 def damping_of_users(system: System) -> Damping:
-    """Return which motions the elements of users damp; nothing, if one is not in proofs."""
-    if not all(in_proofs(element) for element in system.elements if element.from_user):
+    """Return which motions the elements of users damp that do not switch.
+
+    It is nothing, if one of them is not in proofs.
+    """
+    users = [element for element in system.elements if element.from_user]
+    if not all(map(in_proofs, users)):
         return NOTHING
+    at_rest = configurations(system)
+    smooth = [element for element in users if not element.mode_count]
     try:
-        return damping_of(one for _, one in passive_statements(configurations(system)))
+        return damping_of(_passive_statements(at_rest, element) for element in smooth)
     except NotInProofsError:
         return NOTHING
 

@@ -134,9 +134,9 @@ def traced_motion(
         recorded: The trace, to which they are added.
     """
     system = map_parameters(at_rest.system, partial(_parameters, recorded))
-    Theta, x = _variables(recorded, THETA, 3), _variables(recorded, LENGTH, at_rest.size - 3)
-    Omega, V = np.split(_variables(recorded, VELOCITY, at_rest.pose_size), [3])
-    (time,) = _variables(recorded, TIME, 1)
+    Theta, x = variables(recorded, THETA, 3), variables(recorded, LENGTH, at_rest.size - 3)
+    Omega, V = np.split(variables(recorded, VELOCITY, at_rest.pose_size), [3])
+    (time,) = variables(recorded, TIME, 1)
     motion = system.motion(np.concatenate([Theta, Omega, x[: len(V)], V]), time)
     entries = own_entries(at_rest, element)
     return system, motion, x[entries.start : entries.stop]
@@ -191,10 +191,10 @@ def free_motion(recorded: Recorded, motion: Motion, own: Array) -> tuple[Motion,
         found = np.array(part, dtype=object)
         for index, place in zip(np.ndindex(found.shape), places, strict=False):
             if isinstance(found[index], TracedNumber):
-                (found[index],) = _variables(recorded, ENTRY, 1, place)
+                (found[index],) = variables(recorded, ENTRY, 1, place)
         return found
 
-    (time,) = _variables(recorded, TIME, 1)
+    (time,) = variables(recorded, TIME, 1)
     names = [name for name in Motion._fields if name != "time"]
     parts = {name: opaque(getattr(motion, name)) for name in names}
     return Motion(**parts, time=time), opaque(own)
@@ -209,9 +209,9 @@ def entries_of(motion: Motion, own: Array) -> Array:
 def _loss_without_turning(system: System, element: Element) -> Loss:
     """Return the dissipated power of a body that moves but does not turn."""
     recorded = Trace(), dict[int, Operation]()
-    Theta, V = _variables(recorded, THETA, 3), _variables(recorded, VELOCITY, 3)
-    X, own = _variables(recorded, LENGTH, 3), _variables(recorded, ENTRY, element.state_size)
-    (time,) = _variables(recorded, TIME, 1)
+    Theta, V = variables(recorded, THETA, 3), variables(recorded, VELOCITY, 3)
+    X, own = variables(recorded, LENGTH, 3), variables(recorded, ENTRY, element.state_size)
+    (time,) = variables(recorded, TIME, 1)
     single = map_parameters(replace(system, elements=(element,)), partial(_parameters, recorded))
     motion = single.motion(np.concatenate([Theta, ZERO, X, V]), time)
     (mine,) = single.elements
@@ -247,7 +247,7 @@ def _parameters(recorded: Recorded, _: str, values: Array) -> Array:
     return entries.reshape(values.shape)
 
 
-def _variables(recorded: Recorded, kind: str, size: int, first: int = 0) -> Array:
+def variables(recorded: Recorded, kind: str, size: int, first: int = 0) -> Array:
     """Return variables as inputs of a trace, numbered from `first` on."""
     trace, inputs = recorded
     numbers = np.empty(size, dtype=object)

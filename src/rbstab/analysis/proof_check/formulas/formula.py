@@ -2,7 +2,8 @@
 
 An operation is a list of its kind and its operands: ["theta", axis], ["constant", number], or a
 kind and the places of earlier operations, as in ["*", 0, 3] or ["sin", 2]. That of "**" are a place
-and a whole number. A constant stands for all numbers that round to it.
+and a whole number. A constant stands for all numbers that round to it. "square_above" is
+max(x, 0)², which has a continuous slope.
 """
 
 from collections.abc import Mapping, Sequence

@@ -170,6 +170,18 @@ def _tanh(x: Ball) -> Coefficients:
     return t, slope, -t * slope
 
 
+def _square_above(x: Ball) -> Coefficients:
+    """max(x, 0)²: its slope is continuous, and its second derivative 0 or 2, or between at 0."""
+    if not x.is_finite():
+        return arb("nan"), arb("nan"), arb("nan")
+    if x > 0:
+        return x * x, 2 * x, arb(1)
+    if x <= 0:
+        return arb(0), arb(0), arb(0)
+    above = x.max(arb(0))
+    return (above * above).nonnegative_part(), 2 * above, arb(0.5, 0.5)
+
+
 FUNCTIONS: Mapping[str, Callable[[Ball], Coefficients]] = {
     "sin": _sin,
     "cos": _cos,
@@ -181,6 +193,7 @@ FUNCTIONS: Mapping[str, Callable[[Ball], Coefficients]] = {
     "sinh": _sinh,
     "cosh": _cosh,
     "tanh": _tanh,
+    "square_above": _square_above,
 }
 """The Taylor coefficients of functions at a number."""
 

@@ -1,0 +1,205 @@
+"""The energy of an element of a user that switches, if its force is continuous at each switch.
+
+With σ_i = 1 where the event function g_i is positive, and else 0, it is shown that
+
+    E = E₀ + Σ σ_i h_i g_i²,        so E = E₀ + Σ h_i p(g_i),        p(g) = max(g, 0)²,
+
+with E₀, h_i and g_i smooth functions of Θ. So E has a continuous gradient, and its Hessian jumps.
+"""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from rbstab.analysis.configuration import Configurations
+from rbstab.analysis.proof.traced.passive import why_not_passive
+from rbstab.analysis.proof.traced.program import (
+    SQUARE_ABOVE,
+    THETA,
+    Operation,
+    Program,
+    operations_of,
+    part_of,
+    variables_of,
+)
+from rbstab.analysis.proof.traced.regular import has_values
+from rbstab.analysis.proof.traced.terms import Powers, Term, Terms, times, without
+from rbstab.analysis.proof.traced.tracing import (
+    NotRecordedError,
+    index_in,
+    traced_motion,
+    traced_statements,
+    variables,
+)
+from rbstab.elements.element import Element
+from rbstab.integrate.straight_line.number import (
+    ADD,
+    CONSTANT,
+    MULTIPLY,
+    NEGATE,
+    POWER,
+    SUBTRACT,
+    Trace,
+)
+
+MODE = "mode"
+"""The kind of a variable σ_i."""
+
+MOST_MODES = 4
+"""The most switches of one element: with n of them, it is recorded 2ⁿ times."""
+
+MOST_TERMS = 10_000
+
+NOT_OF_ANGLES = "it switches, and its energy or an event function does not depend on Θ alone"
+
+NOT_CONTINUOUS = (
+    "it is not shown that its force is continuous at its switches: each term of `stored` that has "
+    "a mode as a factor must have the square of the event function as another one"
+)
+
+
+class NotShownError(Exception):
+    """It is not shown that an energy is of this form; the text says why."""
+
+
+def switched_energy(at_rest: Configurations, element: Element) -> Program:
+    """Return the energy of an element that switches.
+
+    Args:
+        at_rest: The configurations of its system, in doubles.
+        element: The element; it has no own states.
+
+    Raises:
+        NotShownError: Something is not shown.
+        NotRecordedError: Its code cannot be recorded.
+    """
+    why = _why_not_passive(at_rest, element)
+    if why is not None:
+        raise NotShownError(why)
+    try:
+        operations, guards, stored, without_modes = _recorded(at_rest, element)
+    except Exception as error:
+        # An element of a user may raise anything.
+        raise NotRecordedError(str(error) or type(error).__name__) from error
+    if not (
+        variables_of(operations, guards) <= {THETA}
+        and variables_of(operations, [stored]) <= {THETA, MODE}
+        and has_values(operations, guards)
+    ):
+        raise NotShownError(NOT_OF_ANGLES)
+    formula = list(operations)
+    total = without_modes
+    for place, terms in _by_mode(operations, guards, stored).items():
+        factor = _added(formula, [_term(formula, term) for term in terms])
+        above = _appended(formula, SQUARE_ABOVE, guards[place])
+        total = _appended(formula, ADD, total, _appended(formula, MULTIPLY, factor, above))
+    return part_of(formula, total)
+
+
+def _why_not_passive(at_rest: Configurations, element: Element) -> str | None:
+    """Return what is not shown of an element in one of its modes, or None."""
+    for modes in product((0.0, 1.0), repeat=element.mode_count):
+        fixed: Any = replace(element, mode=np.array(modes))  # type: ignore[type-var]
+        others = at_rest.system.elements
+        elements = tuple(fixed if one is element else one for one in others)
+        system = replace(at_rest.system, elements=elements)
+        why = why_not_passive(traced_statements(Configurations(system), fixed))
+        if why is not None:
+            return why
+    return None
+
+
+def _recorded(
+    at_rest: Configurations, element: Element
+) -> tuple[list[Operation], list[int], int, int]:
+    """Return operations, the event functions, the energy with variable modes, and without any."""
+    trace, inputs = recorded = Trace(), dict[int, Operation]()
+    system, motion, own = traced_motion(at_rest, element, recorded)
+    mine: Any = system.elements[at_rest.system.elements.index(element)]
+    switched = replace(mine, mode=variables(recorded, MODE, element.mode_count))
+    plain = replace(mine, mode=np.zeros(element.mode_count))
+    guards = [index_in(trace, one) for one in switched.guards(motion, own)]
+    stored, without_modes = (index_in(trace, one.stored(motion, own)) for one in (switched, plain))
+    return operations_of(trace, inputs), guards, stored, without_modes
+
+
+def _by_mode(
+    operations: Sequence[Operation], guards: Sequence[int], stored: int
+) -> dict[int, list[Term]]:
+    """Return the terms of each h_i.
+
+    Raises:
+        NotShownError: The energy is not of this form.
+    """
+    terms, sums = Terms(operations), defaultdict[Powers, Fraction](Fraction)
+    signs = [_signs(operations, guard) for guard in guards]
+    kept = frozenset(one for same in signs for one in same if terms.is_sum(one))
+    for count, term in enumerate(terms.of(stored, kept)):
+        if count > MOST_TERMS:
+            raise NotShownError(NOT_CONTINUOUS)
+        sums[term.powers] += term.number
+    found = defaultdict[int, list[Term]](list)
+    for powers, number in sums.items():
+        modes = [one for one, _ in powers if operations[one][0] == MODE]
+        if not number or not modes:
+            continue
+        if len(modes) > 1 or dict(powers)[modes[0]] < 1:
+            raise NotShownError(NOT_CONTINUOUS)
+        place = operations[modes[0]][1]
+        exponent = dict(powers)[modes[0]]
+        rest = times(powers, modes[0], -exponent)
+        found[place].append(_divided(Term(number, rest), signs[place]))
+    return found
+
+
+def _signs(operations: Sequence[Operation], guard: int) -> dict[int, int]:
+    """Return the results that are g or -g, each with its sign."""
+    found = {guard: 1}
+    kind, *operands = operations[guard]
+    if kind == NEGATE:
+        found[operands[0]] = -1
+    if kind == SUBTRACT:
+        opposite = (SUBTRACT, *operands[::-1])
+        found |= {k: -1 for k, one in enumerate(operations) if one == opposite}
+    return found
+
+
+def _divided(term: Term, signs: dict[int, int]) -> Term:
+    """Return a term divided by g²."""
+    number, powers = term
+    left = 2
+    for one, exponent in term.powers:
+        if one in signs:
+            taken = min(left, max(exponent, 0))
+            left -= taken
+            number *= signs[one] ** taken
+            powers = without(powers, [one] * taken)
+    if left:
+        raise NotShownError(NOT_CONTINUOUS)
+    return Term(number, powers)
+
+
+def _term(formula: list[Operation], term: Term) -> int:
+    """Add a product to a formula, and return its index."""
+    found = _appended(formula, CONSTANT, float(term.number))
+    for one, exponent in term.powers:
+        factor = one if exponent == 1 else _appended(formula, POWER, one, exponent)
+        found = _appended(formula, MULTIPLY, found, factor)
+    return found
+
+
+def _added(formula: list[Operation], summands: Sequence[int]) -> int:
+    total, *others = summands
+    for one in others:
+        total = _appended(formula, ADD, total, one)
+    return total
+
+
+def _appended(formula: list[Operation], *operation: Any) -> int:
+    formula.append(operation)
+    return len(formula) - 1

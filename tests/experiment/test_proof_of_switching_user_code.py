@@ -1,0 +1,335 @@
+"""Protects proofs with elements of users that switch: against our own guards, and searches."""
+
+import json
+from functools import partial
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+from support.user_code import SPRING, element_text, mine
+
+from rbstab.analysis.configuration import configurations
+from rbstab.analysis.proof.traced.energy import TracedEnergy
+from rbstab.analysis.proof.traced.passive import UNBALANCED
+from rbstab.analysis.proof.traced.separate import NotInProofsError, in_proofs, user_energies
+from rbstab.analysis.proof.traced.switching import NOT_CONTINUOUS, NOT_OF_ANGLES
+from rbstab.analysis.proof_check.equations import agrees_with_equations
+from rbstab.config.build import problem_of, system_of
+from rbstab.config.load import load_config
+from rbstab.experiment.convergence.exact_motion import convergence_at_start
+from rbstab.experiment.proof import prove
+from rbstab.experiment.simulate import simulate
+from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.verification.verify import verify
+
+GUARD = element_text(
+    """
+    mode_count = 2
+
+    def _beyond(self, motion):
+        pitch = motion.Theta[1]
+        return np.array([pitch - self.soft, -pitch - self.soft])
+
+    def guards(self, motion, own):
+        return self._beyond(motion)
+
+    def wrench(self, motion, own):
+        above, below = self.mode * self._beyond(motion)
+        return couple_on_body(-self.k * (above - below) * motion.B[1])
+
+    def stored(self, motion, own):
+        above, below = self._beyond(motion)
+        return 0.5 * self.k * (self.mode[0] * above * above + self.mode[1] * power(below, 2))
+    """,
+    'Gain("k", "N m/rad", "stiffness", shape="number"), '
+    'Gain("soft", "rad", "soft angle", shape="number")',
+)
+"""What `kind: guard` with `method: stiff` is."""
+
+BAND = element_text(
+    """
+    mode_count = 1
+
+    def _longer(self, motion):
+        return line(motion, self.point, self.anchor).length - self.length
+
+    def guards(self, motion, own):
+        return np.array([self._longer(motion)])
+
+    def wrench(self, motion, own):
+        along = line(motion, self.point, self.anchor)
+        pull = self.k * power(self._longer(motion), 2) + self.c * along.rate
+        return force_at(motion, self.point, -self.mode[0] * pull * along.direction)
+
+    def stored(self, motion, own):
+        return self.mode[0] * self.k / 3 * power(self._longer(motion), 3)
+
+    def dissipated(self, motion, own):
+        rate = line(motion, self.point, self.anchor).rate
+        return self.mode[0] * self.c * rate * rate
+    """,
+    'POINT, ANCHOR, Gain("k", "N/m^2", "stiffness", shape="number"), '
+    'Gain("c", "N s/m", "damping", shape="number"), Gain("length", "m", "length", shape="number")',
+)
+"""A band whose tension grows with the square of its extension, damped while it is taut."""
+
+VALUES = {"point": [0.1, 0.2, -0.1], "anchor": [0.3, 0.3, 1.1], "k": 40.0, "c": 0.3, "length": 1.15}
+
+SOFT = {"k": 30.0, "soft": 0.3}
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "guard.py").write_text(GUARD)
+    (tmp_path / "band.py").write_text(BAND)
+    return tmp_path
+
+
+def held(elements, variant="permanent", **changes):
+    gains = {"K_t": [40, 40, 30], "L_t": [2, 2, 1], "K_r": [4, 4, 3], "L_r": [0.6, 0.6, 0.4]}
+    if variant != "permanent":
+        gains |= {"K_c": [400, 300, 500], "L_c": [10, 10, 10]}
+    data = {
+        "schema_version": 2,
+        "body": {"mass": 2, "inertia": [1, 1.5, 2], "contact_point": [0.1, -0.1, -0.3]},
+        "gravity": [1.0, 3.0, -9.81],
+        "controller": {"variant": variant} | gains,
+        "elements": elements,
+        "initial": {"angular_velocity": [0.2, -0.3, 0.2], "orientation": [-0.3, -0.2, -0.3]},
+        "integration": {"duration": 20.0, "samples": 51},
+    }
+    return load_config(data | changes, allow_python=True)
+
+
+def guard(**changes):
+    return mine(**SOFT | changes) | {"file": "guard.py"}
+
+
+def band(**changes):
+    return mine(**VALUES | changes) | {"file": "band.py"}
+
+
+def energy_of(config):
+    """Return the recorded energy of the only element of a user."""
+    (found,) = user_energies(configurations(problem_of(config).system)).traced
+    return found
+
+
+@pytest.mark.parametrize("variant", ["permanent", "visco-elastic"])
+@pytest.mark.parametrize("soft", [0.02, 0.3])
+def test_a_stiff_guard_of_users_has_the_rest_states_of_ours(variant, soft):
+    """For the smaller angle, the body rests against it."""
+    theirs = prove(held({"one": guard(soft=soft)}, variant))
+    ours = {"kind": "guard", "method": "stiff", "stiffness": 30.0, "soft_angle": soft}
+    expected = prove(held({"one": ours}, variant))
+    assert theirs.proved
+    assert len(theirs.states) == len(expected.states)
+    for one, other in zip(theirs.states, expected.states, strict=True):
+        np.testing.assert_allclose(one.orientation, other.orientation, atol=1e-9)
+        assert one.energy == pytest.approx(other.energy, abs=1e-9)
+        assert one.index == other.index
+    beyond = max(abs(state.orientation[1]) for state in theirs.states) > soft
+    assert beyond is (soft == 0.02)
+    assert theirs.region.lower_bound == pytest.approx(expected.region.lower_bound, rel=0.05)
+
+
+def test_a_proof_of_a_switching_element_is_verified():
+    config = held({"one": guard(soft=0.02)})
+    proof = prove(config)
+    found = verify(proof, config)
+    assert found.verified, [one.text for one in found.findings if not one.verified]
+    data = json.loads(proof.model_dump_json())
+    operations = data["reduced_energy"]["formulas"][0]["operations"]
+    place = next(k for k, one in enumerate(operations) if one[0] == "square_above")
+    operations[place] = ["**", operations[place][1], 2]
+    changed = Proof.model_validate(data | {"unwrapped": None})
+    assert not verify(changed, config).verified
+
+
+def test_the_energy_is_that_of_the_code_on_both_sides():
+    """And it is the same at points where the band is slack, taut, and between."""
+    config = held({"one": band()})
+    at_rest = configurations(problem_of(config).system)
+    place = [one.name for one in at_rest.system.elements].index("one")
+    Theta = np.random.default_rng(5).uniform(-1.4, 1.4, (400, 3))
+    theirs = np.array([at_rest.energies(q)[place] for q in Theta])
+    ours = energy_of(config).approximate(Theta, 0)[0]
+    np.testing.assert_allclose(ours, theirs, atol=1e-12)
+    assert 20 < np.sum(theirs > 0) < 380
+    bounds = energy_of(config).at(Theta, 0)[0]
+    assert np.all(bounds.low <= theirs + 1e-12)
+    assert np.all(theirs - 1e-12 <= bounds.high)
+
+
+def test_a_band_has_the_rest_state_of_a_search_and_its_start_is_proved():
+    config = held({"one": band()})
+    proof = prove(config)
+    assert proof.proved
+    at_rest = configurations(problem_of(config).system)
+    expected = minimize(at_rest.energy, np.zeros(3), jac=at_rest.gradient, tol=1e-13)
+    (state,) = proof.states
+    np.testing.assert_allclose(state.orientation, expected.x, atol=1e-6)
+    length = line_length(config, state.orientation)
+    assert length > VALUES["length"] + 1e-3  # it is taut there
+    found = convergence_at_start(config, problem_of(config), proof)
+    assert (found.proved, found.rest_state) == (True, 1)
+    end = np.asarray(simulate(config)["orientation"])[-1]
+    assert np.abs(end - state.orientation).max() < 0.02
+    assert proof.reduced_energy is not None
+    energy = proof.reduced_energy.model_dump(mode="json")
+    assert agrees_with_equations(energy, partial(system_of, config))
+
+
+def line_length(config, Theta):
+    at_rest = configurations(problem_of(config).system)
+    motion = at_rest.motion(np.array(Theta))
+    at = motion.X + motion.A @ np.array(VALUES["point"])
+    return float(np.linalg.norm(at - np.array(VALUES["anchor"])))
+
+
+def why_not(folder, text, parameters, variant="permanent"):
+    (folder / "mine.py").write_text(text)
+    config = held({"one": mine(**parameters)}, variant)
+    with pytest.raises(NotInProofsError) as caught:
+        user_energies(configurations(problem_of(config).system))
+    return str(caught.value)
+
+
+SQUARE = "self.mode[0] * above * above"
+
+REFUSED = {
+    "a force that jumps": (
+        GUARD.replace(SQUARE, "self.mode[0] * above").replace(
+            "above, below = self.mode * self._beyond(motion)",
+            "below = self.mode[1] * self._beyond(motion)[1]\n        above = 0.5 * self.mode[0]",
+        ),
+        NOT_CONTINUOUS,
+    ),
+    "an energy that jumps": (GUARD.replace(SQUARE, f"{SQUARE} + self.mode[0]"), NOT_CONTINUOUS),
+    "two modes at once": (
+        GUARD.replace(SQUARE, f"{SQUARE} + 0.0 * above + self.mode[0] * self.mode[1]"),
+        NOT_CONTINUOUS,
+    ),
+    "the square of another function": (
+        GUARD.replace(
+            "return self._beyond(motion)\n",
+            "return self._beyond(motion) + np.array([0.1, 0.0])\n",
+            1,
+        ),
+        NOT_CONTINUOUS,
+    ),
+    "an event function of a velocity": (
+        GUARD.replace(
+            "return self._beyond(motion)\n", "return self._beyond(motion) + motion.V[:2]\n", 1
+        ),
+        NOT_OF_ANGLES,
+    ),
+    "an event function by its mode": (
+        GUARD.replace(
+            "return self._beyond(motion)\n", "return self._beyond(motion) + self.mode\n", 1
+        ),
+        NOT_OF_ANGLES,
+    ),
+    "a wrench that is wrong in one mode": (
+        GUARD.replace("(above - below)", "(above - 1.01 * below)"),
+        UNBALANCED,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_is_not_shown_to_be_continuous(folder, name):
+    text, reason = REFUSED[name]
+    assert reason in why_not(folder, text, SOFT)
+
+
+def test_an_event_function_with_the_other_sign_in_the_energy(folder):
+    """(s - θ2)² is (θ2 - s)²."""
+    text = GUARD.replace(SQUARE, "self.mode[0] * power(self.soft - motion.Theta[1], 2)")
+    (folder / "mine.py").write_text(text)
+    found = energy_of(held({"one": mine(**SOFT)}))
+    Theta = np.random.default_rng(1).uniform(-1.4, 1.4, (50, 3))
+    expected = energy_of(held({"one": guard()})).approximate(Theta, 1)
+    for one, other in zip(found.approximate(Theta, 1), expected, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-12)
+    cube = GUARD.replace(SQUARE, "self.mode[0] * power(self.soft - motion.Theta[1], 3) / -1.5")
+    push = "above, below = self.mode * self._beyond(motion)"
+    cube = cube.replace(push, f"{push}\n        above = 2.0 * above * above")
+    (folder / "mine.py").write_text(cube.replace("/ -1.5", "* -4 / 3"))
+    third = energy_of(held({"one": mine(**SOFT)}))
+    beyond = np.maximum(Theta[:, 1] - 0.3, 0.0), np.maximum(-Theta[:, 1] - 0.3, 0.0)
+    values = 30.0 * (2.0 / 3.0 * beyond[0] ** 3 + 0.5 * beyond[1] ** 2)
+    np.testing.assert_allclose(third.approximate(Theta, 0)[0], values, atol=1e-12)
+
+
+def test_an_energy_of_the_position_of_a_free_body_is_not_one_of_the_angles(folder):
+    """The line of a band may have no length then; a band to a plane has another reason."""
+    assert "may be zero" in why_not(folder, BAND, VALUES, "visco-elastic")
+    assert NOT_OF_ANGLES in why_not(folder, FLOOR, {"k": 3.0}, "visco-elastic")
+    (folder / "mine.py").write_text(FLOOR)
+    assert prove(held({"one": mine(k=3.0)})).proved
+
+
+FLOOR = element_text("""
+    mode_count = 1
+
+    def guards(self, motion, own):
+        return np.array([-motion.X[2] - 0.1])
+
+    def wrench(self, motion, own):
+        depth = -motion.X[2] - 0.1
+        return force_at_centre(np.array([0.0, 0.0, self.mode[0] * self.k * depth]))
+
+    def stored(self, motion, own):
+        depth = -motion.X[2] - 0.1
+        return 0.5 * self.k * self.mode[0] * depth * depth
+    """)
+"""A soft floor under the centre."""
+
+
+SWITCHING = """
+    mode_count = {0}
+
+    def guards(self, motion, own):
+        return motion.Theta[0] * np.ones({0})
+"""
+
+OWN_STATE = """
+    states = (OwnState("s", "s", "m", "a state", size=1),)
+
+    def rates(self, motion, own):
+        return -own
+"""
+
+
+@pytest.mark.parametrize(("count", "own", "expected"), [(1, 0, 1), (4, 0, 1), (5, 0, 0), (1, 1, 0)])
+def test_which_switching_elements_may_be_in_proofs(folder, count, own, expected):
+    text = SPRING.replace("import power", "import OwnState, power")
+    (folder / "mine.py").write_text(text + SWITCHING.format(count) + OWN_STATE * own)
+    elements = problem_of(held({"one": mine(k=1.0)})).system.elements
+    (found,) = (one for one in elements if one.from_user)
+    assert in_proofs(found) is bool(expected)
+
+
+def test_bounds_over_boxes_hold_on_both_sides_of_a_switch():
+    from rbstab.analysis.proof.boxes import Boxes
+
+    formula: TracedEnergy = energy_of(held({"one": band()}))
+    random = np.random.default_rng(9)
+    centres = random.uniform(-1.2, 1.2, (60, 3))
+    radius = random.choice([1e-3, 0.05, 0.3], size=(60, 1))
+    boxes = Boxes(centres - radius, centres + radius)
+    value, slope, bend, third = formula.over(np.zeros(0), boxes)
+    assert np.all(third.middle == 0)
+    for row in range(60):
+        inside = random.uniform(boxes.low[row], boxes.high[row], (40, 3))
+        _, slopes, bends = formula.approximate(inside, 2)
+        # A wide box may have no bound, as a band may have no length in it.
+        assert not np.any(bend.low[row] > bends + 1e-9)
+        assert not np.any(bends - 1e-9 > bend.high[row])
+        reach = bend.size[row] @ np.full(3, radius[row, 0]) + slope.radius[row] + 1e-9
+        assert not np.any(np.abs(slopes - slope.middle[row]) > reach)
+    assert np.isfinite(bend.radius).all(axis=(1, 2)).sum() > 40
+    at = formula.approximate(boxes.centre, 1)
+    assert np.all(np.abs(at[0] - value.middle) <= value.radius + 1e-12)

@@ -5,6 +5,7 @@ They are compared with those of the program's own elements, and with searches by
 
 import json
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -203,7 +204,7 @@ def test_a_changed_proof_is_refused():
     assert refused == ["id", "energy"]
 
 
-SEARCHED = {
+SEARCHED: dict[str, tuple[str, dict[str, Any], dict[str, Any]]] = {
     "a cubic spring of a free body": (
         SPRING.replace("-self.k * motion.X", "-self.k * power(motion.X, 3)").replace(
             "0.5 * self.k * (motion.X @ motion.X)", "0.25 * self.k * power(motion.X, 4).sum()"

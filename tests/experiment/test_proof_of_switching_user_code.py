@@ -2,6 +2,7 @@
 
 import json
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -73,7 +74,13 @@ BAND = element_text(
 )
 """A band whose tension grows with the square of its extension, damped while it is taut."""
 
-VALUES = {"point": [0.1, 0.2, -0.1], "anchor": [0.3, 0.3, 1.1], "k": 40.0, "c": 0.3, "length": 1.15}
+VALUES: dict[str, Any] = {
+    "point": [0.1, 0.2, -0.1],
+    "anchor": [0.3, 0.3, 1.1],
+    "k": 40.0,
+    "c": 0.3,
+    "length": 1.15,
+}
 
 SOFT = {"k": 30.0, "soft": 0.3}
 
@@ -131,6 +138,8 @@ def test_a_stiff_guard_of_users_has_the_rest_states_of_ours(variant, soft):
         assert one.index == other.index
     beyond = max(abs(state.orientation[1]) for state in theirs.states) > soft
     assert beyond is (soft == 0.02)
+    assert theirs.region is not None
+    assert expected.region is not None
     assert theirs.region.lower_bound == pytest.approx(expected.region.lower_bound, rel=0.05)
 
 

@@ -28,8 +28,8 @@ def test_without_a_proof_the_end_of_the_runs_is_seen(members):
     rest, in_range = card.statements
     assert (rest.word, in_range.word) == ("15 of 20 seen", "seen")
     assert rest.sentence == (
-        "Not proved: no proof was made for any of the 20 members; 15 were at rest by the end of "
-        "their computed run; 5 were not, or their run ended early"
+        "Not proved: no proof was made for any of the 20 members; of the 20 members, 15 were at "
+        "rest by the end of their computed run; 5 were not, or their run ended early"
     )
     assert dict(card.facts)["not at rest by the end"] == "5"
     assert sentences == []
@@ -46,7 +46,9 @@ def test_proved_is_said_only_of_all_members(members):
     whole, part = proved(20), proved(10)
     assert (whole.word, whole.tone) == ("proved", "good")
     assert (part.word, part.tone) == ("10 of 20 proved", "")
-    assert part.sentence.startswith("10 of 20 are proved to converge to a rest state; 10 of the ")
+    assert part.sentence.startswith(
+        "10 of 20 are proved to converge to a rest state; of the 10 others, "
+    )
 
 
 def test_one_counterexample_is_enough(members):
@@ -67,7 +69,8 @@ def test_a_member_is_counted_once(members):
 
     _, card = card_of(members(GRID, columns, prove="motion"))
     assert card.statements[0].sentence.endswith(
-        "5 are proved not to come to rest; 15 were at rest by the end of their computed run"
+        "5 are proved not to come to rest; of the 15 others, all were at rest by the end of their "
+        "computed run"
     )
 
 

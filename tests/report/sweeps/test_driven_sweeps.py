@@ -34,8 +34,8 @@ def sections(made):
 def test_the_card_says_why_nothing_is_proved(sections):
     (cards,) = [block for part in sections for block in part.blocks if isinstance(block, Cards)]
     assert cards.cards[0].statements[0].sentence == (
-        "Not proved: an input supplies power, so v may rise; 20 of 20 were not at rest by the end "
-        "of their computed run, or their run ended early"
+        "Not proved: an input supplies power, so v may rise; of the 20 members, none was at rest "
+        "by the end of their computed run"
     )
 
 

@@ -227,9 +227,11 @@ def _whole_range(
         return Answer(Sureness.PROVED, f"every motion {keeps} converges to the only rest state")
     if line.verdict == Verdict.VIOLATED:
         return Answer(Sureness.FALSE, _counterexample(int(line.value), proof))
-    why = f"at least {line.value:g} rest states" if line.value else "no rest state"
+    count = int(line.value)
+    found_states = f"{count or 'no'} rest state{'' if count == 1 else 's'}"
     reason = f" ({proof.ended})" if proof is not None else ""
-    return Answer(Sureness.NOT_DECIDED, f"{why} found, and not proved to be all{reason}")
+    why = f"a search found {found_states}, and it is not proved that there are no others{reason}"
+    return Answer(Sureness.NOT_DECIDED, why)
 
 
 def _counterexample(count: int, proof: "Proof | None") -> str:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.experiment.answers.run_answer import Answer
 from rbstab.experiment.answers.words import Sureness, meanings, words_with_meanings
+from rbstab.experiment.convergence.convergence import EVERY_START
 from rbstab.experiment.summary import at_least
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Block, Card, Cards, Sketch, Statement
@@ -20,7 +21,7 @@ MAX_CARDS = 12
 
 QUESTIONS = {
     "this_start": "From this start: does it come to rest?",
-    "whole_range": "Does every motion that stays in the range?",
+    "whole_range": "Do all motions that stay in the range end in one rest state?",
 }
 """What a run is asked; the names are those of `RunAnswer`."""
 
@@ -40,7 +41,10 @@ SYMBOLS = {
         "that proof, above 1 nothing follows",
     ),
     "peak |E|": ("E", "the displacement of the contact point from its anchor"),
-    "peak |θ2|": ("θ2", "the second Euler angle; its range ends at ±π/2 rad, a right angle"),
+    "peak |θ2|": (
+        "θ2",
+        "the second Euler angle. The range is |θ2| < π/2 rad, a right angle, and |θ1| and |θ3| < π",
+    ),
 }
 """The symbols of the numbers on the cards, and their meanings."""
 
@@ -71,12 +75,18 @@ def answer_sentence(facts: Sequence[RunFacts]) -> str:
     if len(facts) == 1:
         return (
             f"Comes to rest from this start: {_only(this)}. "
-            f"Every motion that stays in the range: {_only(every)}.{ending}"
+            f"All motions that stay in the range end in one rest state: {_only(every)}.{ending}"
         )
     return (
-        f"{counted(len(facts), 'run')}. Comes to rest from its start: {_counts(this)}. "
-        f"Every motion that stays in the range: {_counts(every)}.{ending}"
+        f"{counted(len(facts), 'run')}. Comes to rest from its start: {_counts(this)}. All motions "
+        f"that stay in the range end in one rest state: {_counts(every)}{_kept(facts)}.{ending}"
     )
+
+
+def _kept(facts: Sequence[RunFacts]) -> str:
+    """Return of how many runs it is proved that every motion stays in the range."""
+    kept = sum(entry.answer.whole_range.sentence == EVERY_START for entry in facts)
+    return f"; of {kept}, it is also proved that all motions stay in it" if kept else ""
 
 
 def _first_at_rest(facts: Sequence[RunFacts]) -> tuple[str, ...]:

@@ -53,22 +53,36 @@ def _rest(members: Members) -> Statement:
         parts.append("not proved: an input supplies power, so v may rise")
     else:
         parts.append(f"not proved: no proof was made for any of the {counted(total, 'member')}")
-    untried = int(np.count_nonzero(convergence == NO_PROOF))
-    if 0 < untried < total:
-        parts.append(f"no proof was made for {untried}, so they are not proved")
     if false:
         parts.append(f"{false} are proved not to come to rest")
-    if seen:
-        others = "of the others " if proved else ""
-        parts.append(f"{seen} {others}were at rest by the end of their computed run")
-    left = total - proved - false - seen
-    if left:
-        others = "" if seen else " at rest by the end of their computed run"
-        who = f"{left} of {total}" if members.driven and not seen else str(left)
-        parts.append(f"{who} were not{others}, or their run ended early")
+    others = total - proved - false
+    if others:
+        untried = int(np.count_nonzero(convergence == NO_PROOF))
+        who = "others" if proved or false else "members"
+        parts.append(_others(who, others, seen, untried if untried < total else 0))
     sentence = "; ".join(parts)
     word, tone = _word(total, proved, false, seen)
     return Statement(question, word, sentence[:1].upper() + sentence[1:], tone)
+
+
+def _others(who: str, count: int, seen: int, untried: int) -> str:
+    """Return how the computed runs of the members ended of which nothing is proved.
+
+    Args:
+        who: What they are called.
+        count: Their number.
+        seen: How many were at rest by the end.
+        untried: For how many of them no proof was made, if any was made.
+    """
+    some_of = "all" if untried == count else untried
+    without = f", {some_of} of them without a proof" if untried else ""
+    some = f"of the {count} {who}{without},"
+    end = "at rest by the end of their computed run"
+    if seen == count:
+        return f"{some} all were {end}"
+    if seen:
+        return f"{some} {seen} were {end}; {count - seen} were not, or their run ended early"
+    return f"{some} none was {end}"
 
 
 def _word(total: int, proved: int, false: int, seen: int) -> tuple[str, str]:

@@ -24,7 +24,7 @@ MEANINGS = {
     FALSE: "does not come to rest: proved",
     NOT_DECIDED: "not decided",
     NOT_PROVED: "not proved at the start, motion not enclosed",
-    NO_PROOF: "no proof of the rest states",
+    NO_PROOF: "no proof of the rest states, or one that ended early",
 }
 """What each code of the column `convergence` says of a member, in the order of the table."""
 
@@ -129,8 +129,8 @@ def _sentence(members: Members) -> str:
     if count[NO_PROOF]:
         named = named_members(ranges_of(np.flatnonzero(convergence == NO_PROOF).tolist()))
         sentences.append(
-            f"{count[NO_PROOF]} are not proved, because no proof of their rest states was made: "
-            f"{named}"
+            f"{count[NO_PROOF]} are not proved, because the proof of their rest states was not "
+            f"made, or ended early; `rbstab sweep PLAN --prove` goes on: {named}"
         )
     return ". ".join(sentences) + "."
 

@@ -13,7 +13,7 @@ from rbstab.report.runs.figures.time_axis import (
     with_room_for_transients,
 )
 
-T = np.linspace(0.0, 2.0, 401)
+T = np.linspace(0.0, 2.0, 1001)
 
 
 def figure_of(*curves, log=False, **options):
@@ -54,7 +54,7 @@ def test_a_fast_decay_splits_the_axis_where_it_is_over():
 
 @pytest.mark.parametrize(
     "curve",
-    [np.exp(-2 * T), np.sin(9 * T), np.zeros(401), np.full(401, np.nan), np.ones(401)],
+    [np.exp(-2 * T), np.sin(9 * T), 0 * T, np.full(len(T), np.nan), 1 + 0 * T],
 )
 def test_without_a_fast_transient_nothing_changes(curve):
     figure = figure_of(curve)

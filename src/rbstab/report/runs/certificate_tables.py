@@ -68,12 +68,14 @@ def _matrix(facts: Sequence[RunFacts]) -> Table:
         cells = [check_cell(lines[check]) if check in lines else Cell(NO_VALUE) for check in checks]
         overall = verdict_cell(entry.attribute("verdict"))
         rows.append((Cell(entry.run.label), *cells, overall))
+    driven = "driven: inputs supply power, so v may rise; what rises is supplied. "
+    if not any(entry.run.is_driven for entry in facts):
+        driven = ""
     note = (
         "The last column puts the checks of the computed run together; global stability and the "
         "certified region have no part in it, because they speak of the exact motion. A start "
-        "outside of the certified region decides nothing. driven: inputs supply power, so v may "
-        "rise; what rises is supplied. Numbers over v(0) are divided by a ten "
-        "thousandth of the largest energy, or by the energy supplied, if that is larger."
+        f"outside of the certified region decides nothing. {driven}Numbers over v(0) are divided "
+        "by a ten thousandth of the largest energy, or by the energy supplied, if that is larger."
     )
     return Table("certificate-matrix", "Checks of each run", heads, tuple(rows), note)
 

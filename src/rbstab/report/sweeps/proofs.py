@@ -130,7 +130,7 @@ def _sentence(members: Members) -> str:
         named = named_members(ranges_of(np.flatnonzero(convergence == NO_PROOF).tolist()))
         sentences.append(
             f"{count[NO_PROOF]} are not proved, because the proof of their rest states was not "
-            f"made, or ended early; `rbstab sweep PLAN --prove` goes on: {named}"
+            f"made, or ended early; rbstab sweep PLAN --prove goes on: {named}"
         )
     return ". ".join(sentences) + "."
 

@@ -224,7 +224,7 @@ def _sentences(runs: Sequence[Run], readable: list[Run], spectra: list[Roots]) -
     if with_code:
         sentences.append(
             "No eigenvalues are drawn for runs with elements of users, whose code a report never "
-            f"runs: {', '.join(with_code)}. `rbstab stability --allow-python --along` computes "
+            f"runs: {', '.join(with_code)}. The command rbstab stability --allow-python prints "
             "them."
         )
     if without_rest:

@@ -16,9 +16,9 @@ MOST = 0.9
 FAST = 0.1
 """A transient is fast if it is over within this share of the duration."""
 
-MIN_SAMPLES = 8
+MIN_SAMPLES = 20
 """The first part of a split axis has at least this many intervals between samples; with fewer, it
-would show straight lines only."""
+would show the straight lines between them."""
 
 MAX_SPLIT = 0.25
 """A first part longer than this share of the duration has room enough on a linear axis."""

@@ -134,6 +134,22 @@ def test_the_condition_is_named_that_is_smaller_in_most_cases(members):
     assert "free has the smaller value in all 20 cases, by 0.1 s" in sentences[1]
 
 
+def test_a_condition_that_holds_the_contact_point_is_not_called_the_best(members):
+    """Its displacement is zero by construction."""
+
+    def columns(a):
+        variant, point = a["controller_variant"], a["run"] % 50
+        peak = np.where(variant == 2, 0.0, 0.1 + 0.001 * point + 0.05 * (variant == 0))
+        return {"peak_contact_displacement": peak[:, np.newaxis] * np.ones(3)}
+
+    sentences, _ = card_of(members(EACH, columns, design="random", members=50, seed=4))
+    (sentence,) = [one for one in sentences if "displacement" in one]
+    assert sentence.startswith(
+        "The largest displacement of the contact point (largest |E1|, |E2| or |E3|) is always 0 "
+        "with permanent. Of the others, it is smaller with free than with visco-elastic. Of these "
+    )
+
+
 def test_a_difference_that_may_be_chance_is_not_called_one(members):
     sentence = ranked(members, lambda point: np.where(point % 2 == 0, 0.1, -0.09))
     assert "no sure difference between" in sentence

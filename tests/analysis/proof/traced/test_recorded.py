@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from flint import arb, ctx
-from support.user_code import CREEPING_TIE, MAXWELL, ROPE, TIE, element_text, mine
+from support.user_code import CREEPING_TIE, MAXWELL, ROPE, SPRING, TIE, element_text, mine
 
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.motion_proof.dual import decimal_duals
@@ -107,6 +107,11 @@ def test_code_without_formulas(folder):
     at_rest, element = loaded(folder, text, KINDS["tie"][1])
     why = str(why_not_recorded(at_rest.system))
     assert "one is code of a user that cannot be recorded" in why
+    with pytest.raises(NotRecordedError):
+        recorded_element(at_rest, element, decimal_duals)
+    timed = SPRING.replace("-self.k * motion.X", "-self.k * motion.time * motion.X")
+    at_rest, element = loaded(folder, timed, {"k": 3.0})
+    assert "a statement depends on the time" in str(why_not_recorded(at_rest.system))
     with pytest.raises(NotRecordedError):
         recorded_element(at_rest, element, decimal_duals)
     assert why_not_recorded(loaded(folder, *KINDS["tie"])[0].system) is None

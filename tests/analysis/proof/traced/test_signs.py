@@ -58,6 +58,9 @@ NEVER |= {
 }
 
 NOT_SHOWN = {
+    # x⁰ is 1, also of a zero.
+    "a power 0 of zero": lambda v: -(v[0] * v[0]) * (0.0 / numbers.exp_of(v[1])) ** 0,
+    "a power 0 of zero, later": lambda v: -(v[0] * v[0]) * (0.0 * v[1] + 0.0 / (v[1] + 3.0)) ** 0,
     "indefinite, of sums": _of_sums(INDEFINITE),
     "a number": lambda v: v[0] + 0.0,
     "a product": lambda v: v[0] * v[1],
@@ -106,6 +109,17 @@ def test_numbers_that_doubles_mean():
     assert meant(0.1) * 10 == 1
     assert meant(1.2345678901) * 10**10 == 12345678901
     assert float(meant(np.pi)) == np.pi
+    assert meant(1.2345678901234568e20) == 123456789012345680000
+    assert meant(2.0**40) == 2**40
+
+
+def test_products_of_products_are_not_walked_twice():
+    def formula(v):
+        for _ in range(40):
+            v = v * v
+        return v[0]
+
+    assert never_negative(formula)
 
 
 @pytest.mark.parametrize(

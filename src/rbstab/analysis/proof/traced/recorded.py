@@ -13,10 +13,19 @@ from typing import Any
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
-from rbstab.analysis.proof.traced.program import Operation, indices_of, needed_by, operations_of
+from rbstab.analysis.proof.traced.passive import TIMED
+from rbstab.analysis.proof.traced.program import (
+    Operation,
+    indices_of,
+    needed_by,
+    operations_of,
+    variables_of,
+)
 from rbstab.analysis.proof.traced.separate import in_proofs
 from rbstab.analysis.proof.traced.terms import meant
 from rbstab.analysis.proof.traced.tracing import (
+    ENTRY,
+    TIME,
     NotRecordedError,
     entries_of,
     free_motion,
@@ -105,8 +114,11 @@ class Formulas:
             if indices:
                 numbers = [found[one] for one in indices]
                 found[index] = _combined(kind, *numbers, *operands[len(indices) :])
+            elif kind == CONSTANT:
+                found[index] = self._constants[index]
             else:
-                found[index] = self._constants[index] if kind == CONSTANT else entries[operands[0]]
+                assert kind == ENTRY  # `recorded_element` refuses the time
+                found[index] = entries[operands[0]]
         results = self._results[name]
         values = np.empty(len(results), dtype=object)
         for place, index in enumerate(results):
@@ -123,13 +135,15 @@ def recorded_element(at_rest: Configurations, element: Element, numbers: Numbers
         numbers: The kind of number of its parameters, and of the constants of its code.
 
     Raises:
-        NotRecordedError: Its code cannot be recorded.
+        NotRecordedError: Its code cannot be recorded, or it depends on the time.
     """
     try:
         operations, results = _statements(at_rest, element)
     except Exception as error:
         # An element of a user may raise anything.
         raise NotRecordedError(str(error) or type(error).__name__) from error
+    if TIME in variables_of(operations, {one for some in results.values() for one in some}):
+        raise NotRecordedError(TIMED)
     kind = type(type(element).__name__, (RecordedElement,), {"states": element.states})
     found: Element = kind(element.name, Formulas(operations, results, numbers))
     return found

@@ -20,6 +20,9 @@ from rbstab.integrate.straight_line.number import (
 MOST_DENOMINATOR = 1000
 """A constant of the code that is the double nearest to such a fraction means it: 1/3."""
 
+WHOLE = 2.0**53
+"""From here on all doubles are whole numbers, and mean their shortest decimals."""
+
 AS_ARGUMENT = frozenset({"sinh", "tanh", "atan"})
 """Functions that have the sign of their argument."""
 
@@ -31,8 +34,11 @@ Powers = tuple[tuple[int, int], ...]
 
 def meant(number: float) -> Fraction:
     """Return the number that a double in the code or in a config means: 1/3, or a decimal."""
+    decimal = Fraction(repr(number))
+    if abs(number) >= WHOLE:
+        return decimal
     simple = Fraction(number).limit_denominator(MOST_DENOMINATOR)
-    return simple if float(simple) == number else Fraction(repr(number))
+    return simple if float(simple) == number else decimal
 
 
 class Term(NamedTuple):
@@ -56,6 +62,7 @@ class Terms:
 
     def __init__(self, operations: Sequence[Operation]) -> None:
         self._operations = operations
+        self._products: list[tuple[Fraction, Powers]] = []
 
     @cached_property
     def variables(self) -> frozenset[int]:
@@ -117,26 +124,37 @@ class Terms:
 
     def product(self, index: int) -> tuple[Fraction, Powers]:
         """Return a product as a number and its factors; a divisor is one of a power below 0."""
-        number, powers = Fraction(1), Counter[int]()
-        pending = [(index, 1)]
-        while pending:
-            one, exponent = pending.pop()
-            kind, *operands = self._operations[one]
-            if kind == CONSTANT and operands[0]:
-                number *= meant(operands[0]) ** exponent
-            elif kind == CONSTANT:
-                number = Fraction(0)
-            elif kind == NEGATE:
-                number *= (-1) ** (exponent % 2)
-                pending.append((operands[0], exponent))
-            elif kind in {MULTIPLY, DIVIDE}:
-                second = exponent if kind == MULTIPLY else -exponent
-                pending += [(operands[0], exponent), (operands[1], second)]
-            elif kind == POWER:
-                pending.append((operands[0], exponent * operands[1]))
-            else:
-                powers[one] += exponent
-        return number, tuple(sorted((one, n) for one, n in powers.items() if n))
+        for one in range(len(self._products), index + 1):
+            self._products.append(self._product(one))
+        return self._products[index]
+
+    def _product(self, index: int) -> tuple[Fraction, Powers]:
+        """Return the product of an operation, from those of its operands."""
+        kind, *operands = self._operations[index]
+        if kind == CONSTANT:
+            return meant(operands[0]), ()
+        if kind == NEGATE:
+            number, powers = self._products[operands[0]]
+            return -number, powers
+        if kind == POWER:
+            return _raised(self._products[operands[0]], operands[1])
+        if kind not in {MULTIPLY, DIVIDE}:
+            return Fraction(1), ((index, 1),)
+        number, powers = self._products[operands[0]]
+        factor, others = _raised(self._products[operands[1]], 1 if kind == MULTIPLY else -1)
+        total = Counter(dict(powers))
+        for one, exponent in others:
+            total[one] += exponent
+        return number * factor, tuple(sorted((one, n) for one, n in total.items() if n))
+
+
+def _raised(product: tuple[Fraction, Powers], exponent: int) -> tuple[Fraction, Powers]:
+    """Return a product to a power; x⁰ is 1, and 1/0, which has no value, is taken for 0."""
+    number, powers = product
+    if exponent == 0:
+        return Fraction(1), ()
+    raised = number**exponent if number else Fraction(0)
+    return raised, tuple((one, n * exponent) for one, n in powers)
 
 
 def times(powers: Powers, index: int, exponent: int) -> Powers:

@@ -118,7 +118,13 @@ def _sentence(groups: PairedConditions, quantity: MemberQuantity, *, sampled: bo
     """Return a sentence on the two best conditions; "" if there are no two to compare."""
     values = quantity.values[groups.pairs]
     # A condition without any value cannot be compared.
-    medians = [float(np.median(v)) if len(v) else np.inf for v in map(_finite, values.T)]
+    columns = [_finite(column) for column in values.T]
+    # Neither can one that holds the contact point: its displacement is 0 by construction.
+    zero = [k for k, v in enumerate(columns) if len(v) and not v.any()]
+    zero = zero if len(columns) - len(zero) > 1 else []
+    medians = [
+        np.inf if k in zero or not len(v) else float(np.median(v)) for k, v in enumerate(columns)
+    ]
     best, second = np.argsort(medians, kind="stable").tolist()[:2]
     found = paired_difference(values[:, best], values[:, second])
     if not np.isfinite(medians[second]) or not found.pairs:
@@ -130,18 +136,21 @@ def _sentence(groups: PairedConditions, quantity: MemberQuantity, *, sampled: bo
     unit = quantity.axis.unit
     name = PLAIN_NAMES.get(quantity.name, "The {}").format(quantity.axis.label)
     first, other = groups.labels[best], groups.labels[second]
-    few = len(groups.labels) == 2
+    few = len(groups.labels) - len(zero) == 2
+    always = f"With {listed(groups.labels[k] for k in zero)}, it is always 0. " if zero else ""
     both = f"{first} and {other}" + ("" if few else ", which have the smallest values")
     cases = counted(found.pairs, "case")
     left_out = _left_out(len(values) - found.pairs, len(values))
     if found.median == 0 or (sampled and not found.is_sure):
-        return f"{name}: no sure difference between {both} (median of {cases}{left_out})."
+        text = f"{name}: no sure difference between {both} (median of {cases}{left_out})."
+        return f"{text} {always}".strip()
     by = f"{number(-found.median)} {unit}".rstrip()
     if not found.matters:
-        return (
+        text = (
             f"{name}: no difference that matters between {both}. It is {by} in the median of "
             f"{cases}, less than {MATTERS:.0%} of the values{left_out}."
         )
+        return f"{text} {always}".strip()
     smaller = round(found.negative * found.pairs)
     often = f"all {cases}" if smaller == found.pairs > 1 else f"{smaller} of {cases}"
     ends = f"{number(-found.high)} and {number(-found.low)} {unit}".rstrip()
@@ -149,10 +158,12 @@ def _sentence(groups: PairedConditions, quantity: MemberQuantity, *, sampled: bo
         f"; with {CONFIDENCE:.0%} confidence, this median is between {ends}" if sampled else ""
     )
     ranks = "smaller" if few else "smallest"
+    begin = f"{name} is always 0 with {listed(groups.labels[k] for k in zero)}. Of the others, it"
+    subject = begin if zero else name
     next_one = f"than with {other}" if few else f"and second smallest with {other}"
     return (
-        f"{name} is {ranks} with {first} {next_one}. Of these two, {first} has the smaller value "
-        f"in {often}, by {by} in the median{interval}{left_out}."
+        f"{subject} is {ranks} with {first} {next_one}. Of these two, {first} has the "
+        f"smaller value in {often}, by {by} in the median{interval}{left_out}."
     )
 
 

@@ -240,6 +240,19 @@ REFUSED = {
         ),
         NOT_OF_ANGLES,
     ),
+    "a mode inside a function": (
+        GUARD.replace("import power", "import power, sqrt")
+        .replace(SQUARE, "(sqrt(1.0 + self.mode[0]) - 1.0) * above * above")
+        .replace(
+            "self.mode * self._beyond(motion)",
+            "self._beyond(motion) * [sqrt(1.0 + self.mode[0]) - 1.0, self.mode[1]]",
+        ),
+        NOT_CONTINUOUS,
+    ),
+    "a mode in a divisor": (
+        GUARD.replace(SQUARE, "self.mode[0] * above * above / (2.0 - self.mode[0])"),
+        NOT_CONTINUOUS,
+    ),
     "a wrench that is wrong in one mode": (
         GUARD.replace("(above - below)", "(above - 1.01 * below)"),
         UNBALANCED,

@@ -146,6 +146,9 @@ def _by_mode(
     found = defaultdict[int, list[Term]](list)
     for powers, number in sums.items():
         modes = [one for one, _ in powers if operations[one][0] == MODE]
+        others = [one for one, _ in powers if operations[one][0] != MODE]
+        if others and MODE in variables_of(operations, others):
+            raise NotShownError(NOT_CONTINUOUS)  # a mode inside a function, or a divisor
         if not number or not modes:
             continue
         if len(modes) > 1 or dict(powers)[modes[0]] < 1:

@@ -45,6 +45,9 @@ def section(path: Path) -> str:
     text = path.read_text(encoding="utf-8")
     (title,) = re.findall(r"^title: (.*)$", text, flags=re.MULTILINE)
     words = " ".join(line.lstrip("# ") for line in text.split("\n") if line.startswith("#"))
+    # The command stands below.
+    words = re.sub(r" It runs code, so it needs the option --allow-python:.*$", "", words)
+    words = re.sub(r"\(docs/(\w+)\.md\)", r"([more on this](\1.md))", words)
     inside = path.relative_to(ROOT).as_posix()
     allowed = " --allow-python" if "kind: python" in text else ""
     picture = f"pictures/gallery/{path.stem}.png"

@@ -141,10 +141,10 @@ def _no_energy(identity: str, system: System, error: "NoReducedEnergy", start_ti
     """Return the rest states that a search finds, and why nothing is proved of them."""
     from rbstab.analysis.proof.guards.separate import has_switching_guards
     from rbstab.analysis.proof.reduced_energy import SEARCHED_INSTEAD
-    from rbstab.analysis.proof.searches.rest_states import searched_rest_states
+    from rbstab.analysis.proof.searches.rest_states import searched_minima, searched_rest_states
 
-    searched = error.reason in SEARCHED_INSTEAD and not has_switching_guards(system)
-    states = searched_rest_states(system) if searched else []
+    search = searched_minima if has_switching_guards(system) else searched_rest_states
+    states = search(system) if error.reason in SEARCHED_INSTEAD else []
     seconds = time.perf_counter() - start_time
     return searched_record(identity, states, seconds, outcome=str(error))
 

@@ -97,6 +97,7 @@ SEARCHED_INSTEAD = frozenset(
         NoEnergyReason.NOT_TRIGONOMETRIC,
         NoEnergyReason.NO_LENGTH,
         NoEnergyReason.SPRINGS_AND_LIGAMENTS,
+        NoEnergyReason.SPRINGS_AND_SWITCHING_GUARDS,
         NoEnergyReason.SPRINGS_AND_OUTER_BARRIER,
         NoEnergyReason.SPRINGS_AND_FORMULAS,
     }

@@ -1,7 +1,7 @@
 """Rest states by search alone, for an energy that is in no proof, or is not proved yet.
 
-The search needs nothing but values of the stored energy, so it takes any element. It finds no rest
-state that is held where a force jumps, or by a stop.
+A search needs nothing but values of the stored energy, so it takes any element. Where a force jumps
+or a stop acts, minima are searched by descents; other rest states by a search for roots.
 """
 
 from dataclasses import dataclass
@@ -22,8 +22,11 @@ from rbstab.analysis.rest_state import (
     largest_load,
     numerical_hessian,
     rest_state_at,
+    rest_state_below,
 )
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import PITCH
+from rbstab.systems.impact import stop_of
 from rbstab.systems.modes import with_modes_at
 from rbstab.systems.system import System
 
@@ -31,6 +34,12 @@ STARTS = 60
 
 MERGE_DISTANCE = 3e-4
 """rad and m: configurations closer than this count as one."""
+
+DESCENTS = 6
+"""The random starts of a search for minima, which takes longer."""
+
+SAME_MINIMUM = 1e-2
+"""rad and m: a descent to where a force jumps is less accurate than a root."""
 
 UNBALANCED = 1e-6
 """The largest acceleration of a body at rest, relative to that under the largest load alone."""
@@ -67,6 +76,32 @@ def searched_rest_states(system: System, seed: int = 0) -> list[SearchedState]:
             found.append(q)
     states = [SearchedState(rest_state_at(at_rest, q), _index(at_rest, q)) for q in found]
     return sorted(states, key=lambda one: one.state.energy)
+
+
+@np.errstate(all="ignore")
+def searched_minima(system: System, seed: int = 0) -> list[SearchedState]:
+    """Return the minima in which descents from some attitudes end, lowest energy first.
+
+    The body may rest in them where a force jumps, or against a stop.
+
+    Args:
+        system: The system.
+        seed: Seed of the random starts; Θ = 0 is added.
+    """
+    at_rest, stop = configurations(as_at_rest(system)), stop_of(system)
+    states: list[RestState] = []
+    for Theta in [np.zeros(3), *_random_attitudes(seed)[:DESCENTS]]:
+        if stop is not None:
+            Theta[PITCH] = np.clip(Theta[PITCH], -stop.angle, stop.angle)
+        state = rest_state_below(at_rest, _at_attitude(at_rest, Theta))
+        if state is None or not state.found:
+            continue
+        q = at_rest.configuration(state.motion, state.own)
+        others = (at_rest.configuration(one.motion, one.own) for one in states)
+        if all(np.abs(q - other).max() >= SAME_MINIMUM for other in others):
+            states.append(state)
+    found = [SearchedState(state, 0) for state in states]
+    return sorted(found, key=lambda one: one.state.energy)
 
 
 def _random_attitudes(seed: int) -> Array:

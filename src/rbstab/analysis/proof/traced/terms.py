@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 from rbstab.analysis.proof.traced.program import Operation
@@ -32,6 +32,7 @@ Powers = tuple[tuple[int, int], ...]
 """A product: the indices of its factors in rising order, each with its exponent."""
 
 
+@lru_cache(10_000)
 def meant(number: float) -> Fraction:
     """Return the number that a double in the code or in a config means: 1/3, or a decimal."""
     decimal = Fraction(repr(number))

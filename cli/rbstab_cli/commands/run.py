@@ -90,7 +90,8 @@ def command(
 
     The results are stored as soon as they are computed. Then the program proves what it can about
     each motion within some seconds, stores that too, and ends with the answers: whether the motion
-    from this start comes to rest, and whether every motion does.
+    from this start comes to rest, and whether all motions that stay in the range end in one rest
+    state.
 
     With --member N each CONFIG is the plan of a sweep. Its member N is integrated as a single run
     and stored as DIR/PLAN-memberN.h5. The plan may be the copy in the sweep's folder:

@@ -61,7 +61,7 @@ def print_answers(
 def _print_words(answers: "list[tuple[Path, RunAnswer]]") -> None:
     from rbstab_cli.output.tables import add_row, new_table, print_table
 
-    words = ("this start comes to rest", "every motion in the range does")
+    words = ("this start comes to rest", "all in the range end in one rest state")
     table = new_table("file", *words, words=words)
     for path, answer in answers:
         add_row(table, str(path), *(str(found.sureness) for found in answer))

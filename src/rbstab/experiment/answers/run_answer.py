@@ -50,7 +50,7 @@ class RunAnswer(NamedTuple):
 
     Attributes:
         this_start: Whether the motion from this start comes to rest.
-        whole_range: Whether every motion that stays in the range does.
+        whole_range: Whether all motions that stay in the range end in one rest state.
     """
 
     this_start: Answer

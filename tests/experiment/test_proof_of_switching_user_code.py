@@ -12,7 +12,12 @@ from support.user_code import SPRING, element_text, mine
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.proof.traced.energy import TracedEnergy
 from rbstab.analysis.proof.traced.passive import UNBALANCED
-from rbstab.analysis.proof.traced.separate import NotInProofsError, in_proofs, user_energies
+from rbstab.analysis.proof.traced.separate import (
+    TOO_LARGE,
+    NotInProofsError,
+    in_proofs,
+    user_energies,
+)
 from rbstab.analysis.proof.traced.switching import NOT_CONTINUOUS, NOT_OF_ANGLES
 from rbstab.analysis.proof_check.equations import agrees_with_equations
 from rbstab.config.build import problem_of, system_of
@@ -253,6 +258,32 @@ REFUSED = {
         GUARD.replace(SQUARE, "self.mode[0] * above * above / (2.0 - self.mode[0])"),
         NOT_CONTINUOUS,
     ),
+    "modes in the square of a sum": (
+        GUARD.replace(
+            "0.5 * self.k * (self.mode[0] * above * above + self.mode[1] * power(below, 2))",
+            "0.5 * self.k * power(self.mode[0] * above - self.mode[1] * below, 2)",
+        ).replace(
+            "-self.k * (above - below)",
+            "-self.k * (self.mode[0] + self.mode[1]) * (above - below)",
+        ),
+        "",
+    ),
+    "a mode in an exponential": (
+        GUARD.replace("import power", "import exp, power")
+        .replace(SQUARE, "2.0 * exp(self.mode[0] * above)")
+        .replace(
+            "above, below = self.mode * self._beyond(motion)",
+            "above, below = self.mode * self._beyond(motion)\n"
+            "        above = self.mode[0] * exp(self.mode[0] * above)",
+        ),
+        NOT_CONTINUOUS,
+    ),
+    "thousands of terms": (
+        GUARD.replace(
+            SQUARE, "sum((self.mode[0] * above * above / 4000 for _ in range(4000)), 0.0)"
+        ),
+        TOO_LARGE,
+    ),
     "a wrench that is wrong in one mode": (
         GUARD.replace("(above - below)", "(above - 1.01 * below)"),
         UNBALANCED,
@@ -264,6 +295,21 @@ REFUSED = {
 def test_what_is_not_shown_to_be_continuous(folder, name):
     text, reason = REFUSED[name]
     assert reason in why_not(folder, text, SOFT)
+
+
+@pytest.mark.parametrize(("k", "soft"), [(1e200, 0.3), (1e-110, 1e110)])
+def test_numbers_that_no_double_has(folder, k, soft):
+    """k² is too large, or k³ too small: its double would be an exact zero."""
+    text = GUARD.replace("motion.Theta[1]", "(self.soft / 0.3 * motion.Theta[1])")
+    text = text.replace(SQUARE, "2 * self.k * self.mode[0] * power(self.k * above, 3)")
+    push = "above, below = self.mode * self._beyond(motion)"
+    text = text.replace(
+        push, f"{push}\n        above = 20 * self.k * self.k * self.k * above * above"
+    )
+    (folder / "mine.py").write_text(text)
+    config = held({"one": mine(k=k, soft=soft)})
+    with pytest.raises(NotInProofsError):
+        energy_of(config)
 
 
 def test_an_event_function_with_the_other_sign_in_the_energy(folder):

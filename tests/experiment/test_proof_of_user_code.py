@@ -323,13 +323,40 @@ def test_large_exponents_are_refused_before_anything_is_searched(folder):
     assert "its energy has an exponent above 16" in proof.outcome
 
 
-def test_no_motion_under_code_is_enclosed():
-    config = _config("one valley", initial={"angular_velocity": [0, 40.0, 0]})
-    problem, proof = problem_of(config), _proved("one valley")
-    found = prove_convergence(config, problem, proof)
-    assert found.samples is None
-    assert found.convergence.proved is None
-    assert "no motion under such code is enclosed" in found.convergence.why
+def test_a_motion_outside_of_the_regions_is_enclosed_until_it_is_in_one():
+    fast = {"orientation": [0.2, -0.2, -0.12], "angular_velocity": [3.5, -1.5, 1.0]}
+    config = _config("one valley", initial=fast)
+    proof, problem = _proved("one valley"), problem_of(config)
+    assert convergence_at_start(config, problem, proof).proved is None
+    found = prove_convergence(config, problem, proof).convergence
+    assert (found.proved, found.rest_state) == (True, 1)
+    assert found.time is not None
+    assert found.time > 0
+
+
+POLE = element_text(
+    """
+    def wrench(self, motion, own):
+        p = 30.0 * (motion.Theta[1] - self.s)
+        return couple_on_body(30.0 * self.k / (1 + p * p) * motion.B[1])
+
+    def stored(self, motion, own):
+        return self.k * atan(1 / (30.0 * (motion.Theta[1] - self.s)))
+    """,
+    'Gain("k", "J", "k", shape="number"), Gain("s", "rad", "s", shape="number")',
+).replace("import power", "import atan, power")
+"""Its wrench is smooth, but its energy jumps by kπ at θ2 = s."""
+
+
+def test_an_energy_that_jumps_where_it_has_no_value(folder):
+    """The start is beyond the jump, and goes to another rest state than the nearest."""
+    (folder / "mine.py").write_text(POLE)
+    start = {"orientation": [-0.94, 0.49, -0.257]}
+    config = load({"one": mine(k=3.0, s=0.5)}, initial=start, gravity=[1.0, 3.0, -9.81])
+    proof = prove(config)
+    assert proof.claims_nothing
+    assert "`stored`, `wrench` and `dissipated` have values" in proof.outcome
+    assert convergence_at_start(config, problem_of(config), proof).proved is None
 
 
 def test_elements_of_users_beside_ours():

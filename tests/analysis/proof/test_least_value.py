@@ -1,5 +1,7 @@
 """The least value of a form over a box has a proved lower bound, close to the value found."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,7 +12,7 @@ from support.systems import VARIANTS
 from rbstab.analysis.proof.box_bounds import Enclosure
 from rbstab.analysis.proof.boxes import Boxes
 from rbstab.analysis.proof.enclosure import enclosure
-from rbstab.analysis.proof.least_value import least_value, lower_bounds
+from rbstab.analysis.proof.least_value import least_value, lower_bounds, upper_bounds
 from rbstab.analysis.proof.reduced_energy import reduced_energy
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 
@@ -121,3 +123,17 @@ def test_limit_leaves_a_bound_that_is_weak_but_true():
         found = least_value(form, whole, limit)
         assert not found.closed
         assert found.lower_bound <= exact.lower_bound <= exact.value <= found.value + 1e-12
+
+
+def test_a_box_without_a_bound_leaves_nothing_known():
+    """A minimum of Python drops what is no number, and so all that was not bounded."""
+    form = reduced_energy(random_rest_system(np.random.default_rng(1), "embedded")).form
+    boxes = Boxes(np.full((3, 3), -0.1), np.full((3, 3), 0.1))
+    enclosed = enclosure(form, boxes)
+    value = enclosed.value.copy()
+    value[1] = np.nan
+    unknown = replace(enclosed, value=value)
+    found = lower_bounds(unknown)
+    assert np.isfinite(found[[0, 2]]).all()
+    assert found[1] == -np.inf
+    assert upper_bounds(unknown)[1] == np.inf

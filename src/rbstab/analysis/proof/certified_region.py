@@ -135,7 +135,8 @@ def _proved_bound(rest: RestStates, faces: Iterable[LeastValue]) -> float | None
     places = joined([rest.undecided, *(point.enclosure for point in others)])
     inside = lower_bounds(enclosure(form, places))
     at_border = [least.lower_bound for least in faces]
-    return min([*at_border, float(inside.min(initial=np.inf))])
+    bound = min([*at_border, float(inside.min(initial=np.inf))])
+    return bound if bound > -np.inf else None
 
 
 def energy_at_most(form: TrigonometricForm, point: RestPoint) -> float:

@@ -81,7 +81,8 @@ def least_value(form: TrigonometricForm, box: Boxes, box_limit: int) -> LeastVal
 def lower_bounds(enclosed: Enclosure) -> Array:
     """Bound U from below over each box, shape (m,).
 
-    U(Θ) >= U(m) + ∇U(m)'δ + ½ δ'H(m)δ - Σ T_ijk r_i r_j r_k / 6.
+    U(Θ) >= U(m) + ∇U(m)'δ + ½ δ'H(m)δ - Σ T_ijk r_i r_j r_k / 6. Where that is no number, nothing
+    is known: -inf. A minimum over boxes would drop what is no number.
     """
     r = enclosed.radius
     cubic = np.einsum("mijk,mi,mj,mk->m", enclosed.third, r, r, r) / 6
@@ -89,6 +90,7 @@ def lower_bounds(enclosed: Enclosure) -> Array:
     lost = (cubic + enclosed.error + drop) * ROUNDING_FACTOR
     # The subtraction is rounded too.
     bounds = enclosed.value - lost - 1e-15 * (np.abs(enclosed.value) + lost)
+    bounds = np.where(np.isnan(bounds), -np.inf, bounds)
     if not isinstance(enclosed, GuardedEnclosure):
         return bounds
     bare, added = lower_bounds(enclosed.bare), enclosed.energy[:, 0]

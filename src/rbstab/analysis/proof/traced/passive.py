@@ -31,8 +31,8 @@ UNBALANCED = "it is not shown that `wrench` has the power that `stored` and `dis
 NO_POINTS = "its power balance has no value at the points at which it would be computed"
 
 WITHOUT_VALUES = (
-    "it is not shown that `wrench` and `dissipated` have values for all velocities: a divisor, or "
-    "what a root or a logarithm is taken of, may be zero"
+    "it is not shown that `stored`, `wrench` and `dissipated` have values for all motions: a "
+    "divisor, or what a root or a logarithm is taken of, may be zero"
 )
 
 GAINS_ENERGY = "it is not shown that `dissipated` is never negative"
@@ -59,7 +59,7 @@ def why_not_passive(statements: TracedStatements) -> str | None:
         return NO_POINTS
     if not balances:
         return UNBALANCED
-    if not has_values(operations, used[1:]):
+    if not has_values(operations, used):
         return WITHOUT_VALUES
     loss = statements.loss
     return None if Signs(loss.operations).never_negative(loss.result) else GAINS_ENERGY

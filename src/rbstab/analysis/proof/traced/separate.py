@@ -32,6 +32,8 @@ NOT_QUADRATIC = (
     "derivatives"
 )
 
+TOO_LARGE = "its energy has too many terms, or too large numbers"
+
 NOT_RELAXING = (
     "it is not shown that its own states move down its energy while the body is at rest: `rates` "
     "must be -M times the derivative of `stored` then, with a constant positive definite M"
@@ -120,6 +122,8 @@ def _switched(at_rest: Configurations, element: Element) -> Program:
     """Return the energy of an element that switches."""
     try:
         return switched_energy(at_rest, element)
+    except (RecursionError, OverflowError) as error:
+        raise NotInProofsError(f"{element.name}: {TOO_LARGE}") from error
     except (NotRecordedError, NotShownError) as error:
         cannot = "its code cannot be recorded: " if isinstance(error, NotRecordedError) else ""
         raise NotInProofsError(f"{element.name}: {cannot}{error}") from error
@@ -150,7 +154,7 @@ def damping_of_users(system: System) -> Damping:
     smooth = [element for element in users if not element.mode_count]
     try:
         return damping_of(_passive_statements(at_rest, element) for element in smooth)
-    except NotInProofsError:
+    except (NotInProofsError, RecursionError):
         return NOTHING
 
 

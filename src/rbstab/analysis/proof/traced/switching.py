@@ -189,7 +189,10 @@ def _divided(term: Term, signs: dict[int, int]) -> Term:
 
 def _term(formula: list[Operation], term: Term) -> int:
     """Add a product to a formula, and return its index."""
-    found = _appended(formula, CONSTANT, float(term.number))
+    number = float(term.number)
+    if not number:
+        raise NotShownError(NOT_CONTINUOUS)  # too small: its double would be an exact zero
+    found = _appended(formula, CONSTANT, number)
     for one, exponent in term.powers:
         factor = one if exponent == 1 else _appended(formula, POWER, one, exponent)
         found = _appended(formula, MULTIPLY, found, factor)

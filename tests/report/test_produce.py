@@ -75,12 +75,12 @@ def test_wrong_sweep_beside_a_run(files, tmp_path):
 
 
 def test_error_of_a_writer_shows_the_result_that_causes_it(files, tmp_path, monkeypatch):
-    other = tmp_path / "other.h5"
-    write_result(other, made_result(title="other"))
+    other = tmp_path / "zebra.h5"
+    write_result(other, made_result(title="zebra"))
     sources, original = read_sources([files[0], other]), write_report
 
     def fail_for_other(report, *arguments, **options):
-        if any("other" in str(section) for section in report.sections):
+        if any("zebra" in str(section) for section in report.sections):
             raise ZeroDivisionError("cannot be drawn")
         original(report, *arguments, **options)
 

@@ -156,16 +156,24 @@ def fraction_ball(number: Fraction) -> Ball:
 
 
 def is_positive_definite(matrix: Array) -> bool:
-    """Return whether the symmetric part of a 3x3 matrix is positive definite.
+    """Return whether the symmetric part of a square matrix is positive definite.
 
-    The leading principal minors are computed in rational numbers, without round-off.
+    Its pivots are computed in rational numbers, without round-off.
 
     Args:
-        matrix: The matrix, of doubles or of rational numbers.
+        matrix: The matrix, of doubles or of rational numbers, shape (n, n).
     """
-    rows = [[Fraction(x) for x in row] for row in matrix.tolist()]
-    (a, b, c), (_, d, e), (_, _, f) = (
-        [(rows[i][j] + rows[j][i]) / 2 for j in range(3)] for i in range(3)
-    )
-    determinant = a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d)
-    return a > 0 and a * d - b * b > 0 and determinant > 0
+    exact = [[Fraction(x) for x in row] for row in matrix.tolist()]
+    # Twice the symmetric part.
+    rows = [
+        [x + other[i] for x, other in zip(row, exact, strict=True)] for i, row in enumerate(exact)
+    ]
+    while rows:
+        pivot, *row = rows[0]
+        if pivot <= 0:
+            return False
+        rows = [
+            [entry - row[i] * row[j] / pivot for j, entry in enumerate(rest)]
+            for i, (_, *rest) in enumerate(rows[1:])
+        ]
+    return True

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.analysis.exact import is_positive_definite
 from rbstab.analysis.proof.guards.guard import Guard
 from rbstab.analysis.proof.guards.separate import NotInProofsError, guard_of, guards_apart
 from rbstab.analysis.proof.ligaments.free import FreeLigament, FreeLigaments
@@ -324,8 +325,8 @@ def inverse_stiffness(energy: Polynomial) -> list[list[Polynomial]]:
         raise NoReducedEnergy(NoEnergyReason.NOT_QUADRATIC)
     ring, lengths = energy.ring, range(energy.ring.lengths)
     rows = [[_second_derivative(energy, i, j) for j in lengths] for i in lengths]
-    minors = [fmpq_mat([row[:n] for row in rows[:n]]).det() for n in range(1, len(rows) + 1)]
-    if not all(fraction(minor) > 0 for minor in minors):
+    exact = np.array([[fraction(one) for one in row] for row in rows], dtype=object)
+    if rows and not is_positive_definite(exact):
         raise NoReducedEnergy(NoEnergyReason.NOT_HELD)
     inverse = fmpq_mat(rows).inv()
     wrapped = ring.context.constant

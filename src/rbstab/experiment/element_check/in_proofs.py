@@ -33,7 +33,7 @@ def in_which_proofs(system: System, element: Element) -> str:
 def _why_never(element: Element) -> str | None:
     if element.supplies:
         return "it supplies power"
-    return None if in_proofs(element) else "it has own states beside its switches, or too many"
+    return None if in_proofs(element) else "it has own states beside switches, or too many switches"
 
 
 def _why_not(system: System, element: Element, coordinates: Coordinates) -> str | None:

@@ -97,6 +97,9 @@ def searched_minima(system: System, seed: int = 0) -> list[SearchedState]:
         if state is None or not state.found:
             continue
         q = at_rest.configuration(state.motion, state.own)
+        held = state.on_kink or (stop is not None and abs(q[PITCH]) >= stop.angle)
+        if not held and not _is_balanced(at_rest, q):
+            continue
         others = (at_rest.configuration(one.motion, one.own) for one in states)
         if all(np.abs(q - other).max() >= SAME_MINIMUM for other in others):
             states.append(state)

@@ -1,4 +1,4 @@
-"""Whether formulas of Θ and Ω have values, and are smooth, for all velocities.
+"""Whether formulas of a motion have values, and are smooth, for all motions.
 
 Only a quotient, a negative power, a root, a logarithm and a tangent may have no value. They have
 one if their argument is above zero by its form. If it depends on Θ alone, and is periodic in θ1 and

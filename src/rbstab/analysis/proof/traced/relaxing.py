@@ -10,6 +10,9 @@ where Ω = 0 and V = 0. So D is at rest exactly where ∂W/∂D = 0, and dW/dt <
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from rbstab.analysis.exact import is_positive_definite
 from rbstab.analysis.proof.polynomial import Polynomial, fraction
 from rbstab.analysis.proof.traced.polynomials import normal, polynomial_of
 from rbstab.analysis.proof.traced.program import Program, part_of
@@ -42,12 +45,8 @@ def relaxes(energy: Polynomial, own: range, rates: Sequence[Program]) -> bool:
         moved = (ring.number(M[i, j]) * slope for j, slope in enumerate(slopes))
         if not normal(sum(moved, start=rate)).is_zero:
             return False
-    size = len(own)
-    doubled = M + M.transpose()
-    rows = [[doubled[i, j] for j in range(size)] for i in range(size)]
-    return all(
-        fraction(_matrix([row[:n] for row in rows[:n]]).det()) > 0 for n in range(1, size + 1)
-    )
+    rows = [[fraction(M[i, j]) for j in range(len(own))] for i in range(len(own))]
+    return is_positive_definite(np.array(rows, dtype=object))
 
 
 def _without_zeros(program: Program) -> Program:

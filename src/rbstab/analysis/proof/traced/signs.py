@@ -7,6 +7,7 @@ from fractions import Fraction
 from rbstab.analysis.proof.traced.program import THETA, Operation
 from rbstab.analysis.proof.traced.terms import (
     AS_ARGUMENT,
+    MOST_TERMS,
     NO_SUMS,
     Powers,
     Term,
@@ -24,9 +25,6 @@ from rbstab.integrate.straight_line.number import (
     SUBTRACT,
 )
 from rbstab.mechanics.states import PITCH
-
-MOST_TERMS = 10_000
-"""The most terms of a sum; a formula with more of them is not shown to be anything."""
 
 POSITIVE = frozenset({"exp", "cosh", "sqrt"})
 

@@ -28,7 +28,7 @@ from rbstab.analysis.proof.traced.program import (
     variables_of,
 )
 from rbstab.analysis.proof.traced.regular import has_values
-from rbstab.analysis.proof.traced.terms import Powers, Term, Terms, times, without
+from rbstab.analysis.proof.traced.terms import MOST_TERMS, Powers, Term, Terms, times, without
 from rbstab.analysis.proof.traced.tracing import (
     NotRecordedError,
     index_in,
@@ -53,9 +53,9 @@ MODE = "mode"
 MOST_MODES = 4
 """The most switches of one element: with n of them, it is recorded 2ⁿ times."""
 
-MOST_TERMS = 10_000
-
 NOT_OF_ANGLES = "it switches, and its energy or an event function does not depend on Θ alone"
+
+WITHOUT_VALUES = "it is not shown that its event functions have values at all attitudes"
 
 NOT_CONTINUOUS = (
     "it is not shown that its force is continuous at its switches: each term of `stored` that has "
@@ -86,12 +86,11 @@ def switched_energy(at_rest: Configurations, element: Element) -> Program:
     except Exception as error:
         # An element of a user may raise anything.
         raise NotRecordedError(str(error) or type(error).__name__) from error
-    if not (
-        variables_of(operations, guards) <= {THETA}
-        and variables_of(operations, [stored]) <= {THETA, MODE}
-        and has_values(operations, guards)
-    ):
+    of_guards, of_energy = (variables_of(operations, some) for some in (guards, [stored]))
+    if not (of_guards <= {THETA} and of_energy <= {THETA, MODE}):
         raise NotShownError(NOT_OF_ANGLES)
+    if not has_values(operations, guards):
+        raise NotShownError(WITHOUT_VALUES)
     formula = list(operations)
     total = without_modes
     for place, terms in _by_mode(operations, guards, stored).items():

@@ -26,6 +26,9 @@ WHOLE = 2.0**53
 AS_ARGUMENT = frozenset({"sinh", "tanh", "atan"})
 """Functions that have the sign of their argument."""
 
+MOST_TERMS = 10_000
+"""The most terms of a sum; a formula with more of them is not shown to be anything."""
+
 NO_SUMS = frozenset[int]()
 
 Powers = tuple[tuple[int, int], ...]

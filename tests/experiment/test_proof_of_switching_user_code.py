@@ -321,6 +321,11 @@ def test_an_event_function_with_the_other_sign_in_the_energy(folder):
     expected = energy_of(held({"one": guard()})).approximate(Theta, 1)
     for one, other in zip(found.approximate(Theta, 1), expected, strict=True):
         np.testing.assert_allclose(one, other, atol=1e-12)
+    both = GUARD.replace(SQUARE, "-self.mode[0] * above * (self.soft - motion.Theta[1])")
+    (folder / "mine.py").write_text(both)
+    found = energy_of(held({"one": mine(**SOFT)}))
+    for one, other in zip(found.approximate(Theta, 1), expected, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-12)
     cube = GUARD.replace(SQUARE, "self.mode[0] * power(self.soft - motion.Theta[1], 3) / -1.5")
     push = "above, below = self.mode * self._beyond(motion)"
     cube = cube.replace(push, f"{push}\n        above = 2.0 * above * above")

@@ -158,6 +158,7 @@ VANISHING = {
     "one of two": (lambda v: v[0] * v[0] * v[1] * v[1], set()),
     "a product of different signs": (lambda v: v[0] * v[0] * numbers.tanh_of(v[1] * v[1]), set()),
     "over what grows": (lambda v: v[0] * v[0] / (v[1] * v[1]), set()),
+    "a divisor alone": (lambda v: 1.0 / (v[0] * v[0]), set()),
     "a constant beside it": (lambda v: v[0] * v[0] * 0.0 + 0.0, set()),
     "not shown to be never negative": (lambda v: v[0] * v[0] + v[1], set()),
     "a square of a sum": (lambda v: (v[0] - v[1]) * (v[0] - v[1]), set()),

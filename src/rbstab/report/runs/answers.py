@@ -26,6 +26,8 @@ QUESTIONS = {
 """What a run is asked; the names are those of `RunAnswer`."""
 
 
+ALL_MOTIONS = "All motions that stay in the range, and away from θ2 = ±π/2,"
+
 MARGIN = "v(0)/c*"
 """Name of the number that compares a start with the certified region."""
 
@@ -75,11 +77,11 @@ def answer_sentence(facts: Sequence[RunFacts]) -> str:
     if len(facts) == 1:
         return (
             f"Comes to rest from this start: {_only(this)}. "
-            f"All motions that stay in the range end in one rest state: {_only(every)}.{ending}"
+            f"{ALL_MOTIONS} end in one rest state: {_only(every)}.{ending}"
         )
     return (
-        f"{counted(len(facts), 'run')}. Comes to rest from its start: {_counts(this)}. All motions "
-        f"that stay in the range end in one rest state: {_counts(every)}{_kept(facts)}.{ending}"
+        f"{counted(len(facts), 'run')}. Comes to rest from its start: {_counts(this)}. "
+        f"{ALL_MOTIONS} end in one rest state: {_counts(every)}{_kept(facts)}.{ending}"
     )
 
 

@@ -135,9 +135,17 @@ def test_beside_a_spring_of_a_free_body(folder):
     assert_same(theirs, prove(load({"one": {"kind": "visco-elastic"} | TIED, "strut": strut})))
     assert verify(theirs, config).verified
     (folder / "mine.py").write_text(NOD)
-    refused = prove(load({"one": mine(k=1.0), "strut": strut}))
-    assert "beside this code of a user" in refused.outcome
-    assert refused.claims_nothing
+    config = load({"one": mine(k=1.0), "strut": strut})
+    nodding = prove(config)
+    assert nodding.proved
+    assert nodding.tied_energy is not None
+    assert nodding.tied_energy.formulas is not None
+    lowest = nodding.states[0]
+    at_rest = configurations(system_of(config))
+    q = np.concatenate([lowest.orientation, lowest.position])
+    found = minimize(lambda q: float(at_rest.energy(q)), q + 0.01, tol=1e-12)
+    np.testing.assert_allclose(found.x, q, atol=1e-5)
+    assert verify(nodding.model_copy(update={"unwrapped": None}), config).verified
 
 
 NOD = element_text(

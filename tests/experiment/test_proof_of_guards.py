@@ -270,4 +270,4 @@ def test_what_no_proof_takes_into_account_says_so(method):
     within = prove_within(held, tolerances_of(held, ["body.mass=±1%"]))
     assert within.why == NoEnergyReason.SWITCHING_GUARDS_OF_BODIES.value
     tied = prove(config_data({"strut": STRUT, **elements}))
-    assert tied.outcome == NoEnergyReason.SPRINGS_AND_SWITCHING_GUARDS.value
+    assert tied.outcome == NoEnergyReason.SWITCHING_GUARDS_IN_SIX.value

@@ -1,4 +1,4 @@
-"""Formulas of three angles, recorded as those of an element of a user are."""
+"""Formulas of three angles, and of a position, recorded as those of an element of a user are."""
 
 from collections.abc import Callable
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from rbstab.analysis.proof.traced.program import THETA, Program, program_of
+from rbstab.analysis.proof.formulas.program import LENGTH, THETA, Program, program_of
 from rbstab.integrate.straight_line.number import Trace
 from rbstab.mechanics import numbers
 
@@ -22,6 +22,15 @@ def recorded(formula: Formula) -> Program:
     Theta = np.array([trace.input(varies=True) for _ in range(3)], dtype=object)
     inputs = {number.index: (THETA, axis) for axis, number in enumerate(Theta)}
     return program_of(trace, trace.index_of(formula(Theta)), inputs)
+
+
+def recorded_of_position(formula: Callable[[Any, Any], Any]) -> Program:
+    """Return the operations of a formula of Θ and X."""
+    trace = Trace()
+    Theta, X = np.array([trace.input(varies=True) for _ in range(6)], dtype=object).reshape(2, 3)
+    inputs = {number.index: (THETA, axis) for axis, number in enumerate(Theta)}
+    inputs |= {number.index: (LENGTH, axis) for axis, number in enumerate(X)}
+    return program_of(trace, trace.index_of(formula(Theta, X)), inputs)
 
 
 def _all_functions(Theta: Any) -> Any:

@@ -143,8 +143,8 @@ class Bounded:
     def _through(self, name: str) -> "Bounded":
         """Return a function of one number by its name; elements of users may state it."""
         # Imported late: the elements of the program need none of them.
+        from rbstab.analysis.proof.formulas.functions import function
         from rbstab.analysis.proof.lines.intervals import Intervals
-        from rbstab.analysis.proof.traced.functions import function
 
         shape = np.broadcast_shapes(np.shape(self.value), np.shape(self.error))
         value, error = (np.broadcast_to(one, shape).ravel() for one in (self.value, self.error))

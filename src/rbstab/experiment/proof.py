@@ -98,7 +98,7 @@ def prove(
             regions_of = _without_regions if every_start else _regions_of
             found, unwrapped = regions_of(rest), None if wide is None else regions_of(wide)
     except NoReducedEnergy as error:
-        if error.reason is not NoEnergyReason.FREE_LINES:
+        if error.reason is not NoEnergyReason.SIX_VARIABLES:
             return _no_energy(identity, system, error, start_time)
         if search_only:
             return searched_record(identity, searched_rest_states(system), seconds())
@@ -116,17 +116,18 @@ def _tied_proof(
     *,
     brief: bool,
 ) -> Proof:
-    """Prove the rest states of a body with springs that is tied: in six variables."""
+    """Prove the rest states of a tied body in six variables, such as one with springs."""
     from rbstab.analysis.proof.branch_and_bound import SearchOutcome
     from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
     from rbstab.analysis.proof.tied.energy import tied_energy
     from rbstab.analysis.proof.tied.rest_states import tied_rest_states, unwrapped_tied_states
-    from rbstab.analysis.proof.tied.search import BRIEF_BOX_LIMIT
+    from rbstab.analysis.proof.tied.search import brief_box_limit
 
     try:
         energy = tied_energy(system, exact_system)
-        rest = tied_rest_states(energy, total=BRIEF_BOX_LIMIT if brief else None)
-        wide, left = None, BRIEF_BOX_LIMIT - rest.boxes if brief else None
+        total = brief_box_limit(energy) if brief else None
+        rest = tied_rest_states(energy, total=total)
+        wide, left = None, None if total is None else total - rest.boxes
         # The wider range takes longer still.
         if rest.outcome is not SearchOutcome.BOX_LIMIT:
             wide = unwrapped_tied_states(energy, total=left)

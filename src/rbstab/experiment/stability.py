@@ -128,7 +128,7 @@ def _rest_state_sentences(proof: Proof) -> list[str]:
     number = f"{count or 'no'} rest state{'s' if count > 1 else ''}"
     if proof.proved:
         every = " to be all" if count else ""
-        lengths = " at which each spring has a length" if proof.tied_energy else ""
+        lengths = " at which each spring has a length" if proof.needs_lengths else ""
         where = f"in the range of eq. 5{lengths}"
         sentences = [f"Rest states: {number} {where}, proved{every} ({boxes})."]
     else:
@@ -139,7 +139,7 @@ def _rest_state_sentences(proof: Proof) -> list[str]:
             f"{_keeper(proof)}."
         )
     elif proof.globally_stable and proof.kept_by:
-        springs = ", and keeps each spring from a length of 0," if proof.tied_energy else ""
+        springs = ", and keeps each spring from a length of 0," if proof.needs_lengths else ""
         sentences.append(
             f"Globally stable: proved. Every motion that stays in the range{springs} converges to "
             f"the rest state; {proof.kept_by} keeps it away from θ2 = ±π/2."
@@ -149,7 +149,7 @@ def _rest_state_sentences(proof: Proof) -> list[str]:
             f"Globally stable: proved. Every motion that stays in the range, and keeps a distance "
             f"from θ2 = ±π/2{and_lengths(proof)}, converges to the rest state."
         )
-    elif proof.proved and not count and proof.tied_energy is None:
+    elif proof.proved and not count and not proof.needs_lengths:
         sentences.append("Globally stable: false; no motion that stays in the range comes to rest.")
     elif proof.unique:
         sentences.append("Globally stable: false; the only rest state is not a minimum.")
@@ -173,7 +173,7 @@ def _keeper(proof: Proof) -> str:
 
 def and_lengths(proof: Proof) -> str:
     """Return what else a motion must keep, as the end of a list: lengths of springs, or nothing."""
-    return " and each spring from a length of 0" if proof.tied_energy else ""
+    return " and each spring from a length of 0" if proof.needs_lengths else ""
 
 
 def _region_sentences(stability: Stability) -> list[str]:
@@ -241,7 +241,7 @@ def _unwrapped_sentences(proof: Proof) -> list[str]:
         first += f"; globally stable: every start {where} converges"
     elif found.globally_stable:
         keeps = f"keeps a distance from θ2 = ±π/2{and_lengths(proof)}"
-        if proof.kept_by and proof.tied_energy:
+        if proof.kept_by and proof.needs_lengths:
             keeps = "keeps each spring from a length of 0"
         first += f"; globally stable: every motion that {keeps} converges"
     sentences, region = [f"{first}."], found.region

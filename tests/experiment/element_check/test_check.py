@@ -122,12 +122,8 @@ def test_right_elements_of_users(name):
 
 HELD = "proofs take it into account only if the contact point is held; else: "
 
-NOT_QUADRATIC = f"{HELD}it is not shown that its energy is a quadratic function of X"
-
 NOTES = {
     "ligament": f"{HELD}it is not shown that `stored`, `wrench` and `dissipated` have",
-    "template": NOT_QUADRATIC,
-    "exponential": NOT_QUADRATIC,
     "one own state": f"{HELD}it is not shown that `stored`, `wrench` and `dissipated` have",
 }
 

@@ -1,5 +1,6 @@
 """Boxes of angles, many at once, and the range of eq. 5 as a box."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,6 +61,21 @@ class Boxes:
         left, right = self.high.copy(), self.low.copy()
         left[rows, axis] = right[rows, axis] = middle[rows, axis]
         return joined([Boxes(self.low, left), Boxes(right, self.high)])
+
+
+def grid(end: Array, counts: Sequence[int]) -> Boxes:
+    """Return equal boxes that cover -end <= Θ <= end.
+
+    Args:
+        end: The largest |Θ|, shape (n,).
+        counts: Their number along each axis.
+    """
+    edges = [np.linspace(-b, b, count + 1) for b, count in zip(end, counts, strict=True)]
+    low, high = (
+        np.stack(np.meshgrid(*ends, indexing="ij"), axis=-1).reshape(-1, len(edges))
+        for ends in ([edge[:-1] for edge in edges], [edge[1:] for edge in edges])
+    )
+    return Boxes(low, high)
 
 
 def box_around(point: Array, radius: Array | float) -> Boxes:

@@ -9,6 +9,7 @@ import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.exact import is_positive_definite
+from rbstab.analysis.proof.formulas.polynomials import polynomial_of
 from rbstab.analysis.proof.guards.guard import Guard
 from rbstab.analysis.proof.guards.separate import NotInProofsError, guard_of, guards_apart
 from rbstab.analysis.proof.ligaments.free import FreeLigament, FreeLigaments
@@ -21,7 +22,6 @@ from rbstab.analysis.proof.multiple_angles import NotTrigonometric, form_of
 from rbstab.analysis.proof.polynomial import Polynomial, Ring, fraction
 from rbstab.analysis.proof.tied.position import offset, position_spring
 from rbstab.analysis.proof.traced.energy import TracedEnergy
-from rbstab.analysis.proof.traced.polynomials import polynomial_of
 from rbstab.analysis.proof.traced.separate import NotInProofsError as NotInProofsOfUsersError
 from rbstab.analysis.proof.traced.separate import (
     UserEnergies,
@@ -65,28 +65,21 @@ class NoEnergyReason(Enum):
     NO_LENGTH = (
         "the line of a spring may have no length at some attitude, and then its force no direction"
     )
-    FREE_LINES = "the body is not held, so the length of a spring depends on X"
-    SPRINGS_AND_LIGAMENTS = (
-        "the body is not held, and no proof takes springs beside ligaments into account then"
-    )
-    SPRINGS_AND_FORMULAS = (
-        "the body is not held, and no proof takes springs beside this code of a user into account "
-        "then, as its energy is no polynomial"
-    )
+    SIX_VARIABLES = "the body is not held, and its energy is no quadratic function of X"
     LINES_OF_BODIES = (
         "no proof for all bodies within tolerances takes a spring or a ligament into account"
     )
-    SPRINGS_AND_SWITCHING_GUARDS = (
-        "the body is not held, and no proof takes springs beside a soft guard or a stop into "
-        "account then"
+    SWITCHING_GUARDS_IN_SIX = (
+        "the body is not held, and no proof takes springs, or elements of users whose energy is no "
+        "quadratic function of X, beside a soft guard or a stop into account then"
     )
     SWITCHING_GUARDS_OF_BODIES = (
         "no proof for all bodies within tolerances takes a soft guard or a stop into account"
     )
     BARRIER_OF_BODIES = "no proof for all bodies within tolerances takes a barrier into account"
-    SPRINGS_AND_OUTER_BARRIER = (
-        "the body is not held, and no proof takes springs beside a guard of θ1 and θ3 "
-        "(outer_stiffness) into account then"
+    OUTER_BARRIER_IN_SIX = (
+        "the body is not held, and no proof takes springs, or elements of users whose energy is no "
+        "quadratic function of X, beside a guard of θ1 and θ3 (outer_stiffness) into account then"
     )
 
 
@@ -97,10 +90,8 @@ SEARCHED_INSTEAD = frozenset(
         NoEnergyReason.NOT_QUADRATIC,
         NoEnergyReason.NOT_TRIGONOMETRIC,
         NoEnergyReason.NO_LENGTH,
-        NoEnergyReason.SPRINGS_AND_LIGAMENTS,
-        NoEnergyReason.SPRINGS_AND_SWITCHING_GUARDS,
-        NoEnergyReason.SPRINGS_AND_OUTER_BARRIER,
-        NoEnergyReason.SPRINGS_AND_FORMULAS,
+        NoEnergyReason.SWITCHING_GUARDS_IN_SIX,
+        NoEnergyReason.OUTER_BARRIER_IN_SIX,
     }
 )
 """The reasons for which nothing is proved of rest states that can be looked for."""
@@ -166,6 +157,8 @@ def reduced_energy(system: System, exact_system: ExactSystem | None = None) -> R
     at_rest = configurations(system)
     try:
         users = user_energies(at_rest)
+        if users.of_position:
+            raise NoReducedEnergy(NoEnergyReason.SIX_VARIABLES)
         parts = _stored_energy(at_rest, exact_system, users, roots=0)
         if not parts.energy.known:
             # At most one length for each element; a ring without them is faster.
@@ -274,7 +267,7 @@ def _without_lengths(energy: Polynomial) -> Polynomial:
     """Return the energy of a free body whose springs have no rest length: it is quadratic in X."""
     plain, weights = lengths_apart(energy)
     if any(weights):
-        raise NoReducedEnergy(NoEnergyReason.FREE_LINES)
+        raise NoReducedEnergy(NoEnergyReason.SIX_VARIABLES)
     return plain
 
 

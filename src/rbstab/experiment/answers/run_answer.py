@@ -220,9 +220,9 @@ def _whole_range(
         keeps = "that stays in the range, and away from θ2 = ±π/2,"
         if proof is not None and proof.kept_by:
             keeps = f"that stays in the range, which {proof.kept_by} keeps away from θ2 = ±π/2,"
-            if proof.tied_energy is not None:
+            if proof.needs_lengths:
                 keeps = f"{keeps} and away from springs without length,"
-        elif proof is not None and proof.tied_energy is not None:
+        elif proof is not None and proof.needs_lengths:
             keeps = "that stays in the range, away from θ2 = ±π/2 and from springs without length,"
         return Answer(Sureness.PROVED, f"every motion {keeps} converges to the only rest state")
     if line.verdict == Verdict.VIOLATED:

@@ -1,8 +1,8 @@
 """The energy from which a stored proof follows, as plain data and as a form."""
 
 import math
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Self
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from pydantic import NonNegativeFloat, PositiveFloat, model_validator
@@ -12,7 +12,7 @@ from rbstab.experiment.stored_proof.entries import Coefficients, Entry, Triple
 if TYPE_CHECKING:
     from rbstab.analysis.proof.guards.guard import Guard
     from rbstab.analysis.proof.guards.soft import SoftEnergy
-    from rbstab.analysis.proof.ligaments.free import FreeLigaments
+    from rbstab.analysis.proof.ligaments.free import FreeLigament, FreeLigaments
     from rbstab.analysis.proof.ligaments.held import LigamentLine
     from rbstab.analysis.proof.ligaments.law import LigamentEnergy
     from rbstab.analysis.proof.lines.line import Line
@@ -142,7 +142,7 @@ class ProvedFormula(Entry):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        from rbstab.analysis.proof.traced.program import check
+        from rbstab.analysis.proof.formulas.program import check
 
         check(self.operations)
         return self
@@ -150,8 +150,8 @@ class ProvedFormula(Entry):
     @property
     def line(self) -> "TracedEnergy":
         """The energy, which can be evaluated with proved errors."""
+        from rbstab.analysis.proof.formulas.program import Program
         from rbstab.analysis.proof.traced.energy import TracedEnergy
-        from rbstab.analysis.proof.traced.program import Program
 
         return TracedEnergy(self.name, Program(self.operations))
 
@@ -218,12 +218,32 @@ class ProvedFreeLine(Entry):
     offset: tuple[Coefficients, Coefficients, Coefficients]
 
 
-class ProvedTiedEnergy(Entry):
-    """The energy W of a proof for a tied body with springs, J: U(Θ) + ½ z'Sz + Σ w_j |z + r_j(Θ)|.
+class ProvedFreeFormula(Entry):
+    """The energy of an element of a user as a formula of Θ and X, J, as `ProvedFormula` has it.
 
-    z is X minus its value without lines. U is ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3), and
-    stiffness is S, N/m. With a barrier on θ2, U has the term ½ k tan² θ2 too, and barrier is k,
-    N m; None without one. Each number is the exact one rounded once.
+    It also has operations ["length", place]: an entry of X.
+    """
+
+    name: str
+    operations: tuple[tuple[str | int | float, ...], ...]
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        from rbstab.analysis.proof.formulas.program import check
+
+        check(self.operations, of_position=True)
+        return self
+
+
+class ProvedTiedEnergy(Entry):
+    """The energy W of a proof for a tied body in six variables, J.
+
+    W = U(Θ) + ½ z'Sz + Σ w_j |z + r_j(Θ)|, where z is X minus its value without what follows. U is
+    ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3), and stiffness is S, N/m. With a barrier on θ2, U
+    has the term ½ k tan² θ2 too, and barrier is k, N m; None without one. lines are those of
+    springs. The energies of ligaments are added to W, and the formulas of elements of users; then
+    position has the coefficients of X*(Θ), m, and X = X* + z. Each number is the exact one rounded
+    once.
     """
 
     quadratic: tuple[Triple, Triple, Triple]
@@ -232,6 +252,9 @@ class ProvedTiedEnergy(Entry):
     stiffness: tuple[Triple, Triple, Triple]
     lines: tuple[ProvedFreeLine, ...]
     barrier: PositiveFloat | None = None
+    ligaments: tuple[ProvedFreeLigament, ...] | None = None
+    position: tuple[Coefficients, Coefficients, Coefficients] | None = None
+    formulas: tuple[ProvedFreeFormula, ...] | None = None
 
 
 def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
@@ -284,14 +307,17 @@ def _soft_guards(guard: "Guard") -> Iterator[ProvedGuard]:
 
 def _position_of(free: "FreeLigaments") -> ProvedPosition:
     return ProvedPosition(
-        stiffness=free.stiffness.tolist(),
-        ligaments=tuple(
-            ProvedFreeLigament(
-                **vars(one.law), offset=tuple(form.coefficients.tolist() for form in one.offset)
-            )
-            for one in free.ligaments
-        ),
+        stiffness=free.stiffness.tolist(), ligaments=tuple(map(_free_ligament, free.ligaments))
     )
+
+
+def _free_ligament(ligament: "FreeLigament") -> ProvedFreeLigament:
+    return ProvedFreeLigament(**vars(ligament.law), offset=_tables(ligament.offset))
+
+
+def _tables(forms: "Iterable[TrigonometricForm]") -> Any:
+    """Return the coefficients of some forms."""
+    return tuple(form.coefficients.tolist() for form in forms)
 
 
 def tied_energy_of(energy: "TiedEnergy") -> ProvedTiedEnergy:
@@ -303,9 +329,13 @@ def tied_energy_of(energy: "TiedEnergy") -> ProvedTiedEnergy:
         stiffness=energy.stiffness.tolist(),
         barrier=_stiffness(energy.form.guard),
         lines=tuple(
-            ProvedFreeLine(
-                weight=line.weight, offset=tuple(one.coefficients.tolist() for one in line.offset)
-            )
-            for line in energy.lines
+            ProvedFreeLine(weight=line.weight, offset=_tables(line.offset)) for line in energy.lines
         ),
+        ligaments=tuple(map(_free_ligament, energy.ligaments)) or None,
+        position=_tables(energy.position) or None,
+        formulas=tuple(
+            ProvedFreeFormula(name=one.name, operations=one.program.operations)
+            for one in energy.formulas
+        )
+        or None,
     )

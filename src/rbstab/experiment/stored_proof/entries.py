@@ -25,6 +25,7 @@ OF_ELEMENTS = (
     "ligaments",
     "lines",
     "outer_barrier",
+    "position",
     "shift",
     "soft_guards",
     "stop",

@@ -39,6 +39,9 @@ TIED_VERSION = 1
 TIED_BARRIER_VERSION = 1
 """The same for those of them with a guard: before it, nothing was proved of a barrier there."""
 
+TIED_LIGAMENT_VERSION = 1
+"""The same for those of them with a ligament: before it, nothing was proved of both together."""
+
 NO_REST_LENGTH_VERSION = 1
 """The same for those of them with a spring without a rest length: before it, more was proved of a
 damped one than holds where it has no length."""
@@ -50,9 +53,11 @@ DAMPED_VERSION = 1
 """The same for configs without a controller whose elements may damp every motion: before it,
 nothing was proved of them."""
 
-USER_CODE_VERSION = 2
+USER_CODE_VERSION = 3
 """The same for configs with elements of users: before 1, nothing was proved of them, and before 2,
 nothing if they switch or have own states, if the body is not held, or if nothing else damps it.
+Before 3, nothing was proved of a body that is not held with one whose energy is no quadratic
+function of X.
 """
 
 SWITCHING_GUARDS = ("stiff", "repelling", "stop")
@@ -85,6 +90,8 @@ def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
             parts.append(f"tied {TIED_VERSION}")
             if any(element.kind == "guard" for element in config.elements.values()):
                 parts.append(f"tied barrier {TIED_BARRIER_VERSION}")
+            if any(element.kind == "ligament" for element in config.elements.values()):
+                parts.append(f"tied ligament {TIED_LIGAMENT_VERSION}")
             if any(getattr(one, "rest_length", None) == 0 for one in config.elements.values()):
                 parts.append(f"no rest length {NO_REST_LENGTH_VERSION}")
     if any(element.kind == "ligament" for element in config.elements.values()):

@@ -229,6 +229,11 @@ class Proof(ProvedStates):
         return self.reduced_energy is not None or self.tied_energy is not None
 
     @property
+    def needs_lengths(self) -> bool:
+        """Whether it is about motions on which each spring keeps a length: theorem 12."""
+        return self.tied_energy is not None and bool(self.tied_energy.lines)
+
+    @property
     def ended(self) -> str:
         """How the search ended; with the command that goes on, if more boxes may prove more."""
         return self.ended_in(self)

@@ -38,7 +38,7 @@ def has_no_rest_state(proof: Proof) -> bool:
     Never of a tied body with springs: it may balance where a spring has no length.
     """
     wide = proof.unwrapped
-    return proof.tied_energy is None and wide is not None and wide.proved and not wide.states
+    return not proof.needs_lengths and wide is not None and wide.proved and not wide.states
 
 
 def start_level(problem: Problem, proof: Proof) -> float | None:

@@ -1,4 +1,4 @@
-"""Make the record of what was proved of a tied body with springs."""
+"""Make the record of what was proved of a tied body in six variables."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def tied_record(
     identity: str, rest: "TiedRestStates", unwrapped: "TiedRestStates | None", seconds: float
 ) -> Proof:
-    """Return what was proved of a tied body with springs as plain data.
+    """Return what was proved of a tied body in six variables as plain data.
 
     Args:
         identity: The id of the proof.
@@ -29,21 +29,25 @@ def tied_record(
         unwrapped: The same for all real θ1 and θ3, or None.
         seconds: The time that it took.
     """
-    wide = None
+    wide, every_start = None, unwrapped is not None and unwrapped.every_start
     if unwrapped is not None:
-        wide = UnwrappedStates(end=triple(unwrapped.end), **_tied_entries(unwrapped))
+        wide = UnwrappedStates(
+            end=triple(unwrapped.end),
+            every_start=every_start or None,
+            **_tied_entries(unwrapped, every_start=every_start),
+        )
     return Proof(
         id=identity,
         seconds=seconds,
         tied_energy=tied_energy_of(rest.energy),
         unwrapped=wide,
-        **_tied_entries(rest),
+        **_tied_entries(rest, every_start=every_start),
     )
 
 
-def _tied_entries(rest: "TiedRestStates") -> dict[str, Any]:
-    """Return the fields of `ProvedStates`."""
-    region = rest.region
+def _tied_entries(rest: "TiedRestStates", *, every_start: bool) -> dict[str, Any]:
+    """Return the fields of `ProvedStates`; where every start converges, no region is needed."""
+    region = None if every_start else rest.region
     return {
         **search_entries(rest),
         "states": tuple(_tied_state(one) for one in rest.states),

@@ -75,7 +75,7 @@ def guard(config: Config, on_tried: Callable[[float, str], None] = lambda *_: No
         tried[stiffness] = _description(proof)
         # A form of the energy for which nothing is found is the same for all stiffnesses.
         found = proof.states or (proof.unwrapped and proof.unwrapped.states)
-        can_be_enough = bool(found) and proof.tied_energy is None
+        can_be_enough = bool(found) and not proof.needs_lengths
         if proof.every_start:
             runs[stiffness] = simulate(guarded)
         stays = stiffness in runs and not _leaves_range(runs[stiffness])
@@ -115,7 +115,7 @@ def _description(proof: Proof) -> str:
     """Return what a proof with a barrier says, as text."""
     if proof.every_start:
         return "every start converges: proved"
-    if proof.tied_energy is not None:
+    if proof.needs_lengths:
         return "a spring of a body that is not held may lose its length on the way"
     states = proof.states if proof.unwrapped is None else proof.unwrapped.states
     if len(states) > 1:

@@ -115,7 +115,8 @@ def test_ways_down_go_on_along_the_angle_of_a_guard(kind):
         start = rng.uniform(-1, 1, 3) * [1.5, 0.45, 1.5]
         vertices = descent(form, start, landscape.domain)
         np.testing.assert_allclose(vertices[-1], lowest, atol=1e-6)
-        assert np.all(np.diff(form.value(vertices)) < 0)
+        # The last step may be shorter than what round-off lets one see of the energy.
+        assert np.all(np.diff(form.value(vertices)) < 4 * np.spacing(1.0))
         level = float(form.value(start[np.newaxis])[0]) + 1e-9
         assert landscape.reached_minimum(box_around(start, 0.0), level) == 0
         assert landscape.reached_minimum(box_around(start, 0.0), level - 1e-6) is None

@@ -6,7 +6,7 @@ from support.tied_springs import K_D, spring_of, tied_system
 
 from rbstab.analysis.proof.boxes import Boxes
 from rbstab.analysis.proof.lines.intervals import Intervals
-from rbstab.analysis.proof.tied.bounds import Pose
+from rbstab.analysis.proof.tied.bounds import Pose, SpringBounds
 from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
 from rbstab.analysis.proof.tied.krawczyk import image
 
@@ -60,12 +60,19 @@ def test_bounds_contain_the_derivatives_by_differences(W, seed, radius):
         np.testing.assert_allclose(bounds.gradient.middle[0], slopes, atol=1e-4)
 
 
+def of_spring(bounds):
+    """Return the bounds of the first line, which is that of a spring."""
+    line = bounds.lines[0]
+    assert isinstance(line, SpringBounds)
+    return line
+
+
 def test_a_line_that_may_have_no_length_has_a_direction_but_no_curvature(W):
     Theta = np.array([0.3, -0.2, 0.5])
     pose = Pose(W, Boxes(Theta[None], Theta[None]))
     r = pose.offset(pose.at_centre, 0).middle
     bounds = pose.within(Boxes(-r - 0.1, -r + 0.1))
-    u = bounds.lines[0].direction
+    u = of_spring(bounds).direction
     assert np.all((u.low <= -1) & (u.high >= 1))
     assert np.all((u.low > -1.001) & (u.high < 1.001))
     with np.errstate(all="ignore"):
@@ -78,7 +85,7 @@ def test_the_direction_is_sharp():
     pose = Pose(W, Boxes(np.zeros((1, 3)), np.zeros((1, 3))))
     r = pose.offset(pose.at_centre, 0).middle
     e = np.array([[2.0, 4.0, 0.0]]), np.array([[4.0, 4.0, 0.0]])
-    u = pose.within(Boxes(e[0] - r, e[1] - r)).lines[0].direction
+    u = of_spring(pose.within(Boxes(e[0] - r, e[1] - r))).direction
     np.testing.assert_allclose(u.low[0], [2 / np.sqrt(20), 4 / np.sqrt(32), 0], atol=1e-12)
     np.testing.assert_allclose(u.high[0], [4 / np.sqrt(32), 4 / np.sqrt(20), 0], atol=1e-12)
 

@@ -91,7 +91,7 @@ def test_what_has_no_such_energy_is_refused():
     barrier = Barrier(name="range", stiffness=5.0, outer_stiffness=1.0)
     with pytest.raises(NoReducedEnergy) as caught:
         tied_energy_of_doubles(tied_system([spring_of()], 1.0, K_D, None, barrier))
-    assert caught.value.reason is NoEnergyReason.SPRINGS_AND_OUTER_BARRIER
+    assert caught.value.reason is NoEnergyReason.OUTER_BARRIER_IN_SIX
     # A negative rest length would pull at any length: the energy has a lowest point at its kink.
     with pytest.raises(NoReducedEnergy):
         tied_energy_of_doubles(tied_system([spring_of(rest_length=-0.5)]))

@@ -12,11 +12,11 @@ import pytest
 from support.formulas import FORMULAS, recorded
 
 from rbstab.analysis.proof.boxes import Boxes
+from rbstab.analysis.proof.formulas.functions import function
+from rbstab.analysis.proof.formulas.program import check
 from rbstab.analysis.proof.lines.intervals import between
 from rbstab.analysis.proof.lines.over_boxes import over_boxes
 from rbstab.analysis.proof.traced.energy import TracedEnergy
-from rbstab.analysis.proof.traced.functions import function
-from rbstab.analysis.proof.traced.program import check
 from rbstab.mechanics import numbers
 
 POINTS = np.array([[0.3, 0.2, 0.9], [-0.7, 0.4, 1.3], [0.1, -0.8, -1.1]])

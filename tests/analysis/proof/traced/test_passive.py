@@ -6,10 +6,10 @@ from flint import fmpz
 from support.user_code import MAXWELL, ROPE, SPRING, element_text, mine
 
 from rbstab.analysis.configuration import configurations
+from rbstab.analysis.proof.formulas.modular import P
+from rbstab.analysis.proof.formulas.polynomials import is_polynomial
 from rbstab.analysis.proof.traced import passive
-from rbstab.analysis.proof.traced.modular import P
 from rbstab.analysis.proof.traced.passive import why_not_passive
-from rbstab.analysis.proof.traced.polynomials import is_polynomial
 from rbstab.analysis.proof.traced.separate import in_proofs
 from rbstab.analysis.proof.traced.tracing import NotRecordedError, traced_statements
 from rbstab.config.build import problem_of

@@ -10,12 +10,14 @@ from support.tied_springs import K_D, spring_of, tied_system
 from rbstab.analysis.proof.boxes import Boxes
 from rbstab.analysis.proof.tied.bounds import Pose as ProverPose
 from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
+from rbstab.analysis.proof.tied.extent import scale_of
 from rbstab.analysis.proof.tied.rest_states import tied_rest_states
-from rbstab.analysis.proof.tied.search import isolated_zero, newton, scale_of
+from rbstab.analysis.proof.tied.search import isolated_zero, newton
 from rbstab.analysis.proof_check.findings import range_with
 from rbstab.analysis.proof_check.tied import checker
 from rbstab.analysis.proof_check.tied.checker import check_tied
-from rbstab.analysis.proof_check.tied.energy import Pose, TiedEnergy
+from rbstab.analysis.proof_check.tied.energy import Pose
+from rbstab.analysis.proof_check.tied.extent import BoundedEnergy
 from rbstab.analysis.proof_check.tied.rest_states import Expansion, index_of
 from rbstab.experiment.stored_proof.energies import tied_energy_of
 from rbstab.experiment.stored_proof.tied import tied_record
@@ -40,7 +42,7 @@ def proof():
 
 def findings_of(proof):
     """Return what is found of the claims on the small range."""
-    W = TiedEnergy(proof["tied_energy"])
+    W = BoundedEnergy(proof["tied_energy"])
     range_ = range_with("a part", tuple(arb(float(end)) for end in END))
     return list(checker._findings(W, proof, range_))
 
@@ -138,7 +140,7 @@ def test_a_line_that_pulls_at_any_length_is_refused(proof):
 def test_the_derivatives_are_those_of_the_prover(proof):
     """The formulas are different, so both enclose the same numbers."""
     prover = tied_energy_of_doubles(tied_system([spring_of()], 0.5, K_d=K_D))
-    W = TiedEnergy(proof["tied_energy"])
+    W = BoundedEnergy(proof["tied_energy"])
     rng = np.random.default_rng(0)
     for _ in range(5):
         Theta, z = rng.uniform(-1.5, 1.5, 3), 0.1 * rng.normal(size=3)
@@ -152,7 +154,7 @@ def test_the_derivatives_are_those_of_the_prover(proof):
 
 
 def test_bounds_over_a_box_contain_those_at_its_points(proof):
-    W = TiedEnergy(proof["tied_energy"])
+    W = BoundedEnergy(proof["tied_energy"])
     rng = np.random.default_rng(1)
     Theta, z = rng.uniform(-1, 1, 3), 0.1 * rng.normal(size=3)
     over = Pose(W, tuple((x - 0.05, x + 0.05) for x in Theta)).at([arb(x, 0.01) for x in z], "over")
@@ -178,7 +180,7 @@ def test_a_box_with_two_rest_states_has_not_only_one():
         found = newton(prover, np.array(starts))
         zeros = [isolated_zero(prover, y, scale) for y in found if y is not None]
     assert [zero is not None and zero.index for zero in zeros] == [0, 1]
-    W = TiedEnergy(tied_energy_of(prover).model_dump())
+    W = BoundedEnergy(tied_energy_of(prover).model_dump())
     points = np.array(found)
     low, high = points.min(axis=0) - 1e-3, points.max(axis=0) + 1e-3
     both = tuple(zip(low.tolist(), high.tolist(), strict=True))

@@ -101,26 +101,26 @@ class FreeLigaments(LinePart):
         r = [ligament.offsets(Theta, 0)[0] for ligament in self.ligaments]
         size = 1e-300 + sum(np.abs(one).max(axis=1) for one in r)
         z, left = np.zeros_like(Theta), np.arange(len(Theta))
-        energy, slope, bend = self._terms(r, z)
+        energy, slope, bend = self.terms(r, z)
         for _ in range(MAX_STEPS):
             if not len(left):
                 break
             step = -np.linalg.solve(bend, slope[:, :, np.newaxis])[:, :, 0]
             short = np.abs(step).max(axis=1) <= CONVERGED * size[left]
             part = [one[left] for one in r]
-            found = self._terms(part, z[left] + step)
+            found = self.terms(part, z[left] + step)
             for _ in range(HALVINGS):
                 worse = (found[0] > energy + 1e-14 * np.abs(energy)) & ~short
                 if not worse.any():
                     break
                 step[worse] *= 0.5
-                found = self._terms(part, z[left] + step)
+                found = self.terms(part, z[left] + step)
             z[left] += step
             energy, slope, bend = (one[~short] for one in found)
             left = left[~short]
         return z
 
-    def _terms(self, r: Sequence[Array], z: Array) -> list[Array]:
+    def terms(self, r: Sequence[Array], z: Array) -> list[Array]:
         """Return ½ z'Sz + Σ G_j and its derivatives by z of order 1 and 2."""
         pulled = z @ self.stiffness
         energy, slope = 0.5 * np.einsum("mi,mi->m", z, pulled), pulled
@@ -140,7 +140,7 @@ class FreeLigaments(LinePart):
         """
         z = self.shift(Theta)
         r = [ligament.offsets(Theta, order) for ligament in self.ligaments]
-        value, _, bend = self._terms([one[0] for one in r], z)
+        value, _, bend = self.terms([one[0] for one in r], z)
         found = [value]
         slope, second = np.zeros((len(z), 3)), np.zeros((len(z), 3, 3))
         mixed = np.zeros((len(z), 3, 3))

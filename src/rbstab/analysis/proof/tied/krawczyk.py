@@ -1,4 +1,4 @@
-"""Newton's method and Krawczyk's test for ∇W = 0 in six variables, over many boxes at once.
+"""Newton's method and Krawczyk's test for ∇W = 0 in some variables, over many boxes at once.
 
 With the centre m and the radius r of a box, δ = y - m, and any matrix Y near the inverse of the
 Hessian, each zero y of ∇W in the box has
@@ -14,17 +14,15 @@ from rbstab.analysis.proof.boxes import Boxes
 from rbstab.analysis.proof.lines.intervals import ROUNDING, Intervals
 from rbstab.mechanics.numbers import Array
 
-UNIT = np.eye(6)
-
 SUMS = 8 * ROUNDING
-"""More than the relative rounding error of a sum of six products."""
+"""More than the relative rounding error of a sum of up to six products."""
 
 
 @dataclass(frozen=True, eq=False)
 class Image:
     """Where the zeros of ∇W in boxes must be.
 
-    step bounds Y∇W(m), shape (m, 6). residual bounds |I - YH| over the box, shape (m, 6, 6).
+    step bounds Y∇W(m), shape (m, n). residual bounds |I - YH| over the box, shape (m, n, n).
     """
 
     boxes: Boxes
@@ -33,7 +31,7 @@ class Image:
 
     @property
     def reach(self) -> Array:
-        """Bounds on |(I - YH)δ|, shape (m, 6)."""
+        """Bounds on |(I - YH)δ|, shape (m, n)."""
         found: Array = np.einsum("mij,mj->mi", self.residual, self.boxes.radius) * (1 + SUMS)
         return found
 
@@ -67,9 +65,9 @@ def image(boxes: Boxes, gradient: Intervals, centre: Array, hessian: Intervals) 
     """Return the image of Krawczyk's map.
 
     Args:
-        boxes: The boxes of y = [Θ, z].
-        gradient: ∇W at the centres.
-        centre: The Hessian at the centres, approximately, shape (m, 6, 6).
+        boxes: The boxes of n variables, at most six: y = [Θ, z], or z.
+        gradient: ∇W at the centres, shape (m, n).
+        centre: The Hessian at the centres, approximately, shape (m, n, n).
         hessian: The Hessian over the boxes.
     """
     Y = inverses(centre)
@@ -77,24 +75,25 @@ def image(boxes: Boxes, gradient: Intervals, centre: Array, hessian: Intervals) 
     step = (Intervals(Y, np.zeros_like(Y)) * gradient[:, np.newaxis, :]).sum(2)
     product = Y @ hessian.middle
     rounding = SUMS * (size @ np.abs(hessian.middle))
-    residual = np.abs(UNIT - product) + size @ hessian.radius + rounding
+    residual = np.abs(np.eye(product.shape[-1]) - product) + size @ hessian.radius + rounding
     return Image(boxes, step, residual * (1 + SUMS))
 
 
 def inverses(matrices: Array) -> Array:
     """Return the inverses to round-off; the unit matrix where there is none."""
+    unit = np.eye(matrices.shape[-1])
     usable = np.all(np.isfinite(matrices), axis=(1, 2))
-    safe = np.where(usable[:, np.newaxis, np.newaxis], matrices, UNIT)
+    safe = np.where(usable[:, np.newaxis, np.newaxis], matrices, unit)
     try:
         found = np.linalg.inv(safe)
     except np.linalg.LinAlgError:
-        found = np.array([_inverse(matrix) for matrix in safe]).reshape(-1, 6, 6)
+        found = np.array([_inverse(matrix) for matrix in safe]).reshape(safe.shape)
     finite = np.all(np.isfinite(found), axis=(1, 2))
-    return np.where(finite[:, np.newaxis, np.newaxis], found, UNIT)
+    return np.where(finite[:, np.newaxis, np.newaxis], found, unit)
 
 
 def _inverse(matrix: Array) -> Array:
     try:
         return np.linalg.inv(matrix)
     except np.linalg.LinAlgError:
-        return UNIT
+        return np.eye(len(matrix))

@@ -63,12 +63,12 @@ def offset(square: Polynomial, minimizer: Sequence[Polynomial]) -> tuple[Trigono
         square.length_coefficient(i, j) - of_X.get((i, j), 0) for i in lengths for j in lengths[i:]
     ]
     # A form is unique, so it shows whether a polynomial in sines and cosines is zero.
-    if square.degree > 2 or any(np.any(_periodic(zero).coefficients) for zero in zeros):
+    if square.degree > 2 or any(np.any(periodic(zero).coefficients) for zero in zeros):
         raise NotTrigonometric
-    return tuple(_periodic(one + minimizer[i]) for i, one in enumerate(shift))
+    return tuple(periodic(one + minimizer[i]) for i, one in enumerate(shift))
 
 
-def _periodic(value: Polynomial) -> TrigonometricForm:
+def periodic(value: Polynomial) -> TrigonometricForm:
     """Return a form without powers of angles: bounds on lines hold for all Θ.
 
     Raises:

@@ -15,32 +15,32 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rbstab.analysis.proof.boxes import Boxes, joined
+from rbstab.analysis.proof.branch_and_bound import SearchOutcome
 from rbstab.analysis.proof.certified_region import Face
+from rbstab.analysis.proof.formulas import jets
 from rbstab.analysis.proof.lines.intervals import ROUNDING, Intervals
-from rbstab.analysis.proof.tied.bounds import Bounds, Pose
+from rbstab.analysis.proof.tied.bounds import ANGLES, SHIFT, Bounds, Forms, Pose
 from rbstab.analysis.proof.tied.energy import TiedEnergy
-from rbstab.analysis.proof.tied.search import (
-    ANGLES,
-    SHIFT,
-    TiedZero,
-    TiedZeros,
-    narrowed,
-    part,
-    scale_of,
-)
+from rbstab.analysis.proof.tied.extent import scale_of
+from rbstab.analysis.proof.tied.search import TiedZero, TiedZeros, narrowed, part
+from rbstab.analysis.proof.tied.seen import energies
 from rbstab.mechanics.numbers import Array
 
 BATCH = 512
 BOX_LIMIT = 300_000
 """The number of boxes at which the search stops; then there is no region."""
 
-SLACK = 1e-3
-"""The bound may be below c* by this part of its height above the lowest rest state."""
+SLACK, SLACK_OF_FORMULAS = 1e-3, 3e-3
+"""The bound may be below c* by this part of its height above the lowest rest state; boxes take
+longer with energies of elements of users."""
+
+STEP = 1e-6
+"""rad: the step of differences."""
+
+DIFFERENCES = STEP * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
 
 SAMPLES = 400
 """The number of points on each face and each set without length from which c* is estimated."""
-
-FIXED_POINT_STEPS = 60
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +74,10 @@ class Place:
 def tied_region(
     energy: TiedEnergy, found: TiedZeros, end: Array, box_limit: int = BOX_LIMIT
 ) -> TiedRegion | None:
-    """Compute a lower bound of c*; None if the lowest rest state is no proved minimum.
+    """Compute a lower bound of c*.
+
+    It is None if the lowest rest state is no proved minimum, or if the search for rest states ended
+    early, with undecided boxes that may be lower.
 
     Args:
         energy: W.
@@ -93,8 +96,11 @@ def tied_region(
         seen = _seen(energy, places, others)
         height = value_at(energy, lowest.y).high[0]
         bound = _inside_bound(energy, found, others)
+        if found.outcome is SearchOutcome.BOX_LIMIT and (bound is None or bound <= height):
+            return None  # undecided boxes are too near
         examined = 0
-        target = seen.energy - SLACK * max(seen.energy - height, 0.0)
+        slack = SLACK_OF_FORMULAS if energy.formulas else SLACK
+        target = seen.energy - slack * max(seen.energy - height, 0.0)
         for place in places:
             if bound is None:
                 break
@@ -176,11 +182,13 @@ def _without_length(energy: TiedEnergy, line: int, boxes: Boxes) -> Array:
     gradient = over.form[1] + -((pulled * slopes).sum(1))
     for other in over.lines:
         gradient = gradient + other.moment
+    for formula in over.formulas:
+        gradient = gradient + jets.gradient(formula)[:, ANGLES]
     slope = np.einsum("mi,mi->m", gradient.size, boxes.radius) * (1 + 20 * ROUNDING)
     return _larger(centre.value.low - slope, over.value.low)
 
 
-def _with_z(pose: Pose, orders: list[list[Intervals]], line: int) -> Bounds:
+def _with_z(pose: Pose, orders: Forms, line: int) -> Bounds:
     """Return bounds with z = -r of a line, which is left out: its length is 0."""
     bounds = pose.of(orders, -pose.offset(orders, line))
     return replace(bounds, lines=[one for k, one in enumerate(bounds.lines) if k != line])
@@ -202,38 +210,15 @@ def _seen(energy: TiedEnergy, places: list[Place], others: list[TiedZero]) -> Ti
     for place in places:
         low, high = place.Theta.low[0], place.Theta.high[0]
 
-        def least(Theta: Array, place: Place = place) -> float:
-            return float(_values(energy, place, Theta[np.newaxis])[0])
+        def least(Theta: Array, place: Place = place) -> tuple[float, Array]:
+            """Return the energy and its slopes by differences, all from one evaluation."""
+            values = energies(energy, place.line, Theta + DIFFERENCES)
+            return float(values[0]), (values[1:4] - values[4:]) / (2 * STEP)
 
         samples = rng.uniform(low, high, size=(SAMPLES, 3))
-        for start in samples[np.argsort(_values(energy, place, samples))[:3]]:
+        for start in samples[np.argsort(energies(energy, place.line, samples))[:3]]:
             bounds = list(zip(low, high, strict=True))
-            found = minimize(least, start, bounds=bounds, method="L-BFGS-B")
+            found = minimize(least, start, jac=True, bounds=bounds, method="L-BFGS-B")
             best.append((float(found.fun), found.x, place.face, place.line))
     value, Theta, face, line = min(best, key=lambda one: one[0])
     return TiedRegion(value, None, 0.0, Theta, face, line, 0)
-
-
-def _values(energy: TiedEnergy, place: Place, Theta: Array) -> Array:
-    """Return the least W over z at angles of a place, to round-off, shape (m,)."""
-    r = [np.stack([form.value(Theta) for form in line.offset], axis=1) for line in energy.lines]
-    if place.line is not None:
-        z = -r[place.line]
-    else:
-        z = np.zeros_like(Theta)
-        for _ in range(FIXED_POINT_STEPS):
-            z = (
-                -sum(
-                    line.weight * _unit(z + offset)
-                    for line, offset in zip(energy.lines, r, strict=True)
-                )
-                @ energy.compliance
-            )
-    value = energy.form.value(Theta) + 0.5 * np.einsum("mi,ij,mj->m", z, energy.stiffness, z)
-    for line, offset in zip(energy.lines, r, strict=True):
-        value = value + line.weight * np.linalg.norm(z + offset, axis=1)
-    return np.asarray(value)
-
-
-def _unit(e: Array) -> Array:
-    return e / np.maximum(np.linalg.norm(e, axis=1, keepdims=True), 1e-300)

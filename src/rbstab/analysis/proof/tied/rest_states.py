@@ -7,25 +7,35 @@ import numpy as np
 from rbstab.analysis.proof.boxes import RANGE_END, Boxes, box_around
 from rbstab.analysis.proof.branch_and_bound import SearchOutcome
 from rbstab.analysis.proof.rest_states import RestPoint, end_of_rest_states
-from rbstab.analysis.proof.tied.bounds import Pose
+from rbstab.analysis.proof.tied.bounds import ANGLES, SHIFT, Pose
 from rbstab.analysis.proof.tied.energy import TiedEnergy
+from rbstab.analysis.proof.tied.extent import (
+    is_periodic,
+    largest_with_shift,
+    slopes_with_shift,
+)
 from rbstab.analysis.proof.tied.region import TiedRegion, tied_region
 from rbstab.analysis.proof.tied.search import (
-    ANGLES,
     BOX_LIMIT,
-    SHIFT,
     TiedZero,
     part,
     prove,
-    scale_of,
+)
+from rbstab.analysis.proof.tied.search import (
+    box_limit as limit_of,
 )
 from rbstab.analysis.proof.unwrapped import BOX_LIMIT_WITH_LINES, MAX_END, confined_end
 from rbstab.analysis.rest_state import rest_state_at
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import PITCH
 
 BORDER_SLOPE = 8.0
 """With a barrier, the range ends where its slope is so many times that of all else. The energy on
 this border limits the region, so it is farther than rest states need."""
+
+SHARE_OF_SEARCH = 0.75
+"""The share of the boxes of a brief proof after which the search for rest states ends, so that
+there may be a region where a continuum of rest states is far above the lowest one."""
 
 STARTS = 60
 """The number of points from which Newton's method looks for rest states first."""
@@ -78,6 +88,18 @@ class TiedRestStates:
             return False
         return len(self.states) == 1 if self.proved else None
 
+    @property
+    def every_start(self) -> bool:
+        """Whether all motions from |θ2| < π/2 converge to the only rest state.
+
+        To be asked of the rest states for all real θ1 and θ3. A barrier keeps all motions away from
+        θ2 = ±π/2; and there must be no spring, which may lose its length on the way.
+        """
+        only = self.states[0].point if self.unique else None
+        is_minimum = only is not None and only.index_proved and only.index == 0
+        guard = self.energy.form.guard
+        return guard is not None and guard.closed and is_minimum and not self.energy.lines
+
 
 def tied_rest_states(
     energy: TiedEnergy,
@@ -99,13 +121,14 @@ def tied_rest_states(
     Raises:
         NoReducedEnergy: A barrier is too weak for double precision.
     """
-    end = end_of_rest_states(energy.form, end, _slope_of_lines(energy)[1], BORDER_SLOPE)
+    end = end_of_rest_states(
+        energy.form, end, float(slopes_with_shift(energy)[PITCH]), BORDER_SLOPE
+    )
     energy = replace(energy, form=replace(energy.form, reach=max(energy.form.reach, *end)))
-    found = prove(energy, _starts(end), end, _limit(box_limit, total, 0))
-    # After the limit of boxes, undecided boxes cover most of the range, and no region is left.
-    stopped = found.outcome is SearchOutcome.BOX_LIMIT
-    limit = _limit(box_limit, total, found.examined)
-    region = None if stopped else tied_region(energy, found, end, limit)
+    box_limit = limit_of(energy, box_limit)
+    of_search = None if total is None else int(SHARE_OF_SEARCH * total)
+    found = prove(energy, _starts(end), end, _limit(box_limit, of_search, 0))
+    region = tied_region(energy, found, end, _limit(box_limit, total, found.examined))
     points = sorted(
         (_point(energy, zero) for zero in found.zeros), key=lambda one: one.point.state.energy
     )
@@ -143,26 +166,13 @@ def unwrapped_tied_states(
 def tied_end(energy: TiedEnergy) -> Array | None:
     """Return the largest |Θ| of a box that contains all rest states, as `unwrapped_end` does.
 
-    The slope of a line's energy is w u'∂r/∂θ_i, at most |w| |∂r/∂θ_i|. A barrier on θ2 is not in
-    the equations by θ1 and θ3.
+    A barrier on θ2 is not in the equations by θ1 and θ3.
     """
+    if not is_periodic(energy):
+        return None
     form = replace(energy.form, guard=None)
-    steepest, largest = form.steepest[[0, 2]], form.largest
-    z = float(np.linalg.norm(scale_of(energy)[SHIFT]))
-    for line in energy.lines:
-        sizes = [float(form.trigonometric_bound(0)) for form in line.offset]
-        largest += abs(line.weight) * (z + float(np.linalg.norm(sizes)))
-    steepest = (steepest + _slope_of_lines(energy)[[0, 2]]) * (1 + 1e-12)
-    return confined_end(form, steepest, largest)
-
-
-def _slope_of_lines(energy: TiedEnergy) -> Array:
-    """Bound the slopes of the energies of all lines by Θ, for all z, shape (3,), J/rad."""
-    total = np.zeros(3)
-    for line in energy.lines:
-        slopes = np.array([form.trigonometric_bound(1) for form in line.offset])
-        total += abs(line.weight) * np.sqrt((slopes**2).sum(axis=0)) * (1 + 1e-12)
-    return total * (1 + 1e-12)
+    steepest = (form.steepest + slopes_with_shift(energy))[[0, 2]] * (1 + 1e-12)
+    return confined_end(form, steepest, form.largest + largest_with_shift(energy))
 
 
 def _starts(end: Array) -> list[Array]:

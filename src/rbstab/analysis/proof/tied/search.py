@@ -1,7 +1,8 @@
-"""All rest states of a tied body with springs, by branch and bound over Θ and z.
+"""All rest states of a tied body in six variables, by branch and bound over Θ and z.
 
-At a rest state z = -S⁻¹Σ w_j u_j with unit vectors u_j. So z is in a box that is known, and this
-equation narrows the part of it that belongs to a box of Θ. What is left is tested as in
+With springs alone z = -S⁻¹Σ w_j u_j at a rest state, with unit vectors u_j. So z is in a known box
+(`extent`), and this equation narrows the part of it that belongs to a box of Θ; the forces of
+ligaments and of elements of users are part of it. What is left is tested as in
 `branch_and_bound`, in six variables.
 """
 
@@ -13,8 +14,10 @@ import numpy as np
 from rbstab.analysis.proof.boxes import RANGE_END, Boxes, box_around, joined
 from rbstab.analysis.proof.branch_and_bound import SearchOutcome
 from rbstab.analysis.proof.index import proved_index
-from rbstab.analysis.proof.tied.bounds import Pose
+from rbstab.analysis.proof.lines.intervals import Intervals, exact
+from rbstab.analysis.proof.tied.bounds import ANGLES, SHIFT, Pose
 from rbstab.analysis.proof.tied.energy import TiedEnergy
+from rbstab.analysis.proof.tied.extent import scale_of
 from rbstab.analysis.proof.tied.krawczyk import Image, image, inverses
 from rbstab.mechanics.numbers import Array
 
@@ -28,11 +31,15 @@ BRIEF_BOX_LIMIT = 40_000
 """The number of boxes at which all searches of a brief proof stop together, those for regions among
 them: 10,000 to 20,000 of them a second with one spring, 5,000 with four."""
 
+FORMULA_BOX_LIMIT, BRIEF_FORMULA_BOX_LIMIT = 100_000, 20_000
+"""The same two limits for one formula of a user: some 2,000 boxes a second."""
+
 MIN_RADIUS = 1e-7
 """rad, and the same part of the box of z: narrower boxes are not halved again."""
 
 NARROWINGS = 3
-"""The number of times that z is narrowed before a box is tested."""
+"""The number of times that z is narrowed before a box is tested; energies of elements of users take
+longer, and once is enough for them."""
 
 MAX_STARTS = 32
 """The maximum number of boxes of a batch from which Newton's method is started."""
@@ -41,8 +48,6 @@ NEWTON_STEPS = 40
 CONVERGED_STEP = 1e-9
 RADII = np.geomspace(1e-14, 2.0, 120)
 """The radii of the boxes that are tried about a zero, relative to the scale of each variable."""
-
-ANGLES, SHIFT = slice(0, 3), slice(3, 6)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,14 +139,16 @@ class _Search:
         return np.where(usable, smear.argmax(axis=1), relative.argmax(axis=1))
 
 
-def scale_of(energy: TiedEnergy) -> Array:
-    """Return 1 rad for each angle, and bounds on |z_i| at all rest states, shape (6,), m.
+def box_limit(energy: TiedEnergy, most: int = BOX_LIMIT) -> int:
+    """Return the number of boxes at which a search stops, at most a number."""
+    count = len(energy.formulas)
+    return min(most, FORMULA_BOX_LIMIT // count) if count else most
 
-    |z_i| = |Σ w_j (S⁻¹u_j)_i| is at most the norm of a row of S⁻¹ times Σ |w_j|.
-    """
-    pull = sum(abs(line.weight) for line in energy.lines)
-    rows = np.sqrt((energy.compliance**2).sum(axis=1))
-    return np.concatenate([np.ones(3), rows * pull * (1 + 1e-12)])
+
+def brief_box_limit(energy: TiedEnergy) -> int:
+    """Return the number of boxes at which all searches of a brief proof stop together."""
+    count = len(energy.formulas)
+    return BRIEF_FORMULA_BOX_LIMIT // count if count else BRIEF_BOX_LIMIT
 
 
 def part(boxes: Boxes, entries: slice) -> Boxes:
@@ -160,17 +167,35 @@ def narrowed(pose: Pose, boxes: Boxes, *, angles: bool = True) -> tuple[Boxes, A
     entries = slice(0 if angles else SHIFT.start, None)
     low, high = boxes.low.copy(), boxes.high.copy()
     left = np.ones(len(boxes), dtype=bool)
-    for _ in range(NARROWINGS):
+    for _ in range(1 if pose.energy.formulas else NARROWINGS):
         bounds = pose.within(Boxes(low[:, SHIFT], high[:, SHIFT]))
         shift, gradient = bounds.shift, bounds.gradient[:, entries]
         low[:, SHIFT] = np.fmax(low[:, SHIFT], shift.low)
         high[:, SHIFT] = np.fmin(high[:, SHIFT], shift.high)
         left &= np.all(low <= high, axis=1) & ~bounds.unbalanced
         left &= ~np.any((gradient.low > 0) | (gradient.high < 0), axis=1)
+        if pose.energy.ligaments or pose.energy.formulas:
+            near = _by_newton(pose, Boxes(low[:, SHIFT], high[:, SHIFT]), bounds.hessian)
+            low[:, SHIFT] = np.fmax(low[:, SHIFT], near.low)
+            high[:, SHIFT] = np.fmin(high[:, SHIFT], near.high)
+            left &= np.all(low <= high, axis=1)
         # An empty box stays as it was: it is left out.
         empty = ~np.all(low <= high, axis=1)
         low[empty], high[empty] = boxes.low[empty], boxes.high[empty]
     return Boxes(low, high), left
+
+
+def _by_newton(pose: Pose, z: Boxes, hessian: Intervals) -> Boxes:
+    """Return boxes with all z at which ∂W/∂z = 0: z = m - Y∂W/∂z(Θ, m) + (I - YH)(z - m).
+
+    Args:
+        pose: That of the boxes.
+        z: The boxes of z, with the centres m.
+        hessian: The Hessian of W over the boxes; H is its part for z.
+    """
+    slope = pose.of(pose.over, exact(z.centre)).gradient[:, SHIFT]
+    curved = hessian[:, SHIFT, SHIFT]
+    return image(z, slope, curved.middle, curved).box
 
 
 def image_of(pose: Pose, boxes: Boxes) -> Image:
@@ -253,7 +278,7 @@ def prove(
         whole = np.concatenate([end, scale[SHIFT]])
         pending, undecided, examined = Boxes(-whole[np.newaxis], whole[np.newaxis]), [], 0
         while len(pending) and examined < box_limit:
-            batch, pending = pending[-BATCH:], pending[:-BATCH]
+            batch, pending = pending[:BATCH], pending[BATCH:]
             examined += len(batch)
             left, axis = search.examine(batch)
             small = (left.radius / scale).max(axis=1, initial=0.0) < MIN_RADIUS

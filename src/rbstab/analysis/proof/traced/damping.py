@@ -7,7 +7,7 @@ the velocities of which they are squares and the like (`signs.py`).
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from rbstab.analysis.proof.traced.signs import Signs
+from rbstab.analysis.proof.formulas.signs import Signs
 from rbstab.analysis.proof.traced.tracing import Loss, TracedStatements
 
 

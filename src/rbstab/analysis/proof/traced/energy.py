@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rbstab.analysis.proof.boxes import RANGE_END, Boxes
+from rbstab.analysis.proof.boxes import RANGE_END, Boxes, grid
+from rbstab.analysis.proof.formulas import jets
+from rbstab.analysis.proof.formulas.jets import Jet, Rows
+from rbstab.analysis.proof.formulas.program import THETA, Operation, Program, computed
 from rbstab.analysis.proof.lines.intervals import Intervals, exact
 from rbstab.analysis.proof.lines.line import LinePart
-from rbstab.analysis.proof.traced import jets
-from rbstab.analysis.proof.traced.jets import Jet, Rows
-from rbstab.analysis.proof.traced.program import THETA, Operation, Program, computed
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
@@ -101,12 +101,7 @@ class TracedEnergy(LinePart):
     @cached_property
     def cells(self) -> Boxes:
         """Boxes that cover one turn of θ1 and of θ3, and |θ2| <= π/2."""
-        edges = [np.linspace(-b, b, n + 1) for b, n in zip(RANGE_END, CELLS, strict=True)]
-        low, high = (
-            np.stack(np.meshgrid(*ends, indexing="ij"), axis=-1).reshape(-1, 3)
-            for ends in ([edge[:-1] for edge in edges], [edge[1:] for edge in edges])
-        )
-        return Boxes(low, high)
+        return grid(RANGE_END, CELLS)
 
     @cached_property
     def _bounds(self) -> Array:
@@ -140,7 +135,9 @@ class TracedEnergy(LinePart):
 
 def _leaf(Theta: Rows, operation: Operation) -> Jet:
     kind, number = operation
-    return jets.angle(Theta, number) if kind == THETA else jets.constant(number, Theta)
+    if kind == THETA:
+        return jets.variable(Theta[:, number], number, 3)
+    return jets.constant(number, Theta[:, 0], 3)
 
 
 def _derivatives(jet: Jet, order: int) -> list[Any]:

@@ -11,15 +11,15 @@ formula (`signs.py`).
 
 from collections.abc import Sequence
 
-from rbstab.analysis.proof.traced.modular import NoValueError, P, values
-from rbstab.analysis.proof.traced.program import (
+from rbstab.analysis.proof.formulas.modular import NoValueError, P, values
+from rbstab.analysis.proof.formulas.program import (
     Operation,
     needed_by,
     operations_of,
     variables_of,
 )
+from rbstab.analysis.proof.formulas.signs import Signs
 from rbstab.analysis.proof.traced.regular import has_values
-from rbstab.analysis.proof.traced.signs import Signs
 from rbstab.analysis.proof.traced.tracing import TIME, VELOCITY, TracedStatements
 
 TIMED = "a statement depends on the time"

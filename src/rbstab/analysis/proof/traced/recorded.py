@@ -13,16 +13,16 @@ from typing import Any
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
-from rbstab.analysis.proof.traced.passive import TIMED
-from rbstab.analysis.proof.traced.program import (
+from rbstab.analysis.proof.formulas.program import (
     Operation,
     indices_of,
     needed_by,
     operations_of,
     variables_of,
 )
+from rbstab.analysis.proof.formulas.terms import meant
+from rbstab.analysis.proof.traced.passive import TIMED
 from rbstab.analysis.proof.traced.separate import in_proofs
-from rbstab.analysis.proof.traced.terms import meant
 from rbstab.analysis.proof.traced.tracing import (
     ENTRY,
     TIME,

@@ -8,8 +8,7 @@ one if their argument is above zero by its form. If it depends on Θ alone, and 
 from collections.abc import Collection, Sequence
 
 from rbstab.analysis.proof.boxes import joined
-from rbstab.analysis.proof.traced.energy import TracedEnergy
-from rbstab.analysis.proof.traced.program import (
+from rbstab.analysis.proof.formulas.program import (
     THETA,
     Operation,
     Program,
@@ -17,7 +16,8 @@ from rbstab.analysis.proof.traced.program import (
     part_of,
     variables_of,
 )
-from rbstab.analysis.proof.traced.signs import Signs
+from rbstab.analysis.proof.formulas.signs import Signs
+from rbstab.analysis.proof.traced.energy import TracedEnergy
 from rbstab.integrate.straight_line.number import DIVIDE, POWER
 
 BOX_LIMIT = 20_000

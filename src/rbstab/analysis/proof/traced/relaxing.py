@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rbstab.analysis.exact import is_positive_definite
+from rbstab.analysis.proof.formulas.polynomials import normal, polynomial_of
+from rbstab.analysis.proof.formulas.program import Program, part_of
 from rbstab.analysis.proof.polynomial import Polynomial, fraction
-from rbstab.analysis.proof.traced.polynomials import normal, polynomial_of
-from rbstab.analysis.proof.traced.program import Program, part_of
 from rbstab.integrate.straight_line.number import CONSTANT, DIVIDE
 
 if TYPE_CHECKING:

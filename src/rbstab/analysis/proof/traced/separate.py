@@ -4,17 +4,19 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from rbstab.analysis.configuration import Configurations, configurations
-from rbstab.analysis.proof.polynomial import Ring
-from rbstab.analysis.proof.traced.damping import NOTHING, Damping, damping_of
-from rbstab.analysis.proof.traced.energy import TracedEnergy
-from rbstab.analysis.proof.traced.functions import MOST_POWER
-from rbstab.analysis.proof.traced.passive import why_not_passive
-from rbstab.analysis.proof.traced.polynomials import (
+from rbstab.analysis.proof.formulas.convexity import is_convex
+from rbstab.analysis.proof.formulas.functions import MOST_POWER
+from rbstab.analysis.proof.formulas.polynomials import (
     is_polynomial,
     is_quadratic,
     polynomial_of,
+    taken_apart,
 )
-from rbstab.analysis.proof.traced.program import MOST_OPERATIONS, Program
+from rbstab.analysis.proof.formulas.program import MOST_OPERATIONS, Program
+from rbstab.analysis.proof.polynomial import Ring
+from rbstab.analysis.proof.traced.damping import NOTHING, Damping, damping_of
+from rbstab.analysis.proof.traced.energy import TracedEnergy
+from rbstab.analysis.proof.traced.passive import why_not_passive
 from rbstab.analysis.proof.traced.relaxing import relaxes
 from rbstab.analysis.proof.traced.switching import MOST_MODES, NotShownError, switched_energy
 from rbstab.analysis.proof.traced.tracing import (
@@ -32,6 +34,11 @@ NOT_QUADRATIC = (
     "derivatives"
 )
 
+NOT_CONVEX = (
+    "it is not shown that its energy is a quadratic function of X, or convex in X, as sums of even "
+    "powers of displacements are"
+)
+
 TOO_LARGE = "its energy has too many terms, or too large numbers"
 
 NOT_RELAXING = (
@@ -44,17 +51,31 @@ class NotInProofsError(Exception):
     """Proofs do not take an element of a user into account; the text says why."""
 
 
+class TracedPart(NamedTuple):
+    """A part of the energy of an element of a user, as a formula of Θ and X.
+
+    Attributes:
+        name: The name of the element.
+        program: The formula.
+    """
+
+    name: str
+    program: Program
+
+
 class UserEnergies(NamedTuple):
     """The energies of the elements of users.
 
     Attributes:
         polynomials: Those that are polynomials of X and the own states, with quadratics and
             trigonometric polynomials of Θ, as programs.
-        traced: All others: they depend on Θ alone.
+        traced: Those of all others that depend on Θ alone.
+        of_position: Those that depend on X too, without their terms among the polynomials.
     """
 
     polynomials: tuple[Program, ...]
     traced: tuple[TracedEnergy, ...]
+    of_position: tuple[TracedPart, ...] = ()
 
 
 def in_proofs(element: Element) -> bool:
@@ -87,6 +108,7 @@ def user_energies(at_rest: Configurations) -> UserEnergies:
             its energy is of no kind that proofs take into account.
     """
     polynomials, traced = list[Program](), list[TracedEnergy]()
+    of_position = list[TracedPart]()
     for element in at_rest.system.elements:
         if not element.from_user:
             continue
@@ -98,14 +120,21 @@ def user_energies(at_rest: Configurations) -> UserEnergies:
         if any(one[0] == POWER and abs(one[2]) > MOST_POWER for one in program.operations):
             text = f"{element.name}: its energy has an exponent above {MOST_POWER}"
             raise NotInProofsError(text)
-        if statements is not None and (element.state_size or not program.of_angles):
+        if statements is not None and element.state_size:
             _check_polynomial(at_rest, element.name, statements)
             polynomials.append(program)
+        elif not program.of_angles:
+            quadratic, rest = taken_apart(program, Ring(3, at_rest.size - 3))
+            polynomials += quadratic
+            if rest is not None:
+                if not is_convex(rest):
+                    raise NotInProofsError(f"{element.name}: {NOT_CONVEX}")
+                of_position.append(TracedPart(element.name, rest))
         elif is_polynomial(program):
             polynomials.append(program)
         else:
             traced.append(TracedEnergy(element.name, program))
-    return UserEnergies(tuple(polynomials), tuple(traced))
+    return UserEnergies(tuple(polynomials), tuple(traced), tuple(of_position))
 
 
 def formula_count(system: System) -> int:

@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations
-from rbstab.analysis.proof.traced.passive import why_not_passive
-from rbstab.analysis.proof.traced.program import (
+from rbstab.analysis.proof.formulas.program import (
     SQUARE_ABOVE,
     THETA,
     Operation,
@@ -27,8 +26,9 @@ from rbstab.analysis.proof.traced.program import (
     part_of,
     variables_of,
 )
+from rbstab.analysis.proof.formulas.terms import MOST_TERMS, Powers, Term, Terms, times, without
+from rbstab.analysis.proof.traced.passive import why_not_passive
 from rbstab.analysis.proof.traced.regular import has_values
-from rbstab.analysis.proof.traced.terms import MOST_TERMS, Powers, Term, Terms, times, without
 from rbstab.analysis.proof.traced.tracing import (
     NotRecordedError,
     index_in,

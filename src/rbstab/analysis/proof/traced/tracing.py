@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations
-from rbstab.analysis.proof.traced.program import (
+from rbstab.analysis.proof.formulas.program import (
     LENGTH,
     THETA,
     Operation,

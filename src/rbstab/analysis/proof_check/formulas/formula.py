@@ -6,7 +6,7 @@ and a whole number. A constant stands for all numbers that round to it. "square_
 max(x, 0)², which has a continuous slope.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from itertools import product
 from typing import Any
 
@@ -23,6 +23,11 @@ MOST_POWER = 16
 
 PARTS = (12, 6, 12)
 """The boxes by axis over which the steepest slopes are bounded."""
+
+VARIABLES = frozenset({"theta", "length"})
+"""The kinds of variables: angles, and entries of X, of which a reduced energy has none."""
+
+Operation = tuple[Any, ...]
 
 BINARY = frozenset({"+", "-", "*", "/"})
 
@@ -52,8 +57,7 @@ class Formula:
     """
 
     def __init__(self, data: Mapping[str, Any]) -> None:
-        self.operations = [tuple(one) for one in data["operations"]]
-        _check(self.operations)
+        self.operations = operations_of(data, {"theta"})
         self._middle: tuple[tuple[Any, ...], list[Series]] | None = None
         self._steepest: list[Ball] | None = None
 
@@ -65,12 +69,7 @@ class Formula:
     @property
     def periodic(self) -> bool:
         """Whether θ1 and θ3 are used in sines and cosines alone, so that whole turns do nothing."""
-        turning = {
-            k for k, one in enumerate(self.operations) if one in {("theta", 0), ("theta", 2)}
-        }
-        others = (one for one in self.operations if one[0] not in {"sin", "cos"})
-        used = {place for one in others for place in _operands(one)}
-        return turning.isdisjoint(used | {len(self.operations) - 1})
+        return is_periodic(self.operations)
 
     def value(self, Theta: Sequence[Ball]) -> Ball:
         """Return E at a ball of Θ."""
@@ -121,20 +120,48 @@ class Formula:
         middle: Sequence[Series] = (),
         step: tuple[Ball, ...] = (),
     ) -> list[Series]:
-        found: list[Series] = []
-        for place, operation in enumerate(self.operations):
-            kind, first, *others = operation
-            if kind == "theta":
-                one = series.angle(Theta[first], first)
-            elif kind == "constant":
-                one = {series.ZERO: rounded(first)}
-            else:
-                operands = [found[k] for k in _operands(operation)]
-                one = _combined(kind, operands, others)
-                if middle:
-                    one = series.closer(one, middle[place], step)
-            found.append(one)
-        return found
+        def leaf(_: str, axis: int) -> Series:
+            return series.variable(Theta[axis], axis)
+
+        return computed(self.operations, leaf, middle, step)
+
+
+def computed(
+    operations: Sequence[Operation],
+    leaf: Callable[[str, int], Series],
+    middle: Sequence[Series] = (),
+    step: tuple[Ball, ...] = (),
+) -> list[Series]:
+    """Return the results of all operations as Taylor polynomials.
+
+    Args:
+        operations: The operations.
+        leaf: Returns a variable, from its kind and its number.
+        middle: The results at the middle of a box; with them, bounds over the box are closer.
+        step: The balls of y - m over this box.
+    """
+    found: list[Series] = []
+    for place, operation in enumerate(operations):
+        kind, first, *others = operation
+        if kind in VARIABLES:
+            one = leaf(kind, first)
+        elif kind == "constant":
+            one = {series.ZERO: rounded(first)}
+        else:
+            operands = [found[k] for k in _operands(operation)]
+            one = _combined(kind, operands, others)
+            if middle:
+                one = series.closer(one, middle[place], step)
+        found.append(one)
+    return found
+
+
+def is_periodic(operations: Sequence[Operation]) -> bool:
+    """Return whether θ1 and θ3 are used in sines and cosines alone."""
+    turning = {k for k, one in enumerate(operations) if one in {("theta", 0), ("theta", 2)}}
+    others = (one for one in operations if one[0] not in {"sin", "cos"})
+    used = {place for one in others for place in _operands(one)}
+    return turning.isdisjoint(used | {len(operations) - 1})
 
 
 def _combined(kind: str, operands: Sequence[Series], others: Sequence[int]) -> Series:
@@ -159,18 +186,27 @@ def _combined(kind: str, operands: Sequence[Series], others: Sequence[int]) -> S
 def _operands(operation: Sequence[Any]) -> Sequence[int]:
     """Return the places of the operations that an operation needs."""
     kind, *operands = operation
-    if kind in {"theta", "constant"}:
+    if kind in VARIABLES or kind == "constant":
         return ()
     return operands[:1] if kind == "**" else operands
 
 
-def _check(operations: Sequence[tuple[Any, ...]]) -> None:
-    """Raise `ValueError` if operations are no formula."""
+def operations_of(data: Mapping[str, Any], variables: Collection[str]) -> list[Operation]:
+    """Return the operations of a formula.
+
+    Args:
+        data: Its name and its operations.
+        variables: The kinds of variables on which it may depend.
+
+    Raises:
+        ValueError: They are no formula.
+    """
+    operations = [tuple(one) for one in data["operations"]]
     if not 0 < len(operations) <= MOST_OPERATIONS:
         raise ValueError(f"A formula has none, or more than {MOST_OPERATIONS} operations")
     for place, operation in enumerate(operations):
         kind, *operands = operation
-        if kind == "theta":
+        if kind in variables:
             valid = len(operands) == 1 and operands[0] in AXES
         elif kind == "constant":
             valid = len(operands) == 1 and isinstance(operands[0], float)
@@ -181,3 +217,4 @@ def _check(operations: Sequence[tuple[Any, ...]]) -> None:
             valid = known and len(operands) == (2 if kind in BINARY else 1)
         if not valid or not all(type(k) is int and 0 <= k < place for k in _operands(operation)):
             raise ValueError(f"Operation {place} of a formula is none")
+    return operations

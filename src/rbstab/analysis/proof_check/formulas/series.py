@@ -1,7 +1,8 @@
-"""Taylor polynomials of order 2 in the three angles, in balls.
+"""Taylor polynomials of order 2 in some variables, in balls.
 
-A polynomial is a dictionary of its coefficients by the powers (p, q, r) of the three angles; those
-that are left out are zero. So a sine of one angle has three of the ten.
+A polynomial is a dictionary of its coefficients by the variables of their terms, in rising order:
+() for the constant, (0,) for the first variable, (0, 1) for the product of two. Those that are left
+out are zero. So a sine of one angle has three.
 """
 
 from collections.abc import Callable, Mapping
@@ -9,67 +10,67 @@ from functools import lru_cache
 
 from flint import arb
 
-from rbstab.analysis.proof_check.boxes import AXES
 from rbstab.analysis.proof_check.trigonometric import Ball
 
 ORDER = 2
 
-Powers = tuple[int, ...]
+Term = tuple[int, ...]
+"""The variables of a term."""
 
-Series = dict[Powers, Ball]
+Series = dict[Term, Ball]
 
 Coefficients = tuple[Ball, Ball, Ball]
 """Those of a function of one number, of order 0 to 2."""
 
-ZERO: Powers = (0, 0, 0)
+ZERO: Term = ()
 
-Shape = frozenset[Powers]
+Shape = frozenset[Term]
 
 
-def angle(ball: Ball, axis: int) -> Series:
-    """Return an angle."""
-    return {ZERO: ball, _unit(axis): arb(1)}
+def variable(ball: Ball, axis: int) -> Series:
+    """Return a variable."""
+    return {ZERO: ball, (axis,): arb(1)}
 
 
 def added(f: Series, g: Series, sign: int = 1) -> Series:
     """Return f + g or f - g."""
     found = dict(f)
-    for powers, value in g.items():
-        if powers in found:
-            found[powers] = found[powers] + sign * value
+    for term, value in g.items():
+        if term in found:
+            found[term] = found[term] + sign * value
         else:
-            found[powers] = sign * value
+            found[term] = sign * value
     return found
 
 
 def scaled(f: Series, factor: Ball) -> Series:
     """Return a multiple of f."""
-    return {powers: factor * value for powers, value in f.items()}
+    return {term: factor * value for term, value in f.items()}
 
 
 def product(f: Series, g: Series) -> Series:
     """Return f g."""
     found: Series = {}
     for one, two, both in _pairs(frozenset(f), frozenset(g)):
-        term = f[one] * g[two]
-        found[both] = found[both] + term if both in found else term
+        value = f[one] * g[two]
+        found[both] = found[both] + value if both in found else value
     return found
 
 
 @lru_cache(10_000)
-def _pairs(f: Shape, g: Shape) -> list[tuple[Powers, Powers, Powers]]:
+def _pairs(f: Shape, g: Shape) -> list[tuple[Term, Term, Term]]:
     """Return which coefficients of two polynomials are multiplied, and for which of the product."""
-    pairs = ((one, two, tuple(map(sum, zip(one, two, strict=True)))) for one in f for two in g)
-    return [triple for triple in pairs if sum(triple[2]) <= ORDER]
+    pairs = ((one, two, tuple(sorted(one + two))) for one in f for two in g)
+    return [triple for triple in pairs if len(triple[2]) <= ORDER]
 
 
 def through(g: Coefficients, f: Series) -> Series:
     """Return g(f), from the Taylor coefficients g, g′ and g″/2 of g at the value of f."""
-    step = {powers: value for powers, value in f.items() if powers != ZERO}
+    step = {term: value for term, value in f.items() if term != ZERO}
     square = product(step, step)
-    for powers, value in square.items():
-        if max(powers) == ORDER:
-            square[powers] = value.nonnegative_part()
+    for i, j in square:
+        if i == j:
+            square[i, j] = square[i, j].nonnegative_part()
     return added({ZERO: g[0]}, added(scaled(step, g[1]), scaled(square, g[2])))
 
 
@@ -79,18 +80,18 @@ def closer(wide: Series, middle: Series, step: tuple[Ball, ...]) -> Series:
     Args:
         wide: A polynomial over a box.
         middle: That at its middle.
-        step: The balls of Θ - m.
+        step: The balls of y - m, for each variable.
     """
     found = dict(wide)
-    for powers in sorted(wide, key=sum, reverse=True):
-        if sum(powers) == ORDER:
+    for term in sorted(wide, key=len, reverse=True):
+        if len(term) == ORDER:
             continue
-        about = middle.get(powers, arb(0))
-        for axis in AXES:
-            higher = tuple(power + (k == axis) for k, power in enumerate(powers))
+        about = middle.get(term, arb(0))
+        for axis, ball in enumerate(step):
+            higher = tuple(sorted((*term, axis)))
             if higher in found:
-                about = about + higher[axis] * found[higher] * step[axis]
-        found[powers] = _common(found[powers], about)
+                about = about + higher.count(axis) * found[higher] * ball
+        found[term] = _common(found[term], about)
     return found
 
 
@@ -103,17 +104,12 @@ def _common(one: Ball, two: Ball) -> Ball:
 
 def slope(f: Series, axis: int) -> Ball:
     """Return the derivative along an axis."""
-    return f.get(_unit(axis), arb(0))
+    return f.get((axis,), arb(0))
 
 
 def curvature(f: Series, i: int, j: int) -> Ball:
     """Return the second derivative along two axes."""
-    powers = tuple(map(sum, zip(_unit(i), _unit(j), strict=True)))
-    return f.get(powers, arb(0)) * (2 if i == j else 1)
-
-
-def _unit(axis: int) -> Powers:
-    return tuple(int(k == axis) for k in AXES)
+    return f.get((min(i, j), max(i, j)), arb(0)) * (2 if i == j else 1)
 
 
 def _sin(x: Ball) -> Coefficients:

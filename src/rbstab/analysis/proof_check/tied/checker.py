@@ -1,10 +1,10 @@
-"""Check a proof for a tied body with springs: `docs/proofs.md`, theorem 12.
+"""Check a proof for a tied body in six variables: `docs/proofs.md`, theorem 12.
 
 From the proof come only its claims: the energy W, the enclosures of the rest states, their indices,
 and the bound of the region. All the rest is computed here anew, in balls of 128 bits.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from flint import arb, ctx
@@ -22,10 +22,11 @@ from rbstab.analysis.proof_check.findings import (
     Range,
     range_with,
 )
-from rbstab.analysis.proof_check.tied.energy import TiedEnergy
+from rbstab.analysis.proof_check.tied.extent import BoundedEnergy
 from rbstab.analysis.proof_check.tied.regions import check_region
 from rbstab.analysis.proof_check.tied.rest_states import (
     domain,
+    domain_of_undecided,
     faults,
     no_zero,
     tied_states,
@@ -51,7 +52,7 @@ def check_tied(
     findings = list[Finding]()
     with ctx.workprec(PRECISION):
         try:
-            W = TiedEnergy(proof["tied_energy"])
+            W = BoundedEnergy(proof["tied_energy"])
             for finding in _all_findings(W, proof):
                 findings.append(finding)
                 progress(finding)
@@ -63,7 +64,7 @@ def check_tied(
     return findings
 
 
-def _all_findings(W: TiedEnergy, proof: Mapping[str, Any]) -> Iterator[Finding]:
+def _all_findings(W: BoundedEnergy, proof: Mapping[str, Any]) -> Iterator[Finding]:
     yield from _findings_between(W, proof, IN_RANGE, arb.pi(), arb.pi())
     wide = proof["unwrapped"]
     if wide is None:
@@ -72,15 +73,33 @@ def _all_findings(W: TiedEnergy, proof: Mapping[str, Any]) -> Iterator[Finding]:
     range_ = range_with(UNWRAPPED, (first, arb.pi() / 2, third))
     ends = _confined(W, range_)
     yield ends
+    found = [ends]
     if ends.verified:
-        yield from _findings_between(W, wide, UNWRAPPED, first, third)
+        for finding in _findings_between(W, wide, UNWRAPPED, first, third):
+            found.append(finding)
+            yield finding
     if wide.get("every_start"):
+        yield _every_start(W, wide, found)
+
+
+def _every_start(W: BoundedEnergy, claims: Mapping[str, Any], found: Sequence[Finding]) -> Finding:
+    """Check that a barrier closes the range, and that there is one rest state, a minimum."""
+    if W.lines:
         text = "A spring may lose its length, so that every start converges is not shown."
-        yield Finding(UNWRAPPED, "every start", False, text)
+        return Finding(UNWRAPPED, "every start", False, text)
+    states = tied_states(claims)
+    single = bool(claims["proved"]) and len(claims["states"]) == len(states) == 1
+    single = single and states[0].is_minimum
+    single = single and "no other rest state" in {finding.claim for finding in found}
+    closed = W.U.barrier_on(1) is not None
+    verified = closed and single and all(finding.verified for finding in found)
+    text = "Every motion that starts with |θ2| < π/2 converges to the rest state"
+    text = f"{text}." if verified else f"{text}: this could not be confirmed."
+    return Finding(UNWRAPPED, "every start", verified, text)
 
 
 def _findings_between(
-    W: TiedEnergy, claims: Mapping[str, Any], name: str, first: Ball, third: Ball
+    W: BoundedEnergy, claims: Mapping[str, Any], name: str, first: Ball, third: Ball
 ) -> Iterator[Finding]:
     """Check the claims on the range |θ1| < first, |θ2| < π/2, |θ3| < third.
 
@@ -104,17 +123,17 @@ def _findings_between(
     yield from _findings(W, claims, range_with(name, (first, farther, third)))
 
 
-def _confined(W: TiedEnergy, range_: Range) -> Finding:
+def _confined(W: BoundedEnergy, range_: Range) -> Finding:
     """Check by theorem 6 that there is no rest state beyond the ends of θ1 and θ3."""
     first, _, third = range_.ends
-    near = first < FARTHEST_END and third < FARTHEST_END
+    near = W.periodic and first < FARTHEST_END and third < FARTHEST_END
     verified = near and confined(W.U, first, third)
     text = f"All of them have |θ1| < {float(first):.5g} and |θ3| < {float(third):.5g} rad"
     text = f"{text}." if verified else f"{text}: this could not be confirmed."
     return Finding(range_.name, "ends", verified, text)
 
 
-def _findings(W: TiedEnergy, claims: Mapping[str, Any], range_: Range) -> Iterator[Finding]:
+def _findings(W: BoundedEnergy, claims: Mapping[str, Any], range_: Range) -> Iterator[Finding]:
     """Check the claims on one range."""
     name = "rest states"
     if sum(len(claims[key]) for key in ("states", "undecided", "regions")) > PLACE_LIMIT:
@@ -153,10 +172,12 @@ def _miscounts(claims: Mapping[str, Any], states: list[RestState]) -> list[str]:
 
 
 def _others(
-    W: TiedEnergy, states: list[RestState], undecided: Mapping[str, Box], range_: Range
+    W: BoundedEnergy, states: list[RestState], undecided: Mapping[str, Box], range_: Range
 ) -> Finding:
     """Cover a range by boxes of Θ that have no rest state but those listed."""
-    places = [domain(W, state) for state in states]
+    places = [domain(W, state.enclosure) for state in states]
+    wider = (domain_of_undecided(W, box) for box in undecided.values())
+    places += [one for one in wider if one is not None]
 
     def reason(box: Box) -> str | None:
         for number, one in enumerate(undecided.values(), start=1):

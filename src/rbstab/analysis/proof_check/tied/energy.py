@@ -1,11 +1,13 @@
-"""The energy W of a proof for a tied body with springs, in balls.
+"""The energy W of a proof for a tied body in six variables, in balls.
 
-    W(Θ, z) = U(Θ) + ½ z'Sz + Σ w_j ℓ_j    ℓ_j² = s_j = |z + r_j(Θ)|²
+    W(Θ, z) = U(Θ) + ½ z'Sz + Σ w_j ℓ_j + Σ Φ_j(ℓ_j) + Σ f_j(Θ, X)    ℓ_j² = s_j = |z + r_j(Θ)|²
 
-With a barrier on θ2, U has the term ½ k tan² θ2.
+with springs, ligaments, and formulas of elements of users; X = X*(Θ) + z. With a barrier on θ2, U
+has the term ½ k tan² θ2.
 
 All derivatives of ℓ by the six variables follow from ℓ² = s, differentiated once and twice:
-2ℓ ℓ_a = s_a and 2ℓ ℓ_ab = s_ab - 2 ℓ_a ℓ_b.
+2ℓ ℓ_a = s_a and 2ℓ ℓ_ab = s_ab - 2 ℓ_a ℓ_b. So a function E(ℓ) has the second derivatives
+(E'/ℓ) ½ s_ab + (E'' - E'/ℓ) ℓ_a ℓ_b.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,7 +17,11 @@ from flint import arb, arb_mat
 
 from rbstab.analysis.proof_check.boxes import AXES, Box
 from rbstab.analysis.proof_check.energy import Energy
+from rbstab.analysis.proof_check.formulas import series
+from rbstab.analysis.proof_check.formulas.series import Series
+from rbstab.analysis.proof_check.lengths.free_ligaments import FreeLigament
 from rbstab.analysis.proof_check.taylor import symmetric
+from rbstab.analysis.proof_check.tied.formula import FreeFormula, Orders
 from rbstab.analysis.proof_check.trigonometric import (
     Axes,
     Ball,
@@ -27,11 +33,11 @@ from rbstab.analysis.proof_check.trigonometric import (
 
 SIX = range(6)
 
+LOWER = [(a, b) for a in SIX for b in range(a + 1)]
+"""The entries of a symmetric matrix from which all others follow."""
+
 SHIFT = range(3, 6)
 """The places of z in the six variables."""
-
-Orders = tuple[Ball, list[Ball], list[list[Ball]]]
-"""A function, its three derivatives by Θ, and its nine second ones."""
 
 MOST_LINES = 50
 
@@ -54,19 +60,17 @@ class FreeLine:
 
 
 class _Quadratic(Energy):
-    """U, with the slopes of lines that depend on z too in its bounds."""
+    """U, with the slopes of what depends on z too in its bounds.
 
-    def __init__(self, data: Mapping[str, Any], free: Sequence[FreeLine]) -> None:
-        super().__init__(data)
-        self.free = free
+    Attributes:
+        slopes: Bounds on these slopes by the three angles, wherever ∂W/∂z = 0.
+    """
+
+    slopes: Sequence[Ball]
 
     def steepest(self, axis: int) -> Ball:
-        """Bound the slope of all but the quadratic part: a unit vector times w ∂r/∂θ of lines."""
-        total = super().steepest(axis)
-        for line in self.free:
-            squares = (square(one.steepest(axis)) for one in line.offset)
-            total += abs(line.weight) * sum(squares, arb(0)).abs_upper().sqrt()
-        return total
+        """Bound the slope of all but the quadratic part."""
+        return super().steepest(axis) + self.slopes[axis]
 
 
 class TiedEnergy:
@@ -77,15 +81,17 @@ class TiedEnergy:
 
     Attributes:
         U: Its part without z.
-        scale: Bounds on |z_i| at all points with ∂W/∂z = 0, m.
+        pull: Σ |w_j|, N.
 
     Raises:
-        ValueError: S is not symmetric and positive definite, or a line or U is none that is known.
+        ValueError: S is not symmetric and positive definite, a line or U is none that is known, or
+            a formula is not convex in X.
     """
 
     def __init__(self, data: Mapping[str, Any]) -> None:
         S = data["stiffness"]
-        if not 0 < len(data["lines"]) <= MOST_LINES:
+        ligaments, formulas = (data.get(key) or () for key in ("ligaments", "formulas"))
+        if not 0 < len(data["lines"]) + len(ligaments) + len(formulas) <= MOST_LINES:
             raise ValueError(f"The energy has no line, or more than {MOST_LINES}")
         if any(S[i][j] != S[j][i] for i in AXES for j in AXES):
             raise ValueError("The stiffness of z is not symmetric")
@@ -95,12 +101,21 @@ class TiedEnergy:
             raise ValueError("The stiffness of z is not positive definite")
         self.compliance = self.stiffness.inv()
         self.lines = [FreeLine(one) for one in data["lines"]]
+        self.ligaments = [FreeLigament(one) for one in ligaments]
+        self.formulas = [FreeFormula(one) for one in formulas]
+        position = data.get("position") if formulas else ()
+        self.position = [TrigonometricSum(one) for one in position or ()]
+        if formulas and len(self.position) != len(AXES):
+            raise ValueError("The position is not known")
         plain = {key: data[key] for key in ("quadratic", "linear", "coefficients")}
         plain["barrier"] = data.get("barrier")
-        self.U = _Quadratic(plain, self.lines)
-        pull = sum((abs(line.weight) for line in self.lines), arb(0))
-        rows = [sum((square(self.compliance[i, j]) for j in AXES), arb(0)) for i in AXES]
-        self.scale = [(row.sqrt() * pull).abs_upper() for row in rows]
+        self.U = _Quadratic(plain)
+        self.pull = sum((abs(line.weight) for line in self.lines), arb(0))
+
+    @property
+    def is_smooth(self) -> bool:
+        """Whether ligaments or formulas make it stiffer in z than S."""
+        return bool(self.ligaments or self.formulas)
 
 
 class Pose:
@@ -123,9 +138,10 @@ class Pose:
             self.centre[face[0]], self.step[face[0]] = face[1], arb(0)
         whole = [point + ball for point, ball in zip(self.centre, self.step, strict=True)]
         self.W = W
-        sums = [one for line in W.lines for one in line.offset]
+        lines: list[FreeLine | FreeLigament] = [*W.lines, *W.ligaments]
+        sums = [one for line in lines for one in line.offset] + W.position
         # Each of them is evaluated as often as U.
-        W.U.evaluations += 2 * len(sums)
+        W.U.evaluations += 2 * len(sums) + 8 * sum(one.cost for one in W.formulas)
         pairs = [(W.U.smooth(self.centre), W.U.smooth(whole))]
         pairs += [(one.derivatives(self.centre), one.derivatives(whole)) for one in sums]
         self.parts = {
@@ -157,11 +173,24 @@ class Pose:
             where: "centre", or "over" the box of Θ.
             without: The index of a line that is left out, or None.
         """
-        return Values(self.W, self.parts[where], z, without)
+        return Values(self, where, z, without)
 
     def offset(self, line: int, where: str) -> list[Orders]:
-        """Return the three entries of r of a line."""
+        """Return the three entries of r of a line; those after all lines are of X*."""
         return self.parts[where][1 + 3 * line : 4 + 3 * line]
+
+    def formula(self, formula: FreeFormula, z: Sequence[Ball], where: str) -> Series:
+        """Return the energy of an element of a user as a polynomial of the six variables."""
+        number = len(self.W.lines) + len(self.W.ligaments)
+        middle, zeros = [one.mid() for one in z], [arb(0)] * 3
+        away = [one - point for one, point in zip(z, middle, strict=True)]
+        turned = self.step if where == "over" else zeros
+        centre = formula.at(self.centre, self.offset(number, "centre"), middle)
+        if all(one == 0 for one in (*turned, *away)):
+            return centre[-1]
+        Theta = [one + step for one, step in zip(self.centre, turned, strict=True)]
+        position = self.offset(number, where)
+        return formula.at(Theta, position, z, centre, (*turned, *away))[-1]
 
 
 def _with_barrier(orders: Orders, terms: Sequence[Ball]) -> Orders:
@@ -180,53 +209,65 @@ def _orders(found: Mapping[Axes, Ball]) -> Orders:
 class Values:
     """W and its derivatives at a ball of Θ and z.
 
+    Args:
+        pose: The box of Θ.
+        where: "centre", or "over" the box.
+        z: The shift.
+        without: The index of a line that is left out, or None.
+
     Attributes:
         value: W.
         gradient: Its six derivatives.
-        pulls: w_j u_j of each line: the derivatives of its energy by z.
+        pulls: w_j u_j of each spring: the derivatives of its energy by z.
+        others: The derivatives by z of the energies of ligaments and formulas.
+        force: The derivatives by z of all but U and ½ z'Sz.
     """
 
-    def __init__(
-        self, W: TiedEnergy, parts: list[Orders], z: Sequence[Ball], without: int | None
-    ) -> None:
-        self.W, self.z = W, list(z)
-        self.U = parts[0]
+    def __init__(self, pose: Pose, where: str, z: Sequence[Ball], without: int | None) -> None:
+        self.W, self.z = W, z = pose.W, list(z)
+        self.U = pose.parts[where][0]
         self.pulled = [sum((W.stiffness[i, j] * z[j] for j in AXES), arb(0)) for i in AXES]
         self.value = (
             self.U[0] + sum((a * b for a, b in zip(self.pulled, z, strict=True)), arb(0)) / 2
         )
         self.gradient = [*self.U[1], *self.pulled]
         self.pulls = list[list[Ball]]()
-        self.kept = list[tuple[Ball, list[Ball], list[Orders]]]()
-        for k, line in enumerate(W.lines):
+        self.others = list[list[Ball]]()
+        self.force = [arb(0)] * 3
+        self.ends = list[_End]()
+        lines: list[FreeLine | FreeLigament] = [*W.lines, *W.ligaments]
+        for k, line in enumerate(lines):
             if k == without:
                 continue
-            r = parts[1 + 3 * k : 4 + 3 * k]
-            e = [z[i] + r[i][0] for i in AXES]
-            s = sum((square(one) for one in e), arb(0))
-            length = s.max(arb(0)).sqrt()
-            along = [_slope(one, length) for one in e]
-            slopes = [sum((along[k] * r[k][1][i] for k in AXES), arb(0)) for i in AXES] + along
-            self.value += line.weight * length
-            self.gradient = [
-                total + line.weight * slope
-                for total, slope in zip(self.gradient, slopes, strict=True)
-            ]
-            self.pulls.append([line.weight * one for one in along])
-            self.kept.append((line.weight, [length, *e], r))
+            end = _End(line, pose.offset(k, where), z)
+            self.ends.append(end)
+            self._add(end.energy, end.slopes)
+            if isinstance(line, FreeLine):
+                self.pulls.append(end.slopes[3:])
+            else:
+                self.others.append(end.slopes[3:])
+        self.formulas = [pose.formula(one, z, where) for one in W.formulas]
+        for one in self.formulas:
+            slopes = [series.slope(one, axis) for axis in SIX]
+            self._add(one[series.ZERO], slopes)
+            self.others.append(slopes[3:])
+
+    def _add(self, energy: Ball, slopes: Sequence[Ball]) -> None:
+        self.value += energy
+        self.gradient = [one + other for one, other in zip(self.gradient, slopes, strict=True)]
+        self.force = [one + other for one, other in zip(self.force, slopes[3:], strict=True)]
 
     @property
     def shift(self) -> list[Ball]:
-        """-S⁻¹Σ w_j u_j: where ∂W/∂z = 0 it is z."""
-        force = [sum((pull[i] for pull in self.pulls), arb(0)) for i in AXES]
+        """-S⁻¹ times the force: where ∂W/∂z = 0 it is z."""
         C = self.W.compliance
-        return [-sum((C[i, j] * force[j] for j in AXES), arb(0)) for i in AXES]
+        return [-sum((C[i, j] * self.force[j] for j in AXES), arb(0)) for i in AXES]
 
     @property
     def balanced(self) -> bool:
         """Whether the forces can balance: |Sz + Σ w_i u_i| = |w_j| with all other lines i."""
         for k, line in enumerate(self.W.lines):
-            others = [pull for i, pull in enumerate(self.pulls) if i != k]
+            others = [pull for i, pull in enumerate(self.pulls) if i != k] + self.others
             rest = [self.pulled[i] + sum((one[i] for one in others), arb(0)) for i in AXES]
             if not sum((square(one) for one in rest), arb(0)).overlaps(square(line.weight)):
                 return False
@@ -237,17 +278,48 @@ class Values:
         """The 6x6 matrix of second derivatives; no numbers where a line may have no length."""
         rows = [[self.U[2][i][j] for j in AXES] + [arb(0)] * 3 for i in AXES]
         rows += [[arb(0)] * 3 + [self.W.stiffness[i, j] for j in AXES] for i in AXES]
-        for weight, (length, *e), r in self.kept:
-            # Half of the derivatives of s.
-            first = [sum((e[k] * r[k][1][i] for k in AXES), arb(0)) for i in AXES] + e
-            slopes = [one / length for one in first]
-            for a in SIX:
-                for b in range(a + 1):
-                    bend = weight * (_half_second(a, b, e, r) - slopes[a] * slopes[b]) / length
-                    rows[a][b] += bend
-                    if a != b:
-                        rows[b][a] += bend
+        for a, b in LOWER:
+            parts = [end.bend(a, b) for end in self.ends]
+            parts += [series.curvature(one, a, b) for one in self.formulas if (b, a) in one]
+            for bend in parts:
+                rows[a][b] += bend
+                if a != b:
+                    rows[b][a] += bend
         return arb_mat(rows)
+
+
+class _End:
+    """The energy E(ℓ) of a line, with its derivatives by the six variables.
+
+    Attributes:
+        energy: E.
+        slopes: Its six derivatives.
+    """
+
+    def __init__(
+        self, line: FreeLine | FreeLigament, r: Sequence[Orders], z: Sequence[Ball]
+    ) -> None:
+        self.r = r
+        self.e = [z[i] + r[i][0] for i in AXES]
+        s = sum((square(one) for one in self.e), arb(0))
+        if isinstance(line, FreeLine):
+            length = s.max(arb(0)).sqrt()
+            first, self.across = line.weight, line.weight / length
+            self.excess, self.energy = -self.across, line.weight * length
+        else:
+            # Where it is slack, all derivatives are 0; they are those at ℓ₀ too.
+            length = s.max(square(line.law.slack_length)).sqrt()
+            self.energy, first, _, _ = line.law.derivatives(length)
+            self.across, self.excess = line.law.across_and_excess(length)
+        u = [_slope(one, length) for one in self.e]
+        turned = [sum((u[k] * r[k][1][i] for k in AXES), arb(0)) for i in AXES]
+        self.along = turned + u
+        self.slopes = [first * one for one in self.along]
+
+    def bend(self, a: int, b: int) -> Ball:
+        """Return the second derivative by the variables a >= b."""
+        half = _half_second(a, b, self.e, self.r)
+        return self.across * half + self.excess * self.along[a] * self.along[b]
 
 
 def _half_second(a: int, b: int, e: Sequence[Ball], r: Sequence[Orders]) -> Ball:

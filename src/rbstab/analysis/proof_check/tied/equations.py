@@ -1,7 +1,8 @@
 """Compare the energy W of a proof with the equations of a system, at some points.
 
-As in `equations`, values of the stored energy in balls are all that is used. W counts z from X*(Θ),
-which follows from a line: its end is X + A p - anchor by the equations, and z + r(Θ) by W.
+As in `equations`, values of the stored energy in balls are all that is used. W counts z from X*(Θ).
+With formulas of users, X*(Θ) is part of W. Else it follows from a line: its end is X + A p - anchor
+by the equations, and z + r(Θ) by W.
 """
 
 from collections.abc import Callable, Mapping
@@ -13,7 +14,8 @@ from flint import arb
 from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.exact import decimal_balls, in_balls
 from rbstab.analysis.proof_check.equations import POINTS, SHIFTS, least_energy
-from rbstab.analysis.proof_check.tied.energy import Pose, TiedEnergy
+from rbstab.analysis.proof_check.tied.energy import Pose
+from rbstab.analysis.proof_check.tied.extent import BoundedEnergy
 from rbstab.elements.spring import Spring
 from rbstab.mechanics import point
 from rbstab.mechanics.numbers import Array
@@ -31,7 +33,9 @@ def agrees_with_tied_equations(
     """
 
     def compare() -> bool:
-        W, at_rest = TiedEnergy(energy), configurations(exact_system(decimal_balls))
+        W, at_rest = BoundedEnergy(energy), configurations(exact_system(decimal_balls))
+        if W.formulas:
+            return _agrees(W, at_rest, None)
         springs = [one for one in at_rest.system.elements if isinstance(one, Spring)]
         # Springs at the same points share a line, so it is not known which of them has the first.
         return any(_agrees(W, at_rest, spring) for spring in springs)
@@ -39,15 +43,17 @@ def agrees_with_tied_equations(
     return bool(in_balls(compare))
 
 
-def _agrees(W: TiedEnergy, at_rest: Configurations, spring: Spring) -> bool:
-    """Return whether W agrees if its first line is that of a spring."""
+def _agrees(W: BoundedEnergy, at_rest: Configurations, spring: Spring | None) -> bool:
+    """Return whether W agrees; if a spring is given, its line is the first one of W."""
     for Theta in POINTS:
         angles = [arb(angle) for angle in Theta]
         pose = Pose(W, tuple((angle, angle) for angle in Theta))
-        own = at_rest.size - at_rest.pose_size
-        q = np.array([*angles, *[arb(0)] * (3 + own)], dtype=object)
-        end = point.position(at_rest.motion(q), spring.point) - spring.anchor
-        unloaded = [r[0] - one for r, one in zip(pose.offset(0, "centre"), end, strict=True)]
+        unloaded = [one[0] for one in pose.offset(len(W.lines) + len(W.ligaments), "centre")]
+        if spring is not None:
+            own = at_rest.size - at_rest.pose_size
+            q = np.array([*angles, *[arb(0)] * (3 + own)], dtype=object)
+            end = point.position(at_rest.motion(q), spring.point) - spring.anchor
+            unloaded = [r[0] - one for r, one in zip(pose.offset(0, "centre"), end, strict=True)]
         for shift in SHIFTS:
             z = [arb(entry) for entry in shift]
             X = [one + other for one, other in zip(unloaded, z, strict=True)]

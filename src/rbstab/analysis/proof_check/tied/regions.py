@@ -1,4 +1,4 @@
-"""Check the certified region of a tied body with springs: W is high enough all around it.
+"""Check the certified region of a tied body in six variables: W is high enough all around it.
 
 These places are the faces of the range, over all z, the other rest states, undecided boxes, and
 where a line has no length. On a face the least W over z has ∂W/∂z = 0. All z of this kind are
@@ -14,8 +14,13 @@ from rbstab.analysis.proof_check.boxes import AXES, Box, flat, shown
 from rbstab.analysis.proof_check.claims import RestState
 from rbstab.analysis.proof_check.cover import Cover, cover
 from rbstab.analysis.proof_check.findings import Finding, Range
-from rbstab.analysis.proof_check.tied.energy import SIX, Pose, TiedEnergy
-from rbstab.analysis.proof_check.tied.rest_states import Expansion, all_settled
+from rbstab.analysis.proof_check.tied.energy import SIX, Pose
+from rbstab.analysis.proof_check.tied.extent import BoundedEnergy
+from rbstab.analysis.proof_check.tied.rest_states import (
+    Expansion,
+    all_settled,
+    block_of_shift,
+)
 from rbstab.analysis.proof_check.trigonometric import Ball, square
 
 STEPS = 8
@@ -23,7 +28,7 @@ STEPS = 8
 
 
 def check_region(
-    W: TiedEnergy,
+    W: BoundedEnergy,
     claim: Mapping[str, Any],
     states: Sequence[RestState],
     undecided: Mapping[str, Box],
@@ -69,7 +74,9 @@ def check_region(
     return Finding(range_.name, "certified region", not wrong, " ".join(wrong) or text, covers)
 
 
-def _cover(W: TiedEnergy, bound: Ball, place: Box, face: tuple[int, Ball] | None = None) -> Cover:
+def _cover(
+    W: BoundedEnergy, bound: Ball, place: Box, face: tuple[int, Ball] | None = None
+) -> Cover:
     """Cover a place by boxes of Θ in which the least W over z is at least a bound."""
 
     def reason(box: Box) -> str | None:
@@ -81,9 +88,8 @@ def _cover(W: TiedEnergy, bound: Ball, place: Box, face: tuple[int, Ball] | None
             z = [arb(low).union(arb(high)) for low, high in part]
             return _is_above(pose, centre, z, bound)
 
-        return (
-            "b" if all_settled(pose, settled, lambda values: values.value >= bound, width) else None
-        )
+        high = all_settled(pose, W.scale, settled, lambda values: values.value >= bound, width)
+        return "b" if high else None
 
     return cover(place, reason)
 
@@ -92,7 +98,16 @@ def _near_stationary(pose: Pose) -> list[Ball]:
     """Return a point z near one with ∂W/∂z = 0 at the centre of a box of Θ."""
     z = [arb(0)] * 3
     for _ in range(STEPS):
-        z = [one.mid() for one in pose.at(z).shift]
+        values = pose.at(z)
+        if not pose.W.is_smooth:
+            z = [one.mid() for one in values.shift]
+            continue
+        H = block_of_shift(values).mid()
+        try:
+            step = H.solve(arb_mat([[one.mid()] for one in values.gradient[3:]]))
+        except ZeroDivisionError:
+            break
+        z = [(one - step[i, 0]).mid() for i, one in enumerate(z)]
     return z
 
 
@@ -111,7 +126,7 @@ def _is_above(pose: Pose, centre: Sequence[Ball], z: Sequence[Ball], bound: Ball
     return bool(total >= bound)
 
 
-def _cover_without_length(W: TiedEnergy, bound: Ball, place: Box, line: int) -> Cover:
+def _cover_without_length(W: BoundedEnergy, bound: Ball, place: Box, line: int) -> Cover:
     """Cover the range by boxes in which W >= bound where a line has no length, so that z = -r."""
 
     def reason(box: Box) -> str | None:

@@ -1,7 +1,7 @@
-"""Check the rest states of a tied body with springs: existence, index, and that there is no other.
+"""Check the rest states of a tied body in six variables: existence, index, and no other.
 
-A box of Θ is examined with all z at which ∂W/∂z = 0. They are enclosed by z = -S⁻¹Σ w_j u_j, again
-and again, and halved where they are too many.
+A box of Θ is examined with all z at which ∂W/∂z = 0. They are enclosed by z = -S⁻¹Σ w_j u_j, or by
+Newton's method with ligaments and formulas, again and again, and halved where they are too many.
 """
 
 import math
@@ -11,13 +11,24 @@ from typing import Any
 
 from flint import arb, arb_mat
 
-from rbstab.analysis.proof_check.boxes import Box, box_between
+from rbstab.analysis.proof_check.boxes import AXES, Box, box_between
 from rbstab.analysis.proof_check.claims import RestState, fault_of
 from rbstab.analysis.proof_check.findings import Range
-from rbstab.analysis.proof_check.tied.energy import SIX, Pose, TiedEnergy, Values
+from rbstab.analysis.proof_check.tied.energy import SHIFT, SIX, Pose, Values
+from rbstab.analysis.proof_check.tied.extent import BoundedEnergy
+from rbstab.analysis.proof_check.trigonometric import Ball
 
 NARROWINGS = 4
 """The number of times that z is enclosed before a box is tested."""
+
+NARROW = 1e-6
+"""rad: no rest state is looked for in a wider undecided box."""
+
+STEPS = 8
+"""The number of times that z is narrowed there."""
+
+PROGRESS = 0.8
+"""z is not narrowed again if no part became smaller than this part of what it was."""
 
 MOST_PARTS = 60
 """The largest number of parts of z in a box of Θ; then the box of Θ is halved."""
@@ -41,7 +52,7 @@ def tied_states(claims: Mapping[str, Any]) -> list[RestState]:
 class Expansion:
     """W about the centre of a box of Θ and z: ∇W = gradient + H δ, with H over all of the box."""
 
-    def __init__(self, W: TiedEnergy, box: Box, pose: Pose | None = None) -> None:
+    def __init__(self, W: BoundedEnergy, box: Box, pose: Pose | None = None) -> None:
         self.pose = pose or Pose(W, box[:3])
         middle = [arb(low / 2 + high / 2) for low, high in box[3:]]
         whole = [arb(low).union(arb(high)) for low, high in box[3:]]
@@ -94,7 +105,7 @@ class Expansion:
         return not all(entry.contains(0) for entry in entries)
 
 
-def faults(W: TiedEnergy, states: list[RestState], range_: Range) -> Iterator[str]:
+def faults(W: BoundedEnergy, states: list[RestState], range_: Range) -> Iterator[str]:
     """Yield what is wrong with rest states."""
     for state in states:
         fault = _fault(W, state, range_)
@@ -106,7 +117,7 @@ def faults(W: TiedEnergy, states: list[RestState], range_: Range) -> Iterator[st
                 yield f"The enclosures of {other.name} and {one.name} have a common point."
 
 
-def _fault(W: TiedEnergy, state: RestState, range_: Range) -> str | None:
+def _fault(W: BoundedEnergy, state: RestState, range_: Range) -> str | None:
     # Only an enclosure inside the range is expanded.
     expansion = cache(lambda: Expansion(W, state.enclosure))
     return fault_of(
@@ -135,20 +146,46 @@ def index_of(H: Any) -> int | None:
     return changes
 
 
-def domain(W: TiedEnergy, state: RestState) -> Box:
+def domain(W: BoundedEnergy, enclosure: Box) -> Box:
     """Return a large box about an enclosure in which there is no other zero."""
     share = 1.0
-    scale = [1.0, 1.0, 1.0, *(float(one) for one in W.scale)]
+    scale = _scale(W)
     while share > 1e-12:
-        pairs = zip(state.enclosure, scale, strict=True)
+        pairs = zip(enclosure, scale, strict=True)
         wide: Box = tuple((low - share * one, high + share * one) for (low, high), one in pairs)
         if Expansion(W, wide).is_unique:
             return wide
         share *= 0.8
-    return state.enclosure
+    return enclosure
 
 
-def no_zero(W: TiedEnergy, Theta: Box, places: Sequence[Box]) -> bool:
+def domain_of_undecided(W: BoundedEnergy, Theta: Box) -> Box | None:
+    """Return a box of Θ and z with no rest state but one with Θ in an undecided box.
+
+    It is None if no rest state is shown to be there, as there is on the border of a range.
+    """
+    if max(high - low for low, high in Theta) > NARROW:
+        return None
+    pose = Pose(W, Theta)
+    z: Box | None = tuple((-_above(one), _above(one)) for one in W.scale)
+    for _ in range(STEPS):
+        z = None if z is None else _narrowed(pose, z, lambda _: False)
+    if z is None:
+        return None
+    room = max(high - low for low, high in Theta) / 2
+    wide = (
+        (low - room * b, high + room * b) for (low, high), b in zip(z, _scale(W)[3:], strict=True)
+    )
+    enclosure = (*Theta, *wide)
+    return domain(W, enclosure) if Expansion(W, enclosure).has_zero else None
+
+
+def _scale(W: BoundedEnergy) -> list[float]:
+    """Return 1 rad for each angle, and the bounds on z."""
+    return [1.0, 1.0, 1.0, *(float(one) for one in W.scale)]
+
+
+def no_zero(W: BoundedEnergy, Theta: Box, places: Sequence[Box]) -> bool:
     """Return whether a box of Θ has no zero of ∇W outside of some boxes of Θ and z."""
     pose = Pose(W, Theta)
     width = max(high - low for low, high in Theta)
@@ -160,20 +197,23 @@ def no_zero(W: TiedEnergy, Theta: Box, places: Sequence[Box]) -> bool:
     def reason(values: Values) -> bool:
         return not all(one.contains(0) for one in values.gradient)
 
-    return all_settled(pose, settled, reason, width)
+    return all_settled(pose, W.scale, settled, reason, width)
 
 
-def all_settled(pose: Pose, settled: Any, at_once: Any, width: float) -> bool:
+def all_settled(
+    pose: Pose, scale: Sequence[Ball], settled: Any, at_once: Any, width: float
+) -> bool:
     """Return whether all z with ∂W/∂z = 0 are settled, for all Θ of a pose.
 
     Args:
         pose: The pose.
+        scale: Bounds on |z_i| at these z.
         settled: Returns whether a box of z is.
         at_once: Returns the same of the values of W over it, which are cheaper.
         width: The largest width of the box of Θ, rad: wider parts of z are halved.
     """
-    scale = [float(one) for one in pose.W.scale]
-    pending: list[Box] = [tuple((-one, one) for one in map(_above, scale))]
+    sizes_of_all = [float(one) for one in scale]
+    pending: list[Box] = [tuple((-one, one) for one in map(_above, sizes_of_all))]
     for _ in range(MOST_PARTS):
         if not pending:
             return True
@@ -181,7 +221,7 @@ def all_settled(pose: Pose, settled: Any, at_once: Any, width: float) -> bool:
         found = _narrowed(pose, part, at_once)
         if found is None or settled(found):
             continue
-        sizes = [(b - a) / size for (a, b), size in zip(found, scale, strict=True)]
+        sizes = [(b - a) / size for (a, b), size in zip(found, sizes_of_all, strict=True)]
         axis = sizes.index(max(sizes))
         if sizes[axis] < width:
             return False
@@ -199,11 +239,45 @@ def _narrowed(pose: Pose, part: Box, at_once: Any) -> Box | None:
         values = pose.at(z, "over")
         if at_once(values) or not values.balanced:
             return None
-        shift = values.shift
-        if not all(one.overlaps(other) for one, other in zip(z, shift, strict=True)):
-            return None
-        z = [one.intersection(other) for one, other in zip(z, shift, strict=True)]
+        bounds = [values.shift]
+        if pose.W.is_smooth:
+            bounds.append(_by_newton(pose, z, values))
+        before = z
+        for bound in bounds:
+            if not all(one.overlaps(other) for one, other in zip(z, bound, strict=True)):
+                return None
+            z = [one.intersection(other) for one, other in zip(z, bound, strict=True)]
+        # More of the same would change little.
+        if all(one.rad() > PROGRESS * old.rad() for one, old in zip(z, before, strict=True)):
+            break
     return tuple((_below(one), _above(one)) for one in z)
+
+
+def block_of_shift(values: Values) -> Any:
+    """Return the part of the Hessian for z."""
+    hessian = values.hessian
+    return arb_mat([[hessian[i, j] for j in SHIFT] for i in SHIFT])
+
+
+def _by_newton(pose: Pose, z: Sequence[Ball], values: Values) -> list[Ball]:
+    """Return balls with all z at which ∂W/∂z = 0: m - Yg(Θ, m) + (I - YH)(z - m), g = ∂W/∂z.
+
+    Args:
+        pose: The pose.
+        z: The balls of z, with the middle m.
+        values: W over them; H is the part of its Hessian for z, and Y near its inverse.
+    """
+    H = block_of_shift(values)
+    inverse = _inverse(H)
+    if inverse is None:
+        return list(z)
+    middle = [one.mid() for one in z]
+    away = arb_mat([[one - point] for one, point in zip(z, middle, strict=True)])
+    g = arb_mat([[one] for one in pose.at(middle, "over").gradient[3:]])
+    unit = arb_mat([[arb(int(i == j)) for j in AXES] for i in AXES])
+    image = (unit - inverse * H) * away - inverse * g
+    found = [point + image[i, 0] for i, point in enumerate(middle)]
+    return [new if new.is_finite() else old for new, old in zip(found, z, strict=True)]
 
 
 def _below(number: Any) -> float:

@@ -15,8 +15,8 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
-from rbstab.analysis.proof.traced.program import Operation, indices_of
-from rbstab.analysis.proof.traced.terms import meant
+from rbstab.analysis.proof.formulas.program import Operation, indices_of
+from rbstab.analysis.proof.formulas.terms import meant
 from rbstab.integrate.straight_line.number import (
     ADD,
     CONSTANT,

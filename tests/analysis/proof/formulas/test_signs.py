@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from support.formulas import recorded
 
-from rbstab.analysis.proof.traced.signs import Signs
-from rbstab.analysis.proof.traced.terms import meant
+from rbstab.analysis.proof.formulas.signs import Signs
+from rbstab.analysis.proof.formulas.terms import meant
 from rbstab.mechanics import numbers
 
 INDEFINITE = np.array([[1.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]])

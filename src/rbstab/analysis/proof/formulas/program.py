@@ -5,8 +5,8 @@ kind and the indices of earlier operations, as in ["*", 0, 3] or ["sin", 2]. Tha
 index and a whole number. A constant stands for all numbers that round to it. "square_above" is
 max(x, 0)², which has a continuous slope.
 
-A formula that is a polynomial in X and the own states too has ["length", place], an entry of
-x = [X, D]; no such formula is stored.
+A formula that depends on X or the own states too has ["length", place], an entry of x = [X, D]. One
+that is stored has those of X alone.
 """
 
 import math
@@ -81,18 +81,24 @@ def indices_of(operation: Operation) -> Sequence[int]:
     return operands if kind in OPERATIONS else ()
 
 
-def check(operations: Sequence[Operation]) -> None:
-    """Raise `ValueError` if operations are no program."""
+def check(operations: Sequence[Operation], *, of_position: bool = False) -> None:
+    """Raise `ValueError` if operations are no program.
+
+    Args:
+        operations: The operations.
+        of_position: Whether the formula may depend on X too.
+    """
     if not 0 < len(operations) <= MOST_OPERATIONS:
         raise ValueError(f"a formula has none, or more than {MOST_OPERATIONS} operations")
     for place, operation in enumerate(operations):
-        if not _is_valid(operation, place):
+        variables = (THETA, LENGTH) if of_position else (THETA,)
+        if not _is_valid(operation, place, variables):
             raise ValueError(f"operation {place} of a formula is none")
 
 
-def _is_valid(operation: Operation, place: int) -> bool:
+def _is_valid(operation: Operation, place: int, variables: Collection[str]) -> bool:
     kind, *operands = operation
-    if kind == THETA:
+    if kind in variables:
         return len(operands) == 1 and type(operands[0]) is int and operands[0] in range(3)
     if kind == CONSTANT:
         return len(operands) == 1 and type(operands[0]) is float and math.isfinite(operands[0])

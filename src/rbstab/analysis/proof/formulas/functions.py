@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from rbstab.analysis.proof.formulas.program import SQUARE_ABOVE
 from rbstab.analysis.proof.lines.intervals import ROUNDING, Intervals, between, near
-from rbstab.analysis.proof.traced.program import SQUARE_ABOVE
 from rbstab.mechanics import numbers
 from rbstab.mechanics.numbers import Array, Number
 

@@ -3,7 +3,7 @@
 import pytest
 from support.formulas import FORMULAS, recorded
 
-from rbstab.analysis.proof.traced.program import check, computed
+from rbstab.analysis.proof.formulas.program import check, computed
 from rbstab.mechanics import numbers
 
 

@@ -4,11 +4,26 @@ from collections.abc import Callable, Mapping
 from math import comb
 from typing import Any
 
+from rbstab.analysis.proof.formulas.program import (
+    LENGTH,
+    THETA,
+    Operation,
+    Program,
+    computed,
+    part_of,
+)
+from rbstab.analysis.proof.formulas.terms import meant
 from rbstab.analysis.proof.multiple_angles import NotTrigonometric, form_of
 from rbstab.analysis.proof.polynomial import Polynomial, Ring
-from rbstab.analysis.proof.traced.program import LENGTH, THETA, Operation, Program, computed
-from rbstab.analysis.proof.traced.terms import meant
-from rbstab.integrate.straight_line.number import ADD, DIVIDE, MULTIPLY, NEGATE, POWER, SUBTRACT
+from rbstab.integrate.straight_line.number import (
+    ADD,
+    CONSTANT,
+    DIVIDE,
+    MULTIPLY,
+    NEGATE,
+    POWER,
+    SUBTRACT,
+)
 
 MOST_ENTRIES = 9
 """The entries of t = [1, cos θ, sin θ, ...]: U has at most four times an angle. One with more is
@@ -20,6 +35,10 @@ _BEGINS = {THETA: 0, LENGTH: 3}
 
 MOST_DEGREE = 20
 """A product of more sines, cosines and angles is not expanded: it may have millions of terms."""
+
+
+MOST_PARTS = 1000
+"""A formula with more terms is not taken apart."""
 
 
 class _NoPolynomialError(Exception):
@@ -67,6 +86,76 @@ def is_quadratic(polynomial: Polynomial) -> bool:
         if sum(term.lengths) > 2 - of_angles:
             return False
     return True
+
+
+def taken_apart(program: Program, ring: Ring) -> tuple[list[Program], Program | None]:
+    """Return the terms of a sum that are quadratic in x, and the sum of all others.
+
+    Args:
+        program: The sum; a term may be a number times a sum.
+        ring: The ring of Θ and x.
+
+    Returns:
+        The quadratic terms, and the rest; None if nothing is left.
+    """
+    operations = list(program.operations)
+    terms = _terms(operations, len(operations) - 1)
+    if len(terms) > MOST_PARTS:
+        return [], program
+    quadratic, rest = list[Program](), list[int]()
+    for term in terms:
+        index = _built(operations, *term)
+        part = part_of(operations, index)
+        polynomial = polynomial_of(part, ring)
+        if polynomial is not None and is_quadratic(polynomial):
+            quadratic.append(part)
+        else:
+            rest.append(index)
+    if not rest:
+        return quadratic, None
+    total, *others = rest
+    for one in others:
+        operations.append((ADD, total, one))
+        total = len(operations) - 1
+    return quadratic, part_of(operations, total)
+
+
+_Step = tuple[str, int | None]
+"""An operation on a term: its kind, and the index of a constant."""
+
+
+def _terms(operations: list[Operation], index: int) -> list[tuple[int, tuple[_Step, ...]]]:
+    """Return the terms of a sum, each with what is done to it, last step first."""
+
+    def is_constant(one: int) -> bool:
+        return operations[one][0] == CONSTANT
+
+    found = list[tuple[int, tuple[_Step, ...]]]()
+    pending = [(index, tuple[_Step, ...]())]
+    while pending and len(found) <= MOST_PARTS:
+        one, steps = pending.pop()
+        kind, *operands = operations[one]
+        if kind in {ADD, SUBTRACT}:
+            first, second = operands
+            pending += [(first, steps)]
+            pending += [(second, steps if kind == ADD else (*steps, (NEGATE, None)))]
+        elif kind == NEGATE:
+            pending.append((operands[0], (*steps, (NEGATE, None))))
+        elif kind in {MULTIPLY, DIVIDE} and is_constant(operands[1]):
+            pending.append((operands[0], (*steps, (kind, operands[1]))))
+        elif kind == MULTIPLY and is_constant(operands[0]):
+            pending.append((operands[1], (*steps, (kind, operands[0]))))
+        else:
+            found.append((one, steps))
+    return found
+
+
+def _built(operations: list[Operation], index: int, steps: tuple[_Step, ...]) -> int:
+    """Add the operations of a term; return the index of the last one."""
+    for kind, constant in reversed(steps):
+        operations.append((kind, index) if constant is None else (kind, index, constant))
+        index = len(operations) - 1
+    return index
 
 
 def normal(polynomial: Polynomial) -> Polynomial:

@@ -4,8 +4,8 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
-from rbstab.analysis.proof.traced.program import THETA, Operation
-from rbstab.analysis.proof.traced.terms import (
+from rbstab.analysis.proof.formulas.program import THETA, Operation
+from rbstab.analysis.proof.formulas.terms import (
     AS_ARGUMENT,
     MOST_TERMS,
     NO_SUMS,

@@ -6,7 +6,7 @@ from fractions import Fraction
 from functools import cached_property, lru_cache
 from typing import NamedTuple
 
-from rbstab.analysis.proof.traced.program import Operation
+from rbstab.analysis.proof.formulas.program import Operation
 from rbstab.integrate.straight_line.number import (
     ADD,
     CONSTANT,

@@ -1,0 +1,102 @@
+"""Protects that a formula is called convex in X only if it is, by the prover and by the checker."""
+
+# ruff: noqa: ARG005 (a formula of Θ and X may need one of them alone)
+
+import numpy as np
+import pytest
+from support.formulas import recorded_of_position
+
+from rbstab.analysis.proof.formulas.convexity import is_convex
+from rbstab.analysis.proof_check.formulas.convexity import is_convex as checker_is_convex
+from rbstab.mechanics import numbers
+
+SHOWN = {
+    "even powers": lambda T, X: 3.0 * X[0] ** 4 + (X[1] - 2.0) ** 2 / 5 + 0.1 * X[2] ** 6,
+    "squares by products": lambda T, X: X[0] * X[0] + (X[1] * X[1]) * (X[1] * X[1]),
+    "turned": lambda T, X: (numbers.sin_of(T[0]) * X[0] - T[1] * X[1] + 0.3) ** 4,
+    "a length": lambda T, X: numbers.sqrt_of(0.01 + X[0] ** 2 + (X[1] + X[2] - T[2]) ** 2),
+    "a length to the fourth": lambda T, X: (X[0] ** 2 + X[1] ** 2 + X[2] ** 2) ** 2,
+    "exp of a square": lambda T, X: 2.0 * (numbers.exp_of(3.0 * X[0] ** 2 + X[1]) - 1.0),
+    "cosh": lambda T, X: numbers.cosh_of(X[0] - T[0]) + numbers.sinh_of(X[1] ** 2),
+    "minus a root": lambda T, X: -numbers.sqrt_of(2.0 - X[0] ** 2) - numbers.log_of(X[1] + 9.0),
+    "a fixed factor": lambda T, X: numbers.cosh_of(T[0]) * X[0] ** 2 + T[1] * X[1],
+    "linear": lambda T, X: 2.0 * X[0] - X[1] * T[0],
+    "no X": lambda T, X: numbers.sin_of(T[0]) - T[1] ** 3,
+}
+
+NOT_SHOWN = {
+    "a product": lambda T, X: X[0] * X[1],
+    "a cube": lambda T, X: X[0] ** 3,
+    "a negative square": lambda T, X: X[1] ** 2 - X[0] ** 2,
+    "a factor of either sign": lambda T, X: T[0] * X[0] ** 2,
+    "an inverse": lambda T, X: 1.0 / (1.0 + X[0] ** 2),
+    "a bowl that flattens": lambda T, X: numbers.log_of(1.0 + X[0] ** 2),
+    "an even power of what may be negative": lambda T, X: (X[0] ** 2 - 1.0) ** 2,
+    "sine": lambda T, X: numbers.sin_of(X[0]),
+    "a well": lambda T, X: -numbers.exp_of(-(X[0] ** 2)),
+    "a root of a root": lambda T, X: numbers.sqrt_of(numbers.sqrt_of(1.0 + X[0] ** 2)),
+    "odd power of an affine one": lambda T, X: (X[0] + 1.0) ** 3 + X[1] ** 4,
+}
+
+
+def both(formula):
+    program = recorded_of_position(formula)
+    found = is_convex(program)
+    assert checker_is_convex(program.operations) is found
+    return found
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_convex_formulas_are_seen(name):
+    assert both(SHOWN[name])
+
+
+@pytest.mark.parametrize("name", NOT_SHOWN)
+def test_others_are_not(name):
+    assert not both(NOT_SHOWN[name])
+
+
+def _random(rng, depth):
+    """Return a random formula of Θ and X."""
+    if depth == 0:
+        kind, k, c = rng.integers(3), rng.integers(3), float(rng.uniform(-2, 2))
+        return lambda T, X: (X[k], T[k], c)[kind]
+    one, two = _random(rng, depth - 1), _random(rng, depth - 1)
+    n, c = int(rng.integers(1, 5)), float(rng.uniform(-2, 2))
+    choices = [
+        lambda T, X: one(T, X) + two(T, X),
+        lambda T, X: one(T, X) - two(T, X),
+        lambda T, X: one(T, X) * two(T, X),
+        lambda T, X: c * one(T, X),
+        lambda T, X: one(T, X) if type(one(T, X)) is float else one(T, X) ** n,
+        lambda T, X: numbers.exp_of(0.3 * one(T, X)),
+        lambda T, X: numbers.cosh_of(0.3 * one(T, X)),
+        lambda T, X: numbers.sqrt_of(1.0 + one(T, X) ** 2),
+        lambda T, X: numbers.sqrt_of(one(T, X) + c),
+        lambda T, X: numbers.sinh_of(0.3 * one(T, X)),
+    ]
+    return choices[rng.integers(len(choices))]
+
+
+@np.errstate(all="ignore")
+def test_random_formulas_that_are_called_convex_are_convex():
+    rng = np.random.default_rng(5)
+    shown = curved = 0
+    for _ in range(4000):
+        formula = _random(rng, int(rng.integers(1, 5)))
+        try:
+            if not both(formula):
+                continue
+        except (TypeError, AttributeError):  # a number alone
+            continue
+        shown += 1
+        T = rng.uniform(-1.5, 1.5, 3)
+        for _ in range(6):
+            a, b = rng.uniform(-3, 3, (2, 3))
+            values = [float(formula(T, X)) for X in (a, b, 0.5 * (a + b))]
+            if np.all(np.isfinite(values)):
+                mean = 0.5 * (values[0] + values[1])
+                assert values[2] <= mean + 1e-9 * (1 + np.abs(values).max())
+                curved += values[2] < mean - 1e-6
+    assert shown > 500
+    assert curved > 500

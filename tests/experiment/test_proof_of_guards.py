@@ -269,5 +269,8 @@ def test_what_no_proof_takes_into_account_says_so(method):
     held = load_config(config_data(elements, CONTROLLER | {"variant": "permanent"}))
     within = prove_within(held, tolerances_of(held, ["body.mass=±1%"]))
     assert within.why == NoEnergyReason.SWITCHING_GUARDS_OF_BODIES.value
-    tied = prove(config_data({"strut": STRUT, **elements}))
-    assert tied.outcome == NoEnergyReason.SWITCHING_GUARDS_IN_SIX.value
+
+
+def test_a_stop_beside_a_spring_of_a_tied_body_has_no_proof():
+    tied = prove(config_data({"strut": STRUT, "range": guard("stop", 0.5, 1.2)}))
+    assert tied.outcome == NoEnergyReason.STOP_IN_SIX.value

@@ -204,3 +204,65 @@ def test_where_a_spring_has_no_length_there_is_no_linearisation():
     rest = motion_from_centre(problem.system.body, problem.system.anchor, np.zeros(12))
     with np.errstate(all="ignore"), pytest.raises(NoDerivativesError):
         linearise(problem.system, rest, np.zeros(0))
+
+
+GUARDS: dict[str, tuple[dict[str, Any], float]] = {
+    "stiff": ({"stiffness": 300.0, "soft_angle": 0.9}, 0.5 * 300.0 * (np.pi / 2 - 0.9) ** 2),
+    "repelling": ({"couple": 40.0, "soft_angle": 0.9}, 40.0 * (np.pi / 2 - 0.9)),
+}
+"""Guards, and their energies at θ2 = ±π/2, where c* is attained without them, J."""
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("method", GUARDS)
+def test_beside_a_soft_guard(method, proof):
+    section, raised = GUARDS[method]
+    config = config_of(others={"range": {"kind": "guard", "method": method} | section})
+    guarded = prove(config)
+    assert guarded.proved
+    (plain,), (state,) = proof.states, guarded.states
+    np.testing.assert_allclose(state.orientation, plain.orientation, atol=1e-12)
+    assert state.energy == pytest.approx(plain.energy, abs=1e-9)
+    assert proof.region.face.startswith("θ2")
+    assert guarded.region is not None
+    assert guarded.region.energy == pytest.approx(proof.region.energy + raised, rel=1e-6)
+    assert guarded.region.energy_bound is not None
+    assert guarded.region.energy_bound <= guarded.region.energy
+    assert guarded.region.lower_bound > 0.995 * guarded.region.level
+    assert verify(guarded.model_copy(update={"unwrapped": None}), config).verified
+    # Edited, it is not that of the config, and the bound of the region is too high.
+    data = json.loads(guarded.model_copy(update={"unwrapped": None}).model_dump_json())
+    (stored,) = data["tied_energy"]["soft_guards"]
+    stored["soft_angle"] = 1.0
+    found = verify(Proof(**data), config)
+    wrong = {finding.claim for finding in found.findings if not finding.verified}
+    assert {"energy", "certified region"} <= wrong
+
+
+@pytest.mark.heavy
+def test_barriers_on_all_angles():
+    outer = BARRIER | {"outer_stiffness": 10.0}
+    config = config_of(others={"range": outer})
+    guarded = prove(config)
+    assert guarded.proved
+    assert guarded.within_barriers
+    assert guarded.unwrapped is None
+    # A spring may lose its length, so that no theorem is about every start.
+    assert not guarded.every_start
+    assert guarded.region is not None
+    assert guarded.region.proved
+    assert verify(guarded, config).verified
+
+
+@pytest.mark.heavy
+def test_a_guard_that_holds_the_body_is_not_decided():
+    """The rest state is at the angle of a repelling guard, where the force jumps."""
+    held = {"kind": "guard", "method": "repelling", "couple": 500.0, "soft_angle": 0.01}
+    pushed = SPRING | {"anchor": [0.9, 0.01, 0.0], "stiffness": 900.0}
+    config = config_of(pushed, others={"range": held})
+    guarded = prove(config)
+    assert not guarded.proved
+    assert guarded.undecided
+    assert any(
+        low[1] <= 0.01 <= high[1] or low[1] <= -0.01 <= high[1] for low, high in guarded.undecided
+    )

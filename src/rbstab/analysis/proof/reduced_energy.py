@@ -69,18 +69,14 @@ class NoEnergyReason(Enum):
     LINES_OF_BODIES = (
         "no proof for all bodies within tolerances takes a spring or a ligament into account"
     )
-    SWITCHING_GUARDS_IN_SIX = (
+    STOP_IN_SIX = (
         "the body is not held, and no proof takes springs, or elements of users whose energy is no "
-        "quadratic function of X, beside a soft guard or a stop into account then"
+        "quadratic function of X, beside a stop into account then"
     )
     SWITCHING_GUARDS_OF_BODIES = (
         "no proof for all bodies within tolerances takes a soft guard or a stop into account"
     )
     BARRIER_OF_BODIES = "no proof for all bodies within tolerances takes a barrier into account"
-    OUTER_BARRIER_IN_SIX = (
-        "the body is not held, and no proof takes springs, or elements of users whose energy is no "
-        "quadratic function of X, beside a guard of θ1 and θ3 (outer_stiffness) into account then"
-    )
 
 
 SEARCHED_INSTEAD = frozenset(
@@ -90,8 +86,7 @@ SEARCHED_INSTEAD = frozenset(
         NoEnergyReason.NOT_QUADRATIC,
         NoEnergyReason.NOT_TRIGONOMETRIC,
         NoEnergyReason.NO_LENGTH,
-        NoEnergyReason.SWITCHING_GUARDS_IN_SIX,
-        NoEnergyReason.OUTER_BARRIER_IN_SIX,
+        NoEnergyReason.STOP_IN_SIX,
     }
 )
 """The reasons for which nothing is proved of rest states that can be looked for."""

@@ -24,6 +24,9 @@ from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import PITCH
 from rbstab.systems.system import System
 
+NO_SLOPES = np.zeros(3)
+"""J/rad: what is added to U has no slope."""
+
 
 @dataclass(frozen=True, eq=False)
 class RestPoint:
@@ -158,7 +161,7 @@ def within_stops(form: TrigonometricForm, end: Array) -> Array:
 
 
 def end_of_rest_states(
-    form: TrigonometricForm, end: Array, slope: float = 0.0, times: float = 1.0
+    form: TrigonometricForm, end: Array, slopes: Array = NO_SLOPES, times: float = 1.0
 ) -> Array:
     """Return the largest |Θ| in a range at which a rest state is possible, shape (3,), rad.
 
@@ -168,7 +171,7 @@ def end_of_rest_states(
     Args:
         form: U.
         end: The largest |Θ| in the range, shape (3,), rad.
-        slope: A bound on the slope by θ2 of what is added to U, J/rad.
+        slopes: Bounds on the slopes of what is added to U, shape (3,), J/rad.
         times: The slope of the barrier is so many times that of the rest: a farther end.
 
     Raises:
@@ -181,7 +184,7 @@ def end_of_rest_states(
     for axis, barrier in ((PITCH, guard.barrier), (0, guard.outer), (2, guard.outer)):
         if barrier is not None:
             steepest = np.abs(form.quadratic[axis]) @ wide + abs(form.linear[axis])
-            steepest += form.steepest[axis] + slope
+            steepest += form.steepest[axis] + slopes[axis]
             angle = barrier.end_beyond(times * float(steepest) * ROUNDING_FACTOR)
             if angle is None:
                 raise NoReducedEnergy(NoEnergyReason.WEAK_BARRIER)

@@ -239,11 +239,10 @@ class ProvedTiedEnergy(Entry):
     """The energy W of a proof for a tied body in six variables, J.
 
     W = U(Θ) + ½ z'Sz + Σ w_j |z + r_j(Θ)|, where z is X minus its value without what follows. U is
-    ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3), and stiffness is S, N/m. With a barrier on θ2, U
-    has the term ½ k tan² θ2 too, and barrier is k, N m; None without one. lines are those of
-    springs. The energies of ligaments are added to W, and the formulas of elements of users; then
-    position has the coefficients of X*(Θ), m, and X = X* + z. Each number is the exact one rounded
-    once.
+    ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3), and stiffness is S, N/m. Guards add to U what
+    they add to that of `ProvedEnergy`. lines are those of springs. The energies of ligaments are
+    added to W, and the formulas of elements of users; then position has the coefficients of X*(Θ),
+    m, and X = X* + z. Each number is the exact one rounded once.
     """
 
     quadratic: tuple[Triple, Triple, Triple]
@@ -252,6 +251,8 @@ class ProvedTiedEnergy(Entry):
     stiffness: tuple[Triple, Triple, Triple]
     lines: tuple[ProvedFreeLine, ...]
     barrier: PositiveFloat | None = None
+    outer_barrier: PositiveFloat | None = None
+    soft_guards: tuple[ProvedGuard, ...] | None = None
     ligaments: tuple[ProvedFreeLigament, ...] | None = None
     position: tuple[Coefficients, Coefficients, Coefficients] | None = None
     formulas: tuple[ProvedFreeFormula, ...] | None = None
@@ -284,7 +285,7 @@ def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
         linear=form.linear.tolist(),
         coefficients=form.coefficients.tolist(),
         barrier=_stiffness(guard),
-        outer_barrier=None if guard is None or guard.outer is None else guard.outer.stiffness,
+        outer_barrier=_outer_stiffness(guard),
         soft_guards=None if guard is None else tuple(_soft_guards(guard)) or None,
         stop=None if guard is None else guard.stop,
         lines=tuple(springs) or None,
@@ -297,6 +298,11 @@ def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
 def _stiffness(guard: "Guard | None") -> float | None:
     """Return k of a barrier."""
     return None if guard is None or guard.barrier is None else guard.barrier.stiffness
+
+
+def _outer_stiffness(guard: "Guard | None") -> float | None:
+    """Return k of the barriers on θ1 and θ3."""
+    return None if guard is None or guard.outer is None else guard.outer.stiffness
 
 
 def _soft_guards(guard: "Guard") -> Iterator[ProvedGuard]:
@@ -322,12 +328,15 @@ def _tables(forms: "Iterable[TrigonometricForm]") -> Any:
 
 def tied_energy_of(energy: "TiedEnergy") -> ProvedTiedEnergy:
     """Return an energy of Θ and z as plain data."""
+    guard = energy.form.guard
     return ProvedTiedEnergy(
         quadratic=energy.form.quadratic.tolist(),
         linear=energy.form.linear.tolist(),
         coefficients=energy.form.coefficients.tolist(),
         stiffness=energy.stiffness.tolist(),
-        barrier=_stiffness(energy.form.guard),
+        barrier=_stiffness(guard),
+        outer_barrier=_outer_stiffness(guard),
+        soft_guards=None if guard is None else tuple(_soft_guards(guard)) or None,
         lines=tuple(
             ProvedFreeLine(weight=line.weight, offset=_tables(line.offset)) for line in energy.lines
         ),

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Iterator
 from functools import partial
 from typing import Any
 
@@ -41,6 +42,10 @@ TIED_BARRIER_VERSION = 1
 
 TIED_LIGAMENT_VERSION = 1
 """The same for those of them with a ligament: before it, nothing was proved of both together."""
+
+TIED_GUARD_VERSION = 1
+"""The same for those of them with another guard than a barrier on θ2: before it, nothing was proved
+of them."""
 
 NO_REST_LENGTH_VERSION = 1
 """The same for those of them with a spring without a rest length: before it, more was proved of a
@@ -87,13 +92,7 @@ def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
     if any(element.kind == "spring" for element in config.elements.values()):
         parts.append(f"spring {SPRING_VERSION}")
         if config.controller.variant not in HELD_OR_SLIDING:
-            parts.append(f"tied {TIED_VERSION}")
-            if any(element.kind == "guard" for element in config.elements.values()):
-                parts.append(f"tied barrier {TIED_BARRIER_VERSION}")
-            if any(element.kind == "ligament" for element in config.elements.values()):
-                parts.append(f"tied ligament {TIED_LIGAMENT_VERSION}")
-            if any(getattr(one, "rest_length", None) == 0 for one in config.elements.values()):
-                parts.append(f"no rest length {NO_REST_LENGTH_VERSION}")
+            parts += _versions_of_tied(config)
     if any(element.kind == "ligament" for element in config.elements.values()):
         parts.append(f"ligament {LIGAMENT_VERSION}")
     if has_code(config):
@@ -103,6 +102,28 @@ def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
         parts.append(f"damped by elements {DAMPED_VERSION}")
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+def _versions_of_tied(config: Config) -> Iterator[str]:
+    """Yield what belongs to the id of a body with springs that is tied."""
+    elements = config.elements.values()
+    kinds = {element.kind for element in elements}
+    yield f"tied {TIED_VERSION}"
+    if "guard" in kinds:
+        yield f"tied barrier {TIED_BARRIER_VERSION}"
+    if _has_other_guards(config):
+        yield f"tied guard {TIED_GUARD_VERSION}"
+    if "ligament" in kinds:
+        yield f"tied ligament {TIED_LIGAMENT_VERSION}"
+    if any(getattr(one, "rest_length", None) == 0 for one in elements):
+        yield f"no rest length {NO_REST_LENGTH_VERSION}"
+
+
+def _has_other_guards(config: Config) -> bool:
+    """Return whether there is another guard than a barrier on θ2."""
+    elements = config.elements.values()
+    soft = any(getattr(one, "method", None) in SWITCHING_GUARDS for one in elements)
+    return soft or any(getattr(one, "outer_stiffness", 0) for one in elements)
 
 
 _KNOWN_EQUATIONS: dict[str, str] = {}

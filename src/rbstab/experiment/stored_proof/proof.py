@@ -264,7 +264,8 @@ class Proof(ProvedStates):
     @property
     def within_barriers(self) -> bool:
         """Whether barriers on θ1 and θ3 keep these angles between -π and π."""
-        return self.reduced_energy is not None and self.reduced_energy.outer_barrier is not None
+        energy = self.reduced_energy or self.tied_energy
+        return energy is not None and energy.outer_barrier is not None
 
 
 NOT_DAMPED = "no elements damp every motion"

@@ -29,7 +29,9 @@ def tied_record(
         unwrapped: The same for all real θ1 and θ3, or None.
         seconds: The time that it took.
     """
-    wide, every_start = None, unwrapped is not None and unwrapped.every_start
+    guard = rest.energy.form.guard
+    closed = guard is not None and guard.outer is not None and rest.every_start
+    wide, every_start = None, closed or (unwrapped is not None and unwrapped.every_start)
     if unwrapped is not None:
         wide = UnwrappedStates(
             end=triple(unwrapped.end),
@@ -41,6 +43,7 @@ def tied_record(
         seconds=seconds,
         tied_energy=tied_energy_of(rest.energy),
         unwrapped=wide,
+        closed=closed or None,
         **_tied_entries(rest, every_start=every_start),
     )
 

@@ -11,7 +11,7 @@ from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
 from rbstab.analysis.proof.tied.energy import tied_energy, tied_energy_of_doubles
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
-from rbstab.elements.guards.barrier import Barrier
+from rbstab.elements.guards.stop import Stop
 from rbstab.elements.spring import ZeroLengthSpring
 from rbstab.elements.visco_elastic import ViscoElasticTie
 
@@ -88,10 +88,10 @@ def test_numbers_of_a_config_are_decimals():
 
 
 def test_what_has_no_such_energy_is_refused():
-    barrier = Barrier(name="range", stiffness=5.0, outer_stiffness=1.0)
+    stop = Stop(name="range", angle=np.array(1.2), restitution=np.array(0.5))
     with pytest.raises(NoReducedEnergy) as caught:
-        tied_energy_of_doubles(tied_system([spring_of()], 1.0, K_D, None, barrier))
-    assert caught.value.reason is NoEnergyReason.OUTER_BARRIER_IN_SIX
+        tied_energy_of_doubles(tied_system([spring_of()], 1.0, K_D, None, stop))
+    assert caught.value.reason is NoEnergyReason.STOP_IN_SIX
     # A negative rest length would pull at any length: the energy has a lowest point at its kink.
     with pytest.raises(NoReducedEnergy):
         tied_energy_of_doubles(tied_system([spring_of(rest_length=-0.5)]))

@@ -38,7 +38,6 @@ from rbstab.analysis.proof.tied.energy import FreeLine, TiedEnergy
 from rbstab.analysis.proof.tied.formula import FreeFormula, Place
 from rbstab.analysis.proof.trigonometric import TrigonometricForm, along
 from rbstab.mechanics.numbers import Array
-from rbstab.mechanics.states import PITCH
 
 Orders = list[Intervals]
 """Derivatives of order 0, 1 and 2."""
@@ -138,18 +137,25 @@ def _both(form: TrigonometricForm, t: Array, Theta: Boxes) -> tuple[Orders, Orde
 
 
 def _guarded(at_centre: Orders, over: Orders, guard: Guard, Theta: Boxes) -> tuple[Orders, Orders]:
-    """Add a barrier on θ2: its bounds over the boxes are exact, those of Taylor's theorem wide."""
-    bounds = guard.over(Theta.low[:, 1], Theta.high[:, 1])
-    return _plus(at_centre, guard.at(Theta.centre[:, 1], 2)), _plus(over, bounds)
+    """Add guards: their bounds over the boxes are exact, those of Taylor's theorem wide.
+
+    Where the slope of a soft guard jumps, the bounds contain all slopes between both sides, and the
+    Hessian has no bound.
+    """
+    for axis, part in guard.by_axis:
+        low, high = Theta.low[:, axis], Theta.high[:, axis]
+        at_centre = _plus(at_centre, axis, part.at(Theta.centre[:, axis], 2))
+        over = _plus(over, axis, part.over(low, high))
+    return at_centre, over
 
 
-def _plus(orders: Orders, bounds: tuple[Array, Array]) -> Orders:
-    """Add a function of θ2 alone, whose derivatives lie between bounds."""
+def _plus(orders: Orders, axis: int, bounds: tuple[Array, Array]) -> Orders:
+    """Add a function of one angle, whose derivatives lie between bounds."""
     found = []
     for one, low, high in zip(orders, *(rows[:3] for rows in bounds), strict=True):
         added, of_guard = between(low, high), Intervals(*np.zeros((2, *one.middle.shape)))
-        of_guard.middle[along(one.middle, PITCH)] = added.middle
-        of_guard.radius[along(one.middle, PITCH)] = added.radius
+        of_guard.middle[along(one.middle, axis)] = added.middle
+        of_guard.radius[along(one.middle, axis)] = added.radius
         found.append(one + of_guard)
     return found
 

@@ -5,7 +5,7 @@ Let z = X - X*(Θ). With the least energy over D,
 
     W(Θ, z) = U(Θ) + ½ z'Sz + Σ w_j |e_j| + Σ G_j(|e_j|²) + Σ f_j(Θ, X)    e_j = z + r_j(Θ)
 
-where U is a form, perhaps with a barrier on θ2, S is constant and positive definite, e_j is the
+where U is a form, perhaps with guards, S is constant and positive definite, e_j is the
 line of a spring or of a ligament, G_j the energy of a ligament, and f_j that of an element of a
 user, which is convex in X.
 """
@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
-from rbstab.analysis.proof.guards.separate import has_switching_guards
 from rbstab.analysis.proof.ligaments.free import FreeLigament
 from rbstab.analysis.proof.lines.separate import lengths_apart
 from rbstab.analysis.proof.multiple_angles import NotTrigonometric, form_of
@@ -106,8 +105,6 @@ def tied_energy(system: System, exact_system: ExactSystem) -> TiedEnergy:
         NoReducedEnergy: The energy has another form.
     """
     reject_unsmooth(system)
-    if has_switching_guards(system):
-        raise NoReducedEnergy(NoEnergyReason.SWITCHING_GUARDS_IN_SIX)
     at_rest = configurations(system)
     if at_rest.held:
         raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)
@@ -118,8 +115,8 @@ def tied_energy(system: System, exact_system: ExactSystem) -> TiedEnergy:
         parts = stored_energy(exact, ring, users, entries_without_users(at_rest))
         if not parts.energy.known:
             raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)
-        if parts.guard is not None and parts.guard.outer is not None:
-            raise NoReducedEnergy(NoEnergyReason.OUTER_BARRIER_IN_SIX)
+        if parts.guard is not None and parts.guard.stop is not None:
+            raise NoReducedEnergy(NoEnergyReason.STOP_IN_SIX)
         formulas = [(one.name, one.program) for one in users.traced]
         formulas += [(one.name, one.program) for one in users.of_position]
         free = tuple(FreeFormula(*one) for one in formulas)

@@ -27,7 +27,6 @@ from rbstab.analysis.proof.tied.search import (
 from rbstab.analysis.proof.unwrapped import BOX_LIMIT_WITH_LINES, MAX_END, confined_end
 from rbstab.analysis.rest_state import rest_state_at
 from rbstab.mechanics.numbers import Array
-from rbstab.mechanics.states import PITCH
 
 BORDER_SLOPE = 8.0
 """With a barrier, the range ends where its slope is so many times that of all else. The energy on
@@ -92,8 +91,9 @@ class TiedRestStates:
     def every_start(self) -> bool:
         """Whether all motions from |θ2| < π/2 converge to the only rest state.
 
-        To be asked of the rest states for all real θ1 and θ3. A barrier keeps all motions away from
-        θ2 = ±π/2; and there must be no spring, which may lose its length on the way.
+        To be asked of the rest states for all real θ1 and θ3, or with barriers on them. A barrier
+        keeps all motions away from θ2 = ±π/2; and there must be no spring, which may lose its
+        length on the way.
         """
         only = self.states[0].point if self.unique else None
         is_minimum = only is not None and only.index_proved and only.index == 0
@@ -122,7 +122,7 @@ def tied_rest_states(
         NoReducedEnergy: A barrier is too weak for double precision.
     """
     end = end_of_rest_states(
-        energy.form, end, float(slopes_with_shift(energy)[PITCH]), BORDER_SLOPE
+        energy.form, end, slopes_with_shift(energy), BORDER_SLOPE
     )
     energy = replace(energy, form=replace(energy.form, reach=max(energy.form.reach, *end)))
     box_limit = limit_of(energy, box_limit)
@@ -168,7 +168,8 @@ def tied_end(energy: TiedEnergy) -> Array | None:
 
     A barrier on θ2 is not in the equations by θ1 and θ3.
     """
-    if not is_periodic(energy):
+    guard = energy.form.guard
+    if not is_periodic(energy) or (guard is not None and guard.outer is not None):
         return None
     form = replace(energy.form, guard=None)
     steepest = (form.steepest + slopes_with_shift(energy))[[0, 2]] * (1 + 1e-12)

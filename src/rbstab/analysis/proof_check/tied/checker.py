@@ -34,7 +34,7 @@ from rbstab.analysis.proof_check.tied.rest_states import (
 from rbstab.analysis.proof_check.trigonometric import Ball
 
 BEYOND = 4
-"""With a barrier, tan θ2 at the end of the range that is checked is larger by this factor."""
+"""With a barrier, tan θ2 (or tan θ/2) at the end of the checked range is larger by this factor."""
 
 
 def check_tied(
@@ -65,9 +65,18 @@ def check_tied(
 
 
 def _all_findings(W: BoundedEnergy, proof: Mapping[str, Any]) -> Iterator[Finding]:
-    yield from _findings_between(W, proof, IN_RANGE, arb.pi(), arb.pi())
+    found = list[Finding]()
+    for finding in _findings_between(W, proof, IN_RANGE, arb.pi(), arb.pi()):
+        found.append(finding)
+        yield finding
+    if proof.get("closed"):
+        yield _every_start(W, proof, found, IN_RANGE)
     wide = proof["unwrapped"]
     if wide is None:
+        return
+    if W.U.barrier_on(0) is not None:
+        text = "Barriers on θ1 and θ3 divide this range, so that it has no proof."
+        yield Finding(UNWRAPPED, "barrier", False, text)
         return
     first, third = arb(wide["end"][0]), arb(wide["end"][2])
     range_ = range_with(UNWRAPPED, (first, arb.pi() / 2, third))
@@ -79,23 +88,27 @@ def _all_findings(W: BoundedEnergy, proof: Mapping[str, Any]) -> Iterator[Findin
             found.append(finding)
             yield finding
     if wide.get("every_start"):
-        yield _every_start(W, wide, found)
+        yield _every_start(W, wide, found, UNWRAPPED)
 
 
-def _every_start(W: BoundedEnergy, claims: Mapping[str, Any], found: Sequence[Finding]) -> Finding:
-    """Check that a barrier closes the range, and that there is one rest state, a minimum."""
+def _every_start(
+    W: BoundedEnergy, claims: Mapping[str, Any], found: Sequence[Finding], about: str
+) -> Finding:
+    """Check that barriers close the range, and that there is one rest state, a minimum."""
     if W.lines:
         text = "A spring may lose its length, so that every start converges is not shown."
-        return Finding(UNWRAPPED, "every start", False, text)
+        return Finding(about, "every start", False, text)
     states = tied_states(claims)
     single = bool(claims["proved"]) and len(claims["states"]) == len(states) == 1
     single = single and states[0].is_minimum
     single = single and "no other rest state" in {finding.claim for finding in found}
     closed = W.U.barrier_on(1) is not None
+    closed = closed and (about == UNWRAPPED or W.U.barrier_on(0) is not None)
     verified = closed and single and all(finding.verified for finding in found)
-    text = "Every motion that starts with |θ2| < π/2 converges to the rest state"
+    inside = "with |θ2| < π/2" if about == UNWRAPPED else "in the range of eq. 5"
+    text = f"Every motion that starts {inside} converges to the rest state"
     text = f"{text}." if verified else f"{text}: this could not be confirmed."
-    return Finding(UNWRAPPED, "every start", verified, text)
+    return Finding(about, "every start", verified, text)
 
 
 def _findings_between(
@@ -103,24 +116,25 @@ def _findings_between(
 ) -> Iterator[Finding]:
     """Check the claims on the range |θ1| < first, |θ2| < π/2, |θ3| < third.
 
-    With a barrier, W rises with |θ2| from some angle on, for each z: a bound on the slope of all
-    else does not depend on z. So there is no rest state from there on, and W is larger there than
-    on the faces of a range that ends at any such angle. This range is checked instead.
+    With a barrier, W rises with its angle's size from some angle on: a bound on the slope of all
+    else holds for all z that matter. So there is no rest state from there on, and W is larger there
+    than on the faces of a range that ends at any such angle. This range is checked instead.
     """
-    barrier = W.U.barrier_on(1)
-    if barrier is None:
-        yield from _findings(W, claims, range_with(name, (first, arb.pi() / 2, third)))
-        return
-    end = W.U.end_before(barrier, first, third)
-    if end is None:
-        text = "That W rises with |θ2| near ±π/2 could not be confirmed."
-        yield Finding(name, "barrier", False, text)
-        return
-    text = f"W rises with |θ2| from {end:.6g} rad on: no rest state is there."
-    yield Finding(name, "barrier", True, text)
-    # A larger end has a higher border: that of the prover may be a little larger than `end`.
-    farther = arb(float((BEYOND * arb(end).tan()).atan()))
-    yield from _findings(W, claims, range_with(name, (first, farther, third)))
+    ends = [first, arb.pi() / 2, third]
+    for barrier in W.U.barriers:
+        angle = f"|θ{barrier.axis + 1}|"
+        end = W.U.end_before(barrier, first, third)
+        if end is None:
+            text = f"That W rises with {angle} near the end of the range could not be confirmed."
+            yield Finding(name, "barrier", False, text)
+            return
+        text = f"W rises with {angle} from {end:.6g} rad on: no rest state is there."
+        yield Finding(name, "barrier", True, text)
+        # A larger end has a higher border: that of the prover may be a little larger than `end`.
+        share = 1 if barrier.axis == 1 else 2
+        farther = arb(float(share * (BEYOND * arb(end / share).tan()).atan()))
+        ends[barrier.axis] = min(ends[barrier.axis], farther, key=float)
+    yield from _findings(W, claims, range_with(name, (*ends,)))
 
 
 def _confined(W: BoundedEnergy, range_: Range) -> Finding:

@@ -2,8 +2,8 @@
 
     W(Θ, z) = U(Θ) + ½ z'Sz + Σ w_j ℓ_j + Σ Φ_j(ℓ_j) + Σ f_j(Θ, X)    ℓ_j² = s_j = |z + r_j(Θ)|²
 
-with springs, ligaments, and formulas of elements of users; X = X*(Θ) + z. With a barrier on θ2, U
-has the term ½ k tan² θ2.
+with springs, ligaments, and formulas of elements of users; X = X*(Θ) + z. Guards add
+functions of single angles to U.
 
 All derivatives of ℓ by the six variables follow from ℓ² = s, differentiated once and twice:
 2ℓ ℓ_a = s_a and 2ℓ ℓ_ab = s_ab - 2 ℓ_a ℓ_b. So a function E(ℓ) has the second derivatives
@@ -19,6 +19,7 @@ from rbstab.analysis.proof_check.boxes import AXES, Box
 from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.formulas import series
 from rbstab.analysis.proof_check.formulas.series import Series
+from rbstab.analysis.proof_check.guards import SwitchingGuard
 from rbstab.analysis.proof_check.lengths.free_ligaments import FreeLigament
 from rbstab.analysis.proof_check.taylor import symmetric
 from rbstab.analysis.proof_check.tied.formula import FreeFormula, Orders
@@ -108,7 +109,7 @@ class TiedEnergy:
         if formulas and len(self.position) != len(AXES):
             raise ValueError("The position is not known")
         plain = {key: data[key] for key in ("quadratic", "linear", "coefficients")}
-        plain["barrier"] = data.get("barrier")
+        plain |= {key: data.get(key) for key in ("barrier", "outer_barrier", "soft_guards")}
         self.U = _Quadratic(plain)
         self.pull = sum((abs(line.weight) for line in self.lines), arb(0))
 
@@ -148,19 +149,19 @@ class Pose:
             "centre": [_orders(at_centre) for at_centre, _ in pairs],
             "over": [self._over(*pair) for pair in pairs],
         }
-        found = W.U.barrier_on(1)
-        if found is not None:
-            for where, angle in (("centre", self.centre[1]), ("over", whole[1])):
-                parts = self.parts[where]
-                parts[0] = _with_barrier(parts[0], found.terms(angle))
+        for where, Theta in (("centre", self.centre), ("over", whole)):
+            for barrier in W.U.barriers:
+                _add(self.parts[where][0], barrier.axis, barrier.terms(Theta[barrier.axis]))
+            for guard in W.U.guards:
+                _add(self.parts[where][0], 1, _terms(guard, Theta[1]))
 
-    def _over(self, at_centre: Mapping[Axes, Ball], whole: Mapping[Axes, Ball]) -> Orders:
+    def _over(self, at_centre: Mapping[Axes, Ball], whole: Mapping[Axes, Ball]) -> list[Any]:
         """Return a function and its derivatives over the box, from the third ones over it."""
         value, slopes, bends = _orders(at_centre)
         third = [[[whole[axes_of(i, j, k)] for k in AXES] for j in AXES] for i in AXES]
         bends = [[bends[i][j] + self._along(third[i][j]) for j in AXES] for i in AXES]
         slopes = [slopes[i] + self._along(bends[i]) for i in AXES]
-        return value + self._along(slopes), slopes, bends
+        return [value + self._along(slopes), slopes, bends]
 
     def _along(self, slopes: Sequence[Ball]) -> Ball:
         return sum((a * d for a, d in zip(slopes, self.step, strict=True)), arb(0))
@@ -175,7 +176,7 @@ class Pose:
         """
         return Values(self, where, z, without)
 
-    def offset(self, line: int, where: str) -> list[Orders]:
+    def offset(self, line: int, where: str) -> Sequence[Orders]:
         """Return the three entries of r of a line; those after all lines are of X*."""
         return self.parts[where][1 + 3 * line : 4 + 3 * line]
 
@@ -193,17 +194,24 @@ class Pose:
         return formula.at(Theta, position, z, centre, (*turned, *away))[-1]
 
 
-def _with_barrier(orders: Orders, terms: Sequence[Ball]) -> Orders:
-    """Add a function of θ2 and its derivatives."""
+def _terms(guard: SwitchingGuard, angle: Ball) -> list[Ball]:
+    """Return the energy of a soft guard, its slope, and its second derivative if it has one."""
+    bend = arb("nan") if guard.jumps(angle) else guard.curvature(angle)
+    return [guard.energy(angle), guard.slope(angle), bend]
+
+
+def _add(orders: list[Any], axis: int, terms: Sequence[Ball]) -> None:
+    """Add a function of one angle and its derivatives."""
     value, slopes, bends = orders
-    slopes[1] += terms[1]
-    bends[1][1] += terms[2]
-    return value + terms[0], slopes, bends
+    slopes[axis] += terms[1]
+    bends[axis][axis] += terms[2]
+    orders[0] = value + terms[0]
 
 
-def _orders(found: Mapping[Axes, Ball]) -> Orders:
+def _orders(found: Mapping[Axes, Ball]) -> list[Any]:
+    """Return a function, its three derivatives by Θ, and its nine second ones."""
     bends = [[found[axes_of(i, j)] for j in AXES] for i in AXES]
-    return found[()], [found[i,] for i in AXES], bends
+    return [found[()], [found[i,] for i in AXES], bends]
 
 
 class Values:

@@ -15,7 +15,7 @@ from rbstab.analysis.proof_check.formulas.formula import computed, is_periodic, 
 from rbstab.analysis.proof_check.formulas.series import Series
 from rbstab.analysis.proof_check.trigonometric import Ball
 
-Orders = tuple[Ball, list[Ball], list[list[Ball]]]
+Orders = Sequence[Any]
 """A function, its three derivatives by Θ, and its nine second ones."""
 
 

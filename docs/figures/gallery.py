@@ -48,6 +48,7 @@ def section(path: Path) -> str:
     # The command stands below.
     words = re.sub(r" It runs code, so it needs the option --allow-python:.*$", "", words)
     words = re.sub(r"\(docs/(\w+)\.md\)", r"([more on this](\1.md))", words)
+    words = re.sub(r"docs/(\w+)\.md", r"[\1](\1.md)", words)
     inside = path.relative_to(ROOT).as_posix()
     allowed = " --allow-python" if "kind: python" in text else ""
     picture = f"pictures/gallery/{path.stem}.png"

@@ -57,6 +57,8 @@ class Line:
         dash: Number of its dash pattern: 0 solid, then dashed, dotted, dash-dotted.
         step: Whether the value stays constant from one point to the next.
         depth: How many curves it is behind: it is drawn wider and paler than these.
+        cased: Whether it is drawn dark between light edges, so that it shows on areas of any colour
+            and on any page. It then has no colour of its own.
     """
 
     x: Array
@@ -66,6 +68,7 @@ class Line:
     dash: int = 0
     step: bool = False
     depth: int = 0
+    cased: bool = False
 
     @property
     def wider(self) -> float:

@@ -13,6 +13,12 @@ SCALE = "viridis"
 It is perceptually uniform, and readable with any kind of colour vision.
 """
 
+CASING, CASED = "#FFFFFF", "#303030"
+"""The colours of the edges of a curve that shows on areas of any colour, and of its middle."""
+
+CASING_WIDTH = 3.0
+"""The width of such a curve with its edges, over that of its middle."""
+
 GREY = "#808080"
 """The colour of the cells of a map that have no value; the colour map has no grey."""
 

@@ -121,9 +121,7 @@ def tied_rest_states(
     Raises:
         NoReducedEnergy: A barrier is too weak for double precision.
     """
-    end = end_of_rest_states(
-        energy.form, end, slopes_with_shift(energy), BORDER_SLOPE
-    )
+    end = end_of_rest_states(energy.form, end, slopes_with_shift(energy), BORDER_SLOPE)
     energy = replace(energy, form=replace(energy.form, reach=max(energy.form.reach, *end)))
     box_limit = limit_of(energy, box_limit)
     of_search = None if total is None else int(SHARE_OF_SEARCH * total)

@@ -8,9 +8,6 @@ from rbstab.report.model.palette import COLOURS
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.figures.curves import TIME, axis_of, column_count, components, norms
 
-SUM_COLOUR = 6
-"""Number of the palette colour of sums: grey."""
-
 
 def energy_figure(run: Run) -> Figure:
     """Return energy and dissipation by part: stacked, and each part on logarithmic axes."""
@@ -117,7 +114,7 @@ def _stacked(run: Run, name: str, parts: Array, labels: tuple[str, ...]) -> Pane
     t = run.result["time"]
     with np.errstate(all="ignore"):
         total = parts.sum(axis=1)
-    marks = (Stack(t, parts, labels), Line(t, total, "sum", colour=SUM_COLOUR))
+    marks = (Stack(t, parts, labels), Line(t, total, "sum", cased=True))
     return Panel(TIME, axis_of(name), marks)
 
 

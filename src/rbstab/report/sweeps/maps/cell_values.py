@@ -22,9 +22,6 @@ OUTCOME_COLOURS = {SETTLED: 0, UNSETTLED: 5, "range left": 1}
 FAILED_COLOUR = 4
 """The colour of all other outcomes: runs that failed."""
 
-BORDER_COLOUR = 3
-"""The colour of a curve on maps: neither the colour map nor an outcome has it."""
-
 
 def outcome_colour(word: str) -> int:
     """Return the number of the colour of an outcome."""
@@ -137,7 +134,7 @@ def contour_line(grid: MapGrid, values: Array, level: float, label: str) -> Line
         return None
     gap = np.full((1, 2), np.nan)
     points = np.concatenate([part for line in lines for part in (np.asarray(line), gap)])[:-1]
-    return Line(points[:, 0], points[:, 1], label=label, colour=BORDER_COLOUR)
+    return Line(points[:, 0], points[:, 1], label=label, cased=True)
 
 
 def _cells(grid: MapGrid, values: Array, scale: Axis, missing: str = "no value") -> Cells:

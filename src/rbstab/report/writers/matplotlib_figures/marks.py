@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
 from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import (
@@ -25,7 +26,17 @@ from rbstab.report.model.figure import (
     Points,
     Stack,
 )
-from rbstab.report.model.palette import COLOURS, GREY, SCALE, area_colour, colour, gap_opacity
+from rbstab.report.model.palette import (
+    CASED,
+    CASING,
+    CASING_WIDTH,
+    COLOURS,
+    GREY,
+    SCALE,
+    area_colour,
+    colour,
+    gap_opacity,
+)
 from rbstab.report.writers.colour_scale import cell_edges, gap_label, scale_ends, scale_ticks
 
 DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1.2, 1.6)), (0, (6, 2, 1.2, 2)))
@@ -61,7 +72,7 @@ def _line(line: Line, axes: Axes, panel: Panel) -> dict[str, Artist]:
     (curve,) = axes.plot(
         x,
         y,
-        color=colour(line.colour),
+        color=CASED if line.cased else colour(line.colour),
         linestyle=DASHES[line.dash % len(DASHES)],
         drawstyle="steps-post" if line.step else "default",
         linewidth=line.wider * mpl.rcParams["lines.linewidth"],
@@ -70,6 +81,9 @@ def _line(line: Line, axes: Axes, panel: Panel) -> dict[str, Artist]:
         marker="o" if drawn == 1 else "",
         markersize=3.0,
     )
+    if line.cased:
+        edges = withStroke(linewidth=CASING_WIDTH * curve.get_linewidth(), foreground=CASING)
+        curve.set_path_effects([edges])
     # Of zeros on a logarithmic axis nothing is seen: no entry in the legend.
     return {line.label: curve} if drawn else {}
 

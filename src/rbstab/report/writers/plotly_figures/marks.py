@@ -19,7 +19,16 @@ from rbstab.report.model.figure import (
     Points,
     Stack,
 )
-from rbstab.report.model.palette import GREY, SCALE, area_colour, colour, gap_opacity
+from rbstab.report.model.palette import (
+    CASED,
+    CASING,
+    CASING_WIDTH,
+    GREY,
+    SCALE,
+    area_colour,
+    colour,
+    gap_opacity,
+)
 from rbstab.report.writers.colour_scale import cell_edges, gap_label, scale_ends, scale_ticks
 from rbstab.report.writers.plotly_figures.text import (
     escaped,
@@ -69,6 +78,10 @@ def _(mark: Line, panel: Panel) -> list[JSON]:
     }
     y = _positive_on_log(panel.y, mark.y)
     trace = _scatter(mark.label, mark.x, y, mode="lines", line=line)
+    if mark.cased:
+        edges = line | {"color": CASING, "width": CASING_WIDTH * line["width"]}
+        line["color"] = CASED
+        return [trace | {"line": edges, "name": "", "hoverinfo": "skip"}, trace]
     return [trace | {"opacity": mark.opacity, "zorder": -mark.depth} if mark.depth else trace]
 
 

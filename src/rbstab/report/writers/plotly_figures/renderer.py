@@ -63,7 +63,8 @@ def plotly_data(figure: Figure) -> JSON:
                 scales.setdefault(colours, scale)
             data += drawings
     for entry in (*data, *shapes):
-        label = entry.get("legendgroup", "")
+        # The edges of a cased curve are hidden with it, and have no name of their own.
+        label = entry.get("legendgroup", "") if entry.get("name") else ""
         entry["showlegend"] = bool(label) and label not in in_legend
         in_legend.add(label)
     layouts = {

@@ -99,6 +99,7 @@ def test_a_brief_proof_with_boxes_to_spare_is_the_whole_one(monkeypatch):
 def test_a_brief_proof_may_end_with_its_region(monkeypatch):
     """The list of rest states is complete, and the boxes end while the region is bounded."""
     full = module.prove(DATA)
+    monkeypatch.setattr(rest_states, "SHARE_OF_SEARCH", 1.0)
     monkeypatch.setattr(search, "BRIEF_BOX_LIMIT", full.examined + 100)
     brief = module.prove(DATA, brief=True)
     assert (brief.proved, brief.brief) == (True, True)

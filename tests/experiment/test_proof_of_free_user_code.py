@@ -145,7 +145,6 @@ def test_beside_a_spring_of_a_free_body(folder):
     q = np.concatenate([lowest.orientation, lowest.position])
     found = minimize(lambda q: float(at_rest.energy(q)), q + 0.01, tol=1e-12)
     np.testing.assert_allclose(found.x, q, atol=1e-5)
-    assert verify(nodding.model_copy(update={"unwrapped": None}), config).verified
 
 
 NOD = element_text(
@@ -213,9 +212,11 @@ def test_a_changed_proof_is_refused():
 
 
 SEARCHED: dict[str, tuple[str, dict[str, Any], dict[str, Any]]] = {
-    "a cubic spring of a free body": (
-        SPRING.replace("-self.k * motion.X", "-self.k * power(motion.X, 3)").replace(
-            "0.5 * self.k * (motion.X @ motion.X)", "0.25 * self.k * power(motion.X, 4).sum()"
+    "a magnet of a free body": (
+        SPRING.replace(
+            "-self.k * motion.X", "-self.k * exp(-(motion.X @ motion.X)) * motion.X"
+        ).replace(
+            "0.5 * self.k * (motion.X @ motion.X)", "-0.5 * self.k * exp(-(motion.X @ motion.X))"
         ),
         {"k": 30.0},
         VISCO,

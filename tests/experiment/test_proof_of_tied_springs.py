@@ -146,12 +146,6 @@ def test_no_barrier_is_enough_for_every_start(monkeypatch):
     assert "may lose its length" in why
 
 
-def test_a_guard_of_all_angles_beside_a_spring_is_not_decided():
-    found = prove(config_of(others={"range": BARRIER | {"outer_stiffness": 3.0}}))
-    assert not found.proved
-    assert "outer_stiffness" in found.outcome
-
-
 def test_only_a_tied_body_with_a_spring_and_a_guard_has_another_id(monkeypatch):
     """Records of before the theorem, that nothing was decided, are not found again."""
     configs = [config_of(), config_of(others={"range": BARRIER})]

@@ -203,7 +203,7 @@ def test_slopes_of_what_depends_on_the_position_are_bounded(case):
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", sorted(CASES.keys() - {"all"}))  # all takes 300,000 boxes
 def test_no_rest_state_that_scipy_finds_is_missed(case):
     parts, elements = CASES[case]
     rest = tied_rest_states(energy_with(elements))

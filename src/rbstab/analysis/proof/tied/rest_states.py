@@ -122,7 +122,9 @@ def tied_rest_states(
         NoReducedEnergy: A barrier is too weak for double precision.
     """
     end = end_of_rest_states(energy.form, end, slopes_with_shift(energy), BORDER_SLOPE)
-    energy = replace(energy, form=replace(energy.form, reach=max(energy.form.reach, *end)))
+    reach = max(energy.form.reach, *end)
+    if reach > energy.form.reach:  # else its bounds are known
+        energy = replace(energy, form=replace(energy.form, reach=reach))
     box_limit = limit_of(energy, box_limit)
     of_search = None if total is None else int(SHARE_OF_SEARCH * total)
     found = prove(energy, _starts(end), end, _limit(box_limit, of_search, 0))

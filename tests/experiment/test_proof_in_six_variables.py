@@ -13,6 +13,9 @@ from support.user_code import element_text, mine
 
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.proof.tied import rest_states
+from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
+from rbstab.analysis.proof.tied.extent import scale_of
+from rbstab.analysis.proof.tied.search import prove as search_all
 from rbstab.analysis.proof_check.tied.checker import check_tied
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
@@ -52,6 +55,19 @@ BOTH = element_text(
 )
 """All that holds the position is in it: a quadratic and another part."""
 
+STEEP = element_text(
+    """
+    def wrench(self, motion, own):
+        e = motion.E
+        return force_at_contact(-2 * self.b * exp(self.b * (e @ e)) * e)
+
+    def stored(self, motion, own):
+        return exp(self.b * (motion.E @ motion.E)) - 1.0
+    """,
+    'Gain("b", "1/m^2", "b", shape="number")',
+)
+"""Convex, but so steep that no bound on the position is found on boxes of the attitude."""
+
 WELL = element_text(
     """
     def wrench(self, motion, own):
@@ -74,7 +90,7 @@ K = [4000.0, 3000.0, 9000.0]
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for name, text in (("mine", CUBIC), ("both", BOTH), ("well", WELL)):
+    for name, text in (("mine", CUBIC), ("both", BOTH), ("well", WELL), ("steep", STEEP)):
         (tmp_path / f"{name}.py").write_text(text)
     return tmp_path
 
@@ -239,6 +255,22 @@ def test_one_that_is_not_convex_is_searched():
     proof = prove(config)
     assert not proof.proved
     assert "or convex in X" in proof.outcome
+    (state,) = proof.states
+    assert not state.proved
+
+
+@pytest.mark.parametrize("brief", [True, False])
+def test_without_a_bound_on_the_position_nothing_is_proved(brief):
+    """An infinite box is no box: it was halved into boxes that were dropped as empty."""
+    config = load({"mine": mine(b=20.0) | {"file": "steep.py"}})
+    W = tied_energy_of_doubles(problem_of(config).system)
+    assert np.isinf(scale_of(W)).any()
+    with pytest.raises(ValueError, match="no bound"):
+        search_all(W)
+    proof = prove(config, brief=brief)
+    assert not proof.proved
+    assert proof.claims_nothing
+    assert "no bound is found on the position" in proof.outcome
     (state,) = proof.states
     assert not state.proved
 

@@ -69,6 +69,9 @@ class NoEnergyReason(Enum):
     LINES_OF_BODIES = (
         "no proof for all bodies within tolerances takes a spring or a ligament into account"
     )
+    NO_EXTENT = (
+        "no bound is found on the position at rest states, which energies of users must give"
+    )
     STOP_IN_SIX = (
         "the body is not held, and no proof takes springs, or elements of users whose energy is no "
         "quadratic function of X, beside a stop into account then"
@@ -86,6 +89,7 @@ SEARCHED_INSTEAD = frozenset(
         NoEnergyReason.NOT_QUADRATIC,
         NoEnergyReason.NOT_TRIGONOMETRIC,
         NoEnergyReason.NO_LENGTH,
+        NoEnergyReason.NO_EXTENT,
         NoEnergyReason.STOP_IN_SIX,
     }
 )

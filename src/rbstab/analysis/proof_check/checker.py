@@ -29,7 +29,7 @@ from rbstab.analysis.proof_check.rest_states import (
     proved_states,
 )
 from rbstab.analysis.proof_check.taylor import Taylor
-from rbstab.analysis.proof_check.trigonometric import Ball
+from rbstab.analysis.proof_check.trigonometric import Ball, misses_zero
 
 PRECISION = 128
 """Bits of a ball."""
@@ -244,13 +244,13 @@ def _others(U: Energy, states: list[RestState], undecided: list[Box], range_: Ra
                 return name
         taylor = Taylor(U, box)
         for axis, entry in enumerate(taylor.whole_gradient.entries(), start=1):
-            if not entry.contains(0):
+            if misses_zero(entry):
                 return f"g{axis}"
         Y = taylor.inverse
         if Y is not None:
             turned = Y * taylor.gradient + (Y * taylor.slope) * taylor.step
             for axis, entry in enumerate(turned.entries(), start=1):
-                if not entry.contains(0):
+                if misses_zero(entry):
                     return f"y{axis}"
         return None
 

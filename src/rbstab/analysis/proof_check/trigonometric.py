@@ -31,6 +31,11 @@ def rounded(number: float) -> Ball:
     return arb(number, abs(number) * 2.0**-53 + 5e-324)
 
 
+def misses_zero(ball: Ball) -> bool:
+    """Return whether 0 is not in a ball; one without bounds has any number."""
+    return bool(ball.is_finite()) and not ball.contains(0)
+
+
 def square(number: Ball) -> Ball:
     """Return x². python-flint's `x**2` is NaN for a ball about 0."""
     return number * number

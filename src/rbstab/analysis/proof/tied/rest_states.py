@@ -6,12 +6,14 @@ import numpy as np
 
 from rbstab.analysis.proof.boxes import RANGE_END, Boxes, box_around
 from rbstab.analysis.proof.branch_and_bound import SearchOutcome
+from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
 from rbstab.analysis.proof.rest_states import RestPoint, end_of_rest_states
 from rbstab.analysis.proof.tied.bounds import ANGLES, SHIFT, Pose
 from rbstab.analysis.proof.tied.energy import TiedEnergy
 from rbstab.analysis.proof.tied.extent import (
     is_periodic,
     largest_with_shift,
+    scale_of,
     slopes_with_shift,
 )
 from rbstab.analysis.proof.tied.region import TiedRegion, tied_region
@@ -119,8 +121,10 @@ def tied_rest_states(
     there is no rest state, and W is above the border of this range.
 
     Raises:
-        NoReducedEnergy: A barrier is too weak for double precision.
+        NoReducedEnergy: No bound on z is found, or a barrier is too weak for double precision.
     """
+    if not np.all(np.isfinite(scale_of(energy))):
+        raise NoReducedEnergy(NoEnergyReason.NO_EXTENT)
     end = end_of_rest_states(energy.form, end, slopes_with_shift(energy), BORDER_SLOPE)
     reach = max(energy.form.reach, *end)
     if reach > energy.form.reach:  # else its bounds are known

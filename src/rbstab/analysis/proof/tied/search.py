@@ -124,7 +124,7 @@ class _Search:
             return boxes, np.zeros(0, dtype=int)
         found = image_of(pose, boxes)
         small = found.box
-        left = np.all(small.low <= small.high, axis=1)
+        left = ~np.any(small.low > small.high, axis=1)
         near = left & np.all(np.abs(found.step.middle) <= 2 * boxes.radius, axis=1)
         self.add_zeros_near(boxes.centre[near][:MAX_STARTS])
         left &= self.outside_domains(small)
@@ -172,13 +172,14 @@ def narrowed(pose: Pose, boxes: Boxes, *, angles: bool = True) -> tuple[Boxes, A
         shift, gradient = bounds.shift, bounds.gradient[:, entries]
         low[:, SHIFT] = np.fmax(low[:, SHIFT], shift.low)
         high[:, SHIFT] = np.fmin(high[:, SHIFT], shift.high)
-        left &= np.all(low <= high, axis=1) & ~bounds.unbalanced
+        # A bound that is no number says nothing.
+        left &= ~np.any(low > high, axis=1) & ~bounds.unbalanced
         left &= ~np.any((gradient.low > 0) | (gradient.high < 0), axis=1)
         if pose.energy.ligaments or pose.energy.formulas:
             near = _by_newton(pose, Boxes(low[:, SHIFT], high[:, SHIFT]), bounds.hessian)
             low[:, SHIFT] = np.fmax(low[:, SHIFT], near.low)
             high[:, SHIFT] = np.fmin(high[:, SHIFT], near.high)
-            left &= np.all(low <= high, axis=1)
+            left &= ~np.any(low > high, axis=1)
         # An empty box stays as it was: it is left out.
         empty = ~np.all(low <= high, axis=1)
         low[empty], high[empty] = boxes.low[empty], boxes.high[empty]
@@ -270,8 +271,13 @@ def prove(
         starts: Points [Θ, z] from which Newton's method is started; they only save time.
         end: The largest |Θ|, shape (3,), rad.
         box_limit: The number of boxes at which the search stops.
+
+    Raises:
+        ValueError: z has no bounds: then no box covers all rest states.
     """
     scale = scale_of(energy)
+    if not np.all(np.isfinite(scale)):
+        raise ValueError("no bound on z")
     search = _Search(energy, scale)
     with np.errstate(all="ignore"):
         search.add_zeros_near(np.array(starts).reshape(-1, 6))

@@ -16,7 +16,7 @@ from rbstab.analysis.proof_check.claims import RestState, fault_of
 from rbstab.analysis.proof_check.findings import Range
 from rbstab.analysis.proof_check.tied.energy import SHIFT, SIX, Pose, Values
 from rbstab.analysis.proof_check.tied.extent import BoundedEnergy
-from rbstab.analysis.proof_check.trigonometric import Ball
+from rbstab.analysis.proof_check.trigonometric import Ball, misses_zero
 
 NARROWINGS = 4
 """The number of times that z is enclosed before a box is tested."""
@@ -102,7 +102,7 @@ class Expansion:
         if self.inverse is not None:
             turned = self.inverse * self.gradient + (self.inverse * self.hessian) * self.step
             entries += turned.entries()
-        return not all(entry.contains(0) for entry in entries)
+        return any(map(misses_zero, entries))
 
 
 def faults(W: BoundedEnergy, states: list[RestState], range_: Range) -> Iterator[str]:
@@ -195,7 +195,7 @@ def no_zero(W: BoundedEnergy, Theta: Box, places: Sequence[Box]) -> bool:
         return any(_within(box, place) for place in places) or Expansion(W, box, pose).excludes_zero
 
     def reason(values: Values) -> bool:
-        return not all(one.contains(0) for one in values.gradient)
+        return any(map(misses_zero, values.gradient))
 
     return all_settled(pose, W.scale, settled, reason, width)
 

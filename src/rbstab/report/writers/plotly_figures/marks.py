@@ -68,7 +68,7 @@ def _traces(mark: object, _panel: Panel) -> list[JSON]:
 
 @_traces.register
 def _(mark: Line, panel: Panel) -> list[JSON]:
-    line = {
+    line: JSON = {
         "color": colour(mark.colour),
         "dash": DASHES[mark.dash % 4],
         "width": 1.6 * mark.wider,

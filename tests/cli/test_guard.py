@@ -200,7 +200,7 @@ def test_the_least_stiffness_is_found_between_two_of_the_ladder(
         def __init__(self, stiffness: float) -> None:
             self.every_start = stiffness >= 3.3
             self.states, self.unwrapped, self.outcome = (1,), None, "not proved"
-            self.tied_energy = None
+            self.needs_lengths = False
 
     def fake(config: object, *, brief: bool) -> Proof:
         return Proof(config.elements["range"].stiffness)  # type: ignore[attr-defined]

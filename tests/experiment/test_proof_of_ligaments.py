@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 from support.config_elements import CONTROLLER, STRUT, TIE, UPRIGHT, config_data
 from support.sliding_ties import tie
 
 import rbstab
+from rbstab.analysis.configuration import configurations
 from rbstab.analysis.exact import decimal_balls, in_balls
 from rbstab.analysis.proof.searches import limits
 from rbstab.config.build import problem_of
@@ -181,10 +183,24 @@ def test_a_brief_search_for_all_real_angles_says_so(monkeypatch):
     assert not short.unwrapped.proved
 
 
-def test_springs_beside_ligaments_of_a_free_body_are_refused():
-    proof = prove(config_data({"band": BAND, "strut": STRUT}))
-    assert "springs beside ligaments" in proof.outcome
-    assert not proof.proved
+@pytest.mark.heavy
+def test_springs_beside_ligaments_of_a_free_body_are_proved_in_six_variables():
+    config = load_config(config_data({"band": BAND, "strut": STRUT}))
+    proof = prove(config)
+    assert proof.proved
+    assert proof.tied_energy is not None
+    assert proof.tied_energy.ligaments is not None
+    assert proof.needs_lengths
+    at_rest = configurations(problem_of(config).system)
+    q = np.concatenate([proof.states[0].orientation, proof.states[0].position])
+    found = minimize(
+        lambda q: float(at_rest.energy(q)),
+        q + 0.02,
+        method="Nelder-Mead",
+        options={"xatol": 1e-8, "fatol": 1e-12, "maxiter": 20000},
+    ).x
+    np.testing.assert_allclose(found, q, atol=1e-4)
+    assert verify(proof.model_copy(update={"unwrapped": None}), config).verified
 
 
 def test_of_a_held_body_springs_and_ligaments_are_proved_together():

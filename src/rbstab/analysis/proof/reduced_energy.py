@@ -69,9 +69,7 @@ class NoEnergyReason(Enum):
     LINES_OF_BODIES = (
         "no proof for all bodies within tolerances takes a spring or a ligament into account"
     )
-    NO_EXTENT = (
-        "no bound is found on the position at rest states, which energies of users must give"
-    )
+    NO_EXTENT = "no bound is found on the position of the body at rest"
     STOP_IN_SIX = (
         "the body is not held, and no proof takes springs, or elements of users whose energy is no "
         "quadratic function of X, beside a stop into account then"

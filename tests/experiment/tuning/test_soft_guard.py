@@ -188,7 +188,8 @@ def test_what_is_not_decided_says_why():
     spring |= {"stiffness": 100.0, "rest_length": 0.3}
     found = soft_guard(config({"strut": spring}), "stiff")
     assert (found.config, found.strength, found.kept) == (None, None, None)
-    assert found.reason == "a soft guard beside springs or ligaments has no proof"
+    assert found.reason is not None
+    assert found.reason.startswith("the least soft guard is not looked for beside springs")
     soft = soft_guard(config(soft=0.15), "stiff")
     assert soft.config is not None
     assert soft.kept.states == ()

@@ -92,7 +92,10 @@ def unguarded(config: Config) -> Unguarded:
     proof = prove(config, problem)
     lines = proof.reduced_energy is not None and proof.reduced_energy.form.lines
     if lines or proof.tied_energy is not None:
-        raise NotDecidedError("a soft guard beside springs or ligaments has no proof")
+        raise NotDecidedError(
+            "the least soft guard is not looked for beside springs, ligaments and some elements "
+            "of users"
+        )
     if proof.reduced_energy is None:
         raise NotDecidedError(proof.outcome)
     border = border_of_pitch(proof.reduced_energy.form)

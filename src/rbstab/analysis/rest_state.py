@@ -200,17 +200,19 @@ def rest_state_at(at_rest: Configurations, q: Array) -> RestState:
     return RestState(motion, own, float(at_rest.energy(q)), steepness, load)
 
 
-def held_at_kink(at_rest: Configurations, state: RestState) -> RestState:
-    """Return a rest state whose θ2 is held by a guard, with what is left of the other forces.
+def held_at_kink(at_rest: Configurations, state: RestState, normal: Array) -> RestState:
+    """Return a rest state that is held where a force jumps, with what is left of all other forces.
 
     Args:
         at_rest: The configurations.
-        state: The state, from `rest_state_at`, at an angle where the couple of a guard jumps.
+        state: The state, from `rest_state_at`, on a surface of Θ where a force jumps.
+        normal: The direction of this force among the angles, shape (3,).
     """
     q = at_rest.configuration(state.motion, state.own)
-    forces = np.abs(jacobian(at_rest.energy, q))
-    forces[PITCH] = 0.0
-    return replace(state, gradient=float(forces.max()), on_kink=True)
+    forces = np.array(jacobian(at_rest.energy, q), dtype=float).ravel()
+    across = normal / np.linalg.norm(normal)
+    forces[ORIENTATION] -= (forces[ORIENTATION] @ across) * across
+    return replace(state, gradient=float(np.abs(forces).max()), on_kink=True)
 
 
 def gradient_tolerance(load: float) -> float:

@@ -9,12 +9,62 @@ bound on the fourth derivatives. Every bound includes the largest rounding error
 at m (`Derivatives.error`) and of the sums here (`ROUNDING_FACTOR`).
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
 from rbstab.analysis.proof.boxes import ROUNDING_FACTOR
 from rbstab.mechanics.numbers import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Kinks:
+    """Proved bounds on n energies max(h(Θ), 0) over m boxes, where their slopes may jump.
+
+    Args:
+        jumps: Whether one of them may jump in each box, shape (m,).
+        below: Bounds on U with λh in place of each that may jump. It is nowhere above U. None for
+            -U.
+        share: These λ, between 0 and 1, shape (m, n). Any will do; the best make ∇U small.
+        low: Lower bounds on ∇h over each box, shape (m, n, 3); 0 where it does not jump.
+        high: Upper bounds.
+    """
+
+    jumps: Array
+    below: "Enclosure | None"
+    share: Array
+    low: Array
+    high: Array
+
+    def __getitem__(self, chosen: Array) -> "Kinks":
+        changes = {one.name: getattr(self, one.name) for one in fields(self)}
+        return Kinks(**{name: one if one is None else one[chosen] for name, one in changes.items()})
+
+    @property
+    def excludes_zero(self) -> Array:
+        """Whether it is proved for each box that no slopes are zero together, shape (m,).
+
+        Let d be the gradient of `below` at the centre. All slopes in the box have a positive
+        product with d if d'∇`below` + Σ (λ' - λ) d'∇h > 0 for all λ' between 0 and 1.
+        """
+        below = self.below
+        assert below is not None
+        d = below.gradient
+        size = np.abs(d)
+        terms = np.einsum("mkj,mk,mj->m", np.abs(below.hessian), size, below.radius)
+        bent = np.abs(np.einsum("mkj,mk->mj", below.hessian, d))
+        spread = np.einsum("mj,mj->m", bent, below.radius)
+        spread += np.einsum("mk,mk->m", below.curvature, size)
+        along = d[:, np.newaxis]
+        low = np.minimum(along * self.low, along * self.high).sum(axis=2)
+        high = np.maximum(along * self.low, along * self.high).sum(axis=2)
+        changes = [factor * one for factor in (-self.share, 1 - self.share) for one in (low, high)]
+        added = np.min(changes, axis=0).sum(axis=1)
+        square = np.einsum("mk,mk->m", d, d)
+        largest = np.maximum(np.abs(self.low), np.abs(self.high))
+        sizes = square + terms + spread + np.einsum("mk,mnk->m", size, largest)
+        found: Array = self.jumps & (square - spread + added > 1e-13 * sizes)
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +75,9 @@ class Enclosure:
     shapes (m,), (m, 3) and (m, 3, 3). Their errors bound the rounding error at any centre, shapes
     (), (3,) and (3, 3). For a family of energies they also bound the distance of its members, for
     each box: shapes (m,), (m, 3) and (m, 3, 3). third is T, shape (m, 3, 3, 3).
+
+    If elements of users jump in a box, `gradient` and its error contain all their slopes over the
+    box, so they hold as before, but the Hessian does not bound these slopes: `kinks`.
     """
 
     radius: Array
@@ -35,10 +88,13 @@ class Enclosure:
     hessian: Array
     hessian_error: Array
     third: Array
+    kinks: Kinks | None = field(default=None, kw_only=True)
 
     def __getitem__(self, chosen: Array) -> "Enclosure":
         by_box = self.value_error.ndim > 0
         shared = () if by_box else ("value_error", "gradient_error", "hessian_error")
+        if self.kinks is None:
+            shared = (*shared, "kinks")
         changes = {
             field.name: getattr(self, field.name)[chosen]
             for field in fields(self)
@@ -48,7 +104,18 @@ class Enclosure:
 
     def negated(self) -> "Enclosure":
         """Return the bounds on -U."""
-        return replace(self, value=-self.value, gradient=-self.gradient, hessian=-self.hessian)
+        return replace(
+            self,
+            value=-self.value,
+            gradient=-self.gradient,
+            hessian=-self.hessian,
+            kinks=self.negated_kinks,
+        )
+
+    @property
+    def negated_kinks(self) -> Kinks | None:
+        """Where the slopes of -U may jump."""
+        return None if self.kinks is None else replace(self.kinks, below=None)
 
     @property
     def error(self) -> Array:
@@ -66,9 +133,15 @@ class Enclosure:
 
     @property
     def hessian_radius(self) -> Array:
-        """Bound on the deviation of H from its value at the centre: Σ T_kij r_i, (m, 3, 3)."""
+        """Bound on the deviation of H from its value at the centre: Σ T_kij r_i, (m, 3, 3).
+
+        There is none where a slope jumps.
+        """
         change = np.einsum("mkij,mi->mkj", self.third, self.radius)
-        return (change + self.hessian_error) * ROUNDING_FACTOR
+        found: Array = (change + self.hessian_error) * ROUNDING_FACTOR
+        if self.kinks is not None:
+            found[self.kinks.jumps] = np.inf
+        return found
 
     @property
     def curvature(self) -> Array:

@@ -21,6 +21,7 @@ from rbstab.analysis.proof.guards.kinks import (
     kinks_of,
     newton_at_kink,
 )
+from rbstab.analysis.proof.traced.held import surface_at, surfaces
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.analysis.proof.zero import Zero, isolated_zero, newton
 from rbstab.mechanics.numbers import Array
@@ -121,7 +122,9 @@ class _Search:
         kink = kink_at(self.form.guard, float(Theta[1]))
         if kink is not None:
             return isolated_kink_zero(self.form, kink, Theta)
-        return isolated_zero(self.form, Theta)
+        surface = surface_at(self.form, Theta)
+        held = None if surface is None else surface.isolated_zero(Theta)
+        return isolated_zero(self.form, Theta) if held is None else held
 
     def outside_domains(self, boxes: Boxes) -> Boxes:
         """Return the boxes that do not lie in the domain of a known zero."""
@@ -137,12 +140,16 @@ class _Search:
         boxes, enclosed = boxes[left], enclosed[left]
         bounds = enclosed.preconditioned(inverses(enclosed.hessian))
         left = ~bounds.excludes_zero
+        if enclosed.kinks is not None:
+            left &= ~enclosed.kinks.excludes_zero
         if self.tests is not None:
             left[left] = ~self.tests.excludes_zero(boxes[left], enclosed[left])
         near = left & np.all(np.abs(bounds.step) <= 2 * bounds.radius, axis=1)
         self.add_zeros_at(_converged_points(self.form, boxes.centre[near][:MAX_STARTS]))
         if isinstance(enclosed, KinkedEnclosure):
             self._add_zeros_at_kinks(boxes[left & enclosed.jumps])
+        if enclosed.kinks is not None:
+            self._add_zeros_on_surfaces(boxes[left & enclosed.kinks.jumps])
         for zero in self.zeros:
             left &= ~boxes.within(zero.domain)
         return boxes[left], boxes.radius[left].argmax(axis=1)
@@ -155,6 +162,14 @@ class _Search:
             near = reached & (boxes.radius.max(axis=1, initial=0.0) < NEAR_KINK)
             starts = boxes.centre[near][:MAX_STARTS]
             Theta, last = newton_at_kink(self.form, kink, starts)
+            self.add_zeros_at(Theta[last < CONVERGED_STEP])
+
+    def _add_zeros_on_surfaces(self, boxes: Boxes) -> None:
+        """Add the zeros where elements of users jump, near some boxes that are small enough."""
+        near = boxes.radius.max(axis=1, initial=0.0) < NEAR_KINK
+        starts = boxes.centre[near][:MAX_STARTS]
+        for surface in surfaces(self.form) if len(starts) else ():
+            Theta, last = surface.newton(starts)
             self.add_zeros_at(Theta[last < CONVERGED_STEP])
 
 

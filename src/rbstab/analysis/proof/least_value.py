@@ -1,6 +1,6 @@
 """The minimum of a reduced energy over a box: an attained value and a proved lower bound."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -91,6 +91,8 @@ def lower_bounds(enclosed: Enclosure) -> Array:
     # The subtraction is rounded too.
     bounds = enclosed.value - lost - 1e-15 * (np.abs(enclosed.value) + lost)
     bounds = np.where(np.isnan(bounds), -np.inf, bounds)
+    if enclosed.kinks is not None and enclosed.kinks.below is not None:
+        bounds = np.fmax(bounds, lower_bounds(enclosed.kinks.below))
     if not isinstance(enclosed, GuardedEnclosure):
         return bounds
     bare, added = lower_bounds(enclosed.bare), enclosed.energy[:, 0]
@@ -142,7 +144,10 @@ def local_minimum(form: TrigonometricForm, box: Boxes, start: Array) -> tuple[fl
 
     Where a guard jumps, U is not smooth: the descent goes on along its angle.
     """
-    value, Theta = _smooth_minimum(form, box, start)
+    if form.kinks:
+        value, Theta = _kinked_minimum(form, box, start)
+    else:
+        value, Theta = _smooth_minimum(form, box, start)
     for kink in kinks_of(form.guard):
         if box.low[0, 1] < kink.angle < box.high[0, 1]:
             flat = Boxes(box.low.copy(), box.high.copy())
@@ -151,6 +156,43 @@ def local_minimum(form: TrigonometricForm, box: Boxes, start: Array) -> tuple[fl
             held = _smooth_minimum(form, flat, along)
             value, Theta = min((value, Theta), held, key=lambda pair: pair[0])
     return value, Theta
+
+
+def _kinked_minimum(form: TrigonometricForm, box: Boxes, start: Array) -> tuple[float, Array]:
+    """Return a local minimum of U with parts max(h, 0): that of F + Σ t with t >= h and t >= 0."""
+    from scipy.optimize import minimize
+
+    others = replace(form, lines=tuple(line for line in form.lines if not line.kinked))
+    begins = [kink.begin for kink in form.kinks]
+    size, count = max(form.noise[0] / np.finfo(float).eps, np.finfo(float).tiny), len(begins)
+
+    def value_and_gradient(y: Array) -> tuple[float, Array]:
+        value, gradient = others.approximate(y[np.newaxis, :3], 1)
+        slopes = np.concatenate([gradient[0], np.ones(count) * size])
+        return float(value[0]) / size + float(y[3:].sum()), slopes / size
+
+    def rooms(y: Array) -> Array:
+        return y[3:] - [float(one.approximate(y[np.newaxis, :3], 0)[0][0]) / size for one in begins]
+
+    def slopes_of_rooms(y: Array) -> Array:
+        slopes = [one.approximate(y[np.newaxis, :3], 1)[1][0] / size for one in begins]
+        return np.concatenate([-np.array(slopes), np.eye(count)], axis=1)
+
+    excess = [max(0.0, float(one.approximate(start[np.newaxis], 0)[0][0])) / size for one in begins]
+    limits = [*zip(box.low[0], box.high[0], strict=True), *[(0.0, None)] * count]
+    found = minimize(
+        value_and_gradient,
+        np.concatenate([start, excess]),
+        jac=True,
+        method="SLSQP",
+        bounds=limits,
+        constraints={"type": "ineq", "fun": rooms, "jac": slopes_of_rooms},
+        options={"ftol": 1e-16, "maxiter": 200},
+    )
+    Theta = np.clip(found.x[:3], box.low[0], box.high[0])
+    if not np.all(np.isfinite(Theta)):
+        Theta = start
+    return float(form.value(Theta[np.newaxis])[0]), Theta
 
 
 def _smooth_minimum(form: TrigonometricForm, box: Boxes, start: Array) -> tuple[float, Array]:

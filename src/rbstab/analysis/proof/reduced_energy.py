@@ -16,12 +16,12 @@ from rbstab.analysis.proof.ligaments.free import FreeLigament, FreeLigaments
 from rbstab.analysis.proof.ligaments.held import LigamentLine
 from rbstab.analysis.proof.ligaments.law import LigamentEnergy
 from rbstab.analysis.proof.ligaments.separate import laws_of, ligaments_apart, squares_of
+from rbstab.analysis.proof.lines.line import LinePart
 from rbstab.analysis.proof.lines.separate import lengths_apart, separated_lines, trimmed
 from rbstab.analysis.proof.lines.shortest import NoLength
 from rbstab.analysis.proof.multiple_angles import NotTrigonometric, form_of
 from rbstab.analysis.proof.polynomial import Polynomial, Ring, fraction
 from rbstab.analysis.proof.tied.position import offset, position_spring
-from rbstab.analysis.proof.traced.energy import TracedEnergy
 from rbstab.analysis.proof.traced.separate import NotInProofsError as NotInProofsOfUsersError
 from rbstab.analysis.proof.traced.separate import (
     UserEnergies,
@@ -160,7 +160,7 @@ def reduced_energy(system: System, exact_system: ExactSystem | None = None) -> R
         if not parts.energy.known:
             # At most one length for each element; a ring without them is faster.
             parts = _stored_energy(at_rest, exact_system, users, roots=len(system.elements))
-        return _reduced(at_rest, parts, users.traced)
+        return _reduced(at_rest, parts, (*users.traced, *users.kinked))
     except NotInProofsOfUsersError as error:
         raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, str(error)) from error
     except NotTrigonometric as error:
@@ -234,7 +234,7 @@ def _stored_energy(
 
 
 def _reduced(
-    at_rest: Configurations, parts: StoredEnergy, traced: tuple[TracedEnergy, ...]
+    at_rest: Configurations, parts: StoredEnergy, traced: tuple[LinePart, ...]
 ) -> ReducedEnergy:
     """Return the reduced energy of a stored energy."""
     energy = parts.energy

@@ -18,11 +18,16 @@ from rbstab.analysis.proof.reduced_energy import (
     reduced_energy,
 )
 from rbstab.analysis.proof.searches.zeros import search
+from rbstab.analysis.proof.traced.held import surface_at
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
+from rbstab.analysis.proof.zero import Zero
 from rbstab.analysis.rest_state import RestState, held_at_kink, rest_state_at
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import PITCH
 from rbstab.systems.system import System
+
+UPWARDS = np.array([0.0, 1.0, 0.0])
+"""Across an angle of θ2 at which a guard jumps."""
 
 NO_SLOPES = np.zeros(3)
 """J/rad: what is added to U has no slope."""
@@ -34,7 +39,8 @@ class RestPoint:
 
     state has its Θ, X, own states, energy and remaining gradient. index is the number of negative
     eigenvalues of the Hessian of the reduced energy: 0 at a minimum. Where a guard holds θ2
-    (`state.on_kink`), it is that of the Hessian by θ1 and θ3. If `proved`, enclosure is one
+    (`state.on_kink`), it is that of the Hessian by θ1 and θ3. Where an element of a user holds the
+    body on a surface, it is that along the surface. If `proved`, enclosure is one
     box of Θ that contains exactly one rest state; else it contains only the point. index_proved is
     whether the index is proved for the exact rest state.
     """
@@ -204,7 +210,7 @@ def proved_rest_states(
         box_limit: The number of boxes at which the proof stops.
     """
     zeros = prove(energy.form, found, box_limit, end)
-    points = [_point(energy, zero.Theta, zero.enclosure) for zero in zeros.inside]
+    points = [_point(energy, zero.Theta, zero) for zero in zeros.inside]
     if zeros.outcome is not SearchOutcome.PROVED:
         # Points that could not be isolated, such as a nearly double zero, stay in the list. If all
         # zeros are known, such a point is none.
@@ -221,20 +227,28 @@ def _in_order(points: list[RestPoint]) -> tuple[RestPoint, ...]:
     return tuple(sorted(points, key=lambda point: point.state.energy))
 
 
-def _point(energy: ReducedEnergy, Theta: Array, box: Boxes | None = None) -> RestPoint:
+def _point(energy: ReducedEnergy, Theta: Array, zero: Zero | None = None) -> RestPoint:
     state = rest_state_at(energy.configurations, energy.configuration(Theta))
     kink = kink_at(energy.form.guard, float(Theta[1]))
+    may_be_held = kink is None and (zero is None or zero.at_kink)
+    surface = surface_at(energy.form, Theta) if may_be_held else None
     if kink is not None:
-        state = held_at_kink(energy.configurations, state)
-    proved, index = box is not None, None
-    box = box or box_around(Theta, 0.0)
+        state = held_at_kink(energy.configurations, state, UPWARDS)
+    elif surface is not None:
+        state = held_at_kink(energy.configurations, state, surface.normal(Theta))
+    proved, index = zero is not None, None
+    box = box_around(Theta, 0.0) if zero is None else zero.enclosure
     if proved and kink is not None:
         index = kink_index(energy.form, kink, box)
+    elif proved and surface is not None:
+        index = surface.index(box)
     elif proved:
         bounds = enclosure(energy.form, box)
         index = proved_index(bounds.hessian[0], bounds.hessian_radius[0])
     index_proved = index is not None
-    if index is None:
+    if index is None and surface is not None:
+        index = surface.approximate_index(Theta)
+    elif index is None:
         hessian = energy.form.approximate(Theta[np.newaxis], 2)[2][0]
         if kink is not None:
             hessian = hessian[np.ix_(FREE, FREE)]

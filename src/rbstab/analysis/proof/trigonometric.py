@@ -69,6 +69,19 @@ class TrigonometricForm:
         return replace(self, guard=None)
 
     @cached_property
+    def kinks(self) -> tuple[LinePart, ...]:
+        """The lines whose slopes jump."""
+        return tuple(line for line in self.lines if line.kinked)
+
+    def without(self, kink: LinePart) -> "TrigonometricForm":
+        """Return this form without one of its lines."""
+        return replace(self, lines=tuple(line for line in self.lines if line is not kink))
+
+    def smoothed(self, width: float) -> "TrigonometricForm":
+        """Return a form that is smooth where the slopes of lines jump, for descents."""
+        return replace(self, lines=tuple(line.smoothed(width) for line in self.lines))
+
+    @cached_property
     def _multiples(self) -> Array:
         """k of each entry of t: 0, 1, 1, 2, 2, ..."""
         return (np.arange(len(self.coefficients)) + 1) // 2

@@ -54,7 +54,7 @@ def confined(U: Energy, first: Ball, third: Ball) -> bool:
     Bounds on single terms are tried before a search for the largest slopes, which takes long. They
     need a periodic part: formulas of users must be so.
     """
-    if not all(one.periodic for one in U.formulas):
+    if not all(one.periodic for one in U.of_users):
         return False
     for slope in (U.steepest, partial(_sharper, U)):
         bound = confinement(U, slope)
@@ -85,7 +85,7 @@ def confinement(U: Energy, slope: Callable[[int], Ball] | None = None) -> list[B
 def _sharper(U: Energy, axis: int) -> Ball:
     """Bound |∂p/∂θ| for |θ2| <= π/2: with lines, the bounds of single terms are too large."""
     single = U.steepest(axis)
-    if not U.lines and not U.formulas and U.position is None:
+    if not U.lines and not U.of_users and U.position is None:
         return single
     periodic = copy.copy(U)
     periodic.barriers, periodic.guards = [], []

@@ -4,7 +4,8 @@
 
 Springs and ligaments add functions of the lengths of their lines (`lengths/lines.py`); ligaments of
 a body that is not held add their least energy over its position (`lengths/free_ligaments.py`).
-Elements of users add formulas (`formulas/formula.py`).
+Elements of users add formulas (`formulas/formula.py`), and parts that begin with a jump of their
+force (`kinks.py`).
 Guards add functions of θ2 (`guards.py`). That of a barrier, ½ k tan² θ2, is infinite at ±π/2; all
 its derivatives by θ2 are monotonic functions of |θ2|, so balls need only the ends of an interval.
 Where the slope of a guard jumps in a box, it may have all values between.
@@ -27,6 +28,7 @@ from rbstab.analysis.proof_check.guards import (
     barriers_of,
     switching_guards,
 )
+from rbstab.analysis.proof_check.kinks import Kink, kinks_of
 from rbstab.analysis.proof_check.lengths.free_ligaments import FreeLigaments
 from rbstab.analysis.proof_check.lengths.ligaments import LigamentLaw
 from rbstab.analysis.proof_check.lengths.lines import Ligament, Line
@@ -54,7 +56,7 @@ class Energy:
 
     Args:
         data: `reduced_energy` of a proof: quadratic, linear and coefficients, and perhaps barrier,
-            soft guards, a stop, lines, ligaments and formulas.
+            soft guards, a stop, lines, ligaments, formulas and kinks.
 
     Attributes:
         barriers: The barriers on single angles.
@@ -62,6 +64,7 @@ class Energy:
         springs: The springs whose lengths are in U.
         lines: The same, and the ligaments of a held body.
         formulas: The energies of elements of users.
+        kinks: Their parts that begin with a jump of their force.
         position: The ligaments of a body that is not held; None without one.
 
     Raises:
@@ -83,11 +86,13 @@ class Energy:
         self.quadratic = [[rounded(entry) for entry in row] for row in Q]
         self.linear = [rounded(entry) for entry in data["linear"]]
         springs, ligaments = (data.get(key) or () for key in ("lines", "ligaments"))
-        if len(springs) + len(ligaments) + len(data.get("formulas") or ()) > MOST_LINES:
+        of_users = [*(data.get("formulas") or ()), *(data.get("kinks") or ())]
+        if len(springs) + len(ligaments) + len(of_users) > MOST_LINES:
             raise ValueError(f"The reduced energy has more than {MOST_LINES} lines")
         self.periodic = TrigonometricSum(data["coefficients"])
         self.springs = [Line(one) for one in springs]
         self.formulas = [Formula(one) for one in data.get("formulas") or ()]
+        self.kinks = kinks_of(data)
         self.lines: list[Line | Ligament] = [*self.springs, *(Ligament(one) for one in ligaments)]
         free = data.get("free_ligaments")
         self.position = None if free is None else FreeLigaments(free)
@@ -119,7 +124,7 @@ class Energy:
     def derivatives(self, Theta: Sequence[Ball]) -> dict[Axes, Ball]:
         """Return the derivatives at a ball of Θ by their axes, in rising order: (0, 0, 2), ...
 
-        Those of `position`, `formulas` and `guards` are not among them.
+        Those of `position`, `formulas`, `kinks` and `guards` are not among them.
 
         Raises:
             TooLongError: U was evaluated too often.
@@ -128,8 +133,13 @@ class Energy:
 
     def value(self, Theta: Sequence[Ball]) -> Ball:
         """Return U at a ball of Θ, without `position` and `guards`."""
-        formulas = sum((one.value(Theta) for one in self.formulas), arb(0))
+        formulas = sum((one.value(Theta) for one in self.of_users), arb(0))
         return self.derivatives(Theta)[()] + formulas
+
+    @property
+    def of_users(self) -> list[Formula]:
+        """All parts that come from elements of users as formulas."""
+        return [*self.formulas, *self.kinks]
 
     def parts_over(self, centre: Sequence[Ball], step: Sequence[Ball]) -> list[Any]:
         """Return what `position` and `formulas` add over the box of all Θ = centre + step.
@@ -176,7 +186,7 @@ class Energy:
 
     def _count(self) -> None:
         """Count one more evaluation of U."""
-        formulas = sum(one.cost for one in self.formulas)
+        formulas = sum(one.cost for one in self.of_users)
         free = 0 if self.position is None else self.position.cost
         self.evaluations += 1 + 2 * len(self.lines) + formulas + free
         if self.evaluations > MOST_EVALUATIONS:
@@ -196,6 +206,6 @@ class Energy:
     def steepest(self, axis: int) -> Ball:
         """Bound |∂p/∂θ| along an axis, with the periodic part p, lines included."""
         free = arb(0) if self.position is None else self.position.steepest(axis)
-        parts = [*self.lines, *self.formulas]
+        parts = [*self.lines, *self.of_users]
         lines = sum((part.steepest(axis) for part in parts), free)
         return lines + self.periodic.steepest(axis)

@@ -12,6 +12,7 @@ from rbstab.analysis.proof_check.claims import RestState, fault_of
 from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.findings import Range
 from rbstab.analysis.proof_check.held_states import held_fault, held_unique
+from rbstab.analysis.proof_check.surfaces import surface_fault, surface_of, unique_on_surface
 from rbstab.analysis.proof_check.taylor import Taylor
 from rbstab.analysis.proof_check.trigonometric import square
 
@@ -49,6 +50,8 @@ def faults(U: Energy, states: Sequence[RestState], range_: Range) -> Iterator[st
 def _fault(U: Energy, state: RestState, range_: Range) -> str | None:
     """Return what is wrong with a rest state."""
     if state.held:
+        if surface_of(U, state.enclosure) is not None:
+            return surface_fault(U, state, range_)
         return held_fault(U, state, range_)
     # Only an enclosure inside the range is expanded.
     taylor = cache(lambda: Taylor(U, state.enclosure))
@@ -65,7 +68,11 @@ def domain(U: Energy, state: RestState) -> Box:
     """Return a large box about an enclosure in which there is no other rest state."""
 
     def unique(box: Box) -> bool:
-        return held_unique(U, state, box) if state.held else _is_unique(Taylor(U, box))
+        if not state.held:
+            return _is_unique(Taylor(U, box))
+        if surface_of(U, state.enclosure) is not None:
+            return unique_on_surface(U, state, box)
+        return held_unique(U, state, box)
 
     return _widest(state.enclosure, unique)
 

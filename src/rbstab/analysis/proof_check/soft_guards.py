@@ -47,7 +47,7 @@ def decimal(number: float) -> Ball:
 
 def _findings(U: Energy, claim: Mapping[str, Any]) -> Iterator[Finding]:
     strength, soft_angle = (decimal(claim[key]) for key in ("strength", "soft_angle"))
-    added = (*U.barriers, *U.guards, *U.lines, *U.formulas)
+    added = (*U.barriers, *U.guards, *U.lines, *U.of_users)
     plain = not added and U.position is None
     sound = claim["method"] in METHODS and plain and strength > 0
     if not (sound and soft_angle > 0 and soft_angle < arb.pi() / 2):

@@ -2,7 +2,8 @@
 
 import copy
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 from flint import arb, arb_mat
@@ -10,6 +11,7 @@ from flint import arb, arb_mat
 from rbstab.analysis.proof_check.boxes import AXES, Box
 from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.guards import SwitchingGuard
+from rbstab.analysis.proof_check.kinks import ANY_SHARE, AboveOver, Kink, Share
 from rbstab.analysis.proof_check.trigonometric import Axes, Ball, axes_of, square
 
 
@@ -36,7 +38,11 @@ class Taylor:
         U: The energy.
         box: The box.
         face: An axis and its exact value, a ball. The box is then flat along this axis.
-        without: A guard to leave out.
+        without: A guard or a kink to leave out.
+        shares: λ of each kink, of which λh then takes the place; None to take them as they are.
+
+    If kinks of users may jump in the box, the gradient has all their slopes, and the Hessian over
+    the box has no numbers. `jumping` are these kinks.
     """
 
     def __init__(
@@ -44,8 +50,10 @@ class Taylor:
         U: Energy,
         box: Box,
         face: tuple[int, Ball] | None = None,
-        without: SwitchingGuard | None = None,
+        without: SwitchingGuard | Kink | None = None,
+        shares: Sequence[float] | None = None,
     ) -> None:
+        self._again = (U, box, face, without)
         middle = [low / 2 + high / 2 for low, high in box]
         centre = [arb(point) for point in middle]
         step = [symmetric(max(b - m, m - a)) for m, (a, b) in zip(middle, box, strict=True)]
@@ -56,7 +64,15 @@ class Taylor:
             centre[axis], whole[axis], step[axis] = value, value, arb(0)
         self.centre, self.step = centre, arb_mat([[entry] for entry in step])
         at_centre, third = U.smooth(centre), U.smooth(whole)
+        kinks = [AboveOver(one, centre, step) for one in U.kinks if one is not without]
+        self.kinks, self.jumping = kinks, [one for one in kinks if one.jumps]
         self.parts = U.parts_over(centre, step)
+        if shares is None:
+            self.parts += kinks
+        else:
+            self.jumping = []
+            pairs = zip(kinks, shares, strict=True)
+            self.parts += [Share(one.begin, share) for one, share in pairs]
         self._expand(at_centre, third)
         self.bare: Taylor | None = None
         self.below: Taylor | None = None
@@ -143,8 +159,10 @@ class Taylor:
 
     @property
     def whole_hessian(self) -> Any:
-        """The Hessian over the box; no numbers where the slope of a guard jumps in it."""
+        """The Hessian over the box; no numbers where the slope of a guard or a kink jumps in it."""
         found = self.hessian + self.change
+        if self.jumping:
+            return arb_mat([[arb("nan") for _ in AXES] for _ in AXES])
         if self.below is not None:
             found[1, 1] = arb("nan")
         return found
@@ -183,7 +201,46 @@ class Taylor:
         """Return whether U >= bound is proved for all of the box."""
         if bool(self.values >= bound) or bool(self._by_squares() >= bound):
             return True
-        return self.below is not None and self.below.stays_above(bound)
+        if self.below is not None and self.below.stays_above(bound):
+            return True
+        return bool(self.jumping) and self.smooth_below.stays_above(bound)
+
+    @cached_property
+    def smooth_below(self) -> "Taylor":
+        """The expansion with λh in place of each kink, nowhere above U. Its gradient is small."""
+        left = [self.gradient[i, 0].mid() for i in AXES]
+        for one in self.jumping:
+            slopes = [ANY_SHARE.mid() * entry.mid() for entry in one.begin.gradient]
+            left = [entry - slope for entry, slope in zip(left, slopes, strict=True)]
+        chosen = dict[int, float]()
+        for one in self.jumping:
+            slopes = [entry.mid() for entry in one.begin.gradient]
+            square = sum((entry * entry for entry in slopes), arb(0))
+            along = sum((x * y for x, y in zip(left, slopes, strict=True)), arb(0))
+            share = -float(along / square) if square > 0 else 0.0
+            share = min(1.0, max(0.0, share)) if math.isfinite(share) else 0.0
+            left = [x + share * y for x, y in zip(left, slopes, strict=True)]
+            chosen[id(one)] = share
+        # Where one does not jump, λ is known.
+        shares = [chosen.get(id(one), float(bool(one.begin.values > 0))) for one in self.kinks]
+        self.shares = {id(one): share for one, share in zip(self.kinks, shares, strict=True)}
+        return Taylor(*self._again, shares)
+
+    @property
+    def excludes_by_direction(self) -> bool:
+        """Whether all slopes in the box have a positive product with one direction.
+
+        It is d, the gradient of `smooth_below` at the centre; any would do.
+        """
+        if not self.jumping:
+            return False
+        below = self.smooth_below
+        d = arb_mat([[entry.mid() for entry in below.gradient.entries()]])
+        total = (d * below.gradient)[0, 0] + ((d * below.slope) * below.step)[0, 0]
+        for one in self.jumping:
+            along = sum((d[0, i] * one.begin.slopes[i] for i in AXES), arb(0))
+            total += (ANY_SHARE - arb(self.shares[id(one)])) * along
+        return bool(total > 0)
 
     @property
     def values(self) -> Ball:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from rbstab.analysis.proof.lines.line import Line
     from rbstab.analysis.proof.tied.energy import TiedEnergy
     from rbstab.analysis.proof.traced.energy import TracedEnergy
+    from rbstab.analysis.proof.traced.kinked import KinkedEnergy
     from rbstab.analysis.proof.trigonometric import TrigonometricForm
 
 
@@ -156,6 +157,18 @@ class ProvedFormula(Entry):
         return TracedEnergy(self.name, Program(self.operations))
 
 
+class ProvedKink(ProvedFormula):
+    """The part max(h(Θ), 0) of the energy of an element of a user, J, with the formula h."""
+
+    @property
+    def line(self) -> "KinkedEnergy":  # type: ignore[override]
+        """The energy, which can be evaluated with proved errors."""
+        from rbstab.analysis.proof.formulas.program import Program
+        from rbstab.analysis.proof.traced.kinked import KinkedEnergy
+
+        return KinkedEnergy(self.name, Program(self.operations))
+
+
 class ProvedEnergy(Entry):
     """The reduced energy U of a proof, J: ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3).
 
@@ -165,7 +178,8 @@ class ProvedEnergy(Entry):
     above the angle `stop`, rad. With springs, U has the lengths of their lines too; lines
     is None without one. The energies of ligaments are added to U: those of a held body, or their
     least value over the position. Elements of users add formulas, if their energies are not of the
-    form above. Each number is the exact one rounded once.
+    form above, and parts that begin with a jump of their force: kinks. Each number is the exact one
+    rounded once.
     """
 
     quadratic: tuple[Triple, Triple, Triple]
@@ -179,6 +193,7 @@ class ProvedEnergy(Entry):
     ligaments: tuple[ProvedLigament, ...] | None = None
     free_ligaments: ProvedPosition | None = None
     formulas: tuple[ProvedFormula, ...] | None = None
+    kinks: tuple[ProvedKink, ...] | None = None
 
     @property
     def form(self) -> "TrigonometricForm":
@@ -187,7 +202,8 @@ class ProvedEnergy(Entry):
 
         quadratic, linear = np.array(self.quadratic), np.array(self.linear)
         free = () if self.free_ligaments is None else (self.free_ligaments,)
-        parts = (*(self.lines or ()), *(self.formulas or ()), *(self.ligaments or ()), *free)
+        of_users = (*(self.formulas or ()), *(self.kinks or ()))
+        parts = (*(self.lines or ()), *of_users, *(self.ligaments or ()), *free)
         lines = tuple(one.line for one in parts)
         C = np.array(self.coefficients)
         return TrigonometricForm(quadratic, linear, C, guard=self._guard, lines=lines)
@@ -264,10 +280,11 @@ def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
     from rbstab.analysis.proof.ligaments.held import LigamentLine
     from rbstab.analysis.proof.lines.line import Line
     from rbstab.analysis.proof.traced.energy import TracedEnergy
+    from rbstab.analysis.proof.traced.kinked import KinkedEnergy
 
     guard = form.guard
     springs, ligaments, free = list[ProvedLine](), list[ProvedLigament](), None
-    formulas = list[ProvedFormula]()
+    formulas, kinks = list[ProvedFormula](), list[ProvedKink]()
     for line in form.lines:
         if isinstance(line, Line):
             C = line.square.coefficients.tolist()
@@ -278,6 +295,8 @@ def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
         elif isinstance(line, TracedEnergy):
             operations = line.program.operations
             formulas.append(ProvedFormula(name=line.name, operations=operations))
+        elif isinstance(line, KinkedEnergy):
+            kinks.append(ProvedKink(name=line.name, operations=line.program.operations))
         elif isinstance(line, FreeLigaments):
             free = _position_of(line)
     return ProvedEnergy(
@@ -292,6 +311,7 @@ def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
         ligaments=tuple(ligaments) or None,
         free_ligaments=free,
         formulas=tuple(formulas) or None,
+        kinks=tuple(kinks) or None,
     )
 
 

@@ -22,6 +22,7 @@ OF_ELEMENTS = (
     "formulas",
     "held",
     "free_ligaments",
+    "kinks",
     "ligaments",
     "lines",
     "outer_barrier",

@@ -45,6 +45,7 @@ class GuardedEnclosure(Enclosure):
             bare=self.bare.negated(),
             energy=-self.energy[:, ::-1],
             slope=-self.slope[:, :, ::-1],
+            kinks=self.negated_kinks,
         )
 
     @property

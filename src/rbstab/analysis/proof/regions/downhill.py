@@ -26,6 +26,9 @@ STOP_MARGIN = 1e-14
 """rad: more than the last digit of the angle of a stop."""
 
 MAX_HALVINGS = 40
+WIDTHS = tuple(10.0**-k for k in range(2, 11))
+"""The widths of smooth energies near U, relative to its size."""
+
 PATH_BOX_LIMIT = 20_000
 MIN_CURVATURE_FRACTION = 1e-8
 """Smaller curvatures, relative to the largest, count as this much in a Newton step."""
@@ -82,9 +85,20 @@ def descent(form: TrigonometricForm, start: Array, domain: Boxes) -> Array:
     """Descend from a point by short Newton steps, away from saddles, shape (vertices, 3).
 
     Where a guard jumps, a step ends at its angle; the next one goes along it if the guard can hold
-    θ2 there. The descent ends where it leaves the domain or finds no lower point. Nothing is
-    proved.
+    θ2 there. Where elements of users jump, the descent is one in smooth energies near U, closer and
+    closer to it. It ends where it leaves the domain or finds no lower point. Nothing is proved.
     """
+    if not form.kinks:
+        return _descent(form, start, domain)
+    size = form.noise[0] / np.finfo(float).eps
+    path = start[np.newaxis]
+    for width in WIDTHS:
+        path = np.concatenate([path, _descent(form.smoothed(width * size), path[-1], domain)])
+    return path
+
+
+def _descent(form: TrigonometricForm, start: Array, domain: Boxes) -> Array:
+    """Descend in an energy whose slopes jump at angles of θ2 alone."""
     Theta, vertices = start, [start]
     value = form.value(Theta[np.newaxis])[0]
     for _ in range(MAX_STEPS):

@@ -4,6 +4,7 @@ import numpy as np
 
 from rbstab.analysis.proof.boxes import RANGE_END
 from rbstab.analysis.proof.guards.kinks import kinks_of, newton_at_kink
+from rbstab.analysis.proof.traced.held import surfaces
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.analysis.proof.zero import newton
 from rbstab.mechanics.numbers import Array
@@ -44,8 +45,9 @@ def search(
     at_round_off = np.abs(form.approximate(Theta, 1)[1]) <= form.noise[1]
     inside = np.all(np.abs(Theta) < end, axis=1)
     converged = inside & ((last < CONVERGED_STEP) | np.all(at_round_off, axis=1))
-    for kink in kinks_of(form.guard):
-        held, step = newton_at_kink(form, kink, points)
+    on_kinks = [newton_at_kink(form, kink, points) for kink in kinks_of(form.guard)]
+    on_kinks += [surface.newton(points) for surface in surfaces(form)]
+    for held, step in on_kinks:
         inside = np.all(np.abs(held) < end, axis=1)
         Theta, last = np.concatenate([Theta, held]), np.concatenate([last, step])
         converged = np.concatenate([converged, inside & (step < CONVERGED_STEP)])

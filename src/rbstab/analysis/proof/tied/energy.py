@@ -43,6 +43,8 @@ from rbstab.mechanics.numbers import Array
 from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
 
+KINKED = "its force jumps, and no proof in six variables takes such a force into account"
+
 
 @dataclass(frozen=True, eq=False)
 class FreeLine:
@@ -110,6 +112,8 @@ def tied_energy(system: System, exact_system: ExactSystem) -> TiedEnergy:
         raise NoReducedEnergy(NoEnergyReason.NOT_TRIGONOMETRIC)
     try:
         users = user_energies(at_rest)
+        if users.kinked:
+            raise NotInProofsError(f"{users.kinked[0].name}: {KINKED}")
         ring = Ring(3, at_rest.size - 3, roots=len(system.elements), roots_of_lengths=True)
         exact = without_users(configurations(exact_system(ring.decimals)).system)
         parts = stored_energy(exact, ring, users, entries_without_users(at_rest))

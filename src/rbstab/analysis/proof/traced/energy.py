@@ -61,7 +61,7 @@ class TracedEnergy(LinePart):
     @np.errstate(all="ignore")  # an entry that is no number has no bound
     def over(self, t: Array, boxes: Boxes) -> list[Intervals]:
         """Return proved bounds over boxes: see `LinePart.over`. The Hessian is that over a box."""
-        at_centre, whole = self._over(boxes)
+        at_centre, whole = self.jets_over(boxes)
         value, slopes = _derivatives(at_centre, 1)
         bent = jets.hessian(whole)
         return [value, slopes, bent, exact(np.zeros((*bent.middle.shape, 3)))]
@@ -77,7 +77,7 @@ class TracedEnergy(LinePart):
         """Return the results of all operations, at points or over boxes."""
         return computed(self.program, partial(_leaf, Theta), jets.combined)
 
-    def _over(self, boxes: Boxes) -> tuple[Jet, Jet]:
+    def jets_over(self, boxes: Boxes) -> tuple[Jet, Jet]:
         """Return the energy at the centres of boxes, and over them."""
         centres = iter(at_centre := self._jets(exact(boxes.centre)))
         wide, reach = Intervals(boxes.centre, boxes.radius), boxes.radius.T
@@ -94,7 +94,7 @@ class TracedEnergy(LinePart):
     def has_bounds(self, boxes: Boxes) -> Array:
         """Return whether the formula and its derivatives have bounds over each box, shape (m,)."""
         with np.errstate(all="ignore"):
-            rows = self._over(boxes)[1].rows
+            rows = self.jets_over(boxes)[1].rows
         found: Array = np.isfinite(rows.middle + rows.radius).all(axis=0)
         return found
 
@@ -107,7 +107,7 @@ class TracedEnergy(LinePart):
     def _bounds(self) -> Array:
         """Bounds on the magnitudes of E and its slopes in these boxes, shape (4,)."""
         with np.errstate(all="ignore"):
-            _, whole = self._over(self.cells)
+            _, whole = self.jets_over(self.cells)
             sizes = whole.rows.size[:4].max(axis=1)
         found: Array = np.where(np.isfinite(sizes), sizes, np.inf)
         return found

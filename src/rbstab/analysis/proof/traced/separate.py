@@ -16,9 +16,15 @@ from rbstab.analysis.proof.formulas.program import MOST_OPERATIONS, Program
 from rbstab.analysis.proof.polynomial import Ring
 from rbstab.analysis.proof.traced.damping import NOTHING, Damping, damping_of
 from rbstab.analysis.proof.traced.energy import TracedEnergy
+from rbstab.analysis.proof.traced.kinked import KinkedEnergy
 from rbstab.analysis.proof.traced.passive import why_not_passive
 from rbstab.analysis.proof.traced.relaxing import relaxes
-from rbstab.analysis.proof.traced.switching import MOST_MODES, NotShownError, switched_energy
+from rbstab.analysis.proof.traced.switching import (
+    MOST_MODES,
+    NotShownError,
+    SwitchedEnergy,
+    switched_energy,
+)
 from rbstab.analysis.proof.traced.tracing import (
     NotRecordedError,
     TracedStatements,
@@ -70,12 +76,14 @@ class UserEnergies(NamedTuple):
         polynomials: Those that are polynomials of X and the own states, with quadratics and
             trigonometric polynomials of Θ, as programs.
         traced: Those of all others that depend on Θ alone.
+        kinked: The parts whose force jumps where they begin, which depend on Θ alone.
         of_position: Those that depend on X too, without their terms among the polynomials.
     """
 
     polynomials: tuple[Program, ...]
     traced: tuple[TracedEnergy, ...]
     of_position: tuple[TracedPart, ...] = ()
+    kinked: tuple[KinkedEnergy, ...] = ()
 
 
 def in_proofs(element: Element) -> bool:
@@ -108,18 +116,18 @@ def user_energies(at_rest: Configurations) -> UserEnergies:
             its energy is of no kind that proofs take into account.
     """
     polynomials, traced = list[Program](), list[TracedEnergy]()
-    of_position = list[TracedPart]()
+    of_position, kinked = list[TracedPart](), list[KinkedEnergy]()
     for element in at_rest.system.elements:
         if not element.from_user:
             continue
         statements = None if element.mode_count else _passive_statements(at_rest, element)
-        program = _switched(at_rest, element) if statements is None else statements.energy
-        if len(program.operations) > MOST_OPERATIONS:
-            text = f"{element.name}: its energy has more than {MOST_OPERATIONS:,} operations"
-            raise NotInProofsError(text)
-        if any(one[0] == POWER and abs(one[2]) > MOST_POWER for one in program.operations):
-            text = f"{element.name}: its energy has an exponent above {MOST_POWER}"
-            raise NotInProofsError(text)
+        if statements is None:
+            program, kinks = _switched(at_rest, element)
+        else:
+            program, kinks = statements.energy, ()
+        for one in (program, *kinks):
+            _check_size(element.name, one)
+        kinked += [KinkedEnergy(element.name, one) for one in kinks]
         if statements is not None and element.state_size:
             _check_polynomial(at_rest, element.name, statements)
             polynomials.append(program)
@@ -134,7 +142,7 @@ def user_energies(at_rest: Configurations) -> UserEnergies:
             polynomials.append(program)
         else:
             traced.append(TracedEnergy(element.name, program))
-    return UserEnergies(tuple(polynomials), tuple(traced), tuple(of_position))
+    return UserEnergies(tuple(polynomials), tuple(traced), tuple(of_position), tuple(kinked))
 
 
 def formula_count(system: System) -> int:
@@ -142,12 +150,22 @@ def formula_count(system: System) -> int:
     if not all(in_proofs(element) for element in system.elements if element.from_user):
         return 0
     try:
-        return len(user_energies(configurations(system)).traced)
+        users = user_energies(configurations(system))
+        return len(users.traced) + len(users.kinked)
     except NotInProofsError:
         return 0
 
 
-def _switched(at_rest: Configurations, element: Element) -> Program:
+def _check_size(name: str, program: Program) -> None:
+    """Raise `NotInProofsError` if a formula is too long, or has too large exponents."""
+    if len(program.operations) > MOST_OPERATIONS:
+        text = f"{name}: its energy has more than {MOST_OPERATIONS:,} operations"
+        raise NotInProofsError(text)
+    if any(one[0] == POWER and abs(one[2]) > MOST_POWER for one in program.operations):
+        raise NotInProofsError(f"{name}: its energy has an exponent above {MOST_POWER}")
+
+
+def _switched(at_rest: Configurations, element: Element) -> SwitchedEnergy:
     """Return the energy of an element that switches."""
     try:
         return switched_energy(at_rest, element)

@@ -1,10 +1,11 @@
-"""The energy of an element of a user that switches, if its force is continuous at each switch.
+"""The energy of an element of a user that switches.
 
 With σ_i = 1 where the event function g_i is positive, and else 0, it is shown that
 
-    E = E₀ + Σ σ_i h_i g_i²,        so E = E₀ + Σ h_i p(g_i),        p(g) = max(g, 0)²,
+    E = E₀ + Σ σ_i (h_i g_i² + k_i g_i),    so E = E₀ + Σ h_i p(g_i) + Σ max(k_i g_i, 0),
 
-with E₀, h_i and g_i smooth functions of Θ. So E has a continuous gradient, and its Hessian jumps.
+with p(g) = max(g, 0)², with E₀, h_i, k_i and g_i smooth functions of Θ, and with k_i never below
+zero. Where all k_i are zero, the force is continuous. Else it jumps: E has kinks.
 """
 
 from collections import defaultdict
@@ -12,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from rbstab.analysis.proof.formulas.program import (
     part_of,
     variables_of,
 )
+from rbstab.analysis.proof.formulas.signs import Signs
 from rbstab.analysis.proof.formulas.terms import MOST_TERMS, Powers, Term, Terms, times, without
 from rbstab.analysis.proof.traced.passive import why_not_passive
 from rbstab.analysis.proof.traced.regular import has_values
@@ -58,8 +60,13 @@ NOT_OF_ANGLES = "it switches, and its energy or an event function does not depen
 WITHOUT_VALUES = "it is not shown that its event functions have values at all attitudes"
 
 NOT_CONTINUOUS = (
-    "it is not shown that its force is continuous at its switches: each term of `stored` that has "
-    "a mode as a factor must have the square of the event function as another one"
+    "it is not shown that its energy is continuous at its switches: each term of `stored` that has "
+    "a mode as a factor must have the event function, or its square, as another one"
+)
+
+NOT_CONVEX = (
+    "its force jumps at a switch, and it is not shown that the jump always points to the side where "
+    "the event function is negative"
 )
 
 
@@ -67,7 +74,19 @@ class NotShownError(Exception):
     """It is not shown that an energy is of this form; the text says why."""
 
 
-def switched_energy(at_rest: Configurations, element: Element) -> Program:
+class SwitchedEnergy(NamedTuple):
+    """The energy of an element that switches: F + Σ max(h_i, 0).
+
+    Attributes:
+        smooth: F, which has a continuous gradient.
+        kinks: The h_i, where the force jumps.
+    """
+
+    smooth: Program
+    kinks: tuple[Program, ...]
+
+
+def switched_energy(at_rest: Configurations, element: Element) -> SwitchedEnergy:
     """Return the energy of an element that switches.
 
     Args:
@@ -91,13 +110,18 @@ def switched_energy(at_rest: Configurations, element: Element) -> Program:
         raise NotShownError(NOT_OF_ANGLES)
     if not has_values(operations, guards):
         raise NotShownError(WITHOUT_VALUES)
-    formula = list(operations)
+    formula, kinks = list(operations), list[Program]()
     total = without_modes
-    for place, terms in _by_mode(operations, guards, stored).items():
+    for (place, exponent), terms in _by_mode(operations, guards, stored).items():
         factor = _added(formula, [_term(formula, term) for term in terms])
+        if exponent == 1:
+            if not Signs(formula).never_negative(factor):
+                raise NotShownError(NOT_CONVEX)
+            kinks.append(part_of(formula, _appended(formula, MULTIPLY, factor, guards[place])))
+            continue
         above = _appended(formula, SQUARE_ABOVE, guards[place])
         total = _appended(formula, ADD, total, _appended(formula, MULTIPLY, factor, above))
-    return part_of(formula, total)
+    return SwitchedEnergy(part_of(formula, total), tuple(kinks))
 
 
 def _why_not_passive(at_rest: Configurations, element: Element) -> str | None:
@@ -129,8 +153,8 @@ def _recorded(
 
 def _by_mode(
     operations: Sequence[Operation], guards: Sequence[int], stored: int
-) -> dict[int, list[Term]]:
-    """Return the terms of each h_i.
+) -> dict[tuple[int, int], list[Term]]:
+    """Return the terms of each h_i, as those of (i, 2), and of each k_i, as those of (i, 1).
 
     Raises:
         NotShownError: The energy is not of this form.
@@ -142,7 +166,7 @@ def _by_mode(
         if count > MOST_TERMS:
             raise NotShownError(NOT_CONTINUOUS)
         sums[term.powers] += term.number
-    found = defaultdict[int, list[Term]](list)
+    found = defaultdict[tuple[int, int], list[Term]](list)
     for powers, number in sums.items():
         modes = [one for one, _ in powers if operations[one][0] == MODE]
         others = [one for one, _ in powers if operations[one][0] != MODE]
@@ -155,7 +179,8 @@ def _by_mode(
         place = operations[modes[0]][1]
         exponent = dict(powers)[modes[0]]
         rest = times(powers, modes[0], -exponent)
-        found[place].append(_divided(Term(number, rest), signs[place]))
+        taken, term = _divided(Term(number, rest), signs[place])
+        found[place, taken].append(term)
     return found
 
 
@@ -171,8 +196,8 @@ def _signs(operations: Sequence[Operation], guard: int) -> dict[int, int]:
     return found
 
 
-def _divided(term: Term, signs: dict[int, int]) -> Term:
-    """Return a term divided by g²."""
+def _divided(term: Term, signs: dict[int, int]) -> tuple[int, Term]:
+    """Return a term divided by g² if it can be, else by g, and the exponent."""
     number, powers = term
     left = 2
     for one, exponent in term.powers:
@@ -181,9 +206,9 @@ def _divided(term: Term, signs: dict[int, int]) -> Term:
             left -= taken
             number *= signs[one] ** taken
             powers = without(powers, [one] * taken)
-    if left:
+    if left == 2:
         raise NotShownError(NOT_CONTINUOUS)
-    return Term(number, powers)
+    return 2 - left, Term(number, powers)
 
 
 def _term(formula: list[Operation], term: Term) -> int:

@@ -33,7 +33,7 @@ BINARY = frozenset({"+", "-", "*", "/"})
 
 
 class Over:
-    """E over a box: its value and slopes at the centre, and its Hessian over the whole box.
+    """E over a box: its value and slopes at the centre, and all three over the whole box.
 
     Args:
         at_centre: The Taylor polynomial at the centre.
@@ -44,6 +44,8 @@ class Over:
         self.value = at_centre[series.ZERO]
         self.gradient = [series.slope(at_centre, i) for i in AXES]
         self.hessian = arb_mat([[series.curvature(whole, i, j) for j in AXES] for i in AXES])
+        self.values = whole[series.ZERO]
+        self.slopes = [series.slope(whole, i) for i in AXES]
 
 
 class Formula:

@@ -1,0 +1,72 @@
+"""The part of an energy of a user that begins where its force jumps: max(h(Θ), 0), in balls.
+
+At h = 0 its slope may be any between 0 and ∇h. And λh is nowhere above it if 0 <= λ <= 1.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from flint import arb, arb_mat
+
+from rbstab.analysis.proof_check.formulas.formula import Formula, Over
+from rbstab.analysis.proof_check.trigonometric import Ball
+
+ANY_SHARE = arb(0.5, 0.5)
+"""All λ."""
+
+
+class Kink(Formula):
+    """max(h, 0), with the formula h. What `Formula` has is of h, but for `value`."""
+
+    def value(self, Theta: Sequence[Ball]) -> Ball:
+        """Return max(h, 0) at a ball of Θ."""
+        return super().value(Theta).max(arb(0))
+
+
+class AboveOver:
+    """max(h, 0) over a box, as `Over` has a formula, with all slopes if it may jump in the box.
+
+    Args:
+        kink: The part.
+        centre: The centre of the box.
+        step: The balls of Θ - centre.
+
+    Attributes:
+        begin: h over the box.
+        jumps: Whether h may be zero in the box.
+    """
+
+    def __init__(self, kink: Kink, centre: Sequence[Ball], step: Sequence[Ball]) -> None:
+        self.kink = kink
+        self.begin = begin = kink.over(centre, step)
+        acts, rests = bool(begin.values > 0), bool(begin.values < 0)
+        self.jumps = not (acts or rests)
+        share = arb(int(acts))
+        self.value = begin.value.max(arb(0)) if self.jumps else share * begin.value
+        slopes, factor = (begin.slopes, ANY_SHARE) if self.jumps else (begin.gradient, share)
+        self.gradient = [factor * one for one in slopes] if not rests else [arb(0)] * 3
+        self.hessian = begin.hessian if acts else arb_mat(3, 3)
+
+
+class Share:
+    """λh over a box, as `Over` has a formula.
+
+    Args:
+        begin: h over the box.
+        share: λ, a double.
+    """
+
+    def __init__(self, begin: Over, share: float) -> None:
+        self.share = arb(share)
+        self.value = self.share * begin.value
+        self.gradient = [self.share * one for one in begin.gradient]
+        self.hessian = self.share * begin.hessian
+
+
+def kinks_of(data: Mapping[str, Any]) -> list[Kink]:
+    """Return the kinks of `reduced_energy` of a proof.
+
+    Raises:
+        ValueError: One of them is no formula.
+    """
+    return [Kink(one) for one in data.get("kinks") or ()]

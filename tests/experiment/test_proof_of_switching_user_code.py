@@ -213,13 +213,6 @@ def why_not(folder, text, parameters, variant="permanent"):
 SQUARE = "self.mode[0] * above * above"
 
 REFUSED = {
-    "a force that jumps": (
-        GUARD.replace(SQUARE, "self.mode[0] * above").replace(
-            "above, below = self.mode * self._beyond(motion)",
-            "below = self.mode[1] * self._beyond(motion)[1]\n        above = 0.5 * self.mode[0]",
-        ),
-        NOT_CONTINUOUS,
-    ),
     "an energy that jumps": (GUARD.replace(SQUARE, f"{SQUARE} + self.mode[0]"), NOT_CONTINUOUS),
     "two modes at once": (
         GUARD.replace(SQUARE, f"{SQUARE} + 0.0 * above + self.mode[0] * self.mode[1]"),

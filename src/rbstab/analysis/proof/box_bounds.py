@@ -37,8 +37,9 @@ class Kinks:
     high: Array
 
     def __getitem__(self, chosen: Array) -> "Kinks":
-        changes = {one.name: getattr(self, one.name) for one in fields(self)}
-        return Kinks(**{name: one if one is None else one[chosen] for name, one in changes.items()})
+        below = None if self.below is None else self.below[chosen]
+        jumps, share, low, high = self.jumps, self.share, self.low, self.high
+        return Kinks(jumps[chosen], below, share[chosen], low[chosen], high[chosen])
 
     @property
     def excludes_zero(self) -> Array:

@@ -59,8 +59,7 @@ def _enclosure_with_lines(form: TrigonometricForm, boxes: Boxes) -> Enclosure:
 
 def _smooth_parts(form: TrigonometricForm, boxes: Boxes) -> list[list[Intervals]]:
     """Return the bounds on a form and on each of its lines without kinks."""
-    t = form.basis(boxes.centre)
-    smooth = (line for line in form.lines if not line.kinked)
+    t, smooth = form.basis(boxes.centre), form.without_kinks.lines
     return [at_centres(form, t, boxes), *(line.over(t, boxes) for line in smooth)]
 
 
@@ -95,7 +94,9 @@ def _with_kinks(form: TrigonometricForm, boxes: Boxes) -> Enclosure:
     acts = np.stack([one.acts for one in found], axis=1).astype(float)
     inner = summed([one.times(acts[:, k]) for k, one in enumerate(found)])
     slopes = np.stack([one.slopes.middle for one in found], axis=1)
-    share = np.where(jumps, _best_shares(inner.gradient, np.where(jumps[..., None], slopes, 0)), acts)
+    share = np.where(
+        jumps, _best_shares(inner.gradient, np.where(jumps[..., None], slopes, 0)), acts
+    )
     below = summed([one.times(share[:, k]) for k, one in enumerate(found)])
     low, high = (
         np.where(jumps[..., None], np.stack(ends, axis=1), 0.0)

@@ -1,6 +1,6 @@
 """The minimum of a reduced energy over a box: an attained value and a proved lower bound."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -162,7 +162,7 @@ def _kinked_minimum(form: TrigonometricForm, box: Boxes, start: Array) -> tuple[
     """Return a local minimum of U with parts max(h, 0): that of F + Σ t with t >= h and t >= 0."""
     from scipy.optimize import minimize
 
-    others = replace(form, lines=tuple(line for line in form.lines if not line.kinked))
+    others = form.without_kinks
     begins = [kink.begin for kink in form.kinks]
     size, count = max(form.noise[0] / np.finfo(float).eps, np.finfo(float).tiny), len(begins)
 

@@ -17,6 +17,7 @@ import numpy as np
 from rbstab.analysis.proof.guards.guard import Guard
 from rbstab.analysis.proof.lines.intervals import Intervals
 from rbstab.analysis.proof.lines.line import LinePart
+from rbstab.analysis.proof.traced.kinked import KinkedEnergy
 from rbstab.mechanics.numbers import Array
 
 ROUND_OFF = 2.0**-53
@@ -69,9 +70,14 @@ class TrigonometricForm:
         return replace(self, guard=None)
 
     @cached_property
-    def kinks(self) -> tuple[LinePart, ...]:
+    def kinks(self) -> tuple[KinkedEnergy, ...]:
         """The lines whose slopes jump."""
-        return tuple(line for line in self.lines if line.kinked)
+        return tuple(line for line in self.lines if isinstance(line, KinkedEnergy))
+
+    @cached_property
+    def without_kinks(self) -> "TrigonometricForm":
+        """This form without these lines."""
+        return replace(self, lines=tuple(one for one in self.lines if one not in self.kinks))
 
     def without(self, kink: LinePart) -> "TrigonometricForm":
         """Return this form without one of its lines."""

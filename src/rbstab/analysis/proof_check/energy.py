@@ -5,7 +5,7 @@
 Springs and ligaments add functions of the lengths of their lines (`lengths/lines.py`); ligaments of
 a body that is not held add their least energy over its position (`lengths/free_ligaments.py`).
 Elements of users add formulas (`formulas/formula.py`), and parts that begin with a jump of their
-force (`kinks.py`).
+force (`formulas/kinks.py`).
 Guards add functions of θ2 (`guards.py`). That of a barrier, ½ k tan² θ2, is infinite at ±π/2; all
 its derivatives by θ2 are monotonic functions of |θ2|, so balls need only the ends of an interval.
 Where the slope of a guard jumps in a box, it may have all values between.
@@ -22,13 +22,13 @@ from flint import arb
 
 from rbstab.analysis.proof_check.boxes import AXES
 from rbstab.analysis.proof_check.formulas.formula import Formula
+from rbstab.analysis.proof_check.formulas.kinks import kinks_of
 from rbstab.analysis.proof_check.guards import (
     Barrier,
     SwitchingGuard,
     barriers_of,
     switching_guards,
 )
-from rbstab.analysis.proof_check.kinks import Kink, kinks_of
 from rbstab.analysis.proof_check.lengths.free_ligaments import FreeLigaments
 from rbstab.analysis.proof_check.lengths.ligaments import LigamentLaw
 from rbstab.analysis.proof_check.lengths.lines import Ligament, Line

@@ -11,8 +11,8 @@ from rbstab.analysis.proof_check.boxes import AXES, Box, box_between, touches, w
 from rbstab.analysis.proof_check.claims import RestState, fault_of
 from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.findings import Range
-from rbstab.analysis.proof_check.held_states import held_fault, held_unique
-from rbstab.analysis.proof_check.surfaces import surface_fault, surface_of, unique_on_surface
+from rbstab.analysis.proof_check.held.angle import held_fault, held_unique
+from rbstab.analysis.proof_check.held.surface import surface_fault, surface_of, unique_on_surface
 from rbstab.analysis.proof_check.taylor import Taylor
 from rbstab.analysis.proof_check.trigonometric import square
 

@@ -10,8 +10,8 @@ from flint import arb, arb_mat
 
 from rbstab.analysis.proof_check.boxes import AXES, Box
 from rbstab.analysis.proof_check.energy import Energy
+from rbstab.analysis.proof_check.formulas.kinks import ANY_SHARE, AboveOver, Kink, Share
 from rbstab.analysis.proof_check.guards import SwitchingGuard
-from rbstab.analysis.proof_check.kinks import ANY_SHARE, AboveOver, Kink, Share
 from rbstab.analysis.proof_check.trigonometric import Axes, Ball, axes_of, square
 
 

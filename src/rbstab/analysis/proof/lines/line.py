@@ -26,9 +26,6 @@ SLOPE_OF_ROOT = 1 + 1e-12
 class LinePart:
     """A part of an energy, J, that comes from the lengths of lines, or from a formula of a user."""
 
-    kinked = False
-    """Whether its slope jumps somewhere (`traced/kinked.py`)."""
-
     @property
     def periodic(self) -> bool:
         """Whether whole turns of θ1 and θ3 leave it as it is."""

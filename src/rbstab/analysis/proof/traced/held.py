@@ -9,7 +9,7 @@ J is symmetric. It has one negative eigenvalue more than ∇²F + λ∇²h along
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -76,7 +76,9 @@ class Surface:
             J = np.zeros((len(Theta), 4, 4))
             J[:, :3, :3] = hessian + share[:, np.newaxis, np.newaxis] * bent
             J[:, :3, 3] = J[:, 3, :3] = slopes
-            residual = np.concatenate([gradient + share[:, np.newaxis] * slopes, h[:, None]], axis=1)
+            residual = np.concatenate(
+                [gradient + share[:, np.newaxis] * slopes, h[:, None]], axis=1
+            )
             step = _solved(J, residual)
             last = np.abs(step[:, :3]).max(axis=1)
             shortened = step * np.minimum(1.0, MAX_STEP / last)[:, np.newaxis]
@@ -246,7 +248,7 @@ def _inverse(matrix: Array) -> Array | None:
 
 def _solved(matrices: Array, right: Array) -> Array:
     """Return the solutions of linear systems, shape (m, n); no numbers of a singular one."""
-    regular = np.isfinite(matrices).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
+    regular: Any = np.isfinite(matrices).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
     regular[regular] = np.linalg.det(matrices[regular]) != 0
     found = np.full_like(right, np.nan)
     if np.any(regular):

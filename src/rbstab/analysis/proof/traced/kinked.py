@@ -100,8 +100,6 @@ class KinkedEnergy(LinePart):
     program: Program
     width: float = 0.0
 
-    kinked = True
-
     @cached_property
     def begin(self) -> TracedEnergy:
         """h."""
@@ -157,7 +155,7 @@ class KinkedEnergy(LinePart):
 
     @np.errstate(all="ignore")
     def at(self, Theta: Array, order: int) -> list[Intervals]:
-        """Return proved bounds on the derivatives of order 0 and 1 at points; all slopes at a kink."""
+        """Return proved bounds on the energy, and on its slopes: at a kink, on all of them."""
         if order > 1:
             raise NotImplementedError("an energy with a kink has bounds on one derivative")
         return self.bounds(Boxes(Theta, Theta)).whole[: order + 1]

@@ -65,7 +65,7 @@ NOT_CONTINUOUS = (
 )
 
 NOT_CONVEX = (
-    "its force jumps at a switch, and it is not shown that the jump always points to the side where "
+    "its force jumps at a switch, and it is not shown that it always jumps towards the side where "
     "the event function is negative"
 )
 

@@ -15,7 +15,7 @@ from rbstab.analysis.proof_check.boxes import AXES, Box
 from rbstab.analysis.proof_check.claims import RestState, fault_of
 from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.findings import Range
-from rbstab.analysis.proof_check.kinks import AboveOver, Kink
+from rbstab.analysis.proof_check.formulas.kinks import AboveOver, Kink
 from rbstab.analysis.proof_check.taylor import Taylor
 from rbstab.analysis.proof_check.trigonometric import Ball, square
 
@@ -125,8 +125,7 @@ class _Equations:
         values = arb_mat([*rows, [self.unit * h.value]])
         image = self._deviation(share) * step - self.inverse * values
         inside = all(
-            arb(low) < F.centre[i] + image[i, 0] < arb(high)
-            for i, (low, high) in enumerate(box)
+            arb(low) < F.centre[i] + image[i, 0] < arb(high) for i, (low, high) in enumerate(box)
         )
         within = bool(image[3, 0].abs_upper() < reach)
         return inside and within and bool(share > 0) and bool(share < 1)

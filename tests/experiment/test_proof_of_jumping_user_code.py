@@ -1,0 +1,243 @@
+"""Protects proofs with elements of users whose force jumps: against our own guards, and searches."""
+
+import json
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+from support.user_code import element_text, mine
+
+from rbstab.analysis.configuration import configurations
+from rbstab.analysis.proof.traced.separate import NotInProofsError, user_energies
+from rbstab.analysis.proof.traced.switching import NOT_CONTINUOUS, NOT_CONVEX
+from rbstab.analysis.proof_check.equations import agrees_with_equations
+from rbstab.config.build import problem_of, system_of
+from rbstab.config.load import load_config
+from rbstab.experiment.proof import prove
+from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.verification.verify import verify
+
+GUARD = element_text(
+    """
+    mode_count = 2
+
+    def guards(self, motion, own):
+        pitch = motion.Theta[1]
+        return np.array([pitch - self.soft, -pitch - self.soft])
+
+    def wrench(self, motion, own):
+        return couple_on_body(-self.k * (self.mode[0] - self.mode[1]) * motion.B[1])
+
+    def stored(self, motion, own):
+        above, below = self.guards(motion, own)
+        return self.k * (self.mode[0] * above + self.mode[1] * below)
+    """,
+    'Gain("k", "N m", "couple", shape="number"), '
+    'Gain("soft", "rad", "soft angle", shape="number")',
+)
+"""What `kind: guard` with `method: repelling` is."""
+
+WEIGHT = element_text(
+    """
+    mode_count = 1
+
+    def guards(self, motion, own):
+        return np.array([line(motion, self.point, self.anchor).length - self.length])
+
+    def wrench(self, motion, own):
+        along = line(motion, self.point, self.anchor)
+        return force_at(motion, self.point, -self.mode[0] * self.k * along.direction)
+
+    def stored(self, motion, own):
+        along = line(motion, self.point, self.anchor)
+        return self.mode[0] * self.k * (along.length - self.length)
+    """,
+    'POINT, ANCHOR, Gain("k", "N", "weight", shape="number"), '
+    'Gain("length", "m", "length", shape="number")',
+)
+"""A weight on the ground that a rope lifts where it is longer than ℓ₀."""
+
+VALUES: dict[str, Any] = {
+    "point": [0.1, 0.2, -0.1],
+    "anchor": [0.3, 0.3, 1.1],
+    "k": 3.0,
+    "length": 1.48,
+}
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "guard.py").write_text(GUARD)
+    (tmp_path / "weight.py").write_text(WEIGHT)
+    return tmp_path
+
+
+def config_with(elements, variant="permanent", **changes):
+    gains = {"K_t": [40, 40, 30], "L_t": [2, 2, 1], "K_r": [4, 4, 3], "L_r": [0.6, 0.6, 0.4]}
+    if variant != "permanent":
+        gains |= {"K_c": [400, 300, 500], "L_c": [10, 10, 10]}
+    data = {
+        "schema_version": 2,
+        "body": {"mass": 2, "inertia": [1, 1.5, 2], "contact_point": [0.1, -0.1, -0.3]},
+        "gravity": [1.0, 3.0, -9.81],
+        "controller": {"variant": variant} | gains,
+        "elements": elements,
+        "initial": {"angular_velocity": [0.2, -0.3, 0.2], "orientation": [-0.3, -0.2, -0.3]},
+        "integration": {"duration": 20.0, "samples": 51},
+    }
+    return load_config(data | changes, allow_python=True)
+
+
+def guard(k=30.0, soft=0.02):
+    return mine(k=k, soft=soft) | {"file": "guard.py"}
+
+
+def weight(**changes):
+    return mine(**VALUES | changes) | {"file": "weight.py"}
+
+
+@pytest.mark.parametrize("variant", ["permanent", "visco-elastic"])
+@pytest.mark.parametrize(("soft", "held"), [(0.02, True), (0.3, False)])
+def test_a_repelling_guard_of_users_has_the_rest_states_of_ours(variant, soft, held):
+    """For the smaller angle, the guard holds the body."""
+    theirs = prove(config_with({"one": guard(soft=soft)}, variant))
+    ours = {"kind": "guard", "method": "repelling", "couple": 30.0, "soft_angle": soft}
+    expected = prove(config_with({"one": ours}, variant))
+    assert theirs.proved
+    assert [bool(state.held) for state in theirs.states] == [held]
+    for one, other in zip(theirs.states, expected.states, strict=True):
+        np.testing.assert_allclose(one.orientation, other.orientation, atol=1e-9)
+        assert one.energy == pytest.approx(other.energy, abs=1e-9)
+        assert (one.index, one.index_proved, one.held) == (other.index, True, other.held)
+    assert theirs.region is not None
+    assert expected.region is not None
+    assert theirs.region.lower_bound == pytest.approx(expected.region.lower_bound, rel=1e-6)
+    assert theirs.closed == expected.closed
+
+
+def test_beside_a_barrier_every_start_is_proved_as_with_our_guard():
+    barrier = {"kind": "guard", "method": "barrier", "stiffness": 1.0}
+    ours = {"kind": "guard", "method": "repelling", "couple": 30.0, "soft_angle": 0.02}
+    both = [prove(config_with({"range": barrier, "one": one})) for one in (guard(), ours)]
+    assert both[0].unwrapped is not None
+    assert both[1].unwrapped is not None
+    assert both[0].unwrapped.every_start is both[1].unwrapped.every_start is True
+
+
+@pytest.mark.parametrize("element", ["guard", pytest.param("weight", marks=pytest.mark.heavy)])
+def test_a_proof_is_verified_and_a_changed_one_is_not(element):
+    config = config_with({"one": guard() if element == "guard" else weight()})
+    proof = prove(config)
+    found = verify(proof, config)
+    assert found.verified, [one.text for one in found.findings if not one.verified]
+    data = json.loads(proof.model_dump_json())
+    kink, *_ = data["reduced_energy"]["kinks"]
+    place = next(k for k, one in enumerate(kink["operations"]) if one[0] == "constant")
+    kink["operations"][place][1] *= 1.001
+    changed = Proof.model_validate(data | {"unwrapped": None})
+    assert not verify(changed, config).verified
+
+
+def test_the_weight_holds_the_body_where_a_search_finds_it():
+    """A search in a smooth energy near that of the code, and the forces of the code."""
+    config = config_with({"one": weight()})
+    proof = prove(config)
+    assert proof.proved
+    (state,) = proof.states
+    assert (state.held, state.index, state.index_proved) == (True, 0, True)
+    at_rest = configurations(problem_of(config_with({})).system)
+
+    def longer(Theta):
+        motion = at_rest.motion(Theta)
+        at = motion.X + motion.A @ np.array(VALUES["point"])
+        return np.sqrt(np.sum((at - np.array(VALUES["anchor"])) ** 2)) - VALUES["length"]
+
+    def smooth(Theta, width):
+        h = longer(Theta)
+        return float(at_rest.energy(Theta)) + 0.5 * VALUES["k"] * (h + np.hypot(h, width))
+
+    Theta = np.zeros(3)
+    for width in (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7):
+        Theta = minimize(smooth, Theta, args=(width,), tol=1e-12).x
+    np.testing.assert_allclose(state.orientation, Theta, atol=1e-3)
+    exact = np.array(state.orientation)
+    assert abs(longer(exact)) < 1e-9
+    step = 1e-6 * np.eye(3)
+    normal = np.array([(longer(exact + one) - longer(exact - one)) / 2e-6 for one in step])
+    force = at_rest.gradient(exact)
+    share = -force @ normal / (normal @ normal)
+    np.testing.assert_allclose(force + share * normal, 0, atol=1e-6)
+    assert 0 < share < VALUES["k"]
+
+
+@pytest.mark.heavy
+def test_all_rest_states_are_those_of_many_searches():
+    """Of a mast that falls to any side, and leans on its rope: minima and passes."""
+    config = config_with(
+        {"one": weight(point=[0, 0, 0.25], anchor=[-0.8, 0.3, 0.1], k=10.0, length=0.9)},
+        body={"mass": 2, "inertia": [0.06, 0.05, 0.03], "contact_point": [0, 0, -0.25]},
+        gravity=[0, 0, -9.81],
+        controller={
+            "variant": "permanent",
+            "K_t": [2, 2, 2],
+            "L_t": [2, 2, 2],
+            "K_r": [4, 4, 3],
+            "L_r": [0.3, 0.3, 0.2],
+        },
+    )
+    proof = prove(config)
+    assert proof.proved
+    minima = [np.array(state.orientation) for state in proof.states if state.index == 0]
+    assert sum(bool(state.held) for state in proof.states) >= 1
+    assert proof.reduced_energy is not None
+    form = proof.reduced_energy.form
+    random = np.random.default_rng(3)
+    ends = []
+    for start in random.uniform([-3, -1.5, -3], [3, 1.5, 3], (60, 3)):
+        end = start
+        for width in (1e-1, 1e-2, 1e-3, 1e-4, 1e-5):
+            smooth = form.smoothed(width)
+            end = minimize(
+                lambda Theta, smooth=smooth: float(smooth.value(Theta[np.newaxis])[0]), end
+            ).x
+        ends.append(end)
+    inside = [end for end in ends if np.all(np.abs(end) < [np.pi, np.pi / 2, np.pi])]
+    assert len(inside) > 20
+    reached = set()
+    for end in inside:
+        distances = [np.abs(end - one).max() for one in minima]
+        assert min(distances) < 1e-3
+        reached.add(int(np.argmin(distances)))
+    assert reached == set(range(len(minima)))
+    energy = proof.reduced_energy.model_dump(mode="json")
+    assert agrees_with_equations(energy, partial(system_of, config))
+
+
+def why_not(folder, text, parameters, variant="permanent"):
+    (folder / "mine.py").write_text(text)
+    config = config_with({"one": mine(**parameters)}, variant)
+    with pytest.raises(NotInProofsError) as caught:
+        user_energies(configurations(problem_of(config).system))
+    return str(caught.value)
+
+
+def test_what_is_not_shown(folder):
+    """An energy that jumps, and forces that jump away from the side where nothing acts."""
+    guard_values = {"k": 30.0, "soft": 0.3}
+    jumps = GUARD.replace("self.k * (self.mode[0] * above", "self.k * (self.mode[0] * (above + 1)")
+    assert NOT_CONTINUOUS in why_not(folder, jumps, guard_values)
+    outwards = GUARD.replace("(-self.k", "(self.k").replace("return self.k", "return -self.k")
+    assert NOT_CONVEX in why_not(folder, outwards, guard_values)
+    pushes = WEIGHT.replace("-self.mode", "self.mode").replace("return self.m", "return -self.m")
+    assert NOT_CONVEX in why_not(folder, pushes, VALUES)
+
+
+def test_of_a_body_that_is_not_held_a_force_that_jumps_is_searched_beside_springs():
+    spring = {"kind": "spring", "point": [0.1, 0.2, 0.3], "anchor": [0.5, 0.6, 0.7]}
+    spring |= {"stiffness": 20.0, "rest_length": 0.1}
+    proof = prove(config_with({"one": guard(), "spring": spring}, "visco-elastic"))
+    assert not proof.proved
+    assert "its force jumps" in proof.outcome

@@ -1,4 +1,4 @@
-"""Protects proofs with elements of users whose force jumps: against our own guards, and searches."""
+"""Protects proofs with elements of users whose force jumps: against our guards, and searches."""
 
 import json
 from functools import partial
@@ -34,8 +34,7 @@ GUARD = element_text(
         above, below = self.guards(motion, own)
         return self.k * (self.mode[0] * above + self.mode[1] * below)
     """,
-    'Gain("k", "N m", "couple", shape="number"), '
-    'Gain("soft", "rad", "soft angle", shape="number")',
+    'Gain("k", "N m", "couple", shape="number"), Gain("soft", "rad", "soft angle", shape="number")',
 )
 """What `kind: guard` with `method: repelling` is."""
 
@@ -236,7 +235,7 @@ def test_what_is_not_shown(folder):
 
 
 def test_of_a_body_that_is_not_held_a_force_that_jumps_is_searched_beside_springs():
-    spring = {"kind": "spring", "point": [0.1, 0.2, 0.3], "anchor": [0.5, 0.6, 0.7]}
+    spring: dict[str, Any] = {"kind": "spring", "point": [0.1, 0.2, 0.3], "anchor": [0.5, 0.6, 0.7]}
     spring |= {"stiffness": 20.0, "rest_length": 0.1}
     proof = prove(config_with({"one": guard(), "spring": spring}, "visco-elastic"))
     assert not proof.proved

@@ -10,62 +10,15 @@ at m (`Derivatives.error`) and of the sums here (`ROUNDING_FACTOR`).
 """
 
 from dataclasses import dataclass, field, fields, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rbstab.analysis.proof.boxes import ROUNDING_FACTOR
 from rbstab.mechanics.numbers import Array
 
-
-@dataclass(frozen=True, eq=False)
-class Kinks:
-    """Proved bounds on n energies max(h(Θ), 0) over m boxes, where their slopes may jump.
-
-    Args:
-        jumps: Whether one of them may jump in each box, shape (m,).
-        below: Bounds on U with λh in place of each that may jump. It is nowhere above U. None for
-            -U.
-        share: These λ, between 0 and 1, shape (m, n). Any will do; the best make ∇U small.
-        low: Lower bounds on ∇h over each box, shape (m, n, 3); 0 where it does not jump.
-        high: Upper bounds.
-    """
-
-    jumps: Array
-    below: "Enclosure | None"
-    share: Array
-    low: Array
-    high: Array
-
-    def __getitem__(self, chosen: Array) -> "Kinks":
-        below = None if self.below is None else self.below[chosen]
-        jumps, share, low, high = self.jumps, self.share, self.low, self.high
-        return Kinks(jumps[chosen], below, share[chosen], low[chosen], high[chosen])
-
-    @property
-    def excludes_zero(self) -> Array:
-        """Whether it is proved for each box that no slopes are zero together, shape (m,).
-
-        Let d be the gradient of `below` at the centre. All slopes in the box have a positive
-        product with d if d'∇`below` + Σ (λ' - λ) d'∇h > 0 for all λ' between 0 and 1.
-        """
-        below = self.below
-        assert below is not None
-        d = below.gradient
-        size = np.abs(d)
-        terms = np.einsum("mkj,mk,mj->m", np.abs(below.hessian), size, below.radius)
-        bent = np.abs(np.einsum("mkj,mk->mj", below.hessian, d))
-        spread = np.einsum("mj,mj->m", bent, below.radius)
-        spread += np.einsum("mk,mk->m", below.curvature, size)
-        along = d[:, np.newaxis]
-        low = np.minimum(along * self.low, along * self.high).sum(axis=2)
-        high = np.maximum(along * self.low, along * self.high).sum(axis=2)
-        changes = [factor * one for factor in (-self.share, 1 - self.share) for one in (low, high)]
-        added = np.min(changes, axis=0).sum(axis=1)
-        square = np.einsum("mk,mk->m", d, d)
-        largest = np.maximum(np.abs(self.low), np.abs(self.high))
-        sizes = square + terms + spread + np.einsum("mk,mnk->m", size, largest)
-        found: Array = self.jumps & (square - spread + added > 1e-13 * sizes)
-        return found
+if TYPE_CHECKING:
+    from rbstab.analysis.proof.traced.jumps import Jumps
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +42,7 @@ class Enclosure:
     hessian: Array
     hessian_error: Array
     third: Array
-    kinks: Kinks | None = field(default=None, kw_only=True)
+    kinks: "Jumps | None" = field(default=None, kw_only=True)
 
     def __getitem__(self, chosen: Array) -> "Enclosure":
         by_box = self.value_error.ndim > 0
@@ -114,7 +67,7 @@ class Enclosure:
         )
 
     @property
-    def negated_kinks(self) -> Kinks | None:
+    def negated_kinks(self) -> "Jumps | None":
         """Where the slopes of -U may jump."""
         return None if self.kinks is None else replace(self.kinks, below=None)
 
@@ -141,7 +94,7 @@ class Enclosure:
         change = np.einsum("mkij,mi->mkj", self.third, self.radius)
         found: Array = (change + self.hessian_error) * ROUNDING_FACTOR
         if self.kinks is not None:
-            found[self.kinks.jumps] = np.inf
+            found[self.kinks.anywhere] = np.inf
         return found
 
     @property

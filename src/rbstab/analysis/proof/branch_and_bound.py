@@ -149,7 +149,7 @@ class _Search:
         if isinstance(enclosed, KinkedEnclosure):
             self._add_zeros_at_kinks(boxes[left & enclosed.jumps])
         if enclosed.kinks is not None:
-            self._add_zeros_on_surfaces(boxes[left & enclosed.kinks.jumps])
+            self._add_zeros_on_surfaces(boxes[left & enclosed.kinks.anywhere])
         for zero in self.zeros:
             left &= ~boxes.within(zero.domain)
         return boxes[left], boxes.radius[left].argmax(axis=1)

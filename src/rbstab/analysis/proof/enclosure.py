@@ -9,11 +9,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from rbstab.analysis.proof.box_bounds import Enclosure, Kinks
+from rbstab.analysis.proof.box_bounds import Enclosure
 from rbstab.analysis.proof.boxes import ROUNDING_FACTOR, Boxes
 from rbstab.analysis.proof.guards.bounds import guarded
-from rbstab.analysis.proof.lines.intervals import Intervals, total
+from rbstab.analysis.proof.lines.intervals import Intervals, stacked, total
 from rbstab.analysis.proof.lines.over_boxes import at_centres
+from rbstab.analysis.proof.traced.jumps import Jumps
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array
 
@@ -94,23 +95,21 @@ def _with_kinks(form: TrigonometricForm, boxes: Boxes) -> Enclosure:
     acts = np.stack([one.acts for one in found], axis=1).astype(float)
     inner = summed([one.times(acts[:, k]) for k, one in enumerate(found)])
     slopes = np.stack([one.slopes.middle for one in found], axis=1)
-    share = np.where(
-        jumps, _best_shares(inner.gradient, np.where(jumps[..., None], slopes, 0)), acts
-    )
+    best = _best_shares(inner.gradient, np.where(jumps[..., None], slopes, 0.0), boxes.radius)
+    share = np.where(jumps, best, acts)
     below = summed([one.times(share[:, k]) for k, one in enumerate(found)])
-    low, high = (
-        np.where(jumps[..., None], np.stack(ends, axis=1), 0.0)
-        for ends in (
-            [one.slopes_over.low for one in found],
-            [one.slopes_over.high for one in found],
-        )
-    )
-    return replace(whole, kinks=Kinks(np.any(jumps, axis=1), below, share, low, high))
+    over = stacked([one.slopes_over for one in found])
+    over.middle[~jumps], over.radius[~jumps] = 0.0, 0.0
+    return replace(whole, kinks=Jumps(np.any(jumps, axis=1), below, share, over))
 
 
-def _best_shares(gradient: Array, slopes: Array) -> Array:
-    """Return λ between 0 and 1 for which |gradient + Σ λ_i slopes_i| is small, shape (m, n)."""
-    share, left = np.zeros(slopes.shape[:2]), gradient.copy()
+def _best_shares(gradient: Array, slopes: Array, radius: Array) -> Array:
+    """Return λ between 0 and 1 for which U + Σ λ_i h_i is flat in each box, shape (m, n).
+
+    That is, for which the entries of gradient + Σ λ_i slopes_i, times the radii, are small.
+    """
+    share, left = np.zeros(slopes.shape[:2]), gradient * radius
+    slopes = slopes * radius[:, np.newaxis]
     squares = np.maximum(np.einsum("mnk,mnk->mn", slopes, slopes), np.finfo(float).tiny)
     for _ in range(SWEEPS if slopes.shape[1] > 1 else 1):
         for k in range(slopes.shape[1]):

@@ -238,7 +238,7 @@ def _others(U: Energy, states: list[RestState], undecided: list[Box], range_: Ra
     places |= {f"u{number}": box for number, box in enumerate(wider, start=1)}
 
     def reason(box: Box) -> str | None:
-        """Return a place with a box in it, or a component of ∇U or Y∇U, or "d", without a zero."""
+        """Return a place with a box in it, or a component of ∇U or Y∇U, or "j", without a zero."""
         for name, place in places.items():
             if within(box, place):
                 return name
@@ -252,7 +252,7 @@ def _others(U: Energy, states: list[RestState], undecided: list[Box], range_: Ra
             for axis, entry in enumerate(turned.entries(), start=1):
                 if misses_zero(entry):
                     return f"y{axis}"
-        return "d" if taylor.excludes_by_direction else None
+        return "j" if taylor.excludes_jumps else None
 
     found = cover(range_.box, reason)._replace(places=places)
     outside = f" outside of {len(undecided)} undecided boxes" if undecided else ""

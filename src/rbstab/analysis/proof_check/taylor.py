@@ -207,40 +207,71 @@ class Taylor:
 
     @cached_property
     def smooth_below(self) -> "Taylor":
-        """The expansion with λh in place of each kink, nowhere above U. Its gradient is small."""
-        left = [self.gradient[i, 0].mid() for i in AXES]
+        """The expansion with λh in place of each kink, nowhere above U."""
+        return Taylor(*self._again, self._flattest)
+
+    @cached_property
+    def _flattest(self) -> list[float]:
+        """λ of each kink for which `smooth_below` is as flat as it can be; any would do."""
+        radius = [self.step[i, 0].abs_upper() for i in AXES]
+
+        def change(entries: Sequence[Ball]) -> list[Ball]:
+            """Return the changes over the box that belong to slopes."""
+            return [entry.mid() * r for entry, r in zip(entries, radius, strict=True)]
+
+        left = change(self.gradient.entries())
+        # The gradient has the middle of all slopes of those that may jump.
         for one in self.jumping:
-            slopes = [ANY_SHARE.mid() * entry.mid() for entry in one.begin.gradient]
-            left = [entry - slope for entry, slope in zip(left, slopes, strict=True)]
-        chosen = dict[int, float]()
-        for one in self.jumping:
-            slopes = [entry.mid() for entry in one.begin.gradient]
-            square = sum((entry * entry for entry in slopes), arb(0))
-            along = sum((x * y for x, y in zip(left, slopes, strict=True)), arb(0))
-            share = -float(along / square) if square > 0 else 0.0
-            share = min(1.0, max(0.0, share)) if math.isfinite(share) else 0.0
-            left = [x + share * y for x, y in zip(left, slopes, strict=True)]
-            chosen[id(one)] = share
-        # Where one does not jump, λ is known.
-        shares = [chosen.get(id(one), float(bool(one.begin.values > 0))) for one in self.kinks]
-        self.shares = {id(one): share for one, share in zip(self.kinks, shares, strict=True)}
-        return Taylor(*self._again, shares)
+            inner = change([ANY_SHARE.mid() * entry for entry in one.begin.slopes])
+            left = [x - y for x, y in zip(left, inner, strict=True)]
+        found = list[float]()
+        for one in self.kinks:
+            # Where one does not jump, λ is known.
+            share = float(bool(one.begin.values > 0))
+            if one.jumps:
+                step = change(one.begin.gradient)
+                square = sum((x * x for x in step), arb(0))
+                along = sum((x * y for x, y in zip(left, step, strict=True)), arb(0))
+                best = -float(along / square) if square > 0 else 0.0
+                share = min(1.0, max(0.0, best)) if math.isfinite(best) else 0.0
+                left = [x + share * y for x, y in zip(left, step, strict=True)]
+            found.append(share)
+        return found
 
     @property
-    def excludes_by_direction(self) -> bool:
-        """Whether all slopes in the box have a positive product with one direction.
+    def excludes_jumps(self) -> bool:
+        """Whether no slopes in a box with jumps are zero together.
 
-        It is d, the gradient of `smooth_below` at the centre; any would do.
+        With the gradient g of `smooth_below`, all slopes are g + Σ t_k ∇h_k, where λ_k + t_k is
+        between 0 and 1. If they are zero, n'(g + Σ t_j ∇h_j) = 0 with n near ∇h_k bounds t_k. They
+        are not if a t_k has no value left, or if d'(g + Σ t_k ∇h_k) > 0 with d = g at the centre.
         """
         if not self.jumping:
             return False
-        below = self.smooth_below
-        d = arb_mat([[entry.mid() for entry in below.gradient.entries()]])
-        total = (d * below.gradient)[0, 0] + ((d * below.slope) * below.step)[0, 0]
+        pairs = zip(self.kinks, self._flattest, strict=True)
+        room = {one: ANY_SHARE - arb(share) for one, share in pairs if one.jumps}
         for one in self.jumping:
-            along = sum((d[0, i] * one.begin.slopes[i] for i in AXES), arb(0))
-            total += (ANY_SHARE - arb(self.shares[id(one)])) * along
-        return bool(total > 0)
+            normal = [entry.mid() for entry in one.begin.gradient]
+            steepness = _dot(normal, one.begin.slopes)
+            if not steepness > 0:
+                continue
+            others = {other: t for other, t in room.items() if other is not one}
+            needed = -self._slopes_along(normal, others) / steepness
+            if not needed.is_finite():
+                continue
+            if not needed.overlaps(room[one]):
+                return True
+            room[one] = room[one].intersection(needed)
+        d = [entry.mid() for entry in self.smooth_below.gradient.entries()]
+        return bool(self._slopes_along(d, room) > 0)
+
+    def _slopes_along(self, direction: Sequence[Ball], room: Mapping[AboveOver, Ball]) -> Ball:
+        """Return the products of a direction with all g + Σ t_k ∇h_k over the box."""
+        below, d = self.smooth_below, arb_mat([[*direction]])
+        found = (d * below.gradient)[0, 0] + ((d * below.slope) * below.step)[0, 0]
+        return found + sum(
+            (t * _dot(direction, one.begin.slopes) for one, t in room.items()), arb(0)
+        )
 
     @property
     def values(self) -> Ball:
@@ -274,3 +305,7 @@ class Taylor:
             return arb("nan")
         cubic = self.step.transpose() * self.change * self.step / 6
         return self.value - fall[0, 0] + cubic[0, 0]
+
+
+def _dot(a: Sequence[Ball], b: Sequence[Ball]) -> Ball:
+    return sum((x * y for x, y in zip(a, b, strict=True)), arb(0))

@@ -16,8 +16,10 @@ import numpy as np
 from rbstab.analysis.proof.box_bounds import Enclosure
 from rbstab.analysis.proof.boxes import ROUNDING_FACTOR, Boxes, box_around, joined
 from rbstab.analysis.proof.enclosure import enclosure
+from rbstab.analysis.proof.formulas.functions import reciprocal
 from rbstab.analysis.proof.index import proved_index
-from rbstab.analysis.proof.lines.intervals import Intervals, between
+from rbstab.analysis.proof.lines.intervals import Intervals, exact
+from rbstab.analysis.proof.traced.jumps import gradient_along
 from rbstab.analysis.proof.traced.kinked import BeginBounds, KinkedEnergy
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.analysis.proof.zero import MAX_STEP, NEWTON_STEPS, RADII, Zero
@@ -165,22 +167,11 @@ class _Equations(NamedTuple):
     def of(cls, others: Enclosure, begin: BeginBounds) -> "_Equations":
         """Return the bounds, with λ from n'∇F + λn'∇h = 0, where n is ∇h at the centre."""
         n = begin.slopes.middle
-        size = np.abs(n)
-        bent = np.abs(np.einsum("mkj,mk->mj", others.hessian, n))
-        spread = np.einsum("mj,mj->m", bent, others.radius)
-        spread += np.einsum("mk,mk->m", others.curvature, size)
-        pressing = -np.einsum("mk,mk->m", others.gradient, n)
-        terms = np.einsum("mk,mk->m", np.abs(others.gradient), size)
-        terms += np.einsum("mkj,mk,mj->m", np.abs(others.hessian), size, others.radius)
-        spread = spread * ROUNDING_FACTOR + 1e-14 * terms
-        along = [n * begin.slopes_over.low, n * begin.slopes_over.high]
-        least, most = np.minimum(*along).sum(axis=1), np.maximum(*along).sum(axis=1)
-        margin = 1e-14 * (np.abs(along[0]) + np.abs(along[1])).sum(axis=1)
-        least, most = least - margin, most + margin
-        low, high = (pressing - spread) / most, (pressing + spread) / least
-        share = between(low, high)
-        balanced = (least > 0) & (pressing > spread) & (share.low > 0) & (share.high < 1)
-        stiffness, slope = np.abs(others.hessian[0]).max(), size[0].max()
+        pressing = -gradient_along(others, n)
+        steepness = (exact(n) * begin.slopes_over).sum(1)
+        share = pressing * reciprocal(steepness)[0]
+        balanced = (steepness.low > 0) & (share.low > 0) & (share.high < 1)
+        stiffness, slope = np.abs(others.hessian[0]).max(), np.abs(n[0]).max()
         return cls(others, begin, float(stiffness / slope), share, balanced)
 
     def jacobian(self, share: Intervals) -> Intervals:

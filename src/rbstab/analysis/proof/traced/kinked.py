@@ -74,8 +74,8 @@ class BeginBounds:
             share: λ in each box, shape (m,).
         """
         factor, bent = exact(share), self.hessian_over
-        # Nothing is also nothing where h has no bounds.
-        none = share == 0
+        # Nothing of h is nothing, also where its derivatives have no bounds.
+        none = (share == 0) & np.isfinite(self.range.middle + self.range.radius)
         found = [
             factor * self.value,
             factor[:, np.newaxis] * self.slopes,

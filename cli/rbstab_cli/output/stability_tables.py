@@ -12,8 +12,9 @@ if TYPE_CHECKING:
     from rbstab_cli.output.stability_report import StabilityReport
 
 HELD = (
-    "held: a repelling guard or a stop holds θ2 at its angle. The kind is that along θ1 and θ3; "
-    "there are no modes, as the couple jumps there."
+    "held: a force that jumps there holds the body: a repelling guard or a stop at its angle of θ2, "
+    "or an element of your own at its switch. The kind is that of motions along this angle or "
+    "switch; there are no modes."
 )
 
 

@@ -31,7 +31,12 @@ from rbstab.experiment.element_check.power import (
     problems_of_velocities,
 )
 from rbstab.experiment.element_check.states import Sample, samples_of, with_state
-from rbstab.experiment.element_check.switches import guard_problems, jump_problems
+from rbstab.experiment.element_check.switches import (
+    force_jumps,
+    guard_problems,
+    jump_problems,
+    kink_problems,
+)
 
 STATES = 100
 """The number of random states."""
@@ -97,7 +102,7 @@ def check_class(kind: type[Element], code: UserCode) -> Checked:
             if words == USABLE:
                 break  # nothing else can be computed
             wrong.add(words)
-        notes = [] if problems else list(_notes(samples[0]))
+        notes = [] if problems else list(_notes(samples))
     return Checked(kind.__name__, tuple(passed), tuple(problems), tuple(notes))
 
 
@@ -136,6 +141,8 @@ def _checks(kind: type[Element], samples: list[Sample], code: UserCode) -> dict[
         checks["`stored` is continuous at each switch"] = lambda: (
             f"{found}; {one.words}" for one, other in pairs for found in jump_problems(one, other)
         )
+    if kind.kinked:
+        checks["`stored` is linear in each mode, as `kinked` says"] = each(kink_problems)
     return checks
 
 
@@ -174,11 +181,18 @@ def _first(find: Find, code: UserCode) -> str | None:
         return f"a statement fails: {failure(code, error)}"
 
 
-def _notes(sample: Sample) -> Iterator[str]:
+def _notes(samples: list[Sample]) -> Iterator[str]:
+    sample = samples[0]
     if not is_traced(sample):
         yield (
             "SciPy's engine evaluates it with numpy, which is some 15 times slower: it uses an "
             "operation that cannot be traced"
+        )
+    pairs = pairwise(samples)
+    if not sample.element.kinked and any(force_jumps(s, with_state(s, t.y)) for s, t in pairs):
+        yield (
+            "its force jumps at a switch: with `kinked = True` in the class, a body that it holds "
+            "there is found at rest"
         )
     yield in_which_proofs(sample.system, sample.element)
     if not has_heyoka():

@@ -15,6 +15,9 @@ BISECTIONS = 200
 CONTINUOUS = 1e-9
 """The largest jump of the stored energy, relative to its size on the way."""
 
+JUMP = 1e-6
+"""A smaller jump of a force, relative to its size, is none: a switch is known to round-off."""
+
 
 def guard_problems(sample: Sample) -> Iterator[str]:
     """Yield where an event function depends on the modes, or on velocities if the force jumps."""
@@ -29,19 +32,44 @@ def guard_problems(sample: Sample) -> Iterator[str]:
         yield "`guards` depends on own states, so its rate may jump at a switch"
 
 
+def kink_problems(sample: Sample) -> Iterator[str]:
+    """Yield where an element is not what it says of itself by `kinked`."""
+    if sample.element.state_size:
+        yield "`kinked` is for elements without own states"
+    for index in range(sample.element.mode_count):
+        found = [_stored_with(sample, sample.y, index, mode) for mode in (0.0, 0.5, 1.0)]
+        size = sum(map(abs, found)) + TOLERANCE
+        if not abs(found[1] - 0.5 * (found[0] + found[2])) <= CONTINUOUS * size:
+            yield f"`stored` is not linear in `mode[{index}]`, as `kinked = True` requires"
+
+
+def force_jumps(one: Sample, other: Sample) -> bool:
+    """Return whether the force on a body at rest jumps at a switch between two states."""
+    for index in range(one.element.mode_count):
+        y = _switch_between(one, one.y, other.y, index)
+        if y is None:
+            continue
+        y[OMEGA], y[V_OF_Z] = 0.0, 0.0
+        motion, own = one.system.motion(y), own_in(one.system, y)
+        g = guards_at(one.system, y)
+        sides = []
+        for mode in (0.0, 1.0):
+            modes = (g > 0).astype(float)
+            modes[index] = mode
+            sides.append(np.concatenate(with_modes(one, modes).element.wrench(motion, own)))
+        size = np.abs(sides).max() + TOLERANCE
+        if not np.abs(sides[1] - sides[0]).max() <= JUMP * size:
+            return True
+    return False
+
+
 def jump_problems(one: Sample, other: Sample) -> Iterator[str]:
     """Yield where the stored energy jumps at a switch between two states of one element."""
     for index in range(one.element.mode_count):
         y = _switch_between(one, one.y, other.y, index)
         if y is None:
             continue
-        g = guards_at(one.system, y)
-        energies = []
-        for mode in (0.0, 1.0):
-            modes = (g > 0).astype(float)
-            modes[index] = mode
-            element = with_modes(one, modes).element
-            energies.append(float(element.stored(one.system.motion(y), own_in(one.system, y))))
+        energies = [_stored_with(one, y, index, mode) for mode in (0.0, 1.0)]
         stored = float(one.element.stored(one.motion, one.own))
         size = abs(energies[0]) + abs(energies[1]) + abs(stored) + TOLERANCE
         if not abs(energies[1] - energies[0]) <= CONTINUOUS * size:
@@ -49,6 +77,14 @@ def jump_problems(one: Sample, other: Sample) -> Iterator[str]:
                 f"`stored` jumps where event function {index + 1} is 0: {energies[0]:.6g} J with "
                 f"mode 0, {energies[1]:.6g} J with mode 1"
             )
+
+
+def _stored_with(sample: Sample, y: Array, index: int, mode: float) -> float:
+    """Return the stored energy in a state with one mode of another value."""
+    modes = (guards_at(sample.system, y) > 0).astype(float)
+    modes[index] = mode
+    element = with_modes(sample, modes).element
+    return float(element.stored(sample.system.motion(y), own_in(sample.system, y)))
 
 
 def _switch_between(sample: Sample, one: Array, other: Array, index: int) -> Array | None:

@@ -4,6 +4,8 @@ The program's own elements are right by other tests, so each of them must pass. 
 below has one fault; the check must name the statement that has it, and the state.
 """
 
+from pathlib import Path
+
 import pytest
 from support.user_code import CREEPING_TIE, HEAD, MAXWELL, ROPE, SPRING, element_text
 
@@ -72,7 +74,7 @@ def test_every_element_of_the_program_passes(kind):
     assert found.problems == ()
     assert AT_REST in found.passed
     assert IN_MOTION in found.passed
-    assert len(found.passed) == 8 + 2 * bool(kind.mode_count)
+    assert len(found.passed) == 8 + 2 * bool(kind.mode_count) + kind.kinked
 
 
 RIGHT = {
@@ -226,6 +228,12 @@ WRONG = {
         MAXWELL.replace("np.array([along.rate])", "np.array([float(np.real(along.rate))])"),
         "the slope by a complex step is not that of differences",
     ),
+    "kinked with the square of a mode": (
+        ROPE.replace("0.5 * self.mode[0]", "0.5 * self.mode[0] * self.mode[0]").replace(
+            "mode_count = 1", "mode_count = 1\n    kinked = True"
+        ),
+        "`stored` is not linear in `mode[0]`",
+    ),
     "guards by own states": (
         MAXWELL.replace(
             "    def rates",
@@ -273,6 +281,18 @@ def test_slow_elements_have_a_note():
     slow, no_proof = found.notes
     assert "15 times slower" in slow
     assert no_proof.startswith("no proof takes it into account: its code cannot be recorded: ")
+
+
+def test_a_force_that_jumps_has_a_note_unless_the_class_says_so():
+    text = (Path(__file__).parents[3] / "configs" / "examples" / "counterweight.py").read_text()
+    found = of(text.replace("class Counterweight", "class Mine"))
+    assert found.problems == ()
+    assert "`stored` is linear in each mode, as `kinked` says" in found.passed
+    assert len(found.notes) == 1
+    silent = of(text.replace("class Counterweight", "class Mine").replace("kinked = True", ""))
+    assert silent.problems == ()
+    assert silent.notes[0].startswith("its force jumps at a switch: with `kinked = True`")
+    assert silent.notes[1:] == found.notes
 
 
 def test_an_element_whose_damping_is_not_seen_to_be_one_has_a_note():

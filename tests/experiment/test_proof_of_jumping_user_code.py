@@ -11,7 +11,7 @@ from support.user_code import element_text, mine
 
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.proof.traced.separate import NotInProofsError, user_energies
-from rbstab.analysis.proof.traced.switching import NOT_CONTINUOUS, NOT_CONVEX
+from rbstab.analysis.proof.traced.switching import JUMPS_OUTWARDS, NOT_CONTINUOUS
 from rbstab.analysis.proof_check.equations import agrees_with_equations
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
@@ -229,9 +229,9 @@ def test_what_is_not_shown(folder):
     jumps = GUARD.replace("self.k * (self.mode[0] * above", "self.k * (self.mode[0] * (above + 1)")
     assert NOT_CONTINUOUS in why_not(folder, jumps, guard_values)
     outwards = GUARD.replace("(-self.k", "(self.k").replace("return self.k", "return -self.k")
-    assert NOT_CONVEX in why_not(folder, outwards, guard_values)
+    assert JUMPS_OUTWARDS in why_not(folder, outwards, guard_values)
     pushes = WEIGHT.replace("-self.mode", "self.mode").replace("return self.m", "return -self.m")
-    assert NOT_CONVEX in why_not(folder, pushes, VALUES)
+    assert JUMPS_OUTWARDS in why_not(folder, pushes, VALUES)
 
 
 def test_of_a_body_that_is_not_held_a_force_that_jumps_is_searched_beside_springs():
@@ -240,3 +240,76 @@ def test_of_a_body_that_is_not_held_a_force_that_jumps_is_searched_beside_spring
     proof = prove(config_with({"one": guard(), "spring": spring}, "visco-elastic"))
     assert not proof.proved
     assert "its force jumps" in proof.outcome
+
+
+DETENT = element_text(
+    """
+    mode_count = 2
+    kinked = True
+
+    def guards(self, motion, own):
+        turn = motion.A[0, 2] - self.k
+        return np.array([turn, -turn])
+
+    def wrench(self, motion, own):
+        row = motion.A[0]
+        push = 2.0 * self.mode[0] - 3.0 * self.mode[1]
+        return couple_on_body(-push * np.array([-row[1], row[0], 0.0]))
+
+    def stored(self, motion, own):
+        turn = motion.A[0, 2] - self.k
+        return 2.0 * self.mode[0] * turn - 3.0 * self.mode[1] * turn
+    """,
+    'Gain("k", "1", "where it clicks", shape="number")',
+)
+"""The energy 2 x or -3 x on the two sides of x = 0: it clicks into place there."""
+
+
+def test_a_detent_has_one_kink_and_holds_the_body(folder):
+    (folder / "mine.py").write_text(DETENT)
+    config = config_with({"one": mine(k=0.05)})
+    found = user_energies(configurations(problem_of(config).system))
+    assert len(found.kinked) == 1
+    proof = prove(config)
+    assert proof.proved
+    (state,) = proof.states
+    assert state.held
+    at_rest = configurations(problem_of(config).system)
+    assert proof.reduced_energy is not None
+    Theta = np.random.default_rng(2).uniform(-1.4, 1.4, (200, 3))
+    ours = proof.reduced_energy.form.value(Theta)
+    np.testing.assert_allclose(ours, [float(at_rest.energy(q)) for q in Theta], atol=1e-9)
+    motion = at_rest.motion(np.array(state.orientation))
+    assert float(motion.A[0, 2]) == pytest.approx(0.05, abs=1e-12)
+
+
+def test_two_modes_of_one_event_function_have_one_kink(folder):
+    both = GUARD.replace(
+        "np.array([pitch - self.soft, -pitch - self.soft])",
+        "np.array([pitch - self.soft, pitch - self.soft])",
+    ).replace("(self.mode[0] - self.mode[1]) * mo", "(self.mode[0] + self.mode[1]) * mo")
+    (folder / "mine.py").write_text(both)
+    elements = {"one": mine(k=15.0, soft=0.02)}
+    found = user_energies(configurations(problem_of(config_with(elements)).system))
+    (kink,) = found.kinked
+    Theta = np.array([[0.1, 0.5, 0.2], [0.1, -0.5, 0.2]])
+    np.testing.assert_allclose(kink.approximate(Theta, 0)[0], [30.0 * 0.48, 0.0], atol=1e-12)
+
+
+def test_a_force_that_acts_at_no_point_of_the_usual_ones_is_compared_too():
+    """The guard begins at 1.1 rad; the nine points have |θ2| <= 1."""
+    config = config_with({"one": guard(soft=1.1)})
+    energy = prove(config).reduced_energy
+    assert energy is not None
+    data = energy.model_dump(mode="json")
+
+    def agrees(kinks):
+        return agrees_with_equations(data | {"kinks": kinks}, partial(system_of, config))
+
+    kinks = data["kinks"]
+    assert agrees(kinks)
+    assert not agrees(kinks[:1])
+    assert not agrees([*kinks, {"name": "more", "operations": [["theta", 1]]}])
+    changed = json.loads(json.dumps(kinks).replace("30.0", "31.0"))
+    assert changed != kinks
+    assert not agrees(changed)

@@ -23,7 +23,8 @@ class Zero:
     """A zero of the gradient: exactly one is in `enclosure`, and no other one is in `domain`.
 
     Theta, shape (3,), rad, is the zero to round-off, and both boxes are around it. at_kink is
-    whether it is held at an angle where the slope of a guard of θ2 jumps (`guards/kinks.py`).
+    whether it is held where a slope jumps: that of a guard of θ2 (`guards/kinks.py`), or of an
+    element of a user (`traced/held.py`).
     """
 
     Theta: Array

@@ -20,7 +20,8 @@ class RestState:
         point: Θ, rad.
         enclosure: The box that is claimed to contain exactly one zero of the gradient: of Θ, or of
             Θ and z for a tied body with springs.
-        held: Whether it is claimed that a guard holds θ2 at its angle.
+        held: Whether it is claimed that a force holds the body where it jumps: that of a guard at
+            its angle of θ2, or of an element of a user.
     """
 
     number: int

@@ -142,7 +142,7 @@ class Energy:
         return [*self.formulas, *self.kinks]
 
     def parts_over(self, centre: Sequence[Ball], step: Sequence[Ball]) -> list[Any]:
-        """Return what `position` and `formulas` add over the box of all Θ = centre + step.
+        """Return what `position` and `formulas`, but not `kinks`, add over a box: centre + step.
 
         Each has a value and a gradient, those at the centre, and a Hessian over the whole box.
         """

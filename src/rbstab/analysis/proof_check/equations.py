@@ -6,7 +6,7 @@ alone. So a mistake in the exact polynomials of the prover would show here.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -28,6 +28,9 @@ from rbstab.systems.system import System
 
 POINTS = tuple((0.37 * k - 1.9, 0.21 * k - 1.0, 1.7 - 0.43 * k) for k in range(9))
 """Θ at which both are compared, rad."""
+
+FURTHER = tuple(tuple(0.97 * end * (k / 4 - 1) for k in range(9)) for end in (3.1, 1.5, 3.1))
+"""Further angles by axis, rad: where a switch has one sign at all points above."""
 
 SHIFTS = ((0.1, -0.2, 0.05), (-0.3, 0.0, 0.2))
 """z at which both are compared, m."""
@@ -58,11 +61,40 @@ def agrees_with_equations(
             return False
         if U.position is not None:
             return _agrees_at_shifts(U, U.position, at_rest)
-        points = ([arb(angle) for angle in Theta] for Theta in POINTS)
+        points = [[arb(angle) for angle in Theta] for Theta in POINTS]
+        points += _beyond_switches(U, at_rest, points)
         pairs = ((least_energy(at_rest, Theta), U.value(Theta)) for Theta in points)
         return all(stated.is_finite() and stated.overlaps(found) for stated, found in pairs)
 
     return bool(in_balls(compare))
+
+
+def _beyond_switches(
+    U: Energy, at_rest: Configurations, points: Sequence[Sequence[Ball]]
+) -> list[list[Ball]]:
+    """Return points beyond switches of elements of users, on the sides that have no point yet.
+
+    These are the switches of U, and those of the equations.
+    """
+    users = [one for one in at_rest.system.elements if one.from_user and one.mode_count]
+    none = np.array([arb(0)] * (at_rest.size - 3), dtype=object)
+
+    def sides(Theta: Sequence[Ball]) -> set[tuple[int, bool]]:
+        values = [value for one in U.of_users for value in one.switches(Theta)]
+        motion = at_rest.motion(np.array([*Theta, *none], dtype=object))
+        values += [value for one in users for value in one.guards(motion, none[:0])]
+        return {(place, bool(value > 0)) for place, value in enumerate(values)}
+
+    seen = {side for Theta in points for side in sides(Theta)}
+    if not seen:
+        return []
+    found = list[list[Ball]]()
+    for angles in product(*FURTHER):
+        Theta = [arb(angle) for angle in angles]
+        if not sides(Theta) <= seen:
+            seen |= sides(Theta)
+            found.append(Theta)
+    return found
 
 
 def _without_switching_guards(system: System) -> System:

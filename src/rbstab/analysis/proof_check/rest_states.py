@@ -11,7 +11,7 @@ from rbstab.analysis.proof_check.boxes import AXES, Box, box_between, touches, w
 from rbstab.analysis.proof_check.claims import RestState, fault_of
 from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.findings import Range
-from rbstab.analysis.proof_check.held.angle import held_fault, held_unique
+from rbstab.analysis.proof_check.held.angle import held_fault, held_unique, is_at_guard
 from rbstab.analysis.proof_check.held.surface import surface_fault, surface_of, unique_on_surface
 from rbstab.analysis.proof_check.taylor import Taylor
 from rbstab.analysis.proof_check.trigonometric import square
@@ -50,9 +50,8 @@ def faults(U: Energy, states: Sequence[RestState], range_: Range) -> Iterator[st
 def _fault(U: Energy, state: RestState, range_: Range) -> str | None:
     """Return what is wrong with a rest state."""
     if state.held:
-        if surface_of(U, state.enclosure) is not None:
-            return surface_fault(U, state, range_)
-        return held_fault(U, state, range_)
+        by_guard = not U.kinks or is_at_guard(U, state)
+        return held_fault(U, state, range_) if by_guard else surface_fault(U, state, range_)
     # Only an enclosure inside the range is expanded.
     taylor = cache(lambda: Taylor(U, state.enclosure))
     return fault_of(
@@ -66,13 +65,16 @@ def _fault(U: Energy, state: RestState, range_: Range) -> str | None:
 
 def domain(U: Energy, state: RestState) -> Box:
     """Return a large box about an enclosure in which there is no other rest state."""
+    kink = None
+    if state.held and not is_at_guard(U, state):
+        kink = surface_of(U, state.enclosure)
 
     def unique(box: Box) -> bool:
         if not state.held:
             return _is_unique(Taylor(U, box))
-        if surface_of(U, state.enclosure) is not None:
-            return unique_on_surface(U, state, box)
-        return held_unique(U, state, box)
+        if kink is None:
+            return held_unique(U, state, box)
+        return unique_on_surface(U, kink, box)
 
     return _widest(state.enclosure, unique)
 

@@ -14,6 +14,9 @@ from rbstab.analysis.proof_check.formulas.kinks import ANY_SHARE, AboveOver, Kin
 from rbstab.analysis.proof_check.guards import SwitchingGuard
 from rbstab.analysis.proof_check.trigonometric import Axes, Ball, axes_of, square
 
+SWEEPS = 4
+"""So often each λ of several kinks is improved."""
+
 
 def symmetric(radius: float) -> Ball:
     """Return the ball about 0 with a radius, rounded up."""
@@ -34,15 +37,15 @@ class Taylor:
         U = value + gradient'δ + ½ δ'(hessian + Tδ/3)δ
         ∇U = gradient + (hessian + Tδ/2)δ               H = hessian + Tδ.
 
+    If kinks of users may jump in the box, the gradient has all their slopes, and the Hessian over
+    the box has no numbers. `jumping` are these kinks.
+
     Args:
         U: The energy.
         box: The box.
         face: An axis and its exact value, a ball. The box is then flat along this axis.
         without: A guard or a kink to leave out.
         shares: λ of each kink, of which λh then takes the place; None to take them as they are.
-
-    If kinks of users may jump in the box, the gradient has all their slopes, and the Hessian over
-    the box has no numbers. `jumping` are these kinks.
     """
 
     def __init__(
@@ -224,18 +227,17 @@ class Taylor:
         for one in self.jumping:
             inner = change([ANY_SHARE.mid() * entry for entry in one.begin.slopes])
             left = [x - y for x, y in zip(left, inner, strict=True)]
-        found = list[float]()
-        for one in self.kinks:
-            # Where one does not jump, λ is known.
-            share = float(bool(one.begin.values > 0))
-            if one.jumps:
-                step = change(one.begin.gradient)
-                square = sum((x * x for x in step), arb(0))
-                along = sum((x * y for x, y in zip(left, step, strict=True)), arb(0))
-                best = -float(along / square) if square > 0 else 0.0
-                share = min(1.0, max(0.0, best)) if math.isfinite(best) else 0.0
-                left = [x + share * y for x, y in zip(left, step, strict=True)]
-            found.append(share)
+        # Where one does not jump, λ is known.
+        found = [float(bool(one.begin.values > 0)) for one in self.kinks]
+        places = [place for place, one in enumerate(self.kinks) if one.jumps]
+        for place in places * (SWEEPS if len(places) > 1 else 1):
+            step = change(self.kinks[place].begin.gradient)
+            square = sum((x * x for x in step), arb(0))
+            along = sum((x * y for x, y in zip(left, step, strict=True)), arb(0))
+            best = found[place] - (float(along / square) if square > 0 else 0.0)
+            share = min(1.0, max(0.0, best)) if math.isfinite(best) else 0.0
+            left = [x + (share - found[place]) * y for x, y in zip(left, step, strict=True)]
+            found[place] = share
         return found
 
     @property

@@ -32,7 +32,8 @@ class ProvedState(Entry):
     enclosure is a box of Θ, from low to high. If `proved`, it contains exactly this rest state.
     Of a tied body with springs, it is the only one there with z in the box `shift`, m.
 
-    held is true if a repelling guard or a stop holds θ2 at its angle: its couple is one of those
+    held is true if an element of a user holds the body where its force jumps, or if a repelling
+    guard or a stop holds θ2 at its angle: its couple is one of those
     between inside and outside. index then counts directions of θ1 and θ3. None: it is not held.
     """
 

@@ -16,6 +16,9 @@ MAX_STEP = 0.1
 """rad: the longest step of a descent, so that its straight steps stay below their ends."""
 
 MAX_STEPS = 1000
+WIDTHS = tuple(10.0**-k for k in range(2, 11))
+"""The widths of smooth energies near U, relative to its size."""
+
 SAME_POINT = 1e-6
 """rad: a descent that ends closer than this to a minimum has reached it."""
 
@@ -26,9 +29,6 @@ STOP_MARGIN = 1e-14
 """rad: more than the last digit of the angle of a stop."""
 
 MAX_HALVINGS = 40
-WIDTHS = tuple(10.0**-k for k in range(2, 11))
-"""The widths of smooth energies near U, relative to its size."""
-
 PATH_BOX_LIMIT = 20_000
 MIN_CURVATURE_FRACTION = 1e-8
 """Smaller curvatures, relative to the largest, count as this much in a Newton step."""

@@ -69,7 +69,7 @@ def minima_below(landscape: Landscape, point: RestPoint, level: float) -> frozen
 
     Near a rest state of index 1, {U < level} consists of two parts, on both sides along the
     direction of negative curvature. For a larger index it is one part, so one way down is enough.
-    Nothing is proved of the ways down from where a guard holds θ2.
+    Nothing is proved of the ways down from where a force holds the body.
     """
     if not point.index_proved or point.index == 0 or point.state.on_kink:
         return None

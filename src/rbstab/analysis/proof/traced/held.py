@@ -50,7 +50,7 @@ class Surface:
         return self.form.without(self.kink)
 
     def is_near(self, Theta: Array) -> bool:
-        """Return whether a point, shape (3,), may be on the surface."""
+        """Return whether a point, shape (3,), may be on the surface, as where h and ∇h are zero."""
         h, slopes = self.kink.begin.approximate(Theta[np.newaxis], 1)
         return bool(np.abs(h[0]) <= NEAR * np.abs(slopes[0]).max())
 

@@ -64,7 +64,7 @@ NOT_CONTINUOUS = (
     "a mode as a factor must have the event function, or its square, as another one"
 )
 
-NOT_CONVEX = (
+JUMPS_OUTWARDS = (
     "its force jumps at a switch, and it is not shown that it always jumps towards the side where "
     "the event function is negative"
 )
@@ -112,11 +112,16 @@ def switched_energy(at_rest: Configurations, element: Element) -> SwitchedEnergy
         raise NotShownError(WITHOUT_VALUES)
     formula, kinks = list(operations), list[Program]()
     total = without_modes
-    for (place, exponent), terms in _by_mode(operations, guards, stored).items():
+    by_mode = _by_mode(operations, guards, stored)
+    for place, terms in _merged(operations, guards, by_mode):
+        # k max(-g, 0) = k max(g, 0) - k g.
+        factor = _added(formula, [_term(formula, term) for term in terms])
+        total = _appended(formula, ADD, total, _appended(formula, MULTIPLY, factor, guards[place]))
+    for (place, exponent), terms in by_mode.items():
         factor = _added(formula, [_term(formula, term) for term in terms])
         if exponent == 1:
             if not Signs(formula).never_negative(factor):
-                raise NotShownError(NOT_CONVEX)
+                raise NotShownError(JUMPS_OUTWARDS)
             kinks.append(part_of(formula, _appended(formula, MULTIPLY, factor, guards[place])))
             continue
         above = _appended(formula, SQUARE_ABOVE, guards[place])
@@ -184,9 +189,33 @@ def _by_mode(
     return found
 
 
+def _merged(
+    operations: Sequence[Operation],
+    guards: Sequence[int],
+    by_mode: dict[tuple[int, int], list[Term]],
+) -> list[tuple[int, list[Term]]]:
+    """Put the k_i of one event function, or of g and -g, together: a surface has one kink.
+
+    Returns:
+        The places i of those with the other sign, with their k_i.
+    """
+    opposite = list[tuple[int, list[Term]]]()
+    for place, guard in enumerate(guards):
+        for first in range(place):
+            sign = _signs(operations, guards[first]).get(guard)
+            if sign is None or (place, 1) not in by_mode or (first, 1) not in by_mode:
+                continue
+            terms = by_mode.pop((place, 1))
+            by_mode[first, 1] = by_mode[first, 1] + terms
+            if sign < 0:
+                opposite.append((place, terms))
+    return opposite
+
+
 def _signs(operations: Sequence[Operation], guard: int) -> dict[int, int]:
     """Return the results that are g or -g, each with its sign."""
-    found = {guard: 1}
+    negative = (k for k, one in enumerate(operations) if one == (NEGATE, guard))
+    found = {guard: 1} | dict.fromkeys(negative, -1)
     kind, *operands = operations[guard]
     if kind == NEGATE:
         found[operands[0]] = -1

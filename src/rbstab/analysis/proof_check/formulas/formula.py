@@ -24,6 +24,9 @@ MOST_POWER = 16
 PARTS = (12, 6, 12)
 """The boxes by axis over which the steepest slopes are bounded."""
 
+MOST_HALVINGS = 4
+"""So often a box without a bound is halved along each axis."""
+
 VARIABLES = frozenset({"theta", "length"})
 """The kinds of variables: angles, and entries of X, of which a reduced energy has none."""
 
@@ -77,6 +80,12 @@ class Formula:
         """Return E at a ball of Θ."""
         return self._series(Theta)[series.ZERO]
 
+    def switches(self, Theta: Sequence[Ball]) -> list[Ball]:
+        """Return at a point what changes its sign where the formula switches."""
+        found = self._at(Theta)
+        above = (one[1] for one in self.operations if one[0] == "square_above")
+        return [found[place][series.ZERO] for place in above]
+
     def over(self, centre: Sequence[Ball], step: Sequence[Ball]) -> "Over":
         """Return E over the box of all Θ = centre + step."""
         whole = self._series([point + ball for point, ball in zip(centre, step, strict=True)])
@@ -92,14 +101,24 @@ class Formula:
                     arb(-end + 2 * end * (place + 0.5) / count, 1.001 * end / count)
                     for end, place, count in zip(ends, places, PARTS, strict=True)
                 ]
-                found = self._series(Theta)
-                slopes = [series.slope(found, k) for k in AXES]
-                sizes = [
-                    size.max(one.abs_upper()) if one.is_finite() else arb.pos_inf()
-                    for size, one in zip(sizes, slopes, strict=True)
-                ]
+                slopes = self._slopes(Theta, MOST_HALVINGS)
+                sizes = [size.max(one) for size, one in zip(sizes, slopes, strict=True)]
             self._steepest = sizes
         return self._steepest[axis]
+
+    def _slopes(self, Theta: Sequence[Ball], halvings: int) -> list[Ball]:
+        """Bound the magnitudes of the slopes over a box, by its parts where it has no bound."""
+        found = self._series(Theta)
+        slopes = [series.slope(found, k) for k in AXES]
+        if all(one.is_finite() for one in slopes):
+            return [one.abs_upper() for one in slopes]
+        if not halvings:
+            return [arb.pos_inf()] * 3
+        halves = [
+            [one.mid() + side * one.rad() * arb(0.5, 0.5) for side in (-1, 1)] for one in Theta
+        ]
+        parts = [self._slopes(part, halvings - 1) for part in product(*halves)]
+        return [max((part[k] for part in parts), key=float) for k in AXES]
 
     def _series(self, Theta: Sequence[Ball]) -> Series:
         """Return the Taylor polynomial; over a wide ball, also bounded about its middle."""

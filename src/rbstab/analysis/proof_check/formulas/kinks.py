@@ -22,6 +22,10 @@ class Kink(Formula):
         """Return max(h, 0) at a ball of Θ."""
         return super().value(Theta).max(arb(0))
 
+    def switches(self, Theta: Sequence[Ball]) -> list[Ball]:
+        """Return at a point what changes its sign where the energy switches: h too."""
+        return [*super().switches(Theta), super().value(Theta)]
+
 
 class AboveOver:
     """max(h, 0) over a box, as `Over` has a formula, with all slopes if it may jump in the box.

@@ -43,6 +43,11 @@ class Holder(NamedTuple):
         return bool(pressing > 0) and (self.guard.couple is None or pressing < self.guard.couple)
 
 
+def is_at_guard(U: Energy, state: RestState) -> bool:
+    """Return whether the enclosure of a rest state contains the angle of a guard that jumps."""
+    return _holder(U, state.enclosure) is not None
+
+
 def held_fault(U: Energy, state: RestState, range_: Range) -> str | None:
     """Return what is wrong with a rest state that is held."""
     holder = _holder(U, state.enclosure)
@@ -54,7 +59,7 @@ def held_fault(U: Energy, state: RestState, range_: Range) -> str | None:
         range_,
         unique=lambda: held_unique(U, state, state.enclosure),
         exists=lambda: _exists(plane(), state.enclosure),
-        index=lambda: _index(plane().hessian),
+        index=lambda: _index_along(plane().hessian),
     )
 
 
@@ -125,11 +130,16 @@ def _residual(plane: Taylor) -> Any:
     return None if Y is None else unit - Y * _block(plane.whole_hessian)
 
 
-def _index(H: Any) -> int | None:
+def _index_along(H: Any) -> int | None:
     """Return the number of negative eigenvalues of the Hessian by θ1 and θ3; None if not known."""
-    determinant = H[0, 0] * H[2, 2] - square(H[0, 2])
+    return index_of_two(H[0, 0], H[0, 2], H[2, 2])
+
+
+def index_of_two(a: Ball, b: Ball, c: Ball) -> int | None:
+    """Return the number of negative eigenvalues of [[a, b], [b, c]]; None if not known."""
+    determinant = a * c - square(b)
     if determinant < 0:
         return 1
-    if determinant > 0 and H[0, 0] > 0:
+    if determinant > 0 and a > 0:
         return 0
-    return 2 if determinant > 0 and H[0, 0] < 0 else None
+    return 2 if determinant > 0 and a < 0 else None

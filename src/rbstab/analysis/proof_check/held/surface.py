@@ -16,8 +16,9 @@ from rbstab.analysis.proof_check.claims import RestState, fault_of
 from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.findings import Range
 from rbstab.analysis.proof_check.formulas.kinks import AboveOver, Kink
+from rbstab.analysis.proof_check.held.angle import index_of_two
 from rbstab.analysis.proof_check.taylor import Taylor
-from rbstab.analysis.proof_check.trigonometric import Ball, square
+from rbstab.analysis.proof_check.trigonometric import Ball
 
 REACH = 4
 """λ is looked for in an interval so many times as wide as that of angles, in their unit."""
@@ -33,24 +34,29 @@ def surface_fault(U: Energy, state: RestState, range_: Range) -> str | None:
     """Return what is wrong with a rest state on the surface of a kink."""
 
     @cache
-    def equations() -> _Equations:
+    def equations() -> _Equations | None:
+        """Return the equations; only an enclosure inside the range is expanded."""
         kink = surface_of(U, state.enclosure)
-        assert kink is not None
-        return _Equations(U, state.enclosure, kink)
+        return None if kink is None else _Equations(U, state.enclosure, kink)
 
-    return fault_of(
-        state,
-        range_,
-        unique=lambda: equations().unique,
-        exists=lambda: equations().has_zero(state.enclosure),
-        index=lambda: equations().index,
-    )
+    def unique() -> bool:
+        found = equations()
+        return found is not None and found.unique
+
+    def exists() -> bool:
+        found = equations()
+        return found is not None and found.has_zero(state.enclosure)
+
+    def index() -> int | None:
+        found = equations()
+        return None if found is None else found.index
+
+    return fault_of(state, range_, unique=unique, exists=exists, index=index)
 
 
-def unique_on_surface(U: Energy, state: RestState, box: Box) -> bool:
-    """Return whether a box has at most one rest state, as it would be on the surface."""
-    kink = surface_of(U, state.enclosure)
-    return kink is not None and _Equations(U, box, kink).unique
+def unique_on_surface(U: Energy, kink: Kink, box: Box) -> bool:
+    """Return whether a box has at most one rest state, as it would be on the surface of a kink."""
+    return _Equations(U, box, kink).unique
 
 
 class _Equations:
@@ -139,12 +145,7 @@ class _Equations:
         along = arb_mat([first, _cross(n, first)])
         L = self.others.whole_hessian + self.share * self.begin.hessian
         H = along * L * along.transpose()
-        determinant = H[0, 0] * H[1, 1] - square((H[0, 1] + H[1, 0]) / 2)
-        if determinant < 0:
-            return 1
-        if determinant > 0 and H[0, 0] > 0:
-            return 0
-        return 2 if determinant > 0 and H[0, 0] < 0 else None
+        return index_of_two(H[0, 0], (H[0, 1] + H[1, 0]) / 2, H[1, 1])
 
 
 def _cross(a: list[Ball], b: list[Ball]) -> list[Ball]:

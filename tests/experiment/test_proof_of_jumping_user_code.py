@@ -16,6 +16,7 @@ from rbstab.analysis.proof_check.equations import agrees_with_equations
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
 from rbstab.experiment.proof import prove
+from rbstab.experiment.simulate import simulate
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.verification.verify import verify
 
@@ -313,3 +314,14 @@ def test_a_force_that_acts_at_no_point_of_the_usual_ones_is_compared_too():
     changed = json.loads(json.dumps(kinks).replace("30.0", "31.0"))
     assert changed != kinks
     assert not agrees(changed)
+
+
+@pytest.mark.parametrize("declared", [False, True])
+def test_a_run_tells_of_a_class_that_does_not_declare_its_kinks(folder, declared):
+    """Declared, the search finds the state that is held: v is never below zero."""
+    text = WEIGHT.replace("mode_count = 1", "mode_count = 1\n    kinked = True")
+    (folder / "weight.py").write_text(text if declared else WEIGHT)
+    result = simulate(config_with({"one": weight()}))
+    assert ("`kinked = True`" in result.attributes["warnings"]) is not declared
+    if declared:
+        assert np.all(np.asarray(result["v"]) >= -1e-12)

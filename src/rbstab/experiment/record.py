@@ -173,8 +173,19 @@ def record_of(
         for name, quantity in quantities.items()
         if name in arrays
     }
-    warnings = [] if zero.rest.is_at_rest else ["no rest state was found in the range of eq. 5"]
+    warnings = [] if zero.rest.is_at_rest else [_no_rest_state(problem.system)]
     return Record(trajectory, coordinates | described, checks, zero, warnings)
+
+
+def _no_rest_state(system: System) -> str:
+    """Return the warning that no rest state was found, and perhaps why."""
+    text = "no rest state was found in the range of eq. 5"
+    users = (one for one in system.elements if one.from_user and one.mode_count)
+    names = [one.name for one in users if not one.kinked]
+    if not names:
+        return text
+    hint = "if its force jumps at a switch, its class must declare `kinked = True`"
+    return f"{text} ({', '.join(names)}: {hint}; see `rbstab check --element`)"
 
 
 def recorded(

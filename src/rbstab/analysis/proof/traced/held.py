@@ -137,7 +137,7 @@ class Surface:
 
 def surfaces(form: TrigonometricForm) -> list[Surface]:
     """Return the surfaces on which slopes of elements of users jump."""
-    return [Surface(form, one) for one in form.kinks if isinstance(one, KinkedEnergy)]
+    return [Surface(form, one) for one in form.kinks]
 
 
 def surface_at(form: TrigonometricForm, Theta: Array) -> Surface | None:

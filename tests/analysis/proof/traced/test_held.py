@@ -183,14 +183,15 @@ def test_a_turning_surface_keeps_its_states_apart():
     np.testing.assert_allclose(centre.Theta, 0, atol=1e-12)
 
 
-def test_a_domain_ends_before_the_rest_states_on_both_sides():
-    """U = -½ θ1² + max(θ1 - ½, 0) + ...: a maximum along θ1 on both sides of the held minimum.
+@pytest.mark.parametrize("share", [0.2, 0.8])
+def test_a_domain_ends_before_the_rest_states_on_both_sides(share):
+    """U = -½ θ1² + max(θ1 - λ, 0) + ...: a maximum along θ1 on both sides of the held minimum.
 
     All is linear, so only λ tells that they are others: it is 0 at one of them, and 1 at the other.
     """
-    form = form_with(plane([1, 0, 0], 0.5, 1.0), weights=(-1, 1, 1), centre=np.zeros(3))
+    form = form_with(plane([1, 0, 0], share, 1.0), weights=(-1, 1, 1), centre=np.zeros(3))
     found = proved(form)
     assert found.outcome is SearchOutcome.PROVED
     places = sorted((float(zero.Theta[0]), zero.at_kink) for zero in found.inside)
     assert [held for _, held in places] == [False, True, False]
-    np.testing.assert_allclose([place for place, _ in places], [0, 0.5, 1], atol=1e-12)
+    np.testing.assert_allclose([place for place, _ in places], [0, share, 1], atol=1e-12)

@@ -209,13 +209,14 @@ def test_a_box_with_a_rest_state_is_never_excluded(seed: int) -> None:
         assert all(entry.contains(0) for entry in taylor.whole_gradient.entries())
 
 
-def test_states_on_both_sides_of_a_held_one_are_not_missed() -> None:
-    """U = -½ θ1² + max(θ1 - ½, 0) + ...: all is linear, and λ is 0 or 1 at the other two."""
-    energy = energy_with(plane([1.0, 0.0, 0.0], 0.5, 1.0))
+@pytest.mark.parametrize("share", [0.2, 0.8])
+def test_states_on_both_sides_of_a_held_one_are_not_missed(share: float) -> None:
+    """U = -½ θ1² + max(θ1 - λ, 0) + ...: all is linear, and λ is 0 or 1 at the other two."""
+    energy = energy_with(plane([1.0, 0.0, 0.0], share, 1.0))
     energy |= {"quadratic": np.diag([-1.0, 1.0, 1.0]).tolist(), "linear": [0.0, 0.0, 0.0]}
     states = [
         state_at(np.zeros(3), held=False) | {"index": 1},
-        state_at([0.5, 0.0, 0.0]),
+        state_at([share, 0.0, 0.0]),
         state_at([1.0, 0.0, 0.0], held=False) | {"index": 1},
     ]
     claims = {"proved": True, "unique": False, "undecided": [], "region": None, "regions": []}

@@ -10,6 +10,7 @@ from scipy.optimize import minimize
 from support.user_code import element_text, mine
 
 from rbstab.analysis.configuration import configurations
+from rbstab.analysis.proof.rest_states import rest_states
 from rbstab.analysis.proof.traced.separate import NotInProofsError, user_energies
 from rbstab.analysis.proof.traced.switching import JUMPS_OUTWARDS, NOT_CONTINUOUS
 from rbstab.analysis.proof_check.equations import agrees_with_equations
@@ -148,6 +149,9 @@ def test_the_weight_holds_the_body_where_a_search_finds_it():
     assert proof.proved
     (state,) = proof.states
     assert (state.held, state.index, state.index_proved) == (True, 0, True)
+    (point,) = rest_states(problem_of(config).system, partial(system_of, config)).states
+    assert point.state.is_at_rest
+    assert point.state.on_kink
     at_rest = configurations(problem_of(config_with({})).system)
 
     def longer(Theta):

@@ -33,8 +33,8 @@ HEADS = (
 )
 """What is known comes before what is claimed: a narrow page shows only the first columns."""
 
-OF_BARE = HEADS[1], HEADS[3]
-"""The columns that only bodies without a barrier have."""
+OF_BARE, OF_GUARDED = (HEADS[1], HEADS[3]), (HEADS[2],)
+"""The columns that only bodies without a barrier have, and only those with one."""
 
 NOTE = (
     "Globally stable means here: every motion that starts in the range of the Euler angles, "
@@ -77,7 +77,8 @@ def claims_section(facts: Sequence[RunFacts]) -> Section | None:
         [f"Shown: {len(shown)} of {len(bodies)} bodies."] if len(shown) < len(bodies) else []
     )
     # A narrow page shows only the first columns: none of them may be empty.
-    left_out = () if any(body.bare for body in shown) else OF_BARE
+    left_out = [*(() if any(body.bare for body in shown) else OF_BARE)]
+    left_out += () if any(body.guarded for body in shown) else OF_GUARDED
     kept = [head not in left_out for head in HEADS]
     rows = tuple(tuple(compress(row, kept)) for row in rows)
     heads = tuple(compress(HEADS, kept))

@@ -1,16 +1,21 @@
 """Protects the figure of what inputs supply: its curves add up to v, and passive runs have none."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support.inputs import SINE, couple, driven, force
+from support.made_runs import made_file
 
 from rbstab.experiment.simulate import simulate
 from rbstab.report.model.figure import Line
-from rbstab.report.reading.sources import Run
+from rbstab.report.model.words import number
+from rbstab.report.reading.sources import Run, read_sources
+from rbstab.report.runs.answers import largest_v
 from rbstab.report.runs.figures.energy import element_figures, energy_figure
 from rbstab.report.runs.figures.lyapunov import decay_figure, supply_figures
+from rbstab.report.runs.sketches import decay_sketches
 
 TIE = {
     "kind": "visco-elastic",
@@ -75,3 +80,30 @@ def test_an_element_has_one_colour_in_all_figures(shaken):
     assert by_load["foot"] == by_energy["foot"]
     assert not {by_load["push"], by_load["turn"]} & {*by_energy.values()}
     assert len(set(by_load.values())) == len(by_load) == 3
+
+
+def test_the_picture_of_a_run_from_rest_has_its_largest_v(shaken, tmp_path):
+    """v(0) is zero there, so v is drawn over its largest value, also of runs beside it."""
+    result = shaken.result
+    v = result.variables["lyapunov"]
+    from_rest = v.data - v.data.min()
+    from_rest[0] = 0.0
+    variables = result.variables | {"lyapunov": v._replace(data=from_rest)}
+    run = replace(shaken, result=replace(result, variables=variables))
+    first, second = decay_sketches([run, shaken])
+    assert first is not None
+    assert second is not None
+    assert first.caption.startswith("v(t) over its largest value, linear, over")
+    for sketch, data in ((first, from_rest), (second, v.data)):
+        ((_, points),) = sketch.curves
+        inside = data > 0
+        expected = (data / data.max())[inside]
+        np.testing.assert_allclose(points[inside, 1], expected, atol=1e-12)
+    place = int(np.argmax(from_rest))
+    text = largest_v(run)
+    assert text.startswith(f"{number(from_rest[place])} J at ")
+    assert text.endswith(f" {number(result['time'][place])} s")
+
+
+def test_only_a_driven_run_names_its_largest_v(tmp_path):
+    assert largest_v(read_sources([made_file(tmp_path / "a.h5")]).runs[0]) == ""

@@ -4,14 +4,17 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 
+import numpy as np
+
 from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.experiment.answers.run_answer import Answer
 from rbstab.experiment.answers.words import Sureness, meanings, words_with_meanings
 from rbstab.experiment.convergence.convergence import EVERY_START
-from rbstab.experiment.summary import at_least
+from rbstab.experiment.summary import at_least, lyapunov_function_of
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Block, Card, Cards, Sketch, Statement
 from rbstab.report.model.words import NO_VALUE, counted, listed, number
+from rbstab.report.reading.sources import Run
 from rbstab.report.runs.facts import RunFacts
 from rbstab.report.runs.sketches import decay_sketches
 from rbstab.report.runs.tables import ANSWER_TONES
@@ -122,6 +125,7 @@ def _card(facts: RunFacts, sketch: Sketch | None) -> Card:
     numbers = {
         "at rest from": settled if settled == NO_VALUE else f"{settled} s",
         "v(0)": f"{number(s.lyapunov_start)} J",
+        "largest v": largest_v(facts.run),
         MARGIN: _margin(facts),
         "peak |E|": f"{at_least(s.displacement_resolved)}{number(s.peak_distance)} m",
         "peak |θ2|": f"{at_least(s.pitch_resolved)}{number(s.largest_pitch)} rad",
@@ -130,6 +134,15 @@ def _card(facts: RunFacts, sketch: Sketch | None) -> Card:
     }
     shown = tuple((name, text) for name, text in numbers.items() if text)
     return Card(facts.run.label, statements, shown, target="certificates", sketch=sketch)
+
+
+def largest_v(run: Run) -> str:
+    """Return the largest v of a run that inputs drive, with its time; "" of another run."""
+    v = np.asarray(lyapunov_function_of(run.result), dtype=float)
+    if not run.is_driven or not np.any(np.isfinite(v)):
+        return ""
+    place = int(np.nanargmax(v))
+    return f"{number(v[place])} J at {number(run.result['time'][place])} s"
 
 
 def _margin(facts: RunFacts) -> str:

@@ -19,24 +19,24 @@ LOWEST = 1e-8
 def decay_sketches(runs: Sequence[Run]) -> list[Sketch | None]:
     """Return v(t)/v(0) of each run, with a dot from which on it is at rest.
 
-    All have the same scales, so that they can be compared: logarithmic in v, or linear if inputs
-    supply power to a run, since its v need not decay. There is None for a run whose v(0) is not
-    above zero, or that has fewer than two samples.
+    All have the same scales, so that they can be compared: logarithmic in v. If inputs supply power
+    to a run, v need not decay, and v(0) may be zero: then each v is divided by its largest value,
+    on a linear scale. There is None for a run whose v is never above zero, or not at the start, or
+    that has fewer than two samples.
     """
-    decays = [_decay_of(run) for run in runs]
+    linear = any(run.is_driven for run in runs)
+    decays = [_decay_of(run, by_largest=linear) for run in runs]
     drawn = [decay for decay in decays if decay is not None]
     if not drawn:
         return [None] * len(runs)
-    linear = any(decay.is_driven for decay in drawn)
     end = max(float(decay.time[-1]) for decay in drawn)
     ratios = np.concatenate([decay.ratio for decay in drawn])
     high = max(float(np.nanmax(ratios)), 1.0)
     low = 0.0 if linear else float(np.nanmin(np.maximum(ratios, LOWEST)))
     settled = " Dot: at rest from there on." if any(decay.settled for decay in drawn) else ""
-    caption = (
-        f"v(t)/v(0) from {number(low)} to {number(high)}, {'linear' if linear else 'logarithmic'}, "
-        f"over {number(end)} s.{settled}"
-    )
+    decaying = f"v(t)/v(0) from {number(low)} to {number(high)}, logarithmic"
+    shown = "v(t) over its largest value, linear" if linear else decaying
+    caption = f"{shown}, over {number(end)} s.{settled}"
 
     def heights(ratio: Array) -> Array:
         if linear:
@@ -66,7 +66,7 @@ def _is_inside(chosen: Array) -> Array:
 
 
 class _Decay(NamedTuple):
-    """v / v(0) of a run; NaN where v is not above zero.
+    """v / v(0) of a run, or v over its largest value; NaN where v is not above zero.
 
     time counts from the start, s. settled is the time from which on the run is at rest, 0 if none.
     """
@@ -74,16 +74,16 @@ class _Decay(NamedTuple):
     time: Array
     ratio: Array
     settled: float
-    is_driven: bool
 
 
-def _decay_of(run: Run) -> _Decay | None:
+def _decay_of(run: Run, *, by_largest: bool) -> _Decay | None:
     time = np.asarray(run.result["time"], dtype=float)
     v = np.asarray(lyapunov_function_of(run.result), dtype=float)
-    if len(time) < 2 or not (np.isfinite(v[0]) and v[0] > 0 and time[-1] > time[0]):
+    unit = np.max(v, where=np.isfinite(v), initial=0.0) if by_largest else v[:1].sum()
+    if len(time) < 2 or not (np.isfinite(unit) and unit > 0 and time[-1] > time[0]):
         return None
     with np.errstate(all="ignore"):
-        ratio = v / v[0]
+        ratio = v / unit
     ratio = np.where(np.isfinite(ratio) & (ratio > 0), ratio, np.nan)
     settled = 0.0 if math.isnan(run.settling_time) else run.settling_time - float(time[0])
-    return _Decay(time - time[0], ratio, settled, run.is_driven)
+    return _Decay(time - time[0], ratio, settled)

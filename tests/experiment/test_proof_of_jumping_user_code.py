@@ -12,7 +12,7 @@ from support.user_code import element_text, mine
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.proof.rest_states import rest_states
 from rbstab.analysis.proof.traced.separate import NotInProofsError, user_energies
-from rbstab.analysis.proof.traced.switching import JUMPS_OUTWARDS, NOT_CONTINUOUS
+from rbstab.analysis.proof.traced.switching import NOT_CONTINUOUS, PUSHES_AWAY
 from rbstab.analysis.proof_check.equations import agrees_with_equations
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
@@ -234,9 +234,9 @@ def test_what_is_not_shown(folder):
     jumps = GUARD.replace("self.k * (self.mode[0] * above", "self.k * (self.mode[0] * (above + 1)")
     assert NOT_CONTINUOUS in why_not(folder, jumps, guard_values)
     outwards = GUARD.replace("(-self.k", "(self.k").replace("return self.k", "return -self.k")
-    assert JUMPS_OUTWARDS in why_not(folder, outwards, guard_values)
+    assert PUSHES_AWAY in why_not(folder, outwards, guard_values)
     pushes = WEIGHT.replace("-self.mode", "self.mode").replace("return self.m", "return -self.m")
-    assert JUMPS_OUTWARDS in why_not(folder, pushes, VALUES)
+    assert PUSHES_AWAY in why_not(folder, pushes, VALUES)
 
 
 def test_of_a_body_that_is_not_held_a_force_that_jumps_is_searched_beside_springs():
@@ -329,3 +329,13 @@ def test_a_run_tells_of_a_class_that_does_not_declare_its_kinks(folder, declared
     assert ("`kinked = True`" in str(result.attributes["warnings"])) is not declared
     if declared:
         assert np.all(np.asarray(result["lyapunov"]) >= -1e-12)
+
+
+def test_of_a_body_that_is_not_held_a_search_finds_where_it_is_held_at_a_switch(folder):
+    text = WEIGHT.replace("mode_count = 1", "mode_count = 1\n    kinked = True")
+    (folder / "weight.py").write_text(text)
+    proof = prove(config_with({"one": weight()}, "visco-elastic"))
+    assert not proof.proved
+    (state,) = proof.states
+    assert state.held
+    assert not state.proved

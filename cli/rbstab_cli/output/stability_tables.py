@@ -12,9 +12,9 @@ if TYPE_CHECKING:
     from rbstab_cli.output.stability_report import StabilityReport
 
 HELD = (
-    "held: a force that jumps holds the body, that of a repelling guard or a stop at its angle of "
-    "θ2, or of an element of your own at its switch. The kind is that of motions along this angle "
-    "or switch; there are no modes."
+    "held: a force that jumps here balances the load, that of a repelling guard or a stop at its "
+    "angle of θ2, or of an element of your own at its switch. The kind is that of motions that stay "
+    "at this angle or switch; no eigenvalues are given."
 )
 
 

@@ -140,11 +140,14 @@ def _tied_proof(
 
 def _no_energy(identity: str, system: System, error: "NoReducedEnergy", start_time: float) -> Proof:
     """Return the rest states that a search finds, and why nothing is proved of them."""
+    from rbstab.analysis.descents.kinked import has_kinks
     from rbstab.analysis.proof.guards.separate import has_switching_guards
     from rbstab.analysis.proof.reduced_energy import SEARCHED_INSTEAD
     from rbstab.analysis.proof.searches.rest_states import searched_minima, searched_rest_states
 
-    search = searched_minima if has_switching_guards(system) else searched_rest_states
+    # A root search finds no state where a force that jumps, or a stop, holds the body.
+    may_hold = has_switching_guards(system) or has_kinks(system)
+    search = searched_minima if may_hold else searched_rest_states
     states = search(system) if error.reason in SEARCHED_INSTEAD else []
     seconds = time.perf_counter() - start_time
     return searched_record(identity, states, seconds, outcome=str(error))

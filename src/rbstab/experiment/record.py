@@ -184,8 +184,8 @@ def _no_rest_state(system: System) -> str:
     names = [one.name for one in users if not one.kinked]
     if not names:
         return text
-    hint = "if its force jumps at a switch, its class must declare `kinked = True`"
-    return f"{text} ({', '.join(names)}: {hint}; see `rbstab check --element`)"
+    hint = "if its force jumps at a switch, declare `kinked = True` in its class"
+    return f"{text} ({', '.join(names)}: {hint}; `rbstab check --element` tells)"
 
 
 def recorded(

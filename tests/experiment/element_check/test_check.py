@@ -291,8 +291,42 @@ def test_a_force_that_jumps_has_a_note_unless_the_class_says_so():
     assert len(found.notes) == 1
     silent = of(text.replace("class Counterweight", "class Mine").replace("kinked = True", ""))
     assert silent.problems == ()
-    assert silent.notes[0].startswith("its force jumps at a switch: with `kinked = True`")
+    assert silent.notes[0].startswith("its force jumps at a switch: declare `kinked = True`")
     assert silent.notes[1:] == found.notes
+
+
+STEP = element_text("""
+    mode_count = 1
+
+    def guards(self, motion, own):
+        return np.array([motion.X[2] - self.k])
+
+    def wrench(self, motion, own):
+        return force_at_centre(np.array([0.0, 0.0, -3.0 * self.mode[0]]))
+
+    def stored(self, motion, own):
+        return 3.0 * self.mode[0] * (motion.X[2] - self.k)
+    """)
+"""A constant force above a height. Its energy is zero at the switch, but for round-off."""
+
+
+def test_an_energy_that_is_zero_at_the_switch_does_not_jump_there():
+    found = of(STEP)
+    assert found.problems == ()
+    higher = of(STEP.replace("(motion.X[2] - self.k)", "(motion.X[2] - self.k + 1e-6)"))
+    assert "`stored` jumps where event function 1 is 0" in higher.problems[0]
+
+
+def test_a_switch_that_no_states_have_between_them_has_a_note():
+    found = of(STEP.replace("motion.X[2] - self.k", "motion.X[2] - 1e3 * self.k"))
+    assert found.problems == ()
+    assert found.notes[0].startswith("event function 1 has one sign at all these states")
+    assert not any("has one sign" in note for note in of(STEP).notes)
+
+
+def test_kinked_is_true_or_false():
+    found = of(STEP.replace("mode_count = 1", "mode_count = 1\n    kinked = 'yes'"))
+    assert "`kinked` is 'yes' (expected True or False)" in found.problems[0]
 
 
 def test_an_element_whose_damping_is_not_seen_to_be_one_has_a_note():

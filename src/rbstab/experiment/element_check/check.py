@@ -36,6 +36,7 @@ from rbstab.experiment.element_check.switches import (
     guard_problems,
     jump_problems,
     kink_problems,
+    untested_switches,
 )
 
 STATES = 100
@@ -188,11 +189,16 @@ def _notes(samples: list[Sample]) -> Iterator[str]:
             "SciPy's engine evaluates it with numpy, which is some 15 times slower: it uses an "
             "operation that cannot be traced"
         )
-    pairs = pairwise(samples)
-    if not sample.element.kinked and any(force_jumps(s, with_state(s, t.y)) for s, t in pairs):
+    pairs = [(s, with_state(s, t.y)) for s, t in pairwise(samples)]
+    for number in untested_switches(pairs):
         yield (
-            "its force jumps at a switch: with `kinked = True` in the class, a body that it holds "
-            "there is found at rest"
+            f"event function {number} has one sign at all these states, so that nothing was tested "
+            "at its switch"
+        )
+    if not sample.element.kinked and any(force_jumps(one, other) for one, other in pairs):
+        yield (
+            "its force jumps at a switch: declare `kinked = True` in the class, so that searches "
+            "find rest states at which it holds the body"
         )
     yield in_which_proofs(sample.system, sample.element)
     if not has_heyoka():

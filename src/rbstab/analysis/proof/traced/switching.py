@@ -60,13 +60,14 @@ NOT_OF_ANGLES = "it switches, and its energy or an event function does not depen
 WITHOUT_VALUES = "it is not shown that its event functions have values at all attitudes"
 
 NOT_CONTINUOUS = (
-    "it is not shown that its energy is continuous at its switches: each term of `stored` that has "
-    "a mode as a factor must have the event function, or its square, as another one"
+    "each term of `stored` with a mode must have just one mode, and its event function, or the "
+    "square of it, as another factor: then the energy is continuous at the switch"
 )
 
-JUMPS_OUTWARDS = (
-    "its force jumps at a switch, and it is not shown that it always jumps towards the side where "
-    "the event function is negative"
+PUSHES_AWAY = (
+    "its force jumps at a switch, and it is not seen from `stored` that it pulls back across it "
+    "(that the factor of the mode and its event function is never negative); no proof takes one "
+    "that pushes away into account"
 )
 
 
@@ -121,7 +122,7 @@ def switched_energy(at_rest: Configurations, element: Element) -> SwitchedEnergy
         factor = _added(formula, [_term(formula, term) for term in terms])
         if exponent == 1:
             if not Signs(formula).never_negative(factor):
-                raise NotShownError(JUMPS_OUTWARDS)
+                raise NotShownError(PUSHES_AWAY)
             kinks.append(part_of(formula, _appended(formula, MULTIPLY, factor, guards[place])))
             continue
         above = _appended(formula, SQUARE_ABOVE, guards[place])

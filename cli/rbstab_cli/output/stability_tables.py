@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 HELD = (
     "held: a force that jumps here balances the load, that of a repelling guard or a stop at its "
-    "angle of θ2, or of an element of your own at its switch. The kind is that of motions that stay "
-    "at this angle or switch; no eigenvalues are given."
+    "angle of θ2, or of an element of your own at its switch. The kind is that of motions that "
+    "stay at this angle or switch; no eigenvalues are given."
 )
 
 

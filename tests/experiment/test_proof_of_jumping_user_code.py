@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import minimize
-from support.user_code import element_text, mine
+from support.user_code import element_text, loaded_with, mine
 
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.proof.rest_states import rest_states
@@ -15,7 +15,6 @@ from rbstab.analysis.proof.traced.separate import NotInProofsError, user_energie
 from rbstab.analysis.proof.traced.switching import NOT_CONTINUOUS, PUSHES_AWAY
 from rbstab.analysis.proof_check.equations import agrees_with_equations
 from rbstab.config.build import problem_of, system_of
-from rbstab.config.load import load_config
 from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.stored_proof.proof import Proof
@@ -76,22 +75,6 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def config_with(elements, variant="permanent", **changes):
-    gains = {"K_t": [40, 40, 30], "L_t": [2, 2, 1], "K_r": [4, 4, 3], "L_r": [0.6, 0.6, 0.4]}
-    if variant != "permanent":
-        gains |= {"K_c": [400, 300, 500], "L_c": [10, 10, 10]}
-    data = {
-        "schema_version": 2,
-        "body": {"mass": 2, "inertia": [1, 1.5, 2], "contact_point": [0.1, -0.1, -0.3]},
-        "gravity": [1.0, 3.0, -9.81],
-        "controller": {"variant": variant} | gains,
-        "elements": elements,
-        "initial": {"angular_velocity": [0.2, -0.3, 0.2], "orientation": [-0.3, -0.2, -0.3]},
-        "integration": {"duration": 20.0, "samples": 51},
-    }
-    return load_config(data | changes, allow_python=True)
-
-
 def guard(k=30.0, soft=0.02):
     return mine(k=k, soft=soft) | {"file": "guard.py"}
 
@@ -104,9 +87,9 @@ def weight(**changes):
 @pytest.mark.parametrize(("soft", "held"), [(0.02, True), (0.3, False)])
 def test_a_repelling_guard_of_users_has_the_rest_states_of_ours(variant, soft, held):
     """For the smaller angle, the guard holds the body."""
-    theirs = prove(config_with({"one": guard(soft=soft)}, variant))
+    theirs = prove(loaded_with({"one": guard(soft=soft)}, variant))
     ours = {"kind": "guard", "method": "repelling", "couple": 30.0, "soft_angle": soft}
-    expected = prove(config_with({"one": ours}, variant))
+    expected = prove(loaded_with({"one": ours}, variant))
     assert theirs.proved
     assert [bool(state.held) for state in theirs.states] == [held]
     for one, other in zip(theirs.states, expected.states, strict=True):
@@ -122,7 +105,7 @@ def test_a_repelling_guard_of_users_has_the_rest_states_of_ours(variant, soft, h
 def test_beside_a_barrier_every_start_is_proved_as_with_our_guard():
     barrier = {"kind": "guard", "method": "barrier", "stiffness": 1.0}
     ours = {"kind": "guard", "method": "repelling", "couple": 30.0, "soft_angle": 0.02}
-    both = [prove(config_with({"range": barrier, "one": one})) for one in (guard(), ours)]
+    both = [prove(loaded_with({"range": barrier, "one": one})) for one in (guard(), ours)]
     assert both[0].unwrapped is not None
     assert both[1].unwrapped is not None
     assert both[0].unwrapped.every_start is both[1].unwrapped.every_start is True
@@ -130,7 +113,7 @@ def test_beside_a_barrier_every_start_is_proved_as_with_our_guard():
 
 @pytest.mark.parametrize("element", ["guard", pytest.param("weight", marks=pytest.mark.heavy)])
 def test_a_proof_is_verified_and_a_changed_one_is_not(element):
-    config = config_with({"one": guard() if element == "guard" else weight()})
+    config = loaded_with({"one": guard() if element == "guard" else weight()})
     proof = prove(config)
     found = verify(proof, config)
     assert found.verified, [one.text for one in found.findings if not one.verified]
@@ -144,7 +127,7 @@ def test_a_proof_is_verified_and_a_changed_one_is_not(element):
 
 def test_the_weight_holds_the_body_where_a_search_finds_it():
     """A search in a smooth energy near that of the code, and the forces of the code."""
-    config = config_with({"one": weight()})
+    config = loaded_with({"one": weight()})
     proof = prove(config)
     assert proof.proved
     (state,) = proof.states
@@ -152,7 +135,7 @@ def test_the_weight_holds_the_body_where_a_search_finds_it():
     (point,) = rest_states(problem_of(config).system, partial(system_of, config)).states
     assert point.state.is_at_rest
     assert point.state.on_kink
-    at_rest = configurations(problem_of(config_with({})).system)
+    at_rest = configurations(problem_of(loaded_with({})).system)
 
     def longer(Theta):
         motion = at_rest.motion(Theta)
@@ -180,7 +163,7 @@ def test_the_weight_holds_the_body_where_a_search_finds_it():
 @pytest.mark.heavy
 def test_all_rest_states_are_those_of_many_searches():
     """Of a mast that falls to any side, and leans on its rope: minima and passes."""
-    config = config_with(
+    config = loaded_with(
         {"one": weight(point=[0, 0, 0.25], anchor=[-0.8, 0.3, 0.1], k=10.0, length=0.9)},
         body={"mass": 2, "inertia": [0.06, 0.05, 0.03], "contact_point": [0, 0, -0.25]},
         gravity=[0, 0, -9.81],
@@ -222,7 +205,7 @@ def test_all_rest_states_are_those_of_many_searches():
 
 def why_not(folder, text, parameters, variant="permanent"):
     (folder / "mine.py").write_text(text)
-    config = config_with({"one": mine(**parameters)}, variant)
+    config = loaded_with({"one": mine(**parameters)}, variant)
     with pytest.raises(NotInProofsError) as caught:
         user_energies(configurations(problem_of(config).system))
     return str(caught.value)
@@ -242,7 +225,7 @@ def test_what_is_not_shown(folder):
 def test_of_a_body_that_is_not_held_a_force_that_jumps_is_searched_beside_springs():
     spring: dict[str, Any] = {"kind": "spring", "point": [0.1, 0.2, 0.3], "anchor": [0.5, 0.6, 0.7]}
     spring |= {"stiffness": 20.0, "rest_length": 0.1}
-    proof = prove(config_with({"one": guard(), "spring": spring}, "visco-elastic"))
+    proof = prove(loaded_with({"one": guard(), "spring": spring}, "visco-elastic"))
     assert not proof.proved
     assert "its force jumps" in proof.outcome
 
@@ -272,7 +255,7 @@ DETENT = element_text(
 
 def test_a_detent_has_one_kink_and_holds_the_body(folder):
     (folder / "mine.py").write_text(DETENT)
-    config = config_with({"one": mine(k=0.05)})
+    config = loaded_with({"one": mine(k=0.05)})
     found = user_energies(configurations(problem_of(config).system))
     assert len(found.kinked) == 1
     proof = prove(config)
@@ -295,7 +278,7 @@ def test_two_modes_of_one_event_function_have_one_kink(folder):
     ).replace("(self.mode[0] - self.mode[1]) * mo", "(self.mode[0] + self.mode[1]) * mo")
     (folder / "mine.py").write_text(both)
     elements = {"one": mine(k=15.0, soft=0.02)}
-    found = user_energies(configurations(problem_of(config_with(elements)).system))
+    found = user_energies(configurations(problem_of(loaded_with(elements)).system))
     (kink,) = found.kinked
     Theta = np.array([[0.1, 0.5, 0.2], [0.1, -0.5, 0.2]])
     np.testing.assert_allclose(kink.approximate(Theta, 0)[0], [30.0 * 0.48, 0.0], atol=1e-12)
@@ -303,7 +286,7 @@ def test_two_modes_of_one_event_function_have_one_kink(folder):
 
 def test_a_force_that_acts_at_no_point_of_the_usual_ones_is_compared_too():
     """The guard begins at 1.1 rad; the nine points have |θ2| <= 1."""
-    config = config_with({"one": guard(soft=1.1)})
+    config = loaded_with({"one": guard(soft=1.1)})
     energy = prove(config).reduced_energy
     assert energy is not None
     data = energy.model_dump(mode="json")
@@ -325,7 +308,7 @@ def test_a_run_tells_of_a_class_that_does_not_declare_its_kinks(folder, declared
     """Declared, the search finds the state that is held: v is never below zero."""
     text = WEIGHT.replace("mode_count = 1", "mode_count = 1\n    kinked = True")
     (folder / "weight.py").write_text(text if declared else WEIGHT)
-    result = simulate(config_with({"one": weight()}))
+    result = simulate(loaded_with({"one": weight()}))
     assert ("`kinked = True`" in str(result.attributes["warnings"])) is not declared
     if declared:
         assert np.all(np.asarray(result["lyapunov"]) >= -1e-12)
@@ -334,7 +317,7 @@ def test_a_run_tells_of_a_class_that_does_not_declare_its_kinks(folder, declared
 def test_of_a_body_that_is_not_held_a_search_finds_where_it_is_held_at_a_switch(folder):
     text = WEIGHT.replace("mode_count = 1", "mode_count = 1\n    kinked = True")
     (folder / "weight.py").write_text(text)
-    proof = prove(config_with({"one": weight()}, "visco-elastic"))
+    proof = prove(loaded_with({"one": weight()}, "visco-elastic"))
     assert not proof.proved
     (state,) = proof.states
     assert state.held

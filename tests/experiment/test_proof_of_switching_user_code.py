@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import minimize
-from support.user_code import SPRING, element_text, mine
+from support.user_code import SPRING, element_text, loaded_with, mine
 
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.proof.traced.energy import TracedEnergy
@@ -21,7 +21,6 @@ from rbstab.analysis.proof.traced.separate import (
 from rbstab.analysis.proof.traced.switching import NOT_CONTINUOUS, NOT_OF_ANGLES
 from rbstab.analysis.proof_check.equations import agrees_with_equations
 from rbstab.config.build import problem_of, system_of
-from rbstab.config.load import load_config
 from rbstab.experiment.convergence.exact_motion import convergence_at_start
 from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate
@@ -98,22 +97,6 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def held(elements, variant="permanent", **changes):
-    gains = {"K_t": [40, 40, 30], "L_t": [2, 2, 1], "K_r": [4, 4, 3], "L_r": [0.6, 0.6, 0.4]}
-    if variant != "permanent":
-        gains |= {"K_c": [400, 300, 500], "L_c": [10, 10, 10]}
-    data = {
-        "schema_version": 2,
-        "body": {"mass": 2, "inertia": [1, 1.5, 2], "contact_point": [0.1, -0.1, -0.3]},
-        "gravity": [1.0, 3.0, -9.81],
-        "controller": {"variant": variant} | gains,
-        "elements": elements,
-        "initial": {"angular_velocity": [0.2, -0.3, 0.2], "orientation": [-0.3, -0.2, -0.3]},
-        "integration": {"duration": 20.0, "samples": 51},
-    }
-    return load_config(data | changes, allow_python=True)
-
-
 def guard(**changes):
     return mine(**SOFT | changes) | {"file": "guard.py"}
 
@@ -132,9 +115,9 @@ def energy_of(config):
 @pytest.mark.parametrize("soft", [0.02, 0.3])
 def test_a_stiff_guard_of_users_has_the_rest_states_of_ours(variant, soft):
     """For the smaller angle, the body rests against it."""
-    theirs = prove(held({"one": guard(soft=soft)}, variant))
+    theirs = prove(loaded_with({"one": guard(soft=soft)}, variant))
     ours = {"kind": "guard", "method": "stiff", "stiffness": 30.0, "soft_angle": soft}
-    expected = prove(held({"one": ours}, variant))
+    expected = prove(loaded_with({"one": ours}, variant))
     assert theirs.proved
     assert len(theirs.states) == len(expected.states)
     for one, other in zip(theirs.states, expected.states, strict=True):
@@ -149,7 +132,7 @@ def test_a_stiff_guard_of_users_has_the_rest_states_of_ours(variant, soft):
 
 
 def test_a_proof_of_a_switching_element_is_verified():
-    config = held({"one": guard(soft=0.02)})
+    config = loaded_with({"one": guard(soft=0.02)})
     proof = prove(config)
     found = verify(proof, config)
     assert found.verified, [one.text for one in found.findings if not one.verified]
@@ -163,7 +146,7 @@ def test_a_proof_of_a_switching_element_is_verified():
 
 def test_the_energy_is_that_of_the_code_on_both_sides():
     """And it is the same at points where the band is slack, taut, and between."""
-    config = held({"one": band()})
+    config = loaded_with({"one": band()})
     at_rest = configurations(problem_of(config).system)
     place = [one.name for one in at_rest.system.elements].index("one")
     Theta = np.random.default_rng(5).uniform(-1.4, 1.4, (400, 3))
@@ -177,7 +160,7 @@ def test_the_energy_is_that_of_the_code_on_both_sides():
 
 
 def test_a_band_has_the_rest_state_of_a_search_and_its_start_is_proved():
-    config = held({"one": band()})
+    config = loaded_with({"one": band()})
     proof = prove(config)
     assert proof.proved
     at_rest = configurations(problem_of(config).system)
@@ -204,7 +187,7 @@ def line_length(config, Theta):
 
 def why_not(folder, text, parameters, variant="permanent"):
     (folder / "mine.py").write_text(text)
-    config = held({"one": mine(**parameters)}, variant)
+    config = loaded_with({"one": mine(**parameters)}, variant)
     with pytest.raises(NotInProofsError) as caught:
         user_energies(configurations(problem_of(config).system))
     return str(caught.value)
@@ -300,7 +283,7 @@ def test_numbers_that_no_double_has(folder, k, soft):
         push, f"{push}\n        above = 20 * self.k * self.k * self.k * above * above"
     )
     (folder / "mine.py").write_text(text)
-    config = held({"one": mine(k=k, soft=soft)})
+    config = loaded_with({"one": mine(k=k, soft=soft)})
     with pytest.raises(NotInProofsError):
         energy_of(config)
 
@@ -309,21 +292,21 @@ def test_an_event_function_with_the_other_sign_in_the_energy(folder):
     """(s - θ2)² is (θ2 - s)²."""
     text = GUARD.replace(SQUARE, "self.mode[0] * power(self.soft - motion.Theta[1], 2)")
     (folder / "mine.py").write_text(text)
-    found = energy_of(held({"one": mine(**SOFT)}))
+    found = energy_of(loaded_with({"one": mine(**SOFT)}))
     Theta = np.random.default_rng(1).uniform(-1.4, 1.4, (50, 3))
-    expected = energy_of(held({"one": guard()})).approximate(Theta, 1)
+    expected = energy_of(loaded_with({"one": guard()})).approximate(Theta, 1)
     for one, other in zip(found.approximate(Theta, 1), expected, strict=True):
         np.testing.assert_allclose(one, other, atol=1e-12)
     both = GUARD.replace(SQUARE, "-self.mode[0] * above * (self.soft - motion.Theta[1])")
     (folder / "mine.py").write_text(both)
-    found = energy_of(held({"one": mine(**SOFT)}))
+    found = energy_of(loaded_with({"one": mine(**SOFT)}))
     for one, other in zip(found.approximate(Theta, 1), expected, strict=True):
         np.testing.assert_allclose(one, other, atol=1e-12)
     cube = GUARD.replace(SQUARE, "self.mode[0] * power(self.soft - motion.Theta[1], 3) / -1.5")
     push = "above, below = self.mode * self._beyond(motion)"
     cube = cube.replace(push, f"{push}\n        above = 2.0 * above * above")
     (folder / "mine.py").write_text(cube.replace("/ -1.5", "* -4 / 3"))
-    third = energy_of(held({"one": mine(**SOFT)}))
+    third = energy_of(loaded_with({"one": mine(**SOFT)}))
     beyond = np.maximum(Theta[:, 1] - 0.3, 0.0), np.maximum(-Theta[:, 1] - 0.3, 0.0)
     values = 30.0 * (2.0 / 3.0 * beyond[0] ** 3 + 0.5 * beyond[1] ** 2)
     np.testing.assert_allclose(third.approximate(Theta, 0)[0], values, atol=1e-12)
@@ -334,7 +317,7 @@ def test_an_energy_of_the_position_of_a_free_body_is_not_one_of_the_angles(folde
     assert "may be zero" in why_not(folder, BAND, VALUES, "visco-elastic")
     assert NOT_OF_ANGLES in why_not(folder, FLOOR, {"k": 3.0}, "visco-elastic")
     (folder / "mine.py").write_text(FLOOR)
-    assert prove(held({"one": mine(k=3.0)})).proved
+    assert prove(loaded_with({"one": mine(k=3.0)})).proved
 
 
 FLOOR = element_text("""
@@ -373,7 +356,7 @@ OWN_STATE = """
 def test_which_switching_elements_may_be_in_proofs(folder, count, own, expected):
     text = SPRING.replace("import power", "import OwnState, power")
     (folder / "mine.py").write_text(text + SWITCHING.format(count) + OWN_STATE * own)
-    elements = problem_of(held({"one": mine(k=1.0)})).system.elements
+    elements = problem_of(loaded_with({"one": mine(k=1.0)})).system.elements
     (found,) = (one for one in elements if one.from_user)
     assert in_proofs(found) is bool(expected)
 
@@ -381,7 +364,7 @@ def test_which_switching_elements_may_be_in_proofs(folder, count, own, expected)
 def test_bounds_over_boxes_hold_on_both_sides_of_a_switch():
     from rbstab.analysis.proof.boxes import Boxes
 
-    formula: TracedEnergy = energy_of(held({"one": band()}))
+    formula: TracedEnergy = energy_of(loaded_with({"one": band()}))
     random = np.random.default_rng(9)
     centres = random.uniform(-1.2, 1.2, (60, 3))
     radius = random.choice([1e-3, 0.05, 0.3], size=(60, 1))

@@ -4,6 +4,8 @@ import textwrap
 from pathlib import Path
 from typing import Any
 
+from rbstab.config.load import load_config
+from rbstab.config.schema import Config
 from rbstab.elements.user_code.template import TEMPLATE
 
 HEAD = """\
@@ -108,6 +110,23 @@ CREEPING_TIE = Path(__file__).parents[2] / "configs" / "examples" / "creeping_ti
 def mine(**parameters: Any) -> dict[str, Any]:
     """Return the section of an element whose file `mine.py` has the class `Mine`."""
     return {"kind": "python", "file": "mine.py", "class": "Mine", "parameters": parameters}
+
+
+def loaded_with(elements: dict[str, Any], variant: str = "permanent", **changes: Any) -> Config:
+    """Return the config of a body under a load, with elements whose code may run."""
+    gains = {"K_t": [40, 40, 30], "L_t": [2, 2, 1], "K_r": [4, 4, 3], "L_r": [0.6, 0.6, 0.4]}
+    if variant != "permanent":
+        gains |= {"K_c": [400, 300, 500], "L_c": [10, 10, 10]}
+    data = {
+        "schema_version": 2,
+        "body": {"mass": 2, "inertia": [1, 1.5, 2], "contact_point": [0.1, -0.1, -0.3]},
+        "gravity": [1.0, 3.0, -9.81],
+        "controller": {"variant": variant} | gains,
+        "elements": elements,
+        "initial": {"angular_velocity": [0.2, -0.3, 0.2], "orientation": [-0.3, -0.2, -0.3]},
+        "integration": {"duration": 20.0, "samples": 51},
+    }
+    return load_config(data | changes, allow_python=True)
 
 
 def write_template(folder: Path) -> Path:

@@ -8,6 +8,7 @@ from support.made_sweeps import GRID
 from support.sections import check_sections, figures_in, tables, texts
 
 from rbstab.report.model.figure import Cells
+from rbstab.report.model.palette import colour
 from rbstab.report.sweeps.maps.cell_grid import map_grid
 from rbstab.report.sweeps.maps.cell_values import proof_cells
 from rbstab.report.sweeps.parameters import binned
@@ -17,6 +18,11 @@ from rbstab.sweep.proofs.columns import CONVERGENCE, FIRST_UNDECIDED, MOTION_PRO
 from rbstab.sweep.proofs.convergence import MemberConvergence
 
 PROVE = {"prove": "motion"}
+
+
+def rgb_of(tone):
+    """Return red, green and blue of a colour, 0 to 255."""
+    return np.array([*bytes.fromhex(tone[1:])], dtype=int)
 
 
 def some_of_each(arrays):
@@ -77,7 +83,7 @@ def test_the_map_shows_what_is_proved(sections):
     assert "inside a certified region from t = [s]" in panels
 
 
-def test_colours_of_what_is_proved_are_not_those_of_what_is_open(members):
+def test_answers_have_the_colours_of_their_kind(members):
     codes = (2, 3, 4, 1, 0)
 
     def some_of_every_code(arrays):
@@ -85,12 +91,13 @@ def test_colours_of_what_is_proved_are_not_those_of_what_is_open(members):
         return {"convergence": convergence, "proved_rest_state": convergence == 2}
 
     found = proof_codes(members(GRID, some_of_every_code, **PROVE))
-    colours = dict(zip(found.labels, found.colours, strict=True))
-    blue, green, grey = 0, 2, 6
-    assert colours[MEANINGS[2].format(1)] == blue
-    assert colours[MEANINGS[0]] == grey
-    assert not {colours[MEANINGS[code]] for code in (0, 1, 3, 4)} & {blue, green}
-    assert len(set(found.colours)) == len(codes)
+    tones = dict(zip(found.labels, map(colour, found.colours), strict=True))
+    good, bad = (rgb_of(tones[MEANINGS[code].format(1)]) for code in (2, 4))
+    assert good.argmax() == 1
+    assert bad.argmax() == 0
+    for code in (1, 3):
+        assert np.ptp(rgb_of(tones[MEANINGS[code]])) == 0
+    assert len(set(tones.values())) == len(codes)
 
 
 def test_cells_with_several_members_show_the_share(members):

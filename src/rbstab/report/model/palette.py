@@ -7,6 +7,27 @@ is omitted: it is too faint on white. Grey replaces black, which would be invisi
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F")
 """Colours of curves, points and bars; they repeat after the last one."""
 
+GOOD, BAD, OPEN, UNTRIED, UNKNOWN, SECOND, THIRD = range(-1, -8, -1)
+"""Numbers of the colours of answers in maps: what is good, what is not, what is not decided, what
+was not tried, where the answer itself failed; and what is good in a second and in a third way.
+
+The colour of a curve says which curve it is; that of an answer says what it is.
+"""
+
+ANSWERS = {
+    GOOD: "#0B6E4F",
+    BAD: "#D55E00",
+    OPEN: "#999999",
+    UNTRIED: "#DADADA",
+    UNKNOWN: "#F0C387",
+    SECOND: "#56B4E9",
+    THIRD: "#661199",
+}
+"""The colours of answers: green, red, grey and pale grey, sand; pale blue and purple.
+
+Not those of curves: their green looks as their grey to some readers, and two of them are blue.
+"""
+
 SCALE = "viridis"
 """Name of the colour map of maps, in both libraries.
 
@@ -27,8 +48,8 @@ GAPS = (0.15, 0.3, 0.5, 0.75)
 
 
 def colour(number: int) -> str:
-    """Return the colour with the given number."""
-    return COLOURS[number % len(COLOURS)]
+    """Return the colour with the given number; those of answers have numbers below zero."""
+    return ANSWERS[number] if number < 0 else COLOURS[number % len(COLOURS)]
 
 
 def area_colour(number: int) -> str:

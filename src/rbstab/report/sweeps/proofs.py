@@ -6,6 +6,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
+from rbstab.report.model.palette import BAD, GOOD, OPEN, SECOND, THIRD, UNKNOWN, UNTRIED
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.table_entries import whole
 from rbstab.sweep.proofs.bodies import named_members, ranges_of
@@ -28,12 +29,12 @@ MEANINGS = {
 }
 """What each code of the column `convergence` says of a member, in the order of the table."""
 
-REST_STATE_COLOURS = (0, 2, 3)
+REST_STATE_COLOURS = (GOOD, SECOND, THIRD)
 """Palette numbers of the rest states to which members are proved to converge; they repeat."""
 
-COLOURS = {FALSE: 1, NOT_DECIDED: 4, NOT_PROVED: 5, NO_PROOF: 6}
-"""Palette numbers of the other codes: red for what is false and pale blue for what is open, as on
-maps of outcomes; grey where no proof was made. Green and blue are for what is proved."""
+COLOURS = {FALSE: BAD, NOT_DECIDED: OPEN, NOT_PROVED: UNTRIED, NO_PROOF: UNKNOWN}
+"""Palette numbers of the other codes: red for what is false, greys for what is open, and sand for
+what a proof could still tell."""
 
 REASONS = {
     "step limit": "the enclosure reached its largest number of steps",

@@ -8,6 +8,7 @@ from scipy import ndimage
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Cells, Line
+from rbstab.report.model.palette import BAD, OPEN
 from rbstab.report.sweeps.basins import Basins
 from rbstab.report.sweeps.maps.cell_grid import MapGrid
 from rbstab.report.sweeps.maps.cell_members import quantity_members, share_members
@@ -16,8 +17,9 @@ from rbstab.report.sweeps.proofs import proof_codes
 from rbstab.report.sweeps.quantities import MemberQuantity
 from rbstab.sweep.proofs.columns import PROVED
 
-OUTCOME_COLOURS = {SETTLED: 0, UNSETTLED: 5, "range left": 1}
-"""Colours of outcomes: blue for what is well or still open, red for what is not."""
+OUTCOME_COLOURS = {SETTLED: 0, UNSETTLED: OPEN, "range left": BAD}
+"""Colours of outcomes: blue for what is seen to be well, which is not the green of what is proved,
+grey for what is open, and red for what is not well."""
 
 FAILED_COLOUR = 4
 """The colour of all other outcomes: runs that failed."""

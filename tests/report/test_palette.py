@@ -1,0 +1,70 @@
+"""Protects the colours of answers: with any colour vision they can be told apart, on any page."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from rbstab.report.model.palette import ANSWERS, COLOURS
+from rbstab.report.sweeps.maps.cell_values import OUTCOME_COLOURS
+
+VISION = {
+    "normal": np.eye(3),
+    "no red": np.array(
+        [
+            [0.152286, 1.052583, -0.204868],
+            [0.114503, 0.786281, 0.099216],
+            [-0.003882, -0.048116, 1.051998],
+        ]
+    ),
+    "no green": np.array(
+        [
+            [0.367322, 0.860646, -0.227968],
+            [0.280085, 0.672501, 0.047413],
+            [-0.011820, 0.042940, 0.968881],
+        ]
+    ),
+    "no blue": np.array(
+        [
+            [1.255528, -0.076749, -0.178779],
+            [-0.078411, 0.930809, 0.147602],
+            [0.004733, 0.691367, 0.303900],
+        ]
+    ),
+}
+"""How linear red, green and blue look without a kind of cones (Machado et al., 2009)."""
+
+XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+"""CIE XYZ of linear sRGB."""
+
+
+def lab(tone, vision):
+    """Return a colour in CIE L*a*b*, where distances are about those that people see."""
+    shares = np.array([*bytes.fromhex(tone[1:])]) / 255
+    linear = np.where(shares <= 0.04045, shares / 12.92, ((shares + 0.055) / 1.055) ** 2.4)
+    seen = XYZ @ np.clip(vision @ linear, 0, 1) / XYZ.sum(axis=1)
+    root = np.where(seen > 0.008856, np.cbrt(seen), 7.787 * seen + 16 / 116)
+    return np.array([116 * root[1] - 16, 500 * (root[0] - root[1]), 200 * (root[1] - root[2])])
+
+
+def distance(one, other, vision):
+    return float(np.linalg.norm(lab(one, vision) - lab(other, vision)))
+
+
+@pytest.mark.parametrize("vision", VISION.values(), ids=VISION)
+def test_answers_can_be_told_apart(vision):
+    for one, other in combinations(ANSWERS.values(), 2):
+        assert distance(one, other, vision) > 23, (one, other)
+
+
+@pytest.mark.parametrize("vision", VISION.values(), ids=VISION)
+def test_outcomes_can_be_told_apart(vision):
+    tones = [{**ANSWERS, **dict(enumerate(COLOURS))}[n] for n in OUTCOME_COLOURS.values()]
+    for one, other in combinations(tones, 2):
+        assert distance(one, other, vision) > 28, (one, other)
+
+
+@pytest.mark.parametrize("page", ["#FFFFFF", "#14181C"])
+def test_answers_show_on_a_page(page):
+    for tone in ANSWERS.values():
+        assert distance(tone, page, VISION["normal"]) > 12, tone

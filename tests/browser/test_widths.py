@@ -12,7 +12,7 @@ from support.browser import Opened
 from support.made_sweeps import SPIN, write_sweep
 
 from rbstab.report.model.document import Cell, Head, Report, Section, Table
-from rbstab.report.model.figure import Axis, Figure, Line, Panel, Points
+from rbstab.report.model.figure import Axis, Cells, Figure, Line, Panel, Points
 from rbstab.report.sweeps.sections import sweep_sections
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
@@ -249,3 +249,44 @@ def test_the_mark_of_a_folded_section_stands_beside_its_heading_on_a_phone(
             return left(e.querySelector("h2")) > left(e) + 5;
         }"""
     )
+
+
+OVERLAPS = """(box) => {
+  const bar = box.querySelector(".modebar").getBoundingClientRect();
+  const overlap = ({ left, right, top, bottom }) =>
+    left < bar.right && right > bar.left && top < bar.bottom && bottom > bar.top;
+  const texts = [...box.querySelectorAll("text")].filter((text) => text.textContent);
+  return texts.filter((text) => overlap(text.getBoundingClientRect())).map((t) => t.textContent);
+}"""
+"""The texts of a figure that its toolbar covers."""
+
+
+@pytest.mark.parametrize("width", [1400, 390])
+def test_the_toolbar_covers_no_text(opened: Opened, width: int) -> None:
+    """Maps by condition have their colour bar above them on narrow pages, with a title there."""
+    middles = np.arange(2.0)
+    title = "a title of a panel that is as long as the panel is wide"
+    maps = tuple(
+        Panel(Axis("x"), Axis("y"), (Cells(middles, middles, np.eye(2), Axis("z"), (0, 1)),), title)
+        for _ in range(2)
+    )
+    curve = Line(middles, middles)
+    plain = Panel(Axis("x"), Axis("y"), (curve,))
+    figures = (
+        Figure("by-condition", "F", maps, columns=2, shared="xy"),
+        Figure("apart", "F", maps, columns=2),
+        Figure("curves", "F", (Panel(Axis("x"), Axis("y"), (curve,), title), plain), columns=2),
+        Figure("untitled", "F", (plain,)),
+    )
+    section = Section("s", "S", figures)
+    page = opened(
+        Report("R", "2026-01-02", "rbstab report", (section,)),
+        viewport={"width": width, "height": 900},
+    )
+    for box in page.locator(".drawing").all():
+        box.scroll_into_view_if_needed()
+        expect(box.locator(".main-svg").first).to_be_visible()
+        assert box.evaluate("box => box.querySelector('.modebar').clientWidth") > 100
+        assert box.evaluate(OVERLAPS) == []
+        # Nothing below a figure moves when it is drawn.
+        assert box.evaluate("box => box.clientHeight - parseFloat(box.style.minHeight)") < 1

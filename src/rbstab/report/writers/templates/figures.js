@@ -19,6 +19,13 @@ function loadLibrary() {
 
 const isNarrow = (box) => box.clientWidth < 620;
 
+// No toolbar on touch screens: it would stay over the curves.
+const hasToolbar = !matchMedia("(pointer: coarse)").matches;
+const TOOLBAR = 20;
+
+/** Return the space for the toolbar above a figure, px: without it, the bar would cover titles. */
+const toolbarRoom = () => (hasToolbar && !printing ? TOOLBAR : 0);
+
 /** Return a layout in the colours of the page and in a width. */
 function themed(layout, width) {
   const [text, grid, line, page] = ["text", "grid", "line", "page"].map(tone);
@@ -26,6 +33,8 @@ function themed(layout, width) {
   const whole = {
     ...layout,
     width,
+    height: layout.height + toolbarRoom(),
+    margin: { ...layout.margin, t: layout.margin.t + toolbarRoom() },
     // Keep the zoom when colours or widths change.
     uirevision: "kept",
     font: { ...layout.font, color: text, family: getComputedStyle(document.body).fontFamily },
@@ -33,7 +42,7 @@ function themed(layout, width) {
     plot_bgcolor: "rgba(0,0,0,0)",
     hoverlabel: { bgcolor: page, bordercolor: line, font: { color: text } },
     modebar: { bgcolor: "rgba(0,0,0,0)", color: tone("soft"), activecolor: text },
-    dragmode: matchMedia("(pointer: coarse)").matches ? false : "zoom",
+    dragmode: hasToolbar ? "zoom" : false,
   };
   for (const key of layout.meta.axes) whole[key] = { ...layout[key], ...look };
   return whole;
@@ -89,8 +98,7 @@ const CAMERA = {
 function settings(name, title) {
   return {
     displaylogo: false,
-    // No toolbar on touch screens: it would stay over the curves.
-    displayModeBar: matchMedia("(pointer: coarse)").matches ? false : "hover",
+    displayModeBar: hasToolbar ? "hover" : false,
     // By default plotly has a button that sends the data to a server.
     showSendToCloud: false,
     plotlyServerURL: "",

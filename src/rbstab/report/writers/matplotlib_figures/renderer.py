@@ -163,7 +163,8 @@ def _draw(figure: Figure, width: float = WIDTH) -> Drawing:
         )
         every.append(axes)
         # The label of y must not be longer than the panel is high, without the labels of x.
-        label_length = 0.92 * height - (0.0 if figure.shares_time else 0.25)
+        outer = figure.shares_time or "x" in figure.shared
+        label_length = 0.92 * height - (0.0 if outer else 0.25)
         size = (width / columns, label_length)
         handles = handles | _draw_panel(axes, panel, size) | handles
         if figure.shares_time and number + columns < len(figure.panels):
@@ -181,16 +182,23 @@ def _draw(figure: Figure, width: float = WIDTH) -> Drawing:
 
 
 def _share_titles(drawing: Drawing, figure: Figure, every: list[Axes], columns: int) -> None:
-    """Give the axes that all panels have in common one title."""
+    """Give the axes that all panels have in common one title, or titles at the edges of a grid.
+
+    In a grid with an empty cell one title would be beside some of the panels.
+    """
     if len(every) < 2:
         return
+    has_gap = len(every) % columns > 0
     for number, axes in enumerate(every):
+        lowest, first = number + columns >= len(every), number % columns == 0
         if "x" in figure.shared:
-            axes.set_xlabel("")
-            axes.tick_params(labelbottom=number + columns >= len(every))
+            axes.set_xlabel(axes.get_xlabel() if has_gap and lowest else "")
+            axes.tick_params(labelbottom=lowest)
         if "y" in figure.shared:
-            axes.set_ylabel("")
-            axes.tick_params(labelleft=number % columns == 0)
+            axes.set_ylabel(axes.get_ylabel() if has_gap and first else "")
+            axes.tick_params(labelleft=first)
+    if has_gap:
+        return
     size = mpl.rcParams["axes.labelsize"]
     if "x" in figure.shared:
         drawing.supxlabel(escape_math(figure.panels[0].x.text), fontsize=size)
@@ -367,8 +375,11 @@ def _add_legend(drawing: Drawing, entries: list[tuple[str, Artist]], width: floa
 
 def _wrap(text: str, length: float) -> str:
     characters = int(length * 72 / (CHARACTER_WIDTH * mpl.rcParams["axes.labelsize"]))
-    # Avoid a line break between a symbol and its unit.
-    lines = textwrap.wrap(text.replace(" [", "\N{NO-BREAK SPACE}["), max(characters, 12))
+    room = max(characters, 12)
+    # Avoid a line break between a symbol and its unit, but not at the cost of one in the symbol.
+    together = text.replace(" [", "\N{NO-BREAK SPACE}[")
+    fits = max(map(len, together.split(" "))) <= room
+    lines = textwrap.wrap(together if fits else text, room)
     return escape_math("\n".join(lines))
 
 

@@ -43,6 +43,9 @@ HEIGHTS = {True: 320, False: 210}
 LETTER, LINE = 6, 14
 """Width of a letter of a tick label, and height of a line, px."""
 
+TITLE_LETTER, MAX_TITLE_LINES = 6.5, 3
+"""Width of a letter of the title of an axis, px, and the largest number of its lines."""
+
 FEW_WHOLE = 8
 """On an axis of whole numbers that is at most so long, plotly's own ticks may be at halves."""
 
@@ -147,6 +150,11 @@ class PanelGrid:
             return ""
         return "".join(axis for axis in self.figure.shared if axis == "x" or self.columns > 1)
 
+    @property
+    def has_gap(self) -> bool:
+        """Whether a cell of the grid is empty. A title for all panels would then be beside some."""
+        return len(self.figure.panels) % self.columns > 0
+
     def is_lowest(self, number: int) -> bool:
         """Return whether a panel is the lowest of its column."""
         return number + self.columns >= len(self.figure.panels)
@@ -202,8 +210,21 @@ class PanelGrid:
         """The right end of all panels, as a fraction of the width inside the margins."""
         return self.x_domain(self.columns - 1)[1]
 
+    def own_title(self, number: int, letter: str) -> list[str]:
+        """Return the lines of the title of an axis; beside those of neighbours it has less room."""
+        text = getattr(self.figure.panels[number], letter).text
+        if not (self.has_gap and letter in self.titles):
+            return [text]
+        begin, end = self.x_domain(number)
+        width = (end - begin) * (self.width - LEFT - RIGHT) * NARROWEST
+        # Above each panel, a title has the height of the panel's own title.
+        room = width if letter == "x" else HEIGHTS[False] + TITLE
+        return tick_lines(text, int(room / TITLE_LETTER), MAX_TITLE_LINES)
+
     def common_titles(self) -> list[JSON]:
         """Return the titles of the axes that all panels share, as annotations."""
+        if self.has_gap:
+            return []
         first, found = self.figure.panels[0], []
         common: JSON = {"xref": "paper", "yref": "paper", "showarrow": False} | TITLE_FONT
         if "x" in self.titles:
@@ -232,13 +253,14 @@ class PanelGrid:
         panels = self._panels(row)
         above = TITLE if any(panel.title for panel in panels) else 8
         numbers = range(row * self.columns, row * self.columns + len(panels))
-        labelled = not self.figure.shares_time or any(self.is_lowest(n) for n in numbers)
-        if "x" in self.titles:
-            labelled = row == self.rows - 1
+        outer = self.figure.shares_time or "x" in self.titles
+        labelled = not outer or any(self.is_lowest(n) for n in numbers)
         height = HEIGHTS[len(self.figure.panels) <= self.columns]
         if any(panel.equal for panel in panels):
             height = min(int(self.width / self.columns), 420)
-        return above, height, self._tick_height(row) + (LABEL if labelled else 0)
+        lines = max(len(self.own_title(n, "x")) for n in numbers)
+        label = LABEL + LINE * (lines - 1) if labelled else 0
+        return above, height, self._tick_height(row) + label
 
     def _tick_height(self, row: int) -> int:
         """Return the space for the tick labels below the panels of a row, px."""
@@ -290,7 +312,7 @@ def _position(grid: PanelGrid, panel: Panel, number: int, letter: str) -> JSON:
             "domain": grid.y_domain(number),
             "title": {"standoff": 8} | TITLE_FONT,
         }
-        position["title"] |= {"text": escaped(panel.y.text)}
+        position["title"] |= {"text": _lines(grid.own_title(number, "y"))}
         # At the left edge, plotly may widen the margin: long tick labels would overlap the label.
         position["automargin"] = "left" if number % grid.columns == 0 else False
         if panel.equal:
@@ -300,8 +322,8 @@ def _position(grid: PanelGrid, panel: Panel, number: int, letter: str) -> JSON:
         if "y" in grid.titles:
             first = number % grid.columns == 0
             position["showticklabels"] = first
-            # In one row the first panel has the title: it moves aside for wide tick labels.
-            if grid.rows > 1 or not first:
+            # A title of the first panel itself moves aside for wide tick labels.
+            if not first or (grid.rows > 1 and not grid.has_gap):
                 position["title"] = {"text": ""}
         return position
     position = {"anchor": y, "domain": grid.x_domain(number)}
@@ -310,9 +332,11 @@ def _position(grid: PanelGrid, panel: Panel, number: int, letter: str) -> JSON:
     if "x" in grid.figure.shared and number:
         position["matches"] = "x"
     if "x" in grid.titles:
+        lowest = grid.is_lowest(number)
+        own = _lines(grid.own_title(number, "x")) if grid.has_gap and lowest else ""
         position |= {
-            "title": {"text": ""},
-            "showticklabels": grid.columns == 1 or grid.is_lowest(number),
+            "title": {"text": own, "standoff": 6} | TITLE_FONT,
+            "showticklabels": grid.columns == 1 or lowest,
         }
     if grid.figure.shares_time:
         if number:
@@ -320,6 +344,11 @@ def _position(grid: PanelGrid, panel: Panel, number: int, letter: str) -> JSON:
         if not grid.is_lowest(number):
             position["title"] = {"text": ""}
     return position
+
+
+def _lines(lines: Sequence[str]) -> str:
+    """Return the lines of a title as plotly's text."""
+    return "<br>".join(map(escaped, lines))
 
 
 def _ends(panel: Panel, letter: str) -> tuple[float, float] | None:

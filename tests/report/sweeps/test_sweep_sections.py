@@ -140,3 +140,23 @@ def test_a_million_members_fit_into_memory(made):
         for panel in figure.panels:
             assert sum(np.size(getattr(mark, "values", ())) for mark in panel.marks) <= 256**2
             assert sum(len(getattr(mark, "x", ())) for mark in panel.marks) <= 5000
+
+
+EFFECTS = "effects of the parameters"
+
+
+@pytest.mark.parametrize(
+    ("plan", "title"),
+    [
+        (PLANS["grid"], "maps"),
+        (PLANS["curve"], EFFECTS),
+        # As configs/sweeps/variants.yaml with few members: a table, and no map.
+        ((EACH, PLANS["each"][1] | {"members": 60}), EFFECTS),
+    ],
+    ids=["grid", "curve", "each"],
+)
+def test_only_a_section_with_a_map_is_called_maps(made, plan, title):
+    vary, options = plan
+    found = sweep_sections(made(vary, lambda a: {"settling_time": a["run"] + 1.0}, **options))
+    (section,) = (one for one in found if one.name == "sweep-1-maps")
+    assert section.title.endswith(f": {title}")

@@ -1,6 +1,7 @@
 """Report sections on a sweep."""
 
 from rbstab.report.model.document import Block, Section
+from rbstab.report.model.figure import Cells, Figure
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.sources import SweepFile
 from rbstab.report.sweeps.answers import answer_blocks
@@ -31,9 +32,10 @@ def sweep_sections(sweep: SweepFile) -> tuple[Section, ...]:
     """
     members = read_members(sweep.path)
     name = sweep.name
+    over_parameters = map_blocks(name, members, member_command(sweep.path))
     parts: list[tuple[str, str, list[Block]]] = [
         ("", untrusted(members.table.attributes.get("title", "")), _answers(sweep, members)),
-        ("maps", "maps", map_blocks(name, members, member_command(sweep.path))),
+        ("maps", _title_over_parameters(over_parameters), over_parameters),
         ("distributions", "distributions", distribution_blocks(name, members)),
         ("comparison", "comparison", comparison_blocks(name, members)),
         ("members", "notable members", notable_blocks(name, members, sweep.path)),
@@ -49,6 +51,13 @@ def sweep_sections(sweep: SweepFile) -> tuple[Section, ...]:
         for part, title, blocks in parts
         if blocks
     )
+
+
+def _title_over_parameters(blocks: list[Block]) -> str:
+    """Return the title of the section on what depends on parameters: it may have no map."""
+    figures = [block for block in blocks if isinstance(block, Figure)]
+    marks = (mark for figure in figures for panel in figure.panels for mark in panel.marks)
+    return "maps" if any(isinstance(mark, Cells) for mark in marks) else "effects of the parameters"
 
 
 def _answers(sweep: SweepFile, members: Members) -> list[Block]:

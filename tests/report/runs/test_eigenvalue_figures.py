@@ -120,11 +120,11 @@ def test_of_many_runs_the_first_have_loci():
 
 
 def test_both_of_a_pair_are_slow_or_neither_is():
-    figures, _ = blocks_of(run_of("permanent"))
+    figures, _ = blocks_of(run_of("visco-elastic"))
     lines = lines_of(figures["run-1-locus"].panels[1])
     x, y = (np.concatenate([getattr(line, side) for line in lines]) for side in "xy")
     assert (y > 0).sum() == (y < 0).sum() > 0
-    slowest = -points_of(figures["runs-eigenvalues"].panels[0])["permanent"].x.max()
+    slowest = -points_of(figures["runs-eigenvalues"].panels[0])["visco-elastic"].x.max()
     assert 5 * slowest < -np.nanmin(x) <= 10 * slowest * (1 + 1e-6)
 
 
@@ -176,6 +176,22 @@ def test_a_body_without_a_controller_has_eigenvalues_but_no_locus():
     for K, L in zip(stiffness, damping, strict=True):
         for expected in np.roots([mass, L, K]):
             assert np.abs(found - expected).min() < 1e-6 * abs(expected)
+
+
+@pytest.mark.parametrize(("fastest", "titles"), [(13.0, [""]), (30.0, ["all", "slow"])])
+def test_a_second_panel_must_show_a_smaller_range(monkeypatch, fastest, titles):
+    """Slow eigenvalues decay at up to 10 1/s here, so that a panel of them ends there."""
+    spectrum = np.array([-1.0, -10.0, -2 + 3j, -2 - 3j, -fastest])
+
+    def given(run, factors):
+        return eigenvalues.Roots(run, np.asarray(factors), np.tile(spectrum, (len(factors), 1)))
+
+    monkeypatch.setattr(eigenvalues, "_roots", given)
+    figures, _ = blocks_of(run_of("free"))
+    for name in ("runs-eigenvalues", "run-1-locus"):
+        assert [p.title.removesuffix(" eigenvalues") for p in figures[name].panels] == titles
+        (first, *_) = figures[name].panels
+        assert -fastest in np.concatenate([points.x for points in points_of(first).values()])
 
 
 def test_zero_eigenvalues_of_a_body_on_its_stop_are_explained(monkeypatch):

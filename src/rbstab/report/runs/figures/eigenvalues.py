@@ -29,6 +29,9 @@ MAX_LOCI = 6
 SLOW_FACTOR = 10.0
 """An eigenvalue is slow if it decays at most this many times as fast as the slowest."""
 
+MIN_ZOOM = 1.5
+"""A panel with the slow eigenvalues must show a range that is smaller by at least this factor."""
+
 PANEL_TITLES = {False: "all eigenvalues", True: "slow eigenvalues"}
 """Titles of the panels: with all eigenvalues (False), or only the slow ones (True)."""
 
@@ -131,9 +134,19 @@ def _spectra(spectra: list[Roots]) -> Figure:
 
 
 def _titles(drawn: Sequence[Roots]) -> dict[bool, str]:
-    """Return the titles of the panels. If all eigenvalues are slow, both would be the same."""
-    slow = (_slow(roots.values, _nominal(roots).values[0]) for roots in drawn)
-    return PANEL_TITLES if not all(found.all() for found in slow) else {False: ""}
+    """Return the titles of the panels: of one if the slow eigenvalues fill nearly the range."""
+    every = np.concatenate([roots.values.ravel() for roots in drawn])
+    slow = np.concatenate(
+        [roots.values[_slow(roots.values, _nominal(roots).values[0])] for roots in drawn]
+    )
+    zooms = bool((_lengths(every) >= MIN_ZOOM * _lengths(slow))[_lengths(every) > 0].any())
+    return PANEL_TITLES if zooms else {False: ""}
+
+
+def _lengths(values: Array) -> Array:
+    """Return the lengths of both axes of a panel: zero, the border of stability, is on it."""
+    found: Array = np.array([np.ptp(np.append(part, 0.0)) for part in (values.real, values.imag)])
+    return found
 
 
 def _crosses(spectra: list[Roots], *, slow: bool) -> list[Mark]:

@@ -61,8 +61,21 @@ def test_a_body_that_a_load_presses_against_a_guard(method):
     np.testing.assert_allclose(nearest.state.motion.Theta, expected.motion.Theta, atol=1e-4)
     assert abs(nearest.state.motion.Theta[1]) > 0.0049
     proof = prove(load_config(data))
-    assert proof.claims_nothing
-    assert [state.energy for state in proof.states] == [one.state.energy for one in found]
+    if method == "stop":
+        assert proof.claims_nothing
+        assert [state.energy for state in proof.states] == [one.state.energy for one in found]
+        return
+    # Of soft guards there is a proof; where a couple jumps, it leaves the place undecided.
+    assert not proof.claims_nothing
+    assert proof.proved is (method == "stiff")
+    if proof.proved:
+        assert min(state.energy for state in proof.states) == pytest.approx(expected.energy)
+    else:
+        Theta = expected.motion.Theta
+        assert any(
+            np.all((np.array(low)[:3] <= Theta + 1e-4) & (Theta - 1e-4 <= np.array(high)[:3]))
+            for low, high in proof.undecided
+        )
 
 
 def test_each_state_is_a_minimum_of_the_energy():

@@ -9,12 +9,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from rbstab.analysis.proof.box_bounds import Enclosure
+from rbstab.analysis.proof.box_bounds import Enclosure, Jumps
 from rbstab.analysis.proof.boxes import ROUNDING_FACTOR, Boxes
 from rbstab.analysis.proof.guards.bounds import guarded
 from rbstab.analysis.proof.lines.intervals import Intervals, stacked, total
 from rbstab.analysis.proof.lines.over_boxes import at_centres
-from rbstab.analysis.proof.traced.jumps import Jumps
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array
 

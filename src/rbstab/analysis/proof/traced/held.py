@@ -19,7 +19,6 @@ from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.formulas.functions import reciprocal
 from rbstab.analysis.proof.index import proved_index
 from rbstab.analysis.proof.lines.intervals import Intervals, exact
-from rbstab.analysis.proof.traced.jumps import gradient_along
 from rbstab.analysis.proof.traced.kinked import BeginBounds, KinkedEnergy
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.analysis.proof.zero import MAX_STEP, NEWTON_STEPS, RADII, Zero
@@ -167,7 +166,7 @@ class _Equations(NamedTuple):
     def of(cls, others: Enclosure, begin: BeginBounds) -> "_Equations":
         """Return the bounds, with λ from n'∇F + λn'∇h = 0, where n is ∇h at the centre."""
         n = begin.slopes.middle
-        pressing = -gradient_along(others, n)
+        pressing = -others.along(n)
         steepness = (exact(n) * begin.slopes_over).sum(1)
         share = pressing * reciprocal(steepness)[0]
         balanced = (steepness.low > 0) & (share.low > 0) & (share.high < 1)

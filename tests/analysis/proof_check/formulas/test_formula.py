@@ -138,3 +138,33 @@ def test_the_square_above_zero(x, radius):
     if radius == 0 and x:
         assert half == (1 if x > 0 else 0)
     assert not series.FUNCTIONS["square_above"](arb("nan"))[0].is_finite()
+
+
+@pytest.mark.parametrize("room", [0.1, 0.03])
+def test_the_steepest_slope_of_a_root_that_comes_near_zero(room):
+    """√(1 + e - cos(θ1 - a)): for the smaller e, only the parts of a wide box have a bound."""
+    C, S = ["*", 1, 3], ["*", 2, 5]
+    operations = [
+        *(["theta", 0], ["cos", 0], ["sin", 0], ["constant", 0.6], C, ["constant", 0.8], S),
+        *(["+", 4, 6], ["constant", 1.0 + room], ["-", 8, 7], ["sqrt", 9]),
+    ]
+    with ctx.workprec(128):
+        found = [
+            float(Formula({"name": "x", "operations": operations}).steepest(k)) for k in range(3)
+        ]
+    # The slope sin/(2√s) is at most 1/√2 for any e.
+    largest = max(
+        abs(mpmath.sin(x)) / (2 * mpmath.sqrt(1 + room - mpmath.cos(x)))
+        for x in mpmath.linspace(-3, 3, 2001)
+    )
+    assert largest <= found[0] < 5
+    assert found[1:] == [0, 0]
+
+
+def test_a_formula_without_a_value_somewhere_has_no_steepest_slope_along_that_axis():
+    """tan θ2 + sin θ1: whatever is halved, θ2 = ±π/2 has no value."""
+    operations = [["theta", 1], ["tan", 0], ["theta", 0], ["sin", 2], ["+", 1, 3]]
+    with ctx.workprec(128):
+        formula = Formula({"name": "x", "operations": operations})
+        assert float(formula.steepest(1)) == float("inf")
+        assert 1 <= float(formula.steepest(0)) < 1.01

@@ -24,8 +24,8 @@ MOST_POWER = 16
 PARTS = (12, 6, 12)
 """The boxes by axis over which the steepest slopes are bounded."""
 
-MOST_HALVINGS = 4
-"""So often a box without a bound is halved along each axis."""
+MOST_PARTS = 5_000
+"""The most boxes for this; those without a bound are halved along each axis until then."""
 
 VARIABLES = frozenset({"theta", "length"})
 """The kinds of variables: angles, and entries of X, of which a reduced energy has none."""
@@ -94,31 +94,37 @@ class Formula:
     def steepest(self, axis: int) -> Ball:
         """Bound the derivative along an axis for |θ2| <= π/2, and |θ1| and |θ3| <= π."""
         if self._steepest is None:
-            ends = [3.1416, 1.5708, 3.1416]
-            sizes = [arb(0)] * 3
-            for places in product(*(range(count) for count in PARTS)):
-                Theta = [
-                    arb(-end + 2 * end * (place + 0.5) / count, 1.001 * end / count)
-                    for end, place, count in zip(ends, places, PARTS, strict=True)
-                ]
-                slopes = self._slopes(Theta, MOST_HALVINGS)
-                sizes = [size.max(one) for size, one in zip(sizes, slopes, strict=True)]
-            self._steepest = sizes
+            self._steepest = self._steepest_slopes()
         return self._steepest[axis]
 
-    def _slopes(self, Theta: Sequence[Ball], halvings: int) -> list[Ball]:
-        """Bound the magnitudes of the slopes over a box, by its parts where it has no bound."""
-        found = self._series(Theta)
-        slopes = [series.slope(found, k) for k in AXES]
-        if all(one.is_finite() for one in slopes):
-            return [one.abs_upper() for one in slopes]
-        if not halvings:
-            return [arb.pos_inf()] * 3
-        halves = [
-            [one.mid() + side * one.rad() * arb(0.5, 0.5) for side in (-1, 1)] for one in Theta
+    def _steepest_slopes(self) -> list[Ball]:
+        """Bound the slopes by those over boxes; boxes without a bound are halved, a few times."""
+        ends = [3.1416, 1.5708, 3.1416]
+        pending = [
+            [
+                arb(-end + 2 * end * (place + 0.5) / count, 1.001 * end / count)
+                for end, place, count in zip(ends, places, PARTS, strict=True)
+            ]
+            for places in product(*(range(count) for count in PARTS))
         ]
-        parts = [self._slopes(part, halvings - 1) for part in product(*halves)]
-        return [max((part[k] for part in parts), key=float) for k in AXES]
+        sizes, examined = [arb(0)] * 3, 0
+        while pending:
+            examined += len(pending)
+            left = []
+            for box in pending:
+                found = self._series(box)
+                slopes = [series.slope(found, k) for k in AXES]
+                if all(one.is_finite() for one in slopes):
+                    sizes = _larger(sizes, slopes)
+                else:
+                    left.append((box, slopes))
+            # Where a formula has no value at all, as tan θ2 at ±π/2, no box is small enough.
+            if examined + 2**3 * len(left) > MOST_PARTS:
+                for _, slopes in left:
+                    sizes = _larger(sizes, slopes)
+                break
+            pending = [half for box, _ in left for half in _halves(box)]
+        return sizes
 
     def _series(self, Theta: Sequence[Ball]) -> Series:
         """Return the Taylor polynomial; over a wide ball, also bounded about its middle."""
@@ -145,6 +151,18 @@ class Formula:
             return series.variable(Theta[axis], axis)
 
         return computed(self.operations, leaf, middle, step)
+
+
+def _larger(sizes: Sequence[Ball], slopes: Sequence[Ball]) -> list[Ball]:
+    """Return the larger ones of bounds on slopes and of the sizes of others; a NaN has no bound."""
+    bounds = (one.abs_upper() if one.is_finite() else arb.pos_inf() for one in slopes)
+    return [size.max(one) for size, one in zip(sizes, bounds, strict=True)]
+
+
+def _halves(box: Sequence[Ball]) -> list[list[Ball]]:
+    """Return the eight parts of a box that is halved along each axis."""
+    sides = [[one.mid() + side * one.rad() * arb(0.5, 0.5) for side in (-1, 1)] for one in box]
+    return [list(part) for part in product(*sides)]
 
 
 def computed(

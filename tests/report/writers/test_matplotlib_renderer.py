@@ -425,37 +425,6 @@ def test_pyplot_is_not_imported():
     assert done.stdout.strip() == "False"
 
 
-@pytest.mark.parametrize(("shared", "bars", "titles"), [("xy", 1, 1), ("", 3, 3)])
-def test_maps_that_compare_share_titles_scales_and_one_colour_bar(shared, bars, titles):
-    cells = [Cells(X, X, np.outer(X, X) * n, Axis("z"), (0.0, 9.0)) for n in (1, 2, 3)]
-    panels = tuple(Panel(Axis("across", "m"), Axis("up", "s"), (c,), "map") for c in cells)
-    drawing = draw_figure(Figure("f", "F", panels, 3, shared=shared))
-    assert len(drawing.axes) == 3 + bars
-    own = [axes.get_xlabel() for axes in drawing.axes[:3] if axes.get_xlabel()]
-    common = [drawing.get_supxlabel()] if drawing.get_supxlabel() else []
-    assert len(own + common) == titles
-    assert all(len(axes.get_yticks()) >= 3 for axes in drawing.axes[3:])
-
-
-def test_beside_an_empty_cell_each_column_and_each_row_of_maps_has_its_titles():
-    cells = Cells(X, X, np.outer(X, X), Axis("z"), (0.0, 9.0))
-    panel = Panel(Axis("across", "m"), Axis("up", "s"), (cells,), "map")
-    drawing = draw_figure(Figure("f", "F", (panel,) * 5, 3, shared="xy"))
-    assert (drawing.get_supxlabel(), drawing.get_supylabel()) == ("", "")
-    maps = drawing.axes[:5]
-    assert [bool(axes.get_xlabel()) for axes in maps] == [False, False, True, True, True]
-    assert [bool(axes.get_ylabel()) for axes in maps] == [True, False, False, True, False]
-
-
-def test_a_long_symbol_is_not_broken_for_its_unit():
-    label = Axis("initial angular_velocity[0]", "rad/s")
-    maps = (Panel(label, label, (Cells(X, X, np.outer(X, X), Axis("z")),)),) * 5
-    drawing = draw_figure(Figure("f", "F", maps, 3, shared="xy"))
-    for axes in drawing.axes[:5]:
-        for title in (axes.get_xlabel(), axes.get_ylabel()):
-            assert not title or "angular_velocity[0]" in title
-
-
 def test_cells_without_a_value_and_words_stand_in_the_legend():
     members = CellMembers(np.ones((1, 3), int), np.zeros((1, 3), int), "", np.array([[-1, 0, 1]]))
     members = replace(members, reasons=("not settled", "range left"))

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 import pytest
+from support.compared_maps import compared_maps
 from support.pages import HOSTILE, figures
 
 from rbstab.report.model.figure import (
@@ -201,68 +202,6 @@ def test_a_band_is_closed_and_divided_at_its_gaps() -> None:
     assert unpacked(one["y"]).tolist() == [0, 1, 11, 10]
     assert unpacked(two["x"]).tolist() == [3, 4, 4, 3]
     assert [one["showlegend"], two["showlegend"]] == [True, False]
-
-
-def compared_maps(count: int, **options: Any) -> Figure:
-    middles = np.arange(3.0)
-    axes = Axis("across", "m"), Axis("up", "s")
-    panels = tuple(
-        Panel(*axes, (Cells(middles, middles, np.full((3, 3), n), Axis("z"), (0.0, 9.0)),), str(n))
-        for n in range(count)
-    )
-    return Figure("f", "F", panels, 3, **options)
-
-
-def test_maps_that_compare_share_titles_scales_and_one_colour_bar() -> None:
-    found = plotly_data(compared_maps(5, shared="xy"))
-    for name in ("layout", "narrow"):
-        layout = found[name]
-        assert [key for key in layout if key.startswith("coloraxis")] == ["coloraxis"]
-        for axis in (layout[f"{letter}axis{n}"] for letter in "xy" for n in range(2, 6)):
-            assert axis["matches"] in ("x", "y")
-            assert axis["tickfont"] == layout["xaxis"]["tickfont"]
-    assert {e["coloraxis"] for e in found["data"]} == {"coloraxis"}
-    whole = plotly_data(compared_maps(6, shared="xy"))["layout"]
-    assert {whole[key]["title"]["text"] for key in whole["meta"]["axes"]} == {""}
-    assert [note["text"] for note in whole["annotations"]][-2:] == ["across [m]", "up [s]"]
-    # The lowest panel of each column has tick labels, and the first of each row.
-    assert shown_at(found["layout"], "x") == [False, False, True, True, True]
-    assert shown_at(found["layout"], "y") == [True, False, False, True, False]
-
-
-def shown_at(layout: dict[str, Any], letter: str) -> list[bool]:
-    """Return whether each axis of five panels has tick labels."""
-    return [layout[f"{letter}axis{n or ''}"]["showticklabels"] for n in ("", 2, 3, 4, 5)]
-
-
-def test_beside_an_empty_cell_each_column_and_each_row_of_maps_has_its_titles() -> None:
-    found = plotly_data(compared_maps(5, shared="xy"))
-    wide, narrow = found["layout"], found["narrow"]
-    for letter, text in (("x", "across [m]"), ("y", "up [s]")):
-        titles = [wide[f"{letter}axis{n or ''}"]["title"]["text"] for n in ("", 2, 3, 4, 5)]
-        assert titles == [text if shown else "" for shown in shown_at(wide, letter)]
-    assert [note["text"] for note in wide["annotations"]] == list("01234")
-    # The upper row has room for the title of its last panel.
-    full = plotly_data(compared_maps(6, shared="xy"))["layout"]
-    assert wide["height"] == full["height"] + 22
-    assert narrow["annotations"][-1]["text"] == "across [m]"
-
-
-def test_titles_beside_an_empty_cell_have_lines_that_fit() -> None:
-    figure = compared_maps(5, shared="xy")
-    long = Axis("initial angular_velocity[1]", "rad/s")
-    panels = tuple(replace(panel, x=long, y=long) for panel in figure.panels)
-    wide = plotly_data(replace(figure, panels=panels))["layout"]
-    assert wide["xaxis3"]["title"]["text"] == "initial angular_<br>velocity[1] [rad/s]"
-    assert wide["yaxis"]["title"]["text"] == long.text
-    assert wide["margin"]["b"] == 24 + 22 + 14
-
-
-def test_panels_that_do_not_compare_keep_their_own() -> None:
-    layout = plotly_data(compared_maps(2))["layout"]
-    assert "coloraxis2" in layout
-    assert "matches" not in layout["xaxis2"]
-    assert layout["xaxis2"]["title"]["text"] == "across [m]"
 
 
 def test_a_colour_bar_does_not_repeat_the_title_of_its_panel() -> None:

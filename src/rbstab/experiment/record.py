@@ -17,6 +17,7 @@ from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.elements.registry import NAMED_ELEMENTS
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
+from rbstab.experiment.convergence.zero_description import no_rest_state_warning
 from rbstab.experiment.run_certificate import certificate_of
 from rbstab.experiment.switching_record import (
     has_no_potential,
@@ -173,19 +174,8 @@ def record_of(
         for name, quantity in quantities.items()
         if name in arrays
     }
-    warnings = [] if zero.rest.is_at_rest else [_no_rest_state(problem.system)]
+    warnings = [] if zero.rest.is_at_rest else [no_rest_state_warning(problem.system)]
     return Record(trajectory, coordinates | described, checks, zero, warnings)
-
-
-def _no_rest_state(system: System) -> str:
-    """Return the warning that no rest state was found, and perhaps why."""
-    text = "no rest state was found in the range of eq. 5"
-    users = (one for one in system.elements if one.from_user and one.mode_count)
-    names = [one.name for one in users if not one.kinked]
-    if not names:
-        return text
-    hint = "if its force jumps at a switch, declare `kinked = True` in its class"
-    return f"{text} ({', '.join(names)}: {hint}; `rbstab check --element` tells)"
 
 
 def recorded(

@@ -163,26 +163,31 @@ def _kinked_minimum(form: TrigonometricForm, box: Boxes, start: Array) -> tuple[
     from scipy.optimize import minimize
 
     others = form.without_kinks
-    begins = [kink.begin for kink in form.kinks]
-    size, count = max(form.noise[0] / np.finfo(float).eps, np.finfo(float).tiny), len(begins)
+    arguments = [kink.argument for kink in form.kinks]
+    size, count = max(form.noise[0] / np.finfo(float).eps, np.finfo(float).tiny), len(arguments)
 
     def value_and_gradient(y: Array) -> tuple[float, Array]:
         value, gradient = others.approximate(y[np.newaxis, :3], 1)
         slopes = np.concatenate([gradient[0], np.ones(count) * size])
         return float(value[0]) / size + float(y[3:].sum()), slopes / size
 
+    def scaled(Theta: Array) -> Array:
+        """Return h of each part, in the unit of t."""
+        found = [float(h.approximate(Theta[np.newaxis], 0)[0][0]) for h in arguments]
+        return np.array(found) / size
+
     def rooms(y: Array) -> Array:
-        return y[3:] - [float(one.approximate(y[np.newaxis, :3], 0)[0][0]) / size for one in begins]
+        found: Array = y[3:] - scaled(y[:3])
+        return found
 
     def slopes_of_rooms(y: Array) -> Array:
-        slopes = [one.approximate(y[np.newaxis, :3], 1)[1][0] / size for one in begins]
+        slopes = [h.approximate(y[np.newaxis, :3], 1)[1][0] / size for h in arguments]
         return np.concatenate([-np.array(slopes), np.eye(count)], axis=1)
 
-    excess = [max(0.0, float(one.approximate(start[np.newaxis], 0)[0][0])) / size for one in begins]
     limits = [*zip(box.low[0], box.high[0], strict=True), *[(0.0, None)] * count]
     found = minimize(
         value_and_gradient,
-        np.concatenate([start, excess]),
+        np.concatenate([start, np.maximum(scaled(start), 0.0)]),
         jac=True,
         method="SLSQP",
         bounds=limits,

@@ -4,8 +4,8 @@
 
 Springs and ligaments add functions of the lengths of their lines (`lengths/lines.py`); ligaments of
 a body that is not held add their least energy over its position (`lengths/free_ligaments.py`).
-Elements of users add formulas (`formulas/formula.py`), and parts that begin with a jump of their
-force (`formulas/kinks.py`).
+Elements of users add formulas (`formulas/formula.py`), and parts max(h, 0), where their force jumps
+(`formulas/kinks.py`).
 Guards add functions of θ2 (`guards.py`). That of a barrier, ½ k tan² θ2, is infinite at ±π/2; all
 its derivatives by θ2 are monotonic functions of |θ2|, so balls need only the ends of an interval.
 Where the slope of a guard jumps in a box, it may have all values between.
@@ -64,7 +64,7 @@ class Energy:
         springs: The springs whose lengths are in U.
         lines: The same, and the ligaments of a held body.
         formulas: The energies of elements of users.
-        kinks: Their parts that begin with a jump of their force.
+        kinks: Their parts max(h, 0), where their force jumps.
         position: The ligaments of a body that is not held; None without one.
 
     Raises:

@@ -10,7 +10,7 @@ from flint import arb, arb_mat
 
 from rbstab.analysis.proof_check.boxes import AXES, Box
 from rbstab.analysis.proof_check.energy import Energy
-from rbstab.analysis.proof_check.formulas.kinks import ANY_SHARE, AboveOver, Kink, Share
+from rbstab.analysis.proof_check.formulas.kinks import ANY_SHARE, Kink, KinkOver, Share
 from rbstab.analysis.proof_check.guards import SwitchingGuard
 from rbstab.analysis.proof_check.trigonometric import Axes, Ball, axes_of, square
 
@@ -67,7 +67,7 @@ class Taylor:
             centre[axis], whole[axis], step[axis] = value, value, arb(0)
         self.centre, self.step = centre, arb_mat([[entry] for entry in step])
         at_centre, third = U.smooth(centre), U.smooth(whole)
-        kinks = [AboveOver(one, centre, step) for one in U.kinks if one is not without]
+        kinks = [KinkOver(one, centre, step) for one in U.kinks if one is not without]
         self.kinks, self.jumping = kinks, [one for one in kinks if one.jumps]
         self.parts = U.parts_over(centre, step)
         if shares is None:
@@ -75,7 +75,7 @@ class Taylor:
         else:
             self.jumping = []
             pairs = zip(kinks, shares, strict=True)
-            self.parts += [Share(one.begin, share) for one, share in pairs]
+            self.parts += [Share(one.argument, share) for one, share in pairs]
         self._expand(at_centre, third)
         self.bare: Taylor | None = None
         self.below: Taylor | None = None
@@ -225,13 +225,13 @@ class Taylor:
         left = change(self.gradient.entries())
         # The gradient has the middle of all slopes of those that may jump.
         for one in self.jumping:
-            inner = change([ANY_SHARE.mid() * entry for entry in one.begin.slopes])
+            inner = change([ANY_SHARE.mid() * entry for entry in one.argument.slopes])
             left = [x - y for x, y in zip(left, inner, strict=True)]
         # Where one does not jump, λ is known.
-        found = [float(bool(one.begin.values > 0)) for one in self.kinks]
+        found = [float(bool(one.argument.values > 0)) for one in self.kinks]
         places = [place for place, one in enumerate(self.kinks) if one.jumps]
         for place in places * (SWEEPS if len(places) > 1 else 1):
-            step = change(self.kinks[place].begin.gradient)
+            step = change(self.kinks[place].argument.gradient)
             square = sum((x * x for x in step), arb(0))
             along = sum((x * y for x, y in zip(left, step, strict=True)), arb(0))
             best = found[place] - (float(along / square) if square > 0 else 0.0)
@@ -253,8 +253,8 @@ class Taylor:
         pairs = zip(self.kinks, self._flattest, strict=True)
         room = {one: ANY_SHARE - arb(share) for one, share in pairs if one.jumps}
         for one in self.jumping:
-            normal = [entry.mid() for entry in one.begin.gradient]
-            steepness = _dot(normal, one.begin.slopes)
+            normal = [entry.mid() for entry in one.argument.gradient]
+            steepness = _dot(normal, one.argument.slopes)
             if not steepness > 0:
                 continue
             others = {other: t for other, t in room.items() if other is not one}
@@ -267,12 +267,12 @@ class Taylor:
         d = [entry.mid() for entry in self.smooth_below.gradient.entries()]
         return bool(self._slopes_along(d, room) > 0)
 
-    def _slopes_along(self, direction: Sequence[Ball], room: Mapping[AboveOver, Ball]) -> Ball:
+    def _slopes_along(self, direction: Sequence[Ball], room: Mapping[KinkOver, Ball]) -> Ball:
         """Return the products of a direction with all g + Σ t_k ∇h_k over the box."""
         below, d = self.smooth_below, arb_mat([[*direction]])
         found = (d * below.gradient)[0, 0] + ((d * below.slope) * below.step)[0, 0]
         return found + sum(
-            (t * _dot(direction, one.begin.slopes) for one, t in room.items()), arb(0)
+            (t * _dot(direction, one.argument.slopes) for one, t in room.items()), arb(0)
         )
 
     @property

@@ -4,12 +4,15 @@ from typing import TYPE_CHECKING
 
 from rbstab.analysis.approached_state import LyapunovZero
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.system import System
 
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.proof import Proof
 
 A_LOWER_ONE = "a lower one is known"
 """The end of the text if the state is not the lowest one that is known."""
+
+NO_REST_STATE = "no rest state was found in the range of eq. 5"
 
 APPROACHED = "the rest state that the motion approaches"
 """The begin of the text if the motion approaches the state."""
@@ -23,7 +26,7 @@ def zero_description(zero: LyapunovZero, *, driven: bool = False) -> str:
         driven: Whether inputs supply power: then a motion need not approach a rest state.
     """
     if not zero.rest.is_at_rest:
-        return "no rest state was found in the range of eq. 5"
+        return NO_REST_STATE
     if not zero.approached:
         return (
             "the rest state nearest to the unloaded position; none was found that the motion "
@@ -32,6 +35,16 @@ def zero_description(zero: LyapunovZero, *, driven: bool = False) -> str:
     outside = "" if zero.rest.found else ", outside the range of eq. 5"
     name = "the rest state without inputs, below the end of the motion" if driven else APPROACHED
     return f"{name}{outside}; {'no lower one is known' if zero.is_lowest else A_LOWER_ONE}"
+
+
+def no_rest_state_warning(system: System) -> str:
+    """Return the warning that no rest state of a system was found, and perhaps why."""
+    users = (one for one in system.elements if one.from_user and one.mode_count)
+    names = [one.name for one in users if not one.kinked]
+    if not names:
+        return NO_REST_STATE
+    hint = "if its force jumps at a switch, declare `kinked = True` in its class"
+    return f"{NO_REST_STATE} ({', '.join(names)}: {hint}; `rbstab check --element` tells)"
 
 
 def described_by_proof(text: str, Theta: Array, proof: "Proof | None") -> str:

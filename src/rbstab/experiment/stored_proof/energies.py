@@ -178,7 +178,7 @@ class ProvedEnergy(Entry):
     above the angle `stop`, rad. With springs, U has the lengths of their lines too; lines
     is None without one. The energies of ligaments are added to U: those of a held body, or their
     least value over the position. Elements of users add formulas, if their energies are not of the
-    form above, and parts that begin with a jump of their force: kinks. Each number is the exact one
+    form above, and parts max(h, 0), where their force jumps: kinks. Each number is the exact one
     rounded once.
     """
 

@@ -72,7 +72,7 @@ def _check_below(form, boxes, jumps, rng):
     """λh with the chosen λ is nowhere above max(h, 0)."""
     for row in np.flatnonzero(jumps.anywhere):
         inside = rng.uniform(boxes.low[row], boxes.high[row], (50, 3))
-        h = [kink.begin.approximate(inside, 0)[0] for kink in form.kinks]
+        h = [kink.argument.approximate(inside, 0)[0] for kink in form.kinks]
         bound = sum(share * one for share, one in zip(jumps.share[row], h, strict=True))
         exact = form.without_kinks.value(inside)
         noise = 1e-12 * (1 + np.abs(exact).max())

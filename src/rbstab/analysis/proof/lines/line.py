@@ -32,7 +32,7 @@ class LinePart:
         return True
 
     def smoothed(self, width: float) -> "LinePart":
-        """Return a smooth energy near this one, from its largest distance, J: this one, mostly."""
+        """Return an energy without kinks within half the width, J; itself if it has none."""
         return self
 
     @property

@@ -19,7 +19,7 @@ from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.formulas.functions import reciprocal
 from rbstab.analysis.proof.index import proved_index
 from rbstab.analysis.proof.lines.intervals import Intervals, exact
-from rbstab.analysis.proof.traced.kinked import BeginBounds, KinkedEnergy
+from rbstab.analysis.proof.traced.kinked import ArgumentBounds, KinkedEnergy
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.analysis.proof.zero import MAX_STEP, NEWTON_STEPS, RADII, Zero
 from rbstab.mechanics.numbers import Array
@@ -50,12 +50,12 @@ class Surface:
 
     def is_near(self, Theta: Array) -> bool:
         """Return whether a point, shape (3,), may be on the surface, as where h and ∇h are zero."""
-        h, slopes = self.kink.begin.approximate(Theta[np.newaxis], 1)
+        h, slopes = self.kink.argument.approximate(Theta[np.newaxis], 1)
         return bool(np.abs(h[0]) <= NEAR * np.abs(slopes[0]).max())
 
     def normal(self, Theta: Array) -> Array:
         """Return ∇h at a point, to round-off, shape (3,)."""
-        found: Array = self.kink.begin.approximate(Theta[np.newaxis], 1)[1][0]
+        found: Array = self.kink.argument.approximate(Theta[np.newaxis], 1)[1][0]
         return found
 
     @np.errstate(all="ignore")  # comparisons with NaN are false
@@ -66,11 +66,11 @@ class Surface:
             The end points, shape (m, 3), and the last steps, as `zero.newton` returns them. Where λ
             is not between 0 and 1, the last step is infinite.
         """
-        others, begin, Theta = self.others, self.kink.begin, starts.copy()
+        others, argument, Theta = self.others, self.kink.argument, starts.copy()
         last, share = np.full(len(starts), np.inf), None
         for _ in range(NEWTON_STEPS):
             _, gradient, hessian = others.approximate(Theta, 2)
-            h, slopes, bent = begin.approximate(Theta, 2)
+            h, slopes, bent = argument.approximate(Theta, 2)
             if share is None:
                 squares = np.einsum("mk,mk->m", slopes, slopes)
                 share = np.clip(-np.einsum("mk,mk->m", gradient, slopes) / squares, 0.0, 1.0)
@@ -95,7 +95,7 @@ class Surface:
         """Prove that a zero near a point exists and is unique; None if that fails.
 
         In the domain, λ can only be strictly between 0 and 1. So nothing is at rest beside the
-        surface, and G takes no value twice.
+        surface, and G is one to one.
         """
         boxes = joined([box_around(Theta, radius) for radius in RADII])
         found = self._over(boxes)
@@ -123,7 +123,7 @@ class Surface:
     def approximate_index(self, Theta: Array) -> int:
         """Return the same index at a point, to round-off."""
         gradient, hessian = self.others.approximate(Theta[np.newaxis], 2)[1:]
-        _, slopes, bent = self.kink.begin.approximate(Theta[np.newaxis], 2)
+        _, slopes, bent = self.kink.argument.approximate(Theta[np.newaxis], 2)
         share = -float(gradient[0] @ slopes[0]) / float(slopes[0] @ slopes[0])
         along = np.linalg.svd(slopes)[2][1:]
         eigenvalues = np.linalg.eigvalsh(along @ (hessian[0] + share * bent[0]) @ along.T)
@@ -150,35 +150,35 @@ class _Equations(NamedTuple):
 
     Attributes:
         others: Those on F.
-        begin: Those on h.
+        argument: Those on h.
         unit: λ is this times μ, 1/rad.
         share: λ for all zeros in each box, shape (m,).
         balanced: Whether it is strictly between 0 and 1.
     """
 
     others: Enclosure
-    begin: BeginBounds
+    argument: ArgumentBounds
     unit: float
     share: Intervals
     balanced: Array
 
     @classmethod
-    def of(cls, others: Enclosure, begin: BeginBounds) -> "_Equations":
+    def of(cls, others: Enclosure, argument: ArgumentBounds) -> "_Equations":
         """Return the bounds, with λ from n'∇F + λn'∇h = 0, where n is ∇h at the centre."""
-        n = begin.slopes.middle
+        n = argument.slopes.middle
         pressing = -others.along(n)
-        steepness = (exact(n) * begin.slopes_over).sum(1)
+        steepness = (exact(n) * argument.slopes_over).sum(1)
         share = pressing * reciprocal(steepness)[0]
         balanced = (steepness.low > 0) & (share.low > 0) & (share.high < 1)
         stiffness, slope = np.abs(others.hessian[0]).max(), np.abs(n[0]).max()
-        return cls(others, begin, float(stiffness / slope), share, balanced)
+        return cls(others, argument, float(stiffness / slope), share, balanced)
 
     def jacobian(self, share: Intervals) -> Intervals:
         """Return J over the boxes for some λ, with the last row and column times `unit`."""
         m, others = len(self.others.radius), self.others
         hessian = Intervals(others.hessian, others.hessian_radius)
-        block = hessian + share[:, np.newaxis, np.newaxis] * self.begin.hessian_over
-        border = self.begin.slopes_over * Intervals(np.array(self.unit), np.array(0.0))
+        block = hessian + share[:, np.newaxis, np.newaxis] * self.argument.hessian_over
+        border = self.argument.slopes_over * Intervals(np.array(self.unit), np.array(0.0))
         middle, radius = np.zeros((2, m, 4, 4))
         for whole, inner, outer in (
             (middle, block.middle, border.middle),
@@ -193,11 +193,11 @@ class _Equations(NamedTuple):
         centre = float(self.share.middle[0])
         reach = REACH * inner_radius.max(axis=1)
         share = Intervals(np.full(len(reach), centre), reach * self.unit * ROUNDING_FACTOR)
-        others, begin = self.others, self.begin
+        others, argument = self.others, self.argument
         error = np.broadcast_to(others.gradient_error, others.gradient.shape)
         gradient = Intervals(others.gradient, error)
-        sloped = gradient + Intervals(np.array(centre), np.array(0.0)) * begin.slopes
-        h = begin.value * Intervals(np.array(self.unit), np.array(0.0))
+        sloped = gradient + Intervals(np.array(centre), np.array(0.0)) * argument.slopes
+        h = argument.value * Intervals(np.array(self.unit), np.array(0.0))
         middle = np.concatenate([sloped.middle, h.middle[:, np.newaxis]], axis=1)
         radius = np.concatenate([sloped.radius, h.radius[:, np.newaxis]], axis=1)
         size = np.abs(inverse)

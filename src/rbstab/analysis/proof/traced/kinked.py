@@ -1,4 +1,4 @@
-"""The part of an energy of a user that begins where its force jumps: max(h(Θ), 0), with a kink.
+"""The part of an energy of a user whose force jumps: max(h(Θ), 0), with a kink.
 
 At h = 0 its slope may be any between 0 and ∇h. So over a box in which h may be zero, its slope is
 λ∇h with 0 <= λ <= 1. And λh is nowhere above it, for each such λ.
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class BeginBounds:
+class ArgumentBounds:
     """Proved bounds on h over boxes.
 
     Args:
@@ -101,7 +101,7 @@ class KinkedEnergy(LinePart):
     width: float = 0.0
 
     @cached_property
-    def begin(self) -> TracedEnergy:
+    def argument(self) -> TracedEnergy:
         """h."""
         return TracedEnergy(self.name, self.program)
 
@@ -120,7 +120,7 @@ class KinkedEnergy(LinePart):
 
         At a kink they are those of the side where it does not act.
         """
-        h = self.begin.approximate(Theta, order)
+        h = self.argument.approximate(Theta, order)
         if self.width == 0:
             acts = h[0] > 0
             return [np.where(acts.reshape(-1, *[1] * k), part, 0.0) for k, part in enumerate(h)]
@@ -137,10 +137,10 @@ class KinkedEnergy(LinePart):
         return found
 
     @np.errstate(all="ignore")  # an entry that is no number has no bound
-    def bounds(self, boxes: Boxes) -> BeginBounds:
+    def bounds(self, boxes: Boxes) -> ArgumentBounds:
         """Return proved bounds on h over boxes."""
-        at_centre, whole = self.begin.jets_over(boxes)
-        return BeginBounds(
+        at_centre, whole = self.argument.jets_over(boxes)
+        return ArgumentBounds(
             at_centre.rows[0],
             jets.gradient(at_centre),
             whole.rows[0],
@@ -150,7 +150,7 @@ class KinkedEnergy(LinePart):
 
     @np.errstate(all="ignore")
     def over(self, t: Array, boxes: Boxes) -> list[Intervals]:
-        """Return proved bounds over boxes: see `BeginBounds.whole`."""
+        """Return proved bounds over boxes: see `ArgumentBounds.whole`."""
         return self.bounds(boxes).whole
 
     @np.errstate(all="ignore")
@@ -167,14 +167,14 @@ class KinkedEnergy(LinePart):
     @property
     def steepest(self) -> Array:
         """Bounds on the slopes: see `TracedEnergy.steepest`."""
-        return self.begin.steepest
+        return self.argument.steepest
 
     @property
     def largest(self) -> float:
         """A bound on the magnitude in the same range, J."""
-        return self.begin.largest
+        return self.argument.largest
 
     @property
     def noise(self) -> tuple[float, Array]:
         """The size of round-off in the energy, J, and in its slopes, shape (3,); not proved."""
-        return self.begin.noise
+        return self.argument.noise

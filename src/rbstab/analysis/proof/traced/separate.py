@@ -76,7 +76,7 @@ class UserEnergies(NamedTuple):
         polynomials: Those that are polynomials of X and the own states, with quadratics and
             trigonometric polynomials of Θ, as programs.
         traced: Those of all others that depend on Θ alone.
-        kinked: The parts whose force jumps where they begin, which depend on Θ alone.
+        kinked: Their parts max(h, 0), where the force jumps; they depend on Θ alone.
         of_position: Those that depend on X too, without their terms among the polynomials.
     """
 

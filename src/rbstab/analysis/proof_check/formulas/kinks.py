@@ -1,4 +1,4 @@
-"""The part of an energy of a user that begins where its force jumps: max(h(Θ), 0), in balls.
+"""The part of an energy of a user whose force jumps: max(h(Θ), 0), in balls.
 
 At h = 0 its slope may be any between 0 and ∇h. And λh is nowhere above it if 0 <= λ <= 1.
 """
@@ -27,7 +27,7 @@ class Kink(Formula):
         return [*super().switches(Theta), super().value(Theta)]
 
 
-class AboveOver:
+class KinkOver:
     """max(h, 0) over a box, as `Over` has a formula, with all slopes if it may jump in the box.
 
     Args:
@@ -36,35 +36,35 @@ class AboveOver:
         step: The balls of Θ - centre.
 
     Attributes:
-        begin: h over the box.
+        argument: h over the box.
         jumps: Whether h may be zero in the box.
     """
 
     def __init__(self, kink: Kink, centre: Sequence[Ball], step: Sequence[Ball]) -> None:
         self.kink = kink
-        self.begin = begin = kink.over(centre, step)
-        acts, rests = bool(begin.values > 0), bool(begin.values < 0)
+        self.argument = argument = kink.over(centre, step)
+        acts, rests = bool(argument.values > 0), bool(argument.values < 0)
         self.jumps = not (acts or rests)
         share = arb(int(acts))
-        self.value = begin.value.max(arb(0)) if self.jumps else share * begin.value
-        slopes, factor = (begin.slopes, ANY_SHARE) if self.jumps else (begin.gradient, share)
+        self.value = argument.value.max(arb(0)) if self.jumps else share * argument.value
+        slopes, factor = (argument.slopes, ANY_SHARE) if self.jumps else (argument.gradient, share)
         self.gradient = [factor * one for one in slopes] if not rests else [arb(0)] * 3
-        self.hessian = begin.hessian if acts else arb_mat(3, 3)
+        self.hessian = argument.hessian if acts else arb_mat(3, 3)
 
 
 class Share:
     """λh over a box, as `Over` has a formula.
 
     Args:
-        begin: h over the box.
+        argument: h over the box.
         share: λ, a double.
     """
 
-    def __init__(self, begin: Over, share: float) -> None:
+    def __init__(self, argument: Over, share: float) -> None:
         self.share = arb(share)
-        self.value = self.share * begin.value
-        self.gradient = [self.share * one for one in begin.gradient]
-        self.hessian = self.share * begin.hessian
+        self.value = self.share * argument.value
+        self.gradient = [self.share * one for one in argument.gradient]
+        self.hessian = self.share * argument.hessian
 
 
 def kinks_of(data: Mapping[str, Any]) -> list[Kink]:

@@ -15,7 +15,7 @@ from rbstab.analysis.proof_check.boxes import AXES, Box
 from rbstab.analysis.proof_check.claims import RestState, fault_of
 from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.findings import Range
-from rbstab.analysis.proof_check.formulas.kinks import AboveOver, Kink
+from rbstab.analysis.proof_check.formulas.kinks import Kink, KinkOver
 from rbstab.analysis.proof_check.held.angle import index_of_two
 from rbstab.analysis.proof_check.taylor import Taylor
 from rbstab.analysis.proof_check.trigonometric import Ball
@@ -70,8 +70,8 @@ class _Equations:
 
     def __init__(self, U: Energy, box: Box, kink: Kink) -> None:
         self.others = Taylor(U, box, without=kink)
-        self.begin = AboveOver(kink, self.others.centre, self.others.step.entries()).begin
-        self.normal = [entry.mid() for entry in self.begin.gradient]
+        self.argument = KinkOver(kink, self.others.centre, self.others.step.entries()).argument
+        self.normal = [entry.mid() for entry in self.argument.gradient]
         sizes = [abs(float(entry)) for entry in self.normal]
         stiffness = max(abs(float(one.mid())) for one in self.others.hessian.entries())
         self.unit = arb(stiffness / max(sizes)) if max(sizes) > 0 else arb("nan")
@@ -81,7 +81,7 @@ class _Equations:
         """λ for all zeros in the box, from n'∇F + λn'∇h = 0 with n = ∇h at the centre."""
         n, F = arb_mat([self.normal]), self.others
         pressing = (n * F.gradient)[0, 0] + ((n * F.slope) * F.step)[0, 0]
-        along = sum((n[0, i] * self.begin.slopes[i] for i in AXES), arb(0))
+        along = sum((n[0, i] * self.argument.slopes[i] for i in AXES), arb(0))
         return -pressing / along if along > 0 else arb("nan")
 
     @property
@@ -91,8 +91,8 @@ class _Equations:
 
     def jacobian(self, share: Ball) -> Any:
         """Return J over the box, with the last row and column times `unit`."""
-        block = self.others.whole_hessian + share * self.begin.hessian
-        border = [self.unit * entry for entry in self.begin.slopes]
+        block = self.others.whole_hessian + share * self.argument.hessian
+        border = [self.unit * entry for entry in self.argument.slopes]
         rows = [[*(block[i, j] for j in AXES), border[i]] for i in AXES]
         return arb_mat([*rows, [*border, arb(0)]])
 
@@ -123,7 +123,7 @@ class _Equations:
         """Return whether Krawczyk's test finds a zero in the box, with λ between 0 and 1."""
         if self.inverse is None:
             return False
-        F, h, middle = self.others, self.begin, self.share.mid()
+        F, h, middle = self.others, self.argument, self.share.mid()
         reach = REACH * max(float(entry.rad()) for entry in F.step.entries())
         share = middle + self.unit * arb(0, reach)
         step = arb_mat([*([entry] for entry in F.step.entries()), [arb(0, reach)]])
@@ -139,11 +139,11 @@ class _Equations:
     @property
     def index(self) -> int | None:
         """The number of negative eigenvalues of ∇²F + λ∇²h along the surface; None if not known."""
-        n = self.begin.slopes
+        n = self.argument.slopes
         axis = min(AXES, key=lambda i: abs(float(n[i].mid())))
         first = _cross(n, [arb(int(i == axis)) for i in AXES])
         along = arb_mat([first, _cross(n, first)])
-        L = self.others.whole_hessian + self.share * self.begin.hessian
+        L = self.others.whole_hessian + self.share * self.argument.hessian
         H = along * L * along.transpose()
         return index_of_two(H[0, 0], (H[0, 1] + H[1, 0]) / 2, H[1, 1])
 

@@ -42,19 +42,19 @@ from rbstab.analysis.proof.lines.intervals import (
     total,
 )
 from rbstab.analysis.proof.lines.over_boxes import at_centres, over_boxes
+from rbstab.analysis.proof.lowest_point import (
+    WIDER,
+    load,
+    lost,
+    lowest_point,
+    norm,
+    product,
+    scaling,
+    size_of,
+    turned,
+    widths_of,
+)
 from rbstab.mechanics.numbers import Array
-
-WIDER = 1 + 1e-13
-"""A factor that exceeds the rounding errors of a sum of nine products of magnitudes."""
-
-ROOM = 2.0
-"""The bounds that are tried for ξ are so many times |B'g|."""
-
-LEAST = 0.05
-"""The least λ that is used: with a smaller one, the B of S is as good."""
-
-REFINEMENTS = 4
-"""The number of times that a bound on ξ is made sharper."""
 
 UNIT = np.eye(3)
 
@@ -118,14 +118,14 @@ class _Enclosure:
         self.e = [one.at_centre[0] + self.z for one in self.offsets]
         pulls = [one.ligament.pull(e) for one, e in zip(self.offsets, self.e, strict=True)]
         self.g = total([(self.S * self.z[:, np.newaxis, :]).sum(2), *pulls])
-        soft = _scaling(free.stiffness[np.newaxis])
+        soft = scaling(free.stiffness[np.newaxis])
         self.soft = np.broadcast_to(soft, (len(self.radius), 3, 3))
         # B'SB is 1 to round-off, which is larger for an S of very different eigenvalues.
-        scaled = _product(_product(_turned(soft), self.S), exact(soft))
+        scaled = product(product(turned(soft), self.S), exact(soft))
         deviation = (scaled + exact(-UNIT)).size.sum(axis=2).max() * WIDER
         self.soft_least = float(1 - deviation) if deviation < 1 else np.nan
         self.C, self.stiff = self._chosen(free.stiffness)
-        self.SC = _product(self.S, self.C)
+        self.SC = product(self.S, self.C)
 
     @property
     def value(self) -> Intervals:
@@ -136,7 +136,7 @@ class _Enclosure:
             for one, e in zip(self.offsets, self.e, strict=True)
         ]
         found = total([stored, *lines])
-        below = 0.5 * _size(self.soft, self.g.size) ** 2 / self.soft_least * WIDER
+        below = 0.5 * size_of(self.soft, self.g.size) ** 2 / self.soft_least * WIDER
         return Intervals(found.middle, (found.radius + below) * WIDER)
 
     @property
@@ -148,7 +148,7 @@ class _Enclosure:
     @property
     def _gradient(self) -> Intervals:
         """∂V/∂Θ at the centres, with the ζ at which ∂W/∂ζ = 0."""
-        widths = _widths(self.soft, _size(self.soft, self.g.size) / self.soft_least)
+        widths = widths_of(self.soft, size_of(self.soft, self.g.size) / self.soft_least)
         zeta = Intervals(np.zeros_like(widths), widths)
         moments = []
         for one, e in zip(self.offsets, self.e, strict=True):
@@ -164,45 +164,28 @@ class _Enclosure:
         B, least, widths = self._shifts(at_zero)
         parts = self._parts(Intervals(nothing, widths))
         mixed = total([self.SC, *(one.mixed for one in parts)])
-        # |B'W_iζ|/√λ
-        sizes = np.sqrt((_product(_turned(B), mixed).size ** 2).sum(axis=1) / least[:, np.newaxis])
-        lost = sizes[:, :, np.newaxis] * sizes[:, np.newaxis, :] * WIDER**3
-        found = total([_product(_transposed(self.C), self.SC), *(one.along for one in parts)])
-        return Intervals(found.middle, (found.radius + lost) * WIDER)
+        found = total([product(_transposed(self.C), self.SC), *(one.along for one in parts)])
+        return Intervals(found.middle, (found.radius + lost(B, mixed, least)) * WIDER)
 
     def _shifts(self, at_zero: list[_Parts]) -> tuple[Array, Array, Array]:
         """Return B, λ, and bounds on |ζ| over the boxes, shape (m, 3)."""
         mixed = total([self.SC, *(one.mixed for one in at_zero)])
-        loads = self._load(self.stiff, mixed)
-        sizes = ROOM * loads
-        widths = np.einsum("mki,mi->mk", np.abs(self.stiff), sizes) * WIDER
-        deviation = self._deviation(self._parts(Intervals(np.zeros_like(widths), widths)))
-        bent = np.einsum("mkl,ml->mk", deviation, sizes) * WIDER
-        share = (bent / sizes).max(axis=1) * WIDER
-        proved = np.all((loads + bent) * WIDER < sizes, axis=1) & (share < 1 - LEAST)
-        for _ in range(REFINEMENTS):
-            further = loads + np.einsum("mkl,ml->mk", deviation, sizes) * WIDER
-            sizes = np.fmin(sizes, further * WIDER)
-        sharp = np.einsum("mki,mi->mk", np.abs(self.stiff), sizes) * WIDER
+        loads = load(self.stiff, self.g, mixed, self.radius)
+        proved, sharp, least = lowest_point(self.stiff, loads, self._deviation)
         B = np.where(proved[:, np.newaxis, np.newaxis], self.stiff, self.soft)
-        least = np.where(proved, 1 - share, self.soft_least)
-        rough = _widths(self.soft, _norm(self._load(self.soft, mixed)) / self.soft_least)
-        return B, least, np.where(proved[:, np.newaxis], np.fmin(sharp, rough), rough)
+        softly = load(self.soft, self.g, mixed, self.radius)
+        rough = widths_of(self.soft, norm(softly) / self.soft_least)
+        widths = np.where(proved[:, np.newaxis], np.fmin(sharp, rough), rough)
+        return B, np.where(proved, least, self.soft_least), widths
 
-    def _load(self, B: Array, mixed: Intervals) -> Array:
-        """Bound the entries of B'g over the boxes, (m, 3): g = g(m) + W_iζ δ_i at ζ = 0."""
-        at_centre = _product(_turned(B), self.g[:, :, np.newaxis])[:, :, 0].size
-        spread = np.einsum("mki,mi->mk", _product(_turned(B), mixed).size, self.radius)
-        found: Array = (at_centre + spread) * WIDER**2
-        return found
-
-    def _deviation(self, parts: list[_Parts]) -> Array:
-        """Bound the entries of B'HB - 1 with B = `stiff`, shape (m, 3, 3)."""
-        turned = _turned(self.stiff)
-        BB = _product(turned, exact(self.stiff))
-        found = [_product(_product(turned, self.S), exact(self.stiff))]
+    def _deviation(self, widths: Array) -> Array:
+        """Bound the entries of B'HB - 1 with B = `stiff`, |ζ| <= widths, shape (m, 3, 3)."""
+        parts = self._parts(Intervals(np.zeros_like(widths), widths))
+        transposed = turned(self.stiff)
+        BB = product(transposed, exact(self.stiff))
+        found = [product(product(transposed, self.S), exact(self.stiff))]
         for one in parts:
-            u = _product(turned, one.direction[:, :, np.newaxis])[:, :, 0]
+            u = product(transposed, one.direction[:, :, np.newaxis])[:, :, 0]
             found.append(one.across[:, np.newaxis, np.newaxis] * BB)
             found.append(one.excess[:, np.newaxis, np.newaxis] * products(u))
         return (total(found) + exact(-UNIT)).size
@@ -225,7 +208,7 @@ class _Enclosure:
             along = total(
                 [
                     T[wide] * bent,
-                    across[wide] * _product(_transposed(slopes), slopes),
+                    across[wide] * product(_transposed(slopes), slopes),
                     excess[wide] * products(b),
                 ]
             )
@@ -253,33 +236,7 @@ class _Enclosure:
         usable = np.all(np.isfinite(bend), axis=(1, 2), keepdims=True)
         bend = np.where(usable, bend, S)
         C = -np.linalg.solve(bend, np.where(usable, mixed, 0.0))
-        return exact(C), _scaling(bend)
-
-
-def _scaling(matrices: Array) -> Array:
-    """Return B with B'AB near 1, for positive definite A, shape (m, 3, 3)."""
-    values, vectors = np.linalg.eigh(matrices)
-    found: Array = vectors / np.sqrt(np.maximum(values, 1e-300))[:, np.newaxis, :]
-    return found
-
-
-def _norm(entries: Array) -> Array:
-    """Bound the norms of vectors from bounds on their entries, shape (m, 3); return shape (m,)."""
-    found: Array = np.sqrt((entries**2).sum(axis=1)) * WIDER
-    return found
-
-
-def _size(B: Array, sizes: Array) -> Array:
-    """Bound |B'g| from bounds on the entries of g, shape (m, 3); return shape (m,)."""
-    entries = np.einsum("mki,mk->mi", np.abs(B), sizes)
-    found: Array = np.sqrt((entries**2).sum(axis=1)) * WIDER**2
-    return found
-
-
-def _widths(B: Array, radius: Array) -> Array:
-    """Bound |ζ_k| for all ζ = Bξ with |ξ| at most a radius, shape (m, 3)."""
-    found: Array = np.sqrt((B**2).sum(axis=2)) * radius[:, np.newaxis] * WIDER**2
-    return found
+        return exact(C), scaling(bend)
 
 
 def _offset(ligament: FreeLigament, t: Array, boxes: Boxes) -> _Offset:
@@ -292,15 +249,5 @@ def _offset(ligament: FreeLigament, t: Array, boxes: Boxes) -> _Offset:
     )
 
 
-def _turned(matrices: Array) -> Intervals:
-    """Return the transposes of matrices."""
-    return exact(matrices.swapaxes(1, 2))
-
-
 def _transposed(matrix: Intervals) -> Intervals:
     return Intervals(matrix.middle.swapaxes(1, 2), matrix.radius.swapaxes(1, 2))
-
-
-def _product(A: Intervals, B: Intervals) -> Intervals:
-    """Return the products of matrices of three columns and rows, shape (m, 3, ...)."""
-    return (A[..., :, :, np.newaxis] * B[..., np.newaxis, :, :]).sum(-2)

@@ -22,14 +22,15 @@ from rbstab.analysis.proof.lines.shortest import NoLength
 from rbstab.analysis.proof.multiple_angles import NotTrigonometric, form_of
 from rbstab.analysis.proof.polynomial import Polynomial, Ring, fraction
 from rbstab.analysis.proof.tied.position import offset, position_spring
-from rbstab.analysis.proof.traced.separate import NotInProofsError as NotInProofsOfUsersError
 from rbstab.analysis.proof.traced.separate import (
+    ConvexInStates,
     UserEnergies,
     entries_without_users,
     in_proofs,
     user_energies,
     without_users,
 )
+from rbstab.analysis.proof.traced.separate import NotInProofsError as NotInProofsOfUsersError
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.spring import Spring
@@ -119,6 +120,9 @@ class ReducedEnergy:
 
     With ligaments of a body that is not held, minimizer is x* without them. Then X* is their shift
     z more, and D* is `own` z less: own is H_DD⁻¹H_DX, shape (own states, 3).
+
+    own_states are elements of users whose energy is convex in own states, and not quadratic. The
+    minimizer has zeros for them.
     """
 
     configurations: Configurations
@@ -126,6 +130,7 @@ class ReducedEnergy:
     minimizer: tuple[TrigonometricForm, ...]
     ligaments: FreeLigaments | None = None
     own: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    own_states: tuple[ConvexInStates, ...] = ()
 
     def configuration(self, Theta: Array) -> Array:
         """Return q = [Θ, x*(Θ)], shape (size,)."""
@@ -133,6 +138,8 @@ class ReducedEnergy:
         if self.ligaments is not None:
             z = self.ligaments.shift(Theta[np.newaxis])[0]
             x = np.concatenate([x[:3] + z, x[3:] - self.own @ z])
+        for entries, least in self.own_states:
+            x[entries.start : entries.stop] = least.lowest(Theta[np.newaxis])[0]
         return np.concatenate([Theta, x])
 
 
@@ -160,7 +167,9 @@ def reduced_energy(system: System, exact_system: ExactSystem | None = None) -> R
         if not parts.energy.known:
             # At most one length for each element; a ring without them is faster.
             parts = _stored_energy(at_rest, exact_system, users, roots=len(system.elements))
-        return _reduced(at_rest, parts, (*users.traced, *users.kinked))
+        least = [one.least for one in users.own_states]
+        found = _reduced(at_rest, parts, (*users.traced, *users.kinked, *least))
+        return replace(found, own_states=users.own_states)
     except NotInProofsOfUsersError as error:
         raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, str(error)) from error
     except NotTrigonometric as error:
@@ -212,6 +221,9 @@ def stored_energy(
         added = polynomial_of(program, ring)
         assert added is not None  # it is one in any ring of Θ and x
         energy = energy + added
+    for own, _ in users.own_states:
+        # They are least by themselves; here they are zero, and add nothing.
+        energy = energy + sum(x * x for x in ring.variables()[3:][own.start : own.stop])
     squares = squares_of(at_rest, ligaments, ring)
     return StoredEnergy(
         energy,

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-from pydantic import NonNegativeFloat, PositiveFloat, model_validator
+from pydantic import NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 
 from rbstab.experiment.stored_proof.entries import Coefficients, Entry, Triple
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from rbstab.analysis.proof.tied.energy import TiedEnergy
     from rbstab.analysis.proof.traced.energy import TracedEnergy
     from rbstab.analysis.proof.traced.kinked import KinkedEnergy
+    from rbstab.analysis.proof.traced.own_states import OwnStatesEnergy
     from rbstab.analysis.proof.trigonometric import TrigonometricForm
 
 
@@ -169,6 +170,33 @@ class ProvedKink(ProvedFormula):
         return KinkedEnergy(self.name, Program(self.operations))
 
 
+class ProvedOwnStates(Entry):
+    """The energy of an element of a user that is convex in its own states, J, as `ProvedFormula`.
+
+    U has its least value over them. There are `states` of them; the formula also has operations
+    ["length", place]: one of them.
+    """
+
+    name: str
+    states: PositiveInt
+    operations: tuple[tuple[str | int | float, ...], ...]
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        from rbstab.analysis.proof.formulas.program import check
+
+        check(self.operations, lengths=self.states)
+        return self
+
+    @property
+    def line(self) -> "OwnStatesEnergy":
+        """The energy, which can be evaluated with proved errors."""
+        from rbstab.analysis.proof.formulas.program import Program
+        from rbstab.analysis.proof.traced.own_states import OwnStatesEnergy
+
+        return OwnStatesEnergy(self.name, Program(self.operations), self.states)
+
+
 class ProvedEnergy(Entry):
     """The reduced energy U of a proof, J: ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3).
 
@@ -178,8 +206,9 @@ class ProvedEnergy(Entry):
     above the angle `stop`, rad. With springs, U has the lengths of their lines too; lines
     is None without one. The energies of ligaments are added to U: those of a held body, or their
     least value over the position. Elements of users add formulas, if their energies are not of the
-    form above, and parts max(h, 0), where their force jumps: kinks. Each number is the exact one
-    rounded once.
+    form above, and parts max(h, 0), where their force jumps: kinks. Those that are convex in own
+    states, and not quadratic, add their least energy over these: own_states. Each number is the
+    exact one rounded once.
     """
 
     quadratic: tuple[Triple, Triple, Triple]
@@ -194,6 +223,7 @@ class ProvedEnergy(Entry):
     free_ligaments: ProvedPosition | None = None
     formulas: tuple[ProvedFormula, ...] | None = None
     kinks: tuple[ProvedKink, ...] | None = None
+    own_states: tuple[ProvedOwnStates, ...] | None = None
 
     @property
     def form(self) -> "TrigonometricForm":
@@ -202,7 +232,7 @@ class ProvedEnergy(Entry):
 
         quadratic, linear = np.array(self.quadratic), np.array(self.linear)
         free = () if self.free_ligaments is None else (self.free_ligaments,)
-        of_users = (*(self.formulas or ()), *(self.kinks or ()))
+        of_users = (*(self.formulas or ()), *(self.kinks or ()), *(self.own_states or ()))
         parts = (*(self.lines or ()), *of_users, *(self.ligaments or ()), *free)
         lines = tuple(one.line for one in parts)
         C = np.array(self.coefficients)
@@ -247,7 +277,7 @@ class ProvedFreeFormula(Entry):
     def _check(self) -> Self:
         from rbstab.analysis.proof.formulas.program import check
 
-        check(self.operations, of_position=True)
+        check(self.operations, lengths=3)
         return self
 
 
@@ -281,10 +311,12 @@ def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
     from rbstab.analysis.proof.lines.line import Line
     from rbstab.analysis.proof.traced.energy import TracedEnergy
     from rbstab.analysis.proof.traced.kinked import KinkedEnergy
+    from rbstab.analysis.proof.traced.own_states import OwnStatesEnergy
 
     guard = form.guard
     springs, ligaments, free = list[ProvedLine](), list[ProvedLigament](), None
     formulas, kinks = list[ProvedFormula](), list[ProvedKink]()
+    own_states = list[ProvedOwnStates]()
     for line in form.lines:
         if isinstance(line, Line):
             C = line.square.coefficients.tolist()
@@ -297,6 +329,11 @@ def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
             formulas.append(ProvedFormula(name=line.name, operations=operations))
         elif isinstance(line, KinkedEnergy):
             kinks.append(ProvedKink(name=line.name, operations=line.program.operations))
+        elif isinstance(line, OwnStatesEnergy):
+            operations = line.program.operations
+            own_states.append(
+                ProvedOwnStates(name=line.name, states=line.count, operations=operations)
+            )
         elif isinstance(line, FreeLigaments):
             free = _position_of(line)
     return ProvedEnergy(
@@ -312,6 +349,7 @@ def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
         free_ligaments=free,
         formulas=tuple(formulas) or None,
         kinks=tuple(kinks) or None,
+        own_states=tuple(own_states) or None,
     )
 
 

@@ -6,7 +6,7 @@ index and a whole number. A constant stands for all numbers that round to it. "s
 max(x, 0)², which has a continuous slope.
 
 A formula that depends on X or the own states too has ["length", place], an entry of x = [X, D]. One
-that is stored has those of X alone.
+that is stored has those of X alone, or those of the own states of one element.
 """
 
 import math
@@ -81,25 +81,25 @@ def indices_of(operation: Operation) -> Sequence[int]:
     return operands if kind in OPERATIONS else ()
 
 
-def check(operations: Sequence[Operation], *, of_position: bool = False) -> None:
+def check(operations: Sequence[Operation], *, lengths: int = 0) -> None:
     """Raise `ValueError` if operations are no program.
 
     Args:
         operations: The operations.
-        of_position: Whether the formula may depend on X too.
+        lengths: The number of entries of X, or of own states, on which the formula may depend too.
     """
     if not 0 < len(operations) <= MOST_OPERATIONS:
         raise ValueError(f"a formula has none, or more than {MOST_OPERATIONS} operations")
     for place, operation in enumerate(operations):
-        variables = (THETA, LENGTH) if of_position else (THETA,)
-        if not _is_valid(operation, place, variables):
+        if not _is_valid(operation, place, {THETA: 3, LENGTH: lengths}):
             raise ValueError(f"operation {place} of a formula is none")
 
 
-def _is_valid(operation: Operation, place: int, variables: Collection[str]) -> bool:
+def _is_valid(operation: Operation, place: int, variables: Mapping[str, int]) -> bool:
     kind, *operands = operation
     if kind in variables:
-        return len(operands) == 1 and type(operands[0]) is int and operands[0] in range(3)
+        (number,) = operands if len(operands) == 1 else (None,)
+        return type(number) is int and number in range(variables[kind])
     if kind == CONSTANT:
         return len(operands) == 1 and type(operands[0]) is float and math.isfinite(operands[0])
     needed = indices_of(operation)
@@ -142,6 +142,16 @@ def part_of(operations: Sequence[Operation], result: int) -> Program:
     needed = needed_by(operations, [result])
     places = {index: place for place, index in enumerate(needed)}
     return Program(tuple(_moved(operations[index], places) for index in needed))
+
+
+def counted_from(first: int, program: Program) -> Program:
+    """Return a formula whose entries of x are counted from the given one."""
+    return Program(
+        tuple(
+            (kind, operands[0] - first) if kind == LENGTH else (kind, *operands)
+            for kind, *operands in program.operations
+        )
+    )
 
 
 def needed_by(operations: Sequence[Operation], results: Collection[int]) -> list[int]:

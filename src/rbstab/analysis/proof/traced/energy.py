@@ -29,18 +29,12 @@ NOISE = 4.0
 """Round-off is this times the largest radius at the centres of these boxes. It ends searches."""
 
 
-@dataclass(frozen=True, eq=False)
-class TracedEnergy(LinePart):
-    """An energy E(Θ), J, with proved bounds on its derivatives of order up to 2.
+class FormulaPart(LinePart):
+    """A part of a reduced energy, J, that the formula of an element of a user states.
 
     An entry has no bound where the formula may have no value, as 1/x at x = 0.
-
-    Args:
-        name: The name of the element.
-        program: Its formula.
     """
 
-    name: str
     program: Program
 
     @property
@@ -52,6 +46,31 @@ class TracedEnergy(LinePart):
     def forms(self) -> "Sequence[TrigonometricForm]":
         """None: it is no trigonometric polynomial."""
         return ()
+
+    @cached_property
+    def cells(self) -> Boxes:
+        """Boxes that cover one turn of θ1 and of θ3, and |θ2| <= π/2."""
+        return grid(RANGE_END, CELLS)
+
+    @cached_property
+    def noise(self) -> tuple[float, Array]:
+        """The size of round-off in the energy, J, and in its slopes, shape (3,); not proved."""
+        value, slopes = self.at(self.cells.centre, 1)
+        at_value = np.nanmax(value.radius, initial=0.0)
+        return NOISE * float(at_value), NOISE * np.nanmax(slopes.radius, axis=0, initial=0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class TracedEnergy(FormulaPart):
+    """An energy E(Θ), J, with proved bounds on its derivatives of order up to 2.
+
+    Args:
+        name: The name of the element.
+        program: Its formula.
+    """
+
+    name: str
+    program: Program
 
     @np.errstate(all="ignore")  # the formula may have no value at a point
     def approximate(self, Theta: Array, order: int) -> list[Array]:
@@ -99,11 +118,6 @@ class TracedEnergy(LinePart):
         return found
 
     @cached_property
-    def cells(self) -> Boxes:
-        """Boxes that cover one turn of θ1 and of θ3, and |θ2| <= π/2."""
-        return grid(RANGE_END, CELLS)
-
-    @cached_property
     def _bounds(self) -> Array:
         """Bounds on the magnitudes of E and its slopes in these boxes, shape (4,)."""
         with np.errstate(all="ignore"):
@@ -124,13 +138,6 @@ class TracedEnergy(LinePart):
     def largest(self) -> float:
         """A bound on |E| in the same range, J."""
         return float(self._bounds[0])
-
-    @cached_property
-    def noise(self) -> tuple[float, Array]:
-        """The size of round-off in the energy, J, and in its slopes, shape (3,); not proved."""
-        value, slopes = self.at(self.cells.centre, 1)
-        at_value = np.nanmax(value.radius, initial=0.0)
-        return NOISE * float(at_value), NOISE * np.nanmax(slopes.radius, axis=0, initial=0.0)
 
 
 def _leaf(Theta: Rows, operation: Operation) -> Jet:

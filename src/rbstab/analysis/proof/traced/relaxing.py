@@ -1,75 +1,165 @@
 """Whether the own states of an element of a user move down its energy while the body is at rest.
 
-With the energy W, quadratic in the own states D, it is shown that
+With the energy W of the element and its own states D, it is shown that
 
     dD/dt = -M ∂W/∂D,        M constant, M + M' positive definite,
 
 where Ω = 0 and V = 0. So D is at rest exactly where ∂W/∂D = 0, and dW/dt < 0 elsewhere.
+
+At n points with independent slopes ∂W/∂D, the columns of a matrix S, with the rates R, it follows
+that M = -RS⁻¹. That the rates at any point are -M ∂W/∂D with this M is an identity of formulas, and
+is compared modulo a prime (`modular.py`). M itself is enclosed at points of real numbers.
 """
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rbstab.analysis.exact import is_positive_definite
-from rbstab.analysis.proof.formulas.polynomials import normal, polynomial_of
-from rbstab.analysis.proof.formulas.program import Program, part_of
-from rbstab.analysis.proof.polynomial import Polynomial, fraction
-from rbstab.integrate.straight_line.number import CONSTANT, DIVIDE
+from rbstab.analysis.proof.formulas import jets
+from rbstab.analysis.proof.formulas.jets import Jet
+from rbstab.analysis.proof.formulas.modular import NoValueError, P, values
+from rbstab.analysis.proof.formulas.program import LENGTH, THETA, Operation, Program, computed
+from rbstab.analysis.proof.lines.intervals import Intervals, exact
+from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
-    from flint import fmpq_mat
+    from flint import arb, arb_mat, fmpz_mod_mat
+
+POINTS = 40
+"""The points at which the identity is compared."""
+
+MOST_TRIALS = 2000
+"""The points that are tried: some have no values."""
+
+SCALES = (1.0, 0.1, 0.01, 1e-3)
+"""The sizes of the own states at which M is enclosed: its bounds may be too wide at one of them."""
+
+BITS = 128
+"""Bits of a ball."""
 
 
-def relaxes(energy: Polynomial, own: range, rates: Sequence[Program]) -> bool:
+def relaxes(energy: Program, own: range, rates: Sequence[Program]) -> bool:
     """Return whether this is shown.
 
     Args:
-        energy: W, in normal form.
+        energy: W, as a formula of Θ and x that has a value everywhere.
         own: The entries of x that are D.
-        rates: dD/dt where Ω = 0 and V = 0, as formulas of Θ and x that have a value everywhere.
+        rates: dD/dt where Ω = 0 and V = 0, as such formulas.
     """
-    ring = energy.ring
-    found = [polynomial_of(_without_zeros(rate), ring) for rate in rates]
-    known = [normal(rate) for rate in found if rate is not None]
-    if len(known) < len(own):
+    if not _is_one_matrix(energy, own, rates):
         return False
-    slopes = [energy.slope(i) for i in own]
-    curvature = _constants([[one.slope(j) for j in own] for one in slopes])
-    moves = _constants([[one.slope(j) for j in own] for one in known])
-    if curvature is None or moves is None or curvature.det() == 0:
-        return False
-    M = -moves * curvature.inv()
-    for i, rate in enumerate(known):
-        moved = (ring.number(M[i, j]) * slope for j, slope in enumerate(slopes))
-        if not normal(sum(moved, start=rate)).is_zero:
-            return False
-    rows = [[fraction(M[i, j]) for j in range(len(own))] for i in range(len(own))]
-    return is_positive_definite(np.array(rows, dtype=object))
+    return any(_moves_down(energy, own, rates, scale) for scale in SCALES)
 
 
-def _without_zeros(program: Program) -> Program:
-    """Return a formula without quotients 0/x, such as the rate of a line at rest."""
+def _is_one_matrix(energy: Program, own: range, rates: Sequence[Program]) -> bool:
+    """Return whether the rates are a constant matrix times the slopes."""
+    from flint import fmpz_mod_ctx, fmpz_mod_mat  # imported late, as in `polynomial`
+
+    size, context = len(own), fmpz_mod_ctx(P)
+    points = _points(energy, own, rates)
+
+    def matrix(count: int) -> "tuple[fmpz_mod_mat, fmpz_mod_mat]":
+        """Return the slopes and the rates at further points as columns."""
+        columns = [next(points) for _ in range(count)]
+        slopes, found = (
+            fmpz_mod_mat(
+                size, count, [one[part][i] for i in range(size) for one in columns], context
+            )
+            for part in range(2)
+        )
+        return slopes, found
+
+    try:
+        S, R = matrix(size)
+        M = R * S.inv()
+        slopes, found = matrix(POINTS)
+    except (StopIteration, ZeroDivisionError):
+        return False
+    return bool(M * slopes == found)
+
+
+def _points(
+    energy: Program, own: range, rates: Sequence[Program]
+) -> Iterator[tuple[list[int], list[int]]]:
+    """Yield ∂W/∂D and dD/dt modulo the prime, at points at which they have values."""
+    for point in range(MOST_TRIALS):
+        try:
+            slopes = [_at(energy, point, (LENGTH, place)) for place in own]
+            found = [_at(rate, point, None) for rate in rates]
+        except NoValueError:
+            continue
+        yield slopes, found
+
+
+def _at(program: Program, point: int, along: Operation | None) -> int:
+    """Return a formula at a point, or its derivative along a variable."""
     operations = program.operations
-    zero = (CONSTANT, 0.0)
-    return part_of(
-        [
-            zero if kind == DIVIDE and operations[operands[0]] == zero else (kind, *operands)
-            for kind, *operands in operations
-        ],
-        len(operations) - 1,
-    )
+    moving = {} if along is None else {along: 1}
+    value, rate = values(operations, range(len(operations)), moving, point)[-1]
+    return value if along is None else rate
 
 
-def _constants(rows: Sequence[Sequence[Polynomial]]) -> "fmpq_mat | None":
-    """Return a matrix of constants; None if an entry is no constant."""
-    values = [[one.constant_value for one in row] for row in rows]
-    known = all(value is not None for row in values for value in row)
-    return _matrix(values) if known else None
+def _moves_down(energy: Program, own: range, rates: Sequence[Program], scale: float) -> bool:
+    """Return whether M + M' is shown to be positive definite, with M from some points."""
+    from flint import ctx
+
+    with ctx.workprec(BITS), np.errstate(all="ignore"):
+        M = _enclosed(energy, own, rates, scale)
+        if M is None:
+            return False
+        both, size = M + M.transpose(), len(own)
+        return all(_minor(both, count) > 0 for count in range(1, size + 1))
 
 
-def _matrix(rows: Sequence[Sequence[Any]]) -> "fmpq_mat":
-    from flint import fmpq_mat  # imported late, as in `polynomial`
+def _enclosed(
+    energy: Program, own: range, rates: Sequence[Program], scale: float
+) -> "arb_mat | None":
+    """Return M in balls, from as many points as there are own states; None if S is singular."""
+    size = len(own)
+    random = np.random.default_rng(0)
+    Theta, x = random.uniform(-1, 1, (size, 3)), random.uniform(-1, 1, (size, own.stop))
+    x[:, own.start :] *= scale
+    of_energy, *others = (_jet(one, own, Theta, x) for one in (energy, *rates))
+    slopes = jets.gradient(of_energy)
+    R = _balls([[(one.rows, (0, point)) for point in range(size)] for one in others])
+    S = _balls([[(slopes, (point, i)) for point in range(size)] for i in range(size)])
+    try:
+        return -R * S.inv()
+    except ZeroDivisionError:
+        return None
 
-    return fmpq_mat(rows)
+
+def _jet(program: Program, own: range, Theta: Array, x: Array) -> Jet:
+    """Return a formula at points, as a function of D."""
+    size = len(own)
+
+    def leaf(operation: Operation) -> Jet:
+        kind, number = operation
+        if kind == LENGTH and number in own:
+            return jets.variable(exact(x[:, number]), number - own.start, size)
+        if kind not in {THETA, LENGTH}:
+            return jets.constant(number, exact(Theta[:, 0]), size)
+        found = jets.constant(0.0, exact(Theta[:, 0]), size)
+        found.rows.middle[0] = (Theta if kind == THETA else x)[:, number]
+        return found
+
+    found: Jet = computed(program, leaf, jets.combined)[-1]
+    return found
+
+
+def _balls(rows: Sequence[Sequence[tuple[Intervals, tuple[int, int]]]]) -> "arb_mat":
+    """Return a matrix of entries of intervals."""
+    from flint import arb, arb_mat
+
+    def ball(of: Intervals, place: tuple[int, int]) -> "arb":
+        return arb(float(of.middle[place]), float(of.radius[place]))
+
+    return arb_mat([[ball(*entry) for entry in row] for row in rows])
+
+
+def _minor(matrix: "arb_mat", count: int) -> "arb":
+    """Return a leading minor."""
+    from flint import arb_mat
+
+    return arb_mat([[matrix[i, j] for j in range(count)] for i in range(count)]).det()

@@ -1,9 +1,11 @@
 """Separate the elements of users from a system: their energies as polynomials, or as programs."""
 
 from dataclasses import replace
+from itertools import chain
 from typing import NamedTuple
 
 from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.analysis.proof.boxes import RANGE_END, grid
 from rbstab.analysis.proof.formulas.convexity import is_convex
 from rbstab.analysis.proof.formulas.functions import MOST_POWER
 from rbstab.analysis.proof.formulas.polynomials import (
@@ -12,11 +14,12 @@ from rbstab.analysis.proof.formulas.polynomials import (
     polynomial_of,
     taken_apart,
 )
-from rbstab.analysis.proof.formulas.program import MOST_OPERATIONS, Program
+from rbstab.analysis.proof.formulas.program import MOST_OPERATIONS, Program, counted_from
 from rbstab.analysis.proof.polynomial import Ring
 from rbstab.analysis.proof.traced.damping import NOTHING, Damping, damping_of
 from rbstab.analysis.proof.traced.energy import TracedEnergy
 from rbstab.analysis.proof.traced.kinked import KinkedEnergy
+from rbstab.analysis.proof.traced.own_states import MOST_STATES, OwnStatesEnergy
 from rbstab.analysis.proof.traced.passive import why_not_passive
 from rbstab.analysis.proof.traced.relaxing import relaxes
 from rbstab.analysis.proof.traced.switching import (
@@ -36,9 +39,21 @@ from rbstab.integrate.straight_line.number import POWER
 from rbstab.systems.system import System
 
 NOT_QUADRATIC = (
-    "it is not shown that its energy is a quadratic function of {}, with constant second "
-    "derivatives"
+    "it is not shown that its energy is a quadratic function of X and its own states, with "
+    "constant second derivatives"
 )
+
+NOT_CONVEX_IN_STATES = (
+    "it is not shown that its energy is convex in its own states, as sums of even powers of "
+    "displacements are"
+)
+
+NO_LEAST_ENERGY = (
+    "at some attitude no least energy over its own states is found, at which the second "
+    "derivatives are positive definite"
+)
+
+TOO_MANY_STATES = f"its energy is not quadratic, and it has more than {MOST_STATES} own states"
 
 NOT_CONVEX = (
     "it is not shown that its energy is a quadratic function of X, or convex in X, as sums of even "
@@ -51,6 +66,12 @@ NOT_RELAXING = (
     "it is not shown that its own states move down its energy while the body is at rest: `rates` "
     "must be -M times the derivative of `stored` then, with a constant positive definite M"
 )
+
+SOME_ATTITUDES = (4, 3, 4)
+"""The attitudes by axis at which a least energy over own states must be found."""
+
+COST_OF_STATES = 6
+"""Bounds on a least energy over own states take as long as those of so many formulas of Θ."""
 
 
 class NotInProofsError(Exception):
@@ -69,6 +90,18 @@ class TracedPart(NamedTuple):
     program: Program
 
 
+class ConvexInStates(NamedTuple):
+    """An energy that is convex in own states.
+
+    Attributes:
+        entries: The entries of x = D that are these states.
+        least: Its least value over them.
+    """
+
+    entries: range
+    least: OwnStatesEnergy
+
+
 class UserEnergies(NamedTuple):
     """The energies of the elements of users.
 
@@ -77,13 +110,15 @@ class UserEnergies(NamedTuple):
             trigonometric polynomials of Θ, as programs.
         traced: Those of all others that depend on Θ alone.
         kinked: Their parts max(h, 0), where the force jumps; they depend on Θ alone.
+        own_states: Those of a held body that are convex in own states, and not quadratic.
         of_position: Those that depend on X too, without their terms among the polynomials.
     """
 
-    polynomials: tuple[Program, ...]
-    traced: tuple[TracedEnergy, ...]
+    polynomials: tuple[Program, ...] = ()
+    traced: tuple[TracedEnergy, ...] = ()
     of_position: tuple[TracedPart, ...] = ()
     kinked: tuple[KinkedEnergy, ...] = ()
+    own_states: "tuple[ConvexInStates, ...]" = ()
 
 
 def in_proofs(element: Element) -> bool:
@@ -115,43 +150,44 @@ def user_energies(at_rest: Configurations) -> UserEnergies:
         NotInProofsError: The code of one cannot be recorded, or it is not shown to be passive, or
             its energy is of no kind that proofs take into account.
     """
-    polynomials, traced = list[Program](), list[TracedEnergy]()
-    of_position, kinked = list[TracedPart](), list[KinkedEnergy]()
-    for element in at_rest.system.elements:
-        if not element.from_user:
-            continue
-        statements = None if element.mode_count else _passive_statements(at_rest, element)
-        if statements is None:
-            program, kinks = _switched(at_rest, element)
-        else:
-            program, kinks = statements.energy, ()
-        for one in (program, *kinks):
-            _check_size(element.name, one)
-        kinked += [KinkedEnergy(element.name, one) for one in kinks]
-        if statements is not None and element.state_size:
-            _check_polynomial(at_rest, element.name, statements)
-            polynomials.append(program)
-        elif not program.of_angles:
-            quadratic, rest = taken_apart(program, Ring(3, at_rest.size - 3))
-            polynomials += quadratic
-            if rest is not None:
-                if not is_convex(rest):
-                    raise NotInProofsError(f"{element.name}: {NOT_CONVEX}")
-                of_position.append(TracedPart(element.name, rest))
-        elif is_polynomial(program):
-            polynomials.append(program)
-        else:
-            traced.append(TracedEnergy(element.name, program))
-    return UserEnergies(tuple(polynomials), tuple(traced), tuple(of_position), tuple(kinked))
+    users = (element for element in at_rest.system.elements if element.from_user)
+    found = [UserEnergies(), *(_energies_of(at_rest, element) for element in users)]
+    return UserEnergies(*(tuple(chain(*parts)) for parts in zip(*found, strict=True)))
+
+
+def _energies_of(at_rest: Configurations, element: Element) -> UserEnergies:
+    """Return the energies of one element of a user."""
+    if element.mode_count:
+        program, kinks = _switched(at_rest, element)
+    else:
+        statements = _passive_statements(at_rest, element)
+        program, kinks = statements.energy, ()
+    for one in (program, *kinks):
+        _check_size(element.name, one)
+    if element.state_size:
+        return _of_own_states(at_rest, element.name, statements)
+    found = UserEnergies(kinked=tuple(KinkedEnergy(element.name, one) for one in kinks))
+    if not program.of_angles:
+        quadratic, rest = taken_apart(program, Ring(3, at_rest.size - 3))
+        if rest is not None and not is_convex(rest):
+            raise NotInProofsError(f"{element.name}: {NOT_CONVEX}")
+        of_position = () if rest is None else (TracedPart(element.name, rest),)
+        return found._replace(polynomials=tuple(quadratic), of_position=of_position)
+    if is_polynomial(program):
+        return found._replace(polynomials=(program,))
+    return found._replace(traced=(TracedEnergy(element.name, program),))
 
 
 def formula_count(system: System) -> int:
-    """Return how many energies of users are no polynomials; 0 if not all are in proofs."""
+    """Return how many formulas the energies of users that are no polynomials take as long as.
+
+    It is 0 if not all are in proofs.
+    """
     if not all(in_proofs(element) for element in system.elements if element.from_user):
         return 0
     try:
         users = user_energies(configurations(system))
-        return len(users.traced) + len(users.kinked)
+        return len(users.traced) + len(users.kinked) + COST_OF_STATES * len(users.own_states)
     except NotInProofsError:
         return 0
 
@@ -205,11 +241,28 @@ def damping_of_users(system: System) -> Damping:
         return NOTHING
 
 
-def _check_polynomial(at_rest: Configurations, name: str, statements: TracedStatements) -> None:
-    """Check that an energy is quadratic in x, and that own states move down in it."""
-    energy = polynomial_of(statements.energy, Ring(3, at_rest.size - 3))
-    if energy is None or not is_quadratic(energy):
-        of_what = "its own states" if at_rest.held else "X and its own states"
-        raise NotInProofsError(f"{name}: {NOT_QUADRATIC.format(of_what)}")
-    if statements.own and not relaxes(energy, statements.own, statements.own_rates):
+def _of_own_states(
+    at_rest: Configurations, name: str, statements: TracedStatements
+) -> UserEnergies:
+    """Return the energy of an element with own states.
+
+    Raises:
+        NotInProofsError: It is neither quadratic in x nor convex in the own states, or they are not
+            shown to move down in it.
+    """
+    program, own = statements.energy, statements.own
+    if not relaxes(program, own, statements.own_rates):
         raise NotInProofsError(f"{name}: {NOT_RELAXING}")
+    polynomial = polynomial_of(program, Ring(3, at_rest.size - 3))
+    if polynomial is not None and is_quadratic(polynomial):
+        return UserEnergies(polynomials=(program,))
+    if not at_rest.held:
+        raise NotInProofsError(f"{name}: {NOT_QUADRATIC}")
+    if not is_convex(program):
+        raise NotInProofsError(f"{name}: {NOT_CONVEX_IN_STATES}")
+    if len(own) > MOST_STATES:
+        raise NotInProofsError(f"{name}: {TOO_MANY_STATES}")
+    least = OwnStatesEnergy(name, counted_from(own.start, program), len(own))
+    if not least.has_values(grid(RANGE_END, SOME_ATTITUDES).centre):
+        raise NotInProofsError(f"{name}: {NO_LEAST_ENERGY}")
+    return UserEnergies(own_states=(ConvexInStates(own, least),))

@@ -1,8 +1,11 @@
 """Where a convex function of some variables ζ is least, over boxes of Θ (docs/proofs.md, lemma 14).
 
-H is its Hessian by ζ, and g its slopes at ζ = 0. Let ζ = Bξ, and let Δ bound |B'HB - 1| entry by
-entry on a box |ξ| <= x. If |B'g| + Δx < x, then its slopes are zero at one ζ, in this box
-(Krawczyk's test), and B'HB >= λ there, with 1 - λ = max (Δx)_k/x_k < 1.
+H is its Hessian by ζ, and g its slopes at ζ = 0. Let ζ = Bξ, M = B'HB, and on a box |ξ| <= x
+
+    λ_k = M_kk - Σ_{j≠k} |M_kj| x_j/x_k        by bounds on M over the box.
+
+If |B'g|_k < λ_k x_k for each k, then the slopes are zero at one ζ, in this box (Miranda's theorem),
+and M >= λ = min λ_k there.
 """
 
 from collections.abc import Callable
@@ -15,9 +18,6 @@ from rbstab.mechanics.numbers import Array
 
 WIDER = 1 + 1e-13
 """A factor that exceeds the rounding errors of a sum of nine products of magnitudes."""
-
-ROOM = 2.0
-"""The bounds that are tried for ξ are so many times |B'g|."""
 
 LEAST = 0.05
 """The least λ that is used."""
@@ -39,24 +39,38 @@ class LowestPoint(NamedTuple):
     widths: Array
     least: Array
 
+    def or_else(self, other: "LowestPoint") -> "LowestPoint":
+        """Return what is proved, and where nothing is, the other."""
+        choice = self.proved.reshape(-1, 1)
+        return LowestPoint(
+            self.proved | other.proved,
+            np.where(choice, self.widths, other.widths),
+            np.where(self.proved, self.least, other.least),
+        )
 
-def lowest_point(B: Array, loads: Array, deviation: Callable[[Array], Array]) -> LowestPoint:
+
+def lowest_point(
+    B: Array, loads: Array, room: float, bend: Callable[[Array], Intervals]
+) -> LowestPoint:
     """Return where a function is least.
 
     Args:
         B: B, so that B'HB is near 1, shape (m, n, n).
         loads: Bounds on the entries of B'g over each box, shape (m, n).
-        deviation: Returns Δ over each box, shape (m, n, n), from bounds on |ζ|, shape (m, n).
+        room: x is so many times these.
+        bend: Returns M over the boxes, shape (m, n, n), from bounds on |ζ|, shape (m, n).
     """
-    sizes = ROOM * loads
-    found = deviation(_spread(B, sizes))
-    bent = np.einsum("mkl,ml->mk", found, sizes) * WIDER
-    share = (bent / sizes).max(axis=1) * WIDER
-    proved = np.all((loads + bent) * WIDER < sizes, axis=1) & (share < 1 - LEAST)
+    sizes = room * loads
+    M = bend(_spread(B, sizes))
+    on, off = M.low.diagonal(axis1=1, axis2=2), M.size
+    off[:, range(B.shape[1]), range(B.shape[1])] = 0.0
+    across = np.einsum("mkj,mj->mk", off, sizes) * WIDER
+    least = on - across / sizes * WIDER - (WIDER - 1) * np.abs(on)
+    proved = np.all((loads * WIDER < least * sizes) & (least > LEAST), axis=1)
     for _ in range(REFINEMENTS):
-        further = loads + np.einsum("mkl,ml->mk", found, sizes) * WIDER
-        sizes = np.fmin(sizes, further * WIDER)
-    return LowestPoint(proved, _spread(B, sizes), 1 - share)
+        further = (loads + np.einsum("mkj,mj->mk", off, sizes)) / on * WIDER**2
+        sizes = np.fmin(sizes, further)
+    return LowestPoint(proved, _spread(B, sizes), least.min(axis=1))
 
 
 def _spread(B: Array, sizes: Array) -> Array:

@@ -12,6 +12,8 @@ that is stored has those of X alone, or those of the own states of one element.
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 from rbstab.integrate.straight_line.number import (
@@ -59,6 +61,23 @@ class Program:
     def of_angles(self) -> bool:
         """Whether it depends on Θ alone."""
         return all(kind != LENGTH for kind, *_ in self.operations)
+
+    @cached_property
+    def fixed(self) -> tuple[int, ...]:
+        """The places of the operations whose results depend on Θ alone."""
+        found = set[int]()
+        for place, operation in enumerate(self.operations):
+            if operation[0] != LENGTH and found.issuperset(indices_of(operation)):
+                found.add(place)
+        return tuple(sorted(found))
+
+    @cached_property
+    def used_by_others(self) -> frozenset[int]:
+        """Those among them that the other operations need, or that are the result."""
+        fixed, last = set(self.fixed), len(self.operations) - 1
+        others = (one for place, one in enumerate(self.operations) if place not in fixed)
+        needed = {last, *(index for one in others for index in indices_of(one))}
+        return frozenset(needed & fixed)
 
     @property
     def periodic(self) -> bool:
@@ -177,7 +196,10 @@ def _moved(operation: Operation, places: Mapping[int, int]) -> Operation:
 
 
 def computed(
-    program: Program, leaf: Callable[[Operation], Any], combine: Callable[..., Any]
+    program: Program,
+    leaf: Callable[[Operation], Any],
+    combine: Callable[..., Any],
+    known: Mapping[int, Any] = MappingProxyType({}),
 ) -> list[Any]:
     """Return the results of all operations of a program in some kind of number.
 
@@ -185,11 +207,14 @@ def computed(
         program: The program.
         leaf: Returns the number of an operation without operands.
         combine: Returns the result of an operation, from its kind and its operands.
+        known: Results that need not be computed, by their places.
     """
     found: list[Any] = []
-    for operation in program.operations:
+    for place, operation in enumerate(program.operations):
         indices = indices_of(operation)
-        if indices:
+        if place in known:
+            found.append(known[place])
+        elif indices:
             kind, *operands = operation
             numbers = [found[index] for index in indices]
             found.append(combine(kind, *numbers, *operands[len(indices) :]))

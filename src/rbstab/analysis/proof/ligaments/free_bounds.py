@@ -6,9 +6,8 @@ along Θ at constant ζ, and H = W_ζζ,
 
     ∂V/∂θ_i = W_i        ∂²V/∂θ_i∂θ_j = W_ij - W_iζ H⁻¹ W_ζj        where W_ζ = 0.
 
-Let ζ = Bξ, let Δ bound |B'HB - 1| entry by entry on a box |ξ| <= x, and g = W_ζ at ζ = 0. If
-|B'g| + Δx < x, then W_ζ is zero at one ζ, in this box (Krawczyk's test), and B'HB >= λ with
-1 - λ = max (Δx)_k/x_k < 1. So |W_iζ H⁻¹ W_ζj| <= |B'W_iζ| |B'W_jζ|/λ (docs/proofs.md, lemma 14).
+Let ζ = Bξ. If `lowest_point` bounds ζ with B'HB >= λ, then |W_iζ H⁻¹ W_ζj| is at most
+|B'W_iζ| |B'W_jζ|/λ (docs/proofs.md, lemma 14).
 
 All of this holds for any ẑ, C and B: only its sharpness depends on them. B is first chosen so that
 B'HB is 1 at m. Where that proves nothing, as the directions of stiff ligaments change too much, it
@@ -57,6 +56,9 @@ from rbstab.analysis.proof.lowest_point import (
 from rbstab.mechanics.numbers import Array
 
 UNIT = np.eye(3)
+
+ROOM = 2.0
+"""The bounds that are tried for ξ are so many times |B'g|."""
 
 
 class _Offset(NamedTuple):
@@ -171,15 +173,15 @@ class _Enclosure:
         """Return B, λ, and bounds on |ζ| over the boxes, shape (m, 3)."""
         mixed = total([self.SC, *(one.mixed for one in at_zero)])
         loads = load(self.stiff, self.g, mixed, self.radius)
-        proved, sharp, least = lowest_point(self.stiff, loads, self._deviation)
+        proved, sharp, least = lowest_point(self.stiff, loads, ROOM, self._bend)
         B = np.where(proved[:, np.newaxis, np.newaxis], self.stiff, self.soft)
         softly = load(self.soft, self.g, mixed, self.radius)
         rough = widths_of(self.soft, norm(softly) / self.soft_least)
         widths = np.where(proved[:, np.newaxis], np.fmin(sharp, rough), rough)
         return B, np.where(proved, least, self.soft_least), widths
 
-    def _deviation(self, widths: Array) -> Array:
-        """Bound the entries of B'HB - 1 with B = `stiff`, |ζ| <= widths, shape (m, 3, 3)."""
+    def _bend(self, widths: Array) -> Intervals:
+        """Return bounds on B'HB with B = `stiff`, for |ζ| <= widths, shape (m, 3, 3)."""
         parts = self._parts(Intervals(np.zeros_like(widths), widths))
         transposed = turned(self.stiff)
         BB = product(transposed, exact(self.stiff))
@@ -188,7 +190,7 @@ class _Enclosure:
             u = product(transposed, one.direction[:, :, np.newaxis])[:, :, 0]
             found.append(one.across[:, np.newaxis, np.newaxis] * BB)
             found.append(one.excess[:, np.newaxis, np.newaxis] * products(u))
-        return (total(found) + exact(-UNIT)).size
+        return total(found)
 
     def _parts(self, zeta: Intervals) -> list[_Parts]:
         """Return the parts of each ligament over the boxes, for all ζ in a box."""

@@ -12,9 +12,10 @@ W(Θ, ζ) = f, derivatives along Θ at constant ζ,
 `lowest_point` bounds ζ over the box; without a bound, V has none there either.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -45,11 +46,17 @@ MAX_STEPS = 80
 HALVINGS = 40
 """The largest numbers of Newton's steps, and of halvings of one of them."""
 
-ROUND_OFF = 1e-14
-"""A step may raise the energy by so much of it, as the last ones do."""
+ROOMS = (2.0, 8.0)
+"""The bounds that are tried for ξ are so many times |B'g|."""
+
+CONVERGED = 1e-8
+"""A step that is so short, relative to the longest one, is the last: it reaches round-off."""
 
 BOX_LIMIT = 20_000
 """The boxes over which the bounds of all the range are computed at most."""
+
+FAR_ABOVE = 3.0
+"""Bounds are closer than so many times the largest magnitude at points, if this limit allows."""
 
 
 class _Around(NamedTuple):
@@ -100,39 +107,28 @@ class OwnStatesEnergy(FormulaPart):
     @np.errstate(all="ignore")  # the formula may have no value at a point
     def lowest(self, Theta: Array) -> Array:
         """Return D at points, to round-off, shape (m, n): by Newton's method."""
+        f = _OfOwnStates(self, Theta)
         D, left = np.zeros((len(Theta), self.count)), np.arange(len(Theta))
-        found = self._of_own(Theta, D)
+        found, longest = f.at(left, D), np.zeros(len(Theta))
         for _ in range(MAX_STEPS):
             step = -_solved(jets.hessian(found), jets.gradient(found))
-            tried = self._of_own(Theta[left], D[left] + step)
+            length = np.abs(step).max(axis=1)
+            longest[left] = np.fmax(longest[left], length)
+            going = length > CONVERGED * longest[left]
+            tried = f.at(left, D[left] + step).rows
+            worse = np.flatnonzero(going & ~_is_lower(tried, found.rows, self.count))
             for _ in range(HALVINGS):
-                worse = ~(tried.rows[0] <= found.rows[0] + ROUND_OFF * np.abs(found.rows[0]))
-                if not worse.any():
+                if not len(worse):
                     break
                 step[worse] *= 0.5
-                tried = self._of_own(Theta[left], D[left] + step)
+                tried[:, worse] = f.at(left[worse], D[left[worse]] + step[worse]).rows
+                lower = _is_lower(tried[:, worse], found.rows[:, worse], self.count)
+                worse = worse[~lower]
             D[left] += step
-            moves = np.abs(step).max(axis=1) > 4 * np.spacing(np.abs(D[left]).max(axis=1))
-            # The slope falls, but for round-off: so the last step is known.
-            steep, before = (np.abs(jets.gradient(one)).max(axis=1) for one in (tried, found))
-            moves &= ~((tried.rows[0] == found.rows[0]) & (steep >= before))
-            left, found = left[moves], Jet(tried.rows[:, moves])
+            left, found = left[going], Jet(tried[:, going])
             if not len(left):
                 break
         return D
-
-    def _of_own(self, Theta: Array, D: Array) -> Jet:
-        """Return f as a function of D alone, to round-off."""
-
-        def leaf(operation: Operation) -> Jet:
-            kind, number = operation
-            if kind == LENGTH:
-                return jets.variable(D[:, number], number, self.count)
-            found = jets.constant(0.0, D[:, 0], self.count)
-            found.rows[0] = Theta[:, number] if kind == THETA else number
-            return found
-
-        return computed(self.program, leaf, jets.combined)[-1]
 
     @np.errstate(all="ignore")
     def approximate(self, Theta: Array, order: int) -> list[Array]:
@@ -171,21 +167,31 @@ class OwnStatesEnergy(FormulaPart):
 
     @cached_property
     def _bounds(self) -> Array:
-        """Bounds on the magnitudes of V and its slopes in the cells, shape (4,)."""
+        """Bounds on the magnitudes of V and its slopes in the cells, shape (4,).
+
+        Cells are halved where these are far above those at points, up to a limit.
+        """
+        V, slopes = self.approximate(self.cells.centre, 1)
+        wanted = FAR_ABOVE * np.abs(np.column_stack([V, slopes])).max(axis=0)
         pending, examined, most = self.cells, 0, np.zeros(4)
         while len(pending):
             examined += len(pending)
-            if examined > BOX_LIMIT:
-                return np.full(4, np.inf)
-            value, slopes, bent = self._over(pending)
-            r = pending.radius
-            turning = slopes.size + np.einsum("mij,mj->mi", bent.size, r) * WIDER
-            sizes = np.column_stack([value.size + (turning * r).sum(axis=1) * WIDER, turning])
-            known = np.all(np.isfinite(sizes), axis=1)
-            most = np.maximum(most, sizes[known].max(axis=0, initial=0.0) * WIDER)
-            left = pending[~known]
-            pending = joined([left.halves(left.radius.argmax(axis=1))])
-        return most
+            sizes = self._sizes(pending)
+            left = ~np.all(sizes <= wanted, axis=1)
+            if examined + 2 * left.sum() > BOX_LIMIT:
+                left[:] = False
+            most = np.maximum(most, sizes[~left].max(axis=0, initial=0.0))
+            rest = pending[left]
+            pending = joined([rest.halves(rest.radius.argmax(axis=1))])
+        return np.where(np.isfinite(most), most, np.inf)
+
+    @np.errstate(all="ignore")
+    def _sizes(self, boxes: Boxes) -> Array:
+        """Bound the magnitudes of V and its slopes over boxes, shape (m, 4)."""
+        one = _Enclosure(self, boxes)
+        slopes = one.slopes.size
+        over = one.value.size + (slopes * boxes.radius).sum(axis=1) * WIDER
+        return np.column_stack([over, slopes])
 
     @property
     def steepest(self) -> Array:
@@ -201,6 +207,45 @@ class OwnStatesEnergy(FormulaPart):
         return float(self._bounds[0])
 
 
+class _OfOwnStates:
+    """f as a function of D alone, to round-off.
+
+    Args:
+        energy: V.
+        Theta: The points, shape (m, 3).
+    """
+
+    def __init__(self, energy: OwnStatesEnergy, Theta: Array) -> None:
+        self.energy, program = energy, energy.program
+
+        def leaf(operation: Operation) -> Jet:
+            kind, number = operation
+            found = jets.constant(0.0, Theta[:, 0], energy.count)
+            found.rows[0] = Theta[:, number] if kind == THETA else number
+            return found
+
+        found = computed(program, leaf, jets.combined)
+        self.fixed = {place: found[place].rows for place in program.fixed}
+        self.unused = dict.fromkeys(self.fixed.keys() - program.used_by_others)
+
+    def at(self, rows: Array, D: Array) -> Jet:
+        """Return f and its derivatives by D at some of the points.
+
+        Args:
+            rows: Which points.
+            D: D there, shape (k, n).
+        """
+        known = dict[int, Jet | None](self.unused)
+        for place in self.fixed.keys() - known.keys():
+            known[place] = Jet(self.fixed[place][:, rows], constant=True)
+
+        def leaf(operation: Operation) -> Jet:
+            return jets.variable(D[:, operation[1]], operation[1], self.energy.count)
+
+        found: Jet = computed(self.energy.program, leaf, jets.combined, known)[-1]
+        return found
+
+
 class _Enclosure:
     """The bounds over some boxes; no numbers where nothing bounds ζ.
 
@@ -210,76 +255,117 @@ class _Enclosure:
     """
 
     def __init__(self, energy: OwnStatesEnergy, boxes: Boxes) -> None:
-        self.energy, self.boxes = energy, boxes
+        self.energy, self.centre, self.radius = energy, boxes.centre, boxes.radius
         self.own, nothing = energy.lowest(boxes.centre), np.zeros((len(boxes), energy.count))
         self.C, self.B = self._chosen()
-        self.centres = self._results(boxes.centre, np.zeros_like(boxes.centre), nothing)
-        self.g = jets.gradient(self.centres[-1])[:, 3:]
-        mixed = jets.hessian(self._over(nothing))[:, 3:, :3]
+        self.at_centre = self._results(np.zeros_like(self.radius), nothing)
+        self.over = self._results(self.radius, nothing, self.at_centre)
+        self.g = jets.gradient(self.at_centre[-1])[:, 3:]
+        mixed = jets.hessian(self.over[-1])[:, 3:, :3]
         loads = load(self.B, self.g, mixed, boxes.radius)
-        self.proved, self.widths, self.least = lowest_point(self.B, loads, self._deviation)
+        self.lowest = lowest_point(self.B, loads, ROOMS[0], self._bend)
+        for room in ROOMS[1:]:
+            if self.lowest.proved.all():
+                break
+            further = lowest_point(self.B, loads, room, self._bend)
+            self.lowest = self.lowest.or_else(further)
 
     @property
     def value(self) -> Intervals:
         """V at the centres: at most ½ |B'g|²/λ below W at ζ = 0, as B'HB >= λ between them."""
-        found = self.centres[-1].rows[0]
-        below = 0.5 * size_of(self.B, self.g.size) ** 2 / self.least * WIDER
+        found = self.at_centre[-1].rows[0]
+        below = 0.5 * size_of(self.B, self.g.size) ** 2 / self.lowest.least * WIDER
         return self._known(Intervals(found.middle, (found.radius + below) * WIDER))
 
     @property
     def gradient(self) -> Intervals:
         """∂V/∂Θ at the centres, with |ξ| <= |B'g|/λ."""
-        widths = widths_of(self.B, size_of(self.B, self.g.size) / self.least)
-        near = self._results(self.boxes.centre, np.zeros_like(self.boxes.centre), widths)[-1]
+        widths = widths_of(self.B, size_of(self.B, self.g.size) / self.lowest.least)
+        near = self._with_own(self.at_centre, np.zeros_like(self.radius), widths)
         return self._known(jets.gradient(near)[:, :3])
+
+    @property
+    def slopes(self) -> Intervals:
+        """∂V/∂Θ over the boxes."""
+        return self._known(jets.gradient(self._around_lowest)[:, :3])
+
+    @cached_property
+    def _around_lowest(self) -> Jet:
+        """W over the boxes, for all ζ at which it may be least."""
+        return self._within(self.lowest.widths)
 
     @property
     def hessian(self) -> Intervals:
         """The Hessian of V over the boxes."""
-        bent = jets.hessian(self._over(self.widths))
-        found, taken = bent[:, :3, :3], lost(self.B, bent[:, 3:, :3], self.least)
+        bent = jets.hessian(self._around_lowest)
+        found, taken = bent[:, :3, :3], lost(self.B, bent[:, 3:, :3], self.lowest.least)
         return self._known(Intervals(found.middle, (found.radius + taken) * WIDER))
 
     def _known(self, bounds: Intervals) -> Intervals:
         """Return bounds without a number where nothing is proved."""
-        proved = self.proved.reshape(-1, *[1] * (bounds.middle.ndim - 1))
+        proved = self.lowest.proved.reshape(-1, *[1] * (bounds.middle.ndim - 1))
         return Intervals(bounds.middle, np.where(proved, bounds.radius, np.inf))
 
     def _chosen(self) -> tuple[Array, Array]:
         """Return C, and B with B'HB near 1, both at the centres, to round-off."""
-        around = _Around(self.boxes.centre, self.own, np.zeros((*self.own.shape, 3)))
+        around = _Around(self.centre, self.own, np.zeros((*self.own.shape, 3)))
         jet = computed(self.energy.program, around.variable, jets.combined)[-1]
         bent = jets.hessian(jet)
         usable = np.all(np.isfinite(bent), axis=(1, 2), keepdims=True)
         bent = np.where(usable, bent, np.eye(bent.shape[1]))
         return _slopes(bent), scaling(bent[:, 3:, 3:])
 
-    def _deviation(self, widths: Array) -> Array:
-        """Bound the entries of B'HB - 1 for |ζ| <= widths over the boxes, shape (m, n, n)."""
-        H = jets.hessian(self._over(widths))[:, 3:, 3:]
-        scaled = product(product(turned(self.B), H), exact(self.B))
-        return (scaled + exact(-np.eye(self.energy.count))).size
+    def _bend(self, widths: Array) -> Intervals:
+        """Return bounds on B'HB for |ζ| <= widths over the boxes, shape (m, n, n)."""
+        H = jets.hessian(self._within(widths))[:, 3:, 3:]
+        return product(product(turned(self.B), H), exact(self.B))
 
-    def _over(self, widths: Array) -> Jet:
+    def _within(self, widths: Array) -> Jet:
         """Return W over the boxes, for all |ζ| <= widths."""
-        found: Jet = self._results(self.boxes.centre, self.boxes.radius, widths, closer=True)[-1]
-        return found
+        return self._with_own(self.over, self.radius, widths, self.at_centre)
+
+    def _with_own(
+        self, known: Sequence[Jet], radius: Array, widths: Array, about: Sequence[Jet] = ()
+    ) -> Jet:
+        """Return W for all |δ| <= radius and |ζ| <= widths; what has no D in it is known."""
+        fixed = {place: known[place] for place in self.energy.program.fixed}
+        return self._results(radius, widths, about, fixed)[-1]
 
     def _results(
-        self, centre: Array, radius: Array, widths: Array, *, closer: bool = False
+        self,
+        radius: Array,
+        widths: Array,
+        about: Sequence[Jet] = (),
+        known: Mapping[int, Jet] = MappingProxyType({}),
     ) -> list[Jet]:
-        """Return the results of all operations, for all |δ| <= radius and |ζ| <= widths."""
+        """Return the results of all operations, for all |δ| <= radius and |ζ| <= widths.
+
+        Args:
+            radius: The radii of the boxes, shape (m, 3).
+            widths: Bounds on |ζ|, shape (m, n).
+            about: The results at the centres, for closer bounds.
+            known: Results that are known, by their places.
+        """
         spread = np.einsum("mki,mi->mk", np.abs(self.C), radius) + widths
-        around = _Around(Intervals(centre, radius), Intervals(self.own, spread * WIDER), self.C)
-        if not closer:
-            return computed(self.energy.program, around.variable, jets.combined)
-        centres, reach = iter(self.centres), np.concatenate([radius.T, widths.T])
+        own = Intervals(self.own, spread * WIDER)
+        around = _Around(Intervals(self.centre, radius), own, self.C)
+        program, reach = self.energy.program, np.concatenate([radius.T, widths.T])
+        if not about:
+            return computed(program, around.variable, jets.combined, known)
+        places = (place for place in range(len(program.operations)) if place not in known)
 
         def tightened(make: Callable[..., Jet], *operands: object) -> Jet:
-            return jets.tightened(make(*operands), next(centres), reach)
+            return jets.tightened(make(*operands), about[next(places)], reach)
 
         leaf, combine = (partial(tightened, make) for make in (around.variable, jets.combined))
-        return computed(self.energy.program, leaf, combine)
+        return computed(program, leaf, combine, known)
+
+
+def _is_lower(rows: Array, before: Array, count: int) -> Array:
+    """Return whether a step lowers the energy or, where that is only round-off, its slopes."""
+    steep, steep_before = (np.abs(one[1 : 1 + count]).max(axis=0) for one in (rows, before))
+    found: Array = (rows[0] < before[0]) | (steep < steep_before)
+    return found
 
 
 def _slopes(hessian: Array) -> Array:

@@ -142,7 +142,7 @@ def test_the_shift_of_the_position_is_bounded(seed, radius, stiffest):
     with ctx.workprec(128):
         middle, ball = [arb(one) for one in centre.tolist()], arb(0, radius)
         over = V.over(middle, [ball] * 3)
-        found = over._krawczyk(over._second([arb(0)] * 3))
+        found = over._near(over._second([arb(0)] * 3))
         if found is None:
             return
         C = np.array([[float(one.mid()) for one in row] for row in over.C])

@@ -4,8 +4,8 @@
 
 Springs and ligaments add functions of the lengths of their lines (`lengths/lines.py`); ligaments of
 a body that is not held add their least energy over its position (`lengths/free_ligaments.py`).
-Elements of users add formulas (`formulas/formula.py`), and parts max(h, 0), where their force jumps
-(`formulas/kinks.py`).
+Elements of users add formulas (`formulas/formula.py`), parts max(h, 0), where their force jumps
+(`formulas/kinks.py`), and least energies over own states (`formulas/own_states.py`).
 Guards add functions of θ2 (`guards.py`). That of a barrier, ½ k tan² θ2, is infinite at ±π/2; all
 its derivatives by θ2 are monotonic functions of |θ2|, so balls need only the ends of an interval.
 Where the slope of a guard jumps in a box, it may have all values between.
@@ -23,6 +23,7 @@ from flint import arb
 from rbstab.analysis.proof_check.boxes import AXES
 from rbstab.analysis.proof_check.formulas.formula import Formula
 from rbstab.analysis.proof_check.formulas.kinks import kinks_of
+from rbstab.analysis.proof_check.formulas.own_states import OwnStates
 from rbstab.analysis.proof_check.guards import (
     Barrier,
     SwitchingGuard,
@@ -40,6 +41,9 @@ MOST_MULTIPLES = 4
 MOST_EVALUATIONS = 3_000_000
 """So often U is evaluated at most; this takes five to ten minutes. A line counts as two."""
 
+OF_USERS = ("formulas", "kinks", "own_states")
+"""The parts of an energy that come from elements of users."""
+
 MOST_LINES = 100
 
 MOST_GUARDS = 20
@@ -56,7 +60,7 @@ class Energy:
 
     Args:
         data: `reduced_energy` of a proof: quadratic, linear and coefficients, and perhaps barrier,
-            soft guards, a stop, lines, ligaments, formulas and kinks.
+            soft guards, a stop, lines, ligaments, formulas, kinks and own states.
 
     Attributes:
         barriers: The barriers on single angles.
@@ -65,6 +69,7 @@ class Energy:
         lines: The same, and the ligaments of a held body.
         formulas: The energies of elements of users.
         kinks: Their parts max(h, 0), where their force jumps.
+        own_states: Those of which the least energy over own states is in U.
         position: The ligaments of a body that is not held; None without one.
 
     Raises:
@@ -86,13 +91,14 @@ class Energy:
         self.quadratic = [[rounded(entry) for entry in row] for row in Q]
         self.linear = [rounded(entry) for entry in data["linear"]]
         springs, ligaments = (data.get(key) or () for key in ("lines", "ligaments"))
-        of_users = [*(data.get("formulas") or ()), *(data.get("kinks") or ())]
+        of_users = [one for key in OF_USERS for one in data.get(key) or ()]
         if len(springs) + len(ligaments) + len(of_users) > MOST_LINES:
             raise ValueError(f"The reduced energy has more than {MOST_LINES} lines")
         self.periodic = TrigonometricSum(data["coefficients"])
         self.springs = [Line(one) for one in springs]
         self.formulas = [Formula(one) for one in data.get("formulas") or ()]
         self.kinks = kinks_of(data)
+        self.own_states = [OwnStates(one) for one in data.get("own_states") or ()]
         self.lines: list[Line | Ligament] = [*self.springs, *(Ligament(one) for one in ligaments)]
         free = data.get("free_ligaments")
         self.position = None if free is None else FreeLigaments(free)
@@ -124,7 +130,7 @@ class Energy:
     def derivatives(self, Theta: Sequence[Ball]) -> dict[Axes, Ball]:
         """Return the derivatives at a ball of Θ by their axes, in rising order: (0, 0, 2), ...
 
-        Those of `position`, `formulas`, `kinks` and `guards` are not among them.
+        Those of `position`, `of_users` and `guards` are not among them.
 
         Raises:
             TooLongError: U was evaluated too often.
@@ -133,20 +139,26 @@ class Energy:
 
     def value(self, Theta: Sequence[Ball]) -> Ball:
         """Return U at a ball of Θ, without `position` and `guards`."""
-        formulas = sum((one.value(Theta) for one in self.of_users), arb(0))
+        own_states = sum((one.value(Theta) for one in self.own_states), arb(0))
+        return self.value_of_others(Theta) + own_states
+
+    def value_of_others(self, Theta: Sequence[Ball]) -> Ball:
+        """Return U at a ball of Θ without the least energies over own states."""
+        formulas = sum((one.value(Theta) for one in (*self.formulas, *self.kinks)), arb(0))
         return self.derivatives(Theta)[()] + formulas
 
     @property
-    def of_users(self) -> list[Formula]:
+    def of_users(self) -> list[Formula | OwnStates]:
         """All parts that come from elements of users as formulas."""
-        return [*self.formulas, *self.kinks]
+        return [*self.formulas, *self.kinks, *self.own_states]
 
     def parts_over(self, centre: Sequence[Ball], step: Sequence[Ball]) -> list[Any]:
-        """Return what `position` and `formulas`, but not `kinks`, add over a box: centre + step.
+        """Return what `position`, `formulas` and `own_states` add over a box: centre + step.
 
         Each has a value and a gradient, those at the centre, and a Hessian over the whole box.
         """
-        parts: list[Any] = [*([] if self.position is None else [self.position]), *self.formulas]
+        free = [] if self.position is None else [self.position]
+        parts: list[Any] = [*free, *self.formulas, *self.own_states]
         return [part.over(centre, step) for part in parts]
 
     def with_barriers(self, found: Mapping[Axes, Ball], Theta: Sequence[Ball]) -> dict[Axes, Ball]:

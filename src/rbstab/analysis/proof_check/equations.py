@@ -7,6 +7,7 @@ alone. So a mistake in the exact polynomials of the prover would show here.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise, product
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,9 @@ FURTHER = tuple(tuple(0.97 * end * (k / 4 - 1) for k in range(9)) for end in (3.
 
 SHIFTS = ((0.1, -0.2, 0.05), (-0.3, 0.0, 0.2))
 """z at which both are compared, m."""
+
+OWN_SHIFTS = (0.0, 0.1, -0.07)
+"""How far from the lowest point energies with own states are compared, in their units."""
 
 GUARD_SHARES = (0.2, 0.5, 0.9)
 """Where the energies of guards are compared between two angles, from one to the other."""
@@ -63,6 +67,8 @@ def agrees_with_equations(
             return _agrees_at_shifts(U, U.position, at_rest)
         points = [[arb(angle) for angle in Theta] for Theta in POINTS]
         points += _beyond_switches(U, at_rest, points)
+        if U.own_states:
+            return _agrees_at_own_states(U, at_rest, points)
         pairs = ((least_energy(at_rest, Theta), U.value(Theta)) for Theta in points)
         return all(stated.is_finite() and stated.overlaps(found) for stated, found in pairs)
 
@@ -184,7 +190,42 @@ def _agrees_at_shifts(U: Energy, V: FreeLigaments, at_rest: Configurations) -> b
     return True
 
 
-def least_energy(at_rest: Configurations, fixed: Sequence[Ball]) -> Ball:
+def _agrees_at_own_states(
+    U: Energy, at_rest: Configurations, points: Sequence[Sequence[Ball]]
+) -> bool:
+    """Return whether U without its least energies over own states D, plus f(Θ, D), is right.
+
+    It is the stored energy with these D, and the least one over all else.
+    """
+    places = _own_entries(at_rest)
+    if any(one.count != len(places.get(one.name, ())) for one in U.own_states):
+        return False
+    for Theta in points:
+        others = U.value_of_others(Theta)
+        for shift in OWN_SHIFTS:
+            found, own = others, dict[int, Ball]()
+            for one in U.own_states:
+                D = [entry + shift for entry in one.near_lowest(Theta)]
+                own |= dict(zip(places[one.name], D, strict=True))
+                found += one.stored(Theta, D)
+            stated = least_energy(at_rest, Theta, own)
+            if not (stated.is_finite() and stated.overlaps(found)):
+                return False
+    return True
+
+
+def _own_entries(at_rest: Configurations) -> dict[str, range]:
+    """Return the entries of q that are the own states of each element."""
+    found, begin = dict[str, range](), at_rest.pose_size
+    for element in at_rest.system.elements:
+        found[element.name] = range(begin, begin + element.state_size)
+        begin += element.state_size
+    return found
+
+
+def least_energy(
+    at_rest: Configurations, fixed: Sequence[Ball], own: Mapping[int, Ball] = MappingProxyType({})
+) -> Ball:
     """Return the least stored energy over the entries x of q that are not fixed.
 
     It is quadratic in them: e = c + b'x + ½ x'Hx.
@@ -192,13 +233,19 @@ def least_energy(at_rest: Configurations, fixed: Sequence[Ball]) -> Ball:
     Args:
         at_rest: The configurations q of the system.
         fixed: The first entries of q: Θ, or Θ and X.
+        own: Further entries that are fixed, by their places.
     """
-    size = at_rest.size - len(fixed)
+    left = [place for place in range(len(fixed), at_rest.size) if place not in own]
+    size = len(left)
 
     def energy(*places: int) -> Ball:
         """Return e with 1 added to the entries of x at these places."""
-        x = [arb(places.count(place)) for place in range(size)]
-        return arb(0) + at_rest.energy(np.array([*fixed, *x], dtype=object))
+        q = np.array([*fixed, *[arb(0)] * (at_rest.size - len(fixed))], dtype=object)
+        for place, value in own.items():
+            q[place] = value
+        for place in places:
+            q[left[place]] += 1
+        return arb(0) + at_rest.energy(q)
 
     c = energy()
     if size == 0:

@@ -1,6 +1,7 @@
 """What guards add to the energy of a proof, in balls: barriers, soft guards and stops."""
 
 from collections.abc import Mapping
+from functools import reduce
 from typing import Any, NamedTuple
 
 from flint import arb
@@ -9,11 +10,21 @@ from rbstab.analysis.proof_check.trigonometric import Ball, rounded, square
 
 
 def barrier(stiffness: Ball, angle: Ball) -> list[Ball]:
-    """Return ½ k tan² θ and its derivatives up to order 3; no numbers if the ball reaches ±π/2."""
+    """Return ½ k tan² θ and its derivatives up to order 3; no numbers if the ball reaches ±π/2.
+
+    They rise with |θ|, in size. So over a ball they are between those at its ends, and at 0.
+    """
     low, high = arb(angle.lower()), arb(angle.upper())
     if not (-arb.pi() / 2 < low and high < arb.pi() / 2):
         return [arb("nan")] * 4
-    t = low.tan().union(high.tan())
+    points = [low, high, *([] if low > 0 or high < 0 else [arb(0)])]
+    first, *others = (_barrier_at(stiffness, point) for point in points)
+    return [reduce(arb.union, terms, one) for one, *terms in zip(first, *others, strict=True)]
+
+
+def _barrier_at(stiffness: Ball, angle: Ball) -> list[Ball]:
+    """Return the same at a point."""
+    t = angle.tan()
     tt = square(t)
     ss = 1 + tt  # 1/cos² θ, the derivative of tan θ
     terms = [tt / 2, t * ss, ss * (ss + 2 * tt), 4 * t * ss * (2 * ss + tt)]

@@ -58,7 +58,7 @@ DAMPED_VERSION = 1
 """The same for configs without a controller whose elements may damp every motion: before it,
 nothing was proved of them."""
 
-USER_CODE_VERSION = 4
+USER_CODE_VERSION = 5
 """The same for configs with elements of users: before 1, nothing was proved of them, and before 2,
 nothing if they switch or have own states, if the body is not held, or if nothing else damps it.
 Before 3, nothing was proved of a body that is not held with one whose energy is no quadratic

@@ -70,7 +70,7 @@ NOT_RELAXING = (
 SOME_ATTITUDES = (4, 3, 4)
 """The attitudes by axis at which a least energy over own states must be found."""
 
-COST_OF_STATES = 3
+COST_OF_STATES = 2
 """Bounds on a least energy over own states take as long as those of so many formulas of Θ."""
 
 

@@ -6,8 +6,9 @@ and a whole number. A constant stands for all numbers that round to it. "square_
 max(x, 0)², which has a continuous slope.
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import product
+from types import MappingProxyType
 from typing import Any
 
 from flint import arb, arb_mat
@@ -62,7 +63,7 @@ class Formula:
     """
 
     def __init__(self, data: Mapping[str, Any]) -> None:
-        self.operations = operations_of(data, {"theta"})
+        self.operations = operations_of(data, {"theta": 3})
         self._middle: tuple[tuple[Any, ...], list[Series]] | None = None
         self._steepest: list[Ball] | None = None
 
@@ -94,37 +95,13 @@ class Formula:
     def steepest(self, axis: int) -> Ball:
         """Bound the derivative along an axis for |θ2| <= π/2, and |θ1| and |θ3| <= π."""
         if self._steepest is None:
-            self._steepest = self._steepest_slopes()
-        return self._steepest[axis]
 
-    def _steepest_slopes(self) -> list[Ball]:
-        """Bound the slopes by those over boxes; boxes without a bound are halved, a few times."""
-        ends = [3.1416, 1.5708, 3.1416]
-        pending = [
-            [
-                arb(-end + 2 * end * (place + 0.5) / count, 1.001 * end / count)
-                for end, place, count in zip(ends, places, PARTS, strict=True)
-            ]
-            for places in product(*(range(count) for count in PARTS))
-        ]
-        sizes, examined = [arb(0)] * 3, 0
-        while pending:
-            examined += len(pending)
-            left = []
-            for box in pending:
+            def slopes(box: Sequence[Ball]) -> Sequence[Ball]:
                 found = self._series(box)
-                slopes = [series.slope(found, k) for k in AXES]
-                if all(one.is_finite() for one in slopes):
-                    sizes = _larger(sizes, slopes)
-                else:
-                    left.append((box, slopes))
-            # Where a formula has no value at all, as tan θ2 at ±π/2, no box is small enough.
-            if examined + 2**3 * len(left) > MOST_PARTS:
-                for _, slopes in left:
-                    sizes = _larger(sizes, slopes)
-                break
-            pending = [half for box, _ in left for half in _halves(box)]
-        return sizes
+                return [series.slope(found, k) for k in AXES]
+
+            self._steepest = bounds_over_parts(slopes)
+        return self._steepest[axis]
 
     def _series(self, Theta: Sequence[Ball]) -> Series:
         """Return the Taylor polynomial; over a wide ball, also bounded about its middle."""
@@ -153,6 +130,39 @@ class Formula:
         return computed(self.operations, leaf, middle, step)
 
 
+def bounds_over_parts(slopes: Callable[[Sequence[Ball]], Sequence[Ball]]) -> list[Ball]:
+    """Bound the slopes by those over boxes; boxes without a bound are halved, a few times.
+
+    Args:
+        slopes: Returns the three slopes over a box.
+    """
+    ends = [3.1416, 1.5708, 3.1416]
+    pending = [
+        [
+            arb(-end + 2 * end * (place + 0.5) / count, 1.001 * end / count)
+            for end, place, count in zip(ends, places, PARTS, strict=True)
+        ]
+        for places in product(*(range(count) for count in PARTS))
+    ]
+    sizes, examined = [arb(0)] * 3, 0
+    while pending:
+        examined += len(pending)
+        left = []
+        for box in pending:
+            found = slopes(box)
+            if all(one.is_finite() for one in found):
+                sizes = _larger(sizes, found)
+            else:
+                left.append((box, found))
+        # Where a formula has no value at all, as tan θ2 at ±π/2, no box is small enough.
+        if examined + 2**3 * len(left) > MOST_PARTS:
+            for _, found in left:
+                sizes = _larger(sizes, found)
+            break
+        pending = [half for box, _ in left for half in _halves(box)]
+    return sizes
+
+
 def _larger(sizes: Sequence[Ball], slopes: Sequence[Ball]) -> list[Ball]:
     """Return the larger ones of bounds on slopes and of the sizes of others; a NaN has no bound."""
     bounds = (one.abs_upper() if one.is_finite() else arb.pos_inf() for one in slopes)
@@ -170,6 +180,7 @@ def computed(
     leaf: Callable[[str, int], Series],
     middle: Sequence[Series] = (),
     step: tuple[Ball, ...] = (),
+    known: Mapping[int, Series] = MappingProxyType({}),
 ) -> list[Series]:
     """Return the results of all operations as Taylor polynomials.
 
@@ -178,11 +189,14 @@ def computed(
         leaf: Returns a variable, from its kind and its number.
         middle: The results at the middle of a box; with them, bounds over the box are closer.
         step: The balls of y - m over this box.
+        known: Results that need not be computed, by their places.
     """
     found: list[Series] = []
     for place, operation in enumerate(operations):
         kind, first, *others = operation
-        if kind in VARIABLES:
+        if place in known:
+            one = known[place]
+        elif kind in VARIABLES:
             one = leaf(kind, first)
         elif kind == "constant":
             one = {series.ZERO: rounded(first)}
@@ -192,6 +206,15 @@ def computed(
             if middle:
                 one = series.closer(one, middle[place], step)
         found.append(one)
+    return found
+
+
+def parts_fixed(operations: Sequence[Operation]) -> set[int]:
+    """Return the places of the operations that depend on Θ alone."""
+    found = set[int]()
+    for place, operation in enumerate(operations):
+        if operation[0] != "length" and found.issuperset(_operands(operation)):
+            found.add(place)
     return found
 
 
@@ -230,12 +253,12 @@ def _operands(operation: Sequence[Any]) -> Sequence[int]:
     return operands[:1] if kind == "**" else operands
 
 
-def operations_of(data: Mapping[str, Any], variables: Collection[str]) -> list[Operation]:
+def operations_of(data: Mapping[str, Any], variables: Mapping[str, int]) -> list[Operation]:
     """Return the operations of a formula.
 
     Args:
         data: Its name and its operations.
-        variables: The kinds of variables on which it may depend.
+        variables: The kinds of variables on which it may depend, and how many there are of each.
 
     Raises:
         ValueError: They are no formula.
@@ -246,7 +269,7 @@ def operations_of(data: Mapping[str, Any], variables: Collection[str]) -> list[O
     for place, operation in enumerate(operations):
         kind, *operands = operation
         if kind in variables:
-            valid = len(operands) == 1 and operands[0] in AXES
+            valid = len(operands) == 1 and operands[0] in range(variables[kind])
         elif kind == "constant":
             valid = len(operands) == 1 and isinstance(operands[0], float)
         elif kind == "**":

@@ -26,6 +26,7 @@ from rbstab.analysis.proof_check.lengths.small_matrices import (
     product,
     turned,
 )
+from rbstab.analysis.proof_check.lowest_point import lowest_point, norm
 from rbstab.analysis.proof_check.trigonometric import (
     Axes,
     Ball,
@@ -39,13 +40,6 @@ NEWTON_STEPS = 60
 
 ROOM = 2
 """The bound that is tried for ζ is so many times what is expected of it."""
-
-SHARPER = 3
-"""The number of times that a bound on ζ is made sharper."""
-
-LEAST = 0.1
-"""The least λ that is used."""
-
 
 SIX = range(6)
 SHIFT = range(3, 6)
@@ -203,7 +197,7 @@ class Over:
         # By strong convexity with S: |ζ| <= |B'g| in the norm of S, B'SB = 1.
         self.soft = inverse(turned(cholesky(V.doubles)))
         self.soft_least = _least(self.soft, V.stiffness)
-        size = _norm(self._lengths(self.soft, self.slope)) / self.soft_least
+        size = norm(self._lengths(self.soft, self.slope)) / self.soft_least
         near = self._in_ball(self.soft, size)
         about = [_Line(one, r, self, near, 0) for one, r in pairs]
         stored = sum((a * b for a, b in zip(pulled, self.z, strict=True)), arb(0)) / 2
@@ -215,10 +209,10 @@ class Over:
     def _hessian(self) -> Any:
         """Return the Hessian over the box."""
         rows = self._second([arb(0)] * 3)
-        found = self._krawczyk(rows)
+        found = self._near(rows)
         if found is None:
             B, least = self.soft, self.soft_least
-            widths = self._in_ball(B, _norm(self._loads(B, rows)) / least)
+            widths = self._in_ball(B, norm(self._loads(B, rows)) / least)
         else:
             B, least, widths = found
         rows = self._second(widths)
@@ -234,35 +228,18 @@ class Over:
             ]
         )
 
-    def _krawczyk(self, rows: Sequence[Sequence[Ball]]) -> tuple[Rows, Ball, list[Ball]] | None:
+    def _near(self, rows: Sequence[Sequence[Ball]]) -> tuple[Rows, Ball, list[Ball]] | None:
         """Return B, λ and bounds on |ζ_k|, with B'HB near 1 at the centre; None if not proved."""
         B = self.B
-        loads = self._loads(B, rows)
-        sizes = [ROOM * one + arb("1e-40") for one in loads]
-        second = self._second(self._widths(B, sizes))
-        H = [[second[3 + i][3 + j] for j in AXES] for i in AXES]
-        HB = [[sum((H[i][k] * B[k][j] for k in AXES), arb(0)) for j in AXES] for i in AXES]
-        deviation = [
-            [
-                (sum((B[k][i] * HB[k][j] for k in AXES), arb(0)) - int(i == j)).abs_upper()
-                for j in AXES
-            ]
-            for i in AXES
-        ]
-        bent = [sum((deviation[i][j] * sizes[j] for j in AXES), arb(0)) for i in AXES]
-        if not all(load + more < size for load, more, size in zip(loads, bent, sizes, strict=True)):
-            return None
-        shares = [(more / size).abs_upper() for more, size in zip(bent, sizes, strict=True)]
-        least = 1 - max(shares, key=float)
-        if not all(1 - share >= LEAST for share in shares):
-            return None
-        least = least - arb("1e-9")
-        for _ in range(SHARPER):
-            sizes = [
-                (loads[i] + sum((deviation[i][j] * sizes[j] for j in AXES), arb(0))).abs_upper()
-                for i in AXES
-            ]
-        return B, least, self._widths(B, sizes)
+
+        def bend(sizes: Sequence[Ball]) -> list[list[Ball]]:
+            second = self._second(self._widths(B, sizes))
+            H = [[second[3 + i][3 + j] for j in AXES] for i in AXES]
+            HB = [[sum((H[i][k] * B[k][j] for k in AXES), arb(0)) for j in AXES] for i in AXES]
+            return [[sum((B[k][i] * HB[k][j] for k in AXES), arb(0)) for j in AXES] for i in AXES]
+
+        found = lowest_point(self._loads(B, rows), ROOM, bend)
+        return None if found is None else (B, found[1], self._widths(B, found[0]))
 
     def _loads(self, B: Rows, rows: Sequence[Sequence[Ball]]) -> list[Ball]:
         """Bound the entries of B'g over the box, where g is ∂W/∂ζ at ζ = 0."""
@@ -286,7 +263,7 @@ class Over:
 
     def _in_ball(self, B: Rows, size: Ball) -> list[Ball]:
         """Return balls with all entries of ζ = Bξ, |ξ| <= size."""
-        rows = (_norm([arb(B[k][m]) for m in AXES]) * size for k in AXES)
+        rows = (norm([arb(B[k][m]) for m in AXES]) * size for k in AXES)
         return [arb(0, 1) * row.abs_upper() for row in rows]
 
     def _second(self, zeta: Sequence[Ball]) -> list[list[Ball]]:
@@ -413,11 +390,6 @@ def _least(B: Rows, S: Sequence[Sequence[Ball]]) -> Ball:
         most = most.max(total)
     least = (1 - most).lower()
     return arb(least) if least > 0 else arb("nan")
-
-
-def _norm(entries: Sequence[Ball]) -> Ball:
-    """Bound the norm of a vector."""
-    return sum((square(one.abs_upper()) for one in entries), arb(0)).abs_upper().sqrt()
 
 
 def _dot(one: Sequence[Ball], other: Sequence[Ball]) -> Ball:

@@ -30,7 +30,7 @@ class FreeFormula:
     """
 
     def __init__(self, data: Mapping[str, Any]) -> None:
-        self.operations = operations_of(data, {"theta", "length"})
+        self.operations = operations_of(data, {"theta": 3, "length": 3})
         if not is_convex(self.operations):
             raise ValueError(f"The energy of {data['name']} is not shown to be convex in X")
 

@@ -1,0 +1,280 @@
+"""The least energy of an element of a user over its own states D, in balls.
+
+    V(Θ) = min over D of f(Θ, D)
+
+f is convex in D by its form. Over a box with the centre m and δ = Θ - m, let D = D̂ + Cδ + ζ; the
+variables δ and ζ are numbered from 0 on. With the blocks P, Q and H of the second derivatives of f
+by them (δδ, ζδ and ζζ), V has the slopes f_δ, and the Hessian P - Q'H⁻¹Q, where f_ζ = 0. D̂, C and
+the matrix B below are computed in doubles: all that is concluded holds for any of them.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from flint import arb, arb_mat
+
+from rbstab.analysis.proof_check.boxes import AXES
+from rbstab.analysis.proof_check.formulas import series
+from rbstab.analysis.proof_check.formulas.convexity import is_convex
+from rbstab.analysis.proof_check.formulas.formula import (
+    bounds_over_parts,
+    computed,
+    is_periodic,
+    operations_of,
+    parts_fixed,
+)
+from rbstab.analysis.proof_check.formulas.series import Series
+from rbstab.analysis.proof_check.lowest_point import lowest_point, norm
+from rbstab.analysis.proof_check.trigonometric import Ball
+
+MOST_STATES = 6
+
+NEWTON_STEPS = 60
+
+ROOMS = (2, 8)
+"""The bounds that are tried for ζ are so many times what is expected of it."""
+
+Doubles = Any
+"""An array of doubles."""
+
+
+class OwnStates:
+    """V(Θ) of an element of a user.
+
+    Args:
+        data: Its name, the number of own states, and the operations of f.
+
+    Raises:
+        ValueError: They are no formula, or f is not shown to be convex in D.
+    """
+
+    def __init__(self, data: Mapping[str, Any]) -> None:
+        self.name, self.count = data["name"], int(data["states"])
+        if not 0 < self.count <= MOST_STATES:
+            raise ValueError(f"An energy has none, or more than {MOST_STATES} own states")
+        self.operations = operations_of(data, {"theta": 3, "length": self.count})
+        if not is_convex(self.operations):
+            raise ValueError("A formula is not shown to be convex in its own states")
+        self.fixed = parts_fixed(self.operations)
+        self._steepest: list[Ball] | None = None
+
+    @property
+    def cost(self) -> int:
+        """How many evaluations of an energy of sines and cosines take as long."""
+        return 2 + len(self.operations) // 6
+
+    @property
+    def periodic(self) -> bool:
+        """Whether θ1 and θ3 are used in sines and cosines alone, so that whole turns do nothing."""
+        return is_periodic(self.operations)
+
+    def value(self, Theta: Sequence[Ball]) -> Ball:
+        """Return V at a ball of Θ."""
+        middle = [angle.mid() for angle in Theta]
+        over = self.over(
+            middle, [angle - point for angle, point in zip(Theta, middle, strict=True)]
+        )
+        return over.values
+
+    def near_lowest(self, Theta: Sequence[Ball]) -> list[Ball]:
+        """Return D near the lowest point; zeros where none is found."""
+        own = self.over(Theta, [arb(0)] * 3).own
+        return [arb(one) for one in (np.zeros(self.count) if own is None else own)]
+
+    def stored(self, Theta: Sequence[Ball], D: Sequence[Ball]) -> Ball:
+        """Return f."""
+        values = {"theta": Theta, "length": D}
+        found = computed(self.operations, lambda kind, k: {series.ZERO: values[kind][k]})
+        return found[-1][series.ZERO]
+
+    def switches(self, Theta: Sequence[Ball]) -> list[Ball]:
+        """None: it does not switch."""
+        return []
+
+    def over(self, centre: Sequence[Ball], step: Sequence[Ball]) -> "Over":
+        """Return V over the box of all Θ = centre + step."""
+        return Over(self, centre, step)
+
+    def steepest(self, axis: int) -> Ball:
+        """Bound the derivative along an axis for |θ2| <= π/2, and |θ1| and |θ3| <= π."""
+        if self._steepest is None:
+
+            def slopes(box: Sequence[Ball]) -> Sequence[Ball]:
+                middle = [angle.mid() for angle in box]
+                step = [angle - point for angle, point in zip(box, middle, strict=True)]
+                return self.over(middle, step).slopes
+
+            self._steepest = bounds_over_parts(slopes)
+        return self._steepest[axis]
+
+
+class Over:
+    """V over a box of Θ; no numbers where nothing bounds ζ.
+
+    Attributes:
+        value: V at the centre.
+        gradient: Its three derivatives there.
+        hessian: The 3x3 matrix of its second derivatives, over the box.
+        values: V over the box.
+        slopes: Its derivatives over the box.
+    """
+
+    def __init__(self, V: OwnStates, centre: Sequence[Ball], step: Sequence[Ball]) -> None:
+        self.V, self.centre, self.step = V, centre, step
+        self.places = range(3, 3 + V.count)
+        none = [arb(0)] * 3
+        nothing = (arb("nan"), [arb("nan")] * 3, arb_mat([[arb("nan")] * 3 for _ in AXES]))
+        self.value, self.gradient, self.hessian = nothing
+        self.values, self.slopes = nothing[:2]
+        self.own: Doubles = None
+        at_centre = self._fixed(none)
+        chosen = self._lowest(at_centre)
+        if chosen is None:
+            return
+        self.own, self.C, self.B = chosen
+        self.about = self._results(none, [arb(0)] * V.count, at_centre)
+        whole = self._fixed(step, self.about)
+        around = self._results(step, [arb(0)] * V.count, whole, self.about)[-1]
+        loads = self._loads(around)
+        for room in ROOMS:
+            found = lowest_point(loads, room, lambda sizes: self._bend(self._at(sizes, whole)))
+            if found is not None:
+                self._set(*found, at_centre, whole)
+                return
+
+    def _set(
+        self,
+        sizes: Sequence[Ball],
+        least: Ball,
+        at_centre: Mapping[int, Series],
+        whole: Mapping[int, Series],
+    ) -> None:
+        """Set the bounds on V, with |ξ_k| <= sizes_k over the box, and B'HB >= least."""
+        of_centre = self.about[-1]
+        size = norm(self._loads(of_centre)) / least
+        near = self._results([arb(0)] * 3, self._widths([size] * self.V.count), at_centre)[-1]
+        self.value = of_centre[series.ZERO] + arb(0).union(-(size * size * least / 2).abs_upper())
+        self.gradient = [series.slope(near, i) for i in AXES]
+        over = self._at(sizes, whole)
+        self.values = over[series.ZERO]
+        self.slopes = [series.slope(over, i) for i in AXES]
+        BQ = [
+            [
+                sum((self.B[k][m] * series.curvature(over, 3 + k, i) for k in self._own), arb(0))
+                for i in AXES
+            ]
+            for m in self._own
+        ]
+        lost = [norm([row[i] for row in BQ]) for i in AXES]
+        self.hessian = arb_mat(
+            [
+                [
+                    series.curvature(over, i, j)
+                    + arb(0, 1) * (lost[i] * lost[j] / least).abs_upper()
+                    for j in AXES
+                ]
+                for i in AXES
+            ]
+        )
+
+    @property
+    def _own(self) -> range:
+        return range(self.V.count)
+
+    def _lowest(self, fixed: Mapping[int, Series]) -> tuple[Doubles, Doubles, Doubles] | None:
+        """Return D near the lowest point at the centre, C and B with B'HB near 1, in doubles."""
+        D = np.zeros(self.V.count)
+        slope, bend = self._derivatives(D, fixed)[:2]
+        for _ in range(NEWTON_STEPS):
+            if not (np.isfinite(slope).all() and np.isfinite(bend).all()):
+                return None
+            step = -np.linalg.lstsq(bend, slope)[0]
+            share, before = 1.0, np.abs(slope).max()
+            while share > 1e-6:
+                moved = D + share * step
+                tried = self._derivatives(moved, fixed)
+                if np.abs(tried[0]).max() < before:
+                    break
+                share /= 2
+            else:
+                break
+            D, slope, bend = moved, *tried[:2]
+        *_, mixed = self._derivatives(D, fixed)
+        try:
+            B = np.linalg.inv(np.linalg.cholesky(bend)).T
+            return D, -np.linalg.solve(bend, mixed), B
+        except np.linalg.LinAlgError:
+            return None
+
+    def _derivatives(
+        self, D: Doubles, fixed: Mapping[int, Series]
+    ) -> tuple[Doubles, Doubles, Doubles]:
+        """Return f_D, f_DD and f_DΘ at the centre, in doubles."""
+
+        def leaf(_: str, place: int) -> Series:
+            return series.variable(arb(D[place]), 3 + place)
+
+        f = computed(self.V.operations, leaf, known=fixed)[-1]
+        slope = [float(series.slope(f, k).mid()) for k in self.places]
+        rows = [[float(series.curvature(f, k, j).mid()) for j in self.places] for k in self.places]
+        mixed = [[float(series.curvature(f, k, i).mid()) for i in AXES] for k in self.places]
+        return np.array(slope), np.array(rows), np.array(mixed)
+
+    def _fixed(self, step: Sequence[Ball], about: Sequence[Series] = ()) -> dict[int, Series]:
+        """Return the results that depend on Θ alone, for all Θ = centre + step."""
+        fixed = self.V.fixed
+        Theta = [point + ball for point, ball in zip(self.centre, step, strict=True)]
+        wider = (*step, *[arb(0)] * self.V.count)
+
+        def leaf(_: str, axis: int) -> Series:
+            return series.variable(Theta[axis], axis)
+
+        others = set(range(len(self.V.operations))) - fixed
+        known: dict[int, Series] = {place: {} for place in others}  # no other one needs them
+        found = computed(self.V.operations, leaf, about, wider if about else (), known)
+        return {place: found[place] for place in fixed}
+
+    def _results(
+        self,
+        step: Sequence[Ball],
+        zeta: Sequence[Ball],
+        fixed: Mapping[int, Series],
+        about: Sequence[Series] = (),
+    ) -> list[Series]:
+        """Return all results for δ in balls and ζ in balls."""
+
+        def leaf(_: str, k: int) -> Series:
+            along = [arb(one) for one in self.C[k]]
+            moved = sum((one * ball for one, ball in zip(along, step, strict=True)), zeta[k])
+            found: Series = {series.ZERO: arb(self.own[k]) + moved, (3 + k,): arb(1)}
+            return found | {(i,): one for i, one in zip(AXES, along, strict=True)}
+
+        wider = (*step, *zeta) if about else ()
+        return computed(self.V.operations, leaf, about, wider, fixed)
+
+    def _at(self, sizes: Sequence[Ball], whole: Mapping[int, Series]) -> Series:
+        """Return f over the box, for all |ξ_k| <= sizes_k."""
+        return self._results(self.step, self._widths(sizes), whole, self.about)[-1]
+
+    def _bend(self, f: Series) -> list[list[Ball]]:
+        """Return B'HB."""
+        H = arb_mat([[series.curvature(f, i, j) for j in self.places] for i in self.places])
+        B = arb_mat([[arb(one) for one in row] for row in self.B])
+        found = B.transpose() * H * B
+        return [[found[i, j] for j in self._own] for i in self._own]
+
+    def _loads(self, f: Series) -> list[Ball]:
+        """Bound the entries of B'f_ζ."""
+        slopes = [series.slope(f, place) for place in self.places]
+        return [
+            sum((arb(self.B[k][m]) * slopes[k] for k in self._own), arb(0)).abs_upper()
+            for m in self._own
+        ]
+
+    def _widths(self, sizes: Sequence[Ball]) -> list[Ball]:
+        """Return balls with all entries of ζ = Bξ, |ξ_k| <= sizes_k."""
+        rows = (
+            sum((abs(arb(self.B[k][m])) * sizes[m] for m in self._own), arb(0)) for k in self._own
+        )
+        return [arb(0, 1) * row.abs_upper() for row in rows]

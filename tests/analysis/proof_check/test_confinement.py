@@ -1,5 +1,7 @@
 """Protects the checker's bound on slopes, and that it takes none where it finds none."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from flint import arb, ctx
@@ -7,8 +9,9 @@ from support.held_springs import held_system, random_springs
 from support.proofs import proof_of
 
 from rbstab.analysis.proof_check import confinement as module
-from rbstab.analysis.proof_check.confinement import confinement, largest_slope
+from rbstab.analysis.proof_check.confinement import confinement
 from rbstab.analysis.proof_check.energy import Energy
+from rbstab.analysis.proof_check.largest_slope import FACTOR, largest_slope
 from rbstab.analysis.proof_check.taylor import Taylor
 
 
@@ -36,23 +39,43 @@ def wave(axis):
 def test_the_largest_slope_of_a_wave_is_bounded(axis, most):
     bound = largest_slope(wave(axis))
     assert bound is not None
-    assert most <= float(bound) <= module.FACTOR * most * (1 + 1e-12)
+    assert most <= float(bound) <= FACTOR * most * (1 + 1e-12)
 
 
-def test_no_bound_is_made_up(monkeypatch):
-    monkeypatch.setattr(module, "BOX_LIMIT", 3)
-    assert largest_slope(wave(0)) is None
-    monkeypatch.setattr(module, "BOX_LIMIT", 50)
-    assert largest_slope(lambda _: (arb("nan"), arb("nan"))) is None
+def test_a_wider_factor_takes_fewer_boxes_and_bounds_the_slope_too():
+    seen = [0, 0]
+
+    def counted(number):
+        def slope(box):
+            seen[number] += 1
+            return wave(0)(box)
+
+        return slope
+
+    close, wide = largest_slope(counted(0)), largest_slope(counted(1), 3.0)
+    assert seen[1] < seen[0]
+    assert 3.0 <= close < wide <= 9.0
+
+
+def test_a_bound_that_is_enough_is_not_made_closer():
+    found = largest_slope(wave(0), enough=5.0)
+    assert 3.0 <= found <= 5.0
+    assert found > largest_slope(wave(0))
+
+
+def test_no_bound_is_made_up():
+    assert largest_slope(wave(0), limit=3) is None
+    assert largest_slope(lambda _: (arb("nan"), arb("nan")), limit=50) is None
 
 
 @pytest.mark.heavy
 def test_confinement_holds_and_falls_back_to_single_terms(monkeypatch):
     (spring,) = random_springs(np.random.default_rng(1), 1)
     U = Energy(proof_of(held_system([spring], 2.0), box_limit=1)["reduced_energy"])
-    monkeypatch.setattr(module, "FACTOR", 1.5)  # faster
+    faster = partial(largest_slope, factor=1.5)
+    monkeypatch.setattr(module, "largest_slope", lambda slope, **_: faster(slope))
     sharp = confinement(U)
-    monkeypatch.setattr(module, "BOX_LIMIT", 1)
+    monkeypatch.setattr(module, "largest_slope", lambda slope, **_: faster(slope, limit=1))
     single = confinement(U)
     assert sharp is not None
     assert single is not None

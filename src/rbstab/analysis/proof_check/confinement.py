@@ -1,51 +1,23 @@
 """Bounds on |θ1| and |θ3| at all rest states: theorem 6, with the largest slopes of an energy."""
 
 import copy
-import heapq
-import math
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
 
 from flint import arb, arb_mat
 
-from rbstab.analysis.proof_check.boxes import AXES, Box, halves
+from rbstab.analysis.proof_check.boxes import AXES, Box
 from rbstab.analysis.proof_check.energy import Energy
+from rbstab.analysis.proof_check.largest_slope import largest_slope
 from rbstab.analysis.proof_check.taylor import Taylor
 from rbstab.analysis.proof_check.trigonometric import Ball
 
-BOX_LIMIT = 20_000
-"""The number of boxes at which the search stops."""
+OUTER = (0, 2)
+"""The axes of θ1 and θ3."""
 
-FACTOR = 1.25
-"""The bound is at most this times the largest slope that was seen."""
-
-CELL: Box = ((-3.2, 3.2), (-1.6, 1.6), (-3.2, 3.2))
-"""It contains all θ1 and θ3 up to whole turns, and |θ2| <= π/2."""
-
-Slope = Callable[[Box], tuple[Ball, Ball]]
-"""Returns the slope at the centre of a box, and a bound on its magnitude in all of it."""
-
-
-def largest_slope(slope: Slope) -> Ball | None:
-    """Return a bound on a slope; None if none is found.
-
-    Args:
-        slope: The slope.
-    """
-    seen = 0.0
-    # The box with the largest bound is halved next. No number counts as the largest.
-    pending = [(-math.inf, CELL)]
-    for _ in range(BOX_LIMIT):
-        negative, box = heapq.heappop(pending)
-        if -negative <= FACTOR * seen:
-            return arb(-negative)
-        for half in halves(box)[1:]:
-            at_centre, size = slope(half)
-            if at_centre.is_finite():
-                seen = max(seen, float(abs(at_centre).lower()))
-            bound = math.nextafter(float(size.upper()), math.inf)
-            heapq.heappush(pending, (-math.inf if math.isnan(bound) else -bound, half))
-    return None
+SHARE = 0.98
+"""The slopes that are enough for a claim are so much of those at its limit."""
 
 
 def confined(U: Energy, first: Ball, third: Ball) -> bool:
@@ -56,7 +28,8 @@ def confined(U: Energy, first: Ball, third: Ball) -> bool:
     """
     if not all(one.periodic for one in U.of_users):
         return False
-    for slope in (U.steepest, partial(_sharper, U)):
+    enough = _enough(U, float(first.lower()), float(third.lower()))
+    for slope in (U.steepest, _Slopes(U, enough).largest):
         bound = confinement(U, slope)
         if bound is not None and bool(bound[0] < first) and bool(bound[1] < third):
             return True
@@ -72,30 +45,73 @@ def confinement(U: Energy, slope: Callable[[int], Ball] | None = None) -> list[B
         U: The energy.
         slope: Bounds |∂p/∂θ| along an axis; by default as sharp as can be.
     """
-    slope = slope or partial(_sharper, U)
-    Q = U.quadratic
-    k = arb_mat([[Q[i][j] for j in (0, 2)] for i in (0, 2)])
-    if not (k[0, 0] > 0 and k.det() > 0):
+    slope = slope or _Slopes(U).largest
+    inverse = _compliance(U)
+    if inverse is None:
         return None
-    inverse = k.inv()
-    load = [abs(U.linear[j]) + abs(Q[j][1]) * arb.pi() / 2 + slope(j) for j in (0, 2)]
+    load = [one + slope(j) for one, j in zip(_loads(U), OUTER, strict=True)]
     return [sum((abs(inverse[i, j]) * load[j] for j in (0, 1)), arb(0)) for i in (0, 1)]
 
 
-def _sharper(U: Energy, axis: int) -> Ball:
-    """Bound |∂p/∂θ| for |θ2| <= π/2: with lines, the bounds of single terms are too large."""
-    single = U.steepest(axis)
-    if not U.lines and not U.of_users and U.position is None:
-        return single
-    periodic = copy.copy(U)
-    periodic.barriers, periodic.guards = [], []
-    periodic.quadratic = [[arb(0)] * 3 for _ in AXES]
-    periodic.linear = [arb(0)] * 3
+def _compliance(U: Energy) -> Any:
+    """Return k⁻¹; None if k is not definite."""
+    k = arb_mat([[U.quadratic[i][j] for j in OUTER] for i in OUTER])
+    return k.inv() if k[0, 0] > 0 and k.det() > 0 else None
 
-    def slope(box: Box) -> tuple[Ball, Ball]:
-        taylor = Taylor(periodic, box)
-        return taylor.gradient[axis, 0], taylor.whole_gradient[axis, 0].abs_upper()
 
-    found = largest_slope(slope)
-    U.evaluations = periodic.evaluations
-    return single if found is None or not found < single else found
+def _loads(U: Energy) -> list[Ball]:
+    """Bound |q + K θ2| along both axes."""
+    return [abs(U.linear[j]) + abs(U.quadratic[j][1]) * arb.pi() / 2 for j in OUTER]
+
+
+def _enough(U: Energy, first: float, third: float) -> dict[int, float]:
+    """Return bounds on the slopes along both axes that need not be closer: not proved."""
+    inverse = _compliance(U)
+    if inverse is None:
+        return {}
+    a, b, c, d = (abs(float(inverse[i, j].mid())) for i in (0, 1) for j in (0, 1))
+    determinant = a * d - b * c
+    if not determinant > 0:
+        return {}
+    most = ((d * first - b * third) / determinant, (a * third - c * first) / determinant)
+    loads = (float(one.upper()) for one in _loads(U))
+    return {j: SHARE * one - load for j, one, load in zip(OUTER, most, loads, strict=True)}
+
+
+class _Slopes:
+    """The largest slopes of the periodic part p of an energy.
+
+    Args:
+        U: The energy.
+        enough: Bounds that need not be closer, by their axes.
+    """
+
+    def __init__(self, U: Energy, enough: Mapping[int, float] = MappingProxyType({})) -> None:
+        self.U, self.enough = U, enough
+        self.periodic = copy.copy(U)
+        self.periodic.barriers, self.periodic.guards = [], []
+        self.periodic.quadratic = [[arb(0)] * 3 for _ in AXES]
+        self.periodic.linear = [arb(0)] * 3
+        self.known = dict[Box, tuple[list[Ball], list[Ball]]]()
+
+    def largest(self, axis: int) -> Ball:
+        """Bound |∂p/∂θ| for |θ2| <= π/2: with lines, the bounds of single terms are too large."""
+        U = self.U
+        single = U.steepest(axis)
+        if not U.lines and not U.of_users and U.position is None:
+            return single
+
+        def slope(box: Box) -> tuple[Ball, Ball]:
+            at_centre, whole = self._gradients(box)
+            return at_centre[axis], whole[axis].abs_upper()
+
+        found = largest_slope(slope, enough=self.enough.get(axis, 0.0))
+        U.evaluations = self.periodic.evaluations
+        return single if found is None or not found < single else found
+
+    def _gradients(self, box: Box) -> tuple[list[Ball], list[Ball]]:
+        """Return the gradient at the centre of a box, and over it."""
+        if box not in self.known:
+            taylor = Taylor(self.periodic, box)
+            self.known[box] = taylor.gradient.entries(), taylor.whole_gradient.entries()
+        return self.known[box]

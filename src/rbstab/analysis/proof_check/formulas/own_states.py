@@ -32,6 +32,9 @@ MOST_STATES = 6
 
 NEWTON_STEPS = 60
 
+CONVERGED = 1e-9
+"""A step that is so short, relative to D, is the last."""
+
 ROOMS = (2, 8)
 """The bounds that are tried for ζ are so many times what is expected of it."""
 
@@ -57,6 +60,7 @@ class OwnStates:
         if not is_convex(self.operations):
             raise ValueError("A formula is not shown to be convex in its own states")
         self.fixed = parts_fixed(self.operations)
+        self.begin = np.zeros(self.count)
         self._steepest: list[Ball] | None = None
 
     @property
@@ -71,11 +75,12 @@ class OwnStates:
 
     def value(self, Theta: Sequence[Ball]) -> Ball:
         """Return V at a ball of Θ."""
+        return self._over(Theta).values
+
+    def _over(self, Theta: Sequence[Ball]) -> "Over":
+        """Return V over a ball of Θ."""
         middle = [angle.mid() for angle in Theta]
-        over = self.over(
-            middle, [angle - point for angle, point in zip(Theta, middle, strict=True)]
-        )
-        return over.values
+        return self.over(middle, [one - point for one, point in zip(Theta, middle, strict=True)])
 
     def near_lowest(self, Theta: Sequence[Ball]) -> list[Ball]:
         """Return D near the lowest point; zeros where none is found."""
@@ -99,13 +104,7 @@ class OwnStates:
     def steepest(self, axis: int) -> Ball:
         """Bound the derivative along an axis for |θ2| <= π/2, and |θ1| and |θ3| <= π."""
         if self._steepest is None:
-
-            def slopes(box: Sequence[Ball]) -> Sequence[Ball]:
-                middle = [angle.mid() for angle in box]
-                step = [angle - point for angle, point in zip(box, middle, strict=True)]
-                return self.over(middle, step).slopes
-
-            self._steepest = bounds_over_parts(slopes)
+            self._steepest = bounds_over_parts(lambda box: self._over(box).slopes)
         return self._steepest[axis]
 
 
@@ -184,10 +183,12 @@ class Over:
 
     def _lowest(self, fixed: Mapping[int, Series]) -> tuple[Doubles, Doubles, Doubles] | None:
         """Return D near the lowest point at the centre, C and B with B'HB near 1, in doubles."""
-        D = np.zeros(self.V.count)
-        slope, bend = self._derivatives(D, fixed)[:2]
+        # Of a near box, the last D is near.
+        D = self.V.begin
+        slope, bend, mixed = self._derivatives(D, fixed)
         for _ in range(NEWTON_STEPS):
             if not (np.isfinite(slope).all() and np.isfinite(bend).all()):
+                self.V.begin = np.zeros(self.V.count)
                 return None
             step = -np.linalg.lstsq(bend, slope)[0]
             share, before = 1.0, np.abs(slope).max()
@@ -199,8 +200,11 @@ class Over:
                 share /= 2
             else:
                 break
-            D, slope, bend = moved, *tried[:2]
-        *_, mixed = self._derivatives(D, fixed)
+            short = np.abs(step).max() < CONVERGED * (np.abs(D).max() + np.abs(moved).max())
+            D, (slope, bend, mixed) = moved, tried
+            if short:
+                break
+        self.V.begin = D
         try:
             B = np.linalg.inv(np.linalg.cholesky(bend)).T
             return D, -np.linalg.solve(bend, mixed), B

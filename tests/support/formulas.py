@@ -26,11 +26,17 @@ def recorded(formula: Formula) -> Program:
 
 def recorded_of_position(formula: Callable[[Any, Any], Any]) -> Program:
     """Return the operations of a formula of Θ and X."""
+    return recorded_of_own_states(formula, 3)
+
+
+def recorded_of_own_states(formula: Callable[[Any, Any], Any], count: int) -> Program:
+    """Return the operations of a formula of Θ and some own states."""
     trace = Trace()
-    Theta, X = np.array([trace.input(varies=True) for _ in range(6)], dtype=object).reshape(2, 3)
+    numbers_ = np.array([trace.input(varies=True) for _ in range(3 + count)], dtype=object)
+    Theta, D = numbers_[:3], numbers_[3:]
     inputs = {number.index: (THETA, axis) for axis, number in enumerate(Theta)}
-    inputs |= {number.index: (LENGTH, axis) for axis, number in enumerate(X)}
-    return program_of(trace, trace.index_of(formula(Theta, X)), inputs)
+    inputs |= {number.index: (LENGTH, place) for place, number in enumerate(D)}
+    return program_of(trace, trace.index_of(formula(Theta, D)), inputs)
 
 
 def _all_functions(Theta: Any) -> Any:

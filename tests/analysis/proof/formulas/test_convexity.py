@@ -13,6 +13,10 @@ from rbstab.mechanics import numbers
 SHOWN = {
     "even powers": lambda T, X: 3.0 * X[0] ** 4 + (X[1] - 2.0) ** 2 / 5 + 0.1 * X[2] ** 6,
     "squares by products": lambda T, X: X[0] * X[0] + (X[1] * X[1]) * (X[1] * X[1]),
+    "products of multiples": lambda T, X: (
+        1.5 * X[0] * X[0] + (-2.0 * X[1]) * (X[1] * -0.5) - X[2] * (-X[2] / 3.0)
+    ),
+    "a multiple by an angle": lambda T, X: (numbers.exp_of(T[0]) * X[0]) * X[0] + X[1] * 2.0 * X[1],
     "turned": lambda T, X: (numbers.sin_of(T[0]) * X[0] - T[1] * X[1] + 0.3) ** 4,
     "a length": lambda T, X: numbers.sqrt_of(0.01 + X[0] ** 2 + (X[1] + X[2] - T[2]) ** 2),
     "a length to the fourth": lambda T, X: (X[0] ** 2 + X[1] ** 2 + X[2] ** 2) ** 2,
@@ -26,6 +30,10 @@ SHOWN = {
 
 NOT_SHOWN = {
     "a product": lambda T, X: X[0] * X[1],
+    "products of opposite multiples": lambda T, X: X[0] * (-2.0 * X[0]),
+    "a negative multiple": lambda T, X: -1.5 * X[0] * X[0],
+    "a multiple of either sign": lambda T, X: (numbers.sin_of(T[0]) * X[0]) * X[0],
+    "a product of a sum and its term": lambda T, X: (X[0] + X[1]) * X[0],
     "a cube": lambda T, X: X[0] ** 3,
     "a negative square": lambda T, X: X[1] ** 2 - X[0] ** 2,
     "a factor of either sign": lambda T, X: T[0] * X[0] ** 2,
@@ -56,6 +64,11 @@ def test_others_are_not(name):
     assert not both(NOT_SHOWN[name])
 
 
+def _multiples(a, b, x):
+    """Return the product of two multiples of one number."""
+    return (a * x) * (b * x)
+
+
 def _random(rng, depth):
     """Return a random formula of Θ and X."""
     if depth == 0:
@@ -68,6 +81,8 @@ def _random(rng, depth):
         lambda T, X: one(T, X) - two(T, X),
         lambda T, X: one(T, X) * two(T, X),
         lambda T, X: c * one(T, X),
+        lambda T, X: _multiples(c, n, one(T, X)),
+        lambda T, X: _multiples(two(T, T), -1, one(T, X)),
         lambda T, X: one(T, X) if type(one(T, X)) is float else one(T, X) ** n,
         lambda T, X: numbers.exp_of(0.3 * one(T, X)),
         lambda T, X: numbers.cosh_of(0.3 * one(T, X)),

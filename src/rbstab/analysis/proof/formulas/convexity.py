@@ -29,6 +29,8 @@ class Shape(NamedTuple):
         below: It is never positive.
         squares: It is a sum of squares of affine functions, and perhaps a constant above 0: the
             square of a length.
+        root: A mark of the result of which it is a multiple; each result has one.
+        rising_with_root: Whether that multiple is by a number of at least 0, or else of at most 0.
     """
 
     constant: bool = False
@@ -37,6 +39,8 @@ class Shape(NamedTuple):
     above: bool = False
     below: bool = False
     squares: bool = False
+    root: object = None
+    rising_with_root: bool = True
 
     @property
     def affine(self) -> bool:
@@ -49,6 +53,9 @@ class Shape(NamedTuple):
         return self.convex and self.above
 
 
+KNOWN = 6
+"""The first entries of a shape: what is known by itself."""
+
 UNKNOWN = Shape()
 NOT_NEGATIVE = Shape(above=True)
 CONVEX_ABOVE = Shape(convex=True, above=True)
@@ -60,14 +67,18 @@ def is_convex(program: Program) -> bool:
     def leaf(operation: tuple[str, float]) -> Shape:
         kind, number = operation
         if kind == CONSTANT:
-            return _constant(above=number >= 0, below=number <= 0)
-        return _constant() if kind == THETA else Shape(convex=True, concave=True)
+            return _marked(_constant(above=number >= 0, below=number <= 0))
+        return _marked(_constant() if kind == THETA else Shape(convex=True, concave=True))
 
     def combine(*operation: Any) -> Shape:
-        # A copy for each result: x x is known by its factors, which are one and the same.
-        return Shape(*_combined(*operation))
+        return _marked(_combined(*operation))
 
     return computed(program, leaf, combine)[-1].convex
+
+
+def _marked(x: Shape) -> Shape:
+    """Return a result with a mark of its own, if it is no multiple of another one."""
+    return x if x.root is not None else x._replace(root=object())
 
 
 def _constant(*, above: bool = False, below: bool = False) -> Shape:
@@ -86,17 +97,25 @@ def _combined(kind: str, x: Shape, *others: Any) -> Shape:
     if kind == SUBTRACT:
         return _sum(x, _negated(y))
     if kind == MULTIPLY:
-        return _power(x, 2) if x is y else _product(x, y)
+        return _square(x, y) if x.root is y.root else _product(x, y)
     # 1/y has the sign of y.
     return _product(x, y) if kind == DIVIDE and y.constant else UNKNOWN
 
 
 def _sum(x: Shape, y: Shape) -> Shape:
-    return Shape(*(one and other for one, other in zip(x, y, strict=True)))
+    both = (bool(one and other) for one, other in zip(x[:KNOWN], y[:KNOWN], strict=True))
+    return Shape(*both)
 
 
 def _negated(x: Shape) -> Shape:
-    return Shape(x.constant, x.concave, x.convex, x.below, x.above)
+    found = Shape(x.constant, x.concave, x.convex, x.below, x.above)
+    return found._replace(root=x.root, rising_with_root=not x.rising_with_root)
+
+
+def _square(x: Shape, y: Shape) -> Shape:
+    """Return what is known of the product of two multiples of one result."""
+    found = _power(x, 2)._replace(root=None)
+    return found if x.rising_with_root == y.rising_with_root else _negated(found)
 
 
 def _product(x: Shape, y: Shape) -> Shape:

@@ -43,7 +43,7 @@ MOST_STATES = 6
 """The largest number of own states."""
 
 MAX_STEPS = 80
-HALVINGS = 40
+HALVINGS = 100
 """The largest numbers of Newton's steps, and of halvings of one of them."""
 
 ROOMS = (2.0, 8.0)
@@ -112,9 +112,7 @@ class OwnStatesEnergy(FormulaPart):
         found, longest = f.at(left, D), np.zeros(len(Theta))
         for _ in range(MAX_STEPS):
             step = -_solved(jets.hessian(found), jets.gradient(found))
-            length = np.abs(step).max(axis=1)
-            longest[left] = np.fmax(longest[left], length)
-            going = length > CONVERGED * longest[left]
+            going = np.abs(step).max(axis=1) > CONVERGED * longest[left]
             tried = f.at(left, D[left] + step).rows
             worse = np.flatnonzero(going & ~_is_lower(tried, found.rows, self.count))
             for _ in range(HALVINGS):
@@ -124,7 +122,9 @@ class OwnStatesEnergy(FormulaPart):
                 tried[:, worse] = f.at(left[worse], D[left[worse]] + step[worse]).rows
                 lower = _is_lower(tried[:, worse], found.rows[:, worse], self.count)
                 worse = worse[~lower]
+            step[worse], going[worse] = 0.0, False  # as low as round-off allows
             D[left] += step
+            longest[left] = np.maximum(longest[left], np.abs(step).max(axis=1))
             left, found = left[going], Jet(tried[:, going])
             if not len(left):
                 break

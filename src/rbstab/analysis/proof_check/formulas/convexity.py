@@ -16,30 +16,40 @@ class Known(NamedTuple):
     sign: int = 0
     fixed: bool = False
     squared_length: bool = False
+    origin: tuple[int, int] | None = None
+    """The place of a result of which it is a multiple, and the sign of the number."""
 
 
 def is_convex(operations: Sequence[Sequence[Any]]) -> bool:
     """Return whether the result of operations is shown to be convex in X."""
     found = list[Known]()
-    for kind, *operands in operations:
-        if kind == "length":
-            found.append(Known(0))
-        elif kind == "theta":
-            found.append(Known(0, fixed=True))
-        elif kind == "constant":
-            sign = (operands[0] > 0) - (operands[0] < 0)
-            # A fixed number 0 has both signs.
-            found.append(Known(0, sign or 1, fixed=True, squared_length=sign >= 0))
-        elif kind == "**":
-            found.append(_power(found[operands[0]], operands[1]))
-        elif len(operands) == 1:
-            one = found[operands[0]]
-            found.append(_scaled(one, -1) if kind == "neg" else _function(kind, one))
-        elif kind == "*" and operands[0] == operands[1]:
-            found.append(_power(found[operands[0]], 2))
-        else:
-            found.append(_both(kind, found[operands[0]], found[operands[1]]))
+    for place, operation in enumerate(operations):
+        one = _leaf(*operation) or _known(found, *operation)
+        found.append(one if one.origin else one._replace(origin=(place, 1)))
     return found[-1].bend in {0, 1}
+
+
+def _leaf(kind: str, number: Any, *_: int) -> Known | None:
+    """Return what is known of a variable or a constant; None of any other operation."""
+    if kind == "constant":
+        sign = (number > 0) - (number < 0)
+        # A fixed number 0 has both signs.
+        return Known(0, sign or 1, fixed=True, squared_length=sign >= 0)
+    return Known(0, fixed=kind == "theta") if kind in {"length", "theta"} else None
+
+
+def _known(found: Sequence[Known], kind: str, *operands: Any) -> Known:
+    """Return what is known of the result of one operation."""
+    one = found[operands[0]]
+    if kind == "**":
+        return _power(one, operands[1])
+    if len(operands) == 1:
+        return _scaled(one, -1) if kind == "neg" else _function(kind, one)
+    two = found[operands[1]]
+    if kind == "*" and one.origin and two.origin and one.origin[0] == two.origin[0]:
+        square = _power(one, 2)._replace(origin=None)
+        return square if one.origin[1] == two.origin[1] else _scaled(square, -1)
+    return _both(kind, one, two)
 
 
 def _both(kind: str, one: Known, two: Known) -> Known:
@@ -75,7 +85,8 @@ def _times(one: Known, fixed: Known) -> Known:
 
 def _scaled(one: Known, sign: int) -> Known:
     bend = None if one.bend is None else one.bend * sign
-    return Known(bend, one.sign * sign, one.fixed, one.squared_length and sign > 0)
+    origin = (one.origin[0], one.origin[1] * sign) if one.origin else None
+    return Known(bend, one.sign * sign, one.fixed, one.squared_length and sign > 0, origin)
 
 
 def _power(one: Known, exponent: int) -> Known:

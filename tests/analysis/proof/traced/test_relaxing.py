@@ -104,6 +104,62 @@ def test_an_energy_that_does_not_depend_on_the_own_state():
     assert not relaxes(program(lambda _, X, __: X @ X), OWN, rates)
 
 
+def stiffening(Theta, X, D):
+    """Springs whose energies are no quadratics."""
+    e = X[0] + numbers.sin_of(Theta[1]) - D[0]
+    pairs = numbers.cosh_of(D[1] - D[2]) + numbers.exp_of(0.5 * D[2])
+    return numbers.exp_of(e) - e + 0.5 * D[0] * D[0] + pairs - D[2] + D[1] ** 4
+
+
+def slope_of_stiffening(Theta, X, D):
+    e = X[0] + numbers.sin_of(Theta[1]) - D[0]
+    difference = numbers.sinh_of(D[1] - D[2])
+    return np.array(
+        [
+            1.0 - numbers.exp_of(e) + D[0],
+            difference + 4.0 * D[1] ** 3,
+            0.5 * numbers.exp_of(0.5 * D[2]) - difference - 1.0,
+        ]
+    )
+
+
+def relaxes_with(M, of=slope_of_stiffening, added=0.0):
+    rates = [program(lambda *q, i=i: -(M @ of(*q))[i] + added) for i in range(3)]
+    return relaxes(program(stiffening), OWN, rates)
+
+
+@pytest.mark.parametrize("name", MOVES)
+def test_energies_that_are_no_quadratics(name):
+    assert relaxes_with(MOVES[name])
+
+
+@pytest.mark.parametrize("name", DOES_NOT)
+def test_energies_that_are_no_quadratics_and_other_matrices(name):
+    assert not relaxes_with(DOES_NOT[name])
+
+
+def test_energies_that_are_no_quadratics_and_other_rates():
+    def turned(Theta, X, D):
+        return slope_of_stiffening(Theta, X, D) * (2.0 + numbers.cos_of(Theta[0]))
+
+    def slower(Theta, X, D):
+        return slope_of_stiffening(Theta, X, D) / (1.0 + D[0] * D[0])
+
+    def other(Theta, X, D):
+        return slope_of_stiffening(Theta, X, D) + 0.001 * X
+
+    for one in (turned, slower, other, slope):
+        assert not relaxes_with(np.eye(3), of=one)
+    assert not relaxes_with(np.eye(3), added=1e-6)
+
+
+def test_a_nearly_singular_matrix_is_not_taken_for_a_definite_one():
+    assert relaxes_with(np.diag([1.0, 1e-6, 1.0]))
+    both = np.array([[1.0, 2.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    assert not relaxes_with(both)  # M + M' is singular
+    assert relaxes_with(both * [[1, 0.999, 1], [1, 1, 1], [1, 1, 1]])
+
+
 def test_a_zero_over_what_varies_is_zero():
     """As in the rate of a line at rest."""
     rates = [

@@ -16,7 +16,7 @@ from support.user_code import MAXWELL, element_text, loaded_with, mine
 
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.proof.rest_states import rest_states
-from rbstab.analysis.proof.traced import separate
+from rbstab.analysis.proof.traced import own_states, separate
 from rbstab.analysis.proof.traced.separate import NotInProofsError, user_energies
 from rbstab.analysis.proof_check.equations import agrees_with_equations
 from rbstab.config.build import problem_of, system_of
@@ -202,6 +202,16 @@ def test_beside_a_barrier_every_start_converges():
     proof = prove(load({"cord": cord(), "range": barrier}))
     assert proof.unwrapped is not None
     assert proof.unwrapped.every_start
+
+
+def test_without_a_bound_on_the_couple_a_barrier_proves_nothing(monkeypatch):
+    monkeypatch.setattr(own_states, "BOX_LIMIT", 10)
+    barrier = {"kind": "guard", "method": "barrier", "stiffness": 1.0}
+    proof = prove(load({"cord": cord(), "range": barrier}))
+    assert not proof.proved
+    assert "no bound is found on the couple of an element of a user" in proof.outcome
+    (state,) = proof.states  # of a search
+    assert not state.proved
 
 
 def test_a_quadratic_energy_has_the_same_proof_either_way(monkeypatch):

@@ -181,7 +181,8 @@ def end_of_rest_states(
         times: The slope of the barrier is so many times that of the rest: a farther end.
 
     Raises:
-        NoReducedEnergy: The barrier is too weak for double precision.
+        NoReducedEnergy: The barrier is too weak for double precision, or no bound is found on the
+            slopes of the rest.
     """
     wide, end = end, within_stops(form, end).copy()
     guard = form.guard
@@ -191,6 +192,8 @@ def end_of_rest_states(
         if barrier is not None:
             steepest = np.abs(form.quadratic[axis]) @ wide + abs(form.linear[axis])
             steepest += form.steepest[axis] + slopes[axis]
+            if not np.isfinite(steepest):
+                raise NoReducedEnergy(NoEnergyReason.NO_SLOPES)
             angle = barrier.end_beyond(times * float(steepest) * ROUNDING_FACTOR)
             if angle is None:
                 raise NoReducedEnergy(NoEnergyReason.WEAK_BARRIER)

@@ -1,7 +1,5 @@
 """A cord of rubber that stiffens and creeps: an own state whose energy is no quadratic."""
 
-import numpy as np
-
 from rbstab.elements import ANCHOR, POINT, Element, Gain, OwnState, exp, force_at, line
 
 

@@ -207,7 +207,7 @@ def test_beside_a_barrier_every_start_converges():
 def test_without_a_bound_on_the_couple_a_barrier_proves_nothing(monkeypatch):
     monkeypatch.setattr(own_states, "BOX_LIMIT", 10)
     barrier = {"kind": "guard", "method": "barrier", "stiffness": 1.0}
-    proof = prove(load({"cord": cord(), "range": barrier}))
+    proof = prove(load({"cord": cord(0.01), "range": barrier}))
     assert not proof.proved
     assert "no bound is found on the couple of an element of a user" in proof.outcome
     (state,) = proof.states  # of a search

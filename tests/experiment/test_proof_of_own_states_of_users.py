@@ -23,6 +23,7 @@ from rbstab.config.build import problem_of, system_of
 from rbstab.experiment.convergence.exact_motion import convergence_at_start, prove_convergence
 from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate
+from rbstab.experiment.stored_proof.energies import ProvedEnergy
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.verification.verify import verify
 
@@ -87,6 +88,9 @@ SOFT = {"K_t": [4, 4, 3], "L_t": [2, 2, 1], "K_r": [4, 4, 3], "L_r": [0.6, 0.6, 
 STIFF = SOFT | {"K_t": [40, 40, 30], "K_r": [20, 20, 20]}
 
 
+NAMES = ["cord", *(pytest.param(name, marks=pytest.mark.heavy) for name in ("pair", "both"))]
+
+
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -101,6 +105,11 @@ def cord(k=0.3, **changes):
 
 def pair():
     return mine(point=[0.1, 0, 0.3], k=25.0) | {"file": "pair.py"}
+
+
+def energy_of(proof: Proof) -> ProvedEnergy:
+    assert proof.reduced_energy is not None
+    return proof.reduced_energy
 
 
 def load(elements, gains=STIFF, variant="permanent", **changes):
@@ -118,7 +127,7 @@ def _proved(name: str) -> tuple[Any, Proof]:
     return config, prove(config)
 
 
-@pytest.mark.parametrize("name", ["cord", "pair", "both"])
+@pytest.mark.parametrize("name", NAMES)
 def test_the_rest_state_is_where_searches_over_all_end(name):
     config, proof = _proved(name)
     assert proof.proved
@@ -142,7 +151,7 @@ def test_the_rest_state_is_where_searches_over_all_end(name):
         np.testing.assert_allclose(end.x[3:], state.connector_state, atol=1e-5)
 
 
-@pytest.mark.parametrize("name", ["cord", "pair", "both"])
+@pytest.mark.parametrize("name", NAMES)
 def test_forces_and_rates_are_zero_at_the_rest_state(name):
     config, _ = _proved(name)
     (point,) = rest_states(problem_of(config).system, partial(system_of, config)).states
@@ -221,8 +230,8 @@ def test_a_quadratic_energy_has_the_same_proof_either_way(monkeypatch):
     expected = prove(load(elements))
     monkeypatch.setattr(separate, "is_quadratic", lambda _: False)
     found = prove(load(elements))
-    assert expected.reduced_energy.own_states is None
-    assert found.reduced_energy.own_states is not None
+    assert energy_of(expected).own_states is None
+    assert energy_of(found).own_states is not None
     assert found.proved
     for one, other in zip(found.states, expected.states, strict=True):
         np.testing.assert_allclose(one.orientation, other.orientation, atol=1e-9)
@@ -269,10 +278,10 @@ def test_a_changed_proof_is_refused(change):
     assert not verify(Proof.model_validate(data), config).verified
 
 
-@pytest.mark.parametrize("name", ["cord", "pair", "both"])
+@pytest.mark.parametrize("name", NAMES)
 def test_the_energy_is_that_of_the_equations(name):
     config, proof = _proved(name)
-    energy = proof.reduced_energy.model_dump(mode="json")
+    energy = energy_of(proof).model_dump(mode="json")
     assert agrees_with_equations(energy, partial(system_of, config))
     for change in (other_constant, without, other_name):
         data = {"reduced_energy": json.loads(json.dumps(energy))}
@@ -311,7 +320,8 @@ def test_old_proofs_have_no_own_states_and_are_read():
     _, proof = _proved("cord")
     data = json.loads(proof.model_dump_json())
     del data["reduced_energy"]["own_states"]
-    assert Proof.model_validate(data).reduced_energy.own_states is None
-    assert proof.reduced_energy.own_states is not None
-    (one,) = proof.reduced_energy.own_states
+    assert energy_of(Proof.model_validate(data)).own_states is None
+    stored = energy_of(proof).own_states
+    assert stored is not None
+    (one,) = stored
     assert (one.name, one.states) == ("cord", 1)

@@ -53,14 +53,17 @@ def test_a_wider_factor_takes_fewer_boxes_and_bounds_the_slope_too():
         return slope
 
     close, wide = largest_slope(counted(0)), largest_slope(counted(1), 3.0)
+    assert close is not None
+    assert wide is not None
     assert seen[1] < seen[0]
     assert 3.0 <= close < wide <= 9.0
 
 
 def test_a_bound_that_is_enough_is_not_made_closer():
-    found = largest_slope(wave(0), enough=5.0)
-    assert 3.0 <= found <= 5.0
-    assert found > largest_slope(wave(0))
+    found, close = largest_slope(wave(0), enough=5.0), largest_slope(wave(0))
+    assert found is not None
+    assert close is not None
+    assert 3.0 <= close < found <= 5.0
 
 
 def test_no_bound_is_made_up():

@@ -9,9 +9,9 @@ the matrix B below are computed in doubles: all that is concluded holds for any 
 """
 
 from collections.abc import Mapping, Sequence
+from math import isfinite
 from typing import Any
 
-import numpy as np
 from flint import arb, arb_mat
 
 from rbstab.analysis.proof_check.boxes import AXES
@@ -25,6 +25,7 @@ from rbstab.analysis.proof_check.formulas.formula import (
     parts_fixed,
 )
 from rbstab.analysis.proof_check.formulas.series import Series
+from rbstab.analysis.proof_check.lengths.small_matrices import Rows, product, scaling, turned
 from rbstab.analysis.proof_check.lowest_point import lowest_point, norm
 from rbstab.analysis.proof_check.trigonometric import Ball
 
@@ -38,8 +39,8 @@ CONVERGED = 1e-9
 ROOMS = (2, 8)
 """The bounds that are tried for ζ are so many times what is expected of it."""
 
-Doubles = Any
-"""An array of doubles."""
+LEAST_SHARE = 1e-6
+"""Newton's steps are halved down to this share."""
 
 
 class OwnStates:
@@ -60,7 +61,7 @@ class OwnStates:
         if not is_convex(self.operations):
             raise ValueError("A formula is not shown to be convex in its own states")
         self.fixed = parts_fixed(self.operations)
-        self.begin = np.zeros(self.count)
+        self.begin = [0.0] * self.count
         self._steepest: list[Ball] | None = None
 
     @property
@@ -84,8 +85,7 @@ class OwnStates:
 
     def near_lowest(self, Theta: Sequence[Ball]) -> list[Ball]:
         """Return D near the lowest point; zeros where none is found."""
-        own = self.over(Theta, [arb(0)] * 3).own
-        return [arb(one) for one in (np.zeros(self.count) if own is None else own)]
+        return [arb(one) for one in self.over(Theta, [arb(0)] * 3).own]
 
     def stored(self, Theta: Sequence[Ball], D: Sequence[Ball]) -> Ball:
         """Return f."""
@@ -126,7 +126,7 @@ class Over:
         nothing = (arb("nan"), [arb("nan")] * 3, arb_mat([[arb("nan")] * 3 for _ in AXES]))
         self.value, self.gradient, self.hessian = nothing
         self.values, self.slopes = nothing[:2]
-        self.own: Doubles = None
+        self.own = [0.0] * V.count
         at_centre = self._fixed(none)
         chosen = self._lowest(at_centre)
         if chosen is None:
@@ -181,39 +181,35 @@ class Over:
     def _own(self) -> range:
         return range(self.V.count)
 
-    def _lowest(self, fixed: Mapping[int, Series]) -> tuple[Doubles, Doubles, Doubles] | None:
+    def _lowest(self, fixed: Mapping[int, Series]) -> tuple[list[float], Rows, Rows] | None:
         """Return D near the lowest point at the centre, C and B with B'HB near 1, in doubles."""
         # Of a near box, the last D is near.
         D = self.V.begin
         slope, bend, mixed = self._derivatives(D, fixed)
         for _ in range(NEWTON_STEPS):
-            if not (np.isfinite(slope).all() and np.isfinite(bend).all()):
-                self.V.begin = np.zeros(self.V.count)
+            if not all(isfinite(one) for row in (slope, *bend) for one in row):
+                self.V.begin = [0.0] * self.V.count
                 return None
-            step = -np.linalg.lstsq(bend, slope)[0]
-            share, before = 1.0, np.abs(slope).max()
-            while share > 1e-6:
-                moved = D + share * step
+            step = [-one for (one,) in _solved(bend, [[one] for one in slope])]
+            share, before = 1.0, max(map(abs, slope))
+            while share > LEAST_SHARE:
+                moved = [a + share * b for a, b in zip(D, step, strict=True)]
                 tried = self._derivatives(moved, fixed)
-                if np.abs(tried[0]).max() < before:
+                if max(map(abs, tried[0])) < before:
                     break
                 share /= 2
             else:
                 break
-            short = np.abs(step).max() < CONVERGED * (np.abs(D).max() + np.abs(moved).max())
+            short = max(map(abs, step)) < CONVERGED * (max(map(abs, D)) + max(map(abs, moved)))
             D, (slope, bend, mixed) = moved, tried
             if short:
                 break
         self.V.begin = D
-        try:
-            B = np.linalg.inv(np.linalg.cholesky(bend)).T
-            return D, -np.linalg.solve(bend, mixed), B
-        except np.linalg.LinAlgError:
-            return None
+        return D, [[-one for one in row] for row in _solved(bend, mixed)], scaling(bend)
 
     def _derivatives(
-        self, D: Doubles, fixed: Mapping[int, Series]
-    ) -> tuple[Doubles, Doubles, Doubles]:
+        self, D: Sequence[float], fixed: Mapping[int, Series]
+    ) -> tuple[list[float], Rows, Rows]:
         """Return f_D, f_DD and f_DΘ at the centre, in doubles."""
 
         def leaf(_: str, place: int) -> Series:
@@ -223,7 +219,7 @@ class Over:
         slope = [float(series.slope(f, k).mid()) for k in self.places]
         rows = [[float(series.curvature(f, k, j).mid()) for j in self.places] for k in self.places]
         mixed = [[float(series.curvature(f, k, i).mid()) for i in AXES] for k in self.places]
-        return np.array(slope), np.array(rows), np.array(mixed)
+        return slope, rows, mixed
 
     def _fixed(self, step: Sequence[Ball], about: Sequence[Series] = ()) -> dict[int, Series]:
         """Return the results that depend on Θ alone, for all Θ = centre + step."""
@@ -282,3 +278,9 @@ class Over:
             sum((abs(arb(self.B[k][m])) * sizes[m] for m in self._own), arb(0)) for k in self._own
         )
         return [arb(0, 1) * row.abs_upper() for row in rows]
+
+
+def _solved(A: Rows, right: Rows) -> Rows:
+    """Return A⁻¹b = BB'b in doubles, for a positive definite A."""
+    B = scaling(A)
+    return product(B, product(turned(B), right))

@@ -21,10 +21,9 @@ from rbstab.analysis.proof_check.boxes import AXES
 from rbstab.analysis.proof_check.lengths.ligaments import LigamentLaw
 from rbstab.analysis.proof_check.lengths.small_matrices import (
     Rows,
-    cholesky,
     inverse,
     product,
-    turned,
+    scaling,
 )
 from rbstab.analysis.proof_check.lowest_point import lowest_point, norm
 from rbstab.analysis.proof_check.trigonometric import (
@@ -195,7 +194,7 @@ class Over:
             pulled[k] + sum((line.slopes[3 + k] for line in at_centre), arb(0)) for k in AXES
         ]
         # By strong convexity with S: |ζ| <= |B'g| in the norm of S, B'SB = 1.
-        self.soft = inverse(turned(cholesky(V.doubles)))
+        self.soft = scaling(V.doubles)
         self.soft_least = _least(self.soft, V.stiffness)
         size = norm(self._lengths(self.soft, self.slope)) / self.soft_least
         near = self._in_ball(self.soft, size)
@@ -295,7 +294,7 @@ class Over:
             more = product(rows, slopes)
             mixed = [[mixed[i][j] + more[i][j] for j in AXES] for i in AXES]
         C = product(inverse(bend), mixed)
-        return [[arb(-one) for one in row] for row in C], inverse(turned(cholesky(bend)))
+        return [[arb(-one) for one in row] for row in C], scaling(bend)
 
 
 Offsets = list[tuple[Mapping[Axes, Ball], Mapping[Axes, Ball]]]

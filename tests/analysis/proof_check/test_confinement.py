@@ -9,9 +9,8 @@ from support.held_springs import held_system, random_springs
 from support.proofs import proof_of
 
 from rbstab.analysis.proof_check import confinement as module
-from rbstab.analysis.proof_check.confinement import confinement
+from rbstab.analysis.proof_check.confinement import FACTOR, confinement, largest_slope
 from rbstab.analysis.proof_check.energy import Energy
-from rbstab.analysis.proof_check.largest_slope import FACTOR, largest_slope
 from rbstab.analysis.proof_check.taylor import Taylor
 
 

@@ -213,6 +213,21 @@ def test_beside_a_barrier_every_start_converges():
     assert proof.unwrapped.every_start
 
 
+def test_a_damper_whose_viscosity_changes_has_the_same_rest_states_and_region(folder):
+    config, expected = _proved("cord")
+    text = CORD.replace("- 30 * own) / 2", "- 30 * own) / (2 + own[0]**2)")
+    text = text.replace("return 2 * self", "return (2 + own[0]**2) * self")
+    (folder / "cord.py").write_text(text)
+    changed = load({"cord": cord()})
+    assert not np.allclose(simulate(config)["cord.creep"][1], simulate(changed)["cord.creep"][1])
+    found = prove(changed)
+    assert found.proved
+    assert found.states[0].orientation == expected.states[0].orientation
+    assert found.region is not None
+    assert expected.region is not None
+    assert found.region.energy_bound == expected.region.energy_bound
+
+
 def test_without_a_bound_on_the_couple_a_barrier_proves_nothing(monkeypatch):
     monkeypatch.setattr(own_states, "BOX_LIMIT", 10)
     barrier = {"kind": "guard", "method": "barrier", "stiffness": 1.0}
@@ -304,9 +319,10 @@ def test_what_is_not_shown(folder):
     assert "quadratic function of X and its own states" in why_not(
         folder, CORD, "visco-elastic", k=0.3
     )
-    not_constant = CORD.replace("- 30 * own) / 2", "- 30 * own) / (2 + own[0]**2)")
-    not_constant = not_constant.replace("return 2 * self", "return (2 + own[0]**2) * self")
-    assert separate.NOT_RELAXING in why_not(folder, not_constant, k=0.3)
+    first, second = "0.5 * (one - two) + 0.3 * (two - three)", "0.8 * (two - three)"
+    stays = PAIR.replace(first, "0.5 * (one - two)").replace(second, "0.0 * two")
+    stays = stays.replace("0.5 * a * a + 0.3 * a * b + 0.8 * b * b", "0.5 * a * a")
+    assert separate.NOT_RELAXING in why_not(folder, stays, k=25.0)
     wells = CORD.replace("15 * own[0] ** 2", "5 * (own[0] ** 2 - 0.01) ** 2")
     wells = wells.replace("30 * own)", "20 * own * (own[0] ** 2 - 0.01))")
     assert separate.NOT_CONVEX_IN_STATES in why_not(folder, wells, k=0.3)

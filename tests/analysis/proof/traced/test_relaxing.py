@@ -83,20 +83,56 @@ def test_rates_of_another_energy():
     assert not found_with(np.eye(3), added=0.001)
 
 
-def test_rates_that_are_no_polynomials_or_not_linear():
-    def cubic(Theta, X, D):
-        found = slope(Theta, X, D)
-        return found * found * found
+def cubic(found, Theta):
+    return found * found * found
 
-    def root(Theta, X, D):
-        found = slope(Theta, X, D)
-        return found / numbers.sqrt_of(1.0 + found @ found)
 
-    def turned(Theta, X, D):
-        return slope(Theta, X, D) * (2.0 + numbers.cos_of(Theta[0]))
+def turned(found, Theta):
+    return found * (2.0 + numbers.cos_of(Theta[0]))
 
-    for one in (cubic, root, turned):
-        assert not found_with(np.eye(3), of=one)
+
+def root(found, Theta):
+    return found / numbers.sqrt_of(1.0 + found @ found)
+
+
+def power_law(found, Theta):
+    return np.array([one**3 / 7.0 for one in found])
+
+
+def eyring(found, Theta):
+    return np.array([-numbers.sinh_of(-2.0 * one) * numbers.exp_of(Theta[1]) for one in found])
+
+
+SIGN_UNKNOWN, SIGN_KNOWN = (cubic, turned), (root, power_law, eyring)
+
+
+def changed(change, of=slope):
+    """Return rates of which each entry is a function of the slope."""
+
+    def found(Theta, X, D):
+        return change(of(Theta, X, D), Theta)
+
+    return found
+
+
+def test_rates_whose_signs_are_not_seen():
+    for one in SIGN_UNKNOWN:
+        assert not found_with(np.eye(3), of=changed(one))
+
+
+def test_rates_with_the_signs_of_the_slopes():
+    for one in SIGN_KNOWN:
+        assert found_with(np.eye(3), of=changed(one))
+        assert not found_with(-np.eye(3), of=changed(one))
+
+
+def test_signs_of_single_slopes_do_not_suffice_for_a_matrix():
+    """-diag(s) M ∂W/∂D may go up if M is not diagonal."""
+
+    def slower(Theta, X, D):
+        return MOVES["with a skew part"] @ slope(Theta, X, D) / (1.0 + D * D)
+
+    assert not found_with(np.eye(3), of=slower)
 
 
 def test_an_energy_that_does_not_depend_on_the_own_state():
@@ -139,17 +175,17 @@ def test_energies_that_are_no_quadratics_and_other_matrices(name):
 
 
 def test_energies_that_are_no_quadratics_and_other_rates():
-    def turned(Theta, X, D):
-        return slope_of_stiffening(Theta, X, D) * (2.0 + numbers.cos_of(Theta[0]))
-
     def slower(Theta, X, D):
         return slope_of_stiffening(Theta, X, D) / (1.0 + D[0] * D[0])
 
     def other(Theta, X, D):
         return slope_of_stiffening(Theta, X, D) + 0.001 * X
 
-    for one in (turned, slower, other, slope):
+    for one in (other, slope, *(changed(one, slope_of_stiffening) for one in SIGN_UNKNOWN)):
         assert not relaxes_with(np.eye(3), of=one)
+    for one in (slower, *(changed(one, slope_of_stiffening) for one in SIGN_KNOWN)):
+        assert relaxes_with(np.eye(3), of=one)
+        assert not relaxes_with(-np.eye(3), of=one)
     assert not relaxes_with(np.eye(3), added=1e-6)
 
 

@@ -4,7 +4,9 @@ With the energy W of the element and its own states D, it is shown that
 
     dD/dt = -M ∂W/∂D,        M constant, M + M' positive definite,
 
-where Ω = 0 and V = 0. So D is at rest exactly where ∂W/∂D = 0, and dW/dt < 0 elsewhere.
+where Ω = 0 and V = 0. So D is at rest exactly where ∂W/∂D = 0, and dW/dt < 0 elsewhere. Or, with a
+diagonal M, each entry of dD/dt has the sign of that of -M ∂W/∂D, by its form: it is a multiple by a
+positive factor, or an odd function that rises, such as sinh.
 
 At n points with independent slopes ∂W/∂D, the columns of a matrix S, with the rates R, it follows
 that M = -RS⁻¹. That the rates at any point are -M ∂W/∂D with this M is an identity of formulas, and
@@ -19,8 +21,18 @@ import numpy as np
 from rbstab.analysis.proof.formulas import jets
 from rbstab.analysis.proof.formulas.jets import Jet
 from rbstab.analysis.proof.formulas.modular import NoValueError, P, values
-from rbstab.analysis.proof.formulas.program import LENGTH, THETA, Operation, Program, computed
+from rbstab.analysis.proof.formulas.program import (
+    LENGTH,
+    THETA,
+    Operation,
+    Program,
+    computed,
+    part_of,
+)
+from rbstab.analysis.proof.formulas.signs import Signs
+from rbstab.analysis.proof.formulas.terms import AS_ARGUMENT
 from rbstab.analysis.proof.lines.intervals import Intervals, exact
+from rbstab.integrate.straight_line.number import DIVIDE, MULTIPLY, NEGATE, POWER
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
@@ -47,13 +59,40 @@ def relaxes(energy: Program, own: range, rates: Sequence[Program]) -> bool:
         own: The entries of x that are D.
         rates: dD/dt where Ω = 0 and V = 0, as such formulas.
     """
-    if not _is_one_matrix(energy, own, rates):
+    forces = [_with_sign_of(rate) for rate in rates]
+    if _is_one_matrix(energy, own, rates):
+        forces = list(rates)
+    elif not _is_one_matrix(energy, own, forces, diagonal=True):
         return False
-    return any(_moves_down(energy, own, rates, scale) for scale in SCALES)
+    return any(_moves_down(energy, own, forces, scale) for scale in SCALES)
 
 
-def _is_one_matrix(energy: Program, own: range, rates: Sequence[Program]) -> bool:
-    """Return whether the rates are a constant matrix times the slopes."""
+def _with_sign_of(rate: Program) -> Program:
+    """Return a formula with the sign of a rate, without factors and functions that do not count."""
+    operations = rate.operations
+    signs, index, opposite = Signs(operations), len(operations) - 1, False
+    while True:
+        kind, *operands = operations[index]
+        if kind == NEGATE:
+            opposite = not opposite
+        elif kind == MULTIPLY and signs.positive(operands[0]):
+            operands = operands[1:]
+        elif not (
+            kind in AS_ARGUMENT
+            or (kind == POWER and operands[1] > 0 and operands[1] % 2 == 1)
+            or (kind in {MULTIPLY, DIVIDE} and signs.positive(operands[1]))
+        ):
+            break
+        index = operands[0]
+    if opposite:
+        return part_of([*operations, (NEGATE, index)], len(operations))
+    return part_of(operations, index)
+
+
+def _is_one_matrix(
+    energy: Program, own: range, rates: Sequence[Program], *, diagonal: bool = False
+) -> bool:
+    """Return whether the rates are a constant matrix times the slopes, or a diagonal one."""
     from flint import fmpz_mod_ctx, fmpz_mod_mat  # imported late, as in `polynomial`
 
     size, context = len(own), fmpz_mod_ctx(P)
@@ -75,6 +114,9 @@ def _is_one_matrix(energy: Program, own: range, rates: Sequence[Program]) -> boo
         M = R * S.inv()
         slopes, found = matrix(POINTS)
     except (StopIteration, ZeroDivisionError):
+        return False
+    places = range(size) if diagonal else ()
+    if any(M[i, j] != 0 for i in places for j in places if i != j):
         return False
     return bool(M * slopes == found)
 

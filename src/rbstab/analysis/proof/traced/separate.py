@@ -64,8 +64,8 @@ TOO_LARGE = "its energy has too many terms, or too large numbers"
 
 NOT_RELAXING = (
     "it is not shown that its own states move down its energy while the body is at rest: `rates` "
-    "must be -M times the derivative of `stored` then, with a constant positive definite M, or have "
-    "the signs of this by their form, with a diagonal M"
+    "must be -M times the derivative of `stored` then, with a constant positive definite M, or "
+    "have the signs of this by their form, with a diagonal M"
 )
 
 SOME_ATTITUDES = (4, 3, 4)

@@ -14,6 +14,7 @@ from rbstab.analysis.proof.boxes import RANGE_END, Boxes
 from rbstab.analysis.proof.formulas.convexity import is_convex
 from rbstab.analysis.proof.lines.over_boxes import over_boxes
 from rbstab.analysis.proof.traced.own_states import OwnStatesEnergy
+from rbstab.analysis.proof.traced.own_states_bounds import OwnStatesBounds
 from rbstab.mechanics import numbers
 
 POINTS = np.array([[0.3, 0.2, 0.9], [-0.7, 0.4, 1.3], [0.1, -0.8, -1.1]])
@@ -174,3 +175,16 @@ def test_a_lowest_point_far_away_is_found():
     value, *_ = one.at(POINTS, 0)
     np.testing.assert_allclose(value.middle, -39.0, rtol=1e-14)
     assert value.radius.max() < 1e-12
+
+
+def test_an_own_state_moves_with_the_attitude_over_a_box():
+    """D = D̂ + Cδ + ζ: all these values are in the bounds that formulas are computed from."""
+    program = recorded_of_own_states(lambda T, D: (D[0] - 3.0 * T[0] + 2.0 * T[2]) ** 2, 1)
+    radius = np.array([0.1, 0.2, 0.3])
+    bounds = OwnStatesBounds(program, 1, Boxes(POINTS - radius, POINTS + radius))
+    np.testing.assert_allclose(bounds.C[0, 0], [3.0, 0.0, -2.0], atol=1e-12)
+    place = program.operations.index(("length", 0))
+    over = bounds.over[place].rows[0]
+    assert np.all(over.low <= bounds.own[:, 0] - 0.9)
+    assert np.all(over.high >= bounds.own[:, 0] + 0.9)
+    assert over.radius.max() < 0.901

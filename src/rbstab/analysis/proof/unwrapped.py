@@ -6,6 +6,7 @@ trigonometric part, whose gradient is bounded. This bounds θ1 and θ3.
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,6 +25,9 @@ BOX_LIMIT_WITH_LINES = 100_000
 
 MARGIN = 1.001
 """Factor on the bounds of θ1 and θ3, so that no rest state is near the border."""
+
+ENOUGH = 0.98
+"""The share of the slopes up to which the ends stay the same that a bound on them may have."""
 
 MAX_END = 20.0
 """rad: wider boxes are not searched, because they take too long."""
@@ -71,7 +75,10 @@ def unwrapped_end(form: TrigonometricForm) -> Array | None:
     None if k is not positive definite.
     """
     form = form.unguarded
-    return confined_end(form, _steepest(form), form.largest)
+    confinement = _confinement(form, form.largest)
+    if confinement is None:
+        return None
+    return _end(confinement, _steepest(form, confinement))
 
 
 def confined_end(form: TrigonometricForm, steepest: Array, largest: float) -> Array | None:
@@ -82,25 +89,56 @@ def confined_end(form: TrigonometricForm, steepest: Array, largest: float) -> Ar
         steepest: Bounds on the slopes of the rest of the energy by θ1 and θ3, shape (2,), J/rad.
         largest: A bound on its magnitude, J; not more than an estimate.
     """
+    confinement = _confinement(form, largest)
+    return None if confinement is None else _end(confinement, steepest)
+
+
+class _Confinement(NamedTuple):
+    """What bounds |θ1| and |θ3|, but for the slopes of the rest of the energy.
+
+    Attributes:
+        compliance: Bounds on |k⁻¹|, shape (2, 2).
+        load: Bounds on the constant part of the right-hand sides, shape (2,).
+        least: The ends are at least these, shape (2,).
+    """
+
+    compliance: Array
+    load: Array
+    least: Array
+
+    @property
+    def enough(self) -> Array:
+        """Slopes for which the ends are these least ones, shape (2,); a wish, not proved."""
+        load = np.linalg.pinv(self.compliance) @ (self.least / MARGIN)
+        return np.maximum(ENOUGH * load - self.load, 0.0)
+
+
+def _confinement(form: TrigonometricForm, largest: float) -> _Confinement | None:
+    """Return what bounds both angles; None if k is not positive definite."""
     compliance = _compliance(form.quadratic[np.ix_([0, 2], [0, 2])])
     if compliance is None:
         return None
-    turned = np.abs(form.quadratic[[0, 2], 1]) * RANGE_END[1]
-    load = np.abs(form.linear[[0, 2]]) + turned + steepest
-    bound = compliance @ load * MARGIN
+    load = np.abs(form.linear[[0, 2]]) + np.abs(form.quadratic[[0, 2], 1]) * RANGE_END[1]
     # Wide enough that U is higher there than at θ2 = ±π/2; this needs no proof.
     top = form.value(np.array([[0.0, sign * np.pi / 2, 0.0] for sign in (-1, 1)])).max()
     height = max(0.0, float(top)) + largest
     climb = np.sqrt(2.0 * height * np.diag(compliance))
-    first, third = np.maximum(np.maximum(bound, climb), PI)
+    return _Confinement(compliance, load, np.maximum(climb, PI))
+
+
+def _end(confinement: _Confinement, steepest: Array) -> Array:
+    """Return the largest |Θ|, from bounds on the slopes of the rest of the energy."""
+    bound = confinement.compliance @ (confinement.load + steepest) * MARGIN
+    first, third = np.maximum(bound, confinement.least)
     return np.array([first, RANGE_END[1], third])
 
 
-def _steepest(form: TrigonometricForm) -> Array:
+def _steepest(form: TrigonometricForm, confinement: _Confinement) -> Array:
     """Bound the slopes of the periodic part by θ1 and θ3, shape (2,), J/rad."""
     if not form.lines:
         return form.steepest[[0, 2]]
-    return np.array([steepest_periodic(form, axis) for axis in (0, 2)])
+    pairs = zip((0, 2), confinement.enough, strict=True)
+    return np.array([steepest_periodic(form, axis, float(one)) for axis, one in pairs])
 
 
 def _compliance(block: Array) -> Array | None:

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from support.held_springs import held_system, random_springs
 
+from rbstab.analysis.proof import unwrapped
 from rbstab.analysis.proof.boxes import RANGE_END
+from rbstab.analysis.proof.lines import slopes
 from rbstab.analysis.proof.lines.slopes import FACTOR, steepest_periodic
 from rbstab.analysis.proof.reduced_energy import reduced_energy
 from rbstab.analysis.proof.unwrapped import unwrapped_end
@@ -21,6 +23,38 @@ def test_the_bound_is_above_all_slopes_but_not_by_much(axis):
     assert most <= bound <= 1.1 * FACTOR * most
     # The bounds of single terms are much larger.
     assert bound < 0.8 * form.steepest[axis]
+
+
+def test_a_bound_that_is_enough_takes_fewer_boxes_and_holds(monkeypatch):
+    springs = random_springs(np.random.default_rng(3), 2)
+    form = reduced_energy(held_system(springs)).form
+    close, boxes = steepest_periodic(form, 0), []
+    enclosed = slopes.enclosure
+
+    def counted(form, pending):
+        boxes.append(len(pending))
+        return enclosed(form, pending)
+
+    monkeypatch.setattr(slopes, "enclosure", counted)
+    assert steepest_periodic(form, 0) == close
+    first, boxes[:] = sum(boxes), []
+    wide = steepest_periodic(form, 0, enough=2.0 * close)
+    assert close < wide <= 2.0 * close * (1 + 1e-9)
+    assert sum(boxes) < 0.7 * first
+    assert steepest_periodic(form, 0, enough=0.5 * close) == pytest.approx(close, rel=0.1)
+
+
+def test_the_ends_are_those_of_the_closest_bounds(monkeypatch):
+    for seed, scale in ((3, 3.0), (4, 12.0), (5, 1.5)):
+        form = reduced_energy(
+            held_system(random_springs(np.random.default_rng(seed), 1), scale)
+        ).form
+        found = unwrapped_end(form)
+        with monkeypatch.context() as patched:
+            patched.setattr(unwrapped, "ENOUGH", 0.0)
+            expected = unwrapped_end(form)
+        assert found is not None
+        np.testing.assert_allclose(found, expected, rtol=0.02)
 
 
 @pytest.mark.heavy

@@ -21,12 +21,13 @@ check too."""
 
 
 @np.errstate(all="ignore")  # comparisons with NaN are false
-def steepest_periodic(form: TrigonometricForm, axis: int) -> float:
+def steepest_periodic(form: TrigonometricForm, axis: int, enough: float = 0.0) -> float:
     """Bound the slope of the periodic part along an axis, for all θ1 and θ3, and |θ2| <= π/2.
 
     Args:
         form: U; its quadratic part and its guard are left out.
         axis: The index of the angle.
+        enough: A bound, J/rad, that need not be closer.
 
     Returns:
         The bound, J/rad.
@@ -41,9 +42,9 @@ def steepest_periodic(form: TrigonometricForm, axis: int) -> float:
             return single
         size, at_centre = _slopes(periodic, pending, axis)
         seen = max(seen, float(at_centre.max()))
-        left = pending[~(size <= FACTOR * seen)]
+        left = pending[~(size <= max(FACTOR * seen, enough))]
         pending = joined([left.halves(left.radius.argmax(axis=1))])
-    return min(single, FACTOR * seen * ROUNDING_FACTOR)
+    return min(single, max(FACTOR * seen, enough) * ROUNDING_FACTOR)
 
 
 def _slopes(form: TrigonometricForm, boxes: Boxes, axis: int) -> tuple[Array, Array]:

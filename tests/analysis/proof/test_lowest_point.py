@@ -33,15 +33,25 @@ def test_the_lowest_point_of_quadratics_is_within_the_bounds(name, spread):
 
     found = lowest_point(B, loads[np.newaxis], 8.0, bend)
     assert found.proved[0]
+    also = checked([arb(one) for one in loads], 8, lambda _: balls(bend(_)))
+    assert also is not None
+    by_checker = np.abs(B[0]) @ [float(one) for one in also[0]]
     for _ in range(200):
         noise = rng.uniform(-size, size, (n, n))
         one = H + 0.5 * (noise + noise.T)
         zeta = -np.linalg.solve(one, g * rng.choice([-1.0, 1.0], n))
         assert np.all(np.abs(zeta) <= found.widths[0])
-        assert np.linalg.eigvalsh(B[0].T @ one @ B[0]).min() >= found.least[0]
+        assert np.all(np.abs(zeta) <= by_checker)
+        least = np.linalg.eigvalsh(B[0].T @ one @ B[0]).min()
+        assert least >= max(found.least[0], float(also[1]))
         mixed = rng.normal(size=(n, 3))
         taken = mixed.T @ np.linalg.solve(one, mixed)
         assert np.all(np.abs(taken) <= lost(B, exact(mixed[np.newaxis]), found.least)[0])
+
+
+def balls(M):
+    rows = zip(M.middle[0].tolist(), M.radius[0].tolist(), strict=True)
+    return [[arb(*entry) for entry in zip(*row, strict=True)] for row in rows]
 
 
 def corners(n):

@@ -6,6 +6,7 @@ from support.held_springs import held_system, random_springs
 
 from rbstab.analysis.proof import unwrapped
 from rbstab.analysis.proof.boxes import RANGE_END
+from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.lines import slopes
 from rbstab.analysis.proof.lines.slopes import FACTOR, steepest_periodic
 from rbstab.analysis.proof.reduced_energy import reduced_energy
@@ -29,11 +30,10 @@ def test_a_bound_that_is_enough_takes_fewer_boxes_and_holds(monkeypatch):
     springs = random_springs(np.random.default_rng(3), 2)
     form = reduced_energy(held_system(springs)).form
     close, boxes = steepest_periodic(form, 0), []
-    enclosed = slopes.enclosure
 
     def counted(form, pending):
         boxes.append(len(pending))
-        return enclosed(form, pending)
+        return enclosure(form, pending)
 
     monkeypatch.setattr(slopes, "enclosure", counted)
     assert steepest_periodic(form, 0) == close
@@ -54,6 +54,7 @@ def test_the_ends_are_those_of_the_closest_bounds(monkeypatch):
             patched.setattr(unwrapped, "ENOUGH", 0.0)
             expected = unwrapped_end(form)
         assert found is not None
+        assert expected is not None
         np.testing.assert_allclose(found, expected, rtol=0.02)
 
 

@@ -188,3 +188,22 @@ def test_an_own_state_moves_with_the_attitude_over_a_box():
     assert np.all(over.low <= bounds.own[:, 0] - 0.9)
     assert np.all(over.high >= bounds.own[:, 0] + 0.9)
     assert over.radius.max() < 0.901
+
+
+@pytest.mark.parametrize("name", FORMULAS)
+def test_the_hessian_is_bounded_for_all_lowest_points_of_a_box(name, monkeypatch):
+    radius, rng = np.array([0.1, 0.1, 0.15]), np.random.default_rng(6)
+    one = energy(name)
+    bounds = OwnStatesBounds(one.program, one.count, Boxes(POINTS - radius, POINTS + radius))
+    assert bounds.lowest.proved.all()
+    for _ in range(40):
+        step = rng.uniform(-radius, radius, POINTS.shape)
+        moved = bounds.own + np.einsum("mki,mi->mk", bounds.C, step)
+        zeta = one.lowest(POINTS + step) - moved
+        assert np.all(np.abs(zeta) <= bounds.lowest.widths + 1e-14)
+    used, within = [], bounds._within
+    monkeypatch.setattr(bounds, "_within", lambda widths: used.append(widths) or within(widths))
+    assert np.isfinite(bounds.hessian.radius).all()
+    assert np.isfinite(bounds.slopes.radius).all()
+    assert all(np.all(widths >= bounds.lowest.widths) for widths in used)
+    assert used

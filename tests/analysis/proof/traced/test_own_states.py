@@ -13,6 +13,7 @@ from support.formulas import recorded_of_own_states
 from rbstab.analysis.proof.boxes import RANGE_END, Boxes
 from rbstab.analysis.proof.formulas.convexity import is_convex
 from rbstab.analysis.proof.lines.over_boxes import over_boxes
+from rbstab.analysis.proof.traced import own_states_bounds
 from rbstab.analysis.proof.traced.own_states import OwnStatesEnergy
 from rbstab.analysis.proof.traced.own_states_bounds import OwnStatesBounds
 from rbstab.mechanics import numbers
@@ -202,8 +203,27 @@ def test_the_hessian_is_bounded_for_all_lowest_points_of_a_box(name, monkeypatch
         zeta = one.lowest(POINTS + step) - moved
         assert np.all(np.abs(zeta) <= bounds.lowest.widths + 1e-14)
     used, within = [], bounds._within
-    monkeypatch.setattr(bounds, "_within", lambda widths: used.append(widths) or within(widths))
+
+    def noted(widths):
+        used.append(widths)
+        return within(widths)
+
+    monkeypatch.setattr(bounds, "_within", noted)
     assert np.isfinite(bounds.hessian.radius).all()
     assert np.isfinite(bounds.slopes.radius).all()
     assert all(np.all(widths >= bounds.lowest.widths) for widths in used)
     assert used
+
+
+@pytest.mark.parametrize("name", FORMULAS)
+def test_bounds_hold_for_any_slopes_of_the_own_states(name, monkeypatch):
+    """C only makes them close. With C = 0, what the minimum takes off the Hessian is large."""
+    one = energy(name)
+    exactly = one.approximate(POINTS, 2)
+    monkeypatch.setattr(own_states_bounds, "following", lambda H: np.zeros((len(H), one.count, 3)))
+    radius = np.full(3, 0.01)
+    found = one.over(np.zeros(0), Boxes(POINTS - radius, POINTS + radius))
+    for bounds, inside in zip(found[:3], exactly, strict=True):
+        assert np.all(np.isfinite(bounds.radius))
+        assert np.all((bounds.low - 1e-12 <= inside) & (inside <= bounds.high + 1e-12))
+    assert np.all(found[2].radius.max(axis=(1, 2)) > 0.1)

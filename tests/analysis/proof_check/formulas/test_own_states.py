@@ -7,7 +7,7 @@ from support.formulas import recorded_of_own_states
 
 from rbstab.analysis.proof.boxes import RANGE_END
 from rbstab.analysis.proof.traced.own_states import OwnStatesEnergy
-from rbstab.analysis.proof_check.formulas.own_states import OwnStates
+from rbstab.analysis.proof_check.formulas.own_states import Over, OwnStates
 from rbstab.mechanics import numbers
 
 
@@ -128,3 +128,25 @@ def test_what_is_no_such_energy_is_refused(formula, states):
     operations = recorded_of_own_states(formula, 2).operations
     with pytest.raises(ValueError, match=r"own states|formula"):
         OwnStates({"name": "x", "states": states, "operations": operations})
+
+
+@pytest.mark.parametrize("name", FORMULAS)
+def test_bounds_hold_for_any_slopes_of_the_own_states(name, monkeypatch):
+    """C only makes them close. With C = 0, what the minimum takes off the Hessian is large."""
+    prover, checker = both(name)
+    point, lowest = np.array([0.3, 0.2, 0.9]), Over._lowest
+
+    def without_slopes(over, fixed):
+        found = lowest(over, fixed)
+        assert found is not None
+        D, C, B = found
+        return D, [[0.0] * 3 for _ in C], B
+
+    exact = prover.approximate(point[np.newaxis], 2)[2][0]
+    monkeypatch.setattr(Over, "_lowest", without_slopes)
+    found = checker.over(balls(point), [arb(0, 0.01)] * 3)
+    assert found.value.is_finite()
+    for i in range(3):
+        for j in range(3):
+            assert found.hessian[i, j].overlaps(arb(exact[i, j], 1e-12))
+    assert max(float(one.rad()) for one in found.hessian.entries()) > 0.1

@@ -306,6 +306,52 @@ def test_the_energy_is_that_of_the_equations(name):
             assert not agrees_with_equations(changed, partial(system_of, config))
 
 
+def added(energy, operations):
+    """Return an energy with more operations after those of its first own states."""
+    data = json.loads(json.dumps(energy))
+    one = data["own_states"][0]
+    begin = len(one["operations"])
+    for kind, *operands in operations:
+        moved = [k + begin if type(k) is int and kind not in LEAVES else k for k in operands]
+        one["operations"].append([kind, *moved])
+    one["operations"].append(["+", begin - 1, len(one["operations"]) - 1])
+    return data
+
+
+LEAVES = ("constant", "length", "theta")
+
+NOTHING_SHOWN = {
+    "no number": [("constant", -1.0), ("log", 0)],
+    "no bound": [("constant", 1e300), ("-", 0, 0)],
+    "zero for equal states": [
+        ("length", 0),
+        ("length", 1),
+        ("-", 0, 1),
+        ("*", 2, 2),
+        ("constant", 1000.0),
+        ("*", 3, 4),
+    ],
+}
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("name", NOTHING_SHOWN)
+def test_what_agrees_with_anything_is_refused(name):
+    config, proof = _proved("pair")
+    energy = energy_of(proof).model_dump(mode="json")
+    assert agrees_with_equations(energy, partial(system_of, config))
+    assert not agrees_with_equations(added(energy, NOTHING_SHOWN[name]), partial(system_of, config))
+
+
+def test_a_formula_without_a_value_agrees_with_nothing():
+    config, proof = _proved("cord")
+    energy = energy_of(proof).model_dump(mode="json")
+    formula = {"name": "x", "operations": [["constant", -1.0], ["log", 0]]}
+    assert not agrees_with_equations(energy | {"formulas": [formula]}, partial(system_of, config))
+    wide = {"name": "x", "operations": [["constant", 1e300], ["-", 0, 0]]}
+    assert not agrees_with_equations(energy | {"formulas": [wide]}, partial(system_of, config))
+
+
 def why_not(folder, text, variant="permanent", **parameters):
     (folder / "mine.py").write_text(text)
     gains = STIFF | ({} if variant == "permanent" else {"K_c": [99] * 3, "L_c": [9] * 3})

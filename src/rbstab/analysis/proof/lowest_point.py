@@ -22,6 +22,9 @@ WIDER = 1 + 1e-13
 LEAST = 0.05
 """The least λ that is used."""
 
+LEAST_SHARE = 1e-3
+"""No x_k is below this share of the largest one."""
+
 REFINEMENTS = 4
 """The number of times that a bound on ξ is made sharper."""
 
@@ -57,10 +60,11 @@ def lowest_point(
     Args:
         B: B, so that B'HB is near 1, shape (m, n, n).
         loads: Bounds on the entries of B'g over each box, shape (m, n).
-        room: x is so many times these.
+        room: x is so many times these, but not far below the largest of them.
         bend: Returns M over the boxes, shape (m, n, n), from bounds on |ζ|, shape (m, n).
     """
-    sizes = room * loads
+    # A load of nearly nothing needs some room too, for what the others add to it.
+    sizes = room * np.maximum(loads, LEAST_SHARE * loads.max(axis=1, keepdims=True))
     M = bend(_spread(B, sizes))
     on, off = M.low.diagonal(axis1=1, axis2=2), M.size
     off[:, range(B.shape[1]), range(B.shape[1])] = 0.0

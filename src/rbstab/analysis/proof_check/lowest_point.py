@@ -17,6 +17,9 @@ from rbstab.analysis.proof_check.trigonometric import Ball, square
 LEAST = 0.1
 """The least bound on the eigenvalues that is used."""
 
+LEAST_SHARE = 0.01
+"""No bound that is tried is below this share of the largest one."""
+
 SHARPER = 3
 """The number of times that a bound on ζ is made sharper."""
 
@@ -31,7 +34,9 @@ def lowest_point(
         room: The box has so many times their size.
         bend: Returns M from bounds on the |ξ_k|.
     """
-    sizes, places = [room * one + arb("1e-40") for one in loads], range(len(loads))
+    # A load of nearly nothing needs some room too, for what the others add to it.
+    least = LEAST_SHARE * reduce(arb.max, loads) + arb("1e-40")
+    sizes, places = [room * one.max(least) for one in loads], range(len(loads))
     M = bend(sizes)
 
     def across(sizes: Sequence[Ball], k: int) -> Ball:

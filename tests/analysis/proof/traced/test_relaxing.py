@@ -216,3 +216,17 @@ def test_squares_of_sines_cancel():
     assert not is_quadratic(energy(lambda Theta, X, _: numbers.sin_of(Theta[0]) * X[0] * X[0]))
     assert not is_quadratic(energy(lambda _, X, __: X[0] * X[1] * X[2]))
     assert is_quadratic(energy(lambda Theta, X, _: numbers.sin_of(Theta[0]) * X[0] + Theta[1]))
+
+
+def test_many_own_states():
+    """More than the bounds of a least energy have; quadratic ones are in proofs all the same."""
+    size = 12
+    trace, inputs = Trace(), {}
+    numbers_ = [trace.input(varies=True) for _ in range(size)]
+    for place, number in enumerate(numbers_):
+        inputs[number.index] = (LENGTH, place)
+    squares = sum(one * one for one in numbers_)
+    W = program_of(trace, trace.index_of(squares), inputs)
+    rates = [program_of(trace, trace.index_of(-3.0 * one), inputs) for one in numbers_]
+    assert relaxes(W, range(size), rates)
+    assert not relaxes(W, range(size), [*rates[1:], rates[0]])

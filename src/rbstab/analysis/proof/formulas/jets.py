@@ -11,6 +11,7 @@ and for a function of one number, g(f)_i = g′ f_i and g(f)_ij = g′ f_ij + g�
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from itertools import combinations_with_replacement
+from math import isqrt
 from typing import Any
 
 import numpy as np
@@ -69,8 +70,10 @@ class Layout:
 layout = cache(Layout)
 """The rows of a jet, from the number of its variables."""
 
-VARIABLES = {layout(n).rows: n for n in range(1, 10)}
-"""The number of variables that belongs to a number of rows."""
+
+def variables_of(rows: int) -> int:
+    """Return n from the number of rows, (n + 1)(n + 2)/2."""
+    return (isqrt(8 * rows + 1) - 3) // 2
 
 
 class Jet:
@@ -88,7 +91,7 @@ class Jet:
     def layout(self) -> Layout:
         """Which row is what."""
         rows = self.rows
-        return layout(VARIABLES[len(rows.middle if isinstance(rows, Intervals) else rows)])
+        return layout(variables_of(len(rows.middle if isinstance(rows, Intervals) else rows)))
 
     def __add__(self, other: "Jet") -> "Jet":
         return Jet(self.rows + other.rows)

@@ -52,7 +52,7 @@ class OwnStatesEnergy(FormulaPart):
     @np.errstate(all="ignore")
     def approximate(self, Theta: Array, order: int) -> list[Array]:
         """Return the derivatives of order 0 to `order` (at most 2) at points, to round-off."""
-        around = Around(Theta, self.lowest(Theta), np.zeros((len(Theta), self.count, 3)))
+        around = Around.unscaled(Theta, self.lowest(Theta))
         jet = computed(self.program, around.variable, jets.combined)[-1]
         found = [jet.rows[0]]
         if order > 0:

@@ -2,10 +2,10 @@
 
     V(Θ) = min over D of f(Θ, D)
 
-f is convex in D by its form. Over a box with the centre m and δ = Θ - m, let D = D̂ + Cδ + ζ; the
-variables δ and ζ are numbered from 0 on. With the blocks P, Q and H of the second derivatives of f
-by them (δδ, ζδ and ζζ), V has the slopes f_δ, and the Hessian P - Q'H⁻¹Q, where f_ζ = 0. D̂, C and
-the matrix B below are computed in doubles: all that is concluded holds for any of them.
+f is convex in D by its form. Over a box with the centre m and δ = Θ - m, let D = D̂ + Cδ + Bξ; the
+variables δ and ξ are numbered from 0 on. With the blocks P, Q and H of the second derivatives of f
+by them (δδ, ξδ and ξξ), V has the slopes f_δ, and the Hessian P - Q'H⁻¹Q, where f_ξ = 0. D̂, C and
+B are computed in doubles, so that H is near 1: all that is concluded holds for any regular B.
 """
 
 from collections.abc import Mapping, Sequence
@@ -37,7 +37,7 @@ CONVERGED = 1e-9
 """A step that is so short, relative to D, is the last."""
 
 ROOMS = (2, 8)
-"""The bounds that are tried for ζ are so many times what is expected of it."""
+"""The bounds that are tried for ξ are so many times what is expected of it."""
 
 LEAST_SHARE = 1e-6
 """Newton's steps are halved down to this share."""
@@ -83,9 +83,10 @@ class OwnStates:
         middle = [angle.mid() for angle in Theta]
         return self.over(middle, [one - point for one, point in zip(Theta, middle, strict=True)])
 
-    def near_lowest(self, Theta: Sequence[Ball]) -> list[Ball]:
-        """Return D near the lowest point; zeros where none is found."""
-        return [arb(one) for one in self.over(Theta, [arb(0)] * 3).own]
+    def near_lowest(self, Theta: Sequence[Ball]) -> list[Ball] | None:
+        """Return D near the lowest point at a point; None where no bound on V is found."""
+        over = self.over(Theta, [arb(0)] * 3)
+        return [arb(one) for one in over.own] if over.value.is_finite() else None
 
     def stored(self, Theta: Sequence[Ball], D: Sequence[Ball]) -> Ball:
         """Return f."""
@@ -109,7 +110,7 @@ class OwnStates:
 
 
 class Over:
-    """V over a box of Θ; no numbers where nothing bounds ζ.
+    """V over a box of Θ; no numbers where nothing bounds ξ.
 
     Attributes:
         value: V at the centre.
@@ -149,23 +150,16 @@ class Over:
         at_centre: Mapping[int, Series],
         whole: Mapping[int, Series],
     ) -> None:
-        """Set the bounds on V, with |ξ_k| <= sizes_k over the box, and B'HB >= least."""
+        """Set the bounds on V, with |ξ_k| <= sizes_k over the box, and H >= least."""
         of_centre = self.about[-1]
         size = norm(self._loads(of_centre)) / least
-        near = self._results([arb(0)] * 3, self._widths([size] * self.V.count), at_centre)[-1]
+        near = self._results([arb(0)] * 3, [_symmetric(size)] * self.V.count, at_centre)[-1]
         self.value = of_centre[series.ZERO] + arb(0).union(-(size * size * least / 2).abs_upper())
         self.gradient = [series.slope(near, i) for i in AXES]
         over = self._at(sizes, whole)
         self.values = over[series.ZERO]
         self.slopes = [series.slope(over, i) for i in AXES]
-        BQ = [
-            [
-                sum((self.B[k][m] * series.curvature(over, 3 + k, i) for k in self._own), arb(0))
-                for i in AXES
-            ]
-            for m in self._own
-        ]
-        lost = [norm([row[i] for row in BQ]) for i in AXES]
+        lost = [norm([series.curvature(over, k, i) for k in self.places]) for i in AXES]
         self.hessian = arb_mat(
             [
                 [
@@ -176,10 +170,6 @@ class Over:
                 for i in AXES
             ]
         )
-
-    @property
-    def _own(self) -> range:
-        return range(self.V.count)
 
     def _lowest(self, fixed: Mapping[int, Series]) -> tuple[list[float], Rows, Rows] | None:
         """Return D near the lowest point at the centre, C and B with B'HB near 1, in doubles."""
@@ -238,46 +228,37 @@ class Over:
     def _results(
         self,
         step: Sequence[Ball],
-        zeta: Sequence[Ball],
+        xi: Sequence[Ball],
         fixed: Mapping[int, Series],
         about: Sequence[Series] = (),
     ) -> list[Series]:
-        """Return all results for δ in balls and ζ in balls."""
+        """Return all results for δ in balls and ξ in balls."""
+        wider = (*step, *xi)
 
         def leaf(_: str, k: int) -> Series:
-            along = [arb(one) for one in self.C[k]]
-            moved = sum((one * ball for one, ball in zip(along, step, strict=True)), zeta[k])
-            found: Series = {series.ZERO: arb(self.own[k]) + moved, (3 + k,): arb(1)}
-            return found | {(i,): one for i, one in zip(AXES, along, strict=True)}
+            along = [arb(one) for one in (*self.C[k], *self.B[k])]
+            moved = sum((one * ball for one, ball in zip(along, wider, strict=True)), arb(0))
+            found: Series = {series.ZERO: arb(self.own[k]) + moved}
+            return found | {(place,): one for place, one in enumerate(along)}
 
-        wider = (*step, *zeta) if about else ()
-        return computed(self.V.operations, leaf, about, wider, fixed)
+        return computed(self.V.operations, leaf, about, wider if about else (), fixed)
 
     def _at(self, sizes: Sequence[Ball], whole: Mapping[int, Series]) -> Series:
         """Return f over the box, for all |ξ_k| <= sizes_k."""
-        return self._results(self.step, self._widths(sizes), whole, self.about)[-1]
+        return self._results(self.step, list(map(_symmetric, sizes)), whole, self.about)[-1]
 
     def _bend(self, f: Series) -> list[list[Ball]]:
-        """Return B'HB."""
-        H = arb_mat([[series.curvature(f, i, j) for j in self.places] for i in self.places])
-        B = arb_mat([[arb(one) for one in row] for row in self.B])
-        found = B.transpose() * H * B
-        return [[found[i, j] for j in self._own] for i in self._own]
+        """Return H."""
+        return [[series.curvature(f, i, j) for j in self.places] for i in self.places]
 
     def _loads(self, f: Series) -> list[Ball]:
-        """Bound the entries of B'f_ζ."""
-        slopes = [series.slope(f, place) for place in self.places]
-        return [
-            sum((arb(self.B[k][m]) * slopes[k] for k in self._own), arb(0)).abs_upper()
-            for m in self._own
-        ]
+        """Bound the entries of f_ξ."""
+        return [series.slope(f, place).abs_upper() for place in self.places]
 
-    def _widths(self, sizes: Sequence[Ball]) -> list[Ball]:
-        """Return balls with all entries of ζ = Bξ, |ξ_k| <= sizes_k."""
-        rows = (
-            sum((abs(arb(self.B[k][m])) * sizes[m] for m in self._own), arb(0)) for k in self._own
-        )
-        return [arb(0, 1) * row.abs_upper() for row in rows]
+
+def _symmetric(size: Ball) -> Ball:
+    """Return a ball with all numbers of at most a size."""
+    return arb(0, 1) * size.abs_upper()
 
 
 def _solved(A: Rows, right: Rows) -> Rows:

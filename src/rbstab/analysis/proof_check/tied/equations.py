@@ -13,7 +13,7 @@ from flint import arb
 
 from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.exact import decimal_balls, in_balls
-from rbstab.analysis.proof_check.equations import POINTS, SHIFTS, least_energy
+from rbstab.analysis.proof_check.equations import POINTS, SHIFTS, agree, least_energy
 from rbstab.analysis.proof_check.tied.energy import Pose
 from rbstab.analysis.proof_check.tied.extent import BoundedEnergy
 from rbstab.elements.spring import Spring
@@ -57,6 +57,6 @@ def _agrees(W: BoundedEnergy, at_rest: Configurations, spring: Spring | None) ->
         for shift in SHIFTS:
             z = [arb(entry) for entry in shift]
             X = [one + other for one, other in zip(unloaded, z, strict=True)]
-            if not pose.at(z).value.overlaps(least_energy(at_rest, [*angles, *X])):
+            if not agree(least_energy(at_rest, [*angles, *X]), pose.at(z).value):
                 return False
     return True

@@ -18,8 +18,7 @@ OUTER = (0, 2)
 """The axes of θ1 and θ3."""
 
 SHARE = 0.98
-"""The slopes that are enough for a claim are so much of those at its limit."""
-
+"""A search for bounds on slopes aims at this share of the largest ones that prove the claim."""
 
 BOX_LIMIT = 20_000
 """The number of boxes at which the search stops."""
@@ -64,8 +63,8 @@ def largest_slope(
 def confined(U: Energy, first: Ball, third: Ball) -> bool:
     """Return whether all rest states with |θ2| <= π/2 have |θ1| < first and |θ3| < third.
 
-    Bounds on single terms are tried before a search for the largest slopes, which takes long. They
-    need a periodic part: formulas of users must be so.
+    Bounds on single terms are tried before a search for the largest slopes, which takes long.
+    Formulas of users must be periodic in θ1 and θ3.
     """
     if not all(one.periodic for one in U.of_users):
         return False
@@ -80,7 +79,8 @@ def confined(U: Energy, first: Ball, third: Ball) -> bool:
 def confinement(U: Energy, slope: Callable[[int], Ball] | None = None) -> list[Ball] | None:
     """Bound |θ1| and |θ3| at all rest states with |θ2| <= π/2; None if k is not definite.
 
-    k [θ1, θ3]' = -[q1 + K12 θ2 + ∂p/∂θ1, q3 + K32 θ2 + ∂p/∂θ3]' with the periodic part p.
+    k [θ1, θ3] = -[q1 + K12 θ2 + ∂p/∂θ1, q3 + K32 θ2 + ∂p/∂θ3] with the periodic part p, and with
+    the quadratic part ½ Θ'KΘ + q'Θ of U and the block k of K for θ1 and θ3.
 
     Args:
         U: The energy.

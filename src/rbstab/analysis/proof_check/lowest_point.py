@@ -1,9 +1,10 @@
 """Where a convex function of ζ is least, in balls: by signs of its slopes on the faces of a box.
 
-With ζ = Bξ and M = B'HB, the slope along ξ_k on the face ξ_k = x_k of a box |ξ| <= x is at least
-M_kk x_k - Σ_{j≠k} |M_kj| x_j - |B'g|_k. If it is positive on each face, and so negative on the
-opposite one, it is zero at one point of the box. There, by Gershgorin's theorem for the matrix of
-the M_kj x_j/x_k, no eigenvalue of M is below min (M_kk - Σ |M_kj| x_j/x_k).
+Let g be its slopes at ζ = 0, H its Hessian, ζ = Bξ and M = B'HB. On the face ξ_k = x_k of a box
+|ξ| <= x its slope along ξ_k is at least M_kk x_k - Σ_{j≠k} |M_kj| x_j - |B'g|_k; on the opposite
+face, it is at most the negative of this. If this is positive for each k, the slopes are zero at a
+point of the box (Miranda's theorem). There, by Gershgorin's theorem for the matrix of the
+M_kj x_j/x_k, no eigenvalue of M is below min (M_kk - Σ |M_kj| x_j/x_k).
 """
 
 from collections.abc import Callable, Sequence

@@ -20,7 +20,7 @@ def lowest_states(program: Program, count: int, Theta: Array) -> Array:
     """Return D at points by Newton's method, shape (m, n).
 
     Args:
-        program: f, with the entries of D as lengths.
+        program: f, a formula of Θ and D; the entries of D have the kind `LENGTH`.
         count: n, their number.
         Theta: The points, shape (m, 3).
     """

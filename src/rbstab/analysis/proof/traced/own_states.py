@@ -28,7 +28,7 @@ BOX_LIMIT = 20_000
 """The boxes over which the bounds of all the range are computed at most."""
 
 FAR_ABOVE = 3.0
-"""Bounds are closer than so many times the largest magnitude at points, if this limit allows."""
+"""Bounds are at most so many times the largest magnitude at points, if `BOX_LIMIT` allows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class OwnStatesEnergy(FormulaPart):
 
     Args:
         name: The name of the element.
-        program: f, with the entries of D as lengths.
+        program: f, a formula of Θ and D; the entries of D have the kind `LENGTH`.
         count: n, the number of entries of D.
     """
 
@@ -74,7 +74,7 @@ class OwnStatesEnergy(FormulaPart):
         return self._over(Boxes(Theta, Theta))[: order + 1]
 
     def has_values(self, Theta: Array) -> bool:
-        """Return whether bounds on V are found at all of some points."""
+        """Return whether bounds on V are found at each of these points."""
         value, *_ = self.at(Theta, 0)
         return bool(np.all(np.isfinite(value.middle + value.radius)))
 

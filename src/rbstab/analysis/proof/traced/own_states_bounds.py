@@ -81,7 +81,7 @@ class OwnStatesBounds:
     """The bounds over some boxes; no numbers where nothing bounds ξ.
 
     Args:
-        program: f, with the entries of D as lengths.
+        program: f, a formula of Θ and D; the entries of D have the kind `LENGTH`.
         count: n, their number.
         boxes: The boxes of Θ.
     """

@@ -5,8 +5,8 @@ With the energy W of the element and its own states D, it is shown that
     dD/dt = -M ∂W/∂D,        M constant, M + M' positive definite,
 
 where Ω = 0 and V = 0. So D is at rest exactly where ∂W/∂D = 0, and dW/dt < 0 elsewhere. Or, with a
-diagonal M, each entry of dD/dt has the sign of that of -M ∂W/∂D, by its form: it is a multiple by a
-positive factor, or an odd function that rises, such as sinh.
+diagonal M, each entry of dD/dt has the sign of the entry u of -M ∂W/∂D by its form: it is r(u)
+times a positive factor, where r is odd and rises, as sinh does.
 
 At n points with independent slopes ∂W/∂D, the columns of a matrix S, with the rates R, it follows
 that M = -RS⁻¹. That the rates at any point are -M ∂W/∂D with this M is an identity of formulas, and

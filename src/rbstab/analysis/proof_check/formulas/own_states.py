@@ -3,9 +3,9 @@
     V(Θ) = min over D of f(Θ, D)
 
 f is convex in D by its form. Over a box with the centre m and δ = Θ - m, let D = D̂ + Cδ + Bξ; the
-variables δ and ξ are numbered from 0 on. With the blocks P, Q and H of the second derivatives of f
-by them (δδ, ξδ and ξξ), V has the slopes f_δ, and the Hessian P - Q'H⁻¹Q, where f_ξ = 0. D̂, C and
-B are computed in doubles, so that H is near 1: all that is concluded holds for any regular B.
+variables 0 to 2 are δ, and those from 3 on ξ. With the blocks P, Q and H of the second derivatives
+of f by them (δδ, ξδ and ξξ), V has the slopes f_δ, and the Hessian P - Q'H⁻¹Q, where f_ξ = 0. D̂, C
+and B are computed in doubles, so that H is near 1: all that is concluded holds for any regular B.
 """
 
 from collections.abc import Mapping, Sequence

@@ -4,8 +4,11 @@ The example `creeping_tie.py` states what the embedded tie of the program states
 and sensitivities must agree with those of the tie, which other tests compare with closed forms.
 """
 
+import json
+
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from support.config_elements import config_data
 from support.problems import ENGINES
 from support.user_code import CREEPING_TIE, MAXWELL
@@ -16,11 +19,16 @@ from rbstab.config.entries import entries_of, is_of_initial_state
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import acting_sections, initial_sections, load_config, plain_data, run_id
 from rbstab.config.units import Kind, unit_of
+from rbstab.experiment.own_states import own_states_of
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.tuning.sensitivities import sensitivities
+from rbstab.report.reading.sources import read_sources
+from rbstab.report.runs.figures.curves import element_states
+from rbstab.store.run_file import write_result
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.sweep import sweep_to_folder
+from rbstab_cli.main import cli
 
 VALUES = {
     "point": [0.15, 0.1, -0.42],
@@ -177,3 +185,23 @@ def test_a_sweep_is_that_of_the_embedded_tie(tmp_path, engine):
     kept, other = (trace["tie.state"] for trace in traces)
     assert kept[0, 0] == start
     np.testing.assert_allclose(kept, other, rtol=1e-9, atol=1e-10)
+
+
+def test_a_state_of_one_number_is_reported_and_shown(tmp_path):
+    """Its file also has an array with the numbers of its entries, which is no state."""
+    (tmp_path / "mine.py").write_text(MAXWELL)
+    values = {"point": [0, 0, 0.3], "anchor": [1.0, 0, 0], "k": 8.0, "c": 2.0}
+    element = {"kind": "python", "file": "mine.py", "class": "Mine", "parameters": values}
+    config = load(element, integration={"duration": 0.5, "samples": 6})
+    result = rbstab.simulate(config)
+    assert own_states_of(result) == ("tie.extension",)
+    write_result(tmp_path / "run.h5", result)
+    sources = read_sources([tmp_path / "run.h5"])
+    assert not sources.unread
+    assert element_states(sources.runs[0]) == ("tie.extension",)
+    found = CliRunner().invoke(cli, ["show", "--json", str(tmp_path / "run.h5")])
+    assert found.exit_code == 0, found.output
+    assert len(json.loads(found.stdout)["final"]["tie.extension"]) == 1
+    shown = CliRunner().invoke(cli, ["show", str(tmp_path / "run.h5")])
+    assert shown.exit_code == 0, shown.output
+    assert "final tie.extension" in shown.stdout

@@ -137,10 +137,10 @@ def _print_json(result: "Result", proof: "Proof | None") -> None:
 
 def _final_state(result: "Result") -> dict[str, list[float]]:
     from rbstab.elements.registry import OWN_STATES
-    from rbstab.systems.quantities import is_element_state
+    from rbstab.experiment.own_states import own_states_of
 
     body = ("orientation", "angular_velocity", "position", "velocity")
-    names = (*body, *OWN_STATES, *filter(is_element_state, result.variables))
+    names = (*body, *OWN_STATES, *own_states_of(result))
     return {name: result[name][-1].tolist() for name in names if name in result}
 
 

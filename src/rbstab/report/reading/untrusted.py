@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from rbstab.experiment.own_states import own_states_of
 from rbstab.experiment.stored_certificate import CertificateLine
 from rbstab.files.existence import is_file
 from rbstab.files.shell_words import shell_word
@@ -23,7 +24,7 @@ from rbstab.sweep.folder.manifest import MANIFEST
 from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, read_folder, unfinished_error
 from rbstab.sweep.members.outcome import known_columns
 from rbstab.sweep.proofs.columns import GATHERED_COLUMNS
-from rbstab.systems.quantities import QUANTITIES, RUN_DIMENSIONS, is_element_state
+from rbstab.systems.quantities import QUANTITIES, RUN_DIMENSIONS
 
 SWEEP: Literal["sweep"] = "sweep"
 """Returned in place of the content of a sweep; a report reads its columns later."""
@@ -117,11 +118,7 @@ def _check_arrays(file: Path, result: Result) -> None:
     """Check that a result has the arrays of a run, with the right types and shapes."""
     lengths = dict(RUN_DIMENSIONS)
     layout_version = result.attributes.get("layout_version", 1)
-    own = [
-        state_in_file(name, variable)
-        for name, variable in result.variables.items()
-        if is_element_state(name)
-    ]
+    own = [state_in_file(name, result.variables[name]) for name in own_states_of(result)]
     for quantity in (*QUANTITIES, *own):
         variable = result.variables.get(quantity.name)
         newer = isinstance(layout_version, int) and quantity.since > layout_version

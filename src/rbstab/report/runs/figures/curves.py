@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from rbstab.experiment.own_states import own_states_of
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Line, Panel
 from rbstab.report.model.palette import COLOURS
@@ -56,7 +57,7 @@ def quantity_in(run: Run, name: str) -> Quantity:
 
 def element_states(run: Run) -> tuple[str, ...]:
     """Return the names of the own states of named elements of a run."""
-    return tuple(filter(is_element_state, run.result.variables))
+    return own_states_of(run.result)
 
 
 def components(run: Run, name: str) -> Panel:

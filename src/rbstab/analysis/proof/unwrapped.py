@@ -27,7 +27,7 @@ MARGIN = 1.001
 """Factor on the bounds of θ1 and θ3, so that no rest state is near the border."""
 
 ENOUGH = 0.98
-"""The share of the slopes up to which the ends stay the same that a bound on them may have."""
+"""A search for bounds on slopes aims at this share of the largest ones for the least ends."""
 
 MAX_END = 20.0
 """rad: wider boxes are not searched, because they take too long."""

@@ -24,7 +24,7 @@ BOX_LIMIT = 20_000
 """The number of boxes at which the search stops."""
 
 FACTOR = 1.25
-"""The bound is at most this times the largest slope that was seen."""
+"""A bound is at most this times the largest slope that was seen, or enough."""
 
 CELL: Box = ((-3.2, 3.2), (-1.6, 1.6), (-3.2, 3.2))
 """It contains all θ1 and θ3 up to whole turns, and |θ2| <= π/2."""
@@ -33,23 +33,19 @@ Slope = Callable[[Box], tuple[Ball, Ball]]
 """Returns the slope at the centre of a box, and a bound on its magnitude in all of it."""
 
 
-def largest_slope(
-    slope: Slope, factor: float = FACTOR, limit: int = BOX_LIMIT, enough: float = 0.0
-) -> Ball | None:
+def largest_slope(slope: Slope, enough: float = 0.0) -> Ball | None:
     """Return a bound on a slope; None if none is found.
 
     Args:
         slope: The slope.
-        factor: The bound is at most this times the largest slope that was seen.
-        limit: The number of boxes that are halved at most.
         enough: A bound that need not be closer.
     """
     seen = 0.0
     # The box with the largest bound is halved next. No number counts as the largest.
     pending = [(-math.inf, CELL)]
-    for _ in range(limit):
+    for _ in range(BOX_LIMIT):
         negative, box = heapq.heappop(pending)
-        if -negative <= max(factor * seen, enough):
+        if -negative <= max(FACTOR * seen, enough):
             return arb(-negative)
         for half in halves(box)[1:]:
             at_centre, size = slope(half)

@@ -52,6 +52,24 @@ class FormulaPart(LinePart):
         """Boxes that cover one turn of θ1 and of θ3, and |θ2| <= π/2."""
         return grid(RANGE_END, CELLS)
 
+    @property
+    def _bounds(self) -> Array:
+        """Bounds on the magnitudes of the energy and its slopes in the cells, shape (4,)."""
+        raise NotImplementedError
+
+    @property
+    def steepest(self) -> Array:
+        """Bounds on the slopes for |θ2| <= π/2, and |θ1| and |θ3| <= π, shape (3,), J/rad.
+
+        If the formula is periodic, they hold for all θ1 and θ3. Infinite where there is none.
+        """
+        return self._bounds[1:]
+
+    @property
+    def largest(self) -> float:
+        """A bound on the magnitude in the same range, J."""
+        return float(self._bounds[0])
+
     @cached_property
     def noise(self) -> tuple[float, Array]:
         """The size of round-off in the energy, J, and in its slopes, shape (3,); not proved."""
@@ -125,19 +143,6 @@ class TracedEnergy(FormulaPart):
             sizes = whole.rows.size[:4].max(axis=1)
         found: Array = np.where(np.isfinite(sizes), sizes, np.inf)
         return found
-
-    @property
-    def steepest(self) -> Array:
-        """Bounds on the slopes for |θ2| <= π/2, and |θ1| and |θ3| <= π, shape (3,), J/rad.
-
-        If the formula is periodic, they hold for all θ1 and θ3. Infinite where there is none.
-        """
-        return self._bounds[1:]
-
-    @property
-    def largest(self) -> float:
-        """A bound on |E| in the same range, J."""
-        return float(self._bounds[0])
 
 
 def _leaf(Theta: Rows, operation: Operation) -> Jet:

@@ -111,16 +111,3 @@ class OwnStatesEnergy(FormulaPart):
         slopes = one.slopes.size
         over = one.value.size + (slopes * boxes.radius).sum(axis=1) * WIDER
         return np.column_stack([over, slopes])
-
-    @property
-    def steepest(self) -> Array:
-        """Bounds on the slopes for |θ2| <= π/2, and |θ1| and |θ3| <= π, shape (3,), J/rad.
-
-        If the formula is periodic, they hold for all θ1 and θ3. Infinite where there is none.
-        """
-        return self._bounds[1:]
-
-    @property
-    def largest(self) -> float:
-        """A bound on |V| in the same range, J."""
-        return float(self._bounds[0])

@@ -119,7 +119,7 @@ class UserEnergies(NamedTuple):
     traced: tuple[TracedEnergy, ...] = ()
     of_position: tuple[TracedPart, ...] = ()
     kinked: tuple[KinkedEnergy, ...] = ()
-    own_states: "tuple[ConvexInStates, ...]" = ()
+    own_states: tuple[ConvexInStates, ...] = ()
 
 
 def in_proofs(element: Element) -> bool:
@@ -158,15 +158,14 @@ def user_energies(at_rest: Configurations) -> UserEnergies:
 
 def _energies_of(at_rest: Configurations, element: Element) -> UserEnergies:
     """Return the energies of one element of a user."""
+    if element.state_size:
+        return _of_own_states(at_rest, element)
     if element.mode_count:
         program, kinks = _switched(at_rest, element)
     else:
-        statements = _passive_statements(at_rest, element)
-        program, kinks = statements.energy, ()
+        program, kinks = _passive_statements(at_rest, element).energy, ()
     for one in (program, *kinks):
         _check_size(element.name, one)
-    if element.state_size:
-        return _of_own_states(at_rest, element.name, statements)
     found = UserEnergies(kinked=tuple(KinkedEnergy(element.name, one) for one in kinks))
     if not program.of_angles:
         quadratic, rest = taken_apart(program, Ring(3, at_rest.size - 3))
@@ -242,16 +241,16 @@ def damping_of_users(system: System) -> Damping:
         return NOTHING
 
 
-def _of_own_states(
-    at_rest: Configurations, name: str, statements: TracedStatements
-) -> UserEnergies:
+def _of_own_states(at_rest: Configurations, element: Element) -> UserEnergies:
     """Return the energy of an element with own states.
 
     Raises:
         NotInProofsError: It is neither quadratic in x nor convex in the own states, or they are not
             shown to move down in it.
     """
+    name, statements = element.name, _passive_statements(at_rest, element)
     program, own = statements.energy, statements.own
+    _check_size(name, program)
     if not relaxes(program, own, statements.own_rates):
         raise NotInProofsError(f"{name}: {NOT_RELAXING}")
     polynomial = polynomial_of(program, Ring(3, at_rest.size - 3))

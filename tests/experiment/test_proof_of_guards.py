@@ -25,10 +25,10 @@ from rbstab.experiment.convergence.exact_motion import convergence_at_start
 from rbstab.experiment.proof import prove
 from rbstab.experiment.robust.bodies import prove_within
 from rbstab.experiment.stability import stability_of
-from rbstab.experiment.stored_proof.energies import energy_of
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import reached_state
+from rbstab.experiment.stored_proof.written_energies import energy_of
 from rbstab.experiment.verification.verify import verify
 
 ROOT = Path(__file__).parents[2] / "configs"

@@ -12,7 +12,7 @@ from rbstab.analysis.proof.reduced_energy import reduced_energy
 from rbstab.analysis.proof_check.equations import agrees_with_equations
 from rbstab.config.build import system_of
 from rbstab.config.load import plain_data
-from rbstab.experiment.stored_proof.energies import energy_of
+from rbstab.experiment.stored_proof.written_energies import energy_of
 
 LONG = {
     "kind": "ligament",

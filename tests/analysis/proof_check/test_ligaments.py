@@ -26,7 +26,7 @@ from rbstab.analysis.proof_check.lengths.free_ligaments import FreeLigaments, Ov
 from rbstab.analysis.proof_check.lengths.ligaments import LigamentLaw
 from rbstab.analysis.proof_check.lengths.small_matrices import cholesky, inverse, product, turned
 from rbstab.analysis.proof_check.taylor import Taylor
-from rbstab.experiment.stored_proof.energies import energy_of
+from rbstab.experiment.stored_proof.written_energies import energy_of
 
 
 @pytest.fixture(autouse=True)

@@ -2,7 +2,6 @@
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rbstab.experiment.stored_proof.energies import energy_of
 from rbstab.experiment.stored_proof.entries import triple
 from rbstab.experiment.stored_proof.places import face_name, search_entries, state_of
 from rbstab.experiment.stored_proof.proof import (
@@ -12,6 +11,7 @@ from rbstab.experiment.stored_proof.proof import (
     UnwrappedStates,
     no_proof,
 )
+from rbstab.experiment.stored_proof.written_energies import energy_of
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:

@@ -2,7 +2,6 @@
 
 from typing import TYPE_CHECKING, Any
 
-from rbstab.experiment.stored_proof.energies import tied_energy_of
 from rbstab.experiment.stored_proof.entries import triple
 from rbstab.experiment.stored_proof.places import corners_of, face_name, search_entries, state_of
 from rbstab.experiment.stored_proof.proof import (
@@ -12,6 +11,7 @@ from rbstab.experiment.stored_proof.proof import (
     ProvedState,
     UnwrappedStates,
 )
+from rbstab.experiment.stored_proof.written_energies import tied_energy_of
 
 if TYPE_CHECKING:
     from rbstab.analysis.proof.tied.region import TiedRegion

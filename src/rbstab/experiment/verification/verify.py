@@ -10,9 +10,9 @@ from rbstab.config.build import problem_of, system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code, may_run_code, without_code
 from rbstab.experiment.proof import CODE_NOT_RUN
-from rbstab.experiment.stored_proof.energies import energy_of, tied_energy_of
 from rbstab.experiment.stored_proof.identity import PROOF_VERSION, proof_id
 from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.stored_proof.written_energies import energy_of, tied_energy_of
 
 if TYPE_CHECKING:
     from rbstab.analysis.proof.reduced_energy import ExactSystem

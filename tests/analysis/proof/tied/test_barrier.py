@@ -13,7 +13,7 @@ from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
 from rbstab.analysis.proof.tied.rest_states import tied_rest_states
 from rbstab.analysis.proof_check.tied.energy import Pose as CheckerPose
 from rbstab.analysis.proof_check.tied.energy import TiedEnergy
-from rbstab.experiment.stored_proof.energies import tied_energy_of
+from rbstab.experiment.stored_proof.written_energies import tied_energy_of
 
 STIFFNESS = 70.0
 """N m."""

@@ -19,8 +19,8 @@ from rbstab.analysis.proof_check.tied.checker import check_tied
 from rbstab.analysis.proof_check.tied.energy import Pose
 from rbstab.analysis.proof_check.tied.extent import BoundedEnergy
 from rbstab.analysis.proof_check.tied.rest_states import Expansion, index_of
-from rbstab.experiment.stored_proof.energies import tied_energy_of
 from rbstab.experiment.stored_proof.tied import tied_record
+from rbstab.experiment.stored_proof.written_energies import tied_energy_of
 
 END = np.array([0.3, 0.3, 0.3])
 """rad: a small range, so that a check takes a second."""

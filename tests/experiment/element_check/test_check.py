@@ -122,7 +122,7 @@ def test_right_elements_of_users(name):
     assert name in NOTES or note == "proofs take it into account"
 
 
-HELD = "proofs of a held body take it into account; of a body that is not held not: "
+HELD = "proofs of a held body take it into account, those of other bodies do not: "
 
 NOTES = {
     "ligament": f"{HELD}it is not shown that `stored`, `wrench` and `dissipated` have",

@@ -26,7 +26,7 @@ def in_which_proofs(system: System, element: Element) -> str:
         return f"no proof takes it into account: {why}"
     why = _why_not(system, element, CentreCoordinates())
     if why is not None:
-        return f"proofs of a held body take it into account; of a body that is not held not: {why}"
+        return f"proofs of a held body take it into account, those of other bodies do not: {why}"
     return "proofs take it into account"
 
 

@@ -352,7 +352,7 @@ OWN_STATE = """
 """
 
 
-@pytest.mark.parametrize(("count", "own", "expected"), [(1, 0, 1), (4, 0, 1), (5, 0, 0), (1, 1, 0)])
+@pytest.mark.parametrize(("count", "own", "expected"), [(1, 0, 1), (4, 0, 1), (5, 0, 0), (1, 1, 1)])
 def test_which_switching_elements_may_be_in_proofs(folder, count, own, expected):
     text = SPRING.replace("import power", "import OwnState, power")
     (folder / "mine.py").write_text(text + SWITCHING.format(count) + OWN_STATE * own)

@@ -231,8 +231,11 @@ def _energy_of(system: System, variables: Array) -> Array:
 
 def _guards_of(system: System, q: Array) -> Array:
     """Return the event functions of the kinked elements at q."""
-    motion, none = Configurations(system).motion(q), np.zeros(0)
-    found = [element.guards(motion, none) for element in system.elements if type(element).kinked]
+    motion, found = Configurations(system).motion(q), list[Array]()
+    for element in system.elements:
+        if type(element).kinked:
+            # Event functions do not depend on own states: `rbstab check --element` tests this.
+            found.append(element.guards(motion, np.zeros(element.state_size)))
     return np.concatenate(found)
 
 

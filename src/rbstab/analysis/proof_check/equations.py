@@ -95,7 +95,8 @@ def _beyond_switches(
     def sides(Theta: Sequence[Ball]) -> set[tuple[int, bool]]:
         values = [value for one in U.of_users for value in one.switches(Theta)]
         motion = at_rest.motion(np.array([*Theta, *none], dtype=object))
-        values += [value for one in users for value in one.guards(motion, none[:0])]
+        for one in users:
+            values += list(one.guards(motion, np.array([arb(0)] * one.state_size, dtype=object)))
         return {(place, bool(value > 0)) for place, value in enumerate(values)}
 
     seen = {side for Theta in points for side in sides(Theta)}

@@ -36,8 +36,6 @@ def kink_problems(sample: Sample) -> Iterator[str]:
     """Yield where an element is not what it says of itself by `kinked`."""
     if sample.element.kinked is not True:
         yield f"`kinked` is {sample.element.kinked!r} (expected True or False)"
-    if sample.element.state_size:
-        yield "`kinked` is for elements without own states"
     for index in range(sample.element.mode_count):
         found = [_stored_with(sample, sample.y, index, mode) for mode in (0.0, 0.5, 1.0)]
         size = sum(map(abs, found)) + TOLERANCE

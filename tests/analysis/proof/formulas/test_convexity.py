@@ -28,6 +28,36 @@ SHOWN = {
     "no X": lambda T, X: numbers.sin_of(T[0]) - T[1] ** 3,
 }
 
+K = np.array([[4.0, 1.0, -1.0], [1.0, 3.0, 0.5], [-1.0, 0.5, 2.0]])
+"""A positive definite matrix."""
+
+DEGENERATE = np.array([[1.0, 0.2, -0.1], [0.2, 0.04, -0.02], [-0.1, -0.02, 0.01]])
+"""The matrix of (x1 + 0.2 x2 - 0.1 x3)², as decimals."""
+
+
+def _turned(T, X):
+    """Return X in a frame that is turned about the third axis."""
+    c, s = numbers.cos_of(T[0]), numbers.sin_of(T[0])
+    return np.array([c * X[0] + s * X[1], c * X[1] - s * X[0], X[2]])
+
+
+def _form(matrix, x):
+    return x @ (matrix @ x)
+
+
+SHOWN |= {
+    "a matrix": lambda T, X: 0.5 * _form(K, X - T),
+    "a matrix beside other terms": lambda T, X: _form(K, X) / 3.0 + numbers.cosh_of(X[0] - X[2]),
+    "a matrix in a turned frame": lambda T, X: _form(K, _turned(T, X)) + X[1] ** 4,
+    "a matrix with an eigenvalue 0": lambda T, X: _form(DEGENERATE, X) + numbers.exp_of(X[1]),
+    "a matrix by an angle": lambda T, X: numbers.exp_of(T[1]) * _form(K, X) + X[0] ** 4,
+    "products of different sums": lambda T, X: (X[0] + X[1]) * (X[0] + 2.0 * X[1]) + X[1] ** 2,
+    "a negative square that others outweigh": lambda T, X: 3.0 * X[0] ** 2 - X[0] * X[0],
+    "a function of a matrix": lambda T, X: numbers.exp_of(0.1 * _form(K, X)) - X[2],
+    "a root of a matrix and a square": lambda T, X: numbers.sqrt_of(1.0 + X[0] * X[0] + X[1] ** 2),
+    "powers of numbers": lambda T, X: _form(np.full((3, 3), 2.0) ** 2 / 4 + K / 2**3, X),
+}
+
 NOT_SHOWN = {
     "a product": lambda T, X: X[0] * X[1],
     "products of opposite multiples": lambda T, X: X[0] * (-2.0 * X[0]),
@@ -43,6 +73,11 @@ NOT_SHOWN = {
     "sine": lambda T, X: numbers.sin_of(X[0]),
     "a well": lambda T, X: -numbers.exp_of(-(X[0] ** 2)),
     "a root of a root": lambda T, X: numbers.sqrt_of(numbers.sqrt_of(1.0 + X[0] ** 2)),
+    "a matrix with a negative eigenvalue": lambda T, X: _form(K - 1.7 * np.eye(3), X) + X[0] ** 4,
+    "a matrix that is outweighed only far away": lambda T, X: (X @ X) ** 2 - _form(K, X),
+    "a matrix just below": lambda T, X: _form(DEGENERATE - 1e-9 * np.eye(3), X),
+    "a matrix by an angle of either sign": lambda T, X: T[1] * _form(K, X),
+    "a product that only another power outweighs": lambda T, X: X[0] * X[1] + X[0] ** 4 + X[1] ** 4,
     "odd power of an affine one": lambda T, X: (X[0] + 1.0) ** 3 + X[1] ** 4,
 }
 
@@ -69,6 +104,11 @@ def _multiples(a, b, x):
     return (a * x) * (b * x)
 
 
+def _squares(x, y, c, n):
+    """Return a form of two numbers: for some c and n it is never negative, for others it is."""
+    return x * x + 2 * c * (x * y) + 0.5 * n * (y * y)
+
+
 def _random(rng, depth):
     """Return a random formula of Θ and X."""
     if depth == 0:
@@ -81,6 +121,7 @@ def _random(rng, depth):
         lambda T, X: one(T, X) - two(T, X),
         lambda T, X: one(T, X) * two(T, X),
         lambda T, X: c * one(T, X),
+        lambda T, X: _squares(one(T, X), two(T, X), c, n),
         lambda T, X: _multiples(c, n, one(T, X)),
         lambda T, X: _multiples(two(T, T), -1, one(T, X)),
         lambda T, X: one(T, X) if type(one(T, X)) is float else one(T, X) ** n,

@@ -1,10 +1,11 @@
 """Formulas that are never negative, by their form: sums and products of squares, and the like."""
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from rbstab.analysis.proof.formulas.program import THETA, Operation
+from rbstab.analysis.proof.formulas.quadratic_forms import Form, is_definite, is_semidefinite
 from rbstab.analysis.proof.formulas.terms import (
     AS_ARGUMENT,
     MOST_TERMS,
@@ -27,9 +28,6 @@ from rbstab.integrate.straight_line.number import (
 from rbstab.mechanics.states import PITCH
 
 POSITIVE = frozenset({"exp", "cosh", "sqrt"})
-
-_Form = dict[tuple[int, int], Fraction]
-"""A quadratic form: its entries m_ij, with m_ij for i < j alone."""
 
 
 class Signs:
@@ -99,7 +97,7 @@ class Signs:
         alone, forms = split
         found = {one for term in alone if (one := self._only_factor(term)) is not None}
         for rest, form in forms.items():
-            if all(self.positive(one) for one, _ in rest) and _is_definite(form):
+            if all(self.positive(one) for one, _ in rest) and is_definite(form):
                 found |= {one for pair in form for one in pair}
         inner = [one for one in found if self._terms.is_sum(one) and self.never_negative(one)]
         return found.union(*(self.vanishing(one) for one in inner))
@@ -138,7 +136,7 @@ class Signs:
         """Return whether a sum of terms is never negative."""
         return self._split(index) is not None
 
-    def _split(self, index: int) -> tuple[list[Term], Mapping[Powers, _Form]] | None:
+    def _split(self, index: int) -> tuple[list[Term], Mapping[Powers, Form]] | None:
         """Return a sum as terms and quadratic forms that are never negative, or None.
 
         A form is Σ m_ij x_i x_j times the rest of its products, which is never negative.
@@ -151,7 +149,7 @@ class Signs:
 
     def _split_into(
         self, index: int, kept: frozenset[int]
-    ) -> tuple[list[Term], Mapping[Powers, _Form]] | None:
+    ) -> tuple[list[Term], Mapping[Powers, Form]] | None:
         """Return the same, with some sums as variables of forms."""
         sums = defaultdict[Powers, Fraction](Fraction)
         for count, term in enumerate(self._terms.of(index, kept)):
@@ -159,7 +157,7 @@ class Signs:
                 return None
             sums[term.powers] += term.number
         terms = [Term(number, powers) for powers, number in sums.items() if number]
-        forms: dict[Powers, _Form] = {}
+        forms: dict[Powers, dict[tuple[int, int], Fraction]] = {}
         for term in terms:
             if self._alone(term):
                 continue
@@ -173,7 +171,7 @@ class Signs:
             for i in {index for pair in form for index in pair}:
                 square = times(rest, i, 2)
                 form[i, i] = Fraction(sums.pop(square, 0))
-        if not all(_is_semidefinite(form) for form in forms.values()):
+        if not all(is_semidefinite(form) for form in forms.values()):
             return None
         return [Term(number, powers) for powers, number in sums.items() if number], forms
 
@@ -197,26 +195,3 @@ class Signs:
         """Return whether a factor, which is no product, is never negative."""
         kind, *_ = self._operations[index]
         return kind not in {MULTIPLY, DIVIDE, NEGATE, POWER} and self.never_negative(index)
-
-
-def _is_semidefinite(form: Mapping[tuple[int, int], Fraction]) -> bool:
-    """Return whether a quadratic form is never negative, by exact elimination."""
-    return all(pivot > 0 or (pivot == 0 and not any(row)) for pivot, *row in _pivots(form))
-
-
-def _is_definite(form: Mapping[tuple[int, int], Fraction]) -> bool:
-    """Return whether a quadratic form is zero only where all its variables are."""
-    return all(pivot > 0 for pivot, *_ in _pivots(form))
-
-
-def _pivots(form: Mapping[tuple[int, int], Fraction]) -> Iterator[list[Fraction]]:
-    """Yield the rows of the elimination of a form, each from its pivot on; zero ones are kept."""
-    places = sorted({index for pair in form for index in pair})
-    rows = [[form.get((i, j), form.get((j, i), Fraction(0))) for j in places] for i in places]
-    while rows:
-        pivot, *row = rows[0]
-        yield rows[0]
-        rows = [
-            [entry - (row[i] * row[j] / pivot if pivot else 0) for j, entry in enumerate(rest)]
-            for i, (_, *rest) in enumerate(rows[1:])
-        ]

@@ -26,6 +26,7 @@ from rbstab.analysis.proof.traced.switching import (
     MOST_MODES,
     NotShownError,
     SwitchedEnergy,
+    statements_by_mode,
     switched_energy,
 )
 from rbstab.analysis.proof.traced.tracing import (
@@ -124,8 +125,7 @@ class UserEnergies(NamedTuple):
 
 def in_proofs(element: Element) -> bool:
     """Return whether proofs may take an element of a user into account."""
-    switches = element.mode_count > (0 if element.state_size else MOST_MODES)
-    plain = not (switches or element.clearance_count)
+    plain = element.mode_count <= MOST_MODES and not element.clearance_count
     usual = type(element).at_rest is Element.at_rest and not (element.holds or element.slides)
     return plain and usual and not element.timed
 
@@ -158,24 +158,39 @@ def user_energies(at_rest: Configurations) -> UserEnergies:
 
 def _energies_of(at_rest: Configurations, element: Element) -> UserEnergies:
     """Return the energies of one element of a user."""
-    if element.state_size:
-        return _of_own_states(at_rest, element)
     if element.mode_count:
         program, kinks = _switched(at_rest, element)
     else:
         program, kinks = _passive_statements(at_rest, element).energy, ()
     for one in (program, *kinks):
         _check_size(element.name, one)
-    found = UserEnergies(kinked=tuple(KinkedEnergy(element.name, one) for one in kinks))
-    if not program.of_angles:
-        quadratic, rest = taken_apart(program, Ring(3, at_rest.size - 3))
-        if rest is not None and not is_convex(rest):
-            raise NotInProofsError(f"{element.name}: {NOT_CONVEX}")
-        of_position = () if rest is None else (TracedPart(element.name, rest),)
-        return found._replace(polynomials=tuple(quadratic), of_position=of_position)
+    if element.state_size:
+        found = _of_own_states(at_rest, element, program)
+    elif program.of_angles:
+        found = _of_angles(element.name, program)
+    else:
+        found = _of_position(at_rest, element.name, program)
+    return found._replace(kinked=tuple(KinkedEnergy(element.name, one) for one in kinks))
+
+
+def _of_angles(name: str, program: Program) -> UserEnergies:
+    """Return an energy of Θ alone."""
     if is_polynomial(program):
-        return found._replace(polynomials=(program,))
-    return found._replace(traced=(TracedEnergy(element.name, program),))
+        return UserEnergies(polynomials=(program,))
+    return UserEnergies(traced=(TracedEnergy(name, program),))
+
+
+def _of_position(at_rest: Configurations, name: str, program: Program) -> UserEnergies:
+    """Return an energy of Θ and X.
+
+    Raises:
+        NotInProofsError: It is neither quadratic in X, nor convex in X.
+    """
+    quadratic, rest = taken_apart(program, Ring(3, at_rest.size - 3))
+    if rest is not None and not is_convex(rest):
+        raise NotInProofsError(f"{name}: {NOT_CONVEX}")
+    of_position = () if rest is None else (TracedPart(name, rest),)
+    return UserEnergies(polynomials=tuple(quadratic), of_position=of_position)
 
 
 def formula_count(system: System) -> int:
@@ -241,21 +256,24 @@ def damping_of_users(system: System) -> Damping:
         return NOTHING
 
 
-def _of_own_states(at_rest: Configurations, element: Element) -> UserEnergies:
-    """Return the energy of an element with own states.
+def _of_own_states(at_rest: Configurations, element: Element, program: Program) -> UserEnergies:
+    """Return the energy of an element with own states, without its jumps.
 
     Raises:
         NotInProofsError: It is neither quadratic in x nor convex in the own states, or they are not
             shown to move down in it.
     """
-    name, statements = element.name, _passive_statements(at_rest, element)
-    program, own = statements.energy, statements.own
-    _check_size(name, program)
-    if not relaxes(program, own, statements.own_rates):
-        raise NotInProofsError(f"{name}: {NOT_RELAXING}")
-    polynomial = polynomial_of(program, Ring(3, at_rest.size - 3))
+    name, own = element.name, own_entries(at_rest, element)
+    for one in statements_by_mode(at_rest, element):
+        if not relaxes(one.energy, own, one.own_rates):
+            raise NotInProofsError(f"{name}: {NOT_RELAXING}")
+    ring = Ring(3, at_rest.size - 3)
+    polynomial = polynomial_of(program, ring)
     if polynomial is not None and is_quadratic(polynomial):
         return UserEnergies(polynomials=(program,))
+    quadratic, rest = taken_apart(program, ring)
+    if rest is not None and rest.of_angles:
+        return _of_angles(name, rest)._replace(polynomials=tuple(quadratic))
     if not at_rest.held:
         raise NotInProofsError(f"{name}: {NOT_QUADRATIC}")
     if not is_convex(program):

@@ -5,11 +5,12 @@ With σ_i = 1 where the event function g_i is positive, and else 0, it is shown 
     E = E₀ + Σ σ_i (h_i g_i² + k_i g_i),    so E = E₀ + Σ h_i p(g_i) + Σ max(k_i g_i, 0),
 
 with p(g) = max(g, 0)², with E₀, h_i, k_i and g_i smooth functions of Θ, and with k_i never below
-zero. Where all k_i are zero, the force is continuous. Else it jumps: E has kinks.
+zero. Where all k_i are zero, the force is continuous. Else it jumps: E has kinks. E₀ and h_i may
+depend on own states too.
 """
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import product
@@ -19,6 +20,7 @@ import numpy as np
 
 from rbstab.analysis.configuration import Configurations
 from rbstab.analysis.proof.formulas.program import (
+    LENGTH,
     SQUARE_ABOVE,
     THETA,
     Operation,
@@ -33,6 +35,7 @@ from rbstab.analysis.proof.traced.passive import why_not_passive
 from rbstab.analysis.proof.traced.regular import has_values
 from rbstab.analysis.proof.traced.tracing import (
     NotRecordedError,
+    TracedStatements,
     index_in,
     traced_motion,
     traced_statements,
@@ -55,7 +58,15 @@ MODE = "mode"
 MOST_MODES = 4
 """The most switches of one element: with n of them, it is recorded 2ⁿ times."""
 
-NOT_OF_ANGLES = "it switches, and its energy or an event function does not depend on Θ alone"
+NOT_OF_ANGLES = (
+    "it switches, and its energy or an event function depends on more than Θ (and, for the energy, "
+    "its own states)"
+)
+
+JUMPS_BY_STATES = (
+    "its force jumps at a switch, and the factor of the mode and its event function in `stored` "
+    "depends on own states"
+)
 
 WITHOUT_VALUES = "it is not shown that its event functions have values at all attitudes"
 
@@ -92,7 +103,7 @@ def switched_energy(at_rest: Configurations, element: Element) -> SwitchedEnergy
 
     Args:
         at_rest: The configurations of its system, in doubles.
-        element: The element; it has no own states.
+        element: The element.
 
     Raises:
         NotShownError: Something is not shown.
@@ -107,7 +118,8 @@ def switched_energy(at_rest: Configurations, element: Element) -> SwitchedEnergy
         # An element of a user may raise anything.
         raise NotRecordedError(str(error) or type(error).__name__) from error
     of_guards, of_energy = (variables_of(operations, some) for some in (guards, [stored]))
-    if not (of_guards <= {THETA} and of_energy <= {THETA, MODE}):
+    of_element = {LENGTH} if element.state_size else set[str]()
+    if not (of_guards <= {THETA} and of_energy <= {THETA, MODE} | of_element):
         raise NotShownError(NOT_OF_ANGLES)
     if not has_values(operations, guards):
         raise NotShownError(WITHOUT_VALUES)
@@ -123,24 +135,33 @@ def switched_energy(at_rest: Configurations, element: Element) -> SwitchedEnergy
         if exponent == 1:
             if not Signs(formula).never_negative(factor):
                 raise NotShownError(PUSHES_AWAY)
-            kinks.append(part_of(formula, _appended(formula, MULTIPLY, factor, guards[place])))
+            kink = part_of(formula, _appended(formula, MULTIPLY, factor, guards[place]))
+            if not kink.of_angles:
+                raise NotShownError(JUMPS_BY_STATES)
+            kinks.append(kink)
             continue
         above = _appended(formula, SQUARE_ABOVE, guards[place])
         total = _appended(formula, ADD, total, _appended(formula, MULTIPLY, factor, above))
     return SwitchedEnergy(part_of(formula, total), tuple(kinks))
 
 
-def _why_not_passive(at_rest: Configurations, element: Element) -> str | None:
-    """Return what is not shown of an element in one of its modes, or None."""
+def statements_by_mode(at_rest: Configurations, element: Element) -> Iterator[TracedStatements]:
+    """Yield the statements of an element in each combination of its modes."""
+    if not element.mode_count:
+        yield traced_statements(at_rest, element)
+        return
     for modes in product((0.0, 1.0), repeat=element.mode_count):
         fixed: Any = replace(element, mode=np.array(modes))  # type: ignore[type-var]
         others = at_rest.system.elements
         elements = tuple(fixed if one is element else one for one in others)
         system = replace(at_rest.system, elements=elements)
-        why = why_not_passive(traced_statements(Configurations(system), fixed))
-        if why is not None:
-            return why
-    return None
+        yield traced_statements(Configurations(system), fixed)
+
+
+def _why_not_passive(at_rest: Configurations, element: Element) -> str | None:
+    """Return what is not shown of an element in one of its modes, or None."""
+    reasons = map(why_not_passive, statements_by_mode(at_rest, element))
+    return next((why for why in reasons if why is not None), None)
 
 
 def _recorded(

@@ -50,7 +50,8 @@ class OwnStates:
         data: Its name, the number of own states, and the operations of f.
 
     Raises:
-        ValueError: They are no formula, or f is not shown to be convex in D.
+        ValueError: They are no formula, or f is not shown to be convex in D, or it switches where
+            a function of D does.
     """
 
     def __init__(self, data: Mapping[str, Any]) -> None:
@@ -61,6 +62,10 @@ class OwnStates:
         if not is_convex(self.operations):
             raise ValueError("A formula is not shown to be convex in its own states")
         self.fixed = parts_fixed(self.operations)
+        self.arguments = [one[1] for one in self.operations if one[0] == "square_above"]
+        if not self.fixed.issuperset(self.arguments):
+            # Then f_D might have no derivatives along D, as lemma 17 needs.
+            raise ValueError("A formula has a switch that depends on own states")
         self.begin = [0.0] * self.count
         self._steepest: list[Ball] | None = None
 
@@ -90,13 +95,18 @@ class OwnStates:
 
     def stored(self, Theta: Sequence[Ball], D: Sequence[Ball]) -> Ball:
         """Return f."""
-        values = {"theta": Theta, "length": D}
-        found = computed(self.operations, lambda kind, k: {series.ZERO: values[kind][k]})
-        return found[-1][series.ZERO]
+        return self._values(Theta, D)[-1]
 
     def switches(self, Theta: Sequence[Ball]) -> list[Ball]:
-        """None: it does not switch."""
-        return []
+        """Return at a point what changes its sign where the formula switches."""
+        found = self._values(Theta, [arb(0)] * self.count)
+        return [found[place] for place in self.arguments]
+
+    def _values(self, Theta: Sequence[Ball], D: Sequence[Ball]) -> list[Ball]:
+        """Return the values of all operations."""
+        values = {"theta": Theta, "length": D}
+        found = computed(self.operations, lambda kind, k: {series.ZERO: values[kind][k]})
+        return [one[series.ZERO] for one in found]
 
     def over(self, centre: Sequence[Ball], step: Sequence[Ball]) -> "Over":
         """Return V over the box of all Θ = centre + step."""

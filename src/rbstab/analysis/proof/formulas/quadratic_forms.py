@@ -1,0 +1,46 @@
+"""Quadratic forms Σ m_ij x_i x_j in exact numbers."""
+
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from typing import TypeVar
+
+Form = Mapping[tuple[int, int], Fraction]
+"""The entries m_ij of a quadratic form, with m_ij = m_ji stored once."""
+
+_Key = TypeVar("_Key")
+
+
+def is_semidefinite(form: Form) -> bool:
+    """Return whether a quadratic form is never negative, by exact elimination."""
+    return all(pivot > 0 or (pivot == 0 and not any(row)) for pivot, *row in _pivots(form))
+
+
+def is_definite(form: Form) -> bool:
+    """Return whether a quadratic form is zero only where all its variables are."""
+    return all(pivot > 0 for pivot, *_ in _pivots(form))
+
+
+def _pivots(form: Form) -> Iterator[list[Fraction]]:
+    """Yield the rows of the elimination of a form, each from its pivot on; zero ones are kept."""
+    places = sorted({index for pair in form for index in pair})
+    rows = [[form.get((i, j), form.get((j, i), Fraction(0))) for j in places] for i in places]
+    while rows:
+        pivot, *row = rows[0]
+        yield rows[0]
+        rows = [
+            [entry - (row[i] * row[j] / pivot if pivot else 0) for j, entry in enumerate(rest)]
+            for i, (_, *rest) in enumerate(rows[1:])
+        ]
+
+
+def added(one: Mapping[_Key, Fraction], other: Mapping[_Key, Fraction]) -> dict[_Key, Fraction]:
+    """Return a sum, without entries that are zero."""
+    found = dict(one)
+    for key, value in other.items():
+        found[key] = found.get(key, Fraction(0)) + value
+    return {key: value for key, value in found.items() if value}
+
+
+def scaled(one: Mapping[_Key, Fraction], factor: Fraction | int) -> dict[_Key, Fraction]:
+    """Return a multiple."""
+    return {key: factor * value for key, value in one.items()}

@@ -1,0 +1,362 @@
+"""Protects proofs of elements of users that have own states and switch.
+
+Against a cord without switches beside our own guards, and searches over all variables in doubles.
+"""
+
+import json
+from functools import cache, partial
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+from support.user_code import element_text, loaded_with, mine
+
+from rbstab.analysis.configuration import configurations
+from rbstab.analysis.proof.rest_states import rest_states
+from rbstab.analysis.proof.traced.separate import NOT_RELAXING, NotInProofsError, user_energies
+from rbstab.analysis.proof.traced.switching import JUMPS_BY_STATES, NOT_OF_ANGLES
+from rbstab.analysis.proof_check.equations import agrees_with_equations
+from rbstab.config.build import problem_of, system_of
+from rbstab.elements.user_code.loaded import UserCode, element_class
+from rbstab.experiment.element_check.check import check_class
+from rbstab.experiment.proof import prove
+from rbstab.experiment.simulate import simulate
+from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.verification.verify import verify
+
+CORD = element_text(
+    """
+    states = (OwnState("creep", "D", "m", "creep", size=1),)
+
+    def share(self, motion, own):
+        return (position(motion, self.point)[0] - own[0]) / 0.3
+
+    def rates(self, motion, own):
+        return (6 * (exp(self.share(motion, own)) - 1) - 30 * own) / 2
+
+    def wrench(self, motion, own):
+        tension = 6 * (exp(self.share(motion, own)) - 1)
+        pull = force_at(motion, self.point, np.array([-tension, 0, 0]))
+        return pull
+
+    def stored(self, motion, own):
+        x = self.share(motion, own)
+        return 1.8 * (exp(x) - x - 1) + 15 * own[0] ** 2
+
+    def dissipated(self, motion, own):
+        return 2 * self.rates(motion, own)[0] ** 2
+    """,
+    'POINT, Gain("k", "1", "strength of the switches", shape="number"), '
+    'Gain("soft", "rad", "angle", shape="number")',
+).replace("import power", "import OwnState, power")
+"""A cord along e1 that stiffens and creeps."""
+
+SWITCHES = """
+    mode_count = 2
+
+    def guards(self, motion, own):
+        pitch = motion.Theta[1]
+        return np.array([pitch - self.soft, -pitch - self.soft])
+
+    def rates"""
+
+STIFF = {
+    "    def rates": SWITCHES,
+    "        return pull\n": """\
+        above, below = self.mode * self.guards(motion, own)
+        push = couple_on_body(-self.k * (above - below) * motion.B[1])
+        return pull._replace(couple=pull.couple + push.couple)
+""",
+    "+ 15 * own[0] ** 2": """+ 15 * own[0] ** 2 + 0.5 * self.k * (
+            self.mode @ power(self.guards(motion, own), 2)
+        )""",
+}
+"""What makes the cord one with a stiff guard."""
+
+REPELLING = {
+    "    def rates": SWITCHES,
+    "        return pull\n": """\
+        push = couple_on_body(-self.k * (self.mode[0] - self.mode[1]) * motion.B[1])
+        return pull._replace(couple=pull.couple + push.couple)
+""",
+    "+ 15 * own[0] ** 2": "+ 15 * own[0] ** 2 + self.k * (self.mode @ self.guards(motion, own))",
+}
+"""What makes the cord one with a repelling guard."""
+
+SOFT = 0.02
+"""The body rests against a guard at this angle."""
+
+OURS = {
+    "stiff": {"kind": "guard", "method": "stiff", "stiffness": 31.0, "soft_angle": SOFT},
+    "repelling": {"kind": "guard", "method": "repelling", "couple": 31.0, "soft_angle": SOFT},
+}
+
+MOVING = """first, second = self.slopes(motion, own)
+        return -0.5 * np.array([first, {0} * second])"""
+"""Rates with which an own state rests anywhere in one of the modes."""
+
+FACTORS = {"stiff": 15.5, "repelling": 31.0, "tighter": 60.0}
+"""A constant of the energy that has no effect on one side of the switches."""
+
+HEAVY = [pytest.param(name, marks=pytest.mark.heavy) for name in ("repelling", "tighter")]
+
+NAMES = ["stiff", *HEAVY]
+
+TIGHTER = element_text(
+    """
+    mode_count = 1
+    states = (OwnState("creep", "D", "m", "creep", size=2),)
+
+    def longer(self, motion):
+        return position(motion, self.point)[1] + self.soft
+
+    def guards(self, motion, own):
+        return np.array([self.longer(motion)])
+
+    def slopes(self, motion, own):
+        e = position(motion, self.point)[0] - own[0]
+        p = self.mode[0] * power(self.longer(motion), 2)
+        first = -20 * e - 40 * power(e, 3) + 10 * own[0] - 4 * own[1] + 2 * self.k * own[0] * p
+        return np.array([first, 12 * own[1] - 4 * own[0]])
+
+    def rates(self, motion, own):
+        return -0.5 * self.slopes(motion, own)
+
+    def wrench(self, motion, own):
+        e = position(motion, self.point)[0] - own[0]
+        g = self.mode[0] * self.longer(motion)
+        pull = np.array([20 * e + 40 * power(e, 3), 2 * self.k * (1 + power(own[0], 2)) * g, 0])
+        return force_at(motion, self.point, -pull)
+
+    def stored(self, motion, own):
+        e = position(motion, self.point)[0] - own[0]
+        springs = 10 * power(e, 2) + 10 * power(e, 4)
+        matrix = 5 * own[0] * own[0] - 4 * own[0] * own[1] + 6 * own[1] * own[1]
+        p = self.mode[0] * power(self.longer(motion), 2)
+        return springs + matrix + self.k * (1 + power(own[0], 2)) * p
+
+    def dissipated(self, motion, own):
+        a, b = self.slopes(motion, own)
+        return 0.5 * (power(a, 2) + power(b, 2))
+    """,
+    'POINT, Gain("k", "N/m", "stiffness", shape="number"), '
+    'Gain("soft", "m", "place", shape="number")',
+).replace("import power", "import OwnState, power")
+"""Springs with a matrix that is not diagonal, and one whose strength depends on an own state."""
+
+
+LINEAR = (
+    ("6 * (exp(self.share(motion, own)) - 1)", "60 * self.share(motion, own)"),
+    ("1.8 * (exp(x) - x - 1)", "9 * x * x"),
+)
+"""What makes a cord a linear one, with an energy that is quadratic in X and D."""
+
+
+def linear(text):
+    for old, new in LINEAR:
+        assert old in text
+        text = text.replace(old, new)
+    return text
+
+
+def text_of(changes):
+    found = CORD
+    for old, new in changes.items():
+        assert old in found
+        found = found.replace(old, new)
+    return found
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    texts = {"cord": CORD, "stiff": text_of(STIFF), "repelling": text_of(REPELLING)}
+    for name, text in (texts | {"tighter": TIGHTER}).items():
+        (tmp_path / f"{name}.py").write_text(text)
+    return tmp_path
+
+
+GAINS = {"K_t": [40, 40, 30], "L_t": [2, 2, 1], "K_r": [20, 20, 20], "L_r": [0.6, 0.6, 0.4]}
+
+
+def load(elements, **changes):
+    return loaded_with(elements, controller={"variant": "permanent"} | GAINS, **changes)
+
+
+def element(name):
+    if name == "tighter":
+        return mine(point=[0.1, 0, 0.3], k=60.0, soft=0.05) | {"file": "tighter.py"}
+    return mine(point=[0, 0, 0.4], k=31.0, soft=SOFT) | {"file": f"{name}.py"}
+
+
+@cache
+def proved(name: str) -> tuple[Any, Proof]:
+    config = load({"one": element(name)})
+    return config, prove(config)
+
+
+def energy_of(proof: Proof) -> dict[str, Any]:
+    assert proof.reduced_energy is not None
+    return proof.reduced_energy.model_dump(mode="json")
+
+
+def lowest_found(config):
+    """Return the lowest end of searches over Θ and D in doubles."""
+    at_rest = configurations(problem_of(config).system)
+    rng = np.random.default_rng(4)
+    ends = []
+    for _ in range(8):
+        start = np.concatenate(
+            [rng.uniform(-1.0, 1.0, 3), rng.uniform(-0.3, 0.3, at_rest.size - 3)]
+        )
+        options = {"xatol": 1e-9, "fatol": 1e-14, "maxiter": 20000, "maxfev": 20000}
+        found = minimize(
+            lambda q: float(at_rest.energy(q)), start, method="Nelder-Mead", options=options
+        )
+        ends.append(found)
+    return min(ends, key=lambda one: one.fun)
+
+
+@pytest.mark.parametrize("name", NAMES[:2])
+def test_switches_of_the_cord_are_our_guards(name):
+    _, proof = proved(name)
+    expected = prove(load({"one": element("cord"), "range": OURS[name]}))
+    assert proof.proved
+    assert len(proof.states) == len(expected.states) == 1
+    (one,), (other,) = proof.states, expected.states
+    np.testing.assert_allclose(one.orientation, other.orientation, atol=1e-9)
+    np.testing.assert_allclose(one.connector_state, other.connector_state, atol=1e-9)
+    assert one.energy == pytest.approx(other.energy, abs=1e-9)
+    assert (one.index, one.index_proved, bool(one.held)) == (0, True, name == "repelling")
+    assert abs(one.orientation[1]) >= SOFT - 1e-12
+    assert proof.region is not None
+    assert expected.region is not None
+    assert proof.region.lower_bound == pytest.approx(expected.region.lower_bound, rel=1e-4)
+
+
+@pytest.mark.parametrize("variant", ["permanent", "visco-elastic"])
+@pytest.mark.parametrize("name", OURS)
+def test_switches_of_a_linear_cord_are_our_guards_also_if_the_body_is_free_to_move(
+    folder, variant, name
+):
+    (folder / "linear.py").write_text(linear(CORD))
+    (folder / f"{name}.py").write_text(linear(text_of(STIFF if name == "stiff" else REPELLING)))
+    tie = {} if variant == "permanent" else {"K_c": [99, 99, 300], "L_c": [9, 9, 9]}
+    controller = {"variant": variant} | GAINS | tie
+    config = loaded_with({"one": element(name)}, controller=controller)
+    proof = prove(config)
+    assert energy_of(proof)["own_states"] is None
+    others = {"one": element("linear"), "range": OURS[name]}
+    expected = prove(loaded_with(others, controller=controller))
+    assert proof.proved
+    for one, other in zip(proof.states, expected.states, strict=True):
+        np.testing.assert_allclose(one.orientation, other.orientation, atol=1e-9)
+        np.testing.assert_allclose(one.connector_state, other.connector_state, atol=1e-9)
+        assert one.energy == pytest.approx(other.energy, abs=1e-9)
+        assert (one.index, bool(one.held)) == (other.index, name == "repelling")
+    assert proof.region is not None
+    assert expected.region is not None
+    assert proof.region.lower_bound == pytest.approx(expected.region.lower_bound, rel=0.05)
+    assert agrees_with_equations(energy_of(proof), partial(system_of, config))
+
+
+@pytest.mark.heavy
+def test_switches_beside_a_matrix_and_an_own_state_that_they_multiply():
+    config, proof = proved("tighter")
+    assert proof.proved
+    (state,) = proof.states
+    assert (state.index, state.index_proved) == (0, True)
+    end = lowest_found(config)
+    assert end.fun == pytest.approx(state.energy, abs=1e-9)
+    np.testing.assert_allclose(end.x[:3], state.orientation, atol=1e-4)
+    np.testing.assert_allclose(end.x[3:], state.connector_state, atol=1e-4)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_forces_and_rates_of_the_code_are_zero_at_the_rest_state(name):
+    config, _ = proved(name)
+    (point,) = rest_states(problem_of(config).system, partial(system_of, config)).states
+    assert point.state.is_at_rest
+
+
+@pytest.mark.parametrize("name", ["stiff", pytest.param("tighter", marks=pytest.mark.heavy)])
+def test_runs_come_to_the_rest_state(name):
+    _, proof = proved(name)
+    run = {"duration": 150.0, "samples": 11}
+    result = simulate(load({"one": element(name)}, integration=run))
+    np.testing.assert_allclose(result["orientation"][-1], proof.states[0].orientation, atol=1e-4)
+    np.testing.assert_allclose(result["one.creep"][-1], proof.states[0].connector_state, atol=1e-4)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_energy_is_that_of_the_equations(name):
+    config, proof = proved(name)
+    energy = energy_of(proof)
+    assert agrees_with_equations(energy, partial(system_of, config))
+    changed = json.loads(json.dumps(energy))
+    one = changed["kinks" if name == "repelling" else "own_states"][0]
+    place = one["operations"].index(["constant", FACTORS[name]])
+    one["operations"][place][1] *= 1.001
+    assert not agrees_with_equations(changed, partial(system_of, config))
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("name", NAMES[:2])
+def test_a_proof_is_verified(name):
+    config, proof = proved(name)
+    found = verify(proof, config)
+    assert found.verified, [one.text for one in found.findings if not one.verified]
+
+
+def test_the_checker_refuses_a_switch_that_depends_on_an_own_state():
+    from rbstab.analysis.proof_check.formulas.own_states import OwnStates
+
+    operations = [("length", 0), ("square_above", 0), ("*", 0, 0), ("+", 1, 2)]
+    with pytest.raises(ValueError, match="a switch that depends on own states"):
+        OwnStates({"name": "x", "states": 1, "operations": operations})
+    OwnStates({"name": "x", "states": 1, "operations": [operations[0], ("*", 0, 0)]})
+
+
+def why_not(folder, text):
+    (folder / "mine.py").write_text(text)
+    config = load({"one": mine(point=[0, 0, 0.4], k=31.0, soft=SOFT)})
+    with pytest.raises(NotInProofsError) as caught:
+        user_energies(configurations(problem_of(config).system))
+    return str(caught.value)
+
+
+def test_what_is_not_shown(folder):
+    by_creep = text_of(STIFF).replace("pitch - self.soft,", "pitch - self.soft + own[0],")
+    assert "it is not shown" in why_not(folder, by_creep)
+    follows = TIGHTER.replace("np.array([self.longer(motion)])", "np.array([own[0]])")
+    assert NOT_OF_ANGLES in why_not(folder, follows)
+    jumps = TIGHTER.replace("power(self.longer(motion), 2)", "self.longer(motion)")
+    jumps = jumps.replace("g = self.mode[0] * self.longer(motion)", "g = 0.5 * self.mode[0]")
+    assert JUMPS_BY_STATES in why_not(folder, jumps)
+    # In one of its modes, an own state does not rest where the energy is least.
+    for mode in ("self.mode[0]", "(1 - self.mode[0])"):
+        moving = TIGHTER.replace("return -0.5 * self.slopes(motion, own)", MOVING.format(mode))
+        loss = f"power(a, 2) + {mode} * power(b, 2)"
+        assert NOT_RELAXING in why_not(folder, moving.replace("power(a, 2) + power(b, 2)", loss))
+
+
+@pytest.mark.heavy
+def test_where_nothing_is_proved_a_search_finds_that_the_body_is_held_at_a_switch(folder):
+    """The force jumps: a class with own states declares it like any other one."""
+    _, proof = proved("repelling")
+    text = text_of(REPELLING).replace("mode_count = 2", "mode_count = 2\n    kinked = True")
+    # Of this strength, which is k too, it is not shown that it is positive.
+    text = text.replace("self.k", "log(exp(self.k))").replace(
+        "import OwnState", "import OwnState, log"
+    )
+    (folder / "repelling.py").write_text(text)
+    code = UserCode(text, "repelling.py")
+    assert check_class(element_class(code, "Mine"), code).problems == ()
+    searched = prove(load({"one": element("repelling")}))
+    assert not searched.proved
+    (state,) = searched.states
+    assert state.held
+    assert not state.proved
+    np.testing.assert_allclose(state.orientation, proof.states[0].orientation, atol=1e-7)
+    np.testing.assert_allclose(state.connector_state, proof.states[0].connector_state, atol=1e-7)

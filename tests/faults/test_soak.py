@@ -3,7 +3,7 @@
 from typing import Any
 
 import pytest
-from support.soak import MAX_GROWTH, Soaked, soak
+from support.soak import MAX_GATHERING, MAX_GROWTH, Soaked, soak
 
 
 @pytest.mark.slow
@@ -25,7 +25,7 @@ def soaked(**changes: Any) -> Soaked:
     ("found", "problem"),
     [
         (soaked(growth={"sweep": int(MAX_GROWTH) + 1_000_000}), "the sweep grew by"),
-        (soaked(gathering={"sweep": int(MAX_GROWTH) + 3_000_000}), "the sweep needed 53 MB to"),
+        (soaked(gathering={"sweep": int(MAX_GATHERING) + 3_000_000}), "the sweep needed 83 MB to"),
         (soaked(equal=False), "the results differ"),
         (soaked(kills=0), "no worker was killed"),
     ],

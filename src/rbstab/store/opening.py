@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -30,6 +31,11 @@ MAX_ATTRIBUTES = 200
 MAX_TEXT_BYTES = 16 << 20
 """The most bytes of all texts of an array, or of an attribute."""
 
+PLAIN_NUMBERS = frozenset({"<f8", "<i8", "<i4", "|i1", "|u1"})
+"""The types of numbers that the program writes: their bytes are those in memory."""
+
+_TEXT = h5py.string_dtype("utf-8")
+
 _TEXT_REFERENCE = np.dtype([("length", "<u4"), ("address", "<u8"), ("index", "<u4")])
 """HDF5 stores a text of any length as its length and its place in the file."""
 
@@ -45,12 +51,20 @@ class Hdf5Reader:
 
     Attributes:
         scale_names: The names of the scales of dimensions that were read already, by address.
+        groups: The groups that were opened already, by name.
     """
 
     path: Path
     hdf5: h5py.File
     raw: BinaryIO
     scale_names: dict[int, str] = field(default_factory=dict, init=False)
+    groups: dict[str, h5py.Group] = field(default_factory=dict, init=False)
+
+    @cached_property
+    def size(self) -> int:
+        """The size of the file, bytes."""
+        found: int = self.hdf5.id.get_filesize()
+        return found
 
     def check_version(self, newest: int) -> None:
         """Refuse a file that is not a result of rbstab, or has a newer format.
@@ -78,7 +92,7 @@ class Hdf5Reader:
             raise NotAResultError(f"{self.path} has more attributes than a result of rbstab")
         found = {}
         for name in self.hdf5.attrs:
-            value = self._attribute(self.hdf5, name)
+            value = self._text(self.hdf5, name)
             if value is None:
                 raise self._damaged(f"its attribute {name} is neither a number nor a text")
             found[name] = value
@@ -119,7 +133,7 @@ class Hdf5Reader:
         if _is_text(dataset.dtype):
             data = self._texts(name, dataset)
         else:
-            data = _whole(dataset) if row is None else np.asarray(dataset[row])
+            data = self._whole(dataset) if row is None else np.asarray(dataset[row])
         return Variable(self._dimensions_of(dataset, name), data, *self.description(dataset))
 
     def array(self, name: str) -> h5py.Dataset:
@@ -129,7 +143,7 @@ class Hdf5Reader:
             NotAResultError: There is no such array, or it is not what rbstab writes.
         """
         group, _, short_name = name.rpartition("/")
-        parent = self.hdf5[group] if group else self.hdf5
+        parent = self._group(group)
         # Low-level calls, because creating h5py objects takes most of the time of reading a file.
         found = None
         if _is_hard_link(parent, short_name):
@@ -151,9 +165,29 @@ class Hdf5Reader:
             )
         size = math.prod(found.shape) * (_TEXT_REFERENCE if is_text else dtype).itemsize
         offset = found.get_offset()
-        if size and (offset is None or offset + size > self.hdf5.id.get_filesize()):
+        if size and (offset is None or offset + size > self.size):
             raise self._damaged(f"its array {name} is larger than the file")
         return h5py.Dataset(found)
+
+    def _group(self, name: str) -> h5py.Group:
+        """Return a group of the file; "" is the file."""
+        if name not in self.groups:
+            self.groups[name] = self.hdf5[name] if name else self.hdf5
+        return self.groups[name]
+
+    def _whole(self, dataset: h5py.Dataset) -> NDArray[Any]:
+        """Read all of an array of numbers, as `dataset[()]` does, in a small part of the time."""
+        found = dataset.id
+        data = np.empty(found.shape, found.dtype)
+        if not data.size:
+            return data
+        if data.dtype.str in PLAIN_NUMBERS:
+            # It is in one piece, and within the file: `array` refuses all others.
+            self.raw.seek(found.get_offset())
+            self.raw.readinto(data.reshape(-1).view("u1").data)  # type: ignore[attr-defined]
+        else:
+            found.read(h5py.h5s.ALL, h5py.h5s.ALL, data)
+        return data
 
     def dimensions(self, name: str) -> tuple[str, ...]:
         """Return the names of the dimensions of an array: the first scale of each axis."""
@@ -176,7 +210,7 @@ class Hdf5Reader:
 
     def description(self, dataset: h5py.Dataset) -> tuple[str, str]:
         """Return the unit and the meaning of an array; "" if they are missing."""
-        unit, long_name = (self._attribute(dataset, key) for key in ("units", "long_name"))
+        unit, long_name = (self._text(dataset, key) for key in ("units", "long_name"))
         return str(unit or ""), str(long_name or "")
 
     def flags(self, dataset: h5py.Dataset) -> tuple[str, ...]:
@@ -195,6 +229,21 @@ class Hdf5Reader:
                 f"{self.path}: {name} has {total / 1e6:.3g} MB of text, more than rbstab writes"
             )
         return np.asarray(dataset.asstr()[()], dtype=object)
+
+    def _text(self, owner: h5py.File | h5py.Dataset, name: str) -> str | int | float | None:
+        """Return what `_attribute` does. A text takes less time: its type is not asked for."""
+        of, key = owner.id, name.encode()
+        if not h5py.h5a.exists(of, key):
+            return None
+        attribute, value = h5py.h5a.open(of, key), np.empty((), dtype=_TEXT)
+        if attribute.get_storage_size() != _TEXT_REFERENCE.itemsize:
+            return self._attribute(owner, name)
+        try:
+            attribute.read(value)
+        except (OSError, TypeError, ValueError):
+            return self._attribute(owner, name)  # it has another type or shape
+        found: str = value.item().decode("utf-8", "surrogateescape")
+        return found
 
     def _attribute(self, owner: h5py.File | h5py.Dataset, name: str) -> str | int | float | None:
         """Return an attribute; None if it is missing, or is neither a number nor a text."""
@@ -281,15 +330,6 @@ def _open_raw(path: Path) -> Iterator[BinaryIO]:
             file.close()
         except OSError as error:
             raise _unreadable(path, error) from error
-
-
-def _whole(dataset: h5py.Dataset) -> NDArray[Any]:
-    """Read all of an array of numbers, as `dataset[()]` does, in a third of the time."""
-    found = dataset.id
-    data = np.empty(found.shape, found.dtype)
-    if data.size:
-        found.read(h5py.h5s.ALL, h5py.h5s.ALL, data)
-    return data
 
 
 def _is_text(dtype: np.dtype[Any]) -> bool:

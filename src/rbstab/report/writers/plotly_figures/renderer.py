@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from rbstab.report.model.figure import Figure, Level, Panel
+from rbstab.report.model.figure import Figure, Level, Line, Panel
+from rbstab.report.model.palette import CASING
 from rbstab.report.writers.decimate import decimate
 from rbstab.report.writers.plotly_figures.layout import (
     PanelGrid,
@@ -57,6 +58,8 @@ def plotly_data(figure: Figure) -> JSON:
             for trace in drawings:
                 trace |= {"xaxis": axis_name("x", axis), "yaxis": axis_name("y", number)}
                 trace["meta"] = {"panel": number, "mark": type(mark).__name__.lower()}
+                if isinstance(mark, Line) and mark.cased:
+                    trace["meta"]["edges"] = CASING
             if scale:
                 # The first trace of a map is its values; others are cells without a value.
                 drawings[0]["coloraxis"] = colours

@@ -228,8 +228,13 @@ function swatch(entry) {
   if (fillcolor) picture.append(svg("rect", { x: 3, y: 1, width: 20, height: 10, fill: fillcolor }));
   else if (marker) picture.append(svg("path", symbol(marker)));
   else {
+    const d = "M1 6H25";
+    // The edges of a curve on a map: without them its dark middle is lost on a dark page.
+    if (entry.meta?.edges) {
+      picture.append(svg("path", { d, stroke: entry.meta.edges, "stroke-width": 6 }));
+    }
     const dash = DASHES[line.dash] ? { "stroke-dasharray": DASHES[line.dash] } : {};
-    picture.append(svg("path", { d: "M1 6H25", stroke: line.color, "stroke-width": 2, fill: "none", ...dash }));
+    picture.append(svg("path", { d, stroke: line.color, "stroke-width": 2, fill: "none", ...dash }));
   }
   return picture;
 }

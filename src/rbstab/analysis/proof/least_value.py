@@ -9,10 +9,15 @@ from rbstab.analysis.proof.boxes import ROUNDING_FACTOR, Boxes, joined
 from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.guards.bounds import GuardedEnclosure, KinkedEnclosure
 from rbstab.analysis.proof.guards.kinks import kinks_of
+from rbstab.analysis.proof.traced.energy import FormulaPart
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array
 
 BATCH = 2048
+
+FEW, FURTHER = 64, 2
+"""So few boxes are halved so many times more if the energy has a formula of a user: each of its
+operations is a call of numpy, which takes as long for one box as for a hundred."""
 
 TOLERANCE = 1e-9
 """The allowed gap between lower bound and attained value, relative to the found max U - min U."""
@@ -67,8 +72,7 @@ def least_value(form: TrigonometricForm, box: Boxes, box_limit: int) -> LeastVal
         lower = lower_bounds(enclosed)
         finished = lower > value - (TOLERANCE * (highest - value) + round_off)
         finished_bound = min(finished_bound, float(lower[finished].min(initial=np.inf)))
-        left = batch[~finished]
-        pending = joined([pending, left.halves(left.radius.argmax(axis=1))])
+        pending = joined([pending, _parts(batch[~finished], form)])
     closed = not len(pending)
     bound = (
         finished_bound
@@ -76,6 +80,17 @@ def least_value(form: TrigonometricForm, box: Boxes, box_limit: int) -> LeastVal
         else min(finished_bound, float(lower_bounds(enclosure(form, pending)).min()))
     )
     return LeastValue(value, min(bound, value), Theta, examined, closed)
+
+
+def _parts(boxes: Boxes, form: TrigonometricForm) -> Boxes:
+    """Return the halves of boxes, or smaller parts where a call takes longer than its boxes."""
+    found = boxes.halves(boxes.radius.argmax(axis=1))
+    if any(isinstance(line, FormulaPart) for line in form.lines):
+        for _ in range(FURTHER):
+            if len(found) > FEW:
+                break
+            found = found.halves(found.radius.argmax(axis=1))
+    return found
 
 
 def lower_bounds(enclosed: Enclosure) -> Array:

@@ -4,6 +4,7 @@ Against a cord without switches beside our own guards, and searches over all var
 """
 
 import json
+from fractions import Fraction
 from functools import cache, partial
 from typing import Any
 
@@ -13,9 +14,22 @@ from scipy.optimize import minimize
 from support.user_code import element_text, loaded_with, mine
 
 from rbstab.analysis.configuration import configurations
+from rbstab.analysis.proof.formulas.polynomials import polynomial_of
+from rbstab.analysis.proof.formulas.program import part_of
+from rbstab.analysis.proof.polynomial import Ring
 from rbstab.analysis.proof.rest_states import rest_states
-from rbstab.analysis.proof.traced.separate import NOT_RELAXING, NotInProofsError, user_energies
-from rbstab.analysis.proof.traced.switching import JUMPS_BY_STATES, NOT_OF_ANGLES
+from rbstab.analysis.proof.traced.separate import (
+    NOT_CONVEX_IN_STATES,
+    NOT_RELAXING,
+    NotInProofsError,
+    user_energies,
+)
+from rbstab.analysis.proof.traced.switching import (
+    JUMPS_BY_MORE,
+    NOT_OF_ANGLES,
+    NotShownError,
+    exact_number,
+)
 from rbstab.analysis.proof_check.equations import agrees_with_equations
 from rbstab.config.build import problem_of, system_of
 from rbstab.elements.user_code.loaded import UserCode, element_class
@@ -318,6 +332,51 @@ def test_the_checker_refuses_a_switch_that_depends_on_an_own_state():
     OwnStates({"name": "x", "states": 1, "operations": [operations[0], ("*", 0, 0)]})
 
 
+@pytest.mark.parametrize("eps", [0.0, 1e-20, 1e-17, 1e-12])
+def test_the_last_digit_of_a_sum_decides_whether_an_energy_is_convex(folder, eps):
+    """k ((D1 + D2)² - ε D2²) max(g, 0)² is not, for any ε > 0: far away it is below any bound."""
+    strength = f"(1 + own[0] * own[0] + 2 * own[0] * own[1] + own[1] * own[1] - {eps} * own[1]**2)"
+    first = "2 * self.k * p * (own[0] + own[1])"
+    second = f"2 * self.k * p * (own[0] + own[1] - {eps} * own[1])"
+    text = TIGHTER.replace("(1 + power(own[0], 2))", strength)
+    text = text.replace("2 * self.k * own[0] * p", first)
+    text = text.replace("12 * own[1] - 4 * own[0]", f"12 * own[1] - 4 * own[0] + {second}")
+    if eps:
+        assert NOT_CONVEX_IN_STATES in why_not(folder, text)
+    else:
+        (folder / "mine.py").write_text(text)
+        config = load({"one": mine(point=[0, 0, 0.4], k=31.0, soft=SOFT)})
+        assert user_energies(configurations(problem_of(config).system)).own_states
+
+
+NUMBERS = [
+    Fraction(1, 3),
+    Fraction(1) - Fraction(1, 10**20),
+    Fraction(123456789 * 10**30 + 1, 7**30),
+    -Fraction(10**40 + 3, 10**20),
+    Fraction("0.1234567") * Fraction("0.7654321") * Fraction("1.0000001") / 3,
+    Fraction(10**17),
+]
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_numbers_of_terms_are_exact(number):
+    formula = [("theta", 0)]
+    place = exact_number(formula, number)
+    ring = Ring(3, 0)
+    found = polynomial_of(part_of(formula, place), ring)
+    assert found is not None
+    assert not list((found - ring.constant(number)).terms())
+    assert all(op[0] != "constant" or op[1] == abs(number) or op[1] < 2**53 for op in formula)
+
+
+def test_numbers_of_too_many_digits_are_refused():
+    with pytest.raises(NotShownError, match="too many digits"):
+        exact_number([], Fraction(1, 3**400))
+    with pytest.raises(NotShownError, match="too many digits"):
+        exact_number([], Fraction(10**400))
+
+
 def why_not(folder, text):
     (folder / "mine.py").write_text(text)
     config = load({"one": mine(point=[0, 0, 0.4], k=31.0, soft=SOFT)})
@@ -333,12 +392,53 @@ def test_what_is_not_shown(folder):
     assert NOT_OF_ANGLES in why_not(folder, follows)
     jumps = TIGHTER.replace("power(self.longer(motion), 2)", "self.longer(motion)")
     jumps = jumps.replace("g = self.mode[0] * self.longer(motion)", "g = 0.5 * self.mode[0]")
-    assert JUMPS_BY_STATES in why_not(folder, jumps)
+    assert JUMPS_BY_MORE in why_not(folder, jumps)
     # In one of its modes, an own state does not rest where the energy is least.
     for mode in ("self.mode[0]", "(1 - self.mode[0])"):
         moving = TIGHTER.replace("return -0.5 * self.slopes(motion, own)", MOVING.format(mode))
         loss = f"power(a, 2) + {mode} * power(b, 2)"
         assert NOT_RELAXING in why_not(folder, moving.replace("power(a, 2) + power(b, 2)", loss))
+
+
+CLUTCH = (
+    TIGHTER[: TIGHTER.index("    def longer")]
+    + """\
+    def guards(self, motion, own):
+        return np.array([motion.Theta[1] + self.soft])
+
+    def rates(self, motion, own):
+        return np.array([self.mode[0] * velocity(motion, self.point)[0], 0]) - self.k * own
+
+    def wrench(self, motion, own):
+        return force_at(motion, self.point, np.array([-self.mode[0] * self.k * own[0], 0, 0]))
+
+    def stored(self, motion, own):
+        return 0.5 * self.k * (own @ own)
+
+    def dissipated(self, motion, own):
+        return self.k * self.k * (own @ own)
+"""
+)
+"""Its energy has no kink, but its force jumps at the switch while the own state is not at rest."""
+
+
+@pytest.mark.parametrize(
+    ("text", "jumps"), [(text_of(REPELLING), True), (text_of(STIFF), False), (CLUTCH, False)]
+)
+def test_the_check_of_a_file_asks_for_kinked_if_the_energy_has_kinks(text, jumps):
+    code = UserCode(text, "mine.py")
+    found = check_class(element_class(code, "Mine"), code)
+    assert found.problems == ()
+    assert any("declare `kinked = True`" in note for note in found.notes) is jumps
+
+
+def test_a_clutch_rests_where_the_body_does_without_it(folder):
+    (folder / "clutch.py").write_text(CLUTCH)
+    proof, expected = prove(load({"one": element("clutch")})), prove(load({}))
+    assert proof.proved
+    (one,), (other,) = proof.states, expected.states
+    np.testing.assert_allclose(one.orientation, other.orientation, atol=1e-12)
+    assert one.connector_state == (0, 0)
 
 
 @pytest.mark.heavy

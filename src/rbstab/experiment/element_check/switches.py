@@ -1,14 +1,15 @@
 """The switches of an element: its event functions, and what it stores on both sides."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
 from rbstab.experiment.element_check.power import TOLERANCE
 from rbstab.experiment.element_check.states import Sample, own_in, with_modes
 from rbstab.mechanics.derivatives import jacobian
-from rbstab.mechanics.numbers import Array
-from rbstab.mechanics.states import OMEGA, V_OF_Z
+from rbstab.mechanics.numbers import Array, Number
+from rbstab.mechanics.states import OMEGA, THETA, V_OF_Z, X_OF_Z
 from rbstab.systems.modes import guards_at, modes_of
 
 BISECTIONS = 200
@@ -44,7 +45,11 @@ def kink_problems(sample: Sample) -> Iterator[str]:
 
 
 def force_jumps(one: Sample, other: Sample) -> bool:
-    """Return whether the force on a body at rest jumps at a switch between two states."""
+    """Return whether the force on a body at rest jumps at a switch between two states.
+
+    With own states, it is the slope of the stored energy by the pose: the wrench may also jump
+    while own states are on their way to where they rest.
+    """
     for index in range(one.element.mode_count):
         y = _switch_between(one, one.y, other.y, index)
         if y is None:
@@ -56,7 +61,12 @@ def force_jumps(one: Sample, other: Sample) -> bool:
         for mode in (0.0, 1.0):
             modes = (g > 0).astype(float)
             modes[index] = mode
-            sides.append(np.concatenate(with_modes(one, modes).element.wrench(motion, own)))
+            fixed = with_modes(one, modes)
+            if one.element.state_size:
+                slopes = jacobian(partial(_stored_at, fixed), y)
+                sides.append(np.concatenate([slopes[THETA], slopes[X_OF_Z]]))
+            else:
+                sides.append(np.concatenate(fixed.element.wrench(motion, own)))
         size = np.abs(sides).max() + TOLERANCE
         if not np.abs(sides[1] - sides[0]).max() <= JUMP * size:
             return True
@@ -88,6 +98,12 @@ def jump_problems(one: Sample, other: Sample) -> Iterator[str]:
                 f"`stored` jumps where event function {index + 1} is 0: {energies[0]:.6g} J with "
                 f"mode 0, {energies[1]:.6g} J with mode 1"
             )
+
+
+def _stored_at(sample: Sample, y: Array) -> Number:
+    """Return the stored energy in a state, with the modes of the sample."""
+    found: Number = sample.element.stored(sample.system.motion(y), own_in(sample.system, y))
+    return found
 
 
 def _stored_with(sample: Sample, y: Array, index: int, mode: float) -> float:

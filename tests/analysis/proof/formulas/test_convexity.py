@@ -2,6 +2,8 @@
 
 # ruff: noqa: ARG005 (a formula of Θ and X may need one of them alone)
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from support.formulas import recorded_of_position
@@ -97,6 +99,22 @@ def test_convex_formulas_are_seen(name):
 @pytest.mark.parametrize("name", NOT_SHOWN)
 def test_others_are_not(name):
     assert not both(NOT_SHOWN[name])
+
+
+@pytest.mark.parametrize(("count", "expected"), [(20, True), (90, False)])
+def test_products_of_very_many_functions_are_not_examined(count, expected):
+    """Squares alone are, however many; the elimination of a large matrix takes long."""
+
+    def squares(T, X):
+        return sum((numbers.sin_of((k + 1.0) * T[0]) * X[0]) ** 2 for k in range(count))
+
+    def mixed(T, X):
+        turned = [numbers.sin_of((k + 1.0) * T[0]) * X[k % 3] for k in range(count)]
+        pairs = pairwise(turned)
+        return squares(T, X) + sum(one * one + one * two + two * two for one, two in pairs)
+
+    assert both(squares)
+    assert both(mixed) is expected
 
 
 def _multiples(a, b, x):

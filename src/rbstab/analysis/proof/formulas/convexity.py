@@ -30,6 +30,12 @@ NO_FORM: Form = MappingProxyType({})
 MOST_PARTS = 40
 """A sum of more affine functions is one of its own: forms have the square of this number."""
 
+MOST_FUNCTIONS = 60
+"""Of a form in which more functions are multiplied by others nothing is shown: it takes long."""
+
+MOST_ENTRIES = 2000
+"""Further products are not collected with so many others."""
+
 MOST_DIGITS = 200
 """A number with more binary digits is not followed."""
 
@@ -80,6 +86,9 @@ class Shape(NamedTuple):
         """The same without a form: it counts as part of all else."""
         if not self.form:
             return self
+        mixed = {mark for pair in self.form for mark in pair if pair[0] != pair[1]}
+        if len(mixed) > MOST_FUNCTIONS:
+            return self._replace(convex=False, concave=False, form=NO_FORM)
         convex = self.convex and is_semidefinite(self.form)
         concave = self.concave and is_semidefinite(scaled(self.form, -1))
         return self._replace(convex=convex, concave=concave, form=NO_FORM)
@@ -154,6 +163,8 @@ def _sum(x: Shape, y: Shape) -> Shape:
     )
     if x.parts is not None and y.parts is not None:
         found = found._replace(parts=added(x.parts, y.parts))
+    if len(found.form) > MOST_ENTRIES:
+        found = found.settled
     if x.number is None or y.number is None:
         return found
     return _number(x.number + y.number)

@@ -38,10 +38,13 @@ def _pivots(form: Form) -> Iterator[list[Fraction]]:
 
 def added(one: Mapping[_Key, Fraction], other: Mapping[_Key, Fraction]) -> dict[_Key, Fraction]:
     """Return a sum, without entries that are zero."""
-    found = dict(one)
-    for key, value in other.items():
+    longer, shorter = (one, other) if len(one) > len(other) else (other, one)
+    found = dict(longer)
+    for key, value in shorter.items():
         found[key] = found.get(key, Fraction(0)) + value
-    return {key: value for key, value in found.items() if value}
+        if not found[key]:
+            del found[key]
+    return found
 
 
 def scaled(one: Mapping[_Key, Fraction], factor: Fraction | int) -> dict[_Key, Fraction]:

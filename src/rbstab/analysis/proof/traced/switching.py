@@ -30,7 +30,15 @@ from rbstab.analysis.proof.formulas.program import (
     variables_of,
 )
 from rbstab.analysis.proof.formulas.signs import Signs
-from rbstab.analysis.proof.formulas.terms import MOST_TERMS, Powers, Term, Terms, times, without
+from rbstab.analysis.proof.formulas.terms import (
+    MOST_TERMS,
+    Powers,
+    Term,
+    Terms,
+    meant,
+    times,
+    without,
+)
 from rbstab.analysis.proof.traced.passive import why_not_passive
 from rbstab.analysis.proof.traced.regular import has_values
 from rbstab.analysis.proof.traced.tracing import (
@@ -45,6 +53,7 @@ from rbstab.elements.element import Element
 from rbstab.integrate.straight_line.number import (
     ADD,
     CONSTANT,
+    DIVIDE,
     MULTIPLY,
     NEGATE,
     POWER,
@@ -60,12 +69,12 @@ MOST_MODES = 4
 
 NOT_OF_ANGLES = (
     "it switches, and its energy or an event function depends on more than Θ (and, for the energy, "
-    "its own states)"
+    "its own states, or its own states and X)"
 )
 
-JUMPS_BY_STATES = (
+JUMPS_BY_MORE = (
     "its force jumps at a switch, and the factor of the mode and its event function in `stored` "
-    "depends on own states"
+    "depends on more than Θ"
 )
 
 WITHOUT_VALUES = "it is not shown that its event functions have values at all attitudes"
@@ -80,6 +89,12 @@ PUSHES_AWAY = (
     "(that the factor of the mode and its event function is never negative); no proof takes one "
     "that pushes away into account"
 )
+
+
+TOO_LONG_NUMBERS = "the numbers in the terms of its energy have too many digits"
+
+PART, MOST_PARTS = 10**15, 10
+"""The parts of a whole number are below this; a number has at most so many and one."""
 
 
 class NotShownError(Exception):
@@ -137,7 +152,7 @@ def switched_energy(at_rest: Configurations, element: Element) -> SwitchedEnergy
                 raise NotShownError(PUSHES_AWAY)
             kink = part_of(formula, _appended(formula, MULTIPLY, factor, guards[place]))
             if not kink.of_angles:
-                raise NotShownError(JUMPS_BY_STATES)
+                raise NotShownError(JUMPS_BY_MORE)
             kinks.append(kink)
             continue
         above = _appended(formula, SQUARE_ABOVE, guards[place])
@@ -264,14 +279,36 @@ def _divided(term: Term, signs: dict[int, int]) -> tuple[int, Term]:
 
 def _term(formula: list[Operation], term: Term) -> int:
     """Add a product to a formula, and return its index."""
-    number = float(term.number)
-    if not number:
-        raise NotShownError(NOT_CONTINUOUS)  # too small: its double would be an exact zero
-    found = _appended(formula, CONSTANT, number)
+    found = exact_number(formula, term.number)
     for one, exponent in term.powers:
         factor = one if exponent == 1 else _appended(formula, POWER, one, exponent)
         found = _appended(formula, MULTIPLY, found, factor)
     return found
+
+
+def exact_number(formula: list[Operation], number: Fraction) -> int:
+    """Add a number, exactly: what is shown of a sum of terms may hang on its last digit."""
+    try:
+        double = float(number)
+    except OverflowError as error:
+        raise NotShownError(TOO_LONG_NUMBERS) from error
+    if double and meant(double) == number:
+        return _appended(formula, CONSTANT, double)
+    above = _whole_number(formula, number.numerator)
+    return _appended(formula, DIVIDE, above, _whole_number(formula, number.denominator))
+
+
+def _whole_number(formula: list[Operation], number: int) -> int:
+    """Add a whole number: by parts that are doubles."""
+    rest, last = divmod(abs(number), PART)
+    if rest > PART**MOST_PARTS:
+        raise NotShownError(TOO_LONG_NUMBERS)
+    found = _appended(formula, CONSTANT, float(last))
+    if rest:
+        scale = _appended(formula, CONSTANT, float(PART))
+        higher = _appended(formula, MULTIPLY, _whole_number(formula, rest), scale)
+        found = _appended(formula, ADD, higher, found)
+    return _appended(formula, NEGATE, found) if number < 0 else found
 
 
 def _added(formula: list[Operation], summands: Sequence[int]) -> int:

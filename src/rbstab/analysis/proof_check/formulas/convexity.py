@@ -13,12 +13,7 @@ from fractions import Fraction
 from math import isfinite
 from typing import Any, NamedTuple
 
-from rbstab.analysis.proof_check.formulas.forms import (
-    Linear,
-    Matrix,
-    no_eigenvalue_below_0,
-    number_meant,
-)
+from rbstab.analysis.proof_check.formulas.forms import MOST_ENTRIES, Linear, Matrix, number_meant
 
 MOST_PARTS = 40
 """A sum of more affine results is taken as one of its own."""
@@ -59,11 +54,8 @@ class Known(NamedTuple):
         """Return the same with the products counted among all else."""
         if not self.matrix.entries:
             return self
-        bend = None
-        if self.bend in {0, 1} and no_eigenvalue_below_0(self.matrix):
-            bend = 1
-        elif self.bend in {0, -1} and no_eigenvalue_below_0(self.matrix.times(Fraction(-1))):
-            bend = -1
+        sign = self.matrix.sign
+        bend = sign if sign and self.bend in {0, sign} else None
         return self._replace(bend=bend, matrix=Matrix())
 
 
@@ -129,7 +121,7 @@ def _sum(one: Known, two: Known) -> Known:
     linear = None
     if one.linear is not None and two.linear is not None:
         linear = one.linear.plus(two.linear)
-    return Known(
+    found = Known(
         _common(one.bend, two.bend),
         one.sign if one.sign == two.sign else 0,
         fixed=one.fixed and two.fixed,
@@ -137,6 +129,7 @@ def _sum(one: Known, two: Known) -> Known:
         linear=linear,
         matrix=one.matrix.plus(two.matrix),
     )
+    return found.together() if len(found.matrix.entries) > MOST_ENTRIES else found
 
 
 def _common(one: int | None, two: int | None) -> int | None:

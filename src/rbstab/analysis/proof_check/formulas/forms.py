@@ -2,11 +2,18 @@
 
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 from flint import fmpq, fmpq_mat
 
 MOST_DENOMINATOR = 1000
+
+MOST_ENTRIES = 2000
+"""Further products are not collected with so many others."""
+
+MOST_FUNCTIONS = 60
+"""If more functions are multiplied by others, nothing is shown: it would take long."""
 
 
 def number_meant(double: float) -> Fraction:
@@ -25,6 +32,16 @@ class Matrix:
     """
 
     entries: dict[tuple[int, int], Fraction] = field(default_factory=dict)
+
+    @cached_property
+    def sign(self) -> int:
+        """1 if no eigenvalue is below 0, -1 if none is above 0; 0 if neither is shown."""
+        mixed = {place for a, b in self.entries for place in (a, b) if a != b}
+        if len(mixed) > MOST_FUNCTIONS:
+            return 0
+        if no_eigenvalue_below_0(self):
+            return 1
+        return -1 if no_eigenvalue_below_0(self.times(Fraction(-1))) else 0
 
     def plus(self, other: "Matrix") -> "Matrix":
         """Return the sum of two."""
@@ -63,8 +80,13 @@ class Linear:
 
 
 def _summed(one: dict[Any, Fraction], two: dict[Any, Fraction]) -> dict[Any, Fraction]:
-    total = {key: one.get(key, Fraction(0)) + two.get(key, Fraction(0)) for key in one | two}
-    return {key: value for key, value in total.items() if value}
+    larger, smaller = (one, two) if len(one) > len(two) else (two, one)
+    total = dict(larger)
+    for key, value in smaller.items():
+        total[key] = total.get(key, Fraction(0)) + value
+        if not total[key]:
+            del total[key]
+    return total
 
 
 def no_eigenvalue_below_0(matrix: Matrix) -> bool:
@@ -74,7 +96,11 @@ def no_eigenvalue_below_0(matrix: Matrix) -> bool:
     e_k of all products of k of them. All λ_k are real. None is below 0 exactly if no e_k is: then
     (-1)^n times the polynomial is a sum of terms of one sign for t < 0, and the first is not 0.
     """
-    places = sorted({place for pair in matrix.entries for place in pair})
+    alone = {a for a, _ in matrix.entries} | {b for _, b in matrix.entries}
+    alone -= {place for a, b in matrix.entries for place in (a, b) if a != b}
+    if any(matrix.entries[a, a] < 0 for a in alone):
+        return False
+    places = sorted({a for pair in matrix.entries for a in pair} - alone)
     halves = dict[tuple[int, int], fmpq]()
     for (a, b), entry in matrix.entries.items():
         share = fmpq(entry.numerator, entry.denominator)

@@ -4,7 +4,6 @@ Against a cord without switches beside our own guards, and searches over all var
 """
 
 import json
-from fractions import Fraction
 from functools import cache, partial
 from typing import Any
 
@@ -14,9 +13,6 @@ from scipy.optimize import minimize
 from support.user_code import element_text, loaded_with, mine
 
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.proof.formulas.polynomials import polynomial_of
-from rbstab.analysis.proof.formulas.program import part_of
-from rbstab.analysis.proof.polynomial import Ring
 from rbstab.analysis.proof.rest_states import rest_states
 from rbstab.analysis.proof.traced.separate import (
     NOT_CONVEX_IN_STATES,
@@ -27,8 +23,6 @@ from rbstab.analysis.proof.traced.separate import (
 from rbstab.analysis.proof.traced.switching import (
     JUMPS_BY_MORE,
     NOT_OF_ANGLES,
-    NotShownError,
-    exact_number,
 )
 from rbstab.analysis.proof_check.equations import agrees_with_equations
 from rbstab.config.build import problem_of, system_of
@@ -347,34 +341,6 @@ def test_the_last_digit_of_a_sum_decides_whether_an_energy_is_convex(folder, eps
         (folder / "mine.py").write_text(text)
         config = load({"one": mine(point=[0, 0, 0.4], k=31.0, soft=SOFT)})
         assert user_energies(configurations(problem_of(config).system)).own_states
-
-
-NUMBERS = [
-    Fraction(1, 3),
-    Fraction(1) - Fraction(1, 10**20),
-    Fraction(123456789 * 10**30 + 1, 7**30),
-    -Fraction(10**40 + 3, 10**20),
-    Fraction("0.1234567") * Fraction("0.7654321") * Fraction("1.0000001") / 3,
-    Fraction(10**17),
-]
-
-
-@pytest.mark.parametrize("number", NUMBERS)
-def test_numbers_of_terms_are_exact(number):
-    formula = [("theta", 0)]
-    place = exact_number(formula, number)
-    ring = Ring(3, 0)
-    found = polynomial_of(part_of(formula, place), ring)
-    assert found is not None
-    assert not list((found - ring.constant(number)).terms())
-    assert all(op[0] != "constant" or op[1] == abs(number) or op[1] < 2**53 for op in formula)
-
-
-def test_numbers_of_too_many_digits_are_refused():
-    with pytest.raises(NotShownError, match="too many digits"):
-        exact_number([], Fraction(1, 3**400))
-    with pytest.raises(NotShownError, match="too many digits"):
-        exact_number([], Fraction(10**400))
 
 
 def why_not(folder, text):

@@ -408,6 +408,24 @@ def test_a_clutch_rests_where_the_body_does_without_it(folder):
 
 
 @pytest.mark.heavy
+@pytest.mark.parametrize("name", OURS)
+def test_beside_a_barrier_and_another_element_every_start_converges(name):
+    others = {"barrier": {"kind": "guard", "method": "barrier", "stiffness": 1.0}}
+    others["more"] = element("cord") | {
+        "parameters": {"point": [0, 0.1, -0.2], "k": 1.0, "soft": 1}
+    }
+    proof = prove(load({"one": element(name)} | others))
+    expected = prove(load({"one": element("cord"), "range": OURS[name]} | others))
+    assert proof.proved
+    assert proof.unwrapped is not None
+    assert expected.unwrapped is not None
+    assert proof.unwrapped.every_start is expected.unwrapped.every_start is True
+    (one,), (other,) = proof.states, expected.states
+    np.testing.assert_allclose(one.orientation, other.orientation, atol=1e-9)
+    np.testing.assert_allclose(one.connector_state, other.connector_state, atol=1e-9)
+
+
+@pytest.mark.heavy
 def test_where_nothing_is_proved_a_search_finds_that_the_body_is_held_at_a_switch(folder):
     """The force jumps: a class with own states declares it like any other one."""
     _, proof = proved("repelling")

@@ -10,7 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import minimize
-from support.user_code import element_text, loaded_with, mine
+from support.switching_cords import (
+    CLUTCH,
+    CORD,
+    REPELLING,
+    STIFF,
+    TIGHTER,
+    linear,
+    text_of,
+)
+from support.user_code import loaded_with, mine
 
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.proof.rest_states import rest_states
@@ -33,65 +42,6 @@ from rbstab.experiment.simulate import simulate
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.verification.verify import verify
 
-CORD = element_text(
-    """
-    states = (OwnState("creep", "D", "m", "creep", size=1),)
-
-    def share(self, motion, own):
-        return (position(motion, self.point)[0] - own[0]) / 0.3
-
-    def rates(self, motion, own):
-        return (6 * (exp(self.share(motion, own)) - 1) - 30 * own) / 2
-
-    def wrench(self, motion, own):
-        tension = 6 * (exp(self.share(motion, own)) - 1)
-        pull = force_at(motion, self.point, np.array([-tension, 0, 0]))
-        return pull
-
-    def stored(self, motion, own):
-        x = self.share(motion, own)
-        return 1.8 * (exp(x) - x - 1) + 15 * own[0] ** 2
-
-    def dissipated(self, motion, own):
-        return 2 * self.rates(motion, own)[0] ** 2
-    """,
-    'POINT, Gain("k", "1", "strength of the switches", shape="number"), '
-    'Gain("soft", "rad", "angle", shape="number")',
-).replace("import power", "import OwnState, power")
-"""A cord along e1 that stiffens and creeps."""
-
-SWITCHES = """
-    mode_count = 2
-
-    def guards(self, motion, own):
-        pitch = motion.Theta[1]
-        return np.array([pitch - self.soft, -pitch - self.soft])
-
-    def rates"""
-
-STIFF = {
-    "    def rates": SWITCHES,
-    "        return pull\n": """\
-        above, below = self.mode * self.guards(motion, own)
-        push = couple_on_body(-self.k * (above - below) * motion.B[1])
-        return pull._replace(couple=pull.couple + push.couple)
-""",
-    "+ 15 * own[0] ** 2": """+ 15 * own[0] ** 2 + 0.5 * self.k * (
-            self.mode @ power(self.guards(motion, own), 2)
-        )""",
-}
-"""What makes the cord one with a stiff guard."""
-
-REPELLING = {
-    "    def rates": SWITCHES,
-    "        return pull\n": """\
-        push = couple_on_body(-self.k * (self.mode[0] - self.mode[1]) * motion.B[1])
-        return pull._replace(couple=pull.couple + push.couple)
-""",
-    "+ 15 * own[0] ** 2": "+ 15 * own[0] ** 2 + self.k * (self.mode @ self.guards(motion, own))",
-}
-"""What makes the cord one with a repelling guard."""
-
 SOFT = 0.02
 """The body rests against a guard at this angle."""
 
@@ -110,70 +60,6 @@ FACTORS = {"stiff": 15.5, "repelling": 31.0, "tighter": 60.0}
 HEAVY = [pytest.param(name, marks=pytest.mark.heavy) for name in ("repelling", "tighter")]
 
 NAMES = ["stiff", *HEAVY]
-
-TIGHTER = element_text(
-    """
-    mode_count = 1
-    states = (OwnState("creep", "D", "m", "creep", size=2),)
-
-    def longer(self, motion):
-        return position(motion, self.point)[1] + self.soft
-
-    def guards(self, motion, own):
-        return np.array([self.longer(motion)])
-
-    def slopes(self, motion, own):
-        e = position(motion, self.point)[0] - own[0]
-        p = self.mode[0] * power(self.longer(motion), 2)
-        first = -20 * e - 40 * power(e, 3) + 10 * own[0] - 4 * own[1] + 2 * self.k * own[0] * p
-        return np.array([first, 12 * own[1] - 4 * own[0]])
-
-    def rates(self, motion, own):
-        return -0.5 * self.slopes(motion, own)
-
-    def wrench(self, motion, own):
-        e = position(motion, self.point)[0] - own[0]
-        g = self.mode[0] * self.longer(motion)
-        pull = np.array([20 * e + 40 * power(e, 3), 2 * self.k * (1 + power(own[0], 2)) * g, 0])
-        return force_at(motion, self.point, -pull)
-
-    def stored(self, motion, own):
-        e = position(motion, self.point)[0] - own[0]
-        springs = 10 * power(e, 2) + 10 * power(e, 4)
-        matrix = 5 * own[0] * own[0] - 4 * own[0] * own[1] + 6 * own[1] * own[1]
-        p = self.mode[0] * power(self.longer(motion), 2)
-        return springs + matrix + self.k * (1 + power(own[0], 2)) * p
-
-    def dissipated(self, motion, own):
-        a, b = self.slopes(motion, own)
-        return 0.5 * (power(a, 2) + power(b, 2))
-    """,
-    'POINT, Gain("k", "N/m", "stiffness", shape="number"), '
-    'Gain("soft", "m", "place", shape="number")',
-).replace("import power", "import OwnState, power")
-"""Springs with a matrix that is not diagonal, and one whose strength depends on an own state."""
-
-
-LINEAR = (
-    ("6 * (exp(self.share(motion, own)) - 1)", "60 * self.share(motion, own)"),
-    ("1.8 * (exp(x) - x - 1)", "9 * x * x"),
-)
-"""What makes a cord a linear one, with an energy that is quadratic in X and D."""
-
-
-def linear(text):
-    for old, new in LINEAR:
-        assert old in text
-        text = text.replace(old, new)
-    return text
-
-
-def text_of(changes):
-    found = CORD
-    for old, new in changes.items():
-        assert old in found
-        found = found.replace(old, new)
-    return found
 
 
 @pytest.fixture(autouse=True)
@@ -364,28 +250,6 @@ def test_what_is_not_shown(folder):
         moving = TIGHTER.replace("return -0.5 * self.slopes(motion, own)", MOVING.format(mode))
         loss = f"power(a, 2) + {mode} * power(b, 2)"
         assert NOT_RELAXING in why_not(folder, moving.replace("power(a, 2) + power(b, 2)", loss))
-
-
-CLUTCH = (
-    TIGHTER[: TIGHTER.index("    def longer")]
-    + """\
-    def guards(self, motion, own):
-        return np.array([motion.Theta[1] + self.soft])
-
-    def rates(self, motion, own):
-        return np.array([self.mode[0] * velocity(motion, self.point)[0], 0]) - self.k * own
-
-    def wrench(self, motion, own):
-        return force_at(motion, self.point, np.array([-self.mode[0] * self.k * own[0], 0, 0]))
-
-    def stored(self, motion, own):
-        return 0.5 * self.k * (own @ own)
-
-    def dissipated(self, motion, own):
-        return self.k * self.k * (own @ own)
-"""
-)
-"""Its energy has no kink, but its force jumps at the switch while the own state is not at rest."""
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,8 @@
 """Protects the limits of HDF5 files: what is just allowed is read, one more is refused."""
 
+from dataclasses import replace
+from io import BytesIO
+
 import h5py
 import numpy as np
 import pytest
@@ -155,3 +158,13 @@ def test_an_array_that_was_never_written_is_larger_than_the_file(read):
 
     with pytest.raises(NotAResultError, match="array x is larger than the file"):
         read(make, lambda reader: reader.array("x"))
+
+
+def test_a_file_that_becomes_shorter_while_it_is_read_gives_no_numbers(tmp_path):
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        file["x"] = np.ones(1000)
+    with open_hdf5(path) as reader:
+        short = replace(reader, raw=BytesIO(path.read_bytes()[:4000]))
+        with pytest.raises(NotAResultError, match="became shorter while it was read"):
+            short.variable("x")

@@ -184,7 +184,9 @@ class Hdf5Reader:
         if data.dtype.str in PLAIN_NUMBERS:
             # It is in one piece, and within the file: `array` refuses all others.
             self.raw.seek(found.get_offset())
-            self.raw.readinto(data.reshape(-1).view("u1").data)  # type: ignore[attr-defined]
+            size = self.raw.readinto(data.reshape(-1).view("u1").data)  # type: ignore[attr-defined]
+            if size != data.nbytes:
+                raise self._damaged("it became shorter while it was read")
         else:
             found.read(h5py.h5s.ALL, h5py.h5s.ALL, data)
         return data

@@ -23,7 +23,7 @@ MOST_BITS = 200
 
 
 class Known(NamedTuple):
-    """What is known of a result: a product form with a matrix, plus all else.
+    """What is known of a result: it is a sum of products of affine results, plus all else.
 
     Attributes:
         bend: That of all else.

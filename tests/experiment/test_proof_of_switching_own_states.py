@@ -195,6 +195,17 @@ def test_the_energy_is_that_of_the_equations(name):
     assert not agrees_with_equations(changed, partial(system_of, config))
 
 
+def test_a_switch_that_the_code_does_not_have_is_found():
+    """At all points that are compared without a switch, the added energy is zero."""
+    config, proof = proved("stiff")
+    changed = json.loads(json.dumps(energy_of(proof)))
+    operations = changed["own_states"][0]["operations"]
+    n = len(operations)
+    operations += [["theta", 1], ["constant", 1.2], ["-", n, n + 1]]
+    operations += [["square_above", n + 2], ["+", n - 1, n + 3]]
+    assert not agrees_with_equations(changed, partial(system_of, config))
+
+
 @pytest.mark.heavy
 @pytest.mark.parametrize("name", NAMES[:2])
 def test_a_proof_is_verified(name):

@@ -36,6 +36,6 @@ def sphere(radius: float, couple: float) -> list[list[Any]]:
     ]
 
 
-def kinked(operations: list[list[Any]]) -> KinkedEnergy:
-    """Return max(h, 0) with the formula h."""
-    return KinkedEnergy("one", Program(tuple(tuple(one) for one in operations)))
+def kinked(operations: list[list[Any]], *, ridge: bool = False) -> KinkedEnergy:
+    """Return max(h, 0) with the formula h, or min(h, 0)."""
+    return KinkedEnergy("one", Program(tuple(tuple(one) for one in operations)), ridge)

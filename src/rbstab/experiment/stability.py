@@ -115,9 +115,11 @@ def statements_of(proof: Proof) -> list[str]:
 def kind_of(state: ProvedState) -> str:
     """Return the kind of a rest state: "stable" (an energy minimum), a saddle, or "maximum".
 
-    Where a guard holds θ2, it is that along θ1 and θ3.
+    Where a guard holds θ2, it is that along θ1 and θ3. On a ridge, a force pushes away from it.
     """
     kind = {0: "stable", 3: "maximum"}.get(state.index, f"saddle, index {state.index}")
+    if state.ridge:
+        return f"{kind}, on a ridge"
     return f"{kind}, held" if state.held else kind
 
 

@@ -9,7 +9,7 @@ from support.proofs import leaves
 
 from rbstab.analysis.proof_check import flood as module
 from rbstab.analysis.proof_check.boxes import Box, width
-from rbstab.analysis.proof_check.flood import APART, WET, Flood, flood
+from rbstab.analysis.proof_check.flood import APART, WALL, WET, Flood, Ground, Sides, flood
 
 UNIT: Box = ((0.0, 1.0), (0.0, 1.0), (0.0, 1.0))
 Cell = tuple[int, ...]
@@ -25,14 +25,14 @@ def box_of(cell: Cell) -> Box:
     return tuple((k / SIDE, (k + 1) / SIDE) for k in cell)
 
 
-def free(_: Box) -> str | None:
+def free(_: Box, __: Sides) -> str | None:
     return None
 
 
 def flood_cells(
     wet: Iterable[Cell],
     start: Cell,
-    obstacle: Callable[[Box], str | None] = free,
+    obstacle: Callable[[Box, Sides], str | None] = free,
 ) -> tuple[Flood, set[Cell]]:
     """Flood the unit box, where some cells are wet; return the flood and the flooded cells."""
     cells, reached = set(wet), set[Cell]()
@@ -42,13 +42,13 @@ def flood_cells(
             return None
         return WET if cell_of(box) in cells else "dry"
 
-    def seen(box: Box) -> str | None:
+    def seen(box: Box, sides: Sides) -> str | None:
         reached.add(cell_of(box))
-        return obstacle(box)
+        return obstacle(box, sides)
 
     # The inside of the first cell, so that only this cell touches it.
     inside: Box = tuple((low + 0.01, high - 0.01) for low, high in box_of(start))
-    return flood(UNIT, inside, reason, seen), reached
+    return flood(UNIT, inside, Ground(reason, seen)), reached
 
 
 @pytest.mark.parametrize("step", [s for s in product((-1, 0, 1), repeat=3) if any(s)], ids=str)
@@ -79,7 +79,7 @@ def test_a_long_way_is_followed_to_its_end() -> None:
     _, reached = flood_cells(way, (0, 0, 0))
     assert reached == set(way)
     last = (0, 3, 3)
-    found, _ = flood_cells(way, (0, 0, 0), lambda box: "end" if cell_of(box) == last else None)
+    found, _ = flood_cells(way, (0, 0, 0), lambda box, _: "end" if cell_of(box) == last else None)
     assert found.obstacle == "end"
     assert found.cover.open == box_of(last)
 
@@ -101,13 +101,13 @@ def test_the_tree_has_all_boxes() -> None:
 
 def test_the_limits_of_a_flood(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "BOX_LIMIT", 50)
-    endless = flood(UNIT, UNIT, lambda _: None, free)
+    endless = flood(UNIT, UNIT, Ground(lambda _: None, free))
     assert endless.obstacle == "too many boxes"
     assert endless.cover.boxes == 50
     monkeypatch.undo()
     # Along one way down the boxes become too narrow.
     point: Box = ((0.3, 0.3), (0.3, 0.3), (0.3, 0.3))
-    narrow = flood(UNIT, point, lambda _: None, free)
+    narrow = flood(UNIT, point, Ground(lambda _: None, free))
     assert narrow.obstacle == "too many boxes"
     assert narrow.cover.boxes < 200
 
@@ -119,8 +119,76 @@ def test_boxes_may_be_thinner_along_one_axis() -> None:
         low, high = box[1]
         return ("b" if low >= 0.25 else WET) if high - low <= 0.25 else None
 
-    found = flood(UNIT, UNIT, reason, free, stretch=100.0)
+    found = flood(UNIT, UNIT, Ground(reason, free), stretch=100.0)
     assert set(found.cover.tree) == {"2", "b", WET}
     for _, part in leaves(found.cover):
         assert tuple(part[0]) == UNIT[0]
         assert tuple(part[2]) == UNIT[2]
+
+
+PLANES = (0.375, 0.625)
+"""Surfaces across the second layer of cells along x, and the third one along y."""
+
+
+def sides_of(box: Box) -> Sides:
+    """Return on which sides of the two planes a box is."""
+    pairs = zip(PLANES, box, strict=False)
+    ends = [(low - plane, high - plane) for plane, (low, high) in pairs]
+    return tuple(
+        frozenset(({-1} if low <= 0 else set()) | ({1} if high >= 0 else set()))
+        for low, high in ends
+    )
+
+
+def flood_between(walls: dict[Cell, int]) -> set[tuple[Cell, Sides]]:
+    """Flood all cells from the first one, where some have a wall; return what was flooded."""
+    reached = set[tuple[Cell, Sides]]()
+
+    def reason(box: Box) -> str | None:
+        if width(box) > 1 / SIDE:
+            return None
+        number = walls.get(cell_of(box))
+        return WET if number is None else f"{WALL}{number}"
+
+    def seen(box: Box, sides: Sides) -> None:
+        assert (cell_of(box), sides) not in reached
+        reached.add((cell_of(box), sides))
+
+    start: Box = ((0.01, 0.02), (0.01, 0.02), (0.01, 0.02))
+    found = flood(UNIT, start, Ground(reason, seen, sides_of))
+    assert found.obstacle is None
+    assert not found.cover.tree.count("r3")
+    return reached
+
+
+def test_a_wall_holds_a_flood_back() -> None:
+    """A plane has a wall: what is beyond it stays dry, its own layer is flooded on one side."""
+    layer = {cell: 1 for cell in product(range(SIDE), repeat=3) if cell[0] == 1}
+    reached = flood_between(layer)
+    assert {cell for cell, _ in reached} == {
+        cell for cell in product(range(SIDE), repeat=3) if cell[0] <= 1
+    }
+    assert {sides[0] for _, sides in reached} == {frozenset({-1})}
+
+
+@pytest.mark.parametrize("gap", [(1, 0, 0), (1, 3, 3), (1, 2, 1)])
+def test_a_gap_in_a_wall_lets_a_flood_through(gap: Cell) -> None:
+    layer = {cell: 1 for cell in product(range(SIDE), repeat=3) if cell[0] == 1 and cell != gap}
+    reached = flood_between(layer)
+    assert {cell for cell, _ in reached} == set(product(range(SIDE), repeat=3))
+    # Both sides of the wall are flooded, each by itself.
+    assert {sides[0] for cell, sides in reached if cell in layer} == {
+        frozenset({-1}),
+        frozenset({1}),
+    }
+
+
+def test_two_walls_enclose_a_corner() -> None:
+    """The second plane has a wall only before the first one: there is no way round its end."""
+    walls = {cell: 1 for cell in product(range(SIDE), repeat=3) if cell[0] == 1}
+    walls |= {cell: 2 for cell in product(range(SIDE), repeat=3) if cell[0] == 0 and cell[1] == 2}
+    reached = flood_between(walls)
+    assert {cell for cell, _ in reached} <= set(product(range(2), range(SIDE), range(SIDE)))
+    # The cells with the wall of the first plane let it pass the second one.
+    assert any(cell[1] == 3 for cell, _ in reached)
+    assert all(frozenset({1}) != sides[0] for _, sides in reached)

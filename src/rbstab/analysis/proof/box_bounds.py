@@ -147,36 +147,42 @@ class Enclosure:
 
 @dataclass(frozen=True, eq=False)
 class Jumps:
-    """Proved bounds on n energies max(h(Θ), 0) over m boxes in which their slopes may jump.
+    """Proved bounds on n energies max(h(Θ), 0) or min(h(Θ), 0) over m boxes in which they may jump.
 
     Args:
-        anywhere: Whether one of them may jump in each box, shape (m,).
-        below: Bounds on U with λh in place of each that may jump. It is nowhere above U. None for
-            -U.
+        anywhere: Whether the slope of one of them may jump in each box, shape (m,).
+        flat: Bounds on U with λh in place of each that may jump.
+        below: The same, with λh in place of max(h, 0) alone: it is nowhere above U. None for -U.
         share: These λ, between 0 and 1, shape (m, n). Any will do; the best make ∇U small.
         slopes: ∇h over each box, shape (m, n, 3); 0 where it does not jump.
     """
 
     anywhere: Array
+    flat: Enclosure
     below: Enclosure | None
     share: Array
     slopes: Intervals
 
     def __getitem__(self, chosen: Array) -> "Jumps":
         below = None if self.below is None else self.below[chosen]
-        return Jumps(self.anywhere[chosen], below, self.share[chosen], self.slopes[chosen])
+        return Jumps(
+            self.anywhere[chosen],
+            self.flat[chosen],
+            below,
+            self.share[chosen],
+            self.slopes[chosen],
+        )
 
     @property
     @np.errstate(all="ignore")  # comparisons with NaN are false
     def excludes_zero(self) -> Array:
         """Whether it is proved for each box that no slopes are zero together, shape (m,).
 
-        All slopes are g + Σ t_k ∇h_k with the gradient g of `below` and with λ_k + t_k between 0
+        All slopes are g + Σ t_k ∇h_k with the gradient g of `flat` and with λ_k + t_k between 0
         and 1. For zero slopes, n_k'(g + Σ t_j ∇h_j) = 0 with n_k near ∇h_k leaves less of t_k. None
         are zero if nothing is left of one t_k, or if d'(g + Σ t_k ∇h_k) > 0, where d is g at the
         centre.
         """
-        assert self.below is not None
         count = self.share.shape[1]
         room = [between(-self.share[:, k], 1 - self.share[:, k]) for k in range(count)]
         empty = np.zeros(len(self.anywhere), dtype=bool)
@@ -184,15 +190,15 @@ class Jumps:
             normal = self.slopes.middle[:, k]
             along = self._along(normal)
             others = [room[j] * along[j] for j in range(count) if j != k]
-            rest = total([self.below.along(normal), *others])
+            rest = total([self.flat.along(normal), *others])
             needed = -rest * reciprocal(along[k])[0]
             low = np.fmax(room[k].low, needed.low)
             high = np.fmin(room[k].high, needed.high)
             empty |= low > high
             room[k] = between(low, high)
-        d = self.below.gradient
+        d = self.flat.gradient
         added = [one * along for one, along in zip(room, self._along(d), strict=True)]
-        product = total([self.below.along(d), *added])
+        product = total([self.flat.along(d), *added])
         found: Array = self.anywhere & (empty | (product.low > 0))
         return found
 

@@ -96,10 +96,14 @@ def _with_kinks(form: TrigonometricForm, boxes: Boxes) -> Enclosure:
     slopes = np.stack([one.slopes.middle for one in found], axis=1)
     best = _best_shares(inner.gradient, np.where(jumps[..., None], slopes, 0.0), boxes.radius)
     share = np.where(jumps, best, acts)
-    below = summed([one.times(share[:, k]) for k, one in enumerate(found)])
+    shared = [one.times(share[:, k]) for k, one in enumerate(found)]
+    flat = below = summed(shared)
+    ridges = [k for k, one in enumerate(found) if one.ridge and np.any(jumps[:, k])]
+    if ridges:
+        below = summed([one.whole if k in ridges else shared[k] for k, one in enumerate(found)])
     over = stacked([one.slopes_over for one in found])
     over.middle[~jumps], over.radius[~jumps] = 0.0, 0.0
-    return replace(whole, kinks=Jumps(np.any(jumps, axis=1), below, share, over))
+    return replace(whole, kinks=Jumps(np.any(jumps, axis=1), flat, below, share, over))
 
 
 def _best_shares(gradient: Array, slopes: Array, radius: Array) -> Array:

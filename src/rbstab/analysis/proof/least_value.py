@@ -1,6 +1,7 @@
 """The minimum of a reduced energy over a box: an attained value and a proved lower bound."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.guards.bounds import GuardedEnclosure, KinkedEnclosure
 from rbstab.analysis.proof.guards.kinks import kinks_of
 from rbstab.analysis.proof.traced.energy import FormulaPart
+from rbstab.analysis.proof.traced.kinked import KinkedEnergy
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array
 
@@ -159,8 +161,9 @@ def local_minimum(form: TrigonometricForm, box: Boxes, start: Array) -> tuple[fl
 
     Where a guard jumps, U is not smooth: the descent goes on along its angle.
     """
-    if form.kinks:
-        value, Theta = _kinked_minimum(form, box, start)
+    valleys = [one for one in form.kinks if not one.ridge]
+    if valleys:
+        value, Theta = _valley_minimum(form, valleys, box, start)
     else:
         value, Theta = _smooth_minimum(form, box, start)
     for kink in kinks_of(form.guard):
@@ -173,12 +176,17 @@ def local_minimum(form: TrigonometricForm, box: Boxes, start: Array) -> tuple[fl
     return value, Theta
 
 
-def _kinked_minimum(form: TrigonometricForm, box: Boxes, start: Array) -> tuple[float, Array]:
-    """Return a local minimum of U with parts max(h, 0): that of F + Σ t with t >= h and t >= 0."""
+def _valley_minimum(
+    form: TrigonometricForm, valleys: Sequence[KinkedEnergy], box: Boxes, start: Array
+) -> tuple[float, Array]:
+    """Return a local minimum of U with parts max(h, 0): that of F + Σ t with t >= h and t >= 0.
+
+    There is none on a ridge, so a descent passes ridges as if they were smooth.
+    """
     from scipy.optimize import minimize
 
-    others = form.without_kinks
-    arguments = [kink.argument for kink in form.kinks]
+    others = replace(form, lines=tuple(line for line in form.lines if line not in valleys))
+    arguments = [valley.argument for valley in valleys]
     size, count = max(form.noise[0] / np.finfo(float).eps, np.finfo(float).tiny), len(arguments)
 
     def value_and_gradient(y: Array) -> tuple[float, Array]:

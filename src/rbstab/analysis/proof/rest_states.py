@@ -40,7 +40,8 @@ class RestPoint:
     state has its Θ, X, own states, energy and remaining gradient. index is the number of negative
     eigenvalues of the Hessian of the reduced energy: 0 at a minimum. Where a guard holds θ2
     (`state.on_kink`), it is that of the Hessian by θ1 and θ3. Where an element of a user holds the
-    body on a surface, it is that along the surface. If `proved`, enclosure is one
+    body on a surface, it is that along the surface; and one more if the force pushes away from this
+    surface (`on_ridge`). If `proved`, enclosure is one
     box of Θ that contains exactly one rest state; else it contains only the point. index_proved is
     whether the index is proved for the exact rest state.
     """
@@ -50,6 +51,7 @@ class RestPoint:
     enclosure: Boxes
     proved: bool
     index_proved: bool
+    on_ridge: bool = False
 
     @property
     def Theta(self) -> Array:
@@ -256,4 +258,5 @@ def _point(energy: ReducedEnergy, Theta: Array, zero: Zero | None = None) -> Res
         if kink is not None:
             hessian = hessian[np.ix_(FREE, FREE)]
         index = int(np.sum(np.linalg.eigvalsh(hessian) < 0))
-    return RestPoint(state, index, box, proved, index_proved)
+    on_ridge = surface is not None and surface.kink.ridge
+    return RestPoint(state, index, box, proved, index_proved, on_ridge)

@@ -22,6 +22,7 @@ class RestState:
             Θ and z for a tied body with springs.
         held: Whether it is claimed that a force holds the body where it jumps: that of a guard at
             its angle of θ2, or of an element of a user.
+        ridge: Whether this force is claimed to push away from there.
     """
 
     number: int
@@ -30,6 +31,7 @@ class RestState:
     point: Sequence[float]
     enclosure: Box
     held: bool = False
+    ridge: bool = False
 
     @property
     def name(self) -> str:

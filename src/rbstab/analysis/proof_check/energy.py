@@ -41,7 +41,7 @@ MOST_MULTIPLES = 4
 MOST_EVALUATIONS = 3_000_000
 """So often U is evaluated at most; this takes five to ten minutes. A line counts as two."""
 
-OF_USERS = ("formulas", "kinks", "own_states")
+OF_USERS = ("formulas", "kinks", "ridges", "own_states")
 """The parts of an energy that come from elements of users."""
 
 MOST_LINES = 100
@@ -60,7 +60,7 @@ class Energy:
 
     Args:
         data: `reduced_energy` of a proof: quadratic, linear and coefficients, and perhaps barrier,
-            soft guards, a stop, lines, ligaments, formulas, kinks and own states.
+            soft guards, a stop, lines, ligaments, formulas, kinks, ridges and own states.
 
     Attributes:
         barriers: The barriers on single angles.
@@ -68,7 +68,7 @@ class Energy:
         springs: The springs whose lengths are in U.
         lines: The same, and the ligaments of a held body.
         formulas: The energies of elements of users.
-        kinks: Their parts max(h, 0), where their force jumps.
+        kinks: Their parts max(h, 0) and min(h, 0), where their force jumps.
         own_states: Those of which the least energy over own states is in U.
         position: The ligaments of a body that is not held; None without one.
 

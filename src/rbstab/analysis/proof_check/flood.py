@@ -1,4 +1,8 @@
-"""A flood: all boxes that a connected set about a start may reach. All next to them are dry."""
+"""A flood: all boxes that a connected set about a start may reach. All next to them are dry.
+
+A box may also have a wall: a surface in it that the set does not cross. Then each side of the wall
+is flooded by itself.
+"""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -9,6 +13,11 @@ from rbstab.analysis.proof_check.cover import BOX_LIMIT, MIN_WIDTH, Cover
 WET = "w"
 APART = "a"
 """The reason of a box that touches no wet box. It is not examined."""
+WALL = "r"
+"""The reason of a box with a wall, followed by the number of the surface, from 1 on."""
+
+Sides = tuple[frozenset[int], ...]
+"""On which sides of each surface something is: 1, -1, or both."""
 
 
 class Flood(NamedTuple):
@@ -23,56 +32,100 @@ class Flood(NamedTuple):
     obstacle: str | None
 
 
-class _Part:
-    """A part of the box; halved along `axis` once `halves` has two, examined with a reason."""
+class Ground(NamedTuple):
+    """What a flood asks of a part of a box.
 
-    def __init__(self, box: Box) -> None:
-        self.box = box
+    Attributes:
+        reason: Returns why a part is dry, or `WET`, or `WALL` with a number; None to halve it.
+        obstacle: Returns why a part on some sides may not be flooded, or None.
+        sides: Returns on which sides of each surface a part is.
+    """
+
+    reason: Callable[[Box], str | None]
+    obstacle: Callable[[Box, Sides], str | None]
+    sides: Callable[[Box], Sides] = lambda _: ()
+
+
+class _Part:
+    """A part of the box; halved along `axis` once `halves` has two, examined with a reason.
+
+    Args:
+        box: Its box.
+        sides: On which sides of each surface it is.
+
+    Attributes:
+        left: The sides of what is not flooded yet. A dry part has nothing; one with a wall has two.
+    """
+
+    def __init__(self, box: Box, sides: Sides) -> None:
+        self.box, self.sides = box, sides
         self.reason: str | None = None
         self.halves: tuple[_Part, ...] = ()
         self.axis = 0
+        self.left = [sides]
+
+    def settle(self, reason: str | None) -> None:
+        """Set the reason."""
+        self.reason = reason
+        if reason is None or reason == WET:
+            return
+        self.left = []
+        if reason.startswith(WALL):
+            place = int(reason.removeprefix(WALL)) - 1
+            before, after = self.sides[:place], self.sides[place + 1 :]
+            self.left = [(*before, frozenset({sign}), *after) for sign in (-1, 1)]
+
+    def flooded_from(self, sides: Sides) -> list[Sides]:
+        """Take out of `left` what meets these sides, and return it."""
+        found = [one for one in self.left if meet(one, sides)]
+        self.left = [one for one in self.left if one not in found]
+        return found
 
 
-def flood(
-    box: Box,
-    start: Box,
-    reason: Callable[[Box], str | None],
-    obstacle: Callable[[Box], str | None],
-    stretch: float = 1.0,
-) -> Flood:
+def flood(box: Box, start: Box, ground: Ground, stretch: float = 1.0) -> Flood:
     """Flood a box from a start, over all parts that touch each other and are wet.
 
     Args:
         box: The box.
         start: A box; all wet parts that touch it are flooded first.
-        reason: Returns why a part is dry, or `WET`; None to halve it.
-        obstacle: Returns why a wet part is not allowed, or None.
+        ground: What is asked of a part.
         stretch: As for `halves`.
     """
-    whole, examined = _Part(box), 0
-    reached = [start]
+    reason, obstacle, sides = ground
+    whole, examined = _Part(box, sides(box)), 0
+    reached = [(start, sides(start))]
     while reached:
-        source = reached.pop()
+        source, from_sides = reached.pop()
         pending = [whole]
         while pending:
             part = pending.pop()
-            if part.reason is not None or not touches(part.box, source):
+            if not part.left or not touches(part.box, source) or not meet(part.sides, from_sides):
                 continue
-            if not part.halves:
+            if not part.halves and part.reason is None:
                 examined += 1
-                part.reason = reason(part.box)
-                stopped = obstacle(part.box) if part.reason == WET else None
+                part.settle(reason(part.box))
                 if part.reason is None:
                     if width(part.box) < MIN_WIDTH or examined >= BOX_LIMIT:
-                        stopped = "too many boxes"
+                        return Flood(_so_far(whole, examined, part), "too many boxes")
                     part.axis, *both = halves(part.box, stretch)
-                    part.halves = tuple(_Part(half) for half in both)
+                    part.halves = tuple(_Part(half, sides(half)) for half in both)
+            for found in part.flooded_from(from_sides) if part.reason is not None else ():
+                stopped = obstacle(part.box, found)
                 if stopped is not None:
-                    return Flood(Cover(box, _tree(whole), examined, part.box), stopped)
-                if part.reason == WET:
-                    reached.append(part.box)
+                    return Flood(_so_far(whole, examined, part), stopped)
+                reached.append((part.box, found))
             pending += part.halves
     return Flood(Cover(box, _tree(whole), examined, None, {"start": start}), None)
+
+
+def _so_far(whole: _Part, examined: int, part: _Part) -> Cover:
+    """Return the cover of a flood that stops at a part."""
+    return Cover(whole.box, _tree(whole), examined, part.box)
+
+
+def meet(one: Sides, other: Sides) -> bool:
+    """Return whether what is on some sides may be on others too."""
+    return all(some & others for some, others in zip(one, other, strict=True))
 
 
 def _tree(whole: _Part) -> list[str]:

@@ -1,7 +1,8 @@
 """Check the regions in which every motion converges to one rest state: theorems 3 and 5."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from flint import arb
@@ -11,11 +12,19 @@ from rbstab.analysis.proof_check.claims import RestState
 from rbstab.analysis.proof_check.cover import Cover, cover
 from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.findings import Face, Finding, Range
-from rbstab.analysis.proof_check.flood import WET, flood
-from rbstab.analysis.proof_check.taylor import Taylor
+from rbstab.analysis.proof_check.flood import WALL, WET, Ground, Sides, flood, meet
+from rbstab.analysis.proof_check.formulas.kinks import Kink, signs_over
+from rbstab.analysis.proof_check.taylor import Taylor, centre_and_step
+from rbstab.analysis.proof_check.trigonometric import Ball
 
 SHARES = (1 / 2, 1 / 4, 1 / 8, 1 / 16)
 """The widths of wet boxes that are tried, as shares of the distance to a high place."""
+
+OTHER_SIDE = "o"
+"""The reason of a box that a motion on one side of a ridge cannot reach."""
+
+WALL_WIDTH = 0.01
+"""rad: boxes at a pass on a ridge are halved until their width is a share of this, at least."""
 
 FAR = 2.0
 """rad: a larger distance counts as this one."""
@@ -58,71 +67,101 @@ class Region:
         """
         high = [box for box in self.places.values() if self._cover(box).open is None]
         low = {name: box for name, box in self.places.items() if box not in high}
-        known, sides = dict[Box, str | None](), dict[str, Cover]()
+        known, border = dict[Box, str | None](), dict[str, Cover]()
 
-        def obstacle(box: Box) -> str | None:
+        def obstacle(box: Box, sides: Sides) -> str | None:
             """Return what may be reached in a wet box; add the covers of its part of the border."""
             for name, place in low.items():
                 if touches(box, place):
                     return name
             for face in self.range_.faces:
                 if box[face.axis][face.end] == self.range_.box[face.axis][face.end]:
-                    name = f"{face.name}, part {len(sides) + 1}"
-                    sides[name] = self._cover(flat(box, face.axis), face)
-                    if sides[name].open is not None:
+                    name = f"{face.name}, part {len(border) + 1}"
+                    border[name] = self._cover(flat(box, face.axis), face, sides)
+                    if border[name].open is not None:
                         return face.name
             return None
 
         for share in SHARES:
-            sides.clear()
-            reason = self._wet_or_dry(share, high, known)
-            found = flood(
-                self.range_.box,
-                self.state.enclosure,
-                reason,
-                obstacle,
-                stretch=self.U.stretch,
-            )
+            border.clear()
+            reason = self._wet_or_dry(share, high, low.values(), known)
+            ground = Ground(reason, obstacle, self._sides)
+            found = flood(self.range_.box, self.state.enclosure, ground, self.U.stretch)
             if found.obstacle is None:
                 break
         wrong = [f"Motions below {self._bound} are not shown to stay away from {found.obstacle}."]
         component = f"the component of {{U < {self._bound}}} about {self.state.name}"
-        covers = {"range": found.cover, **sides}
+        covers = {"range": found.cover, **border}
         name = f"region of {self.state.name}"
         text = f" and Θ in {component} converges to it"
         return self._finding(name, text, wrong if found.obstacle else [], covers)
 
     def _wet_or_dry(
-        self, share: float, high: Iterable[Box], known: dict[Box, str | None]
+        self,
+        share: float,
+        high: Iterable[Box],
+        low: Collection[Box],
+        known: dict[Box, str | None],
     ) -> Callable[[Box], str | None]:
         """Return a function with the reason "b" of a dry box, in which U is at least the bound.
 
-        A box is wet if U is below the bound in all of it. Another one is halved until it is small
-        beside the way to the next high place and through it, as most passes are high places.
+        A box is wet if U is below the bound in all of it. Another box is halved until it is small
+        beside the way to the next high place and through it, as most passes are high places. Then a
+        ridge in it on which U is at least the bound is a wall, if no low place is near. A pass on a
+        ridge has a wall, and no dry box.
         """
         bound = arb(self.claim["energy_bound"])
 
+        def wall(taylor: Taylor, box: Box) -> str | None:
+            near = any(touches(box, place) for place in low)
+            found = None if near else taylor.wall(bound)
+            return None if found is None else f"{WALL}{found + 1}"
+
         def reason(box: Box) -> str | None:
-            if box not in known:
-                taylor = Taylor(self.U, box)
+            taylor = None if box in known else Taylor(self.U, box)
+            if taylor is not None:
                 below = WET if taylor.values < bound else None
                 known[box] = "b" if taylor.stays_above(bound) else below
             if known[box] is not None:
                 return known[box]
             distance = min((gap(box, place) + width(place) for place in high), default=FAR)
-            return WET if width(box) <= share * min(distance, FAR) else None
+            wet = WET if width(box) <= share * min(distance, FAR) else None
+            if width(box) > share * max(min(distance, FAR), WALL_WIDTH) or not self._ridges:
+                return wet
+            return wall(taylor or Taylor(self.U, box), box) or wet
 
         return reason
 
-    def _cover(self, box: Box, face: Face | None = None) -> Cover:
-        """Cover a box by boxes in which U is at least the bound, for the reason "b"."""
+    @cached_property
+    def _ridges(self) -> list[Kink]:
+        return [one for one in self.U.kinks if one.ridge]
+
+    def _sides(self, box: Box, face: tuple[int, Ball] | None = None) -> Sides:
+        """Return on which sides of each ridge a box is."""
+        return tuple(signs_over(one, *centre_and_step(box, face)) for one in self._ridges)
+
+    def _cover(self, box: Box, face: Face | None = None, sides: Sides | None = None) -> Cover:
+        """Cover a box by boxes in which U is at least the bound, for the reason "b".
+
+        With sides, only points on these sides of the ridges matter: boxes beyond a ridge have the
+        reason "o".
+        """
         bound = arb(self.claim["energy_bound"])
         place = None if face is None else (face.axis, face.place)
-        return cover(
-            box,
-            lambda b: "b" if Taylor(self.U, b, place).stays_above(bound) else None,
-            stretch=self.U.stretch,
-        )
+        shares = self._shares(sides) if sides else None
+
+        def reason(b: Box) -> str | None:
+            if sides and not meet(self._sides(b, place), sides):
+                return OTHER_SIDE
+            return "b" if Taylor(self.U, b, place, None, shares).stays_above(bound) else None
+
+        return cover(box, reason, stretch=self.U.stretch)
+
+    def _shares(self, sides: Sides) -> list[float | None]:
+        """Return λ of each kink, so that λh is in the place of a ridge on one side of it."""
+        of_ridges = iter(sides)
+        signs = [next(of_ridges) if one.ridge else frozenset({-1, 1}) for one in self.U.kinks]
+        return [None if len(one) > 1 else float(-1 in one) for one in signs]
 
     @property
     def _bound(self) -> str:

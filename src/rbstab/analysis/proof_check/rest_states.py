@@ -30,6 +30,7 @@ def proved_states(claims: Mapping[str, Any]) -> list[RestState]:
             one["orientation"],
             box_between(one["enclosure"]),
             bool(one.get("held")),
+            bool(one.get("ridge")),
         )
         for number, one in enumerate(claims["states"], start=1)
         if one["proved"]
@@ -51,7 +52,12 @@ def _fault(U: Energy, state: RestState, range_: Range) -> str | None:
     """Return what is wrong with a rest state."""
     if state.held:
         by_guard = not U.kinks or is_at_guard(U, state)
-        return held_fault(U, state, range_) if by_guard else surface_fault(U, state, range_)
+        if not by_guard:
+            return surface_fault(U, state, range_)
+    if state.ridge:
+        return "no force pushes away from it"
+    if state.held:
+        return held_fault(U, state, range_)
     # Only an enclosure inside the range is expanded.
     taylor = cache(lambda: Taylor(U, state.enclosure))
     return fault_of(

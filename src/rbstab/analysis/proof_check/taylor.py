@@ -23,6 +23,24 @@ def symmetric(radius: float) -> Ball:
     return arb(0, math.nextafter(radius, math.inf))
 
 
+def centre_and_step(
+    box: Box, face: tuple[int, Ball] | None = None
+) -> tuple[list[Ball], list[Ball]]:
+    """Return the centre m of a box, and the balls of all Θ - m.
+
+    Args:
+        box: The box.
+        face: An axis and its exact value, a ball. The box is then flat along this axis.
+    """
+    middle = [low / 2 + high / 2 for low, high in box]
+    centre = [arb(point) for point in middle]
+    step = [symmetric(max(b - m, m - a)) for m, (a, b) in zip(middle, box, strict=True)]
+    if face is not None:
+        axis, value = face
+        centre[axis], step[axis] = value, arb(0)
+    return centre, step
+
+
 class Taylor:
     """U over a box, expanded about its centre m up to third order, with δ = Θ - m.
 
@@ -43,9 +61,10 @@ class Taylor:
     Args:
         U: The energy.
         box: The box.
-        face: An axis and its exact value, a ball. The box is then flat along this axis.
+        face: As for `centre_and_step`.
         without: A guard or a kink to leave out.
-        shares: λ of each kink, of which λh then takes the place; None to take them as they are.
+        shares: λ of each kink, of which λh then takes the place; None for one to take it as it is,
+            or for all of them.
     """
 
     def __init__(
@@ -54,28 +73,20 @@ class Taylor:
         box: Box,
         face: tuple[int, Ball] | None = None,
         without: SwitchingGuard | Kink | None = None,
-        shares: Sequence[float] | None = None,
+        shares: Sequence[float | None] | None = None,
     ) -> None:
         self._again = (U, box, face, without)
-        middle = [low / 2 + high / 2 for low, high in box]
-        centre = [arb(point) for point in middle]
-        step = [symmetric(max(b - m, m - a)) for m, (a, b) in zip(middle, box, strict=True)]
+        centre, step = centre_and_step(box, face)
         whole = [point + ball for point, ball in zip(centre, step, strict=True)]
         self.free = [axis for axis in AXES if face is None or axis != face[0]]
-        if face is not None:
-            axis, value = face
-            centre[axis], whole[axis], step[axis] = value, value, arb(0)
         self.centre, self.step = centre, arb_mat([[entry] for entry in step])
         at_centre, third = U.smooth(centre), U.smooth(whole)
         kinks = [KinkOver(one, centre, step) for one in U.kinks if one is not without]
-        self.kinks, self.jumping = kinks, [one for one in kinks if one.jumps]
+        self.kinks = kinks
+        pairs = list(zip(kinks, shares or [None] * len(kinks), strict=True))
+        self.jumping = [one for one, share in pairs if share is None and one.jumps]
         self.parts = U.parts_over(centre, step)
-        if shares is None:
-            self.parts += kinks
-        else:
-            self.jumping = []
-            pairs = zip(kinks, shares, strict=True)
-            self.parts += [Share(one.argument, share) for one, share in pairs]
+        self.parts += [one if t is None else Share(one.argument, t) for one, t in pairs]
         self._expand(at_centre, third)
         self.bare: Taylor | None = None
         self.below: Taylor | None = None
@@ -206,16 +217,44 @@ class Taylor:
             return True
         if self.below is not None and self.below.stays_above(bound):
             return True
-        return bool(self.jumping) and self.smooth_below.stays_above(bound)
+        return self.below_valleys is not None and self.below_valleys.stays_above(bound)
+
+    def wall(self, bound: Ball) -> int | None:
+        """Return a ridge on which U >= bound is proved, for all of it in the box; None without one.
+
+        Its number counts the ridges of U. U is the expansion with λh in its place where h = 0.
+        """
+        ridges = [place for place, one in enumerate(self.kinks) if one.kink.ridge]
+        for number, place in enumerate(ridges):
+            if not self.kinks[place].jumps:
+                continue
+            on_ridge = list(self._below)
+            on_ridge[place] = self._flattest[place]
+            if Taylor(*self._again, on_ridge).stays_above(bound):
+                return number
+        return None
 
     @cached_property
-    def smooth_below(self) -> "Taylor":
-        """The expansion with λh in place of each kink, nowhere above U."""
+    def flat(self) -> "Taylor":
+        """The expansion with λh in place of each kink."""
         return Taylor(*self._again, self._flattest)
+
+    @property
+    def _below(self) -> list[float | None]:
+        """λ of each kink, but for the ridges that may jump: λh is above them."""
+        pairs = zip(self.kinks, self._flattest, strict=True)
+        return [None if one.jumps and one.kink.ridge else share for one, share in pairs]
+
+    @cached_property
+    def below_valleys(self) -> "Taylor | None":
+        """The expansion with λh in place of each max(h, 0), nowhere above U; None if none jumps."""
+        if all(one.kink.ridge for one in self.jumping):
+            return None
+        return Taylor(*self._again, self._below)
 
     @cached_property
     def _flattest(self) -> list[float]:
-        """λ of each kink for which `smooth_below` is as flat as it can be; any would do."""
+        """λ of each kink for which `flat` is as flat as it can be; any would do."""
         radius = [self.step[i, 0].abs_upper() for i in AXES]
 
         def change(entries: Sequence[Ball]) -> list[Ball]:
@@ -228,7 +267,7 @@ class Taylor:
             inner = change([ANY_SHARE.mid() * entry for entry in one.argument.slopes])
             left = [x - y for x, y in zip(left, inner, strict=True)]
         # Where one does not jump, λ is known.
-        found = [float(bool(one.argument.values > 0)) for one in self.kinks]
+        found = [float(one.acts) for one in self.kinks]
         places = [place for place, one in enumerate(self.kinks) if one.jumps]
         for place in places * (SWEEPS if len(places) > 1 else 1):
             step = change(self.kinks[place].argument.gradient)
@@ -244,7 +283,7 @@ class Taylor:
     def excludes_jumps(self) -> bool:
         """Whether no slopes in a box with jumps are zero together.
 
-        With the gradient g of `smooth_below`, all slopes are g + Σ t_k ∇h_k, where λ_k + t_k is
+        With the gradient g of `flat`, all slopes are g + Σ t_k ∇h_k, where λ_k + t_k is
         between 0 and 1. If they are zero, n'(g + Σ t_j ∇h_j) = 0 with n near ∇h_k bounds t_k. They
         are not if a t_k has no value left, or if d'(g + Σ t_k ∇h_k) > 0 with d = g at the centre.
         """
@@ -264,13 +303,13 @@ class Taylor:
             if not needed.overlaps(room[one]):
                 return True
             room[one] = room[one].intersection(needed)
-        d = [entry.mid() for entry in self.smooth_below.gradient.entries()]
+        d = [entry.mid() for entry in self.flat.gradient.entries()]
         return bool(self._slopes_along(d, room) > 0)
 
     def _slopes_along(self, direction: Sequence[Ball], room: Mapping[KinkOver, Ball]) -> Ball:
         """Return the products of a direction with all g + Σ t_k ∇h_k over the box."""
-        below, d = self.smooth_below, arb_mat([[*direction]])
-        found = (d * below.gradient)[0, 0] + ((d * below.slope) * below.step)[0, 0]
+        flat, d = self.flat, arb_mat([[*direction]])
+        found = (d * flat.gradient)[0, 0] + ((d * flat.slope) * flat.step)[0, 0]
         return found + sum(
             (t * _dot(direction, one.argument.slopes) for one, t in room.items()), arb(0)
         )

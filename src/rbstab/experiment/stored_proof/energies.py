@@ -1,7 +1,7 @@
 """The energy from which a stored proof follows, as plain data and as a form."""
 
 import math
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 from pydantic import NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
@@ -159,13 +159,21 @@ class ProvedFormula(Entry):
 class ProvedKink(ProvedFormula):
     """The part max(h(Θ), 0) of the energy of an element of a user, J, with the formula h."""
 
+    _ridge: ClassVar[bool] = False
+
     @property
     def line(self) -> "KinkedEnergy":  # type: ignore[override]
         """The energy, which can be evaluated with proved errors."""
         from rbstab.analysis.proof.formulas.program import Program
         from rbstab.analysis.proof.traced.kinked import KinkedEnergy
 
-        return KinkedEnergy(self.name, Program(self.operations))
+        return KinkedEnergy(self.name, Program(self.operations), self._ridge)
+
+
+class ProvedRidge(ProvedKink):
+    """The part min(h(Θ), 0) of the energy of an element of a user, J, with the formula h."""
+
+    _ridge: ClassVar[bool] = True
 
 
 class ProvedOwnStates(Entry):
@@ -204,9 +212,9 @@ class ProvedEnergy(Entry):
     above the angle `stop`, rad. With springs, U has the lengths of their lines too; lines
     is None without one. The energies of ligaments are added to U: those of a held body, or their
     least value over the position. Elements of users add formulas, if their energies are not of the
-    form above, and parts max(h, 0), where their force jumps: kinks. Those that are convex in own
-    states, and not quadratic, add their least energy over these: own_states. Each number is the
-    exact one rounded once.
+    form above, and parts max(h, 0) and min(h, 0), where their force jumps: kinks and ridges. Those
+    that are convex in own states, and not quadratic, add their least energy over these: own_states.
+    Each number is the exact one rounded once.
     """
 
     quadratic: tuple[Triple, Triple, Triple]
@@ -221,6 +229,7 @@ class ProvedEnergy(Entry):
     free_ligaments: ProvedPosition | None = None
     formulas: tuple[ProvedFormula, ...] | None = None
     kinks: tuple[ProvedKink, ...] | None = None
+    ridges: tuple[ProvedRidge, ...] | None = None
     own_states: tuple[ProvedOwnStates, ...] | None = None
 
     @property
@@ -230,7 +239,8 @@ class ProvedEnergy(Entry):
 
         quadratic, linear = np.array(self.quadratic), np.array(self.linear)
         free = () if self.free_ligaments is None else (self.free_ligaments,)
-        of_users = (*(self.formulas or ()), *(self.kinks or ()), *(self.own_states or ()))
+        jumping = (*(self.kinks or ()), *(self.ridges or ()))
+        of_users = (*(self.formulas or ()), *jumping, *(self.own_states or ()))
         parts = (*(self.lines or ()), *of_users, *(self.ligaments or ()), *free)
         lines = tuple(one.line for one in parts)
         C = np.array(self.coefficients)

@@ -27,6 +27,8 @@ OF_ELEMENTS = (
     "lines",
     "outer_barrier",
     "position",
+    "ridge",
+    "ridges",
     "shift",
     "soft_guards",
     "stop",

@@ -58,12 +58,13 @@ DAMPED_VERSION = 1
 """The same for configs without a controller whose elements may damp every motion: before it,
 nothing was proved of them."""
 
-USER_CODE_VERSION = 6
+USER_CODE_VERSION = 7
 """The same for configs with elements of users: before 1, nothing was proved of them, and before 2,
 nothing if they switch or have own states, if the body is not held, or if nothing else damps it.
 Before 3, nothing was proved of a body that is not held with one whose energy is no quadratic
 function of X. Before 4, nothing was proved of one whose force jumps, before 5, of one whose energy
-is not quadratic in own states, and before 6, of one with own states that switches.
+is not quadratic in own states, before 6, of one with own states that switches, and before 7, of one
+whose force jumps and pushes away.
 """
 
 SWITCHING_GUARDS = ("stiff", "repelling", "stop")

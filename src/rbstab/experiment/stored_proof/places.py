@@ -45,6 +45,7 @@ def state_of(point: "RestPoint") -> ProvedState:
         enclosure=corners_of(box),
         index_proved=point.index_proved,
         held=point.state.on_kink or None,
+        ridge=point.on_ridge or None,
     )
 
 

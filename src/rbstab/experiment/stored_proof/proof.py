@@ -32,9 +32,11 @@ class ProvedState(Entry):
     enclosure is a box of Θ, from low to high. If `proved`, it contains exactly this rest state.
     Of a tied body with springs, it is the only one there with z in the box `shift`, m.
 
-    held is true if an element of a user holds the body where its force jumps, or if a repelling
-    guard or a stop holds θ2 at its angle: its couple is one of those
-    between inside and outside. index then counts directions of θ1 and θ3. None: it is not held.
+    held is true if the force of an element of a user jumps there, and one between those on both
+    sides balances the load, or if a repelling guard or a stop holds θ2 at its angle in this way.
+    index then counts directions along the surface, or of θ1 and θ3. None: it is not held. ridge is
+    true if the force pushes away from the surface: the energy falls on both sides, which is one
+    direction more.
     """
 
     orientation: Triple
@@ -47,6 +49,7 @@ class ProvedState(Entry):
     index_proved: bool | None = None
     shift: tuple[Triple, Triple] | None = None
     held: Literal[True] | None = None
+    ridge: Literal[True] | None = None
 
 
 class ProvedRegion(Entry):

@@ -15,6 +15,7 @@ from rbstab.experiment.stored_proof.energies import (
     ProvedLine,
     ProvedOwnStates,
     ProvedPosition,
+    ProvedRidge,
     ProvedTiedEnergy,
 )
 
@@ -36,7 +37,7 @@ def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
 
     guard = form.guard
     springs, ligaments, free = list[ProvedLine](), list[ProvedLigament](), None
-    formulas, kinks = list[ProvedFormula](), list[ProvedKink]()
+    formulas, kinks, ridges = list[ProvedFormula](), list[ProvedKink](), list[ProvedRidge]()
     own_states = list[ProvedOwnStates]()
     for line in form.lines:
         if isinstance(line, Line):
@@ -49,7 +50,11 @@ def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
             operations = line.program.operations
             formulas.append(ProvedFormula(name=line.name, operations=operations))
         elif isinstance(line, KinkedEnergy):
-            kinks.append(ProvedKink(name=line.name, operations=line.program.operations))
+            operations = line.program.operations
+            if line.ridge:
+                ridges.append(ProvedRidge(name=line.name, operations=operations))
+            else:
+                kinks.append(ProvedKink(name=line.name, operations=operations))
         elif isinstance(line, OwnStatesEnergy):
             operations = line.program.operations
             own_states.append(
@@ -70,6 +75,7 @@ def energy_of(form: "TrigonometricForm") -> ProvedEnergy:
         free_ligaments=free,
         formulas=tuple(formulas) or None,
         kinks=tuple(kinks) or None,
+        ridges=tuple(ridges) or None,
         own_states=tuple(own_states) or None,
     )
 

@@ -25,10 +25,10 @@ NORMAL = np.array([0.6, 1.0, -0.5])
 END = np.array([2.0, 1.5, 2.0])
 
 
-def form_with(*energies, weights=(1.0, 1.0, 1.0), centre=CENTRE, guard=None):
+def form_with(*energies, weights=(1.0, 1.0, 1.0), centre=CENTRE, guard=None, ridge=False):
     w, c = np.array(weights), np.array(centre)
     constant = np.full((1, 1, 1), 0.5 * float(w @ (c * c)))
-    lines = tuple(kinked(one) for one in energies)
+    lines = tuple(kinked(one, ridge=ridge) for one in energies)
     return TrigonometricForm(np.diag(w), -w * c, constant, guard=guard, lines=lines)
 
 
@@ -71,14 +71,64 @@ def test_the_one_rest_state_is_where_the_closed_form_is(couple, offset, weights)
         assert index == int(weights[2] < 0)
 
 
+@pytest.mark.parametrize("weights", [(1.0, 1.0, 1.0), (2.0, 0.7, 3.0), (1.0, 1.0, -3.0)])
+@pytest.mark.parametrize(("couple", "offset"), [(0.6, 0.5), (0.15, 0.5), (0.6, 1.1)])
+def test_a_ridge_has_a_rest_state_on_it_and_one_on_each_side(weights, couple, offset):
+    """Or one alone, where the load pushes it over. U falls on both sides of a ridge."""
+    w = np.array(weights)
+    share = share_of(couple, offset, w)
+    beyond, before = CENTRE, CENTRE - couple * NORMAL / w
+    on_ridge = CENTRE - share * couple * NORMAL / w
+    expected = [(beyond, 0)] if share > 0 else []
+    expected += [(before, 0)] if share < 1 else []
+    expected += [(on_ridge, 1)] if 0 < share < 1 else []
+    assert len(expected) == (3 if couple == 0.6 and offset == 0.5 else 1)
+    form = form_with(plane(NORMAL, offset, couple), weights=weights, ridge=True)
+    found = proved(form)
+    assert found.outcome is SearchOutcome.PROVED
+    assert len(found.inside) == len(expected)
+    for Theta, on in expected:
+        (zero,) = (one for one in found.inside if np.abs(one.Theta - Theta).max() < 1e-9)
+        assert zero.at_kink is bool(on)
+        assert np.all(zero.enclosure.low[0] <= Theta + 1e-15)
+        assert np.all(Theta - 1e-15 <= zero.enclosure.high[0])
+        if on:
+            surface = surface_at(form, zero.Theta)
+            assert surface is not None
+            index = 1 + int(weights[2] < 0)
+            assert surface.index(zero.enclosure) == index == surface.approximate_index(zero.Theta)
+
+
+def test_the_least_energy_is_on_no_ridge():
+    """Of two wells, and on a face across both of them."""
+    form = form_with(plane(NORMAL, 0.5, 0.6), ridge=True)
+    random = np.random.default_rng(5)
+    points = random.uniform(-END, END, (200_000, 3))
+    whole = least_value(form, whole_range(END), 100_000)
+    assert whole.closed
+    before = CENTRE - 0.6 * NORMAL
+    lowest = min(form.value(np.array([CENTRE, before])))
+    assert whole.value == pytest.approx(lowest, abs=1e-12)
+    assert whole.lower_bound <= lowest <= form.value(points).min()
+    points[:, 0] = END[0]
+    box = whole_range(END)
+    box.low[0, 0] = END[0]
+    face = least_value(form, box, 100_000)
+    assert face.closed
+    assert face.value <= form.value(points).min()
+    assert face.value - face.lower_bound < 1e-8
+
+
+@pytest.mark.parametrize("ridge", [False, True])
 @pytest.mark.parametrize("edge", [0.0, 1.0])
-def test_where_the_share_is_at_its_ends_nothing_is_claimed(edge):
+def test_where_the_share_is_at_its_ends_nothing_is_claimed(edge, ridge):
     """The rest state is on the plane, and one side of it is at rest too, to first order."""
     couple = 0.4
     offset = float(NORMAL @ (CENTRE - edge * couple * NORMAL))
-    found = proved(form_with(plane(NORMAL, offset, couple)))
+    found = proved(form_with(plane(NORMAL, offset, couple), ridge=ridge))
     assert found.outcome is not SearchOutcome.PROVED
-    assert len(found.inside) == 0
+    # A ridge has another rest state, away from it.
+    assert len(found.inside) == int(ridge)
 
 
 def test_a_sphere_holds_the_body_at_its_nearest_point():

@@ -37,7 +37,7 @@ def random_form(rng):
         rng.uniform(-1, 1, 3),
         rng.uniform(-1, 1, (3, 3, 3)),
         guard=GUARDS[rng.integers(0, 3)],
-        lines=tuple(kinked(parts[k]) for k in chosen),
+        lines=tuple(kinked(parts[k], ridge=bool(rng.integers(0, 2))) for k in chosen),
     )
 
 
@@ -69,14 +69,19 @@ def test_bounds_hold_at_random_points(seed):
 
 
 def _check_below(form, boxes, jumps, rng):
-    """λh with the chosen λ is nowhere above max(h, 0)."""
+    """λh with the chosen λ is nowhere above max(h, 0), and nowhere below min(h, 0)."""
+    flat, below = lower_bounds(jumps.flat), lower_bounds(jumps.below)
     for row in np.flatnonzero(jumps.anywhere):
         inside = rng.uniform(boxes.low[row], boxes.high[row], (50, 3))
         h = [kink.argument.approximate(inside, 0)[0] for kink in form.kinks]
-        bound = sum(share * one for share, one in zip(jumps.share[row], h, strict=True))
+        lines = [share * one for share, one in zip(jumps.share[row], h, strict=True)]
         exact = form.without_kinks.value(inside)
         noise = 1e-12 * (1 + np.abs(exact).max())
-        assert np.all(exact + bound <= form.value(inside) + noise)
+        for kink, value, line in zip(form.kinks, h, lines, strict=True):
+            cut = np.minimum(value, 0) - line if kink.ridge else line - np.maximum(value, 0)
+            assert np.all(cut <= noise)
+        assert flat[row] <= np.min(exact + sum(lines)) + noise
+        assert below[row] <= np.min(form.value(inside)) + noise
 
 
 @settings(max_examples=60, deadline=None)
@@ -95,7 +100,8 @@ def test_a_box_with_a_rest_state_is_never_excluded(seed):
     bent = bent + bent.T
     force = bent @ Theta + shares[0] * couples[0] * normal + shares[1] * couples[1] * 2 * Theta
     constant = np.zeros((1, 1, 1))
-    form = TrigonometricForm(bent, -force, constant, lines=tuple(kinked(one) for one in parts))
+    lines = tuple(kinked(one, ridge=bool(rng.integers(0, 2))) for one in parts)
+    form = TrigonometricForm(bent, -force, constant, lines=lines)
     reach = 10.0 ** rng.uniform(-6, -0.5, (2, 100, 3))
     boxes = Boxes(Theta - reach[0], Theta + reach[1])
     found = enclosure(form, boxes)
@@ -135,11 +141,14 @@ def test_a_formula_without_values_bounds_nothing():
     assert not found.kinks.excludes_zero[0]
 
 
+@pytest.mark.parametrize("ridge", [False, True])
 @pytest.mark.parametrize("width", [1e-2, 1e-5])
-def test_the_smooth_energy_of_a_descent_is_above_by_at_most_half_its_width(width):
-    one = kinked(WAVE)
+def test_the_smooth_energy_of_a_descent_is_within_half_its_width(width, ridge):
+    """It is above a valley, and below a ridge."""
+    one = kinked(WAVE, ridge=ridge)
     Theta = np.random.default_rng(1).uniform(-1, 1, (500, 3))
     gap = one.smoothed(width).approximate(Theta, 0)[0] - one.approximate(Theta, 0)[0]
+    gap = -gap if ridge else gap
     assert np.all(gap >= 0)
     assert np.all(gap <= 0.5 * width * (1 + 1e-9))
     _, slope, bent = one.smoothed(width).approximate(Theta, 2)

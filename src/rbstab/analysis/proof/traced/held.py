@@ -1,11 +1,12 @@
 """Zeros of ∇U where the slope of an element of a user jumps: on the surface h(Θ) = 0.
 
-F is U without the part max(h, 0). The body is at rest at Θ if h = 0 and ∇F + λ∇h = 0 for some λ
-between 0 and 1. These are four equations for the four unknowns Θ and λ:
+F is U without the part max(h, 0), or min(h, 0). The body is at rest at Θ if h = 0 and ∇F + λ∇h = 0
+for some λ between 0 and 1. These are four equations for the four unknowns Θ and λ:
 
     G(Θ, λ) = [∇F + λ∇h, h] = 0,        J = ∂G/∂(Θ, λ) = [[∇²F + λ∇²h, ∇h], [∇h', 0]].
 
-J is symmetric. It has one negative eigenvalue more than ∇²F + λ∇²h along the surface.
+J is symmetric. It has one negative eigenvalue more than ∇²F + λ∇²h along the surface. So has a rest
+state on a ridge, min(h, 0), as U falls on both sides of it.
 """
 
 from dataclasses import dataclass
@@ -111,13 +112,16 @@ class Surface:
 
     @np.errstate(all="ignore")
     def index(self, box: Boxes) -> int | None:
-        """Return the proved index of ∇²F + λ∇²h along the surface in the enclosure of a zero."""
+        """Return the proved index in the enclosure of a zero: the number of directions of descent.
+
+        It is that of ∇²F + λ∇²h along the surface, and one more on a ridge.
+        """
         found = self._over(box)
         if not found.balanced[0]:
             return None
         J = found.jacobian(found.share)
         index = proved_index(J.middle[0], J.radius[0])
-        return None if index is None else index - 1
+        return None if index is None else index - 1 + int(self.kink.ridge)
 
     @np.errstate(all="ignore")
     def approximate_index(self, Theta: Array) -> int:
@@ -127,7 +131,7 @@ class Surface:
         share = -float(gradient[0] @ slopes[0]) / float(slopes[0] @ slopes[0])
         along = np.linalg.svd(slopes)[2][1:]
         eigenvalues = np.linalg.eigvalsh(along @ (hessian[0] + share * bent[0]) @ along.T)
-        return int(np.sum(eigenvalues < 0))
+        return int(np.sum(eigenvalues < 0)) + int(self.kink.ridge)
 
     def _over(self, boxes: Boxes) -> "_Equations":
         """Return the bounds on F and h over boxes with one centre."""

@@ -1,7 +1,8 @@
-"""The part of an energy of a user whose force jumps: max(h(Θ), 0), with a kink.
+"""The part of an energy of a user whose force jumps: max(h(Θ), 0), or min(h(Θ), 0), with a kink.
 
 At h = 0 its slope may be any between 0 and ∇h. So over a box in which h may be zero, its slope is
-λ∇h with 0 <= λ <= 1. And λh is nowhere above it, for each such λ.
+λ∇h with 0 <= λ <= 1. For each such λ, λh is nowhere above max(h, 0), a valley: its force pulls back
+to h = 0. And it is nowhere below min(h, 0), a ridge: its force pushes away from h = 0.
 """
 
 from collections.abc import Sequence
@@ -33,6 +34,7 @@ class ArgumentBounds:
         range: h over each box, shape (m,).
         slopes_over: ∇h over each box, shape (m, 3).
         hessian_over: The Hessian of h over each box, shape (m, 3, 3).
+        ridge: Whether the energy is min(h, 0), and not max(h, 0).
     """
 
     value: Intervals
@@ -40,32 +42,34 @@ class ArgumentBounds:
     range: Intervals
     slopes_over: Intervals
     hessian_over: Intervals
+    ridge: bool = False
 
     @property
     def acts(self) -> Array:
-        """Whether h > 0 in all of each box, shape (m,)."""
-        found: Array = self.range.low > 0
+        """Whether the energy is h, and not 0, in all of each box, shape (m,)."""
+        found: Array = self.range.high < 0 if self.ridge else self.range.low > 0
         return found
 
     @property
     def jumps(self) -> Array:
         """Whether h may be zero in each box, shape (m,)."""
-        return ~(self.acts | (self.range.high < 0))
+        return ~((self.range.low > 0) | (self.range.high < 0))
 
     @property
     def whole(self) -> list[Intervals]:
-        """max(h, 0), as `LinePart.over` returns it; with all slopes over a box in which it jumps.
+        """The energy, as `LinePart.over` returns it; with all slopes over a box in which it jumps.
 
         There its slope is λ∇h(b) at each b in the box, which the Hessian does not bound.
         """
-        above = between(np.maximum(self.value.low, 0.0), np.maximum(self.value.high, 0.0))
+        cut = np.minimum if self.ridge else np.maximum
+        value = between(cut(self.value.low, 0.0), cut(self.value.high, 0.0))
         low, high = self.slopes_over.low, self.slopes_over.high
         any_slope = between(np.minimum(low, 0.0), np.maximum(high, 0.0))
         _, slopes, bent, third = self.times(self.acts.astype(float))
         jumps = self.jumps[:, np.newaxis]
         middle = np.where(jumps, any_slope.middle, slopes.middle)
         radius = np.where(jumps, any_slope.radius, slopes.radius)
-        return [above, Intervals(middle, radius), bent, third]
+        return [value, Intervals(middle, radius), bent, third]
 
     def times(self, share: Array) -> list[Intervals]:
         """Return λh as `LinePart.over` returns a part.
@@ -88,16 +92,18 @@ class ArgumentBounds:
 
 @dataclass(frozen=True, eq=False)
 class KinkedEnergy(LinePart):
-    """The energy max(h(Θ), 0), J.
+    """The energy max(h(Θ), 0), or min(h(Θ), 0), J.
 
     Args:
         name: The name of the element.
         program: h.
-        width: J. If it is not zero, `approximate` returns ½(h + √(h² + width²)), which is smooth.
+        ridge: Whether it is min(h, 0).
+        width: J. If it is not zero, `approximate` returns ½(h ± √(h² + width²)), which is smooth.
     """
 
     name: str
     program: Program
+    ridge: bool = False
     width: float = 0.0
 
     @cached_property
@@ -120,17 +126,17 @@ class KinkedEnergy(LinePart):
 
         At a kink they are those of the side where it does not act.
         """
-        h = self.argument.approximate(Theta, order)
+        h, sign = self.argument.approximate(Theta, order), -1.0 if self.ridge else 1.0
         if self.width == 0:
-            acts = h[0] > 0
+            acts = sign * h[0] > 0
             return [np.where(acts.reshape(-1, *[1] * k), part, 0.0) for k, part in enumerate(h)]
         root = np.sqrt(h[0] * h[0] + self.width * self.width)
-        share = 0.5 * (1 + h[0] / root)
-        found = [0.5 * (h[0] + root)]
+        share = 0.5 * (1 + sign * h[0] / root)
+        found = [0.5 * (h[0] + sign * root)]
         if order > 0:
             found.append(share[:, np.newaxis] * h[1])
         if order > 1:
-            bent = 0.5 * self.width * self.width / root**3
+            bent = 0.5 * sign * self.width * self.width / root**3
             pairs = np.einsum("mi,mj->mij", h[1], h[1])
             scaled = (one[:, np.newaxis, np.newaxis] for one in (share, bent))
             found.append(next(scaled) * h[2] + next(scaled) * pairs)
@@ -146,6 +152,7 @@ class KinkedEnergy(LinePart):
             whole.rows[0],
             jets.gradient(whole),
             jets.hessian(whole),
+            self.ridge,
         )
 
     @np.errstate(all="ignore")
@@ -161,7 +168,7 @@ class KinkedEnergy(LinePart):
         return self.bounds(Boxes(Theta, Theta)).whole[: order + 1]
 
     def smoothed(self, width: float) -> "KinkedEnergy":
-        """Return a smooth energy near this one: it is above it by at most half the width, J."""
+        """Return a smooth energy within half the width, J: above a valley, and below a ridge."""
         return replace(self, width=width)
 
     @property

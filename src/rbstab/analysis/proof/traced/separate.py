@@ -111,7 +111,7 @@ class UserEnergies(NamedTuple):
         polynomials: Those that are polynomials of X and the own states, with quadratics and
             trigonometric polynomials of Θ, as programs.
         traced: Those of all others that depend on Θ alone.
-        kinked: Their parts max(h, 0), where the force jumps; they depend on Θ alone.
+        kinked: Their parts max(h, 0) and min(h, 0), where the force jumps; of Θ alone.
         own_states: Those of a held body that are convex in own states, and not quadratic.
         of_position: Those that depend on X too, without their terms among the polynomials.
     """
@@ -159,10 +159,10 @@ def user_energies(at_rest: Configurations) -> UserEnergies:
 def _energies_of(at_rest: Configurations, element: Element) -> UserEnergies:
     """Return the energies of one element of a user."""
     if element.mode_count:
-        program, kinks = _switched(at_rest, element)
+        program, valleys, ridges = _switched(at_rest, element)
     else:
-        program, kinks = _passive_statements(at_rest, element).energy, ()
-    for one in (program, *kinks):
+        program, valleys, ridges = _passive_statements(at_rest, element).energy, (), ()
+    for one in (program, *valleys, *ridges):
         _check_size(element.name, one)
     if element.state_size:
         found = _of_own_states(at_rest, element, program)
@@ -170,7 +170,8 @@ def _energies_of(at_rest: Configurations, element: Element) -> UserEnergies:
         found = _of_angles(element.name, program)
     else:
         found = _of_position(at_rest, element.name, program)
-    return found._replace(kinked=tuple(KinkedEnergy(element.name, one) for one in kinks))
+    kinks = [(one, False) for one in valleys] + [(one, True) for one in ridges]
+    return found._replace(kinked=tuple(KinkedEnergy(element.name, *one) for one in kinks))
 
 
 def _of_angles(name: str, program: Program) -> UserEnergies:

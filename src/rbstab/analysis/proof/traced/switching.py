@@ -4,9 +4,11 @@ With σ_i = 1 where the event function g_i is positive, and else 0, it is shown 
 
     E = E₀ + Σ σ_i (h_i g_i² + k_i g_i),    so E = E₀ + Σ h_i p(g_i) + Σ max(k_i g_i, 0),
 
-with p(g) = max(g, 0)², with E₀, h_i, k_i and g_i smooth functions of Θ, and with k_i never below
-zero. Where all k_i are zero, the force is continuous. Else it jumps: E has kinks. E₀ and h_i may
-depend on own states too.
+with p(g) = max(g, 0)², and with E₀, h_i, k_i and g_i smooth functions of Θ. Where all k_i are zero,
+the force is continuous. Else it jumps: E has kinks. If k_i is never below zero, the force pulls
+back to g_i = 0, and E has a valley there. If it is never above zero, the force pushes away, and E
+has a ridge: min(k_i g_i, 0) is then in place of max(k_i g_i, 0). E₀ and h_i may depend on own
+states too.
 """
 
 from collections import defaultdict
@@ -84,12 +86,11 @@ NOT_CONTINUOUS = (
     "square of it, as another factor: then the energy is continuous at the switch"
 )
 
-PUSHES_AWAY = (
-    "its force jumps at a switch, and it is not seen from `stored` that it pulls back across it "
-    "(that the factor of the mode and its event function is never negative); no proof takes one "
-    "that pushes away into account"
+SIGN_UNKNOWN = (
+    "its force jumps at a switch, and it is not seen from `stored` whether it pulls back to it or "
+    "pushes away from it everywhere (whether the factor of the mode and its event function is "
+    "never negative, or never positive)"
 )
-
 
 TOO_LONG_NUMBERS = "the numbers in the terms of its energy have too many digits"
 
@@ -102,15 +103,17 @@ class NotShownError(Exception):
 
 
 class SwitchedEnergy(NamedTuple):
-    """The energy of an element that switches: F + Σ max(h_i, 0).
+    """The energy of an element that switches: F + Σ max(h_i, 0) + Σ min(h_j, 0).
 
     Attributes:
         smooth: F, which has a continuous gradient.
-        kinks: The h_i, where the force jumps.
+        valleys: The h_i, where the force jumps and pulls back.
+        ridges: The h_j, where it jumps and pushes away.
     """
 
     smooth: Program
-    kinks: tuple[Program, ...]
+    valleys: tuple[Program, ...]
+    ridges: tuple[Program, ...]
 
 
 def switched_energy(at_rest: Configurations, element: Element) -> SwitchedEnergy:
@@ -138,7 +141,7 @@ def switched_energy(at_rest: Configurations, element: Element) -> SwitchedEnergy
         raise NotShownError(NOT_OF_ANGLES)
     if not has_values(operations, guards):
         raise NotShownError(WITHOUT_VALUES)
-    formula, kinks = list(operations), list[Program]()
+    formula, valleys, ridges = list(operations), list[Program](), list[Program]()
     total = without_modes
     by_mode = _by_mode(operations, guards, stored)
     for place, terms in _merged(operations, guards, by_mode):
@@ -148,8 +151,7 @@ def switched_energy(at_rest: Configurations, element: Element) -> SwitchedEnergy
     for (place, exponent), terms in by_mode.items():
         factor = _added(formula, [_term(formula, term) for term in terms])
         if exponent == 1:
-            if not Signs(formula).never_negative(factor):
-                raise NotShownError(PUSHES_AWAY)
+            kinks = valleys if _pulls_back(formula, factor) else ridges
             kink = part_of(formula, _appended(formula, MULTIPLY, factor, guards[place]))
             if not kink.of_angles:
                 raise NotShownError(JUMPS_BY_MORE)
@@ -157,7 +159,21 @@ def switched_energy(at_rest: Configurations, element: Element) -> SwitchedEnergy
             continue
         above = _appended(formula, SQUARE_ABOVE, guards[place])
         total = _appended(formula, ADD, total, _appended(formula, MULTIPLY, factor, above))
-    return SwitchedEnergy(part_of(formula, total), tuple(kinks))
+    return SwitchedEnergy(part_of(formula, total), tuple(valleys), tuple(ridges))
+
+
+def _pulls_back(formula: list[Operation], factor: int) -> bool:
+    """Return whether a k_i is never negative, or never positive.
+
+    Raises:
+        NotShownError: Neither is shown.
+    """
+    if Signs(formula).never_negative(factor):
+        return True
+    opposite = _appended(formula, NEGATE, factor)
+    if Signs(formula).never_negative(opposite):
+        return False
+    raise NotShownError(SIGN_UNKNOWN)
 
 
 def statements_by_mode(at_rest: Configurations, element: Element) -> Iterator[TracedStatements]:

@@ -1,6 +1,7 @@
-"""The part of an energy of a user whose force jumps: max(h(Θ), 0), in balls.
+"""The part of an energy of a user whose force jumps: max(h(Θ), 0), or min(h(Θ), 0), in balls.
 
-At h = 0 its slope may be any between 0 and ∇h. And λh is nowhere above it if 0 <= λ <= 1.
+At h = 0 its slope may be any between 0 and ∇h. If 0 <= λ <= 1, λh is nowhere above max(h, 0), and
+nowhere below min(h, 0): that one is a ridge, from which the force pushes away.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,19 +17,43 @@ ANY_SHARE = arb(0.5, 0.5)
 
 
 class Kink(Formula):
-    """max(h, 0), with the formula h. What `Formula` has is of h, but for `value`."""
+    """max(h, 0), with the formula h. What `Formula` has is of h, but for `value` and `cut`."""
+
+    ridge = False
+
+    @staticmethod
+    def cut(h: Ball) -> Ball:
+        """Return the energy where h has these values."""
+        return h.max(arb(0))
 
     def value(self, Theta: Sequence[Ball]) -> Ball:
-        """Return max(h, 0) at a ball of Θ."""
-        return super().value(Theta).max(arb(0))
+        """Return the energy at a ball of Θ."""
+        return self.cut(super().value(Theta))
 
     def switches(self, Theta: Sequence[Ball]) -> list[Ball]:
         """Return at a point what changes its sign where the energy switches: h too."""
         return [*super().switches(Theta), super().value(Theta)]
 
 
+class Ridge(Kink):
+    """min(h, 0), with the formula h."""
+
+    ridge = True
+
+    @staticmethod
+    def cut(h: Ball) -> Ball:
+        """Return the energy where h has these values."""
+        return h.min(arb(0))
+
+
+def signs_over(kink: Kink, centre: Sequence[Ball], step: Sequence[Ball]) -> frozenset[int]:
+    """Return the signs that h may have over a box: 1, -1, or both."""
+    h = kink.over(centre, step).values
+    return frozenset(sign for sign in (-1, 1) if not sign * h < 0)
+
+
 class KinkOver:
-    """max(h, 0) over a box, as `Over` has a formula, with all slopes if it may jump in the box.
+    """A kink over a box, as `Over` has a formula, with all slopes if it may jump in the box.
 
     Args:
         kink: The part.
@@ -38,16 +63,19 @@ class KinkOver:
     Attributes:
         argument: h over the box.
         jumps: Whether h may be zero in the box.
+        acts: Whether the energy is h, and not 0, in all of the box.
     """
 
     def __init__(self, kink: Kink, centre: Sequence[Ball], step: Sequence[Ball]) -> None:
         self.kink = kink
         self.argument = argument = kink.over(centre, step)
-        acts, rests = bool(argument.values > 0), bool(argument.values < 0)
-        self.jumps = not (acts or rests)
+        above, below = bool(argument.values > 0), bool(argument.values < 0)
+        self.jumps = not (above or below)
+        self.acts = acts = below if kink.ridge else above
         share = arb(int(acts))
-        self.value = argument.value.max(arb(0)) if self.jumps else share * argument.value
+        self.value = kink.cut(argument.value) if self.jumps else share * argument.value
         slopes, factor = (argument.slopes, ANY_SHARE) if self.jumps else (argument.gradient, share)
+        rests = not (acts or self.jumps)
         self.gradient = [factor * one for one in slopes] if not rests else [arb(0)] * 3
         self.hessian = argument.hessian if acts else arb_mat(3, 3)
 
@@ -73,4 +101,5 @@ def kinks_of(data: Mapping[str, Any]) -> list[Kink]:
     Raises:
         ValueError: One of them is no formula.
     """
-    return [Kink(one) for one in data.get("kinks") or ()]
+    valleys, ridges = (data.get(key) or () for key in ("kinks", "ridges"))
+    return [*(Kink(one) for one in valleys), *(Ridge(one) for one in ridges)]

@@ -1,7 +1,7 @@
 """Check a rest state at which an element of a user holds the body: where its force jumps, at h = 0.
 
-F is U without the part max(h, 0). The state is at rest where h = 0 and ∇F + λ∇h = 0 for some λ
-between 0 and 1: four equations for Θ and λ, with the symmetric matrix
+F is U without the part max(h, 0), or min(h, 0). The state is at rest where h = 0 and ∇F + λ∇h = 0
+for some λ between 0 and 1: four equations for Θ and λ, with the symmetric matrix
 
     J = [[∇²F + λ∇²h, ∇h], [∇h', 0]].
 """
@@ -51,7 +51,11 @@ def surface_fault(U: Energy, state: RestState, range_: Range) -> str | None:
         found = equations()
         return None if found is None else found.index
 
-    return fault_of(state, range_, unique=unique, exists=exists, index=index)
+    fault = fault_of(state, range_, unique=unique, exists=exists, index=index)
+    found = equations()
+    if fault is None and found is not None and found.ridge != state.ridge:
+        return f"a force {'pushes away from' if found.ridge else 'pulls back to'} it"
+    return fault
 
 
 def unique_on_surface(U: Energy, kink: Kink, box: Box) -> bool:
@@ -69,7 +73,7 @@ class _Equations:
     """
 
     def __init__(self, U: Energy, box: Box, kink: Kink) -> None:
-        self.others = Taylor(U, box, without=kink)
+        self.others, self.ridge = Taylor(U, box, without=kink), kink.ridge
         self.argument = KinkOver(kink, self.others.centre, self.others.step.entries()).argument
         self.normal = [entry.mid() for entry in self.argument.gradient]
         sizes = [abs(float(entry)) for entry in self.normal]
@@ -138,14 +142,19 @@ class _Equations:
 
     @property
     def index(self) -> int | None:
-        """The number of negative eigenvalues of ∇²F + λ∇²h along the surface; None if not known."""
+        """The number of directions of descent; None if not known.
+
+        It is that of the negative eigenvalues of ∇²F + λ∇²h along the surface. On a ridge it is one
+        more: U falls on both sides.
+        """
         n = self.argument.slopes
         axis = min(AXES, key=lambda i: abs(float(n[i].mid())))
         first = _cross(n, [arb(int(i == axis)) for i in AXES])
         along = arb_mat([first, _cross(n, first)])
         L = self.others.whole_hessian + self.share * self.argument.hessian
         H = along * L * along.transpose()
-        return index_of_two(H[0, 0], (H[0, 1] + H[1, 0]) / 2, H[1, 1])
+        along_surface = index_of_two(H[0, 0], (H[0, 1] + H[1, 0]) / 2, H[1, 1])
+        return None if along_surface is None else along_surface + int(self.ridge)
 
 
 def _cross(a: list[Ball], b: list[Ball]) -> list[Ball]:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from cli.conftest import GOOD, Invoke
+from support.ridges import LETS_GO
 from support.user_code import SPRING
 
 from rbstab.elements.user_code.template import TEMPLATE
@@ -184,3 +185,17 @@ def test_a_sweep_of_held_bodies_with_code_is_proved(rbstab: Invoke) -> None:
     assert done.exit_code == 0, done.stderr
     assert "Convergence: proved for 2 of the members" in done.stdout
     assert rbstab("report", "results/plan", "--format", "text").exit_code == 0
+
+
+@pytest.mark.usefixtures("folder")
+def test_rest_states_on_a_ridge_are_named(rbstab: Invoke) -> None:
+    """A spring that lets go, of a mast that its weight pushes over: it holds it, or does not."""
+    Path("mine.py").write_text(LETS_GO)
+    text = HELD.replace("{k: 3}", "{k: 9000, soft: 0.2}")
+    Path("case.yaml").write_text(text)
+    weight = ("--set", "gravity=[60,0,-9.81]")
+    done = rbstab("stability", "case.yaml", "--allow-python", "--no-run", *weight)
+    assert done.exit_code == 0, done.stderr
+    assert "saddle, index 1, on a ridge" in done.stdout
+    assert "on a ridge: the force of an element of your own jumps here" in done.stdout
+    assert "held: a force" not in done.stdout

@@ -17,6 +17,12 @@ HELD = (
     "stay at this angle or switch; no eigenvalues are given."
 )
 
+ON_A_RIDGE = (
+    "on a ridge: the force of an element of your own jumps here, and pushes away to both sides. A "
+    "force between both balances the load: a body can rest here, but it may leave at any time. No "
+    "eigenvalues are given."
+)
+
 
 def print_stability_report(report: "StabilityReport") -> None:
     """Print the statements about one config, then the tables behind them."""
@@ -66,8 +72,11 @@ def _print_rest_states(stability: "Stability") -> None:
             "yes" if state.proved else "no",
         )
     print_table(table)
-    if any(state.held for state in stability.proof.states):
+    states = stability.proof.states
+    if any(state.held and not state.ridge for state in states):
         click.echo(f"{HELD}\n")
+    if any(state.ridge for state in states):
+        click.echo(f"{ON_A_RIDGE}\n")
 
 
 def _print_modes(stability: "Stability") -> None:

@@ -6,6 +6,7 @@ one if their argument is above zero by its form. If it depends on Θ alone, and 
 """
 
 from collections.abc import Collection, Sequence
+from functools import lru_cache
 
 from rbstab.analysis.proof.boxes import joined
 from rbstab.analysis.proof.formulas.program import (
@@ -50,6 +51,7 @@ def _risk(operation: Operation) -> Operation | None:
     return None
 
 
+@lru_cache(64)  # a proof asks for the same formulas several times
 def _known_everywhere(program: Program) -> bool:
     """Return whether a formula of Θ has bounds in all of the range, by bisection."""
     if not program.periodic:

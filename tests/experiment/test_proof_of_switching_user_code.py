@@ -337,6 +337,46 @@ FLOOR = element_text("""
 """A soft floor under the centre."""
 
 
+ALL_ANGLES = element_text(
+    """
+    mode_count = 6
+
+    def guards(self, motion, own):
+        first, second, third = motion.Theta
+        return np.array([first, -first, second, -second, third, -third]) - self.soft
+
+    def wrench(self, motion, own):
+        g = self.mode * self.guards(motion, own)
+        slope = np.array([g[0] - g[1], g[2] - g[3], g[4] - g[5]])
+        return couple_on_body(-self.k * (slope @ motion.B))
+
+    def stored(self, motion, own):
+        return 0.5 * self.k * (self.mode @ power(self.guards(motion, own), 2))
+    """,
+    'Gain("k", "N m/rad", "stiffness", shape="number"), '
+    'Gain("soft", "rad", "soft angle", shape="number")',
+)
+"""A stiff guard on each angle."""
+
+
+def test_a_guard_on_each_angle_has_the_rest_state_of_a_search(folder):
+    """Six modes in one element: the rest state lies beyond all three of its angles."""
+    (folder / "mine.py").write_text(ALL_ANGLES)
+    proof = prove(loaded_with({"one": mine(k=30.0, soft=0.1)}))
+    assert proof.proved
+    (state,) = proof.states
+    at_rest = configurations(problem_of(loaded_with({})).system)
+
+    def whole(Theta):
+        beyond = np.maximum(np.abs(Theta) - 0.1, 0.0)
+        return float(at_rest.energy(Theta)) + 15.0 * beyond @ beyond
+
+    found = minimize(whole, np.zeros(3), tol=1e-12).x
+    np.testing.assert_allclose(state.orientation, found, atol=1e-5)
+    assert np.all(np.abs(found) > 0.1)
+    assert (state.index, state.index_proved) == (0, True)
+
+
 SWITCHING = """
     mode_count = {0}
 
@@ -352,7 +392,7 @@ OWN_STATE = """
 """
 
 
-@pytest.mark.parametrize(("count", "own", "expected"), [(1, 0, 1), (4, 0, 1), (5, 0, 0), (1, 1, 1)])
+@pytest.mark.parametrize(("count", "own", "expected"), [(1, 0, 1), (6, 0, 1), (7, 0, 0), (1, 1, 1)])
 def test_which_switching_elements_may_be_in_proofs(folder, count, own, expected):
     text = SPRING.replace("import power", "import OwnState, power")
     (folder / "mine.py").write_text(text + SWITCHING.format(count) + OWN_STATE * own)

@@ -51,8 +51,8 @@ class NoEnergyReason(Enum):
     SWITCHES = "an element switches, so its energy is not one formula for all attitudes"
     SUPPLIES = "an input supplies power"
     USER_CODE = (
-        "an element is code of a user, and proofs take it into account only if it has at most 4 "
-        "switches, and no own states beside them"
+        "an element is code of a user, and proofs take it into account only if it has at most 6 "
+        "switches, and no stop of its own"
     )
     NOT_IN_PROOFS = "no proof takes this code of a user into account"
     CODE_OF_BODIES = "no proof for all bodies within tolerances takes code of a user into account"

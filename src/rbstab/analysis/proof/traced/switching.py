@@ -66,8 +66,8 @@ from rbstab.integrate.straight_line.number import (
 MODE = "mode"
 """The kind of a variable σ_i."""
 
-MOST_MODES = 4
-"""The most switches of one element: with n of them, it is recorded 2ⁿ times."""
+MOST_MODES = 6
+"""The most switches of one element, two for each angle: with n of them, it is recorded 2ⁿ times."""
 
 NOT_OF_ANGLES = (
     "it switches, and its energy or an event function depends on more than Θ (and, for the energy, "

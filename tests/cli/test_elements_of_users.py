@@ -191,7 +191,7 @@ def test_a_sweep_of_held_bodies_with_code_is_proved(rbstab: Invoke) -> None:
 def test_rest_states_on_a_ridge_are_named(rbstab: Invoke) -> None:
     """A spring that lets go, of a mast that its weight pushes over: it holds it, or does not."""
     Path("mine.py").write_text(LETS_GO)
-    text = HELD.replace("{k: 3}", "{k: 9000, soft: 0.2}")
+    text = HELD.replace("{k: 3}", "{k: 9000, reach: 0.2}")
     Path("case.yaml").write_text(text)
     weight = ("--set", "gravity=[60,0,-9.81]")
     done = rbstab("stability", "case.yaml", "--allow-python", "--no-run", *weight)

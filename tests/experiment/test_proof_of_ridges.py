@@ -36,8 +36,8 @@ def outwards(k=30.0, soft=0.3):
     return mine(k=k, soft=soft) | {"file": "outwards.py"}
 
 
-def lets_go(k=40.0, soft=0.2):
-    return mine(k=k, soft=soft) | {"file": "lets_go.py"}
+def lets_go(k=40.0, reach=0.2):
+    return mine(k=k, reach=reach) | {"file": "lets_go.py"}
 
 
 def plain_energy(variant="permanent"):

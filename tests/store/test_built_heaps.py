@@ -2,7 +2,7 @@
 
 import pytest
 
-from rbstab.store.text_heaps import heaps_are_whole
+from rbstab.store.disk.text_heaps import heaps_are_whole
 
 SIZE = 4096
 HEADER = 16

@@ -20,7 +20,7 @@ from rbstab.store.disk.checked_reads import CheckedReads
 from rbstab.store.disk.regular_file import open_regular
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
 from rbstab.store.result import Variable
-from rbstab.store.text_heaps import heaps_are_whole
+from rbstab.store.disk.text_heaps import heaps_are_whole
 
 MAX_OBJECTS = 2000
 """The most arrays and groups of a file."""
@@ -131,7 +131,7 @@ class Hdf5Reader:
         """
         dataset = self.array(name)
         if _is_text(dataset.dtype):
-            data = self._texts(name, dataset)
+            data = self._texts(name, dataset.id)
         else:
             data = self._whole(dataset) if row is None else np.asarray(dataset[row])
         return Variable(self._dimensions_of(dataset, name), data, *self.description(dataset))
@@ -178,18 +178,51 @@ class Hdf5Reader:
     def _whole(self, dataset: h5py.Dataset) -> NDArray[Any]:
         """Read all of an array of numbers, as `dataset[()]` does, in a small part of the time."""
         found = dataset.id
-        data = np.empty(found.shape, found.dtype)
-        if not data.size:
-            return data
-        if data.dtype.str in PLAIN_NUMBERS:
+        dtype, shape, offset = found.dtype, found.shape, found.get_offset()
+        if offset is not None and dtype.str in PLAIN_NUMBERS:
             # It is in one piece, and within the file: `array` refuses all others.
-            self.raw.seek(found.get_offset())
-            size = self.raw.readinto(data.reshape(-1).view("u1").data)  # type: ignore[attr-defined]
-            if size != data.nbytes:
-                raise self._damaged("it became shorter while it was read")
-        else:
+            return self.numbers_at(offset, dtype, shape)
+        data = np.empty(shape, dtype)
+        if data.size:
             found.read(h5py.h5s.ALL, h5py.h5s.ALL, data)
         return data
+
+    def offset(self, name: str) -> int | None:
+        """Return the first byte of an array of `PLAIN_NUMBERS` in the file; None of another array.
+
+        Raises:
+            NotAResultError: There is no such array, or it is not what rbstab writes.
+        """
+        dataset = self.array(name)
+        is_plain = dataset.dtype.str in PLAIN_NUMBERS
+        found: int | None = dataset.id.get_offset() if is_plain else None
+        return found
+
+    def numbers_at(
+        self, offset: int, dtype: np.dtype[Any], shape: tuple[int, ...]
+    ) -> NDArray[Any]:
+        """Read numbers of one of `PLAIN_NUMBERS` from a place in the file, whatever is there.
+
+        Raises:
+            NotAResultError: The file ends before.
+        """
+        data = np.empty(shape, dtype)
+        self.raw.seek(offset)
+        size = self.raw.readinto(data.reshape(-1).view("u1").data)  # type: ignore[attr-defined]
+        if size != data.nbytes:
+            raise self._damaged("it became shorter while it was read")
+        return data
+
+    def texts(self, name: str) -> NDArray[Any]:
+        """Read an array of texts, without its dimensions, unit and meaning.
+
+        Raises:
+            NotAResultError: There is no such array, or it is not what rbstab writes.
+        """
+        dataset = self.array(name)
+        if not _is_text(dataset.dtype):
+            raise NotAResultError(f"{self.path}: {name} holds no texts")
+        return self._texts(name, dataset.id)
 
     def dimensions(self, name: str) -> tuple[str, ...]:
         """Return the names of the dimensions of an array: the first scale of each axis."""
@@ -221,16 +254,21 @@ class Hdf5Reader:
         words = meanings.split(" ") if isinstance(meanings, str) else []
         return tuple(word.replace("_", " ") for word in words)
 
-    def _texts(self, name: str, dataset: h5py.Dataset) -> NDArray[Any]:
-        self.raw.seek(dataset.id.get_offset() or 0)
-        content = self.raw.read(dataset.size * _TEXT_REFERENCE.itemsize)
+    def _texts(self, name: str, dataset: h5py.h5d.DatasetID) -> NDArray[Any]:
+        texts = np.empty(dataset.shape, dtype=_TEXT)
+        self.raw.seek(dataset.get_offset() or 0)
+        content = self.raw.read(texts.size * _TEXT_REFERENCE.itemsize)
         # Many references may lead to one long text: so the lengths are added before it is read.
         total = np.frombuffer(content, _TEXT_REFERENCE)["length"].sum(dtype=np.int64)
         if total > MAX_TEXT_BYTES:
             raise NotAResultError(
                 f"{self.path}: {name} has {total / 1e6:.3g} MB of text, more than rbstab writes"
             )
-        return np.asarray(dataset.asstr()[()], dtype=object)
+        if texts.size:
+            dataset.read(h5py.h5s.ALL, h5py.h5s.ALL, texts)
+        decoded = np.empty(texts.shape, dtype=object)
+        decoded.flat = [text.decode() for text in texts.flat]
+        return decoded
 
     def _text(self, owner: h5py.File | h5py.Dataset, name: str) -> str | int | float | None:
         """Return what `_attribute` does. A text takes less time: its type is not asked for."""

@@ -6,7 +6,7 @@ import pytest
 
 from rbstab.store.errors import NotAResultError
 from rbstab.store.opening import open_hdf5
-from rbstab.store.text_heaps import heaps_are_whole
+from rbstab.store.disk.text_heaps import heaps_are_whole
 
 HEADER = 16
 

@@ -1,0 +1,68 @@
+"""Places of arrays in files that were read before, tried in the next file of the same size.
+
+rbstab writes runs of one kind alike: their arrays are in the same places, with the same names,
+types, dimensions, units and meanings. To find all this out is most of the work of HDF5. So it is
+taken from the last file of the same size. The digest of a result covers all of it, and all numbers.
+So it shows whether the other file has the same arrays in the same places.
+"""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rbstab.store.errors import NotAResultError
+from rbstab.store.opening import Hdf5Reader
+from rbstab.store.result import Variable
+
+MAX_SIZES = 256
+"""The most sizes of files that are remembered."""
+
+
+class _Place(NamedTuple):
+    """An array without its content; offset is its first byte, and None for texts."""
+
+    dimensions: tuple[str, ...]
+    dtype: np.dtype[Any]
+    shape: tuple[int, ...]
+    unit: str
+    long_name: str
+    offset: int | None
+
+
+_known: dict[int, dict[str, _Place]] = {}
+"""The arrays of files that were read, by the size of the file."""
+
+
+def variables_at_known_places(file: Hdf5Reader) -> dict[str, Variable] | None:
+    """Return the arrays that a file has if it is like the last one of its size; None without one.
+
+    They may be anything. Compare them with the digest of the file.
+    """
+    places = _known.get(file.size)
+    if places is None:
+        return None
+    try:
+        return {name: _read(file, name, place) for name, place in places.items()}
+    except NotAResultError:
+        return None
+
+
+def _read(file: Hdf5Reader, name: str, place: _Place) -> Variable:
+    if place.offset is None:
+        data = file.texts(name)
+    else:
+        data = file.numbers_at(place.offset, place.dtype, place.shape)
+    return Variable(place.dimensions, data, place.unit, place.long_name)
+
+
+def remember_places(file: Hdf5Reader, variables: Mapping[str, Variable]) -> None:
+    """Remember the places of the arrays of a file, whose content matches its digest."""
+    offsets = {name: file.offset(name) for name in variables}
+    places = {
+        name: _Place(v.dimensions, v.data.dtype, v.data.shape, v.unit, v.long_name, offsets[name])
+        for name, v in variables.items()
+    }
+    has_place = (place.offset is not None or place.dtype == object for place in places.values())
+    if all(has_place) and len(_known) < MAX_SIZES:
+        _known[file.size] = places

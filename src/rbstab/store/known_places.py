@@ -20,14 +20,14 @@ MAX_SIZES = 256
 
 
 class _Place(NamedTuple):
-    """An array without its content; offset is its first byte, and None for texts."""
+    """An array without its content; offset is its first byte."""
 
     dimensions: tuple[str, ...]
     dtype: np.dtype[Any]
     shape: tuple[int, ...]
     unit: str
     long_name: str
-    offset: int | None
+    offset: int
 
 
 _known: dict[int, dict[str, _Place]] = {}
@@ -44,13 +44,13 @@ def variables_at_known_places(file: Hdf5Reader) -> dict[str, Variable] | None:
         return None
     try:
         return {name: _read(file, name, place) for name, place in places.items()}
-    except NotAResultError:
+    except (NotAResultError, UnicodeDecodeError):
         return None
 
 
 def _read(file: Hdf5Reader, name: str, place: _Place) -> Variable:
-    if place.offset is None:
-        data = file.texts(name)
+    if place.dtype == object:
+        data = file.texts_at(name, place.offset, place.shape)
     else:
         data = file.numbers_at(place.offset, place.dtype, place.shape)
     return Variable(place.dimensions, data, place.unit, place.long_name)
@@ -58,11 +58,13 @@ def _read(file: Hdf5Reader, name: str, place: _Place) -> Variable:
 
 def remember_places(file: Hdf5Reader, variables: Mapping[str, Variable]) -> None:
     """Remember the places of the arrays of a file, whose content matches its digest."""
-    offsets = {name: file.offset(name) for name in variables}
-    places = {
-        name: _Place(v.dimensions, v.data.dtype, v.data.shape, v.unit, v.long_name, offsets[name])
-        for name, v in variables.items()
-    }
-    has_place = (place.offset is not None or place.dtype == object for place in places.values())
-    if all(has_place) and len(_known) < MAX_SIZES:
-        _known[file.size] = places
+    if len(_known) >= MAX_SIZES:
+        return
+    places = {}
+    for name, variable in variables.items():
+        offset = file.offset(name)
+        if offset is None:
+            return
+        dimensions, data, unit, long_name = variable
+        places[name] = _Place(dimensions, data.dtype, data.shape, unit, long_name, offset)
+    _known[file.size] = places

@@ -20,7 +20,7 @@ from rbstab.store.disk.checked_reads import CheckedReads
 from rbstab.store.disk.regular_file import open_regular
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
 from rbstab.store.result import Variable
-from rbstab.store.disk.text_heaps import heaps_are_whole
+from rbstab.store.disk.text_heaps import Texts, find_texts
 
 MAX_OBJECTS = 2000
 """The most arrays and groups of a file."""
@@ -48,6 +48,7 @@ class Hdf5Reader:
         path: The file.
         hdf5: The file, opened by h5py.
         raw: The same file as bytes.
+        stored_texts: Where its texts are.
 
     Attributes:
         scale_names: The names of the scales of dimensions that were read already, by address.
@@ -57,8 +58,15 @@ class Hdf5Reader:
     path: Path
     hdf5: h5py.File
     raw: BinaryIO
+    stored_texts: Texts
     scale_names: dict[int, str] = field(default_factory=dict, init=False)
     groups: dict[str, h5py.Group] = field(default_factory=dict, init=False)
+
+    @cached_property
+    def base(self) -> int:
+        """The byte from which HDF5 counts; zero in the files of rbstab."""
+        found: int = self.hdf5.userblock_size
+        return found
 
     @cached_property
     def size(self) -> int:
@@ -188,13 +196,13 @@ class Hdf5Reader:
         return data
 
     def offset(self, name: str) -> int | None:
-        """Return the first byte of an array of `PLAIN_NUMBERS` in the file; None of another array.
+        """Return the first byte of an array in the file; None if `numbers_at` cannot read it.
 
         Raises:
             NotAResultError: There is no such array, or it is not what rbstab writes.
         """
         dataset = self.array(name)
-        is_plain = dataset.dtype.str in PLAIN_NUMBERS
+        is_plain = _is_text(dataset.dtype) or dataset.dtype.str in PLAIN_NUMBERS
         found: int | None = dataset.id.get_offset() if is_plain else None
         return found
 
@@ -212,17 +220,6 @@ class Hdf5Reader:
         if size != data.nbytes:
             raise self._damaged("it became shorter while it was read")
         return data
-
-    def texts(self, name: str) -> NDArray[Any]:
-        """Read an array of texts, without its dimensions, unit and meaning.
-
-        Raises:
-            NotAResultError: There is no such array, or it is not what rbstab writes.
-        """
-        dataset = self.array(name)
-        if not _is_text(dataset.dtype):
-            raise NotAResultError(f"{self.path}: {name} holds no texts")
-        return self._texts(name, dataset.id)
 
     def dimensions(self, name: str) -> tuple[str, ...]:
         """Return the names of the dimensions of an array: the first scale of each axis."""
@@ -255,20 +252,43 @@ class Hdf5Reader:
         return tuple(word.replace("_", " ") for word in words)
 
     def _texts(self, name: str, dataset: h5py.h5d.DatasetID) -> NDArray[Any]:
-        texts = np.empty(dataset.shape, dtype=_TEXT)
-        self.raw.seek(dataset.get_offset() or 0)
-        content = self.raw.read(texts.size * _TEXT_REFERENCE.itemsize)
+        shape, offset = dataset.shape, dataset.get_offset()
+        if offset is None:
+            return np.empty(shape, dtype=object)
+        return self.texts_at(name, offset, shape)
+
+    def texts_at(self, name: str, offset: int, shape: tuple[int, ...]) -> NDArray[Any]:
+        """Read texts whose references are at a place in the file, whatever is there.
+
+        Args:
+            name: The name of the array, for messages.
+            offset: The first byte of the references.
+            shape: The shape of the array.
+
+        Raises:
+            NotAResultError: There are no references, or to more text than rbstab writes.
+        """
+        references = self.numbers_at(offset, _TEXT_REFERENCE, shape)
         # Many references may lead to one long text: so the lengths are added before it is read.
-        total = np.frombuffer(content, _TEXT_REFERENCE)["length"].sum(dtype=np.int64)
+        total = references["length"].sum(dtype=np.int64)
         if total > MAX_TEXT_BYTES:
             raise NotAResultError(
                 f"{self.path}: {name} has {total / 1e6:.3g} MB of text, more than rbstab writes"
             )
-        if texts.size:
-            dataset.read(h5py.h5s.ALL, h5py.h5s.ALL, texts)
-        decoded = np.empty(texts.shape, dtype=object)
-        decoded.flat = [text.decode() for text in texts.flat]
-        return decoded
+        texts = np.empty(shape, dtype=object)
+        texts.flat = [self._text_at(*reference) for reference in references.ravel().tolist()]
+        return texts
+
+    def _text_at(self, length: int, address: int, index: int) -> str:
+        if not length:
+            return ""
+        span = self.stored_texts.get((address + self.base, index))
+        if span is None or length > span.size:
+            raise self._damaged("it has a reference to a text that is not there")
+        self.raw.seek(span.start)
+        content = self.raw.read(length)
+        # As in C, a text ends before its first zero.
+        return content.partition(b"\0")[0].decode()
 
     def _text(self, owner: h5py.File | h5py.Dataset, name: str) -> str | int | float | None:
         """Return what `_attribute` does. A text takes less time: its type is not asked for."""
@@ -283,15 +303,15 @@ class Hdf5Reader:
                 return found
         except (OSError, RuntimeError, TypeError, ValueError):
             pass  # it has another type or shape, or no value
-        return self._attribute(owner, name)
+        return self._value(attribute)
 
     def _attribute(self, owner: h5py.File | h5py.Dataset, name: str) -> str | int | float | None:
         """Return an attribute; None if it is missing, or is neither a number nor a text."""
         of, key = owner.id, name.encode()
-        if not h5py.h5a.exists(of, key):
-            return None
-        # Opened once, at the low level: a file has some eighty attributes.
-        attribute = h5py.h5a.open(of, key)
+        return self._value(h5py.h5a.open(of, key)) if h5py.h5a.exists(of, key) else None
+
+    @staticmethod
+    def _value(attribute: h5py.h5a.AttrID) -> str | int | float | None:
         dtype = attribute.dtype
         is_text = _is_text(dtype)
         if attribute.shape != () or not (is_text or dtype.kind in "fiu"):
@@ -328,10 +348,11 @@ def open_hdf5(path: Path) -> Iterator[Hdf5Reader]:
     with _open_raw(path) as raw:
         checked = CheckedReads(raw)
         try:
-            if not heaps_are_whole(raw):
+            texts = find_texts(raw)
+            if texts is None:
                 raise NotAResultError(f"{path} is damaged: its texts are not as HDF5 stores them")
             with h5py.File(checked, "r") as file:
-                yield Hdf5Reader(path, file, raw)
+                yield Hdf5Reader(path, file, raw, texts)
             checked.raise_error()
         except Exception as error:
             # A file that cannot be read now may be whole, so a failed read is not called damage.

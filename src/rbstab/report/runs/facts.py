@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from rbstab.analysis.certificate import Verdict
+from rbstab.analysis.certificate import Check, Verdict
 from rbstab.config.build import problem_of
 from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.answers.run_answer import RunAnswer, answer_beside
@@ -61,13 +61,14 @@ def _facts(run: Run, proof: Proof | None) -> RunFacts:
         reference_values_of(result, reference, run.summary) if reference is not None else []
     )
     lines = tuple(certificate_lines(result))
+    checks = _checks(run, lines, proof)
     return RunFacts(
         run=run,
         lines=lines,
         proof=proof,
-        inside=_inside(run, lines, proof),
+        inside=_inside(lines, checks),
         convergence=stored_convergence(result.attributes),
-        answer=answer_beside(result, config, proof),
+        answer=answer_beside(result, config, proof, checks),
         comparisons=tuple(comparisons),
     )
 
@@ -82,16 +83,26 @@ def _proof(run: Run, cached: dict[Path, Proof | None]) -> Proof | None:
     return cached[path]
 
 
-def _inside(run: Run, lines: Sequence[CertificateLine], proof: Proof | None) -> bool | None:
+def _checks(
+    run: Run, lines: Sequence[CertificateLine], proof: Proof | None
+) -> list[Check] | None:
+    """Return what a proof decides that was stored after a run; None if the certificate has it."""
+    stored = [line.value for line in lines if line.check == REGION]
+    if (stored and not math.isnan(stored[0])) or proof is None:
+        return None
+    # The regions would need the equations, and a stored result must not run code of a user.
+    if run.config is None or has_code(run.config):
+        return None
+    return proved_checks(problem_of(run.config), proof)
+
+
+def _inside(lines: Sequence[CertificateLine], checks: Sequence[Check] | None) -> bool | None:
     """Return whether a run starts in its certified region; None if unknown.
 
     The certificate decides. If it was written without a proof, a proof stored since then decides.
     """
     stored = [(line.verdict, line.value) for line in lines if line.check == REGION]
-    unknown = not stored or math.isnan(stored[0][1])
-    # The regions would need the equations, and a stored result must not run code of a user.
-    if unknown and proof is not None and run.config is not None and not has_code(run.config):
-        checks = proved_checks(problem_of(run.config), proof)
+    if checks is not None:
         stored = [(str(check.verdict), check.value) for check in checks if check.name == REGION]
     if not stored or math.isnan(stored[0][1]):
         return None

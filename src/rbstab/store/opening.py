@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from rbstab.store.disk.checked_reads import CheckedReads
 from rbstab.store.disk.regular_file import open_regular
+from rbstab.store.disk.text_heaps import Texts, find_texts
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
 from rbstab.store.result import Variable
-from rbstab.store.disk.text_heaps import Texts, find_texts
 
 MAX_OBJECTS = 2000
 """The most arrays and groups of a file."""
@@ -206,9 +206,7 @@ class Hdf5Reader:
         found: int | None = dataset.id.get_offset() if is_plain else None
         return found
 
-    def numbers_at(
-        self, offset: int, dtype: np.dtype[Any], shape: tuple[int, ...]
-    ) -> NDArray[Any]:
+    def numbers_at(self, offset: int, dtype: np.dtype[Any], shape: tuple[int, ...]) -> NDArray[Any]:
         """Read numbers of one of `PLAIN_NUMBERS` from a place in the file, whatever is there.
 
         Raises:
@@ -275,9 +273,8 @@ class Hdf5Reader:
             raise NotAResultError(
                 f"{self.path}: {name} has {total / 1e6:.3g} MB of text, more than rbstab writes"
             )
-        texts = np.empty(shape, dtype=object)
-        texts.flat = [self._text_at(*reference) for reference in references.ravel().tolist()]
-        return texts
+        texts = [self._text_at(*reference) for reference in references.ravel().tolist()]
+        return np.array(texts, dtype=object).reshape(shape)
 
     def _text_at(self, length: int, address: int, index: int) -> str:
         if not length:

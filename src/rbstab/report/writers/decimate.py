@@ -170,7 +170,7 @@ def _douglas_peucker(points: Array) -> NDArray[np.bool_]:
     line.
     """
     needed = np.zeros(len(points), dtype=bool)
-    needed[[0, -1, points[:, 1].argmin(), points[:, 1].argmax()]] = True
+    needed[[0, -1, int(points[:, 1].argmin()), int(points[:, 1].argmax())]] = True
     inside = np.flatnonzero(~needed)
     while len(inside):
         ends = np.flatnonzero(needed)

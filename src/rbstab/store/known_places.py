@@ -2,8 +2,8 @@
 
 rbstab writes runs of one kind alike: their arrays are in the same places, with the same names,
 types, dimensions, units and meanings. To find all this out is most of the work of HDF5. So it is
-taken from the last file of the same size. The digest of a result covers all of it, and all numbers.
-So it shows whether the other file has the same arrays in the same places.
+taken from another file of the same size. The digest of a result covers all of it, and the numbers:
+it shows whether the file has the same arrays in the same places.
 """
 
 from collections.abc import Mapping
@@ -35,9 +35,10 @@ _known: dict[int, dict[str, _Place]] = {}
 
 
 def variables_at_known_places(file: Hdf5Reader) -> dict[str, Variable] | None:
-    """Return the arrays that a file has if it is like the last one of its size; None without one.
+    """Return the arrays of a file as if it were like another one of its size; None without one.
 
-    They may be anything. Compare them with the digest of the file.
+    Args:
+        file: A file as rbstab wrote it. The result may be wrong: compare it with its digest.
     """
     places = _known.get(file.size)
     if places is None:
@@ -57,7 +58,7 @@ def _read(file: Hdf5Reader, name: str, place: _Place) -> Variable:
 
 
 def remember_places(file: Hdf5Reader, variables: Mapping[str, Variable]) -> None:
-    """Remember the places of the arrays of a file, whose content matches its digest."""
+    """Remember the places of all arrays of a file as rbstab wrote it."""
     if len(_known) >= MAX_SIZES:
         return
     places = {}

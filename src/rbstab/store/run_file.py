@@ -64,7 +64,7 @@ def open_result(path: str | Path) -> Result:
     path = Path(path)
     if has_seal(path):
         check_unchanged(path)
-        return _open_here(path)
+        return _open_here(path, is_sealed=True)
     # Old files, and files changed by another program, have no seal. Only HDF5 can read the digest
     # in their attributes, and on a damaged file it may hang.
     result: Result = _open_isolated(path)
@@ -93,12 +93,12 @@ def open_attributes(path: Path) -> dict[str, str | int | float]:
     return attributes
 
 
-def _open_here(path: Path) -> Result:
+def _open_here(path: Path, *, is_sealed: bool = False) -> Result:
     # Imported late: a new run only writes.
     from rbstab.store.opening import open_hdf5
 
     with open_hdf5(path) as file:
-        return _read(file)
+        return _read(file, is_sealed=is_sealed)
 
 
 _open_isolated = IsolatedReader(_open_here)
@@ -146,7 +146,7 @@ def _write_array(file: h5py.File, name: str, variable: Variable, *, is_scale: bo
         dataset.dims[index].attach_scale(parent[dimension])
 
 
-def _read(file: "Hdf5Reader") -> Result:
+def _read(file: "Hdf5Reader", *, is_sealed: bool = False) -> Result:
     # Imported late: a new run only writes.
     from rbstab.store.known_places import remember_places, variables_at_known_places
 
@@ -155,7 +155,8 @@ def _read(file: "Hdf5Reader") -> Result:
     attributes = file.attributes()
     _check_complete(path, attributes)
     written = attributes.pop("digest")
-    known = variables_at_known_places(file)
+    # Without a seal, an array may have been removed or replaced, and its numbers still be there.
+    known = variables_at_known_places(file) if is_sealed else None
     if known is not None:
         result = _result(path, known, attributes)
         if digest_of(result) == written:
@@ -164,7 +165,8 @@ def _read(file: "Hdf5Reader") -> Result:
     result = _result(path, variables, attributes)
     if digest_of(result) != written:
         raise NotAResultError(f"{path} is damaged: its content does not match its digest")
-    remember_places(file, variables)
+    if is_sealed:
+        remember_places(file, variables)
     return result
 
 

@@ -92,7 +92,7 @@ def _read(file: Path) -> "Proof | None":
     except (OSError, ValueError):
         return stored_model(file, Proof)  # it tells the error
     # A proof is written to a new file, so that another one is another file.
-    identity = found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
+    identity = found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
     if identity not in _known:
         if len(_known) >= MAX_KNOWN:
             _known.clear()

@@ -199,6 +199,19 @@ def test_a_proof_is_made_once_and_kept(tmp_path, proved_configs):
     assert len(proved_configs) == 1
 
 
+def test_a_proof_is_read_once_until_its_file_changes(tmp_path):
+    config = config_of("free")
+    proof_for(tmp_path, config)
+    first = cached_proof(tmp_path, config)
+    assert cached_proof(tmp_path, config) is first
+    file = proof_file(tmp_path, config)
+    content = file.read_text()
+    file.write_text(content.replace('"digest"', '"digets"'))
+    assert cached_proof(tmp_path, config) is None
+    file.write_text(content)
+    assert cached_proof(tmp_path, config) == first
+
+
 @pytest.mark.parametrize("damage", ["{", "[]", "{}"])
 def test_a_damaged_proof_is_made_again(tmp_path, proved_configs, damage):
     config = config_of("free")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from rbstab.store.text_heaps import heaps_are_whole
+from rbstab.store.disk.text_heaps import find_texts
 
 SIZE = 4096
 HEADER = 16
@@ -36,7 +36,7 @@ def is_whole(tmp_path):
         path = tmp_path / "a"
         path.write_bytes(content)
         with path.open("rb") as file:
-            return heaps_are_whole(file)
+            return find_texts(file) is not None
 
     return is_whole
 

@@ -18,6 +18,12 @@ if TYPE_CHECKING:
 PROOFS = "proofs"
 """The name of the folder of proofs in a folder of results."""
 
+MAX_KNOWN = 64
+"""The most proofs that a process keeps."""
+
+_known: "dict[tuple[int, ...], Proof | None]" = {}
+"""The proofs that were read, by what changes with their files."""
+
 NO_FILE_ERRORS = (
     *(errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EINVAL),
     *(errno.EACCES, errno.EPERM, errno.ELOOP, errno.ENAMETOOLONG),
@@ -71,10 +77,27 @@ def _may_hold_proofs(folder: Path) -> bool:
 def _cached(folder: Path, config: Config, version: int) -> "Proof | None":
     """Return the cached proof of one version."""
     from rbstab.experiment.stored_proof.identity import proof_id
+
+    number = proof_id(config, version)
+    proof = _read(folder / PROOFS / f"{number}.json")
+    return proof if proof is not None and proof.id == number else None
+
+
+def _read(file: Path) -> "Proof | None":
+    """Read a proof; None if it is missing or damaged. It is read once, until its file changes."""
     from rbstab.experiment.stored_proof.proof import Proof
 
-    proof = stored_model(proof_file(folder, config, version), Proof)
-    return proof if proof is not None and proof.id == proof_id(config, version) else None
+    try:
+        found = file.stat()
+    except (OSError, ValueError):
+        return stored_model(file, Proof)  # it tells the error
+    # A proof is written to a new file, so that another one is another file.
+    identity = found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+    if identity not in _known:
+        if len(_known) >= MAX_KNOWN:
+            _known.clear()
+        _known[identity] = stored_model(file, Proof)
+    return _known[identity]
 
 
 def stored_model(file: Path, model: type[Model]) -> Model | None:

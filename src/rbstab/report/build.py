@@ -16,7 +16,6 @@ from rbstab.report.runs.provenance_tables import provenance_section, warnings_se
 from rbstab.report.runs.reference_tables import reference_section
 from rbstab.report.runs.sections import run_sections
 from rbstab.report.runs.tables import summary_table
-from rbstab.report.sweeps.sections import sweep_sections
 
 MAX_COMMAND_LENGTH = 20_000
 """Maximum length of the command; large, because a truncated command cannot be run."""
@@ -56,8 +55,12 @@ def _sections(sources: Sources, facts: Sequence[RunFacts]) -> Iterable[Section]:
         yield Section("runs", "Runs", (summary_table(facts),))
         yield from _present(_animations(sources.runs), reference_section(facts))
         yield from others
-    for sweep in sources.sweeps:
-        yield from sweep_sections(sweep)
+    if sources.sweeps:
+        # Imported late: it needs many modules, and most reports have no sweep.
+        from rbstab.report.sweeps.sections import sweep_sections
+
+        for sweep in sources.sweeps:
+            yield from sweep_sections(sweep)
     if facts:
         yield from _present(warnings_section(facts))
         yield certificate_section(facts)

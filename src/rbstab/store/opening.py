@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from rbstab.store.disk.checked_reads import CheckedReads
 from rbstab.store.disk.regular_file import open_regular
+from rbstab.store.disk.text_heaps import Texts, find_texts
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
 from rbstab.store.result import Variable
-from rbstab.store.text_heaps import heaps_are_whole
 
 MAX_OBJECTS = 2000
 """The most arrays and groups of a file."""
@@ -48,6 +48,7 @@ class Hdf5Reader:
         path: The file.
         hdf5: The file, opened by h5py.
         raw: The same file as bytes.
+        stored_texts: Where its texts are.
 
     Attributes:
         scale_names: The names of the scales of dimensions that were read already, by address.
@@ -57,8 +58,15 @@ class Hdf5Reader:
     path: Path
     hdf5: h5py.File
     raw: BinaryIO
+    stored_texts: Texts
     scale_names: dict[int, str] = field(default_factory=dict, init=False)
     groups: dict[str, h5py.Group] = field(default_factory=dict, init=False)
+
+    @cached_property
+    def base(self) -> int:
+        """The byte from which HDF5 counts; zero in the files of rbstab."""
+        found: int = self.hdf5.userblock_size
+        return found
 
     @cached_property
     def size(self) -> int:
@@ -131,7 +139,7 @@ class Hdf5Reader:
         """
         dataset = self.array(name)
         if _is_text(dataset.dtype):
-            data = self._texts(name, dataset)
+            data = self._texts(name, dataset.id)
         else:
             data = self._whole(dataset) if row is None else np.asarray(dataset[row])
         return Variable(self._dimensions_of(dataset, name), data, *self.description(dataset))
@@ -178,17 +186,37 @@ class Hdf5Reader:
     def _whole(self, dataset: h5py.Dataset) -> NDArray[Any]:
         """Read all of an array of numbers, as `dataset[()]` does, in a small part of the time."""
         found = dataset.id
-        data = np.empty(found.shape, found.dtype)
-        if not data.size:
-            return data
-        if data.dtype.str in PLAIN_NUMBERS:
+        dtype, shape, offset = found.dtype, found.shape, found.get_offset()
+        if offset is not None and dtype.str in PLAIN_NUMBERS:
             # It is in one piece, and within the file: `array` refuses all others.
-            self.raw.seek(found.get_offset())
-            size = self.raw.readinto(data.reshape(-1).view("u1").data)  # type: ignore[attr-defined]
-            if size != data.nbytes:
-                raise self._damaged("it became shorter while it was read")
-        else:
+            return self.numbers_at(offset, dtype, shape)
+        data = np.empty(shape, dtype)
+        if data.size:
             found.read(h5py.h5s.ALL, h5py.h5s.ALL, data)
+        return data
+
+    def offset(self, name: str) -> int | None:
+        """Return the first byte of an array in the file; None if `numbers_at` cannot read it.
+
+        Raises:
+            NotAResultError: There is no such array, or it is not what rbstab writes.
+        """
+        dataset = self.array(name)
+        is_plain = _is_text(dataset.dtype) or dataset.dtype.str in PLAIN_NUMBERS
+        found: int | None = dataset.id.get_offset() if is_plain else None
+        return found
+
+    def numbers_at(self, offset: int, dtype: np.dtype[Any], shape: tuple[int, ...]) -> NDArray[Any]:
+        """Read numbers of one of `PLAIN_NUMBERS` from a place in the file, whatever is there.
+
+        Raises:
+            NotAResultError: The file ends before.
+        """
+        data = np.empty(shape, dtype)
+        self.raw.seek(offset)
+        size = self.raw.readinto(data.reshape(-1).view("u1").data)  # type: ignore[attr-defined]
+        if size != data.nbytes:
+            raise self._damaged("it became shorter while it was read")
         return data
 
     def dimensions(self, name: str) -> tuple[str, ...]:
@@ -221,16 +249,43 @@ class Hdf5Reader:
         words = meanings.split(" ") if isinstance(meanings, str) else []
         return tuple(word.replace("_", " ") for word in words)
 
-    def _texts(self, name: str, dataset: h5py.Dataset) -> NDArray[Any]:
-        self.raw.seek(dataset.id.get_offset() or 0)
-        content = self.raw.read(dataset.size * _TEXT_REFERENCE.itemsize)
+    def _texts(self, name: str, dataset: h5py.h5d.DatasetID) -> NDArray[Any]:
+        shape, offset = dataset.shape, dataset.get_offset()
+        if offset is None:
+            return np.empty(shape, dtype=object)
+        return self.texts_at(name, offset, shape)
+
+    def texts_at(self, name: str, offset: int, shape: tuple[int, ...]) -> NDArray[Any]:
+        """Read texts whose references are at a place in the file, whatever is there.
+
+        Args:
+            name: The name of the array, for messages.
+            offset: The first byte of the references.
+            shape: The shape of the array.
+
+        Raises:
+            NotAResultError: There are no references, or to more text than rbstab writes.
+        """
+        references = self.numbers_at(offset, _TEXT_REFERENCE, shape)
         # Many references may lead to one long text: so the lengths are added before it is read.
-        total = np.frombuffer(content, _TEXT_REFERENCE)["length"].sum(dtype=np.int64)
+        total = references["length"].sum(dtype=np.int64)
         if total > MAX_TEXT_BYTES:
             raise NotAResultError(
                 f"{self.path}: {name} has {total / 1e6:.3g} MB of text, more than rbstab writes"
             )
-        return np.asarray(dataset.asstr()[()], dtype=object)
+        texts = [self._text_at(*reference) for reference in references.ravel().tolist()]
+        return np.array(texts, dtype=object).reshape(shape)
+
+    def _text_at(self, length: int, address: int, index: int) -> str:
+        if not length:
+            return ""
+        span = self.stored_texts.get((address + self.base, index))
+        if span is None or length > span.size:
+            raise self._damaged("it has a reference to a text that is not there")
+        self.raw.seek(span.start)
+        content = self.raw.read(length)
+        # As in C, a text ends before its first zero.
+        return content.partition(b"\0")[0].decode()
 
     def _text(self, owner: h5py.File | h5py.Dataset, name: str) -> str | int | float | None:
         """Return what `_attribute` does. A text takes less time: its type is not asked for."""
@@ -245,15 +300,15 @@ class Hdf5Reader:
                 return found
         except (OSError, RuntimeError, TypeError, ValueError):
             pass  # it has another type or shape, or no value
-        return self._attribute(owner, name)
+        return self._value(attribute)
 
     def _attribute(self, owner: h5py.File | h5py.Dataset, name: str) -> str | int | float | None:
         """Return an attribute; None if it is missing, or is neither a number nor a text."""
         of, key = owner.id, name.encode()
-        if not h5py.h5a.exists(of, key):
-            return None
-        # Opened once, at the low level: a file has some eighty attributes.
-        attribute = h5py.h5a.open(of, key)
+        return self._value(h5py.h5a.open(of, key)) if h5py.h5a.exists(of, key) else None
+
+    @staticmethod
+    def _value(attribute: h5py.h5a.AttrID) -> str | int | float | None:
         dtype = attribute.dtype
         is_text = _is_text(dtype)
         if attribute.shape != () or not (is_text or dtype.kind in "fiu"):
@@ -290,10 +345,11 @@ def open_hdf5(path: Path) -> Iterator[Hdf5Reader]:
     with _open_raw(path) as raw:
         checked = CheckedReads(raw)
         try:
-            if not heaps_are_whole(raw):
+            texts = find_texts(raw)
+            if texts is None:
                 raise NotAResultError(f"{path} is damaged: its texts are not as HDF5 stores them")
             with h5py.File(checked, "r") as file:
-                yield Hdf5Reader(path, file, raw)
+                yield Hdf5Reader(path, file, raw, texts)
             checked.raise_error()
         except Exception as error:
             # A file that cannot be read now may be whole, so a failed read is not called damage.

@@ -14,6 +14,8 @@ from rbstab.store.held_files import check_unchanged
 from rbstab.store.result import SCHEMA_VERSION, Result, Variable, check_shape, coordinate_name
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rbstab.store.opening import Hdf5Reader
 
 TEXT = h5py.string_dtype("utf-8")
@@ -62,7 +64,7 @@ def open_result(path: str | Path) -> Result:
     path = Path(path)
     if has_seal(path):
         check_unchanged(path)
-        return _open_here(path)
+        return _open_here(path, is_sealed=True)
     # Old files, and files changed by another program, have no seal. Only HDF5 can read the digest
     # in their attributes, and on a damaged file it may hang.
     result: Result = _open_isolated(path)
@@ -91,12 +93,12 @@ def open_attributes(path: Path) -> dict[str, str | int | float]:
     return attributes
 
 
-def _open_here(path: Path) -> Result:
+def _open_here(path: Path, *, is_sealed: bool = False) -> Result:
     # Imported late: a new run only writes.
     from rbstab.store.opening import open_hdf5
 
     with open_hdf5(path) as file:
-        return _read(file)
+        return _read(file, is_sealed=is_sealed)
 
 
 _open_isolated = IsolatedReader(_open_here)
@@ -144,23 +146,41 @@ def _write_array(file: h5py.File, name: str, variable: Variable, *, is_scale: bo
         dataset.dims[index].attach_scale(parent[dimension])
 
 
-def _read(file: "Hdf5Reader") -> Result:
+def _read(file: "Hdf5Reader", *, is_sealed: bool = False) -> Result:
+    # Imported late: a new run only writes.
+    from rbstab.store.known_places import remember_places, variables_at_known_places
+
     path = file.path
     file.check_version(SCHEMA_VERSION)
     attributes = file.attributes()
-    names = file.names()
     _check_complete(path, attributes)
-    if "config" not in names:
-        raise NotAResultError(f"{path} is damaged: config is missing")
     written = attributes.pop("digest")
-    variables = {name: file.variable(name) for name in names}
-    config = variables.pop("config").data
-    if config.shape != () or not isinstance(config.item(), str):
-        raise NotAResultError(f"{path} is damaged: its config is not a text")
-    result = Result(variables, attributes, config.item())
+    # Without a seal, an array may have been removed or replaced, and its numbers still be there.
+    known = variables_at_known_places(file) if is_sealed else None
+    if known is not None:
+        result = _result(path, known, attributes)
+        if digest_of(result) == written:
+            return result
+    variables = {name: file.variable(name) for name in file.names()}
+    result = _result(path, variables, attributes)
     if digest_of(result) != written:
         raise NotAResultError(f"{path} is damaged: its content does not match its digest")
+    if is_sealed:
+        remember_places(file, variables)
     return result
+
+
+def _result(
+    path: Path, variables: "Mapping[str, Variable]", attributes: dict[str, str | int | float]
+) -> Result:
+    """Return a result with these arrays, of which one is its config."""
+    if "config" not in variables:
+        raise NotAResultError(f"{path} is damaged: config is missing")
+    config = variables["config"].data
+    if config.shape != () or not isinstance(config.item(), str):
+        raise NotAResultError(f"{path} is damaged: its config is not a text")
+    arrays = {name: variable for name, variable in variables.items() if name != "config"}
+    return Result(arrays, attributes, config.item())
 
 
 def _check_complete(path: Path, attributes: dict[str, str | int | float]) -> None:

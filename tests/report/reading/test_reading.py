@@ -9,7 +9,8 @@ import rbstab.processes.isolated
 from rbstab.processes.workers import WorkerDiedError
 from rbstab.report.model.document import Unread
 from rbstab.report.reading import read_results as reading
-from rbstab.report.reading.read_results import read_all, read_one
+from rbstab.report.reading.answers import answers_of
+from rbstab.report.reading.read_results import ReadRun, read_all, read_one
 from rbstab.store.disk import isolated_reading
 from rbstab.store.disk.isolated_reading import IsolatedReaders
 
@@ -85,3 +86,23 @@ def test_where_no_worker_can_be_started_this_process_reads(paths, monkeypatch):
     monkeypatch.setattr(rbstab.processes.isolated, "Worker", no_process)
     monkeypatch.setattr(reading, "_readers", IsolatedReaders(reading.read_file))
     assert summary(read_all(paths)) == summary(map(read_one, paths))
+
+
+@pytest.mark.usefixtures("two_workers")
+def test_workers_give_the_answers_that_this_process_gives(paths, monkeypatch):
+    assert all(one.answers is None for one in read_all(paths) if isinstance(one, ReadRun))
+    monkeypatch.setattr(reading, "MANY", len(paths))
+    found = [one for one in read_all(paths) if isinstance(one, ReadRun)]
+    assert len(found) == 57
+    for one in found:
+        assert one.answers == answers_of(one.result, one.stored.config, None)
+
+
+def test_answers_that_cannot_be_given_are_left_to_the_report(paths, monkeypatch):
+    def fails(*_):
+        raise ValueError("no answer")
+
+    monkeypatch.setattr(reading, "answers_of", fails)
+    found = reading.read_with_answers(paths[0])
+    assert isinstance(found, ReadRun)
+    assert found.answers is None

@@ -1,9 +1,10 @@
 """The answer of a run: does this start come to rest, and every motion that stays in the range?"""
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from rbstab.analysis.certificate import Verdict
+from rbstab.analysis.certificate import Check, Verdict
 from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
@@ -80,13 +81,19 @@ def _answer(
     )
 
 
-def answer_beside(result: Result, config: Config | None, proof: "Proof | None") -> RunAnswer:
+def answer_beside(
+    result: Result,
+    config: Config | None,
+    proof: "Proof | None",
+    checks: Sequence[Check] | None = None,
+) -> RunAnswer:
     """Return the answers of a stored run, with a proof that may have been stored after it.
 
     Args:
         result: The result.
         config: Its config; None if this version cannot read it.
         proof: The proof that is stored in the same folder, if there is one.
+        checks: The checks that the proof decides, if they are known: those of `proved_checks`.
     """
     lines = {line.check: line for line in certificate_lines(result)}
     stable = lines.get(GLOBAL_STABILITY)
@@ -99,7 +106,7 @@ def answer_beside(result: Result, config: Config | None, proof: "Proof | None") 
     from rbstab.experiment.convergence.exact_motion import convergence_at_start
 
     problem = problem_of(config)
-    for check in proved_checks(problem, proof):
+    for check in proved_checks(problem, proof) if checks is None else checks:
         name, verdict, value, bound, time, quantity = check
         lines[name] = CertificateLine(name, str(verdict), value, bound, time, quantity)
     found = stored_convergence(result.attributes)

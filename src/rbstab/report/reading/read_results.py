@@ -7,23 +7,32 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from rbstab.experiment.proof_cache import cached_proof
 from rbstab.experiment.stored_config import StoredConfig, stored_config
 from rbstab.experiment.summary import Summary, summary_of
 from rbstab.report.model.document import Unread
 from rbstab.report.model.words import untrusted
+from rbstab.report.reading.answers import Answers, answers_of
 from rbstab.report.reading.untrusted import SWEEP, content_of, file_of
-from rbstab.store.disk.isolated_reading import IsolatedReaders
+from rbstab.store.disk.isolated_reading import FILES_PER_WORKER, IsolatedReaders
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
 
+MANY = 2 * FILES_PER_WORKER
+"""From this many results on there are several workers, so that they save time."""
+
 
 class ReadRun(NamedTuple):
-    """A run that was read: its file, its content, its config, and its summary if there is one."""
+    """A run that was read: its file, its content and its config.
+
+    summary and answers are None if they were not computed, or cannot be.
+    """
 
     file: Path
     result: Result
     stored: StoredConfig
     summary: Summary | None
+    answers: Answers | None = None
 
 
 class ReadSweep(NamedTuple):
@@ -59,6 +68,24 @@ def _summary_of(content: Result) -> Summary | None:
         return None
 
 
+def read_with_answers(file: Path) -> Read:
+    """Read the file of a run or a sweep in this process, and answer what a report asks of a run.
+
+    Raises:
+        StoreError: As `read_file`.
+    """
+    read = read_file(file)
+    if isinstance(read, ReadSweep):
+        return read
+    config = read.stored.config
+    try:
+        proof = None if config is None else cached_proof(file.parent, config)
+        return read._replace(answers=answers_of(read.result, config, proof))
+    except Exception:
+        # Where the answers are needed, they are computed again, with their error.
+        return read
+
+
 def read_one(path: Path, reader: Callable[[Path], Read] = read_file) -> Read | Unread:
     """Read a result.
 
@@ -79,10 +106,11 @@ def read_all(paths: Sequence[Path]) -> Iterator[Read | Unread]:
     Worker processes read them, with limits of time and memory: anybody may have written the files,
     and HDF5 may hang or crash on them.
     """
-    yield from _readers.map(read_one, paths)
+    readers = _readers if len(paths) < MANY else _answering
+    yield from readers.map(read_one, paths)
 
 
-_readers = IsolatedReaders(read_file)
+_readers, _answering = IsolatedReaders(read_file), IsolatedReaders(read_with_answers)
 
 
 def _reason(path: Path, error: Exception) -> str:

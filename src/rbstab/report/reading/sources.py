@@ -17,6 +17,7 @@ from rbstab.experiment.summary import (
 )
 from rbstab.report.model.document import Unread
 from rbstab.report.model.words import untrusted
+from rbstab.report.reading.answers import Answers
 from rbstab.report.reading.read_results import ReadRun, ReadSweep, read_all
 from rbstab.report.reading.untrusted import file_of
 from rbstab.store.errors import StoreError
@@ -39,6 +40,7 @@ class Run:
         config: Its config; None if this version of the program cannot read it.
         data: The stored config as plain data, not validated; empty if it is not YAML.
         known_summary: Its summary, if it was computed already.
+        known_answers: The answers about it, if they were computed already.
     """
 
     number: int
@@ -49,13 +51,14 @@ class Run:
     config: Config | None
     data: Mapping[str, Any] = field(default_factory=dict)
     known_summary: Summary | None = None
+    known_answers: Answers | None = None
 
     @cached_property
     def summary(self) -> Summary:
         """Its summary: first and last values of v, energy residual, peaks."""
         return self.known_summary or summary_of(self.result)
 
-    @property
+    @cached_property
     def stores_v_minus_work(self) -> bool:
         """Whether the result stores v - ε in place of v (on s = F + κE)."""
         return stores_v_minus_work(self.result)
@@ -145,6 +148,7 @@ def _runs(found: list[ReadRun]) -> tuple[Run, ...]:
             read.result,
             *read.stored,
             known_summary=read.summary,
+            known_answers=read.answers,
         )
         for number, (label, read) in enumerate(zip(labels, found, strict=True))
     )

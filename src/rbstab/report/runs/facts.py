@@ -1,24 +1,16 @@
 """Facts on a run for several tables: certificate, proof, comparison with printed values."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
-from rbstab.analysis.certificate import Verdict
-from rbstab.config.build import problem_of
-from rbstab.config.user_code.permission import has_code
-from rbstab.experiment.answers.run_answer import RunAnswer, answer_beside
+from rbstab.experiment.answers.run_answer import RunAnswer
 from rbstab.experiment.convergence.convergence import Convergence, stored_convergence
-from rbstab.experiment.proof_cache import cached_proof, proof_file
-from rbstab.experiment.run_certificate import proved_checks
+from rbstab.experiment.proof_cache import cached_proof
 from rbstab.experiment.stored_certificate import CertificateLine, certificate_lines
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.summary import ReferenceValue, reference_values_of
+from rbstab.report.reading.answers import answers_of
 from rbstab.report.reading.sources import Run
-
-REGION = "certified region"
-"""Name of the check that a run starts in its certified region."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +42,7 @@ class RunFacts:
 
 def facts_of(runs: Sequence[Run]) -> tuple[RunFacts, ...]:
     """Return the facts of runs, in their order."""
-    proofs: dict[Path, Proof | None] = {}
-    return tuple(_facts(run, _proof(run, proofs)) for run in runs)
+    return tuple(_facts(run, _proof(run)) for run in runs)
 
 
 def _facts(run: Run, proof: Proof | None) -> RunFacts:
@@ -60,39 +51,18 @@ def _facts(run: Run, proof: Proof | None) -> RunFacts:
     comparisons = (
         reference_values_of(result, reference, run.summary) if reference is not None else []
     )
-    lines = tuple(certificate_lines(result))
+    answer, inside = run.known_answers or answers_of(result, config, proof)
     return RunFacts(
         run=run,
-        lines=lines,
+        lines=tuple(certificate_lines(result)),
         proof=proof,
-        inside=_inside(run, lines, proof),
+        inside=inside,
         convergence=stored_convergence(result.attributes),
-        answer=answer_beside(result, config, proof),
+        answer=answer,
         comparisons=tuple(comparisons),
     )
 
 
-def _proof(run: Run, cached: dict[Path, Proof | None]) -> Proof | None:
+def _proof(run: Run) -> Proof | None:
     """Return the proof stored beside a result; runs may share it."""
-    if run.config is None:
-        return None
-    path = proof_file(run.path.parent, run.config)
-    if path not in cached:
-        cached[path] = cached_proof(run.path.parent, run.config)
-    return cached[path]
-
-
-def _inside(run: Run, lines: Sequence[CertificateLine], proof: Proof | None) -> bool | None:
-    """Return whether a run starts in its certified region; None if unknown.
-
-    The certificate decides. If it was written without a proof, a proof stored since then decides.
-    """
-    stored = [(line.verdict, line.value) for line in lines if line.check == REGION]
-    unknown = not stored or math.isnan(stored[0][1])
-    # The regions would need the equations, and a stored result must not run code of a user.
-    if unknown and proof is not None and run.config is not None and not has_code(run.config):
-        checks = proved_checks(problem_of(run.config), proof)
-        stored = [(str(check.verdict), check.value) for check in checks if check.name == REGION]
-    if not stored or math.isnan(stored[0][1]):
-        return None
-    return stored[0][0] == Verdict.CERTIFIED
+    return None if run.config is None else cached_proof(run.path.parent, run.config)

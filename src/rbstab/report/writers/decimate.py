@@ -7,7 +7,6 @@ neighbours. No point is moved, and the order does not change.
 """
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -165,29 +164,39 @@ def _visible_points(points: Array) -> Indices:
 
 
 def _douglas_peucker(points: Array) -> NDArray[np.bool_]:
-    """Return the mask of the points that a curve without gaps needs, shape (n,)."""
+    """Return the mask of the points that a curve without gaps needs, shape (n,).
+
+    In each pass, all spans between needed points are divided where they are too far from a straight
+    line.
+    """
     needed = np.zeros(len(points), dtype=bool)
-    fixed = {0, len(points) - 1, int(points[:, 1].argmin()), int(points[:, 1].argmax())}
-    order = sorted(fixed)
-    needed[order] = True
-    open_spans = list(pairwise(order))
-    while open_spans:
-        first, last = open_spans.pop()
-        if last - first < 2:
-            continue
-        distance = _distances(points[first + 1 : last], points[first], points[last])
-        farthest = int(distance.argmax())
-        if distance[farthest] > 1.0:
-            middle = first + 1 + farthest
-            needed[middle] = True
-            open_spans += [(first, middle), (middle, last)]
+    needed[[0, -1, int(points[:, 1].argmin()), int(points[:, 1].argmax())]] = True
+    inside = np.flatnonzero(~needed)
+    while len(inside):
+        ends = np.flatnonzero(needed)
+        span = np.searchsorted(ends, inside)
+        distance = _distances(points[inside], points[ends[span - 1]], points[ends[span]])
+        first = _first_of_each(span)
+        farthest = np.zeros(len(ends))
+        farthest[span[first]] = np.maximum.reduceat(distance, first)
+        is_open = farthest[span] > 1.0
+        most = np.flatnonzero(is_open & (distance == farthest[span]))
+        middle = most[_first_of_each(span[most])]
+        needed[inside[middle]], is_open[middle] = True, False
+        inside = inside[is_open]
     return needed
 
 
-def _distances(points: Array, start: Array, end: Array) -> Array:
-    """Return the distances of points from a line segment, shape (n,)."""
-    along = end - start
-    length = float(along @ along)
-    offset = points - start
-    share = np.clip(offset @ along / length, 0.0, 1.0) if length > 0 else np.zeros(len(points))
-    return np.hypot(*(offset - share[:, np.newaxis] * along).T)
+def _first_of_each(numbers: Indices) -> Indices:
+    """Return the indices at which ascending numbers change, and 0; () of none."""
+    changes = np.flatnonzero(numbers[1:] != numbers[:-1]) + 1
+    return np.concatenate([np.zeros(min(len(numbers), 1), dtype=np.intp), changes])
+
+
+def _distances(points: Array, starts: Array, ends: Array) -> Array:
+    """Return the distance of each point from a line segment of its own, shape (n,)."""
+    along, offset = ends - starts, points - starts
+    length = (along * along).sum(axis=1)
+    share = (offset * along).sum(axis=1) / np.where(length > 0, length, np.inf)
+    nearest = np.clip(share, 0.0, 1.0)[:, np.newaxis] * along
+    return np.hypot(*(offset - nearest).T)

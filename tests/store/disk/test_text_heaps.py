@@ -4,9 +4,9 @@ import h5py
 import numpy as np
 import pytest
 
+from rbstab.store.disk.text_heaps import find_texts
 from rbstab.store.errors import NotAResultError
 from rbstab.store.opening import open_hdf5
-from rbstab.store.text_heaps import heaps_are_whole
 
 HEADER = 16
 
@@ -26,7 +26,7 @@ def is_whole(tmp_path, content):
     path = tmp_path / "changed.h5"
     path.write_bytes(content)
     with path.open("rb") as file:
-        return heaps_are_whole(file)
+        return find_texts(file) is not None
 
 
 def free_spaces(content):

@@ -1,0 +1,99 @@
+"""Protects the reading of many alike files: each is read as if it were the only one."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from support.results import assert_equal, result
+
+from rbstab.store import known_places
+from rbstab.store.opening import Hdf5Reader
+from rbstab.store.result import Result
+from rbstab.store.run_file import open_result, write_result
+
+
+@pytest.fixture(autouse=True)
+def nothing_known(monkeypatch):
+    """Let each test begin without places of arrays."""
+    monkeypatch.setattr(known_places, "_known", {})
+
+
+def changed(**variables):
+    """Return a result with other arrays; None removes one."""
+    base = result(1)
+    found = {name: v for name, v in (base.variables | variables).items() if v is not None}
+    return dataclasses.replace(base, variables=found)
+
+
+ORIGINAL = result().variables
+
+OTHERS = {
+    "other numbers": result(1),
+    "other texts": changed(part=ORIGINAL["part"]._replace(data=np.array(list("abc"), object))),
+    "a text that ends": changed(
+        part=ORIGINAL["part"]._replace(data=np.array(["", "x" * 99, "µ"], object))
+    ),
+    "another unit": changed(lyapunov=ORIGINAL["lyapunov"]._replace(unit="K")),
+    "another meaning": changed(lyapunov=ORIGINAL["lyapunov"]._replace(long_name="w: ∫v'dt")),
+    "other dimensions": changed(
+        orientation=ORIGINAL["orientation"]._replace(dimensions=("time", "part"))
+    ),
+    "another type": changed(
+        lyapunov=ORIGINAL["lyapunov"]._replace(data=np.arange(5, dtype=np.int64))
+    ),
+    "another name": changed(lyapunov=None, lyapunow=ORIGINAL["lyapunov"]),
+    "two names exchanged": changed(
+        lyapunov=ORIGINAL["time"]._replace(dimensions=("time",)), time=ORIGINAL["lyapunov"]
+    ),
+    "one array less": changed(lyapunov=None),
+    "another config": dataclasses.replace(result(1), config="title: other\n"),
+}
+
+
+@pytest.fixture
+def read_second(tmp_path, monkeypatch):
+    """A function that reads a result after another one, as if their files had the same size."""
+    monkeypatch.setattr(Hdf5Reader, "size", 10**6)
+
+    def read_second(content: Result) -> Result:
+        for name, stored in (("first", result()), ("second", content)):
+            write_result(tmp_path / f"{name}.h5", stored)
+        open_result(tmp_path / "first.h5")
+        assert known_places._known
+        return open_result(tmp_path / "second.h5")
+
+    return read_second
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_a_file_is_read_as_if_it_were_the_only_one(read_second, name):
+    assert_equal(read_second(OTHERS[name]), OTHERS[name])
+
+
+def test_the_arrays_of_an_alike_file_are_not_looked_for(read_second, monkeypatch):
+    read = Hdf5Reader.variable
+    calls = []
+    monkeypatch.setattr(Hdf5Reader, "variable", lambda self, n: calls.append(n) or read(self, n))
+    assert_equal(read_second(result(1)), result(1))
+    assert calls == [*ORIGINAL, "config"]
+
+
+def test_not_too_many_places_are_remembered(tmp_path, monkeypatch):
+    monkeypatch.setattr(known_places, "MAX_SIZES", 2)
+    for samples in (2, 3, 4, 5):
+        path = tmp_path / f"{samples}.h5"
+        write_result(path, result(samples=samples))
+        assert_equal(open_result(path), result(samples=samples))
+    assert len(known_places._known) == 2
+
+
+def test_a_file_without_a_seal_is_never_read_from_known_places(tmp_path):
+    """An array that was removed from it may still have its numbers in the file."""
+    path = tmp_path / "a.h5"
+    write_result(path, result())
+    open_result(path)
+    content = path.read_bytes()
+    path.write_bytes(content[: content.rindex(b"\nrbstab sha256 ")])
+    known_places._known.clear()
+    assert_equal(open_result(path), result())
+    assert not known_places._known

@@ -118,6 +118,12 @@ def flood(box: Box, start: Box, ground: Ground, stretch: float = 1.0) -> Flood:
     return Flood(Cover(box, _tree(whole), examined, None, {"start": start}), None)
 
 
+def named(sides: Sides) -> str:
+    """Return the end of a name: on which one side of each surface something is."""
+    pairs = ((number, *one) for number, one in enumerate(sides, start=1) if len(one) == 1)
+    return "".join(f", h{number} {'>' if sign > 0 else '<'} 0" for number, sign in pairs)
+
+
 def _so_far(whole: _Part, examined: int, part: _Part) -> Cover:
     """Return the cover of a flood that stops at a part."""
     return Cover(whole.box, _tree(whole), examined, part.box)

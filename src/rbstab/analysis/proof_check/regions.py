@@ -1,6 +1,6 @@
 """Check the regions in which every motion converges to one rest state: theorems 3 and 5."""
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -12,7 +12,7 @@ from rbstab.analysis.proof_check.claims import RestState
 from rbstab.analysis.proof_check.cover import Cover, cover
 from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.findings import Face, Finding, Range
-from rbstab.analysis.proof_check.flood import WALL, WET, Ground, Sides, flood, meet
+from rbstab.analysis.proof_check.flood import WALL, WET, Ground, Sides, flood, meet, named
 from rbstab.analysis.proof_check.formulas.kinks import Kink, signs_over
 from rbstab.analysis.proof_check.taylor import Taylor, centre_and_step
 from rbstab.analysis.proof_check.trigonometric import Ball
@@ -24,7 +24,7 @@ OTHER_SIDE = "o"
 """The reason of a box that a motion on one side of a ridge cannot reach."""
 
 WALL_WIDTH = 0.01
-"""rad: boxes at a pass on a ridge are halved until their width is a share of this, at least."""
+"""rad: a box may have a wall if it is narrower than a share of this, however near a pass is."""
 
 FAR = 2.0
 """rad: a larger distance counts as this one."""
@@ -70,13 +70,16 @@ class Region:
         known, border = dict[Box, str | None](), dict[str, Cover]()
 
         def obstacle(box: Box, sides: Sides) -> str | None:
-            """Return what may be reached in a wet box; add the covers of its part of the border."""
+            """Return what may be reached in a box that is flooded, on some sides of its ridges.
+
+            Adds the covers of its part of the border.
+            """
             for name, place in low.items():
                 if touches(box, place):
                     return name
             for face in self.range_.faces:
                 if box[face.axis][face.end] == self.range_.box[face.axis][face.end]:
-                    name = f"{face.name}, part {len(border) + 1}"
+                    name = f"{face.name}, part {len(border) + 1}{named(sides)}"
                     border[name] = self._cover(flat(box, face.axis), face, sides)
                     if border[name].open is not None:
                         return face.name
@@ -84,7 +87,7 @@ class Region:
 
         for share in SHARES:
             border.clear()
-            reason = self._wet_or_dry(share, high, low.values(), known)
+            reason = self._wet_or_dry(share, high, known)
             ground = Ground(reason, obstacle, self._sides)
             found = flood(self.range_.box, self.state.enclosure, ground, self.U.stretch)
             if found.obstacle is None:
@@ -97,25 +100,17 @@ class Region:
         return self._finding(name, text, wrong if found.obstacle else [], covers)
 
     def _wet_or_dry(
-        self,
-        share: float,
-        high: Iterable[Box],
-        low: Collection[Box],
-        known: dict[Box, str | None],
+        self, share: float, high: Iterable[Box], known: dict[Box, str | None]
     ) -> Callable[[Box], str | None]:
-        """Return a function with the reason "b" of a dry box, in which U is at least the bound.
+        """Return a function that tells of a box whether it is dry, is wet, or has a wall.
 
-        A box is wet if U is below the bound in all of it. Another box is halved until it is small
-        beside the way to the next high place and through it, as most passes are high places. Then a
-        ridge in it on which U is at least the bound is a wall, if no low place is near. A pass on a
-        ridge has a wall, and no dry box.
+        It is dry, for the reason "b", if U is at least the bound in all of it, and wet if U is
+        below the bound in all of it. Another box is halved until it is small beside the way to the
+        next high place and through it, as most passes are high places. Then it is wet; but if U is
+        at least the bound on a ridge in it, it has a wall. Boxes about a pass on a ridge are never
+        dry, as U falls on both sides.
         """
         bound = arb(self.claim["energy_bound"])
-
-        def wall(taylor: Taylor, box: Box) -> str | None:
-            near = any(touches(box, place) for place in low)
-            found = None if near else taylor.wall(bound)
-            return None if found is None else f"{WALL}{found + 1}"
 
         def reason(box: Box) -> str | None:
             taylor = None if box in known else Taylor(self.U, box)
@@ -128,7 +123,8 @@ class Region:
             wet = WET if width(box) <= share * min(distance, FAR) else None
             if width(box) > share * max(min(distance, FAR), WALL_WIDTH) or not self._ridges:
                 return wet
-            return wall(taylor or Taylor(self.U, box), box) or wet
+            wall = (taylor or Taylor(self.U, box)).wall(bound)
+            return wet if wall is None else f"{WALL}{wall + 1}"
 
         return reason
 

@@ -5,8 +5,8 @@ for some λ between 0 and 1. These are four equations for the four unknowns Θ a
 
     G(Θ, λ) = [∇F + λ∇h, h] = 0,        J = ∂G/∂(Θ, λ) = [[∇²F + λ∇²h, ∇h], [∇h', 0]].
 
-J is symmetric. It has one negative eigenvalue more than ∇²F + λ∇²h along the surface. So has a rest
-state on a ridge, min(h, 0), as U falls on both sides of it.
+J is symmetric. It has one negative eigenvalue more than ∇²F + λ∇²h along the surface. The index of
+a rest state on a ridge, min(h, 0), is one more too, as U falls on both sides of the ridge.
 """
 
 from dataclasses import dataclass

@@ -41,9 +41,9 @@ class RestPoint:
     eigenvalues of the Hessian of the reduced energy: 0 at a minimum. Where a guard holds θ2
     (`state.on_kink`), it is that of the Hessian by θ1 and θ3. Where an element of a user holds the
     body on a surface, it is that along the surface; and one more if the force pushes away from this
-    surface (`on_ridge`). If `proved`, enclosure is one box of Θ that contains exactly one rest state;
-    else it contains only the point. index_proved is whether the index is proved for the exact rest
-    state.
+    surface (`on_ridge`). If `proved`, enclosure is one box of Θ that contains exactly one rest
+    state; else it contains only the point. index_proved is whether the index is proved for the
+    exact rest state.
     """
 
     state: RestState

@@ -73,7 +73,12 @@ def test_a_file_is_read_as_if_it_were_the_only_one(read_second, name):
 def test_the_arrays_of_an_alike_file_are_not_looked_for(read_second, monkeypatch):
     read = Hdf5Reader.variable
     calls = []
-    monkeypatch.setattr(Hdf5Reader, "variable", lambda self, n: calls.append(n) or read(self, n))
+
+    def variable(self, name):
+        calls.append(name)
+        return read(self, name)
+
+    monkeypatch.setattr(Hdf5Reader, "variable", variable)
     assert_equal(read_second(result(1)), result(1))
     assert calls == [*ORIGINAL, "config"]
 

@@ -1,4 +1,4 @@
-"""Energies of two angles with ridges, and the lowest passes out of a place, on a grid."""
+"""Energies with ridges in a range that is thin along θ3, and ways out of a place on a grid."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -47,7 +47,7 @@ def random_surface(rng: np.random.Generator) -> tuple[dict[str, Any], Callable[[
 
 
 def random_energy(rng: np.random.Generator) -> RidgedEnergy:
-    """Return an energy with one to three ridges, and no valley or one, in this order in a proof."""
+    """Return an energy with at most one valley and one to three ridges."""
     bent = rng.normal(size=(3, 3))
     Q = 0.5 * bent @ bent.T + np.diag([0.3, 0.3, 1.0])
     if rng.uniform() < 0.4:
@@ -66,11 +66,12 @@ def random_energy(rng: np.random.Generator) -> RidgedEnergy:
     return RidgedEnergy(data, value)
 
 
-def lowest_pass(energy: RidgedEnergy, rng: np.random.Generator) -> tuple[Array, float]:
-    """Return a lowest node of a random part of a grid, and an energy at which a way leads out.
+def way_out(energy: RidgedEnergy, rng: np.random.Generator) -> tuple[Array, float]:
+    """Return a start, and an upper bound of the energy on a way from it to the border of the range.
 
-    The way follows edges of the grid. Its energy is at most the one returned: between the points at
-    which it is computed it may be a little higher, by less than its change from one to the next.
+    The start is the lowest node of a random part of a grid. Of all ways along edges of the grid,
+    this one has the lowest bound. Between two points of an edge at which the energy is computed, it
+    may exceed both by half the largest change from one to the next: 0.6 of that is added.
     """
     axis = np.linspace(-1.0, 1.0, NODES)
     nodes = np.stack(np.meshgrid(axis, axis, [0.0], indexing="ij"), axis=-1).reshape(-1, 3)

@@ -19,8 +19,8 @@ HELD = (
 
 ON_A_RIDGE = (
     "on a ridge: the force of an element of your own jumps here, and pushes away to both sides. A "
-    "force between both balances the load: a body can rest here, but it may leave at any time. No "
-    "eigenvalues are given."
+    "force between both balances the load: a body can rest here, but it may leave at any time. The "
+    "way across the ridge counts as one direction of descent; no eigenvalues are given."
 )
 
 

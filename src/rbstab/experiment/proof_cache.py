@@ -22,7 +22,7 @@ MAX_KNOWN = 64
 """The most proofs that a process keeps."""
 
 _known: "dict[tuple[int, ...], Proof | None]" = {}
-"""The proofs that were read, by what changes with their files."""
+"""The proofs that were read, by device, inode, size and times of their files."""
 
 NO_FILE_ERRORS = (
     *(errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EINVAL),
@@ -90,8 +90,8 @@ def _read(file: Path) -> "Proof | None":
     try:
         found = file.stat()
     except (OSError, ValueError):
-        return stored_model(file, Proof)  # it tells the error
-    # A proof is written to a new file, so that another one is another file.
+        return stored_model(file, Proof)  # it raises the error
+    # A proof appears by a rename, so a new one is another file.
     identity = found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
     if identity not in _known:
         if len(_known) >= MAX_KNOWN:

@@ -115,7 +115,8 @@ def statements_of(proof: Proof) -> list[str]:
 def kind_of(state: ProvedState) -> str:
     """Return the kind of a rest state: "stable" (an energy minimum), a saddle, or "maximum".
 
-    Where a guard holds θ2, it is that along θ1 and θ3. On a ridge, a force pushes away from it.
+    Where a guard holds θ2, it is that along θ1 and θ3. It ends with "held" or "on a ridge" where a
+    force jumps.
     """
     kind = {0: "stable", 3: "maximum"}.get(state.index, f"saddle, index {state.index}")
     if state.ridge:

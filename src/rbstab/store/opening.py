@@ -196,7 +196,7 @@ class Hdf5Reader:
         return data
 
     def offset(self, name: str) -> int | None:
-        """Return the first byte of an array in the file; None if `numbers_at` cannot read it.
+        """Return the first byte of an array of text, or of `PLAIN_NUMBERS`; None if it has none.
 
         Raises:
             NotAResultError: There is no such array, or it is not what rbstab writes.
@@ -207,7 +207,7 @@ class Hdf5Reader:
         return found
 
     def numbers_at(self, offset: int, dtype: np.dtype[Any], shape: tuple[int, ...]) -> NDArray[Any]:
-        """Read numbers of one of `PLAIN_NUMBERS` from a place in the file, whatever is there.
+        """Read an array from a place in the file, whatever is there; HDF5 is not asked.
 
         Raises:
             NotAResultError: The file ends before.
@@ -251,7 +251,7 @@ class Hdf5Reader:
 
     def _texts(self, name: str, dataset: h5py.h5d.DatasetID) -> NDArray[Any]:
         shape, offset = dataset.shape, dataset.get_offset()
-        if offset is None:
+        if offset is None:  # `array` refuses all but an empty one
             return np.empty(shape, dtype=object)
         return self.texts_at(name, offset, shape)
 
@@ -264,7 +264,7 @@ class Hdf5Reader:
             shape: The shape of the array.
 
         Raises:
-            NotAResultError: There are no references, or to more text than rbstab writes.
+            NotAResultError: They lead to no text, or to more text than rbstab writes.
         """
         references = self.numbers_at(offset, _TEXT_REFERENCE, shape)
         # Many references may lead to one long text: so the lengths are added before it is read.

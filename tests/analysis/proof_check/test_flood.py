@@ -9,7 +9,7 @@ from support.proofs import leaves
 
 from rbstab.analysis.proof_check import flood as module
 from rbstab.analysis.proof_check.boxes import Box, width
-from rbstab.analysis.proof_check.flood import APART, WALL, WET, Flood, Ground, Sides, flood
+from rbstab.analysis.proof_check.flood import APART, WALL, WET, Flood, Sides, Terrain, flood
 
 UNIT: Box = ((0.0, 1.0), (0.0, 1.0), (0.0, 1.0))
 Cell = tuple[int, ...]
@@ -48,7 +48,7 @@ def flood_cells(
 
     # The inside of the first cell, so that only this cell touches it.
     inside: Box = tuple((low + 0.01, high - 0.01) for low, high in box_of(start))
-    return flood(UNIT, inside, Ground(reason, seen)), reached
+    return flood(UNIT, inside, Terrain(reason, seen)), reached
 
 
 @pytest.mark.parametrize("step", [s for s in product((-1, 0, 1), repeat=3) if any(s)], ids=str)
@@ -101,13 +101,13 @@ def test_the_tree_has_all_boxes() -> None:
 
 def test_the_limits_of_a_flood(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "BOX_LIMIT", 50)
-    endless = flood(UNIT, UNIT, Ground(lambda _: None, free))
+    endless = flood(UNIT, UNIT, Terrain(lambda _: None, free))
     assert endless.obstacle == "too many boxes"
     assert endless.cover.boxes == 50
     monkeypatch.undo()
     # Along one way down the boxes become too narrow.
     point: Box = ((0.3, 0.3), (0.3, 0.3), (0.3, 0.3))
-    narrow = flood(UNIT, point, Ground(lambda _: None, free))
+    narrow = flood(UNIT, point, Terrain(lambda _: None, free))
     assert narrow.obstacle == "too many boxes"
     assert narrow.cover.boxes < 200
 
@@ -119,7 +119,7 @@ def test_boxes_may_be_thinner_along_one_axis() -> None:
         low, high = box[1]
         return ("b" if low >= 0.25 else WET) if high - low <= 0.25 else None
 
-    found = flood(UNIT, UNIT, Ground(reason, free), stretch=100.0)
+    found = flood(UNIT, UNIT, Terrain(reason, free), stretch=100.0)
     assert set(found.cover.tree) == {"2", "b", WET}
     for _, part in leaves(found.cover):
         assert tuple(part[0]) == UNIT[0]
@@ -155,7 +155,7 @@ def flood_between(walls: dict[Cell, int]) -> set[tuple[Cell, Sides]]:
         reached.add((cell_of(box), sides))
 
     start: Box = ((0.01, 0.02), (0.01, 0.02), (0.01, 0.02))
-    found = flood(UNIT, start, Ground(reason, seen, sides_of))
+    found = flood(UNIT, start, Terrain(reason, seen, sides_of))
     assert found.obstacle is None
     return reached
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from flint import arb, ctx
 from support.kinks import plane
-from support.passes import ENDS, lowest_pass, random_energy
+from support.passes import ENDS, random_energy, way_out
 
 from rbstab.analysis.proof_check import flood, regions
 from rbstab.analysis.proof_check.claims import RestState
@@ -46,19 +46,17 @@ def reasons(found: Finding) -> set[str]:
 
 @pytest.mark.parametrize(
     "seeds",
-    [range(25), *(pytest.param(range(k, k + 50), marks=pytest.mark.heavy) for k in (25, 75))],
+    [range(15), *(pytest.param(range(k, k + 50), marks=pytest.mark.heavy) for k in (15, 65))],
 )
-def test_no_region_reaches_over_the_lowest_pass(
-    seeds: range, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Of random energies: no bound above the pass is verified, and many below it are."""
+def test_no_region_reaches_over_a_way_out(seeds: range, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of random energies: no bound above a way out is verified, most bounds 20 % below it are."""
     monkeypatch.setattr(flood, "BOX_LIMIT", LIMIT)
     monkeypatch.setattr(regions, "cover", partial(cover, limit=LIMIT))
     tested, verified, used = 0, 0, set[str]()
     for seed in seeds:
         rng = np.random.default_rng(seed)
         energy = random_energy(rng)
-        start, height = lowest_pass(energy, rng)
+        start, height = way_out(energy, rng)
         depth = height - float(energy.value(start))
         if depth < 1e-2:
             continue
@@ -73,21 +71,20 @@ def test_no_region_reaches_over_the_lowest_pass(
     assert {f"{WALL}1", f"{WALL}2", OTHER_SIDE} <= used
 
 
-@pytest.mark.parametrize("seed", range(40))
-def test_what_is_a_wall_is_above_the_bound(seed: int) -> None:
-    """A valley and two ridges, all planes that cross in the box; points of each plane."""
-    rng = np.random.default_rng(seed)
+def crossing_planes(rng: np.random.Generator) -> tuple[dict[str, Any], Any, Any, list[float]]:
+    """Return an energy, a box about a point where three planes meet, and U on its two ridges.
+
+    The first plane is a valley, the other two are ridges. U on a ridge is the least value at random
+    points of it in the box.
+    """
     normals, point = rng.normal(size=(3, 3)), rng.uniform(-0.5, 0.5, 3)
-    offsets = normals @ point
-    couples = 10.0 ** rng.uniform(-1, 1, 3)
-    bent = rng.normal(size=(3, 3))
-    planes = [
-        {"name": "h", "operations": plane(*one)}
-        for one in zip(normals, offsets, couples, strict=True)
-    ]
-    data = {"quadratic": (bent + bent.T).tolist(), "linear": rng.normal(size=3).tolist()}
-    data |= {"coefficients": [[[0.0]]], "kinks": planes[:1], "ridges": planes[1:]}
-    U, Q, q = Energy(data), bent + bent.T, np.array(data["linear"])
+    offsets, couples = normals @ point, 10.0 ** rng.uniform(-1, 1, 3)
+    bent, q = rng.normal(size=(3, 3)), rng.normal(size=3)
+    Q = bent + bent.T
+    numbers = zip(normals, offsets, couples, strict=True)
+    planes = [{"name": "h", "operations": plane(*one)} for one in numbers]
+    data = {"quadratic": Q.tolist(), "linear": q.tolist(), "coefficients": [[[0.0]]]}
+    data |= {"kinks": planes[:1], "ridges": planes[1:]}
 
     def value(x: Any) -> Any:
         h = couples * (x @ normals.T - offsets)
@@ -101,12 +98,23 @@ def test_what_is_a_wall_is_above_the_bound(seed: int) -> None:
         inside = rng.uniform(point - reach, point + reach, (4000, 3))
         on = inside - np.outer(inside @ normal - offset, normal) / (normal @ normal)
         on = on[np.all(np.abs(on - point) <= reach, axis=1)]
-        lows.append(value(on).min())
-    taylor = Taylor(U, box)
-    spread = abs(lows[1] - lows[0]) + np.ptp(lows) + 1e-3 * float(reach.max())
-    walls = set()
-    for bound in [*lows, *(min(lows) + spread * rng.uniform(-1, 2, 6))]:
-        found = taylor.wall(arb(float(bound) + 1e-12))
-        walls.add(found)
-        assert found is None or lows[found] >= bound - 1e-9
-    assert taylor.wall(arb(min(lows) - 100 * (1 + abs(min(lows))))) == 0
+        lows.append(float(value(on).min()))
+    return data, box, reach, lows
+
+
+def test_what_is_a_wall_is_above_the_bound() -> None:
+    """Of ridges that cross in a box: each of them is found, and none that is below the bound."""
+    found = list[int | None]()
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        data, box, reach, lows = crossing_planes(rng)
+        taylor = Taylor(Energy(data), box)
+        spread = float(np.ptp(lows)) + 1e-3 * float(reach.max())
+        for bound in [*lows, *(min(lows) + spread * rng.uniform(-2, 2, 8))]:
+            wall = taylor.wall(arb(float(bound) + 1e-12))
+            assert wall is None or lows[wall] >= bound - 1e-9
+            found.append(wall)
+        assert taylor.wall(arb(min(lows) - 100 * (1 + abs(min(lows))))) == 0
+    assert found.count(0) > 50
+    assert found.count(1) > 50
+    assert found.count(None) > 50

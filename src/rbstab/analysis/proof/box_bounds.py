@@ -147,12 +147,13 @@ class Enclosure:
 
 @dataclass(frozen=True, eq=False)
 class Jumps:
-    """Proved bounds on n energies max(h(Θ), 0) or min(h(Θ), 0) over m boxes in which they may jump.
+    """Proved bounds on n energies max(h, 0) or min(h, 0) over m boxes where their slopes may jump.
 
     Args:
         anywhere: Whether the slope of one of them may jump in each box, shape (m,).
         flat: Bounds on U with λh in place of each that may jump.
-        below: The same, with λh in place of max(h, 0) alone: it is nowhere above U. None for -U.
+        below: The same, but each min(h, 0) that may jump stays, with all its slopes: it is nowhere
+            above U. None for -U.
         share: These λ, between 0 and 1, shape (m, n). Any will do; the best make ∇U small.
         slopes: ∇h over each box, shape (m, n, 3); 0 where it does not jump.
     """
@@ -176,7 +177,7 @@ class Jumps:
     @property
     @np.errstate(all="ignore")  # comparisons with NaN are false
     def excludes_zero(self) -> Array:
-        """Whether it is proved for each box that no slopes are zero together, shape (m,).
+        """Whether it is proved for each box that for no λ all slopes of U are zero, shape (m,).
 
         All slopes are g + Σ t_k ∇h_k with the gradient g of `flat` and with λ_k + t_k between 0
         and 1. For zero slopes, n_k'(g + Σ t_j ∇h_j) = 0 with n_k near ∇h_k leaves less of t_k. None

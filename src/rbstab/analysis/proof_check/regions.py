@@ -12,7 +12,7 @@ from rbstab.analysis.proof_check.claims import RestState
 from rbstab.analysis.proof_check.cover import Cover, cover
 from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.findings import Face, Finding, Range
-from rbstab.analysis.proof_check.flood import WALL, WET, Ground, Sides, flood, meet, named
+from rbstab.analysis.proof_check.flood import WALL, WET, Sides, Terrain, flood, meet, name_of_sides
 from rbstab.analysis.proof_check.formulas.kinks import Kink, signs_over
 from rbstab.analysis.proof_check.taylor import Taylor, centre_and_step
 from rbstab.analysis.proof_check.trigonometric import Ball
@@ -20,11 +20,15 @@ from rbstab.analysis.proof_check.trigonometric import Ball
 SHARES = (1 / 2, 1 / 4, 1 / 8, 1 / 16)
 """The widths of wet boxes that are tried, as shares of the distance to a high place."""
 
+ABOVE = "b"
+"""The reason of a box in which U is at least the bound."""
+
 OTHER_SIDE = "o"
-"""The reason of a box that a motion on one side of a ridge cannot reach."""
+"""The reason of a box of the border that has no point on the sides of its cell."""
 
 WALL_WIDTH = 0.01
-"""rad: a box may have a wall if it is narrower than a share of this, however near a pass is."""
+"""rad: walls are looked for in all boxes narrower than a share of this. Near a pass on a ridge no
+box is dry, so without this limit boxes would be halved too often there."""
 
 FAR = 2.0
 """rad: a larger distance counts as this one."""
@@ -79,7 +83,7 @@ class Region:
                     return name
             for face in self.range_.faces:
                 if box[face.axis][face.end] == self.range_.box[face.axis][face.end]:
-                    name = f"{face.name}, part {len(border) + 1}{named(sides)}"
+                    name = f"{face.name}, part {len(border) + 1}{name_of_sides(sides)}"
                     border[name] = self._cover(flat(box, face.axis), face, sides)
                     if border[name].open is not None:
                         return face.name
@@ -87,9 +91,9 @@ class Region:
 
         for share in SHARES:
             border.clear()
-            reason = self._wet_or_dry(share, high, known)
-            ground = Ground(reason, obstacle, self._sides)
-            found = flood(self.range_.box, self.state.enclosure, ground, self.U.stretch)
+            reason = self._reason_of(share, high, known)
+            terrain = Terrain(reason, obstacle, self._sides)
+            found = flood(self.range_.box, self.state.enclosure, terrain, self.U.stretch)
             if found.obstacle is None:
                 break
         wrong = [f"Motions below {self._bound} are not shown to stay away from {found.obstacle}."]
@@ -99,16 +103,16 @@ class Region:
         text = f" and Θ in {component} converges to it"
         return self._finding(name, text, wrong if found.obstacle else [], covers)
 
-    def _wet_or_dry(
+    def _reason_of(
         self, share: float, high: Iterable[Box], known: dict[Box, str | None]
     ) -> Callable[[Box], str | None]:
         """Return a function that tells of a box whether it is dry, is wet, or has a wall.
 
-        It is dry, for the reason "b", if U is at least the bound in all of it, and wet if U is
-        below the bound in all of it. Another box is halved until it is small beside the way to the
-        next high place and through it, as most passes are high places. Then it is wet; but if U is
-        at least the bound on a ridge in it, it has a wall. Boxes about a pass on a ridge are never
-        dry, as U falls on both sides.
+        It is dry if U is at least the bound in all of it, and wet if U is below the bound in all of
+        it. Another box is halved until it is small beside the way to the next high place and
+        through it, as most passes are high places, or smaller than a share of `WALL_WIDTH`. Then it
+        has a wall if U is at least the bound on a ridge in it. Else it is wet once it is small
+        beside that way.
         """
         bound = arb(self.claim["energy_bound"])
 
@@ -116,7 +120,7 @@ class Region:
             taylor = None if box in known else Taylor(self.U, box)
             if taylor is not None:
                 below = WET if taylor.values < bound else None
-                known[box] = "b" if taylor.stays_above(bound) else below
+                known[box] = ABOVE if taylor.stays_above(bound) else below
             if known[box] is not None:
                 return known[box]
             distance = min((gap(box, place) + width(place) for place in high), default=FAR)
@@ -137,10 +141,9 @@ class Region:
         return tuple(signs_over(one, *centre_and_step(box, face)) for one in self._ridges)
 
     def _cover(self, box: Box, face: Face | None = None, sides: Sides | None = None) -> Cover:
-        """Cover a box by boxes in which U is at least the bound, for the reason "b".
+        """Cover a box by boxes in which U is at least the bound.
 
-        With sides, only points on these sides of the ridges matter: boxes beyond a ridge have the
-        reason "o".
+        With sides, only points on these sides of the ridges matter.
         """
         bound = arb(self.claim["energy_bound"])
         place = None if face is None else (face.axis, face.place)
@@ -149,12 +152,12 @@ class Region:
         def reason(b: Box) -> str | None:
             if sides and not meet(self._sides(b, place), sides):
                 return OTHER_SIDE
-            return "b" if Taylor(self.U, b, place, None, shares).stays_above(bound) else None
+            return ABOVE if Taylor(self.U, b, place, None, shares).stays_above(bound) else None
 
         return cover(box, reason, stretch=self.U.stretch)
 
     def _shares(self, sides: Sides) -> list[float | None]:
-        """Return λ of each kink, so that λh is in the place of a ridge on one side of it."""
+        """Return λ of each kink: 1 or 0 of a ridge whose one side is known, where it is λh."""
         of_ridges = iter(sides)
         signs = [next(of_ridges) if one.ridge else frozenset({-1, 1}) for one in self.U.kinks]
         return [None if len(one) > 1 else float(-1 in one) for one in signs]

@@ -50,12 +50,10 @@ def faults(U: Energy, states: Sequence[RestState], range_: Range) -> Iterator[st
 
 def _fault(U: Energy, state: RestState, range_: Range) -> str | None:
     """Return what is wrong with a rest state."""
-    if state.held:
-        by_guard = not U.kinks or is_at_guard(U, state)
-        if not by_guard:
-            return surface_fault(U, state, range_)
+    if state.held and U.kinks and not is_at_guard(U, state):
+        return surface_fault(U, state, range_)
     if state.ridge:
-        return "no force pushes away from it"
+        return "it is stored as a ridge, but no force pushes away from it"
     if state.held:
         return held_fault(U, state, range_)
     # Only an enclosure inside the range is expanded.

@@ -82,8 +82,8 @@ class Taylor:
         self.centre, self.step = centre, arb_mat([[entry] for entry in step])
         at_centre, third = U.smooth(centre), U.smooth(whole)
         kinks = [KinkOver(one, centre, step) for one in U.kinks if one is not without]
-        self.kinks = kinks
-        pairs = list(zip(kinks, shares or [None] * len(kinks), strict=True))
+        self.kinks, self.shares = kinks, shares or [None] * len(kinks)
+        pairs = list(zip(kinks, self.shares, strict=True))
         self.jumping = [one for one, share in pairs if share is None and one.jumps]
         self.parts = U.parts_over(centre, step)
         self.parts += [one if t is None else Share(one.argument, t) for one, t in pairs]
@@ -220,15 +220,15 @@ class Taylor:
         return self.below_valleys is not None and self.below_valleys.stays_above(bound)
 
     def wall(self, bound: Ball) -> int | None:
-        """Return a ridge on which U >= bound is proved, for all of it in the box; None without one.
+        """Return a ridge in the box on which U >= bound is proved, by its number among the ridges.
 
-        Its number counts the ridges of U. U is the expansion with λh in its place where h = 0.
+        None without one. Where h = 0, U is the same with λh in the place of min(h, 0).
         """
         ridges = [place for place, one in enumerate(self.kinks) if one.kink.ridge]
         for number, place in enumerate(ridges):
             if not self.kinks[place].jumps:
                 continue
-            on_ridge = list(self._below)
+            on_ridge = list(self._shares_below)
             on_ridge[place] = self._flattest[place]
             if Taylor(*self._again, on_ridge).stays_above(bound):
                 return number
@@ -240,17 +240,21 @@ class Taylor:
         return Taylor(*self._again, self._flattest)
 
     @property
-    def _below(self) -> list[float | None]:
+    def _shares_below(self) -> list[float | None]:
         """λ of each kink, but for the ridges that may jump: λh is above them."""
+        open_ridges = [one for one in self.jumping if one.kink.ridge]
         pairs = zip(self.kinks, self._flattest, strict=True)
-        return [None if one.jumps and one.kink.ridge else share for one, share in pairs]
+        return [None if one in open_ridges else share for one, share in pairs]
 
     @cached_property
     def below_valleys(self) -> "Taylor | None":
-        """The expansion with λh in place of each max(h, 0), nowhere above U; None if none jumps."""
+        """The expansion with λh in place of each max(h, 0), nowhere above U.
+
+        None if no max(h, 0) may jump.
+        """
         if all(one.kink.ridge for one in self.jumping):
             return None
-        return Taylor(*self._again, self._below)
+        return Taylor(*self._again, self._shares_below)
 
     @cached_property
     def _flattest(self) -> list[float]:
@@ -266,9 +270,10 @@ class Taylor:
         for one in self.jumping:
             inner = change([ANY_SHARE.mid() * entry for entry in one.argument.slopes])
             left = [x - y for x, y in zip(left, inner, strict=True)]
-        # Where one does not jump, λ is known.
-        found = [float(one.acts) for one in self.kinks]
-        places = [place for place, one in enumerate(self.kinks) if one.jumps]
+        # Where one does not jump, λ is known; and it may be given.
+        pairs = list(zip(self.kinks, self.shares, strict=True))
+        found = [float(one.acts) if share is None else share for one, share in pairs]
+        places = [place for place, one in enumerate(self.kinks) if one in self.jumping]
         for place in places * (SWEEPS if len(places) > 1 else 1):
             step = change(self.kinks[place].argument.gradient)
             square = sum((x * x for x in step), arb(0))
@@ -281,7 +286,7 @@ class Taylor:
 
     @property
     def excludes_jumps(self) -> bool:
-        """Whether no slopes in a box with jumps are zero together.
+        """Whether for no λ all slopes of U are zero, in a box with jumps.
 
         With the gradient g of `flat`, all slopes are g + Σ t_k ∇h_k, where λ_k + t_k is
         between 0 and 1. If they are zero, n'(g + Σ t_j ∇h_j) = 0 with n near ∇h_k bounds t_k. They
@@ -290,7 +295,7 @@ class Taylor:
         if not self.jumping:
             return False
         pairs = zip(self.kinks, self._flattest, strict=True)
-        room = {one: ANY_SHARE - arb(share) for one, share in pairs if one.jumps}
+        room = {one: ANY_SHARE - arb(share) for one, share in pairs if one in self.jumping}
         for one in self.jumping:
             normal = [entry.mid() for entry in one.argument.gradient]
             steepness = _dot(normal, one.argument.slopes)

@@ -212,7 +212,7 @@ class ProvedEnergy(Entry):
     above the angle `stop`, rad. With springs, U has the lengths of their lines too; lines
     is None without one. The energies of ligaments are added to U: those of a held body, or their
     least value over the position. Elements of users add formulas, if their energies are not of the
-    form above, and parts max(h, 0) and min(h, 0), where their force jumps: kinks and ridges. Those
+    form above, and parts where their force jumps: max(h, 0) are kinks, and min(h, 0) ridges. Those
     that are convex in own states, and not quadratic, add their least energy over these: own_states.
     Each number is the exact one rounded once.
     """

@@ -1,4 +1,4 @@
-"""The answers about a run for a report, and whether it starts in its certified region."""
+"""What a report says about the stability of a run, found where the run is read."""
 
 import math
 from collections.abc import Sequence
@@ -43,7 +43,10 @@ def answers_of(result: Result, config: Config | None, proof: Proof | None) -> An
 def _checks(
     lines: Sequence[CertificateLine], config: Config | None, proof: Proof | None
 ) -> list[Check] | None:
-    """Return what a proof decides that was stored after a run; None if the certificate has it."""
+    """Return what a proof decides that was stored after a run.
+
+    None if the certificate has it already, or if it cannot be computed.
+    """
     stored = [line.value for line in lines if line.check == CERTIFIED_REGION]
     if (stored and not math.isnan(stored[0])) or proof is None:
         return None

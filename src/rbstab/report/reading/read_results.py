@@ -106,11 +106,11 @@ def read_all(paths: Sequence[Path]) -> Iterator[Read | Unread]:
     Worker processes read them, with limits of time and memory: anybody may have written the files,
     and HDF5 may hang or crash on them.
     """
-    readers = _readers if len(paths) < MANY else _answering
+    readers = _readers if len(paths) < MANY else _readers_with_answers
     yield from readers.map(read_one, paths)
 
 
-_readers, _answering = IsolatedReaders(read_file), IsolatedReaders(read_with_answers)
+_readers, _readers_with_answers = IsolatedReaders(read_file), IsolatedReaders(read_with_answers)
 
 
 def _reason(path: Path, error: Exception) -> str:

@@ -64,5 +64,5 @@ def _facts(run: Run, proof: Proof | None) -> RunFacts:
 
 
 def _proof(run: Run) -> Proof | None:
-    """Return the proof stored beside a result; runs may share it."""
+    """Return the proof stored beside a result."""
     return None if run.config is None else cached_proof(run.path.parent, run.config)

@@ -174,12 +174,14 @@ def _douglas_peucker(points: Array) -> NDArray[np.bool_]:
     inside = np.flatnonzero(~needed)
     while len(inside):
         ends = np.flatnonzero(needed)
+        # The number of the needed point at the end of the span of each point.
         span = np.searchsorted(ends, inside)
         distance = _distances(points[inside], points[ends[span - 1]], points[ends[span]])
         first = _first_of_each(span)
         farthest = np.zeros(len(ends))
         farthest[span[first]] = np.maximum.reduceat(distance, first)
         is_open = farthest[span] > 1.0
+        # Of points that are equally far, the first.
         most = np.flatnonzero(is_open & (distance == farthest[span]))
         middle = most[_first_of_each(span[most])]
         needed[inside[middle]], is_open[middle] = True, False
@@ -188,7 +190,7 @@ def _douglas_peucker(points: Array) -> NDArray[np.bool_]:
 
 
 def _first_of_each(numbers: Indices) -> Indices:
-    """Return the indices at which ascending numbers change, and 0; () of none."""
+    """Return the index of the first of each run of equal numbers."""
     changes = np.flatnonzero(numbers[1:] != numbers[:-1]) + 1
     return np.concatenate([np.zeros(min(len(numbers), 1), dtype=np.intp), changes])
 

@@ -67,7 +67,8 @@ MODE = "mode"
 """The kind of a variable σ_i."""
 
 MOST_MODES = 6
-"""The most switches of one element, two for each angle: with n of them, it is recorded 2ⁿ times."""
+"""The most switches of one element: a guard on both sides of each angle has so many. With n of
+them, an element is recorded 2ⁿ times."""
 
 NOT_OF_ANGLES = (
     "it switches, and its energy or an event function depends on more than Θ (and, for the energy, "
@@ -151,7 +152,7 @@ def switched_energy(at_rest: Configurations, element: Element) -> SwitchedEnergy
     for (place, exponent), terms in by_mode.items():
         factor = _added(formula, [_term(formula, term) for term in terms])
         if exponent == 1:
-            kinks = valleys if _pulls_back(formula, factor) else ridges
+            kinks = valleys if _is_valley(formula, factor) else ridges
             kink = part_of(formula, _appended(formula, MULTIPLY, factor, guards[place]))
             if not kink.of_angles:
                 raise NotShownError(JUMPS_BY_MORE)
@@ -162,8 +163,8 @@ def switched_energy(at_rest: Configurations, element: Element) -> SwitchedEnergy
     return SwitchedEnergy(part_of(formula, total), tuple(valleys), tuple(ridges))
 
 
-def _pulls_back(formula: list[Operation], factor: int) -> bool:
-    """Return whether a k_i is never negative, or never positive.
+def _is_valley(formula: list[Operation], factor: int) -> bool:
+    """Return True if a k_i is never negative (a valley), False if it is never positive (a ridge).
 
     Raises:
         NotShownError: Neither is shown.

@@ -17,13 +17,13 @@ ANY_SHARE = arb(0.5, 0.5)
 
 
 class Kink(Formula):
-    """max(h, 0), with the formula h. What `Formula` has is of h, but for `value` and `cut`."""
+    """max(h, 0). As a `Formula` it is h; `value` and `switches` alone are those of the energy."""
 
     ridge = False
 
     @staticmethod
     def cut(h: Ball) -> Ball:
-        """Return the energy where h has these values."""
+        """Return max(h, 0)."""
         return h.max(arb(0))
 
     def value(self, Theta: Sequence[Ball]) -> Ball:
@@ -42,12 +42,12 @@ class Ridge(Kink):
 
     @staticmethod
     def cut(h: Ball) -> Ball:
-        """Return the energy where h has these values."""
+        """Return min(h, 0)."""
         return h.min(arb(0))
 
 
 def signs_over(kink: Kink, centre: Sequence[Ball], step: Sequence[Ball]) -> frozenset[int]:
-    """Return the signs that h may have over a box: 1, -1, or both."""
+    """Return the signs that h may have over a box: 1, -1, or both. Zero has both."""
     h = kink.over(centre, step).values
     return frozenset(sign for sign in (-1, 1) if not sign * h < 0)
 

@@ -54,7 +54,8 @@ def surface_fault(U: Energy, state: RestState, range_: Range) -> str | None:
     fault = fault_of(state, range_, unique=unique, exists=exists, index=index)
     found = equations()
     if fault is None and found is not None and found.ridge != state.ridge:
-        return f"a force {'pushes away from' if found.ridge else 'pulls back to'} it"
+        does, said = ("pushes away from", "no") if found.ridge else ("pulls back to", "a")
+        return f"the force {does} the surface, but it is stored as {said} ridge"
     return fault
 
 

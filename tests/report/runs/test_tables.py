@@ -18,10 +18,12 @@ from support.made_runs import (
     made_result,
 )
 
+from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
-from rbstab.experiment.proof_cache import proof_file
+from rbstab.experiment.proof_cache import cached_proof, proof_file
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof, ProvedRegion, ProvedState
+from rbstab.experiment.stored_proof.starts import start_level
 from rbstab.experiment.summary import ReferenceValue, half_unit
 from rbstab.report.model.document import Cards, Section, Table
 from rbstab.report.reading.sources import read_sources
@@ -152,11 +154,24 @@ def test_each_run_has_a_card_unless_there_are_many(tmp_path):
     assert not any(isinstance(block, Cards) for block in more)
 
 
-def test_a_card_shows_the_margin_to_the_region(path, tmp_path):
-    store_proof(tmp_path, made_config(), 1, level=4 * V_START)
+def margin_on_card(path):
     *_, cards = answer_blocks(facts(path))
     assert isinstance(cards, Cards)
-    assert dict(cards.cards[0].facts)["v(0)/c*"] == "0.25"
+    return dict(cards.cards[0].facts).get("v(0)/c*")
+
+
+def test_a_card_shows_the_margin_to_the_region(path, tmp_path):
+    """The level is about v from the lowest rest state; the v of a run may count from another."""
+    store_proof(tmp_path, made_config(), 1)
+    config = load_config(_plain(made_config()))
+    proof = cached_proof(tmp_path, config)
+    assert proof is not None
+    start = start_level(problem_of(config), proof)
+    assert start is not None
+    assert start != pytest.approx(V_START)
+    store_proof(tmp_path, made_config(), 1, level=4 * start)
+    assert margin_on_card(path) == "0.25"
+    *_, cards = answer_blocks(facts(path))
     assert "v(0)/c*" in dict(cards.words)
     (_, without) = answer_blocks(facts(made_file(tmp_path / "other" / "unproved.h5")))
     assert isinstance(without, Cards)
@@ -175,6 +190,8 @@ def test_a_card_shows_the_margin_to_the_region(path, tmp_path):
 def test_inside_the_certified_region_by_the_certificate(verdict, level, answer, tmp_path):
     path = made_file(tmp_path / "a.h5", verdicts={"certified region": verdict}, level=level)
     assert column(summary_table(facts(path)), "in certified region")["a"].text == answer
+    expected = None if math.isnan(level[0]) else f"{level[0] / level[1]:g}"
+    assert margin_on_card(path) == expected
 
 
 def store_proof(folder, text, states, *, level=1e9):

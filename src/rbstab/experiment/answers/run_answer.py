@@ -32,6 +32,9 @@ from rbstab.store.result import Result
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.proof import Proof, ProvedState
 
+SAME_START = 1e-6
+"""Two values of v(0) with a smaller relative difference count from the same rest state."""
+
 SETTLED = f"v stays below v(0)/{1 / SETTLED_FRACTION:g}"
 """What "at rest" means for a computed run."""
 
@@ -126,7 +129,8 @@ def _this_start(
         # So it is in results of before the attribute `convergence`.
         return Answer(Sureness.PROVED, "the exact motion comes to rest")
     seen = _seen(result, lines)
-    reason = _why_not_proved(found, lines.get(CERTIFIED_REGION))
+    start = float(lyapunov_function_of(result)[0])
+    reason = _why_not_proved(found, lines.get(CERTIFIED_REGION), start)
     return Answer(seen.sureness, f"{seen.sentence}. Not proved: {reason}")
 
 
@@ -191,15 +195,21 @@ def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
     return Answer(Sureness.NOT_DECIDED, why)
 
 
-def _why_not_proved(found: Convergence | None, region: CertificateLine | None) -> str:
+def _why_not_proved(
+    found: Convergence | None, region: CertificateLine | None, start: float
+) -> str:
+    """Return why nothing is proved of a start, with v(0) as the run has it."""
     if found is None:
         return f"there is no proof; {ASK_FOR_PROOF} makes it"
     margin = ""
     if region is not None and region.bound > 0 and region.value >= region.bound:
         level = rounded_down(region.bound, 4)
+        # The v of the run counts from the rest state that the motion approaches.
+        same = math.isclose(region.value, start, rel_tol=SAME_START)
+        counted = "" if same else " from the lowest rest state"
         margin = (
-            f"v(0) = {region.value:.4g} J is not below c* = {level} J, the level of the certified "
-            f"region; "
+            f"v(0) = {region.value:.4g} J{counted} is not below c* = {level} J, the level of the "
+            f"certified region; "
         )
         if found.enclosed is Enclose.NOTHING:
             return f"{margin}{ASK_FOR_PROOF} follows the exact motion"

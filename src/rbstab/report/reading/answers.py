@@ -21,10 +21,13 @@ class Answers(NamedTuple):
     Attributes:
         answer: What is known about stability, and how surely.
         inside: Whether the run starts in its certified region; None if unknown.
+        margin: v(0) over the level of this region, both from its rest state; None if unknown. (The
+            stored v may count from another rest state, which the motion approaches.)
     """
 
     answer: RunAnswer
     inside: bool | None
+    margin: float | None
 
 
 def answers_of(result: Result, config: Config | None, proof: Proof | None) -> Answers:
@@ -37,7 +40,7 @@ def answers_of(result: Result, config: Config | None, proof: Proof | None) -> An
     """
     lines = certificate_lines(result)
     checks = _checks(lines, config, proof)
-    return Answers(answer_beside(result, config, proof, checks), _inside(lines, checks))
+    return Answers(answer_beside(result, config, proof, checks), *_region(lines, checks))
 
 
 def _checks(
@@ -56,14 +59,22 @@ def _checks(
     return proved_checks(problem_of(config), proof)
 
 
-def _inside(lines: Sequence[CertificateLine], checks: Sequence[Check] | None) -> bool | None:
-    """Return whether a run starts in its certified region; None if unknown.
+def _region(
+    lines: Sequence[CertificateLine], checks: Sequence[Check] | None
+) -> tuple[bool | None, float | None]:
+    """Return whether a run starts in its certified region, and the margin; None if unknown.
 
     The certificate decides. If it was written without a proof, a proof stored since then decides.
     """
-    found = [(line.verdict, line.value) for line in lines if line.check == CERTIFIED_REGION]
+    found = [(line.verdict, line.value, line.bound) for line in lines if _is_region(line.check)]
     if checks is not None:
-        found = [(str(one.verdict), one.value) for one in checks if one.name == CERTIFIED_REGION]
+        found = [(str(one.verdict), one.value, one.bound) for one in checks if _is_region(one.name)]
     if not found or math.isnan(found[0][1]):
-        return None
-    return found[0][0] == Verdict.CERTIFIED
+        return None, None
+    verdict, start, level = found[0]
+    return verdict == Verdict.CERTIFIED, start / level if 0 < level < math.inf else None
+
+
+def _is_region(name: str) -> bool:
+    """Return whether a check is that of the certified region."""
+    return name == CERTIFIED_REGION

@@ -152,13 +152,11 @@ def _margin(facts: RunFacts) -> str:
     convergence is proved, the region is the one that proves it: perhaps that of all θ1 and θ3.
     """
     start, found = facts.run.summary.lyapunov_start, facts.convergence
-    region = None if facts.proof is None else facts.proof.region
-    level = 0.0 if region is None else region.lower_bound
+    margin = facts.margin
     if found is not None and found.proved and found.bound is not None:
-        level = found.bound
-    if not 0.0 < level < math.inf or not math.isfinite(start):
-        return ""
-    return f"{number(start / level)}"
+        # v counts from the rest state to which the motion is proved to converge.
+        margin = start / found.bound if 0.0 < found.bound < math.inf else None
+    return "" if margin is None or not math.isfinite(margin) else number(margin)
 
 
 def _statement(question: str, answer: Answer) -> Statement:

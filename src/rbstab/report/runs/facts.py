@@ -22,6 +22,7 @@ class RunFacts:
         lines: The checks of its certificate.
         proof: The stored proof for its body, gravity and controller; None without one.
         inside: Whether the run starts in its certified region; None if unknown.
+        margin: v(0) over the level of this region, both from its rest state; None if unknown.
         convergence: What is proved of the exact motion; None for an older result.
         answer: What is known about stability, and how surely.
         comparisons: Printed values of the config's `reference`, each with the computed one.
@@ -31,6 +32,7 @@ class RunFacts:
     lines: tuple[CertificateLine, ...]
     proof: Proof | None
     inside: bool | None
+    margin: float | None
     convergence: Convergence | None
     answer: RunAnswer
     comparisons: tuple[ReferenceValue, ...]
@@ -51,12 +53,13 @@ def _facts(run: Run, proof: Proof | None) -> RunFacts:
     comparisons = (
         reference_values_of(result, reference, run.summary) if reference is not None else []
     )
-    answer, inside = run.known_answers or answers_of(result, config, proof)
+    answer, inside, margin = run.known_answers or answers_of(result, config, proof)
     return RunFacts(
         run=run,
         lines=tuple(certificate_lines(result)),
         proof=proof,
         inside=inside,
+        margin=margin,
         convergence=stored_convergence(result.attributes),
         answer=answer,
         comparisons=tuple(comparisons),

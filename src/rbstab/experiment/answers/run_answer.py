@@ -195,9 +195,7 @@ def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
     return Answer(Sureness.NOT_DECIDED, why)
 
 
-def _why_not_proved(
-    found: Convergence | None, region: CertificateLine | None, start: float
-) -> str:
+def _why_not_proved(found: Convergence | None, region: CertificateLine | None, start: float) -> str:
     """Return why nothing is proved of a start, with v(0) as the run has it."""
     if found is None:
         return f"there is no proof; {ASK_FOR_PROOF} makes it"

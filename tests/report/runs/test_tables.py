@@ -172,6 +172,7 @@ def test_a_card_shows_the_margin_to_the_region(path, tmp_path):
     store_proof(tmp_path, made_config(), 1, level=4 * start)
     assert margin_on_card(path) == "0.25"
     *_, cards = answer_blocks(facts(path))
+    assert isinstance(cards, Cards)
     assert "v(0)/c*" in dict(cards.words)
     (_, without) = answer_blocks(facts(made_file(tmp_path / "other" / "unproved.h5")))
     assert isinstance(without, Cards)

@@ -141,8 +141,17 @@ def test_a_proof_is_verified_and_a_changed_one_is_not(element):
     place = next(k for k, one in enumerate(ridge["operations"]) if one[0] == "constant")
     ridge["operations"][place][1] *= 1.001
     changed = Proof.model_validate(data | {"unwrapped": None})
-    assert not verify(changed).verified
     assert not verify(changed, config).verified
+
+
+def test_a_moved_ridge_is_refused_without_the_config():
+    """The pass is where the ridge was."""
+    data = json.loads(prove(loaded_with({"one": outwards()})).model_dump_json())
+    moved = json.loads(json.dumps(data["reduced_energy"]["ridges"]).replace("0.3", "0.301"))
+    assert moved != data["reduced_energy"]["ridges"]
+    data["reduced_energy"]["ridges"] = moved
+    found = verify(Proof.model_validate(data | {"unwrapped": None}))
+    assert {one.claim for one in found.findings if not one.verified} == {"rest states"}
 
 
 def test_a_ridge_that_is_stored_as_a_valley_does_not_agree_with_the_code():

@@ -209,7 +209,9 @@ def test_a_start_is_compared_from_the_lowest_rest_state(rbstab: Invoke) -> None:
     """The mast comes to rest at the other one, from which the v of the run counts."""
     assert rbstab("examples", "latch", "-o", ".").exit_code == 0
     done = rbstab("run", "examples/latch.yaml", "--allow-python")
-    (compared,) = re.findall(r"v\(0\) = (\S+) J from the lowest rest state is not", done.stdout)
+    (compared,) = re.findall(
+        r"v\(0\) = (\S+) J, counted from the lowest rest state, is not", done.stdout
+    )
     (file,) = Path("results/proofs").iterdir()
     lowest, aside, _ = json.loads(file.read_text())["states"]
     v = open_result("results/latch.h5")["lyapunov"]

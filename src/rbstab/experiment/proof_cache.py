@@ -76,11 +76,10 @@ def _may_hold_proofs(folder: Path) -> bool:
 
 def _cached(folder: Path, config: Config, version: int) -> "Proof | None":
     """Return the cached proof of one version."""
-    from rbstab.experiment.stored_proof.identity import proof_id
-
-    number = proof_id(config, version)
-    proof = _read(folder / PROOFS / f"{number}.json")
-    return proof if proof is not None and proof.id == number else None
+    file = proof_file(folder, config, version)
+    proof = _read(file)
+    # The name of the file is the id.
+    return proof if proof is not None and proof.id == file.stem else None
 
 
 def _read(file: Path) -> "Proof | None":

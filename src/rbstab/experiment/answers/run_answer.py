@@ -204,7 +204,7 @@ def _why_not_proved(found: Convergence | None, region: CertificateLine | None, s
         level = rounded_down(region.bound, 4)
         # The v of the run counts from the rest state that the motion approaches.
         same = math.isclose(region.value, start, rel_tol=SAME_START)
-        counted = "" if same else " from the lowest rest state"
+        counted = "" if same else ", counted from the lowest rest state,"
         margin = (
             f"v(0) = {region.value:.4g} J{counted} is not below c* = {level} J, the level of the "
             f"certified region; "

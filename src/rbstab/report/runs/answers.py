@@ -38,12 +38,12 @@ SYMBOLS = {
     "v(0)": (
         "v(0)",
         "the Lyapunov function v at the start; v is an energy that damping takes away, zero at the "
-        "lowest rest state",
+        "rest state that the motion approaches, or else at the lowest one",
     ),
     MARGIN: (
         MARGIN,
-        "c* is a level of v below which every motion is proved to converge; below 1 the start has "
-        "that proof, above 1 nothing follows",
+        "c* is a level of v below which every motion is proved to converge; here both count from "
+        "the rest state of that proof. Below 1 the start has the proof, above 1 nothing follows",
     ),
     "peak |E|": ("E", "the displacement of the contact point from its anchor"),
     "peak |θ2|": (

@@ -6,7 +6,13 @@ from support.differences import derivative, relative_error
 from support.pose import angles, attitude, turned
 from support.systems import random_body, random_Z
 
-from rbstab.mechanics.attitude import rate_matrix, rate_matrix_inverse, regularity, rotation
+from rbstab.mechanics.attitude import (
+    angle_rates,
+    rate_matrix,
+    rate_matrix_inverse,
+    regularity,
+    rotation,
+)
 from rbstab.mechanics.contact import displacement, velocity
 
 
@@ -42,6 +48,12 @@ def test_eq_01_angle_rates_follow_the_turning_body(rng):
     A = attitude(Theta)
     expected = derivative(lambda t: angles(turned(A, Omega, t)), 1e-3)
     assert relative_error(rate_matrix(Theta) @ Omega, expected) < 1e-11
+
+
+def test_eq_01_angle_rates_of_many_attitudes(rng):
+    Theta, Omega = np.split(np.array([random_Z(rng)[:6] for _ in range(5)]), 2, axis=1)
+    expected = [rate_matrix(angles) @ spin for angles, spin in zip(Theta, Omega, strict=True)]
+    assert relative_error(angle_rates(Theta, Omega), np.array(expected)) < 1e-14
 
 
 def test_eq_01_rotation_rate_is_A_times_spin(rng):

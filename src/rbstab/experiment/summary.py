@@ -15,7 +15,7 @@ from rbstab.analysis.peak_search import (
 )
 from rbstab.analysis.settling import moves_on, settling_times
 from rbstab.experiment.convergence.enclosed_samples import GROUP
-from rbstab.mechanics.attitude import rate_matrix
+from rbstab.mechanics.attitude import angle_rates
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Result
 
@@ -27,10 +27,6 @@ ROUND_OFF = 1e-9
 
 KINETIC = "kinetic"
 """The name of the kinetic energy among the parts of the energy of a result."""
-
-NEIGHBOURS = 3
-"""Samples on each side of those where |θ2| may be largest: a turning point is interpolated through
-up to six."""
 
 
 class Summary(NamedTuple):
@@ -74,21 +70,20 @@ def summary_of(result: Result) -> Summary:
     with np.errstate(all="ignore"):
         distance = np.linalg.norm(E, axis=1)
         distance_rate = (E * F).sum(axis=1) / np.where(distance > 0, distance, 1.0)
-        values, rates = np.array([*E.T, distance]), np.array([*F.T, distance_rate])
-        fast = _has_fast_steps(result)
-        (x, y, z, farthest), resolved = _peaks(t, values, rates, fast)
-        (at_samples,), resolved_pitch = _peaks(*_pitch_where_largest(t, Theta, Omega), fast)
-    pitch, at_stop = _largest_pitch(result, abs(at_samples))
+        values = np.array([*E.T, distance, Theta[:, 1]])
+        rates = np.array([*F.T, distance_rate, angle_rates(Theta, Omega)[:, 1]])
+        (x, y, z, farthest, pitch), shown = _peaks(t, values, rates, _has_fast_steps(result))
+    largest_pitch, at_stop = _largest_pitch(result, abs(pitch))
     return Summary(
         float(v[0]),
         float(v[-1]),
         relative_residual(result["energy_residual"], v, result["energy"], supplied),
         abs(farthest),
         (x, y, z),
-        pitch,
+        largest_pitch,
         float(t[-1]),
-        resolved,
-        resolved_pitch or at_stop,
+        all(shown[:-1]),
+        shown[-1] or at_stop,
     )
 
 
@@ -99,8 +94,8 @@ def _has_fast_steps(result: Result) -> bool:
     return steps is None or int(steps) > most * (len(result["time"]) - 1)
 
 
-def _peaks(times: Array, values: Array, rates: Array, fast: bool) -> tuple[list[float], bool]:
-    """Return the values of quantities farthest from zero, and whether the samples show them all.
+def _peaks(times: Array, values: Array, rates: Array, fast: bool) -> tuple[list[float], list[bool]]:
+    """Return the value of each quantity farthest from zero, and whether the samples show it.
 
     Args:
         times: Shape (n,), s.
@@ -110,7 +105,7 @@ def _peaks(times: Array, values: Array, rates: Array, fast: bool) -> tuple[list[
     """
     largest = values[np.arange(len(values)), np.abs(values).argmax(axis=1)]
     if len(times) == 1:
-        return largest.tolist(), True
+        return largest.tolist(), [True] * len(values)
     # The sign of a rate that is round-off says nothing: such a quantity is constant.
     change = np.diff(times).max() * np.abs(rates).max(axis=1, keepdims=True)
     constant = change <= ROUND_OFF * np.abs(largest)[:, np.newaxis]
@@ -128,8 +123,8 @@ def _peaks(times: Array, values: Array, rates: Array, fast: bool) -> tuple[list[
     agree = np.abs(peak - cubics.value[:, 0]) <= tolerance
     resolved = (error <= tolerance) | (agree & within & (not fast))
     # Where a quantity is no number, its peak is none, however many samples there are.
-    shown = bool((resolved | np.isnan(largest)).all())
-    return np.where(resolved, peak, largest).tolist(), shown
+    shown = resolved | np.isnan(largest)
+    return np.where(resolved, peak, largest).tolist(), shown.tolist()
 
 
 def _largest_pitch(result: Result, at_samples: float) -> tuple[float, bool]:
@@ -139,21 +134,6 @@ def _largest_pitch(result: Result, at_samples: float) -> tuple[float, bool]:
     met = bool(result["impact_count"][-1] > 0 or result["stop_contact"].any())
     angle = float(result["stop_angle"])
     return (angle if met else min(at_samples, angle)), met
-
-
-def _pitch_where_largest(t: Array, Theta: Array, Omega: Array) -> tuple[Array, Array, Array]:
-    """Return the times, θ2 and θ̇2 of samples around which |θ2| may be largest, without gaps.
-
-    |θ̇2| is at most |Ω|. So between two samples the interpolating cubic exceeds the larger sample by
-    less than h max|Ω|. θ2 and θ̇2 have the shape (1, n), rad and rad/s.
-    """
-    pitch = np.abs(Theta[:, 1])
-    reach = np.diff(t).max(initial=0.0) * np.linalg.norm(Omega, axis=1).max()
-    near = np.flatnonzero(~(pitch < pitch.max() - reach))
-    some = slice(max(0, near[0] - NEIGHBOURS), near[-1] + 1 + NEIGHBOURS)
-    pairs = zip(Theta[some], Omega[some], strict=True)
-    rates = [(rate_matrix(angles) @ spin)[1] for angles, spin in pairs]
-    return t[some], Theta[some, 1][np.newaxis], np.array([rates])
 
 
 def lyapunov_function_of(result: Result) -> Array:

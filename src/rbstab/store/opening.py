@@ -39,6 +39,9 @@ _TEXT = h5py.string_dtype("utf-8")
 _TEXT_REFERENCE = np.dtype([("length", "<u4"), ("address", "<u8"), ("index", "<u4")])
 """HDF5 stores a text of any length as its length and its place in the file."""
 
+_COMMON_NUMBERS = ((h5py.h5t.STD_I64LE, "<i8"), (h5py.h5t.IEEE_F64LE, "<f8"))
+"""Types of attributes. To find the type of numpy for one of HDF5 takes longer than to compare."""
+
 
 @dataclass(frozen=True)
 class Hdf5Reader:
@@ -309,6 +312,9 @@ class Hdf5Reader:
 
     @staticmethod
     def _value(attribute: h5py.h5a.AttrID) -> str | int | float | None:
+        number = _common_number(attribute)
+        if number is not None:
+            return number
         dtype = attribute.dtype
         is_text = _is_text(dtype)
         if attribute.shape != () or not (is_text or dtype.kind in "fiu"):
@@ -393,6 +399,20 @@ def _open_raw(path: Path) -> Iterator[BinaryIO]:
 def _is_text(dtype: np.dtype[Any]) -> bool:
     found = h5py.check_string_dtype(dtype)
     return found is not None and found.length is None
+
+
+def _common_number(attribute: h5py.h5a.AttrID) -> int | float | None:
+    """Return an attribute that is one number of a type that rbstab writes; None for all others."""
+    stored = attribute.get_type()
+    for common, dtype in _COMMON_NUMBERS:
+        if stored.equal(common):
+            if attribute.get_space().get_simple_extent_type() != h5py.h5s.SCALAR:
+                return None
+            value = np.zeros((), dtype)
+            attribute.read(value)
+            number: int | float = value.item()
+            return number
+    return None
 
 
 def _is_hard_link(parent: h5py.Group, name: str) -> bool:

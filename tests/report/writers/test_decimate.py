@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from rbstab.report.model.figure import Axis, Figure, Line, Panel, Points, Stack
-from rbstab.report.writers.decimate import decimate, kept_points
+from rbstab.report.writers.decimate import decimate, kept_points, visible_points
 
 HEIGHTS = st.floats(-1e6, 1e6, width=32) | st.sampled_from([np.nan, np.inf, -np.inf, 0.0])
 
@@ -54,6 +54,15 @@ def test_what_is_left_out_lies_on_the_curve_that_is_drawn(y, tolerance):
     corners = np.column_stack([line.x, line.y]) / spans
     for point in np.column_stack([x, y]) / spans:
         assert distance_to_curve(point, corners) <= tolerance * (1 + 1e-9)
+
+
+@given(st.lists(curves(longest=30), max_size=4), st.sampled_from([1e-3, 0.1]))
+def test_several_curves_lose_the_points_that_each_loses_alone(heights, tolerance):
+    each = [np.column_stack([np.arange(len(y), dtype=float), y]) for y in heights]
+    near = np.array([30 * tolerance, 1e6 * tolerance])
+    together = visible_points(each, near)
+    alone = [kept_points(*curve.T, tolerance=near) for curve in each]
+    assert [kept.tolist() for kept in together] == [kept.tolist() for kept in alone]
 
 
 @given(curves(40, 400), st.sampled_from([16, 32]))

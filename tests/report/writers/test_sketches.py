@@ -7,7 +7,7 @@ import numpy as np
 
 from rbstab.report.model.document import Sketch
 from rbstab.report.model.palette import COLOURS
-from rbstab.report.writers.sketches import HEIGHT, WIDTH, svg
+from rbstab.report.writers.sketches import HEIGHT, WIDTH, svg, svg_of_each
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -50,3 +50,13 @@ def test_the_caption_is_text():
     caption = 'a < b & "c"'
     root, _ = drawn(Sketch(caption, (("", np.zeros((2, 2))),)))
     assert root.get("aria-label") == caption
+
+
+def test_many_sketches_are_drawn_as_each_alone():
+    x = np.linspace(0, 1, 50)
+    sketches = [
+        Sketch("two", (("a", np.column_stack([x, x**2])), ("b", np.column_stack([x, 1 - x])))),
+        Sketch("none", ()),
+        Sketch("one", (("", np.column_stack([x, np.sin(9 * x) ** 2])),), np.array([[0.5, 0.5]])),
+    ]
+    assert svg_of_each(sketches) == [svg(sketch) for sketch in sketches]

@@ -18,6 +18,8 @@ def untrusted(text: object, max_length: int = MAX_LENGTH) -> str:
     Characters that control a terminal or change the direction of writing are escaped.
     """
     whole = str(text)
+    if len(whole) <= max_length and whole.isascii() and whole.isprintable():
+        return whole  # as most texts are; the rest takes much longer
     shown = printable(whole[: max_length + 1])
     return shown if len(shown) <= max_length else f"{shown[: max_length - 1]}…"
 

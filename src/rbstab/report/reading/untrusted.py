@@ -162,10 +162,8 @@ def _printable(result: Result) -> Result:
 
 
 def _printable_variable(variable: Variable) -> Variable:
-    shown = variable._replace(
-        unit=untrusted(variable.unit), long_name=untrusted(variable.long_name)
-    )
-    if variable.data.dtype.kind not in "OUT":
-        return shown
-    words = [untrusted(word) for word in variable.data.ravel().tolist()]
-    return shown._replace(data=np.array(words, dtype=object).reshape(variable.data.shape))
+    dimensions, data, unit, long_name = variable
+    if data.dtype.kind in "OUT":
+        words = [untrusted(word) for word in data.ravel().tolist()]
+        data = np.array(words, dtype=object).reshape(data.shape)
+    return Variable(dimensions, data, untrusted(unit), untrusted(long_name))

@@ -6,6 +6,7 @@ removes points that are closer than a small fraction of the panel to the line be
 neighbours. No point is moved, and the order does not change.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -58,9 +59,26 @@ def kept_points(
     kept = _extremes(x, y, max_points) if len(x) > max_points else np.arange(len(x))
     if tolerance is None:
         return kept
+    (visible,) = visible_points([np.column_stack([x, y])[kept]], tolerance)
+    return kept[visible]
+
+
+def visible_points(curves: Sequence[Array], tolerance: Array) -> list[Indices]:
+    """Return the indices of the points of each curve whose removal would change it visibly.
+
+    Many short curves together take a small part of the time that they take one after the other.
+
+    Args:
+        curves: Points in axis coordinates, shape (n, 2) each.
+        tolerance: As in `kept_points`.
+    """
+    if not curves:
+        return []
+    lengths = np.array([len(curve) for curve in curves])
     with np.errstate(all="ignore"):
-        points = np.column_stack([x, y])[kept] / np.where(tolerance > 0, tolerance, np.inf)
-    return kept[_visible_points(points)]
+        points = np.concatenate(curves) / np.where(tolerance > 0, tolerance, np.inf)
+    needed = np.split(_needed_points(points, lengths[lengths > 0]), np.cumsum(lengths)[:-1])
+    return [np.flatnonzero(mask) for mask in needed]
 
 
 def _decimate_panel(panel: Panel, max_points: int, tolerance: float) -> Panel:
@@ -146,32 +164,44 @@ def _step_changes(y: Array) -> Indices:
     return np.flatnonzero(needed[: len(y)])
 
 
-def _visible_points(points: Array) -> Indices:
-    """Return the indices of the points whose removal would change the curve visibly.
+def _needed_points(points: Array, lengths: Indices) -> NDArray[np.bool_]:
+    """Return the mask of the points that curves need, shape (n,).
 
     Args:
-        points: Shape (n, 2), in units of the tolerance.
+        points: The points of all curves, one after the other, in units of the tolerance; shape
+            (n, 2).
+        lengths: The number of points of each curve, at least 1.
     """
     finite: NDArray[np.bool_] = np.asarray(np.isfinite(points).all(axis=1))
-    needed = ~finite
+    is_first, is_last = np.zeros((2, len(points)), dtype=bool)
+    is_last[np.cumsum(lengths) - 1] = is_first[np.cumsum(lengths) - lengths] = True
+    gap_before, gap_after = is_first.copy(), is_last.copy()
+    gap_before[1:] |= ~finite[:-1]
+    gap_after[:-1] |= ~finite[1:]
     # One point is enough for a gap of several points.
-    needed[1:] &= finite[:-1]
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], finite, [False]]).astype(int)))
-    for first, end in edges.reshape(-1, 2):
-        needed[first:end] |= _douglas_peucker(points[first:end])
-    needed[:1] = needed[-1:] = True
-    return np.flatnonzero(needed)
+    needed = is_first | is_last
+    needed[1:] |= ~finite[1:] & finite[:-1]
+    firsts, lasts = np.flatnonzero(finite & gap_before), np.flatnonzero(finite & gap_after)
+    needed[firsts] = needed[lasts] = True
+    for first, last in zip(firsts.tolist(), lasts.tolist(), strict=True):
+        heights = points[first : last + 1, 1]
+        needed[[first + heights.argmin(), first + heights.argmax()]] = True
+    return _douglas_peucker(points, needed, np.flatnonzero(finite & ~needed))
 
 
-def _douglas_peucker(points: Array) -> NDArray[np.bool_]:
-    """Return the mask of the points that a curve without gaps needs, shape (n,).
+def _douglas_peucker(
+    points: Array, needed: NDArray[np.bool_], inside: Indices
+) -> NDArray[np.bool_]:
+    """Return the mask of the needed points, shape (n,).
 
     In each pass, all spans between needed points are divided where they are too far from a straight
     line.
+
+    Args:
+        points: Shape (n, 2), in units of the tolerance.
+        needed: The points that are needed in any case, among them both ends of each curve.
+        inside: The indices of the others; a gap has none.
     """
-    needed = np.zeros(len(points), dtype=bool)
-    needed[[0, -1, int(points[:, 1].argmin()), int(points[:, 1].argmax())]] = True
-    inside = np.flatnonzero(~needed)
     while len(inside):
         ends = np.flatnonzero(needed)
         # The number of the needed point at the end of the span of each point.

@@ -20,7 +20,7 @@ from rbstab.report.model.figure import Figure
 from rbstab.report.model.palette import colour
 from rbstab.report.writers.plotly_figures.renderer import JSON, plotly_data
 from rbstab.report.writers.plotly_figures.text import packed_array
-from rbstab.report.writers.sketches import svg
+from rbstab.report.writers.sketches import svg_of_each
 
 SCRIPTS = (
     *("theme", "tables", "columns", "time", "arrays", "figures", "cells", "csv"),
@@ -55,8 +55,7 @@ def page(report: Report) -> str:
     environment.tests["figure"] = lambda block: isinstance(block, Figure)
     environment.tests["cards"] = lambda block: isinstance(block, Cards)
     environment.filters["breakable"] = _breakable
-    # The SVG escapes its texts itself.
-    environment.globals["sketch_svg"] = lambda sketch: Markup(svg(sketch))  # noqa: S704
+    environment.globals["pictures"] = _pictures(report)
     environment.globals["sketch_colour"] = colour
     environment.globals["rows"] = _rows
     environment.tests["animation"] = lambda block: isinstance(block, Animation)
@@ -76,6 +75,21 @@ def page(report: Report) -> str:
     )
     # A file name may contain bytes that are not valid UTF-8.
     return text.encode("utf-8", "replace").decode("utf-8")
+
+
+def _pictures(report: Report) -> dict[str, list[Markup]]:
+    """Return the pictures of all cards, by the name of their block; "" where a card has none."""
+    blocks = [b for section in report.sections for b in section.blocks if isinstance(b, Cards)]
+    sketches = [card.sketch for block in blocks for card in block.cards if card.sketch is not None]
+    drawn = iter(svg_of_each(sketches))
+    # The SVG escapes its texts itself.
+    return {
+        block.name: [
+            Markup("" if card.sketch is None else next(drawn))  # noqa: S704
+            for card in block.cards
+        ]
+        for block in blocks
+    }
 
 
 def _breakable(text: str) -> Markup:

@@ -1,13 +1,16 @@
 """Sketches as SVG, in the colours of the figures."""
 
+import math
+from collections.abc import Sequence
 from html import escape
+from itertools import islice
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Sketch
 from rbstab.report.model.palette import colour
-from rbstab.report.writers.decimate import kept_points
+from rbstab.report.writers.decimate import visible_points
 
 WIDTH, HEIGHT = 300.0, 72.0
 """The frame, in units of the picture."""
@@ -24,11 +27,23 @@ FRAME = "#999999"
 
 def svg(sketch: Sketch) -> str:
     """Return a sketch as an SVG element; its caption is its text for those who do not see it."""
+    return svg_of_each([sketch])[0]
+
+
+def svg_of_each(sketches: Sequence[Sketch]) -> list[str]:
+    """Return many sketches as `svg` does."""
+    curves = [_placed(points) for sketch in sketches for _, points in sketch.curves]
+    visible = visible_points(curves, np.array([0.2, 0.2]))
+    paths = iter([_path(points[kept]) for points, kept in zip(curves, visible, strict=True)])
+    return [_element(sketch, list(islice(paths, len(sketch.curves)))) for sketch in sketches]
+
+
+def _element(sketch: Sketch, paths: Sequence[str]) -> str:
+    """Return a sketch whose curves have these paths."""
     parts = [
         f'<path d="M0 0V{HEIGHT:g}H{WIDTH:g}" fill="none" stroke="{FRAME}" stroke-width="1"/>',
     ]
-    for index, (_, points) in enumerate(sketch.curves):
-        path = _path(points)
+    for index, path in enumerate(paths):
         if path:
             parts.append(
                 f'<path d="{path}" fill="none" stroke="{colour(index)}" stroke-width="1.6" '
@@ -51,11 +66,9 @@ def _placed(points: Array) -> Array:
 
 def _path(points: Array) -> str:
     """Return a curve in the notation of SVG paths, with its gaps."""
-    placed = _placed(points)
-    kept = kept_points(placed[:, 0], placed[:, 1], tolerance=np.array([0.2, 0.2]))
     commands, drawing = [], False
-    for x, y in placed[kept].tolist():
-        if not (np.isfinite(x) and np.isfinite(y)):
+    for x, y in points.tolist():
+        if not (math.isfinite(x) and math.isfinite(y)):
             drawing = False
             continue
         commands.append(f"{'L' if drawing else 'M'}{x:.1f} {y:.1f}")

@@ -15,7 +15,7 @@ from rbstab.experiment.switching_record import has_no_potential
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem, Trajectory
-from rbstab.mechanics.attitude import rate_matrix
+from rbstab.mechanics.attitude import angle_rates
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.members.engine import Shard, columns_of_failed
 from rbstab.sweep.members.identity import run_ids
@@ -149,7 +149,7 @@ def trajectory_of(problem: Problem, quantities: dict[str, Array]) -> MemberTraje
     Theta, Omega = quantities["orientation"], quantities["angular_velocity"]
     rates = quantities.get("orientation_rate")
     if rates is None:
-        rates = np.array([rate_matrix(a) @ w for a, w in zip(Theta, Omega, strict=True)])
+        rates = angle_rates(Theta, Omega)
     arrays = {name: array[np.newaxis] for name, array in quantities.items() if name != TIME}
     return MemberTrajectories(
         time=quantities[TIME],

@@ -70,7 +70,12 @@ UNUSED_MODULES = (
     *("rbstab.analysis.motion_proof", "rbstab.analysis.proof", "rbstab.analysis.proof_check"),
     *("rbstab.experiment.proof", "rbstab.experiment.stored_proof"),
     *("rbstab.experiment.convergence.exact_motion", "rbstab.experiment.convergence.region_bounds"),
-    *("rbstab.processes.workers", "rbstab.store.opening", "rbstab.store.table", "rbstab.sweep"),
+    *(
+        "rbstab.processes.workers",
+        "rbstab.store.reading.opening",
+        "rbstab.store.table",
+        "rbstab.sweep",
+    ),
     *("rbstab.integrate.heyoka", "rbstab.report"),
 )
 

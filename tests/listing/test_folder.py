@@ -14,7 +14,7 @@ import pytest
 from rbstab.listing.folder import Entry, _read_run, entries_of, proofs_in
 from rbstab.listing.kinds import Kind
 from rbstab.store.errors import StoreError
-from rbstab.store.opening import Hdf5Reader
+from rbstab.store.reading.hdf5_reader import Hdf5Reader
 from rbstab.store.run_file import open_attributes, open_result, write_result
 from rbstab.store.table_file import count_flags, read_table
 

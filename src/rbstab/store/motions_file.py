@@ -24,7 +24,8 @@ from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.hdf5_layout import Layout, meant_bytes
 from rbstab.store.held_files import check_unchanged
 from rbstab.store.motions import Motions, coordinates_of
-from rbstab.store.opening import Hdf5Reader, open_hdf5
+from rbstab.store.reading.hdf5_reader import Hdf5Reader
+from rbstab.store.reading.opening import open_hdf5
 from rbstab.store.result import Variable
 from rbstab.store.table import RUN
 

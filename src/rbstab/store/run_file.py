@@ -16,7 +16,7 @@ from rbstab.store.result import SCHEMA_VERSION, Result, Variable, check_shape, c
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rbstab.store.opening import Hdf5Reader
+    from rbstab.store.reading.hdf5_reader import Hdf5Reader
 
 TEXT = h5py.string_dtype("utf-8")
 
@@ -83,7 +83,7 @@ def open_attributes(path: Path) -> dict[str, str | int | float]:
         return open_result(path).attributes
     check_unchanged(path)
     # Imported late: a new run only writes.
-    from rbstab.store.opening import open_hdf5
+    from rbstab.store.reading.opening import open_hdf5
 
     with open_hdf5(path) as file:
         file.check_version(SCHEMA_VERSION)
@@ -95,7 +95,7 @@ def open_attributes(path: Path) -> dict[str, str | int | float]:
 
 def _open_here(path: Path, *, is_sealed: bool = False) -> Result:
     # Imported late: a new run only writes.
-    from rbstab.store.opening import open_hdf5
+    from rbstab.store.reading.opening import open_hdf5
 
     with open_hdf5(path) as file:
         return _read(file, is_sealed=is_sealed)
@@ -148,39 +148,47 @@ def _write_array(file: h5py.File, name: str, variable: Variable, *, is_scale: bo
 
 def _read(file: "Hdf5Reader", *, is_sealed: bool = False) -> Result:
     # Imported late: a new run only writes.
-    from rbstab.store.known_places import remember_places, variables_at_known_places
+    from rbstab.store.reading.known_places import content_at_known_places, remember_places
 
     path = file.path
     file.check_version(SCHEMA_VERSION)
+    # Without a seal, an array may have been removed or replaced, and its numbers still be there.
+    known = content_at_known_places(file) if is_sealed else None
+    if known is not None:
+        try:
+            return _result(path, *known)
+        except NotAResultError:
+            pass  # it is not like the other file
     attributes = file.attributes()
     _check_complete(path, attributes)
-    written = attributes.pop("digest")
-    # Without a seal, an array may have been removed or replaced, and its numbers still be there.
-    known = variables_at_known_places(file) if is_sealed else None
-    if known is not None:
-        result = _result(path, known, attributes)
-        if digest_of(result) == written:
-            return result
     variables = {name: file.variable(name) for name in file.names()}
-    result = _result(path, variables, attributes)
-    if digest_of(result) != written:
-        raise NotAResultError(f"{path} is damaged: its content does not match its digest")
+    result = _result(path, attributes, variables)
     if is_sealed:
-        remember_places(file, variables)
+        remember_places(file, attributes, variables)
     return result
 
 
 def _result(
-    path: Path, variables: "Mapping[str, Variable]", attributes: dict[str, str | int | float]
+    path: Path,
+    attributes: "Mapping[str, str | int | float]",
+    variables: "Mapping[str, Variable]",
 ) -> Result:
-    """Return a result with these arrays, of which one is its config."""
+    """Return a result with these attributes and arrays, of which one is its config.
+
+    Raises:
+        NotAResultError: The digest among the attributes is that of another result.
+    """
     if "config" not in variables:
         raise NotAResultError(f"{path} is damaged: config is missing")
     config = variables["config"].data
     if config.shape != () or not isinstance(config.item(), str):
         raise NotAResultError(f"{path} is damaged: its config is not a text")
+    facts = {name: value for name, value in attributes.items() if name != "digest"}
     arrays = {name: variable for name, variable in variables.items() if name != "config"}
-    return Result(arrays, attributes, config.item())
+    result = Result(arrays, facts, config.item())
+    if digest_of(result) != attributes["digest"]:
+        raise NotAResultError(f"{path} is damaged: its content does not match its digest")
+    return result
 
 
 def _check_complete(path: Path, attributes: dict[str, str | int | float]) -> None:

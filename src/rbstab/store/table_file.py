@@ -11,7 +11,8 @@ import numpy as np
 from rbstab.store.digest import digest_of_table
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.held_files import check_unchanged
-from rbstab.store.opening import Hdf5Reader, open_hdf5
+from rbstab.store.reading.hdf5_reader import Hdf5Reader
+from rbstab.store.reading.opening import open_hdf5
 from rbstab.store.result import Variable
 from rbstab.store.table import (
     AXES,
@@ -165,10 +166,10 @@ def _check_digests(file: Hdf5Reader, header: TableHeader, digests: dict[str, str
     """
     found = TableDigest(header.layout)
     for name, column in header.layout.items():
-        file.raw.seek(file.array(name).id.get_offset())
+        file.raw_arrays.raw.seek(file.array(name).id.get_offset())
         left = header.length * column.size
         while left > 0:
-            block = file.raw.read(min(_BLOCK, left))
+            block = file.raw_arrays.raw.read(min(_BLOCK, left))
             found.add(name, block)
             left -= len(block) or left
     arrays_digest = found.result()

@@ -2,7 +2,7 @@
 
 import pytest
 
-from rbstab.store.disk.text_heaps import find_texts
+from rbstab.store.reading.text_heaps import find_texts
 
 SIZE = 4096
 HEADER = 16

@@ -9,10 +9,10 @@ import weakref
 import pytest
 from support.results import assert_equal, result
 
-from rbstab.store import opening
 from rbstab.store.disk import lock
 from rbstab.store.disk.checked_reads import CheckedReads
 from rbstab.store.errors import StoreError
+from rbstab.store.reading import opening
 from rbstab.store.run_file import open_result, write_result
 
 REASON = os.strerror(errno.EIO)

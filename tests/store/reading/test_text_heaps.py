@@ -4,9 +4,9 @@ import h5py
 import numpy as np
 import pytest
 
-from rbstab.store.disk.text_heaps import find_texts
 from rbstab.store.errors import NotAResultError
-from rbstab.store.opening import open_hdf5
+from rbstab.store.reading.opening import open_hdf5
+from rbstab.store.reading.text_heaps import find_texts
 
 HEADER = 16
 

@@ -1,13 +1,17 @@
 """Protects the reading of many alike files: each is read as if it were the only one."""
 
 import dataclasses
+from io import BytesIO
 
+import h5py
 import numpy as np
 import pytest
 from support.results import assert_equal, result
 
-from rbstab.store import known_places
-from rbstab.store.opening import Hdf5Reader
+from rbstab.store import run_file
+from rbstab.store.errors import NotAResultError
+from rbstab.store.reading import known_places
+from rbstab.store.reading.hdf5_reader import Hdf5Reader
 from rbstab.store.result import Result
 from rbstab.store.run_file import open_result, write_result
 
@@ -23,6 +27,13 @@ def changed(**variables):
     base = result(1)
     found = {name: v for name, v in (base.variables | variables).items() if v is not None}
     return dataclasses.replace(base, variables=found)
+
+
+def described(**attributes):
+    """Return a result with other attributes; None removes one."""
+    base = result(1)
+    found = {name: v for name, v in (base.attributes | attributes).items() if v is not None}
+    return dataclasses.replace(base, attributes=found)
 
 
 ORIGINAL = result().variables
@@ -46,6 +57,12 @@ OTHERS = {
         lyapunov=ORIGINAL["time"]._replace(dimensions=("time",)), time=ORIGINAL["lyapunov"]
     ),
     "one array less": changed(lyapunov=None),
+    "another text": described(title="µ" * 99),
+    "a text in place of a number": described(steps="12 steps"),
+    "a number in place of a text": described(title=1.5),
+    "a fraction in place of a whole number": described(steps=12.0),
+    "one attribute more": described(more=7),
+    "one attribute less": described(steps=None),
     "another config": dataclasses.replace(result(1), config="title: other\n"),
 }
 
@@ -68,6 +85,22 @@ def read_second(tmp_path, monkeypatch):
 @pytest.mark.parametrize("name", OTHERS)
 def test_a_file_is_read_as_if_it_were_the_only_one(read_second, name):
     assert_equal(read_second(OTHERS[name]), OTHERS[name])
+
+
+def test_an_attribute_with_several_values_is_refused_before_it_is_read(read_second, monkeypatch):
+    """HDF5 would write those after the first into memory that has another use."""
+    make = run_file._file_bytes
+
+    def with_odd_attribute(content):
+        image = BytesIO(make(content))
+        if content.attributes.get("odd"):
+            with h5py.File(image, "r+") as file:
+                file.attrs.create("steps", np.arange(8, dtype="i1"))
+        return image.getvalue()
+
+    monkeypatch.setattr(run_file, "_file_bytes", with_odd_attribute)
+    with pytest.raises(NotAResultError, match="attribute steps is neither a number nor a text"):
+        read_second(described(odd=1))
 
 
 def test_the_arrays_of_an_alike_file_are_not_looked_for(read_second, monkeypatch):

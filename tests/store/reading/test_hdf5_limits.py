@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rbstab.store.errors import NotAResultError
-from rbstab.store.opening import open_hdf5
+from rbstab.store.reading.opening import open_hdf5
 
 TEXT = h5py.string_dtype("utf-8")
 MEBIBYTE = 1 << 20
@@ -165,6 +165,7 @@ def test_a_file_that_becomes_shorter_while_it_is_read_gives_no_numbers(tmp_path)
     with h5py.File(path, "w") as file:
         file["x"] = np.ones(1000)
     with open_hdf5(path) as reader:
-        short = replace(reader, raw=BytesIO(path.read_bytes()[:4000]))
+        raw_arrays = reader.raw_arrays._replace(raw=BytesIO(path.read_bytes()[:4000]))
+        short = replace(reader, raw_arrays=raw_arrays)
         with pytest.raises(NotAResultError, match="became shorter while it was read"):
             short.variable("x")

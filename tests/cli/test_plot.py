@@ -137,3 +137,24 @@ def test_a_column_without_a_drawing_is_refused(
     done = rbstab("plot", "made.h5", "--column", *options)
     assert done.exit_code == 2
     assert "--column is of use only with -o FILE that ends in .svg, .pdf, .png" in done.stderr
+
+
+def test_two_time_scales_are_named_on_the_axis_and_can_be_one() -> None:
+    split = SplitTime(0.0, 0.1, 2.0)
+    times = np.linspace(0, 2, 50)
+    panel = Panel(Axis("time t", "s", split=split), Axis("b"), (Line(times, np.exp(-9 * times)),))
+    figure = Figure("name", "Title", (panel,))
+    two = figure_bytes(figure, "svg").decode()
+    assert "time t, other scale from 0.1 on [s]" in two
+    one = figure_bytes(figure, "svg", linear_time=True).decode()
+    assert "time t [s]" in one
+    assert one.count("stroke-dasharray") < two.count("stroke-dasharray")
+
+
+@pytest.mark.parametrize("options", [(), ("--figure", "runs-decay", "-o", "a.csv")])
+def test_one_time_scale_without_a_drawing_is_refused(
+    options: tuple[str, ...], run: Path, rbstab: Invoke
+) -> None:
+    done = rbstab("plot", "made.h5", "--linear-time", *options)
+    assert done.exit_code == 2
+    assert "--linear-time is of use only with -o FILE that ends in" in done.stderr

@@ -30,14 +30,27 @@ if TYPE_CHECKING:
     help="Draw it 80 mm wide, for one column of a paper: its panels are below each other, and its "
     "texts have 8 points.",
 )
+@click.option(
+    "--linear-time",
+    is_flag=True,
+    help="Draw the whole time on one scale, also where a fast transient has its own.",
+)
 @click.option("--force", is_flag=True, help="Replace FILE if it exists.")
 def command(
-    results: tuple[Path, ...], name: str | None, output: Path | None, column: bool, force: bool
+    results: tuple[Path, ...],
+    name: str | None,
+    output: Path | None,
+    column: bool,
+    linear_time: bool,
+    force: bool,
 ) -> None:
     """Draw one figure of runs and sweeps, or write its data.
 
     The figures are those of `rbstab report` on the same results. Without --figure their names and
     titles are listed. The drawing has no title: that is left to the caption of the paper.
+
+    Where a fast transient would be a vertical line, the time axis has two linear scales: the first
+    one ends at a dotted line. The label of the axis says so; --linear-time draws one scale.
     """
     from rbstab.config.errors import hint
     from rbstab.report.writers.figure_files.files import FORMS, figure_bytes, form_of
@@ -51,6 +64,9 @@ def command(
         raise click.UsageError(f"-o {output}: expected a file name that ends in {endings}")
     if column and form in (None, "csv"):
         raise click.UsageError("--column is of use only with -o FILE that ends in .svg, .pdf, .png")
+    if linear_time and form in (None, "csv"):
+        drawn = "-o FILE that ends in .svg, .pdf, .png"
+        raise click.UsageError(f"--linear-time is of use only with {drawn}")
     if form is not None and form != "csv":
         _check_matplotlib()
     if output is not None:
@@ -62,7 +78,9 @@ def command(
     if name not in figures:
         one_of = f"{', '.join(figures)}{hint(name, figures)}"
         raise click.UsageError(f"--figure {name}: unknown; expected one of {one_of}")
-    _write(output, figure_bytes(figures[name], form, column=column), force=force)
+    figure = figures[name]
+    content = figure_bytes(figure, form, column=column, linear_time=linear_time)
+    _write(output, content, force=force)
 
 
 def _check_matplotlib() -> None:

@@ -16,8 +16,8 @@ PROVED, FALSE, NOT_DECIDED = "proved", "false", "not decided"
 EVERY_START = "every start in the range converges"
 """What is said where the level of the region is infinite."""
 
-ASK_FOR_PROOF = "rbstab run --prove"
-"""The command that makes a proof, and has no brief limits."""
+ASK_FOR_PROOF = "rbstab run CONFIG --prove"
+"""The command that makes a proof, and has no brief limits; CONFIG is the file of the config."""
 
 ATTRIBUTE = "convergence"
 """The attribute of a result that holds one of the three words; others begin with its name."""

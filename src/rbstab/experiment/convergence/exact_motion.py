@@ -222,8 +222,8 @@ def _at_start(problem: Problem, proof: Proof | None, refused: Convergence) -> Co
         return refused
     inside = start_in_region(problem, proof)
     if inside is None and proof is not None and proof.brief:
-        why = f"no certified region is proved ({proof.ended})"
-        return Convergence(None, why=why, reason=Undecided.NO_REGION)
+        why = f"no certified region is proved so far ({proof.ended}). Only a region could decide"
+        return Convergence(None, why=f"{why}: {refused.why}", reason=Undecided.NO_REGION)
     return inside or refused
 
 

@@ -19,7 +19,7 @@ BARRIER, STOP = "a barrier", "a stop"
 STOPPED = "the limit on the number of boxes was reached"
 """The outcome of a search that stopped at its limit (`SearchOutcome.BOX_LIMIT`)."""
 
-GOES_ON = f"{ASK_FOR_PROOF} CONFIG goes on"
+GOES_ON = f"{ASK_FOR_PROOF} goes on"
 """What is said of a proof that ended early because nobody asked for it."""
 
 

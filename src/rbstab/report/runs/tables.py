@@ -65,9 +65,8 @@ DRIVEN_NOTE = (
 TONES: dict[str, str] = {
     Verdict.CERTIFIED: "good",
     Verdict.VIOLATED: "bad",
-    Verdict.UNKNOWN: "warning",
 }
-"""Tones of verdicts; `consistent` (held, but not proved) has none."""
+"""Tones of verdicts; what held but is not proved, and what is not decided, is no alarm."""
 
 ANSWER_TONES = {Sureness.PROVED: "good", Sureness.FALSE: "bad"}
 """Tones of answers; what is seen or not decided is no alarm."""

@@ -8,7 +8,7 @@ from rbstab.files.existence import is_file
 from rbstab.files.shell_words import shell_word
 from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.sweeps.borders import notable
-from rbstab.report.sweeps.members import OUTCOMES, Members
+from rbstab.report.sweeps.members import OUTCOMES, SETTLED, UNSETTLED, Members
 from rbstab.report.sweeps.parameters import shortened
 from rbstab.report.sweeps.quantities import PEAK_LABEL, start_values
 from rbstab.report.sweeps.table_entries import number, whole
@@ -64,7 +64,8 @@ def _row(members: Members, reason: str, k: int) -> tuple[Cell, ...]:
     peak = float(np.abs(members.column("peak_contact_displacement")[k]).max())
     columns = {name: members.column(name) for name in NUMBER_COLUMNS}
     columns["lyapunov_start"] = start_values(members)
-    tone = {0: "good", 1: "warning"}.get(int(members.outcomes[k]), "bad")
+    # That v has not settled by the end is no alarm.
+    tone = {SETTLED: "good", UNSETTLED: ""}.get(OUTCOMES[members.outcomes[k]], "bad")
     return (
         whole(k),
         Cell(reason),

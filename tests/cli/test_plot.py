@@ -9,6 +9,9 @@ import pytest
 from cli.conftest import Invoke
 from support.made_runs import made_file
 
+from rbstab.report.model.figure import Axis, Figure, Line, Panel
+from rbstab.report.model.split_time import SplitTime
+from rbstab.report.writers.figure_files.files import figure_bytes
 from rbstab.store.run_file import open_result
 
 

@@ -2,16 +2,20 @@
 
 import numpy as np
 import pytest
+from support.configs import VISCO_ELASTIC, plain
 from support.made_sweeps import GRID, SPIN, code
 
 from rbstab.report.model.document import Cards
 from rbstab.report.sweeps.answers import answer_blocks
-from rbstab.report.sweeps.conditions.ranking import _cell, paired_difference
+from rbstab.report.sweeps.conditions.paired_conditions import paired_conditions_of
+from rbstab.report.sweeps.conditions.paired_difference import paired_difference
+from rbstab.report.sweeps.conditions.ranking import _cell
+from rbstab.report.sweeps.proofs import proof_blocks
 from rbstab.sweep.proofs.columns import CONVERGENCE
 
 
 def card_of(members):
-    *sentences, cards = answer_blocks("sweep-1", "made", members)
+    *sentences, cards = answer_blocks("sweep-1", "made", members, "rbstab sweep PLAN --prove")
     assert isinstance(cards, Cards)
     (card,) = cards.cards
     return sentences, card
@@ -28,8 +32,8 @@ def test_without_a_proof_the_end_of_the_runs_is_seen(members):
     rest, in_range = card.statements
     assert (rest.word, in_range.word) == ("15 of 20 seen", "seen")
     assert rest.sentence == (
-        "Not proved: no proof was made for any of the 20 members; of the 20 members, 15 were at "
-        "rest by the end of their computed run; 5 were not, or their run ended early"
+        "Not proved: no proof was made for any of the 20 members (rbstab sweep PLAN --prove makes "
+        "it); of the 20 members, 15 were at rest by the end of their computed run, 5 were not"
     )
     assert dict(card.facts)["not at rest by the end"] == "5"
     assert sentences == []
@@ -79,7 +83,41 @@ def test_members_that_left_the_range(members):
         members(GRID, lambda a: {"status": np.where(a["run"] < 4, code("range left"), 0)})
     )
     stay = card.statements[1]
-    assert (stay.word, stay.sentence, stay.tone) == ("false", "4 of 20 left it, as computed", "bad")
+    found = (stay.word, stay.sentence, stay.tone)
+    assert found == ("4 of 20 left it", "As computed: members 0 to 3", "bad")
+
+
+def test_the_member_that_came_nearest_to_the_end_of_the_range_is_named(members):
+    def columns(nearest):
+        return lambda a: {"smallest_regularity": np.where(a["run"] == 7, nearest, 0.9)}
+
+    _, card = card_of(members(GRID, columns(np.sin(0.02))))
+    assert card.statements[1].sentence.endswith("; member 7 came within 0.02 rad of its end")
+    _, card = card_of(members(GRID, columns(np.sin(0.2))))
+    assert card.statements[1].sentence == "No computed motion left it"
+
+
+def test_members_without_a_proof_were_not_tried(members):
+    def columns(a):
+        words = convergence("proved"), convergence("not proved"), convergence("unknown")
+        return {"convergence": np.select([a["run"] < 3, a["run"] < 8], words[:2], words[2])}
+
+    _, card = card_of(members(GRID, columns, prove="motion"))
+    assert card.statements[0].word == "3 of 20 proved"
+    assert card.statements[0].sentence.startswith("3 of the 8 members that were tried are proved")
+
+
+def test_members_at_rest_later_count_in_the_median(members):
+    """Nine of 20 members are at rest by the end, so the median is later than the end."""
+
+    def columns(count):
+        return lambda a: {"settling_time": np.where(a["run"] < count, 0.1 * a["run"], np.nan)}
+
+    def median(count):
+        return dict(card_of(members(GRID, columns(count)))[1].facts)["at rest from (median)"]
+
+    assert median(9) == "after the end"
+    assert median(10) == "0.9 s"
 
 
 EACH = {
@@ -108,7 +146,8 @@ def ranked(members, difference):
 def test_the_better_condition_with_its_interval(members):
     sentence = ranked(members, lambda point: 0.5 + 0.001 * point)
     assert sentence == (
-        "The time to come to rest (settling time of v) is smallest with free and second smallest "
+        "The time to come to rest (settling time of v; v is not the same function in each "
+        "condition) is smallest with free and second smallest "
         "with visco-elastic. Of these two, free has the smaller value in all 50 cases, by 0.5245 s "
         "in the median; with 95% confidence, this median is between 0.517 and 0.532 s."
     )
@@ -117,7 +156,9 @@ def test_the_better_condition_with_its_interval(members):
 def test_cases_without_a_value_or_against_the_median_are_counted(members):
     sentence = ranked(members, lambda point: np.select([point < 4, point < 9], [np.nan, -0.3], 0.5))
     assert "free has the smaller value in 41 of 46 cases, by 0.5 s in the median" in sentence
-    assert sentence.endswith("; 4 of 50 cases are left out, where a run has no value.")
+    assert sentence.endswith(
+        "; 4 of 50 cases are left out, where a run was not at rest by its end, or ended early."
+    )
 
 
 def test_the_condition_is_named_that_is_smaller_in_most_cases(members):
@@ -146,7 +187,8 @@ def test_a_condition_that_holds_the_contact_point_is_not_called_the_best(members
     (sentence,) = [one for one in sentences if "displacement" in one]
     assert sentence.startswith(
         "The largest displacement of the contact point (largest |E1|, |E2| or |E3|) is always 0 "
-        "with permanent. Of the others, it is smaller with free than with visco-elastic. Of these "
+        "with permanent, by construction. Of the others: it is smaller with free than with "
+        "visco-elastic. Of these "
     )
 
 
@@ -170,7 +212,10 @@ def test_a_sure_difference_of_less_than_a_hundredth_does_not_matter(difference, 
 def test_the_sentence_says_that_a_difference_does_not_matter(members):
     sentence = ranked(members, lambda point: 1e-5 + 0.0 * point)
     assert "no difference that matters between" in sentence
-    assert "It is 1e-05 s in the median of 50 cases, less than 1% of the values." in sentence
+    assert (
+        "The difference is 1e-05 s in the median of 50 cases, less than 1% of the values."
+        in sentence
+    )
 
 
 def test_the_interval_of_the_median_holds_as_often_as_it_says():
@@ -190,3 +235,121 @@ def test_the_interval_of_the_median_holds_as_often_as_it_says():
 def test_few_pairs_say_nothing_sure(count):
     found = paired_difference(np.full(count, -1.0), np.zeros(count))
     assert (found.pairs, found.is_sure) == (count, False)
+
+
+def test_equal_pairs_have_no_part_in_the_median():
+    """In most cases both are equal; in the others the first is smaller by a tenth."""
+    second = np.ones(100)
+    first = np.where(np.arange(100) < 60, 1.0, 0.9)
+    found = paired_difference(first, second)
+    assert (found.pairs, found.equal, found.negative) == (40, 60, 1.0)
+    assert found.median == pytest.approx(-0.1)
+    assert found.matters
+    assert _cell(found).text == "-0.1 (-0.1 to -0.1); 60 equal"
+    assert _cell(paired_difference(second, second)).text == "equal"
+
+
+def peaks(members, of_each):
+    """The sentence on the displacement of a sweep, of which each variant has its values."""
+
+    def columns(a):
+        variant, point = a["controller_variant"], a["run"] % 50
+        peak = np.choose(variant, [values(point) for values in of_each])
+        return {"peak_contact_displacement": peak[:, np.newaxis] * np.ones(3)}
+
+    sentences, _ = card_of(members(EACH, columns, design="random", members=50, seed=4))
+    (sentence,) = [one for one in sentences if "displacement" in one]
+    return sentence
+
+
+def test_cases_that_are_equal_are_counted(members):
+    """The largest displacement is often that at the start, which is the same."""
+    sentence = peaks(
+        members,
+        (
+            lambda point: 1.0 + point,
+            lambda point: 1.0 + point - 0.5 * (point >= 20),
+            lambda point: 99.0 + point,
+        ),
+    )
+    assert "free has the smaller value in all 30 cases, by 0.5 m in the median" in sentence
+    assert sentence.endswith(
+        "; in 20 further cases both are equal, as where the largest value is that at the start."
+    )
+
+
+def test_all_conditions_that_are_alike_are_named(members):
+    alike = (lambda point: 1.0 + point, lambda point: 1.0 + point + 1e-7 * (point - 9.5))
+    sentence = peaks(members, (*alike, alike[0]))
+    assert sentence.endswith("no difference that matters between visco-elastic, free, permanent.")
+    sentence = peaks(members, (*alike, lambda point: 9.0 + point))
+    assert "between visco-elastic, free, which have the smallest values" in sentence
+
+
+def failed(members, of_first, of_second):
+    """The sentences on a sweep in which some of the 50 runs of each condition left the range."""
+
+    def columns(a):
+        point = a["run"] % 50
+        left = np.where(a["body_mass"] == 1, of_first(point), of_second(point))
+        return {"status": np.where(left, code("range left"), 0)}
+
+    vary = {"body.mass": {"each": {"values": [1, 2]}}, f"{SPIN}[0]": {"normal": [0, 6]}}
+    return card_of(members(vary, columns, design="random", members=50, seed=4))[0]
+
+
+def test_runs_that_ended_early_are_compared_first(members):
+    sentences = failed(members, lambda point: point < 2, lambda point: point < 12)
+    assert sentences[1:3] == [
+        "Runs that ended early (range left): mass = 1: 2 of 50; mass = 2: 12 of 50.",
+        "In the same 50 cases, only mass = 2 ended early in 10, and only mass = 1 in 0: more than "
+        "chance makes (sign test, 95% confidence).",
+    ]
+
+
+def test_few_runs_that_ended_early_may_be_chance(members):
+    """Five against none has the probability 2 (1/2)⁵ = 6 %: more than 5 %."""
+    sentences = failed(members, lambda point: point < 0, lambda point: point < 5)
+    assert sentences[2].endswith(
+        "in 5, and only mass = 1 in 0: which may be chance (sign test, 95% confidence)."
+    )
+    sentences = failed(members, lambda point: point < 0, lambda point: point < 6)
+    assert "more than chance makes" in sentences[2]
+
+
+def test_where_no_run_ended_early_nothing_is_said_of_it(members):
+    sentences = failed(members, lambda point: point < 0, lambda point: point < 0)
+    assert not any("ended early" in sentence for sentence in sentences)
+
+
+def test_members_that_no_theorem_covers_are_counted_with_the_reason(members):
+    vary = {
+        "controller.variant": {"each": {"values": ["visco-elastic", "sliding"]}},
+        f"{SPIN}[0]": {"normal": [0, 6]},
+    }
+
+    def columns(a):
+        is_sliding = a["controller_variant"] == 1
+        words = convergence("unknown"), convergence("proved")
+        return {"convergence": np.where(is_sliding, *words)}
+
+    base = plain(VISCO_ELASTIC)
+    base["controller"] |= {"K_s": [2000, 2000, 2000], "surface": {"slope": 20}}
+    made = members(vary, columns, base=base, design="random", members=10, seed=4)
+    sentence = card_of(made)[1].statements[0].sentence
+    assert sentence.startswith(
+        "10 of the 10 members that were tried are proved to converge to a rest state "
+        "(visco-elastic: 10 of 10; sliding: 0 of 10); 10 have no proof: the force of a sliding "
+        "connector jumps"
+    )
+    text, _ = proof_blocks("sweep-1", made, "COMMAND")
+    assert "10 have no proof: the force of a sliding connector jumps" in text
+    assert "COMMAND" not in text
+
+
+@pytest.mark.parametrize(("key", "own"), [("body.mass", True), (f"{SPIN}[1]", False)])
+def test_conditions_may_have_a_function_v_of_their_own(members, key, own):
+    vary = {key: {"each": {"values": [1, 2]}}, f"{SPIN}[0]": {"normal": [0, 6]}}
+    groups = paired_conditions_of(members(vary, design="random", members=10, seed=4))
+    assert groups is not None
+    assert groups.has_own_v is own

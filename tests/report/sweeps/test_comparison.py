@@ -85,7 +85,9 @@ def test_outcomes_and_quantiles_by_variant(made):
     assert earlier is not None
     assert later - earlier == pytest.approx(0.5)
     assert quantiles.heads[2].label == "median"
-    assert rows["permanent"][-1].value == 10
+    # Ten of its fifty members are at rest by the end, so its median is later.
+    assert (rows["permanent"][2].text, rows["permanent"][-1].value) == ("later", 50)
+    assert "count as later than" in quantiles.note
 
 
 def test_a_number_of_each_point_is_a_condition_too(members):

@@ -25,8 +25,9 @@ def test_quantiles_are_those_of_members_that_have_a_number(made):
     (row,) = (row for row in table.rows if row[0].text == "settling time of v")
     heads = [head.label for head in table.heads[2:]]
     assert heads == ["median", "5%", "95%", "minimum", "maximum", "members"]
-    # Only members 1 to 99 count: the first failed, the last is infinite.
-    assert [cell.value for cell in row[2:]] == pytest.approx([50, 5.9, 94.1, 1, 99, 99])
+    # The first member failed. The last is not at rest by the end: it is later than all others.
+    assert [cell.value for cell in row[2:6]] == [50, 5, 95, 1]
+    assert [cell.text for cell in row[6:]] == ["later", "100"]
 
 
 EACH = {
@@ -99,7 +100,12 @@ def test_a_histogram_by_hand():
 
 
 def test_quantiles_of_nothing():
-    assert all(np.isnan(quantiles_of(np.array([np.nan, np.inf]))))
+    assert all(np.isnan(quantiles_of(np.array([np.nan, np.nan]))))
+
+
+def test_later_values_are_the_largest_and_nothing_is_interpolated_to_them():
+    values = np.array([np.inf, 3.0, np.nan, 1.0, np.inf, 2.0])
+    assert quantiles_of(values, (0.0, 0.5, 0.6, 0.61, 1.0)) == [1.0, 3.0, 3.0, np.inf, np.inf]
 
 
 @pytest.mark.parametrize("largest", [7, 40, 733])

@@ -1,15 +1,20 @@
 """The answer of a sweep: do its members come to rest, and which condition is better?"""
 
+import math
+
 import numpy as np
 
 from rbstab.experiment.answers.words import Sureness, words_with_meanings
+from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Card, Cards, Statement
 from rbstab.report.model.words import counted, number
-from rbstab.report.sweeps.conditions.comparison import compared_quantities, ranking
-from rbstab.report.sweeps.conditions.paired_conditions import paired_conditions_of
+from rbstab.report.sweeps.conditions.comparison import RANGE_LEFT, compared_quantities, ranking
+from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions, paired_conditions_of
+from rbstab.report.sweeps.distributions import quantiles_of
 from rbstab.report.sweeps.members import OUTCOMES, SETTLED, UNSETTLED, Members
 from rbstab.report.sweeps.quantities import peak_displacement, settling_time
 from rbstab.report.sweeps.sketches import rest_sketch
+from rbstab.sweep.proofs.bodies import named_members, ranges_of
 from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, PROVED
 
 SYMBOLS = (
@@ -18,71 +23,107 @@ SYMBOLS = (
 )
 """The symbols on the card, and their meanings."""
 
+NEAR = 0.1
+"""rad; a member that comes this close to the end of the range of θ2 is named."""
 
-def answer_blocks(name: str, label: str, members: Members) -> list[Block]:
+
+def answer_blocks(name: str, label: str, members: Members, command: str) -> list[Block]:
     """Return a sentence on each comparison of conditions, and the card of a sweep.
 
     Args:
         name: The anchor of the sweep.
         label: Its label.
         members: Its members.
+        command: The command that makes proofs that are missing.
     """
+    conditions = paired_conditions_of(members)
     card = Card(
         label,
-        (_rest(members), _range(members)),
-        _facts(members),
+        (_rest(members, conditions, command), _range(members)),
+        _facts(members, pooled=conditions is None),
         target=f"{name}-members",
-        sketch=rest_sketch(members, paired_conditions_of(members)),
+        sketch=rest_sketch(members, conditions),
     )
     cards = Cards(f"{name}-answer", (card,), (*words_with_meanings(), *SYMBOLS))
     return [*ranking(members, compared_quantities(members)), cards]
 
 
-def _rest(members: Members) -> Statement:
+def _rest(members: Members, conditions: PairedConditions | None, command: str) -> Statement:
     """Return whether the members come to rest."""
     question = "Do the members come to rest?"
     total, convergence = len(members), members.convergence
-    proved, false = (int(np.count_nonzero(convergence == code)) for code in (PROVED, FALSE))
-    settled = members.outcomes == OUTCOMES.index(SETTLED)
-    undecided = (convergence != PROVED) & (convergence != FALSE)
-    seen = int(np.count_nonzero(settled & undecided))
+    proved, false = convergence == PROVED, convergence == FALSE
+    tried = int(np.count_nonzero(convergence != NO_PROOF))
     parts = []
-    if proved or (convergence != NO_PROOF).any():
-        parts.append(f"{proved} of {total} are proved to converge to a rest state")
+    if proved.any() or tried:
+        which = f"the {tried} members that were tried" if tried < total else str(total)
+        parts.append(
+            f"{np.count_nonzero(proved)} of {which} are proved to converge to a rest state"
+            f"{_by_condition(proved, conditions)}"
+        )
+        untried = convergence == NO_PROOF
+        uncovered = {why: int((own & untried).sum()) for why, own in members.undecidable.items()}
+        parts += [f"{count} have no proof: {why}" for why, count in uncovered.items() if count]
     elif members.driven:
         parts.append("not proved: an input supplies power, so v may rise")
     else:
-        parts.append(f"not proved: no proof was made for any of the {counted(total, 'member')}")
-    if false:
-        parts.append(f"{false} are proved not to come to rest")
-    others = total - proved - false
-    if others:
-        untried = int(np.count_nonzero(convergence == NO_PROOF))
-        who = "others" if proved or false else "members"
-        parts.append(_others(who, others, seen, untried if untried < total else 0))
+        parts.append(_never_tried(members, command))
+    if false.any():
+        parts.append(f"{np.count_nonzero(false)} are proved not to come to rest")
+    others = ~proved & ~false
+    if others.any():
+        who = "others" if proved.any() or false.any() else "members"
+        parts.append(_others(who, members, others))
     sentence = "; ".join(parts)
-    word, tone = _word(total, proved, false, seen)
+    seen = int(np.count_nonzero(others & (members.outcomes == OUTCOMES.index(SETTLED))))
+    word, tone = _word(total, int(proved.sum()), int(false.sum()), seen)
     return Statement(question, word, sentence[:1].upper() + sentence[1:], tone)
 
 
-def _others(who: str, count: int, seen: int, untried: int) -> str:
+def _by_condition(chosen: Array, conditions: PairedConditions | None) -> str:
+    """Return how many members of each condition are chosen, in parentheses."""
+    if conditions is None:
+        return ""
+    parts = []
+    for k, label in enumerate(conditions.labels):
+        own = chosen[conditions.codes == k]
+        parts.append(f"{label}: {np.count_nonzero(own)} of {len(own)}")
+    return f" ({'; '.join(parts)})"
+
+
+def _never_tried(members: Members, command: str) -> str:
+    """Return why nothing is proved of any member."""
+    reasons = members.undecidable
+    covered = np.zeros(len(members), dtype=bool)
+    for own in reasons.values():
+        covered |= own
+    if covered.all() and reasons:
+        return f"not proved: {'; '.join(reasons)}"
+    every = counted(len(members), "member")
+    return f"not proved: no proof was made for any of the {every} ({command} makes it)"
+
+
+def _others(who: str, members: Members, chosen: Array) -> str:
     """Return how the computed runs of the members ended of which nothing is proved.
 
     Args:
         who: What they are called.
-        count: Their number.
-        seen: How many were at rest by the end.
-        untried: For how many of them no proof was made, if any was made.
+        members: All members.
+        chosen: The mask of these, shape (n,).
     """
-    some_of = "all" if untried == count else untried
-    without = f", {some_of} of them without a proof" if untried else ""
-    some = f"of the {count} {who}{without},"
+    count = int(np.count_nonzero(chosen))
+    settled = int(np.count_nonzero(chosen & (members.outcomes == OUTCOMES.index(SETTLED))))
+    early = int(np.count_nonzero(chosen & ~members.completed))
+    some = f"of the {count} {who},"
     end = "at rest by the end of their computed run"
-    if seen == count:
+    if settled == count:
         return f"{some} all were {end}"
-    if seen:
-        return f"{some} {seen} were {end}; {count - seen} were not, or their run ended early"
-    return f"{some} none was {end}"
+    still = count - settled - early
+    parts = [f"{settled or 'none'} {'was' if settled <= 1 else 'were'} {end}"]
+    if settled:
+        parts += [f"{still} {'was' if still == 1 else 'were'} not"] if still else []
+    parts += [f"{early} ended early"] if early else []
+    return f"{some} {', '.join(parts)}"
 
 
 def _word(total: int, proved: int, false: int, seen: int) -> tuple[str, str]:
@@ -99,18 +140,33 @@ def _word(total: int, proved: int, false: int, seen: int) -> tuple[str, str]:
 
 def _range(members: Members) -> Statement:
     """Return whether the computed motions stay in the range of the Euler angles."""
-    left = int(members.outcome_counts[OUTCOMES.index("range left")])
-    sentence = "No computed motion left it" if not left else f"{left} of {len(members)} left it"
     question = "Do they stay in the range of θ2?"
-    if left:
-        return Statement(question, str(Sureness.FALSE), f"{sentence}, as computed", "bad")
+    left = np.flatnonzero(members.outcomes == OUTCOMES.index(RANGE_LEFT))
+    if len(left):
+        named = named_members(ranges_of(left.tolist()))
+        word = f"{len(left)} of {len(members)} left it"
+        return Statement(question, word, f"As computed: {named}", "bad")
     failed = sum(members.outcome_counts.tolist()[2:])
+    sentence = "No computed motion left it"
     if failed:
         sentence += f"; {counted(failed, 'run')} ended early"
-    return Statement(question, str(Sureness.SEEN), sentence)
+    return Statement(question, str(Sureness.SEEN), sentence + _nearest(members))
 
 
-def _facts(members: Members) -> tuple[tuple[str, str], ...]:
+def _nearest(members: Members) -> str:
+    """Return which member came nearest to the end of the range; "" if none came near."""
+    cosines = members.column("smallest_regularity")
+    if not np.isfinite(cosines).any():
+        return ""
+    nearest = int(np.nanargmin(cosines))
+    angle = float(np.arcsin(np.clip(cosines[nearest], 0.0, 1.0)))
+    if angle >= NEAR:
+        return ""
+    return f"; member {nearest} came within {number(angle, 2)} rad of its end"
+
+
+def _facts(members: Members, *, pooled: bool) -> tuple[tuple[str, str], ...]:
+    """Return a few numbers of all members; quantities only if there are no conditions to pool."""
     counts = members.outcome_counts.tolist()
     facts = {
         "members": str(len(members)),
@@ -118,9 +174,12 @@ def _facts(members: Members) -> tuple[tuple[str, str], ...]:
         "not at rest by the end": str(counts[OUTCOMES.index(UNSETTLED)]),
     }
     facts |= {status: str(n) for status, n in zip(OUTCOMES[2:], counts[2:], strict=True) if n}
-    settled, peak = settling_time(members).values, peak_displacement(members).values
-    if np.isfinite(settled).any():
-        facts["at rest from (median)"] = f"{number(float(np.nanmedian(settled)))} s"
-    if np.isfinite(peak).any():
+    settled, peak = settling_time(members), peak_displacement(members).values
+    if pooled and np.isfinite(settled.values).any():
+        (median,) = quantiles_of(settled.ranked, (0.5,))
+        facts["at rest from (median)"] = (
+            f"{number(median)} s" if math.isfinite(median) else "after the end"
+        )
+    if pooled and np.nanmax(peak, initial=0.0) > 0:
         facts["largest |E1|, |E2| or |E3|"] = f"{number(float(np.nanmax(peak)))} m"
     return tuple((name, value) for name, value in facts.items() if value != "0")

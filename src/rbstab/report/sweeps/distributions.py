@@ -17,6 +17,8 @@ from rbstab.report.sweeps.table_entries import number, whole
 QUANTILES = (0.5, 0.05, 0.95, 0.0, 1.0)
 """Orders of the quantiles; the median comes first: a narrow page shows only the first columns."""
 
+NOTE = "Only completed members count. The smallest cos θ2 includes members that left the range."
+
 MAX_BARS = 60
 
 MAX_CURVES = 7
@@ -50,7 +52,7 @@ def distribution_blocks(name: str, members: Members) -> list[Block]:
         "Quantiles over the members",
         heads,
         tuple(_row(quantity) for quantity in quantities),
-        "Only completed members count. The smallest cos θ2 includes members that left the range.",
+        " ".join([NOTE, *(quantity.note for quantity in quantities if quantity.note)]),
     )
     panels = tuple(_panel(quantity) for quantity in quantities if varies(quantity.values))
     if not panels:
@@ -125,12 +127,18 @@ def distributed(members: Members) -> list[MemberQuantity]:
 
 
 def quantiles_of(values: Array, orders: tuple[float, ...] = QUANTILES) -> list[float]:
-    """Return quantiles of the finite values; NaN if there are none."""
-    finite = values[np.isfinite(values)]
-    if not len(finite):
+    """Return quantiles of the values that are not NaN; NaN if there are none.
+
+    Among infinite values, which are larger than all others, nothing is interpolated.
+    """
+    known = values[~np.isnan(values)]
+    if not len(known):
         return [float("nan")] * len(orders)
-    quantiles: list[float] = np.quantile(finite, orders).tolist()
-    return quantiles
+    if np.isfinite(known).all():
+        quantiles: list[float] = np.quantile(known, orders).tolist()
+        return quantiles
+    found: list[float] = np.quantile(known, orders, method="inverted_cdf").tolist()
+    return found
 
 
 def histogram(values: Array, *, log: bool) -> Bars:
@@ -169,8 +177,8 @@ def _quantile_name(quantile: float) -> str:
 
 
 def _row(quantity: MemberQuantity) -> tuple[Cell, ...]:
-    counted = int(np.isfinite(quantity.values).sum())
-    numbers = (number(value) for value in quantiles_of(quantity.values))
+    counted = int((~np.isnan(quantity.ranked)).sum())
+    numbers = (number(value) for value in quantiles_of(quantity.ranked))
     return (Cell(quantity.axis.label), Cell(quantity.axis.unit), *numbers, whole(counted))
 
 

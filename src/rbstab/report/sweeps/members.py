@@ -20,7 +20,7 @@ from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.plan.load import plan_to_read
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import NO_PROOF, PROVED
-from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence
+from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, undecided_reason
 from rbstab.sweep.proofs.robust import START_COLUMNS
 
 COLUMNS = (
@@ -99,6 +99,22 @@ class Members:
     def outcome_counts(self) -> Array:
         """The number of members with each outcome, in the order of `OUTCOMES`."""
         return np.bincount(self.outcomes, minlength=len(OUTCOMES))
+
+    @cached_property
+    def undecidable(self) -> dict[str, Array]:
+        """Members that no theorem covers: a mask of shape (n,) by the reason."""
+        found: dict[str, Array] = {}
+        plan = self.plan
+        if plan is None:
+            return found
+        for number, variant in enumerate(plan.variants):
+            reason = undecided_reason(plan, variant)
+            if reason is not None:
+                own = np.ones(len(self), dtype=bool)
+                if "controller_variant" in self.table.layout:
+                    own = self.column("controller_variant") == number
+                found[reason] = found.get(reason, False) | own
+        return found
 
     @property
     def completed(self) -> Array:

@@ -4,16 +4,14 @@ from pathlib import Path
 
 import numpy as np
 
-from rbstab.files.existence import is_file
-from rbstab.files.shell_words import shell_word
 from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.sweeps.borders import notable
+from rbstab.report.sweeps.commands import member_command
 from rbstab.report.sweeps.members import OUTCOMES, SETTLED, UNSETTLED, Members
 from rbstab.report.sweeps.parameters import shortened
 from rbstab.report.sweeps.quantities import PEAK_LABEL, start_values
 from rbstab.report.sweeps.table_entries import number, whole
 from rbstab.sweep.folder.layout import safe_name
-from rbstab.sweep.folder.sweep_folder import PLAN_FILE
 from rbstab.sweep.members.outcome import STATUSES
 
 NUMBER_COLUMNS = {
@@ -24,17 +22,6 @@ NUMBER_COLUMNS = {
 
 MAX_COLUMNS = 4
 """Up to this many parameters have a column each; more share one column."""
-
-
-def member_command(path: Path) -> str:
-    """Return the command that runs a member of a sweep as a single run; its number follows.
-
-    Args:
-        path: The file of the sweep. If no plan is beside it, the command names PLAN.yaml.
-    """
-    plan = path.parent / PLAN_FILE
-    plan_name = shell_word(plan) if is_file(plan) else "PLAN.yaml"
-    return f"rbstab run {plan_name} --member"
 
 
 def notable_blocks(name: str, members: Members, path: Path) -> list[Block]:

@@ -89,8 +89,14 @@ def proof_codes(members: Members) -> ProofCodes:
     return ProofCodes(tuple(labels), codes, tuple(colours))
 
 
-def proof_blocks(name: str, members: Members) -> list[Block]:
-    """Return what is proved, in a sentence and a table; nothing if the sweep has no proofs."""
+def proof_blocks(name: str, members: Members, command: str) -> list[Block]:
+    """Return what is proved, in a sentence and a table; nothing if the sweep has no proofs.
+
+    Args:
+        name: The anchor of the sweep.
+        members: Its members.
+        command: The command that makes proofs that are missing.
+    """
     if not (members.convergence != NO_PROOF).any():
         return []
     found = proof_codes(members)
@@ -104,10 +110,10 @@ def proof_blocks(name: str, members: Members) -> list[Block]:
     ]
     heads = (Head("convergence of the exact motion"), Head("members", numbers=True))
     title = "What is proved of the members"
-    return [_sentence(members), Table(f"{name}-proofs", title, heads, tuple(rows), NOTE)]
+    return [_sentence(members, command), Table(f"{name}-proofs", title, heads, tuple(rows), NOTE)]
 
 
-def _sentence(members: Members) -> str:
+def _sentence(members: Members, command: str) -> str:
     convergence = members.convergence
     count = {code: int(np.count_nonzero(convergence == code)) for code in MEANINGS}
     sentences = [
@@ -127,11 +133,17 @@ def _sentence(members: Members) -> str:
             f"{count[NOT_PROVED]} start outside of every certified region, and their motion was "
             "not enclosed"
         )
-    if count[NO_PROOF]:
-        named = named_members(ranges_of(np.flatnonzero(convergence == NO_PROOF).tolist()))
+    untried = convergence == NO_PROOF
+    for reason, own in members.undecidable.items():
+        chosen = untried & own
+        if chosen.any():
+            sentences.append(f"{np.count_nonzero(chosen)} have no proof: {reason}")
+            untried = untried & ~own
+    if untried.any():
+        named = named_members(ranges_of(np.flatnonzero(untried).tolist()))
         sentences.append(
-            f"{count[NO_PROOF]} are not proved, because the proof of their rest states was not "
-            f"made, or ended early; rbstab sweep PLAN --prove goes on: {named}"
+            f"{np.count_nonzero(untried)} are not proved, because the proof of their rest states "
+            f"was not made, or ended early: {named}. {command} makes it"
         )
     return ". ".join(sentences) + "."
 

@@ -26,19 +26,46 @@ class MemberQuantity:
         axis: Its label and unit.
         values: Shape (n,); NaN where a member has no value.
         missing: Why a member that completed may have no value.
+        later: The mask of members whose value is larger than `end`, but not known, shape (n,); None
+            for none.
+        end: The largest value that a member can have.
     """
 
     name: str
     axis: Axis
     values: Array
     missing: str = "no value"
+    later: Array | None = None
+    end: float = np.inf
+
+    @property
+    def ranked(self) -> Array:
+        """The values for quantiles, shape (n,): infinite where the value is later than the end.
+
+        Without them a median would be that of the fast members only.
+        """
+        return self.values if self.later is None else np.where(self.later, np.inf, self.values)
+
+    @property
+    def note(self) -> str:
+        """What a figure or a table of quantiles has to say of members without a value."""
+        if self.later is None or not self.later.any():
+            return ""
+        return (
+            f"Members that are not at rest by the end of their runs count as later than "
+            f"{self.end:g} {self.axis.unit}; a quantile among them is drawn there."
+        )
 
 
 def settling_time(members: Members) -> MemberQuantity:
     """Return the time from which v stays below v(0)/1000, for completed members that settled."""
     values = np.where(members.completed, members.column("settling_time"), np.nan)
     found = _quantity("settling-time", "settling time of v", "s", values)
-    return replace(found, missing=UNSETTLED)
+    later = members.completed & ~np.isfinite(values)
+    plan = members.plan
+    durations = [] if plan is None else [base.integration.duration for base in plan.bases.values()]
+    end = max(durations, default=float(np.nanmax(found.values, initial=0.0)))
+    return replace(found, missing=UNSETTLED, later=later, end=float(end))
 
 
 def peak_displacement(members: Members) -> MemberQuantity:

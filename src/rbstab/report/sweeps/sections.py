@@ -6,12 +6,13 @@ from rbstab.report.model.words import untrusted
 from rbstab.report.reading.sources import SweepFile
 from rbstab.report.sweeps.answers import answer_blocks
 from rbstab.report.sweeps.basins import basin_blocks
+from rbstab.report.sweeps.commands import member_command, proof_command
 from rbstab.report.sweeps.conditions.comparison import comparison_blocks
 from rbstab.report.sweeps.distributions import distribution_blocks
 from rbstab.report.sweeps.fractions import fraction_blocks
 from rbstab.report.sweeps.maps.maps import map_blocks
 from rbstab.report.sweeps.members import Members, read_members
-from rbstab.report.sweeps.notable import member_command, notable_blocks
+from rbstab.report.sweeps.notable import notable_blocks
 from rbstab.report.sweeps.overview import overview_table, varied_table
 from rbstab.report.sweeps.proofs import proof_blocks
 
@@ -35,9 +36,9 @@ def sweep_sections(sweep: SweepFile) -> tuple[Section, ...]:
     over_parameters = map_blocks(name, members, member_command(sweep.path))
     parts: list[tuple[str, str, list[Block]]] = [
         ("", untrusted(members.table.attributes.get("title", "")), _answers(sweep, members)),
+        ("comparison", "comparison", comparison_blocks(name, members)),
         ("maps", _title_over_parameters(over_parameters), over_parameters),
         ("distributions", "distributions", distribution_blocks(name, members)),
-        ("comparison", "comparison", comparison_blocks(name, members)),
         ("members", "notable members", notable_blocks(name, members, sweep.path)),
         ("plan", "plan and provenance", _facts(sweep, members)),
     ]
@@ -61,10 +62,11 @@ def _title_over_parameters(blocks: list[Block]) -> str:
 
 
 def _answers(sweep: SweepFile, members: Members) -> list[Block]:
+    command = proof_command(sweep.path)
     return [
-        *answer_blocks(sweep.name, sweep.label, members),
+        *answer_blocks(sweep.name, sweep.label, members, command),
         *([UNREADABLE] if members.plan is None else []),
-        *proof_blocks(sweep.name, members),
+        *proof_blocks(sweep.name, members, command),
         *fraction_blocks(sweep.name, members),
         *basin_blocks(sweep.name, members),
     ]

@@ -1,11 +1,18 @@
 """Make cells of tables from numbers and texts."""
 
+import math
+
 from rbstab.report.model import words
 from rbstab.report.model.document import Cell, Head, Table
 
 
 def number(value: float, digits: int = 4) -> Cell:
-    """Return a cell with a number, shown with `digits` significant digits; NaN is shown as "-"."""
+    """Return a cell with a number, shown with `digits` significant digits; NaN is shown as "-".
+
+    An infinite one is that of members that are not at rest by the end: it is shown as "later".
+    """
+    if value == math.inf:
+        return Cell("later")
     return Cell(words.number(value, digits), float(value))
 
 

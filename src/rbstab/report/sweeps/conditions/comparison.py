@@ -8,8 +8,15 @@ from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.model.figure import SHARE_ENDS, Axis, Figure, Intervals, Panel
+from rbstab.report.sweeps.conditions.failures import failure_sentences
 from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions, paired_conditions_of
-from rbstab.report.sweeps.conditions.ranking import matrix_table, ranking_sentences
+from rbstab.report.sweeps.conditions.ranking import (
+    PEAK,
+    SETTLING,
+    compared_sentence,
+    matrix_table,
+    ranking_sentences,
+)
 from rbstab.report.sweeps.distributions import quantiles_of
 from rbstab.report.sweeps.fractions import (
     CONFIDENCE,
@@ -34,7 +41,7 @@ RANGE_LEFT = str(RunStatus.RANGE_LEFT)
 SPREAD = (0.5, 0.05, 0.95)
 """Orders of the quantiles in the comparison; the median comes first, as a narrow page shows it."""
 
-SMALLER_IS_BETTER = ("settling-time", "peak-displacement")
+SMALLER_IS_BETTER = (SETTLING, PEAK)
 """The names of the quantities by which a condition is better than another."""
 
 V_NOTE = (
@@ -52,7 +59,8 @@ def comparison_blocks(name: str, members: Members) -> list[Block]:
     shares = _shares(members, groups, outcome)
     plan = members.plan
     sampled = plan is not None and plan.design is not None
-    blocks: list[Block] = [V_NOTE, _outcomes(name, members, groups, shares, sampled=sampled)]
+    of_v = [V_NOTE] if groups.has_own_v else []
+    blocks: list[Block] = [*of_v, _outcomes(name, members, groups, shares, sampled=sampled)]
     quantities = compared_quantities(members)
     blocks.append(_figure(name, groups, shares, quantities, sampled=sampled))
     if quantities:
@@ -61,19 +69,26 @@ def comparison_blocks(name: str, members: Members) -> list[Block]:
         blocks.append(_pairs(name, groups, quantities))
         if len(groups.labels) > 2:
             better = [quantity for quantity in quantities if quantity.name in SMALLER_IS_BETTER]
-            blocks += [matrix_table(name, groups, quantity) for quantity in better]
+            blocks += [matrix_table(name, groups, quantity, sampled=sampled) for quantity in better]
     return blocks
 
 
 def ranking(members: Members, quantities: list[MemberQuantity]) -> list[str]:
-    """Return a sentence on each quantity that says which condition is better, and how surely."""
+    """Return sentences that say which condition is better, and how surely.
+
+    First how many runs of each ended early, then each quantity.
+    """
     groups = paired_conditions_of(members)
     if groups is None:
         return []
     plan = members.plan
     sampled = plan is not None and plan.design is not None
     better = [quantity for quantity in quantities if quantity.name in SMALLER_IS_BETTER]
-    return ranking_sentences(groups, better, sampled=sampled)
+    sentences = failure_sentences(members, groups, sampled=sampled)
+    sentences += ranking_sentences(groups, better, sampled=sampled)
+    if not sentences:
+        return []
+    return sentences if groups.pairs is None else [compared_sentence(groups), *sentences]
 
 
 def compared_quantities(members: Members) -> list[MemberQuantity]:
@@ -130,11 +145,12 @@ def _quantiles(name: str, groups: PairedConditions, quantities: list[MemberQuant
     rows = []
     for quantity in quantities:
         for k, label in enumerate(groups.labels):
-            own = quantity.values[groups.codes == k]
+            own = quantity.ranked[groups.codes == k]
             spread = (number(value) for value in quantiles_of(own, SPREAD))
-            count = whole(int(np.isfinite(own).sum()))
+            count = whole(int((~np.isnan(own)).sum()))
             rows.append((Cell(quantity.axis.text), Cell(label), *spread, count))
-    return Table(f"{name}-compared-quantiles", "Quantiles by condition", heads, tuple(rows))
+    note = " ".join(quantity.note for quantity in quantities if quantity.note)
+    return Table(f"{name}-compared-quantiles", "Quantiles by condition", heads, tuple(rows), note)
 
 
 def _figure(
@@ -152,6 +168,7 @@ def _figure(
     panels = [Panel(x, Axis(f"share {shares.outcome}", ends=SHARE_ENDS), (intervals(drawn),))]
     panels += [Panel(x, quantity.axis, (_spread(groups, quantity),)) for quantity in quantities]
     caption = "The bars of medians reach from the 5% to the 95% quantile."
+    caption = " ".join([caption, *(quantity.note for quantity in quantities if quantity.note)])
     if sampled:
         caption += (
             f" Those of the share {shares.outcome} are Wilson intervals with {CONFIDENCE:.0%} "
@@ -164,9 +181,9 @@ def _figure(
 
 def _spread(groups: PairedConditions, quantity: MemberQuantity) -> Intervals:
     rows = [
-        quantiles_of(quantity.values[groups.codes == k], SPREAD) for k in range(len(groups.labels))
+        quantiles_of(quantity.ranked[groups.codes == k], SPREAD) for k in range(len(groups.labels))
     ]
-    middle, low, high = np.array(rows).T
+    middle, low, high = np.where(np.isinf(rows), quantity.end, rows).T
     return Intervals(np.arange(float(len(rows))), middle, low, high)
 
 

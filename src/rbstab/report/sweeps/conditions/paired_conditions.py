@@ -4,9 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.config.entries import is_of_initial_state
 from rbstab.mechanics.numbers import Array
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.parameters import Parameter
+from rbstab.sweep.plan.plan import Plan
 
 MAX_GROUPS = 12
 """Maximum number of conditions to compare; more of them are easier to see in a map."""
@@ -24,13 +26,15 @@ class PairedConditions(NamedTuple):
 
     labels are the names of the conditions, codes the condition of each member, shape (n,). Each row
     of pairs, shape (rows, conditions), has the numbers of members that differ only in their
-    condition; pairs is None if there are no such rows.
+    condition; pairs is None if there are no such rows. has_own_v says whether v may be another
+    function in each condition.
     """
 
     parameters: tuple[Parameter, ...]
     labels: tuple[str, ...]
     codes: Array
     pairs: Array | None
+    has_own_v: bool
 
 
 def paired_conditions_of(members: Members) -> PairedConditions | None:
@@ -55,8 +59,24 @@ def paired_conditions_of(members: Members) -> PairedConditions | None:
             for label in labels
             for entry in parameter.entries.tolist()
         ]
-    pairs = _pairs(members, [p.name for p in chosen])
-    return PairedConditions(tuple(chosen), tuple(labels), codes, pairs)
+    names = [p.name for p in chosen]
+    pairs = _pairs(members, names)
+    return PairedConditions(tuple(chosen), tuple(labels), codes, pairs, _change_v(plan, names))
+
+
+def _change_v(plan: Plan, names: list[str]) -> bool:
+    """Return whether v may be another function along some axes.
+
+    It is not along those of starts and inputs: v is the energy of the body and of what acts on it,
+    less that at rest.
+    """
+    keys = [key for axis in plan.axes if axis.name in names for key in axis.varied_keys]
+    elements = plan.bases[plan.variants[0]].elements
+    return not all(
+        is_of_initial_state(key.path)
+        or (key.path[0] == "elements" and elements[str(key.path[1])].kind == "input")
+        for key in keys
+    )
 
 
 def _condition(parameter: Parameter, entry: float) -> str:

@@ -1,5 +1,6 @@
 """Which of several conditions is better in a quantity, and how surely: paired differences."""
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -8,14 +9,13 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Cell, Head, Table
 from rbstab.report.model.words import NO_VALUE, counted, listed, number
 from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions
+from rbstab.report.sweeps.conditions.paired_difference import (
+    MATTERS,
+    PairedDifference,
+    paired_difference,
+)
 from rbstab.report.sweeps.fractions import CONFIDENCE
 from rbstab.report.sweeps.quantities import MemberQuantity
-
-MATTERS = 0.01
-"""A median difference matters if it is at least this fraction of the values.
-
-Gains, inertia and initial states of a real body are not known better than to about 1 %.
-"""
 
 INTERVAL_NOTE = (
     f"The interval of a median is that of order statistics, with {CONFIDENCE:.0%} confidence: it "
@@ -23,72 +23,25 @@ INTERVAL_NOTE = (
 )
 
 
+SETTLING, PEAK = "settling-time", "peak-displacement"
+"""The short names of quantities of which more is said."""
+
+OTHERS = "it"
+"""The name of a quantity after a sentence that names it."""
+
+AT_THE_START = ", as where the largest value is that at the start"
+
 PLAIN_NAMES = {
-    "settling-time": "The time to come to rest ({})",
-    "peak-displacement": "The largest displacement of the contact point ({})",
+    SETTLING: "The time to come to rest ({})",
+    PEAK: "The largest displacement of the contact point ({})",
 }
 """Names of quantities that need no explanation, by their short names; their labels follow."""
-
-
-class PairedDifference(NamedTuple):
-    """The differences of a quantity between members that differ only in their condition.
-
-    Attributes:
-        pairs: The number of pairs in which both members have a value.
-        negative: The share of pairs with a negative difference.
-        median: The median of the differences; NaN without pairs.
-        low: The lower end of its confidence interval; -inf if there are too few pairs.
-        high: The upper end; likewise.
-        scale: The larger median of the magnitudes of both members; 0 without pairs.
-    """
-
-    pairs: int
-    negative: float
-    median: float
-    low: float
-    high: float
-    scale: float = 0.0
-
-    @property
-    def is_sure(self) -> bool:
-        """Whether the interval of the median excludes zero."""
-        return self.low > 0 or self.high < 0
-
-    @property
-    def matters(self) -> bool:
-        """Whether the median difference is large enough beside the values, see `MATTERS`."""
-        return self.pairs > 0 and abs(self.median) >= MATTERS * self.scale
-
-
-def paired_difference(first: Array, second: Array) -> PairedDifference:
-    """Return the differences first - second.
-
-    With ranks k and n + 1 - k of n sorted differences, the median lies between them unless fewer
-    than k of the differences are on one side of it; that number is binomial with p = 1/2.
-
-    Args:
-        first: The quantity of the members of one condition, shape (n,).
-        second: That of their partners.
-    """
-    has_both = np.isfinite(first - second)
-    difference = np.sort((first - second)[has_both])
-    count = len(difference)
-    if not count:
-        return PairedDifference(0, np.nan, np.nan, -np.inf, np.inf)
-    # Imported late: SciPy's statistics take longer to load than the rest of a report.
-    from scipy.stats import binom
-
-    rank = int(binom.ppf(0.5 * (1.0 - CONFIDENCE), count, 0.5))
-    low, high = (-np.inf, np.inf) if rank < 1 else difference[[rank - 1, count - rank]].tolist()
-    negative = float((difference < 0).mean())
-    scale = max(float(np.median(np.abs(side[has_both]))) for side in (first, second))
-    return PairedDifference(count, negative, float(np.median(difference)), low, high, scale)
 
 
 def ranking_sentences(
     groups: PairedConditions, quantities: list[MemberQuantity], *, sampled: bool
 ) -> list[str]:
-    """Return what is compared, and a sentence on each quantity: the best condition, and how surely.
+    """Return a sentence on each quantity: the best condition, and how surely.
 
     Args:
         groups: The conditions.
@@ -98,11 +51,10 @@ def ranking_sentences(
     if groups.pairs is None:
         return []
     found = (_sentence(groups, quantity, sampled=sampled) for quantity in quantities)
-    sentences = [sentence for sentence in found if sentence]
-    return [_compared(groups), *sentences] if sentences else []
+    return [sentence for sentence in found if sentence]
 
 
-def _compared(groups: PairedConditions) -> str:
+def compared_sentence(groups: PairedConditions) -> str:
     """Return a sentence that says what is compared, and in which cases."""
     assert groups.pairs is not None
     cases, count = groups.pairs.shape
@@ -115,88 +67,167 @@ def _compared(groups: PairedConditions) -> str:
 
 
 def _sentence(groups: PairedConditions, quantity: MemberQuantity, *, sampled: bool) -> str:
-    """Return a sentence on the two best conditions; "" if there are no two to compare."""
+    """Return a sentence on the best conditions; "" if there are no two to compare."""
+    assert groups.pairs is not None
     values = quantity.values[groups.pairs]
     # A condition without any value cannot be compared.
     columns = [_finite(column) for column in values.T]
     # Neither can one that holds the contact point: its displacement is 0 by construction.
     zero = [k for k, v in enumerate(columns) if len(v) and not v.any()]
     zero = zero if len(columns) - len(zero) > 1 else []
-    medians = [
-        np.inf if k in zero or not len(v) else float(np.median(v)) for k, v in enumerate(columns)
-    ]
-    best, second = np.argsort(medians, kind="stable").tolist()[:2]
+    others = [k for k, v in enumerate(columns) if len(v) and k not in zero]
+    if len(others) < 2:
+        return ""
+    # Where two conditions share no case, nothing can be said.
+    order = sorted(others, key=lambda k: float(np.median(columns[k])))
+    best, second, *_ = order
     found = paired_difference(values[:, best], values[:, second])
-    if not np.isfinite(medians[second]) or not found.pairs:
+    if not found.pairs and not found.equal:
         return ""
     if found.median > 0:
         # The medians may be in the other order than most of the pairs, which are what is compared.
         best, second = second, best
         found = paired_difference(values[:, best], values[:, second])
-    unit = quantity.axis.unit
-    name = PLAIN_NAMES.get(quantity.name, "The {}").format(quantity.axis.label)
-    first, other = groups.labels[best], groups.labels[second]
-    few = len(groups.labels) - len(zero) == 2
-    always = f"With {listed(groups.labels[k] for k in zero)}, it is always 0. " if zero else ""
-    both = f"{first} and {other}" + ("" if few else ", which have the smallest values")
-    cases = counted(found.pairs, "case")
-    left_out = _left_out(len(values) - found.pairs, len(values))
-    if found.median == 0 or (sampled and not found.is_sure):
-        text = f"{name}: no sure difference between {both} (median of {cases}{left_out})."
-        return f"{text} {always}".strip()
-    by = f"{number(-found.median)} {unit}".rstrip()
-    if not found.matters:
-        text = (
-            f"{name}: no difference that matters between {both}. It is {by} in the median of "
-            f"{cases}, less than {MATTERS:.0%} of the values{left_out}."
+    name = _name(groups, quantity)
+    begin = ""
+    if zero:
+        always = listed(groups.labels[k] for k in zero)
+        begin = f"{name} is always 0 with {always}, by construction. Of the others: "
+        name = OTHERS
+    compared = {k: paired_difference(values[:, best], values[:, k]) for k in others if k != best}
+    alike = [k for k, one in compared.items() if _is_alike(one, sampled=sampled)]
+    sentence = _Sentence(groups, quantity, name, best, sampled)
+    if alike:
+        return f"{begin}{sentence.on_alike(alike, compared)}"
+    return f"{begin}{sentence.on_two(second, found, few=len(others) == 2)}"
+
+
+def _is_alike(found: PairedDifference, *, sampled: bool) -> bool:
+    """Return whether two conditions have no difference that is sure and matters."""
+    return not found.pairs or (sampled and not found.is_sure) or not found.matters
+
+
+def _name(groups: PairedConditions, quantity: MemberQuantity) -> str:
+    label = quantity.axis.label
+    if quantity.name == SETTLING and groups.has_own_v:
+        label = f"{label}; v is not the same function in each condition"
+    return PLAIN_NAMES.get(quantity.name, "The {}").format(label)
+
+
+class _Sentence(NamedTuple):
+    """What is needed to write a sentence on the condition with the smallest values."""
+
+    groups: PairedConditions
+    quantity: MemberQuantity
+    name: str
+    best: int
+    sampled: bool
+
+    def on_two(self, second: int, found: PairedDifference, *, few: bool) -> str:
+        """Return the sentence if the best condition is better than all others."""
+        first, other = self.groups.labels[self.best], self.groups.labels[second]
+        unit = self.quantity.axis.unit
+        by = f"{number(-found.median)} {unit}".rstrip()
+        cases = counted(found.pairs, "case")
+        smaller = round(found.negative * found.pairs)
+        often = f"all {cases}" if smaller == found.pairs > 1 else f"{smaller} of {cases}"
+        ends = f"{number(-found.high)} and {number(-found.low)} {unit}".rstrip()
+        interval = (
+            f"; with {CONFIDENCE:.0%} confidence, this median is between {ends}"
+            if self.sampled
+            else ""
         )
-        return f"{text} {always}".strip()
-    smaller = round(found.negative * found.pairs)
-    often = f"all {cases}" if smaller == found.pairs > 1 else f"{smaller} of {cases}"
-    ends = f"{number(-found.high)} and {number(-found.low)} {unit}".rstrip()
-    interval = (
-        f"; with {CONFIDENCE:.0%} confidence, this median is between {ends}" if sampled else ""
-    )
-    ranks = "smaller" if few else "smallest"
-    begin = f"{name} is always 0 with {listed(groups.labels[k] for k in zero)}. Of the others, it"
-    subject = begin if zero else name
-    next_one = f"than with {other}" if few else f"and second smallest with {other}"
-    return (
-        f"{subject} is {ranks} with {first} {next_one}. Of these two, {first} has the "
-        f"smaller value in {often}, by {by} in the median{interval}{left_out}."
-    )
+        ranks = "smaller" if few else "smallest"
+        next_one = f"than with {other}" if few else f"and second smallest with {other}"
+        return (
+            f"{self.name} is {ranks} with {first} {next_one}. Of these two, {first} has the "
+            f"smaller value in {often}, by {by} in the median{interval}"
+            f"{self._equal(found)}{self._left_out(found)}."
+        )
+
+    def on_alike(self, alike: list[int], compared: Mapping[int, PairedDifference]) -> str:
+        """Return the sentence if other conditions have no difference from the best that matters."""
+        labels = self.groups.labels
+        names = listed(labels[k] for k in (self.best, *alike))
+        others = [k for k in compared if k not in alike]
+        smallest = ", which have the smallest values" if others else ""
+        begin = f"{self.name}: no difference that matters between {names}{smallest}"
+        if len(alike) > 1:
+            return f"{begin}."
+        found = compared[alike[0]]
+        if not found.pairs:
+            return f"{begin}: it is the same in all {counted(found.equal, 'case')}."
+        tail = f"{self._equal(found)}{self._left_out(found)}."
+        cases = counted(found.pairs, "case")
+        if self.sampled and not found.is_sure:
+            begin = begin.replace("no difference that matters", "no sure difference")
+            return f"{begin} (median of {cases}{tail[:-1]})."
+        by = f"{number(abs(found.median))} {self.quantity.axis.unit}".rstrip()
+        return (
+            f"{begin}. The difference is {by} in the median of {cases}, less than {MATTERS:.0%} "
+            f"of the values{tail}"
+        )
+
+    def _equal(self, found: PairedDifference) -> str:
+        if not found.equal:
+            return ""
+        why = AT_THE_START if self.quantity.name == PEAK else ""
+        return f"; in {counted(found.equal, 'further case')} both are equal{why}"
+
+    def _left_out(self, found: PairedDifference) -> str:
+        """Return how many cases are left out, and why."""
+        assert self.groups.pairs is not None
+        total = len(self.groups.pairs)
+        count = total - found.pairs - found.equal
+        why = "a run ended early"
+        if self.quantity.name == SETTLING:
+            why = "a run was not at rest by its end, or ended early"
+        return f"; {count} of {total} cases are left out, where {why}" if count else ""
 
 
-def _left_out(count: int, total: int) -> str:
-    """Return how many cases are left out."""
-    return f"; {count} of {total} cases are left out, where a run has no value" if count else ""
+def matrix_table(
+    name: str, groups: PairedConditions, quantity: MemberQuantity, *, sampled: bool
+) -> Table:
+    """Return the median difference of a quantity between each two conditions, row minus column.
 
-
-def matrix_table(name: str, groups: PairedConditions, quantity: MemberQuantity) -> Table:
-    """Return the median difference of a quantity between each two conditions, row minus column."""
+    Args:
+        name: The anchor of the sweep.
+        groups: The conditions.
+        quantity: The quantity.
+        sampled: Whether the members are a sample; otherwise the medians have no intervals.
+    """
     assert groups.pairs is not None
     values, labels = quantity.values[groups.pairs], groups.labels
     rows = []
     for i, label in enumerate(labels):
         cells = [
-            Cell(NO_VALUE) if i == j else _cell(paired_difference(values[:, i], values[:, j]))
+            Cell(NO_VALUE)
+            if i == j
+            else _cell(paired_difference(values[:, i], values[:, j]), sampled=sampled)
             for j in range(len(labels))
         ]
         rows.append((Cell(label), *cells))
     heads = (Head("row minus column"), *(Head(label, numbers=True) for label in labels))
     title = f"{quantity.axis.text}: all pairs of conditions"
+    between = f", with their intervals of {CONFIDENCE:.0%} confidence" if sampled else ""
     note = (
-        "Medians of paired differences; a smaller number is better. A mark says that the interval "
-        f"of the median excludes zero, and that the median is at least {MATTERS:.0%} of the "
-        f"values; without a mark no difference that matters is sure. {INTERVAL_NOTE}"
+        f"Medians of paired differences{between}; a smaller number is better. Pairs with equal "
+        "values are left out, and counted. A mark says that the interval of the median excludes "
+        f"zero, and that the median is at least {MATTERS:.0%} of the values; without a mark no "
+        f"difference that matters is sure. {INTERVAL_NOTE}"
     )
     return Table(f"{name}-all-pairs-{quantity.name}", title, heads, tuple(rows), note)
 
 
-def _cell(found: PairedDifference) -> Cell:
+def _cell(found: PairedDifference, *, sampled: bool = True) -> Cell:
     is_marked = found.is_sure and found.matters
     tone = ("good" if found.median < 0 else "bad") if is_marked else ""
-    return Cell(number(found.median), found.median if found.pairs else None, tone)
+    text = number(found.median) if found.pairs else "equal" if found.equal else NO_VALUE
+    if sampled and found.pairs and np.isfinite(found.low):
+        text = f"{text} ({number(found.low)} to {number(found.high)})"
+    if found.pairs and found.equal:
+        text = f"{text}; {found.equal} equal"
+    return Cell(text, found.median if found.pairs else None, tone)
 
 
 def _finite(values: Array) -> Array:

@@ -65,11 +65,13 @@ def effect_figures(
     parts = [(p.title, everyone if p.chosen is None else p.chosen) for p in slices]
     groups = [[_groups(p, chosen) for _, chosen in parts] for p in free]
     blocks: list[Block] = []
-    for key, axis, values, is_share in _shown(members):
-        if not is_share and is_narrow(values, axis):
-            blocks.append(f"There is no figure of effects on {narrow_note(values, axis)}")
+    for shown in _shown(members):
+        key, axis, values, is_share, note, _ = shown
+        finite = np.where(np.isfinite(values), values, np.nan)
+        if not is_share and is_narrow(finite, axis):
+            blocks.append(f"There is no figure of effects on {narrow_note(finite, axis)}")
             continue
-        effects = [_effect(p, own, parts, values) for p, own in zip(free, groups, strict=True)]
+        effects = [_effect(p, own, parts, finite) for p, own in zip(free, groups, strict=True)]
         order = np.argsort([-effect.ratio for effect in effects], kind="stable").tolist()
         seen = [k for k in order if effects[k].ratio > OVER_CHANCE * effects[k].chance]
         if not seen:
@@ -77,11 +79,11 @@ def effect_figures(
             blocks.append(f"{axis.label}: no parameter has an effect beyond chance ({names}).")
             continue
         panels = tuple(
-            Panel(free[k].axis, axis, _marks(free[k], groups[k], parts, values, is_share=is_share))
+            Panel(free[k].axis, axis, _marks(free[k], groups[k], parts, shown))
             for k in seen[:MAX_PANELS]
         )
         without = [free[k].axis.label for k in order if k not in seen]
-        caption = _caption(is_share=is_share, bands=len(parts) <= MAX_BANDS)
+        caption = f"{_caption(is_share=is_share, bands=len(parts) <= MAX_BANDS)} {note}".strip()
         if len(seen) > MAX_PANELS:
             caption += f" The {MAX_PANELS} parameters with the largest effects are shown."
         if without:
@@ -96,15 +98,28 @@ def _groups(parameter: Parameter, chosen: Array) -> Array:
     return groups_of(parameter, chosen, max(MIN_GROUPS, len(chosen) // GROUP_SIZE))
 
 
-def _shown(members: Members) -> list[tuple[str, Axis, Array, bool]]:
-    """Return name, axis and values of what is shown, and whether it is the share of an outcome."""
-    found: list[tuple[str, Axis, Array, bool]] = []
+class _Shown(NamedTuple):
+    """What is shown: a quantity, or the share of an outcome. note is for the caption.
+
+    A value above `end` is drawn there.
+    """
+
+    name: str
+    axis: Axis
+    values: Array
+    is_share: bool
+    note: str = ""
+    end: float = np.inf
+
+
+def _shown(members: Members) -> list[_Shown]:
+    found: list[_Shown] = []
     if np.count_nonzero(members.outcome_counts) > 1:
         label, fulfilled = counted_outcome(members)
-        found.append(("outcome", Axis(f"share {label}"), fulfilled.astype(float), True))
+        found.append(_Shown("outcome", Axis(f"share {label}"), fulfilled.astype(float), True))
     # v(0) is a function of the parameters, and says something only beside c*.
     quantities = [q for q in mapped(members) if varies(q.values) and q.name != "start-energy"]
-    found += [(q.name, q.axis, q.values, False) for q in quantities]
+    found += [_Shown(q.name, q.axis, q.ranked, False, q.note, q.end) for q in quantities]
     return found
 
 
@@ -124,15 +139,15 @@ def _marks(
     parameter: Parameter,
     groups: list[Array],
     parts: list[tuple[str, Array]],
-    values: Array,
-    *,
-    is_share: bool,
+    shown: _Shown,
 ) -> tuple[Mark, ...]:
+    is_share, values = shown.is_share, shown.values
     bands: list[Mark] = []
     lines: list[Mark] = []
     word, area = ("share", WILSON) if is_share else ("median", BETWEEN)
     for colour, (own, (title, chosen)) in enumerate(zip(groups, parts, strict=True)):
-        x, low, middle, high = _along(parameter.values[chosen], own, values[chosen], is_share)
+        x, *spread = _along(parameter.values[chosen], own, values[chosen], is_share)
+        low, middle, high = np.where(np.isinf(spread), shown.end, spread)
         if len(parts) <= MAX_BANDS:
             bands.append(Band(x, low, high, f"{title}: {area}".removeprefix(": "), colour))
         lines.append(Line(x, middle, title or word, colour))

@@ -1,0 +1,31 @@
+"""The commands that a report of a sweep names."""
+
+from pathlib import Path
+
+from rbstab.files.existence import is_file
+from rbstab.files.shell_words import shell_word
+from rbstab.sweep.folder.sweep_folder import PLAN_FILE
+
+
+def member_command(path: Path) -> str:
+    """Return the command that runs a member of a sweep as a single run; its number follows.
+
+    Args:
+        path: The file of the sweep. If no plan is beside it, the command names PLAN.yaml.
+    """
+    return f"rbstab run {_plan(path)} --member"
+
+
+def proof_command(path: Path) -> str:
+    """Return the command that proves what is not yet proved of a sweep, up to the last body.
+
+    Args:
+        path: As for `member_command`.
+    """
+    results = path.parent.parent
+    return f"rbstab sweep {_plan(path)} -o {shell_word(results)} --prove"
+
+
+def _plan(path: Path) -> str:
+    plan = path.parent / PLAN_FILE
+    return shell_word(plan) if is_file(plan) else "PLAN.yaml"

@@ -1,0 +1,61 @@
+"""Which of several conditions has the fewest runs that did not complete, and how surely."""
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.report.model.words import counted
+from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions
+from rbstab.report.sweeps.fractions import CONFIDENCE
+from rbstab.report.sweeps.members import OUTCOMES, Members
+
+FIRST_FAILURE = 2
+"""The index in `OUTCOMES` of the first outcome of a run that did not complete."""
+
+
+def failure_sentences(members: Members, groups: PairedConditions, *, sampled: bool) -> list[str]:
+    """Return how many runs of each condition did not complete; [] if all completed.
+
+    The best and the worst condition are compared in the same cases. How often only one of both
+    failed is binomial with p = 1/2 if the condition makes no difference (McNemar's test).
+
+    Args:
+        members: The members.
+        groups: The conditions.
+        sampled: Whether the members are a sample; otherwise nothing is said of other members.
+    """
+    failed = members.outcomes >= FIRST_FAILURE
+    if not failed.any():
+        return []
+    which = np.unique(members.outcomes[failed]).tolist()
+    name = f"Runs that ended early ({', '.join(OUTCOMES[code] for code in which)})"
+    of_each = [failed[groups.codes == k] for k in range(len(groups.labels))]
+    counts = [int(np.count_nonzero(own)) for own in of_each]
+    parts = [
+        f"{label}: {count} of {len(own)}"
+        for label, count, own in zip(groups.labels, counts, of_each, strict=True)
+    ]
+    sentences = [f"{name}: {'; '.join(parts)}."]
+    if groups.pairs is not None and min(counts) < max(counts):
+        best, worst = int(np.argmin(counts)), int(np.argmax(counts))
+        names = groups.labels[best], groups.labels[worst]
+        found = failed[groups.pairs]
+        sentences.append(_in_the_same_cases(names, found[:, best], found[:, worst], sampled))
+    return sentences
+
+
+def _in_the_same_cases(names: tuple[str, str], best: Array, worst: Array, sampled: bool) -> str:
+    only_worst = int(np.count_nonzero(worst & ~best))
+    only_best = int(np.count_nonzero(best & ~worst))
+    text = (
+        f"In the same {counted(len(best), 'case')}, only {names[1]} ended early in {only_worst}, "
+        f"and only {names[0]} in {only_best}"
+    )
+    if not sampled:
+        return f"{text}."
+    # Imported late: SciPy's statistics take longer to load than the rest of a report.
+    from scipy.stats import binomtest
+
+    chance = binomtest(only_best, only_best + only_worst, 0.5).pvalue
+    is_sure = chance < 1.0 - CONFIDENCE
+    sure = "more than chance makes" if is_sure else "which may be chance"
+    return f"{text}: {sure} (sign test, {CONFIDENCE:.0%} confidence)."

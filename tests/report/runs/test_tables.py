@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from report.runs.stored import facts, store_proof
 from support.made_runs import (
     DECAY,
     LARGEST_PITCH,
@@ -18,19 +19,12 @@ from support.made_runs import (
     made_result,
 )
 
-from rbstab.config.build import problem_of
-from rbstab.config.load import load_config
-from rbstab.experiment.proof_cache import cached_proof, proof_file
-from rbstab.experiment.stored_proof.identity import proof_id
-from rbstab.experiment.stored_proof.proof import Proof, ProvedRegion, ProvedState
-from rbstab.experiment.stored_proof.starts import start_level
 from rbstab.experiment.summary import ReferenceValue, half_unit
-from rbstab.report.model.document import Cards, Section, Table
+from rbstab.report.model.document import Section, Table
 from rbstab.report.reading.sources import read_sources
-from rbstab.report.runs.answers import MAX_CARDS, answer_blocks, answer_sentence
+from rbstab.report.runs.answers import answer_sentence
 from rbstab.report.runs.certificate_tables import MAX_FULL_CERTIFICATES, certificate_section
 from rbstab.report.runs.config_tables import MAX_KEYS, MAX_RUN_COLUMNS, config_section
-from rbstab.report.runs.facts import facts_of
 from rbstab.report.runs.provenance_tables import (
     MAX_COMMANDS,
     provenance_section,
@@ -38,15 +32,10 @@ from rbstab.report.runs.provenance_tables import (
 )
 from rbstab.report.runs.reference_tables import _row, reference_section
 from rbstab.report.runs.tables import summary_table
-from rbstab.store.document import write_document
 from rbstab.store.result import Result
 from rbstab.store.run_file import write_result
 
 ORIGIN = (0.0, 0.0, 0.0)
-
-
-def facts(*paths):
-    return facts_of(read_sources(paths).runs)
 
 
 def column(table, label):
@@ -136,50 +125,6 @@ def test_verdicts_and_their_tones(verdict, word, tone, tmp_path):
     assert (cell.text, cell.tone, cell.target) == (word, tone, "certificates")
 
 
-def test_each_run_has_a_card_unless_there_are_many(tmp_path):
-    paths = [made_file(tmp_path / f"{k}.h5") for k in range(MAX_CARDS)]
-    sentence, first, cards = answer_blocks(facts(*paths))
-    assert sentence == (
-        f"{MAX_CARDS} runs. Comes to rest from its start: {MAX_CARDS} seen. "
-        f"All motions that stay in the range, and away from θ2 = ±π/2, end in one rest state: "
-        f"{MAX_CARDS} not decided."
-    )
-    assert isinstance(first, str)
-    assert first.startswith("At rest first: 0, from ")
-    assert isinstance(cards, Cards)
-    assert [card.title for card in cards.cards] == [str(k) for k in range(MAX_CARDS)]
-    assert [one.word for one in cards.cards[0].statements] == ["seen", "not decided"]
-    assert list(dict(cards.words))[:4] == ["proved", "seen", "false", "not decided"]
-    more = answer_blocks(facts(*paths, made_file(tmp_path / "more.h5")))
-    assert not any(isinstance(block, Cards) for block in more)
-
-
-def margin_on_card(path):
-    *_, cards = answer_blocks(facts(path))
-    assert isinstance(cards, Cards)
-    return dict(cards.cards[0].facts).get("v(0)/c*")
-
-
-def test_a_card_shows_the_margin_to_the_region(path, tmp_path):
-    """The level is about v from the lowest rest state; the v of a run may count from another."""
-    store_proof(tmp_path, made_config(), 1)
-    config = load_config(_plain(made_config()))
-    proof = cached_proof(tmp_path, config)
-    assert proof is not None
-    start = start_level(problem_of(config), proof)
-    assert start is not None
-    assert start != pytest.approx(V_START)
-    store_proof(tmp_path, made_config(), 1, level=4 * start)
-    assert margin_on_card(path) == "0.25"
-    *_, cards = answer_blocks(facts(path))
-    assert isinstance(cards, Cards)
-    assert "v(0)/c*" in dict(cards.words)
-    (_, without) = answer_blocks(facts(made_file(tmp_path / "other" / "unproved.h5")))
-    assert isinstance(without, Cards)
-    assert "c*" not in without.note
-    assert list(dict(without.words))[-3:] == ["v(0)", "E", "θ2"]
-
-
 @pytest.mark.parametrize(
     ("verdict", "level", "answer"),
     [
@@ -191,43 +136,6 @@ def test_a_card_shows_the_margin_to_the_region(path, tmp_path):
 def test_inside_the_certified_region_by_the_certificate(verdict, level, answer, tmp_path):
     path = made_file(tmp_path / "a.h5", verdicts={"certified region": verdict}, level=level)
     assert column(summary_table(facts(path)), "in certified region")["a"].text == answer
-    expected = None if math.isnan(level[0]) else f"{level[0] / level[1]:g}"
-    assert margin_on_card(path) == expected
-
-
-def store_proof(folder, text, states, *, level=1e9):
-    """Store a proof with so many rest states, as `rbstab stability` does."""
-    config = load_config(_plain(text))
-    state = ProvedState(
-        orientation=ORIGIN,
-        position=ORIGIN,
-        connector_state=(),
-        energy=0.0,
-        index=0,
-        proved=True,
-        enclosure=(ORIGIN, ORIGIN),
-    )
-    region = ProvedRegion(
-        energy=level, level=level, lower_bound=level, attained_at=ORIGIN, face=None, proved=True
-    )
-    proof = Proof(
-        id=proof_id(config),
-        outcome="all found",
-        proved=True,
-        unique=states == 1,
-        examined=10,
-        seconds=0.1,
-        undecided=(),
-        states=(state,) * states,
-        region=region,
-    )
-    write_document(proof_file(folder, config), proof.model_dump(mode="json"))
-
-
-def _plain(text):
-    import yaml
-
-    return yaml.safe_load(text)
 
 
 @pytest.mark.parametrize(("states", "tone"), [(1, "good"), (3, "warning")])

@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Sequence
+from itertools import starmap
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Block, Card, Cards, Sketch, Statement
 from rbstab.report.model.words import NO_VALUE, counted, listed, number
 from rbstab.report.reading.sources import Run
+from rbstab.report.runs.config_tables import own_keys
 from rbstab.report.runs.facts import RunFacts
 from rbstab.report.runs.sketches import decay_sketches
 from rbstab.report.runs.tables import ANSWER_TONES
@@ -60,7 +62,8 @@ def answer_blocks(facts: Sequence[RunFacts]) -> tuple[Block, ...]:
     if len(facts) > MAX_CARDS:
         return (*sentences, meanings())
     sketches = decay_sketches([entry.run for entry in facts])
-    cards = tuple(_card(entry, sketch) for entry, sketch in zip(facts, sketches, strict=True))
+    special = own_keys(facts) if len(facts) > 1 else [""]
+    cards = tuple(starmap(_card, zip(facts, special, sketches, strict=True)))
     return (*sentences, Cards("answers", cards, (*words_with_meanings(), *_symbols(cards))))
 
 
@@ -95,15 +98,18 @@ def _kept(facts: Sequence[RunFacts]) -> str:
 
 
 def _first_at_rest(facts: Sequence[RunFacts]) -> tuple[str, ...]:
-    """Return a sentence that names the run that comes to rest first, of several that do."""
+    """Return a sentence that names the run that comes to rest first, of several of one body."""
+    bodies = [entry.run.data.get("body") for entry in facts]
     times = [(entry.run.settling_time, entry.run.label) for entry in facts]
     settled = sorted(entry for entry in times if not math.isnan(entry[0]))
-    if len(settled) < 2:
+    if len(settled) < 2 or any(body != bodies[0] for body in bodies):
         return ()
-    (first, label), (last, _) = settled[0], settled[-1]
+    (first, label), (last, last_label) = settled[0], settled[-1]
+    others = [label for time, label in times if math.isnan(time)]
+    without = f"; not by the end: {listed(others)}" if others else ""
     return (
-        f"At rest first: {label}, from {number(first)} s on; the last from {number(last)} s on "
-        f"(v stays below v(0)/{1 / SETTLED_FRACTION:g}).",
+        f"At rest first: {label}, from {number(first)} s on; last: {last_label}, from "
+        f"{number(last)} s on{without} (v stays below v(0)/{1 / SETTLED_FRACTION:g}).",
     )
 
 
@@ -116,20 +122,27 @@ def _counts(words: Counter[str]) -> str:
     return ", ".join(f"{words[word]} {word}" for word in Sureness if words[word])
 
 
-def _card(facts: RunFacts, sketch: Sketch | None) -> Card:
-    statements = tuple(
-        _statement(QUESTIONS[name], answer) for name, answer in facts.answer._asdict().items()
+def _card(facts: RunFacts, special: str, sketch: Sketch | None) -> Card:
+    """Return the card of a run.
+
+    Args:
+        facts: What is known of the run.
+        special: In which keys of its config it differs from the others; "" for none.
+        sketch: Its picture.
+    """
+    statements = (
+        *_end(facts),
+        *(_statement(QUESTIONS[name], answer) for name, answer in facts.answer._asdict().items()),
     )
     s, settled = facts.run.summary, number(facts.run.settling_time)
-    status = facts.run.result.status
     numbers = {
+        "differs in": special,
         "at rest from": settled if settled == NO_VALUE else f"{settled} s",
         "v(0)": f"{number(s.lyapunov_start)} J",
         "largest v": largest_v(facts.run),
         MARGIN: _margin(facts),
         "peak |E|": f"{at_least(s.displacement_resolved)}{number(s.peak_distance)} m",
         "peak |θ2|": f"{at_least(s.pitch_resolved)}{number(s.largest_pitch)} rad",
-        "ended": status if status != RunStatus.COMPLETED else "",
         "warnings": str(len(facts.attribute("warnings").splitlines()) or ""),
     }
     shown = tuple((name, text) for name, text in numbers.items() if text)
@@ -157,6 +170,15 @@ def _margin(facts: RunFacts) -> str:
         # v counts from the rest state to which the motion is proved to converge.
         margin = start / found.bound if 0.0 < found.bound < math.inf else None
     return "" if margin is None or not math.isfinite(margin) else number(margin)
+
+
+def _end(facts: RunFacts) -> tuple[Statement, ...]:
+    """Return a statement on a run that ended early; () of another run."""
+    status = facts.run.result.status
+    if status == RunStatus.COMPLETED:
+        return ()
+    end = f"At t = {number(facts.run.summary.end_time)} s, as computed"
+    return (Statement("Did the run reach its end?", f"no: {status}", end, "bad"),)
 
 
 def _statement(question: str, answer: Answer) -> Statement:

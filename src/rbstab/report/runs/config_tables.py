@@ -1,6 +1,7 @@
 """Tables of the config keys that differ between runs, and of the keys that are equal."""
 
 import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeGuard
 
@@ -21,6 +22,12 @@ MAX_KEYS = 12
 
 OMITTED_KEYS = ("schema_version", "reference")
 """Keys that do not describe the experiment."""
+
+NOT_SPECIAL = ("title",)
+"""Keys of which the cards of runs say nothing."""
+
+MAX_SPECIAL = 8
+"""If runs differ in more keys, their cards do not say in which."""
 
 TIMES = ("integration.duration", "integration.time_limit")
 """Keys in s. They are no part of `unit_of`, which also names the units of columns of sweeps: those
@@ -74,6 +81,35 @@ def _differences(configs: Mapping[str, Flat], keys: Sequence[str]) -> list[Block
         return [Table("differences", "Keys that differ", heads, rows)]
     shown = keys[:MAX_KEYS]
     return [_ranges(configs, keys), _by_run(configs, shown, omitted=len(keys) - len(shown))]
+
+
+def own_keys(facts: Sequence[RunFacts]) -> list[str]:
+    """Return what is special of each run: its values of the keys in which not all runs are alike.
+
+    A value that most of the runs have is not special. The text is empty for a run without special
+    values, and for all runs if they differ in so many keys that they are different experiments.
+    """
+    configs = [flat(entry.run.data) for entry in facts]
+    keys = dict.fromkeys(key for config in configs for key in config if _is_shown(key))
+    differing = [key for key in keys if key not in NOT_SPECIAL and _differs(key, configs)]
+    if not differing or len(differing) > MAX_SPECIAL or not all(configs):
+        return [""] * len(facts)
+    values = {key: [value_text(config.get(key)) for config in configs] for key in differing}
+    usual = {key: _usual(found) for key, found in values.items()}
+    return [
+        ", ".join(
+            f"{untrusted(key)} = {found[k]}"
+            for key, found in values.items()
+            if found[k] != usual[key]
+        )
+        for k in range(len(facts))
+    ]
+
+
+def _usual(values: Sequence[str]) -> str | None:
+    """Return the value that more than half of the runs have; None if there is none."""
+    ((value, count),) = Counter(values).most_common(1)
+    return value if 2 * count > len(values) else None
 
 
 def _ranges(configs: Mapping[str, Flat], keys: Sequence[str]) -> Table:

@@ -48,7 +48,7 @@ def run_sections(runs: Sequence[Run]) -> tuple[Section, ...]:
     eigenvalues = eigenvalue_blocks(runs)
     if eigenvalues:
         sections.append(Section("runs-eigenvalues", "Eigenvalues at the rest state", eigenvalues))
-    return (*sections, *(_run_section(run) for run in runs))
+    return (*sections, *(_run_section(run, folded=len(runs) > 1) for run in runs))
 
 
 def _comparison_section(runs: Sequence[Run]) -> Section:
@@ -69,7 +69,7 @@ def _comparison_section(runs: Sequence[Run]) -> Section:
     )
 
 
-def _run_section(run: Run) -> Section:
+def _run_section(run: Run, *, folded: bool) -> Section:
     figures = (
         *state_figures(run),
         *supply_figures(run),
@@ -81,7 +81,8 @@ def _run_section(run: Run) -> Section:
         *stop_figures(run),
         audit_figure(run),
     )
-    return Section(f"{run.name}-figures", f"Figures of {run.label}", tuple(map(_shown, figures)))
+    title = f"Figures of {run.label}"
+    return Section(f"{run.name}-figures", title, tuple(map(_shown, figures)), folded=folded)
 
 
 def _shown(figure: Figure) -> Block:

@@ -1,0 +1,136 @@
+"""The cards of runs: what a reader wants to know first."""
+
+import math
+
+import pytest
+import yaml
+from report.runs.stored import facts, store_proof
+from support.made_runs import V_START, made_config, made_file, made_result
+
+from rbstab.config.build import problem_of
+from rbstab.config.load import load_config
+from rbstab.experiment.proof_cache import cached_proof
+from rbstab.experiment.stored_proof.starts import start_level
+from rbstab.report.model.document import Cards
+from rbstab.report.runs.answers import MAX_CARDS, answer_blocks
+from rbstab.report.runs.config_tables import MAX_SPECIAL, own_keys
+from rbstab.store.run_file import write_result
+
+
+def cards_of(*paths):
+    *_, cards = answer_blocks(facts(*paths))
+    assert isinstance(cards, Cards)
+    return cards.cards
+
+
+def test_each_run_has_a_card_unless_there_are_many(tmp_path):
+    paths = [made_file(tmp_path / f"{k}.h5") for k in range(MAX_CARDS)]
+    sentence, first, cards = answer_blocks(facts(*paths))
+    assert sentence == (
+        f"{MAX_CARDS} runs. Comes to rest from its start: {MAX_CARDS} seen. "
+        f"All motions that stay in the range, and away from θ2 = ±π/2, end in one rest state: "
+        f"{MAX_CARDS} not decided."
+    )
+    assert isinstance(first, str)
+    assert first.startswith("At rest first: 0, from ")
+    assert isinstance(cards, Cards)
+    assert [card.title for card in cards.cards] == [str(k) for k in range(MAX_CARDS)]
+    assert [one.word for one in cards.cards[0].statements] == ["seen", "not decided"]
+    assert list(dict(cards.words))[:4] == ["proved", "seen", "false", "not decided"]
+    more = answer_blocks(facts(*paths, made_file(tmp_path / "more.h5")))
+    assert not any(isinstance(block, Cards) for block in more)
+
+
+def margin_on_card(path):
+    return dict(cards_of(path)[0].facts).get("v(0)/c*")
+
+
+def test_a_card_shows_the_margin_to_the_region(tmp_path):
+    """The level is about v from the lowest rest state; the v of a run may count from another."""
+    path = made_file(tmp_path / "made.h5")
+    store_proof(tmp_path, made_config(), 1)
+    config = load_config(yaml.safe_load(made_config()))
+    proof = cached_proof(tmp_path, config)
+    assert proof is not None
+    start = start_level(problem_of(config), proof)
+    assert start is not None
+    assert start != pytest.approx(V_START)
+    store_proof(tmp_path, made_config(), 1, level=4 * start)
+    assert margin_on_card(path) == "0.25"
+    *_, cards = answer_blocks(facts(path))
+    assert isinstance(cards, Cards)
+    assert "v(0)/c*" in dict(cards.words)
+    (_, without) = answer_blocks(facts(made_file(tmp_path / "other" / "unproved.h5")))
+    assert isinstance(without, Cards)
+    assert "c*" not in without.note
+    assert list(dict(without.words))[-3:] == ["v(0)", "E", "θ2"]
+
+
+@pytest.mark.parametrize("level", [(100.0, 200.0), (300.0, 200.0), (math.nan, math.nan)])
+def test_the_margin_is_that_of_the_certificate(level, tmp_path):
+    path = made_file(tmp_path / "a.h5", verdicts={"certified region": "unknown"}, level=level)
+    expected = None if math.isnan(level[0]) else f"{level[0] / level[1]:g}"
+    assert margin_on_card(path) == expected
+
+
+def test_a_run_that_ended_early_says_so_first(tmp_path):
+    path = made_file(tmp_path / "a.h5", status="range left")
+    first = cards_of(path)[0].statements[0]
+    assert (first.question, first.word, first.tone) == (
+        "Did the run reach its end?",
+        "no: range left",
+        "bad",
+    )
+    assert first.sentence == "At t = 2 s, as computed"
+
+
+def masses(folder, *values, changes=()):
+    return [
+        made_file(folder / f"m{k}.h5", made_config(f"body.mass={value}", *changes))
+        for k, value in enumerate(values)
+    ]
+
+
+def test_cards_say_in_which_keys_a_run_differs_from_the_others(tmp_path):
+    cards = cards_of(*masses(tmp_path, 40, 50, 50))
+    assert [dict(card.facts).get("differs in") for card in cards] == ["body.mass = 40", None, None]
+    # Without a usual value each run is special.
+    assert own_keys(facts(*masses(tmp_path / "two", 40, 50))) == [
+        "body.mass = 40",
+        "body.mass = 50",
+    ]
+
+
+def test_different_experiments_do_not_list_their_keys(tmp_path):
+    others = [f"controller.{name}=[1,2,3]" for name in ("K_t", "L_t", "K_r", "L_r", "K_c", "L_c")]
+    others += ["integration.samples=7", "integration.duration=1"]
+    assert len(others) == MAX_SPECIAL
+    usual = made_file(tmp_path / "a.h5")
+    eight = made_file(tmp_path / "b.h5", made_config(*others))
+    nine = made_file(tmp_path / "c.h5", made_config(*others, "body.mass=1"))
+    assert own_keys(facts(usual, eight))[1].count(" = ") == MAX_SPECIAL
+    assert own_keys(facts(usual, nine)) == ["", ""]
+
+
+def late(path, *changes):
+    """A run that is not at rest by its end."""
+    result = made_result(made_config(*changes))
+    result.variables["lyapunov"].data[:] = V_START
+    write_result(path, result)
+    return path
+
+
+def test_who_is_at_rest_first_and_who_is_not(tmp_path):
+    early = made_file(tmp_path / "early.h5")
+    other = made_file(tmp_path / "other.h5")
+    _, sentence, _ = answer_blocks(facts(early, other, late(tmp_path / "late.h5")))
+    assert isinstance(sentence, str)
+    assert sentence.startswith("At rest first: early, from ")
+    assert "; last: other, from " in sentence
+    assert "; not by the end: late (v stays below v(0)/1000)." in sentence
+
+
+def test_different_bodies_do_not_race(tmp_path):
+    heavy = made_file(tmp_path / "heavy.h5", made_config("body.mass=99"))
+    blocks = answer_blocks(facts(made_file(tmp_path / "light.h5"), heavy))
+    assert not any(isinstance(block, str) and "first" in block for block in blocks)

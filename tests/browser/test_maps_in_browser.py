@@ -12,12 +12,12 @@ from playwright.sync_api import Locator, Page, expect
 from support.browser import Opened
 from support.made_sweeps import SPIN, code, write_sweep
 from support.pages import report as plain_report
+from support.sections import sweep_sections
 
 from rbstab.report.model.document import Report, Section
 from rbstab.report.model.figure import Axis, Figure, Level, Line, Panel, Points, Stack
 from rbstab.report.model.palette import CASED, CASING, colour
 from rbstab.report.model.split_time import SplitTime
-from rbstab.report.sweeps.sections import sweep_sections
 from rbstab.report.writers.figure_files.data import csv_of
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]

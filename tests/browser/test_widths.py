@@ -10,10 +10,10 @@ from PIL import Image
 from playwright.sync_api import expect
 from support.browser import Opened
 from support.made_sweeps import SPIN, write_sweep
+from support.sections import sweep_sections
 
 from rbstab.report.model.document import Cell, Head, Report, Section, Table
 from rbstab.report.model.figure import Axis, Cells, Figure, Line, Panel, Points
-from rbstab.report.sweeps.sections import sweep_sections
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
 

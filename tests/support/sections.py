@@ -6,6 +6,8 @@ import numpy as np
 
 from rbstab.report.model.document import Section, Table
 from rbstab.report.model.figure import Bars, Cells, Figure, Intervals, Line, Points
+from rbstab.report.reading.sources import SweepFile
+from rbstab.report.sweeps.sections import sweep_part
 
 
 def check_sections(sections: Iterable[Section]) -> None:
@@ -61,3 +63,8 @@ def tables(sections: Iterable[Section]) -> dict[str, Table]:
 def texts(table: Table) -> list[list[str]]:
     """Return the text of each cell, row by row."""
     return [[cell.text for cell in row] for row in table.rows]
+
+
+def sweep_sections(sweep: SweepFile) -> tuple[Section, ...]:
+    """Return the sections on the only sweep of a report, with its card."""
+    return sweep_part(sweep, alone=True).sections

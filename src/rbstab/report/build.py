@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
+from typing import TYPE_CHECKING
 
 from rbstab.report.model.document import Block, Report, Section
 from rbstab.report.model.words import counted, untrusted
@@ -16,6 +17,9 @@ from rbstab.report.runs.provenance_tables import provenance_section, warnings_se
 from rbstab.report.runs.reference_tables import reference_section
 from rbstab.report.runs.sections import run_sections
 from rbstab.report.runs.tables import summary_table
+
+if TYPE_CHECKING:
+    from rbstab.report.sweeps.sections import SweepPart
 
 MAX_COMMAND_LENGTH = 20_000
 """Maximum length of the command; large, because a truncated command cannot be run."""
@@ -47,25 +51,40 @@ def report_of(sources: Sources, command: str, title: str | None = None) -> Repor
 
 def _sections(sources: Sources, facts: Sequence[RunFacts]) -> Iterable[Section]:
     """Yield the sections: the answers, then the evidence, then the reference."""
+    sweeps: list[SweepPart] = []
+    alone = not facts and len(sources.sweeps) == 1
+    if sources.sweeps:
+        # Imported late: it needs many modules, and most reports have no sweep.
+        from rbstab.report.sweeps.sections import sweep_part
+
+        sweeps = [sweep_part(sweep, alone=alone) for sweep in sources.sweeps]
+    summary = answer_blocks(facts) if facts else ()
+    if sweeps and not alone:
+        summary = (*summary, *_answers_of_sweeps(sweeps))
+    if summary:
+        yield Section("summary", "Summary", summary)
     if facts:
-        yield Section("summary", "Summary", answer_blocks(facts))
         yield from _present(claims_section(facts))
         first, *others = run_sections(sources.runs)
         yield first
         yield Section("runs", "Runs", (summary_table(facts),))
         yield from _present(_animations(sources.runs), reference_section(facts))
         yield from others
-    if sources.sweeps:
-        # Imported late: it needs many modules, and most reports have no sweep.
-        from rbstab.report.sweeps.sections import sweep_sections
-
-        for sweep in sources.sweeps:
-            yield from sweep_sections(sweep)
+    for part in sweeps:
+        yield from part.sections
     if facts:
         yield from _present(warnings_section(facts))
         yield certificate_section(facts)
         yield from _present(config_section(facts))
         yield provenance_section(facts)
+
+
+def _answers_of_sweeps(sweeps: Sequence["SweepPart"]) -> tuple[Block, ...]:
+    """Return a sentence on each sweep, and the cards of all."""
+    from rbstab.report.sweeps.answers import cards_of
+
+    sentences = (f"Sweep {part.answer.card.title}: {part.answer.sentences[0]}" for part in sweeps)
+    return (*sentences, cards_of("sweeps-answers", [part.answer.card for part in sweeps]))
 
 
 def _present(*sections: Section | None) -> Iterable[Section]:

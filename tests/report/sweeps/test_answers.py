@@ -5,8 +5,7 @@ import pytest
 from support.configs import VISCO_ELASTIC, plain
 from support.made_sweeps import GRID, SPIN, code
 
-from rbstab.report.model.document import Cards
-from rbstab.report.sweeps.answers import answer_blocks
+from rbstab.report.sweeps.answers import answer_of
 from rbstab.report.sweeps.conditions.paired_conditions import paired_conditions_of
 from rbstab.report.sweeps.conditions.paired_difference import paired_difference
 from rbstab.report.sweeps.conditions.ranking import _cell
@@ -15,10 +14,14 @@ from rbstab.sweep.proofs.columns import CONVERGENCE
 
 
 def card_of(members):
-    *sentences, cards = answer_blocks("sweep-1", "made", members, "rbstab sweep PLAN --prove")
-    assert isinstance(cards, Cards)
-    (card,) = cards.cards
+    """Return the sentences that compare conditions, and the card."""
+    (_, *sentences), card = answer_of("sweep-1", "made", members, "rbstab sweep PLAN --prove")
     return sentences, card
+
+
+def sentence_of(members):
+    """Return the sentence on all members."""
+    return answer_of("sweep-1", "made", members, "rbstab sweep PLAN --prove").sentences[0]
 
 
 def convergence(word):
@@ -343,6 +346,7 @@ def test_members_that_no_theorem_covers_are_counted_with_the_reason(members):
         "connector jumps"
     )
     text, _ = proof_blocks("sweep-1", made, "COMMAND")
+    assert isinstance(text, str)
     assert "10 have no proof: the force of a sliding connector jumps" in text
     assert "COMMAND" not in text
 
@@ -353,3 +357,19 @@ def test_conditions_may_have_a_function_v_of_their_own(members, key, own):
     groups = paired_conditions_of(members(vary, design="random", members=10, seed=4))
     assert groups is not None
     assert groups.has_own_v is own
+
+
+def test_one_sentence_counts_each_member_once(members):
+    def columns(a):
+        member = a["run"]
+        proved, false, unknown = map(convergence, ("proved", "false", "unknown"))
+        return {
+            "convergence": np.select([member < 3, member == 3], [proved, false], unknown),
+            "settling_time": np.where(member < 10, 1.0, np.nan),
+            "status": np.where(member >= 18, code("range left"), 0),
+        }
+
+    assert sentence_of(members(GRID, columns, prove="motion")) == (
+        "20 members. Come to rest: 3 proved, 6 seen, 8 not by the end of their runs, 1 proved that "
+        "they do not, 2 range left."
+    )

@@ -6,11 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from support.made_sweeps import GRID, SPIN, code
-from support.sections import tables, texts
+from support.sections import sweep_sections, tables, texts
 
 from rbstab.report.sweeps.borders import border_pairs, notable
-from rbstab.report.sweeps.notable import member_command
-from rbstab.report.sweeps.sections import sweep_sections
+from rbstab.report.sweeps.commands import member_command
 from rbstab.sweep.proofs.convergence import EnergyBound
 
 X, Y = "initial_angular_velocity_0", "initial_angular_velocity_1"

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 from support.made_sweeps import GRID, SPIN
-from support.sections import figures_in, tables, texts
+from support.sections import figures_in, sweep_sections, tables, texts
 
 from rbstab.report.model.figure import Intervals
 from rbstab.report.sweeps.conditions.paired_conditions import paired_conditions_of
-from rbstab.report.sweeps.sections import sweep_sections
 
 VARIANTS = ["visco-elastic", "free", "permanent"]
 EACH = {

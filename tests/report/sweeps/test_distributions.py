@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 from support.made_sweeps import code
-from support.sections import figures_in, tables
+from support.sections import figures_in, sweep_sections, tables
 
 from rbstab.report.model.figure import Bars, Line
 from rbstab.report.sweeps.distributions import MAX_CURVES, histogram, quantiles_of
-from rbstab.report.sweeps.sections import sweep_sections
 
 VARY = {"body.mass": {"linspace": [1, 101, 101]}}
 

@@ -5,11 +5,10 @@ import pytest
 from support.configs import VISCO_ELASTIC, plain
 from support.inputs import SINE, force
 from support.made_sweeps import GRID
-from support.sections import figures_in, tables
+from support.sections import figures_in, sweep_sections, tables
 
 from rbstab.report.model.document import Cards
 from rbstab.report.model.figure import Bars
-from rbstab.report.sweeps.sections import sweep_sections
 
 
 def at_rest(arrays):

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 from support.made_sweeps import SPIN
-from support.sections import figures_in
+from support.sections import figures_in, sweep_sections
 
 from rbstab.report.model.figure import Band, Line
-from rbstab.report.sweeps.sections import sweep_sections
 
 VARY = {
     "body.mass": {"uniform": [1, 2]},

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 from support.made_sweeps import GRID, code
-from support.sections import figures_in, tables, texts
+from support.sections import figures_in, sweep_sections, tables, texts
 
 from rbstab.report.model.figure import Intervals
 from rbstab.report.sweeps.fractions import EVEN_DESIGN_NOTE, GRID_NOTE, POOLED_NOTE, fraction
-from rbstab.report.sweeps.sections import sweep_sections
 
 Z = 1.959963984540054
 """The 97.5 % quantile of the normal distribution."""

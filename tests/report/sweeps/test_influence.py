@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 from support.made_sweeps import SPIN
-from support.sections import figures_in, tables, texts
+from support.sections import figures_in, sweep_sections, tables, texts
 
 from rbstab.report.sweeps.influence import correlation_ratio
-from rbstab.report.sweeps.sections import sweep_sections
 
 VARY = {
     "body.mass": {"uniform": [1, 2]},

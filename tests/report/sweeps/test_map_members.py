@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from support.made_sweeps import GRID, SPIN, code
-from support.sections import figures_in
+from support.sections import figures_in, sweep_sections
 
 from rbstab.report.model.figure import Cells, Points
 from rbstab.report.sweeps.maps.cell_grid import map_grid
@@ -11,7 +11,6 @@ from rbstab.report.sweeps.maps.cell_values import quantity_cells, shares
 from rbstab.report.sweeps.maps.colour_ranges import ONE_COLOUR, on_one_scale
 from rbstab.report.sweeps.parameters import binned
 from rbstab.report.sweeps.quantities import settling_time
-from rbstab.report.sweeps.sections import sweep_sections
 
 X, Y = "initial_angular_velocity_0", "initial_angular_velocity_1"
 

@@ -5,14 +5,13 @@ import statistics
 import numpy as np
 import pytest
 from support.made_sweeps import GRID, SPIN, code
-from support.sections import figures_in
+from support.sections import figures_in, sweep_sections
 
 from rbstab.report.model.figure import Cells, Line, Points
 from rbstab.report.sweeps.maps.cell_grid import map_grid
 from rbstab.report.sweeps.maps.cell_values import contour_line, medians, shares
 from rbstab.report.sweeps.parameters import binned
 from rbstab.report.sweeps.quantities import start_energy
-from rbstab.report.sweeps.sections import sweep_sections
 
 X, Y = "initial_angular_velocity_0", "initial_angular_velocity_1"
 

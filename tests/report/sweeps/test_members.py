@@ -7,13 +7,13 @@ import pytest
 from support.configs import VISCO_ELASTIC, plain
 from support.made_sweeps import GRID, SPIN, code
 from support.paper_runs import paper_config
-from support.sections import check_sections, tables, texts
+from support.sections import check_sections, sweep_sections, tables, texts
 
 from rbstab.config.build import problem_of
 from rbstab.experiment.proof_cache import proof_for
 from rbstab.experiment.stored_proof.starts import start_level, starts_inside
 from rbstab.report.sweeps.members import OUTCOMES, read_members
-from rbstab.report.sweeps.sections import UNREADABLE, sweep_sections
+from rbstab.report.sweeps.sections import UNREADABLE
 from rbstab.store.errors import NotAResultError
 from rbstab.store.table_file import read_table
 from rbstab.sweep.members.outcome import COLUMNS

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from support.made_sweeps import GRID
-from support.sections import check_sections, figures_in, tables, texts
+from support.sections import check_sections, figures_in, sweep_sections, tables, texts
 
 from rbstab.report.model.figure import Cells
 from rbstab.report.model.palette import colour
@@ -13,7 +13,6 @@ from rbstab.report.sweeps.maps.cell_grid import map_grid
 from rbstab.report.sweeps.maps.cell_values import proof_cells
 from rbstab.report.sweeps.parameters import binned
 from rbstab.report.sweeps.proofs import MEANINGS, REASONS, proof_codes
-from rbstab.report.sweeps.sections import sweep_sections
 from rbstab.sweep.proofs.columns import CONVERGENCE, FIRST_UNDECIDED, MOTION_PROOFS
 from rbstab.sweep.proofs.convergence import MemberConvergence
 
@@ -50,8 +49,8 @@ def sections(made):
     return found
 
 
-def test_the_first_statement_counts_the_proved_members(sections):
-    assert sections[0].blocks[1] == (
+def test_a_sentence_counts_the_proved_members(sections):
+    assert sections[0].blocks[2] == (
         "10 of 20 members are proved to converge to a rest state, 3 of them by an enclosure of "
         "their exact motion. 2 are proved not to come to rest. 5 are not decided; the table has "
         "the reasons. 3 start outside of every certified region, and their motion was not "

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from support.configs import VISCO_ELASTIC, plain
 from support.made_sweeps import GRID, SPIN, code
-from support.sections import check_sections, figures_in, tables, texts
+from support.sections import check_sections, figures_in, sweep_sections, tables, texts
 
 from rbstab.report.reading.sources import SweepFile
-from rbstab.report.sweeps.sections import sweep_sections
 from rbstab.report.writers.matplotlib_figures.renderer import draw_figure
 from rbstab.store.errors import NotAResultError
 from rbstab.sweep.members.outcome import COLUMNS

@@ -6,9 +6,19 @@ from pathlib import Path
 
 import pytest
 from support.made_runs import made_file
+from support.made_sweeps import GRID, write_sweep
 
 from rbstab.report.build import MAX_ANIMATIONS, report_of
-from rbstab.report.model.document import Animation, Cell, Head, Report, Section, Table, Unread
+from rbstab.report.model.document import (
+    Animation,
+    Cards,
+    Cell,
+    Head,
+    Report,
+    Section,
+    Table,
+    Unread,
+)
 from rbstab.report.reading.sources import read_sources
 from rbstab.report.writers.plain_data import data_of
 from rbstab.report.writers.signature import is_report
@@ -119,12 +129,31 @@ def test_the_parts_of_a_report(tmp_path):
     names = names_of(report)
     assert names[:3] == ["summary", "runs-compared", "runs"]
     assert names[-3:] == ["certificates", "differences", "provenance"]
-    assert [s.name for s in report.sections if s.folded] == names[-3:]
+    of_each = ["run-1-figures", "run-2-figures"]
+    assert [s.name for s in report.sections if s.folded] == [*of_each, *names[-3:]]
+    alone = report_of(read_sources(paths[:1]), "rbstab report")
+    assert [s.name for s in alone.sections if s.folded] == names[-3:]
     assert "motion" in names
     assert len(set(names)) == len(names)
     assert report.title == "2 runs"
     assert report_of(read_sources(paths[:1]), "").title == "Run 0"
     assert report_of(read_sources(paths), "", "My\u202e title").title == "My\\u202e title"
+
+
+def test_answers_of_sweeps_stand_with_those_of_runs(tmp_path):
+    run = made_file(tmp_path / "a.h5")
+    sweeps = [write_sweep(tmp_path / name / "sweep.h5", GRID).path for name in ("one", "two")]
+    (first, *_) = report_of(read_sources([run, *sweeps]), "").sections
+    assert first.name == "summary"
+    titles = [
+        card.title for block in first.blocks if isinstance(block, Cards) for card in block.cards
+    ]
+    assert titles == ["a", "one", "two"]
+    assert "Sweep two: 20 members. Come to rest: 20 seen." in first.blocks
+    # A sweep alone has its card in its first section, after its sentence.
+    (alone, *_) = report_of(read_sources(sweeps[:1]), "").sections
+    assert alone.name == "sweep-1"
+    assert isinstance(alone.blocks[1], Cards)
 
 
 def test_names_of_blocks_are_their_own(tmp_path):

@@ -1,12 +1,14 @@
 """The answer of a sweep: do its members come to rest, and which condition is better?"""
 
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.experiment.answers.words import Sureness, words_with_meanings
 from rbstab.mechanics.numbers import Array
-from rbstab.report.model.document import Block, Card, Cards, Statement
+from rbstab.report.model.document import Card, Cards, Statement
 from rbstab.report.model.words import counted, number
 from rbstab.report.sweeps.conditions.comparison import RANGE_LEFT, compared_quantities, ranking
 from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions, paired_conditions_of
@@ -27,8 +29,20 @@ NEAR = 0.1
 """rad; a member that comes this close to the end of the range of θ2 is named."""
 
 
-def answer_blocks(name: str, label: str, members: Members, command: str) -> list[Block]:
-    """Return a sentence on each comparison of conditions, and the card of a sweep.
+class SweepAnswer(NamedTuple):
+    """What a reader wants to know first of a sweep.
+
+    Attributes:
+        sentences: How many members come to rest, then which condition is better.
+        card: The answers with a few numbers.
+    """
+
+    sentences: tuple[str, ...]
+    card: Card
+
+
+def answer_of(name: str, label: str, members: Members, command: str) -> SweepAnswer:
+    """Return the answers about a sweep.
 
     Args:
         name: The anchor of the sweep.
@@ -41,11 +55,36 @@ def answer_blocks(name: str, label: str, members: Members, command: str) -> list
         label,
         (_rest(members, conditions, command), _range(members)),
         _facts(members, pooled=conditions is None),
-        target=f"{name}-members",
+        target=name,
         sketch=rest_sketch(members, conditions),
     )
-    cards = Cards(f"{name}-answer", (card,), (*words_with_meanings(), *SYMBOLS))
-    return [*ranking(members, compared_quantities(members)), cards]
+    better = ranking(members, compared_quantities(members))
+    return SweepAnswer((_sentence(members), *better), card)
+
+
+def cards_of(name: str, cards: Sequence[Card]) -> Cards:
+    """Return the cards of sweeps as a block with this name, with what their words mean."""
+    return Cards(name, tuple(cards), (*words_with_meanings(), *SYMBOLS))
+
+
+def _sentence(members: Members) -> str:
+    """Return how many members come to rest, and how surely, in one sentence."""
+    convergence, outcomes = members.convergence, members.outcomes
+    proved, false = convergence == PROVED, convergence == FALSE
+    open_ = ~proved & ~false
+    groups = {
+        "proved": proved,
+        "seen": open_ & (outcomes == OUTCOMES.index(SETTLED)),
+        "not by the end of their runs": open_ & (outcomes == OUTCOMES.index(UNSETTLED)),
+        "proved that they do not": false,
+        **{
+            str(status): open_ & (outcomes == code)
+            for code, status in enumerate(OUTCOMES)
+            if code > OUTCOMES.index(UNSETTLED)
+        },
+    }
+    counts = [f"{np.count_nonzero(own)} {word}" for word, own in groups.items() if own.any()]
+    return f"{counted(len(members), 'member')}. Come to rest: {', '.join(counts)}."
 
 
 def _rest(members: Members, conditions: PairedConditions | None, command: str) -> Statement:

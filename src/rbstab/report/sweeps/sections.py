@@ -1,10 +1,12 @@
 """Report sections on a sweep."""
 
+from typing import NamedTuple
+
 from rbstab.report.model.document import Block, Section
 from rbstab.report.model.figure import Cells, Figure
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.sources import SweepFile
-from rbstab.report.sweeps.answers import answer_blocks
+from rbstab.report.sweeps.answers import SweepAnswer, answer_of, cards_of
 from rbstab.report.sweeps.basins import basin_blocks
 from rbstab.report.sweeps.commands import member_command, proof_command
 from rbstab.report.sweeps.conditions.comparison import comparison_blocks
@@ -22,27 +24,39 @@ UNREADABLE = (
 )
 
 
-def sweep_sections(sweep: SweepFile) -> tuple[Section, ...]:
-    """Return the sections on a sweep: the answers and outcomes first, the plan last.
+class SweepPart(NamedTuple):
+    """What a report says about a sweep: the answer, and its sections."""
+
+    answer: SweepAnswer
+    sections: tuple[Section, ...]
+
+
+def sweep_part(sweep: SweepFile, *, alone: bool) -> SweepPart:
+    """Return the answer and the sections on a sweep: outcomes first, the plan last.
 
     Args:
         sweep: The sweep; its file is read now.
+        alone: Whether its card stands in its first section. Otherwise it is to stand with others.
 
     Raises:
         StoreError: The file cannot be read, or is damaged.
     """
     members = read_members(sweep.path)
     name = sweep.name
+    command = proof_command(sweep.path)
+    answer = answer_of(name, sweep.label, members, command)
+    card = [cards_of(f"{name}-answer", [answer.card])] if alone else []
+    answers: list[Block] = [*answer.sentences, *card, *_outcomes(sweep, members, command)]
     over_parameters = map_blocks(name, members, member_command(sweep.path))
     parts: list[tuple[str, str, list[Block]]] = [
-        ("", untrusted(members.table.attributes.get("title", "")), _answers(sweep, members)),
+        ("", untrusted(members.table.attributes.get("title", "")), answers),
         ("comparison", "comparison", comparison_blocks(name, members)),
         ("maps", _title_over_parameters(over_parameters), over_parameters),
         ("distributions", "distributions", distribution_blocks(name, members)),
         ("members", "notable members", notable_blocks(name, members, sweep.path)),
         ("plan", "plan and provenance", _facts(sweep, members)),
     ]
-    return tuple(
+    sections = tuple(
         Section(
             f"{name}-{part}".removesuffix("-"),
             f"{sweep.label}: {title}",
@@ -52,6 +66,7 @@ def sweep_sections(sweep: SweepFile) -> tuple[Section, ...]:
         for part, title, blocks in parts
         if blocks
     )
+    return SweepPart(answer, sections)
 
 
 def _title_over_parameters(blocks: list[Block]) -> str:
@@ -61,10 +76,8 @@ def _title_over_parameters(blocks: list[Block]) -> str:
     return "maps" if any(isinstance(mark, Cells) for mark in marks) else "effects of the parameters"
 
 
-def _answers(sweep: SweepFile, members: Members) -> list[Block]:
-    command = proof_command(sweep.path)
+def _outcomes(sweep: SweepFile, members: Members, command: str) -> list[Block]:
     return [
-        *answer_blocks(sweep.name, sweep.label, members, command),
         *([UNREADABLE] if members.plan is None else []),
         *proof_blocks(sweep.name, members, command),
         *fraction_blocks(sweep.name, members),

@@ -58,11 +58,11 @@ def _sections(sources: Sources, facts: Sequence[RunFacts]) -> Iterable[Section]:
         from rbstab.report.sweeps.sections import sweep_part
 
         sweeps = [sweep_part(sweep, alone=alone) for sweep in sources.sweeps]
-    summary = answer_blocks(facts) if facts else ()
+    summary = [*(answer_blocks(facts) if facts else ())]
     if sweeps and not alone:
-        summary = (*summary, *_answers_of_sweeps(sweeps))
+        summary = _with_sweeps(summary, facts, sweeps)
     if summary:
-        yield Section("summary", "Summary", summary)
+        yield Section("summary", "Summary", tuple(summary))
     if facts:
         yield from _present(claims_section(facts))
         first, *others = run_sections(sources.runs)
@@ -79,12 +79,18 @@ def _sections(sources: Sources, facts: Sequence[RunFacts]) -> Iterable[Section]:
         yield provenance_section(facts)
 
 
-def _answers_of_sweeps(sweeps: Sequence["SweepPart"]) -> tuple[Block, ...]:
-    """Return a sentence on each sweep, and the cards of all."""
+def _with_sweeps(
+    of_runs: list[Block], facts: Sequence[RunFacts], sweeps: Sequence["SweepPart"]
+) -> list[Block]:
+    """Return the answers of runs and sweeps: all sentences, then all cards."""
     from rbstab.report.sweeps.answers import cards_of
 
-    sentences = (f"Sweep {part.answer.card.title}: {part.answer.sentences[0]}" for part in sweeps)
-    return (*sentences, cards_of("sweeps-answers", [part.answer.card for part in sweeps]))
+    sentences = [block for block in of_runs if isinstance(block, str)]
+    if len(facts) == 1:
+        sentences[0] = f"Run {facts[0].run.label}: {sentences[0]}"
+    sentences += [f"Sweep {p.answer.card.title}: {p.answer.sentences[0]}" for p in sweeps]
+    cards = [block for block in of_runs if not isinstance(block, str)]
+    return [*sentences, *cards, cards_of("sweeps-answers", [p.answer.card for p in sweeps])]
 
 
 def _present(*sections: Section | None) -> Iterable[Section]:

@@ -370,6 +370,6 @@ def test_one_sentence_counts_each_member_once(members):
         }
 
     assert sentence_of(members(GRID, columns, prove="motion")) == (
-        "20 members. Come to rest: 3 proved, 6 seen, 8 not by the end of their runs, 1 proved that "
-        "they do not, 2 range left."
+        "20 members: 3 proved to come to rest, 6 seen to come to rest, 8 not at rest by the end of "
+        "their runs, 1 proved not to come to rest, 2 ended early (range left)."
     )

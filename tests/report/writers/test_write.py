@@ -145,11 +145,14 @@ def test_answers_of_sweeps_stand_with_those_of_runs(tmp_path):
     sweeps = [write_sweep(tmp_path / name / "sweep.h5", GRID).path for name in ("one", "two")]
     (first, *_) = report_of(read_sources([run, *sweeps]), "").sections
     assert first.name == "summary"
+    # All sentences come before all cards.
+    assert [isinstance(block, str) for block in first.blocks] == [True] * 3 + [False] * 2
+    assert str(first.blocks[0]).startswith("Run a: Comes to rest")
     titles = [
         card.title for block in first.blocks if isinstance(block, Cards) for card in block.cards
     ]
     assert titles == ["a", "one", "two"]
-    assert "Sweep two: 20 members. Come to rest: 20 seen." in first.blocks
+    assert "Sweep two: 20 members: 20 seen to come to rest." in first.blocks
     # A sweep alone has its card in its first section, after its sentence.
     (alone, *_) = report_of(read_sources(sweeps[:1]), "").sections
     assert alone.name == "sweep-1"

@@ -73,18 +73,18 @@ def _sentence(members: Members) -> str:
     proved, false = convergence == PROVED, convergence == FALSE
     open_ = ~proved & ~false
     groups = {
-        "proved": proved,
-        "seen": open_ & (outcomes == OUTCOMES.index(SETTLED)),
-        "not by the end of their runs": open_ & (outcomes == OUTCOMES.index(UNSETTLED)),
-        "proved that they do not": false,
+        "proved to come to rest": proved,
+        "seen to come to rest": open_ & (outcomes == OUTCOMES.index(SETTLED)),
+        "not at rest by the end of their runs": open_ & (outcomes == OUTCOMES.index(UNSETTLED)),
+        "proved not to come to rest": false,
         **{
-            str(status): open_ & (outcomes == code)
+            f"ended early ({status})": open_ & (outcomes == code)
             for code, status in enumerate(OUTCOMES)
             if code > OUTCOMES.index(UNSETTLED)
         },
     }
     counts = [f"{np.count_nonzero(own)} {word}" for word, own in groups.items() if own.any()]
-    return f"{counted(len(members), 'member')}. Come to rest: {', '.join(counts)}."
+    return f"{counted(len(members), 'member')}: {', '.join(counts)}."
 
 
 def _rest(members: Members, conditions: PairedConditions | None, command: str) -> Statement:

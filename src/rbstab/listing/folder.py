@@ -161,8 +161,7 @@ def _proved_of(folder: SweepFolder, gathered: dict[str, int]) -> str:
     may_grow = UNKNOWN in gathered or not gathered
     if may_grow and members <= MAX_COUNTED and proofs_in(folder.path.absolute().parent):
         found = member_answers(folder.sweep_file)
-        nothing = sum(found.without_proof.values()) == members and not found.proved
-        return NOT_KNOWN if nothing else f"{found.proved} of {members} proved"
+        return f"{found.proved} of {members} proved" if found.any_proof else NOT_KNOWN
     if all(word == UNKNOWN for word in gathered):
         return NOT_KNOWN
     proved = sum(count for word, count in gathered.items() if word.startswith("proved"))

@@ -64,7 +64,8 @@ def report_sweep(
     }
     if not proofs_follow:
         found = member_answers(sweep.folder.sweep_file)
-        rows["converge to a rest state"] = counts_of(found)
+        if found.any_proof:
+            rows["converge to a rest state"] = counts_of(found)
     if sweep.comparison is not None and sweep.comparison.members:
         rows["rerun with scipy"] = f"{len(sweep.comparison.members)} members, {_differences(sweep)}"
     _print_rows(rows)

@@ -56,6 +56,11 @@ class MemberAnswers(NamedTuple):
     as_gathered: bool = False
 
     @property
+    def any_proof(self) -> bool:
+        """Whether there is a proof of some members, whatever it says."""
+        return sum(self.without_proof.values()) < self.members
+
+    @property
     def by_word(self) -> dict[str, int]:
         """The number of members with each answer."""
         return {
@@ -93,7 +98,7 @@ def member_answers(file: Path) -> MemberAnswers:
         not_decided=_count(~settled & ~decided),
         settled=_count(settled),
         completed=_count(completed),
-        without_proof={} if plan is None else _without_proof(plan, codes == NO_PROOF),
+        without_proof=_without_proof(plan, codes == NO_PROOF),
         as_gathered=many,
     )
 
@@ -111,15 +116,17 @@ def _plan_of(table: Table, members: int) -> Plan | None:
     return plan if plan.members == members else None
 
 
-def _without_proof(plan: Plan, missing: Array) -> dict[str, int]:
+def _without_proof(plan: Plan | None, missing: Array) -> dict[str, int]:
     """Return how many members no proof covers, by the reason.
 
     Args:
-        plan: The plan.
+        plan: The plan; None if it cannot be read.
         missing: Whether there is no proof of each member, shape (members,).
     """
     if not missing.any():
         return {}
+    if plan is None:
+        return {"this version cannot read the plan": _count(missing)}
     variants = plan.values(0, plan.members, [key_of(VARIANT)]).get(key_of(VARIANT))
     found: dict[str, int] = {}
     for variant in plan.variants:

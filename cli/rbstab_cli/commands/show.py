@@ -36,7 +36,10 @@ def command(result: Path, as_json: bool, as_config: bool) -> None:
     certificate, the values that its reference prints beside the computed ones, the arrays in the
     file, and its provenance.
 
-    RESULT may also be the folder of a sweep, a file in it, a proof, or a folder of results.
+    A proof that was stored in the folder of the result after the run counts too.
+
+    RESULT may also be the folder of a sweep, a file in it, a proof, or a folder of results. Of a
+    sweep it prints first how many members are proved, or seen, to come to rest.
     """
     from rbstab.store.disk.isolated_reading import IsolatedReader
     from rbstab.store.errors import StoreError

@@ -15,7 +15,7 @@ from rbstab.store.disk.isolated_reading import IsolatedReader, IsolatedReaders
 from rbstab.store.errors import StoreError
 from rbstab.store.run_file import open_result
 from rbstab.store.table_file import count_flags
-from rbstab.sweep.folder.member_answers import MAX_COUNTED, member_answers
+from rbstab.sweep.folder.member_answers import MAX_COUNTED, member_answers, read_answers
 from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, SweepFolder, read_folder
 from rbstab.sweep.proofs.columns import CONVERGENCE, NO_PROOF
 
@@ -131,7 +131,7 @@ def _read_counts(path: Path) -> dict[str, dict[str, int]]:
     return count_flags(path, ("status", "convergence"))
 
 
-_counts = IsolatedReader(_read_counts)
+_counts, _columns = IsolatedReader(_read_counts), IsolatedReader(read_answers)
 
 
 def _sweep(path: Path) -> _Said:
@@ -160,7 +160,7 @@ def _proved_of(folder: SweepFolder, gathered: dict[str, int]) -> str:
     members = folder.manifest.members
     may_grow = UNKNOWN in gathered or not gathered
     if may_grow and members <= MAX_COUNTED and proofs_in(folder.path.absolute().parent):
-        found = member_answers(folder.sweep_file)
+        found = member_answers(folder.sweep_file, _columns)
         return f"{found.proved} of {members} proved" if found.any_proof else NOT_KNOWN
     if all(word == UNKNOWN for word in gathered):
         return NOT_KNOWN

@@ -87,6 +87,17 @@ def test_a_motion_that_was_followed_stays_proved(proof: Proof, config: Config) -
     assert now.attributes["convergence_time"] == followed.attributes["convergence_time"]
 
 
+def test_why_a_motion_was_followed_in_vain_stays(proof: Proof) -> None:
+    fast = rbstab.load_config(plain(PERMANENT), (*SHORT, "initial.angular_velocity=[16,32,-16]"))
+    run = rbstab.simulate(fast)
+    followed = {"convergence_steps": 7, "convergence_reason": "v is too large after 7 steps"}
+    tried = dataclasses.replace(run, attributes=run.attributes | followed)
+    now = with_later_proof(tried, fast, proof)
+    assert now.attributes["convergence_reason"] == followed["convergence_reason"]
+    fresh = with_later_proof(run, fast, proof)
+    assert "outside of every certified region" in str(fresh.attributes["convergence_reason"])
+
+
 def test_it_is_found_beside_the_file(tmp_path: Path, config: Config, proof: Proof) -> None:
     result = rbstab.simulate(config)
     path = tmp_path / "run.h5"

@@ -1,5 +1,6 @@
 """For how many members of a gathered sweep is it proved, or seen, that they come to rest?"""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -71,16 +72,26 @@ class MemberAnswers(NamedTuple):
         }
 
 
-def member_answers(file: Path) -> MemberAnswers:
-    """Return what is known of the members of a sweep, with the proofs that lie beside it now.
-
-    Args:
-        file: The gathered file, in the folder of the sweep.
+def read_answers(file: Path) -> Table:
+    """Return the columns of a gathered file that `member_answers` needs.
 
     Raises:
         StoreError: The file cannot be read, or is damaged.
     """
-    table = read_table(file, ("status", "settling_time", *PROOF_COLUMNS))
+    return read_table(file, ("status", "settling_time", *PROOF_COLUMNS))
+
+
+def member_answers(file: Path, read: Callable[[Path], Table] = read_answers) -> MemberAnswers:
+    """Return what is known of the members of a sweep, with the proofs that lie beside it now.
+
+    Args:
+        file: The gathered file, in the folder of the sweep.
+        read: Reads it; `read_answers`, perhaps in another process.
+
+    Raises:
+        StoreError: The file cannot be read, or is damaged.
+    """
+    table = read(file)
     members = len(table[RUN])
     plan = _plan_of(table, members)
     many = members > MAX_COUNTED

@@ -48,7 +48,7 @@ def run_task(
             with progress_printer(interrupted, quiet=quiet) as on_event:
                 sweep = task(on_event, stop)
             if not as_json:
-                report_sweep(sweep)
+                report_sweep(sweep, proofs_follow=after is not None)
             _print_end(sweep, fail_fast=fail_fast, interrupted=interrupted.is_set(), quiet=quiet)
         proving = after is not None and sweep.finished and not interrupted.is_set()
         try:

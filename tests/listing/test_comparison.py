@@ -84,7 +84,11 @@ def test_sweeps() -> None:
     assert inputs["design"] == Row("design", "grid", "random")
     assert "base.body.mass" not in " ".join(inputs)
     assert outcomes["members completed"][1:3] == ("30", "20")
-    assert outcomes["convergence proved"][1:3] == ("4", "3")
+    assert outcomes["members: come to rest, proved"][1:3] == ("4 of 30", "3 of 20")
+    words = ("proved", "false", "seen", "not decided")
+    for place, members in ((1, 30), (2, 20)):
+        counts = [outcomes[f"members: come to rest, {word}"][place].split() for word in words]
+        assert sum(int(count[0]) for count in counts) == members
 
 
 @pytest.mark.parametrize(

@@ -11,11 +11,10 @@ from typing import Any
 import h5py
 import pytest
 
-from rbstab.listing.folder import Entry, _read_run, entries_of, proofs_in
+from rbstab.listing.folder import Entry, entries_of, proofs_in
 from rbstab.listing.kinds import Kind
 from rbstab.store.errors import StoreError
-from rbstab.store.reading.hdf5_reader import Hdf5Reader
-from rbstab.store.run_file import open_attributes, open_result, write_result
+from rbstab.store.run_file import open_result, write_result
 from rbstab.store.table_file import count_flags, read_table
 
 STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
@@ -50,8 +49,11 @@ def test_what_they_say_of_themselves(folder: Path) -> None:
     found = by_name(folder)
     run = found["range_left.h5"]
     assert run[1:6] == (Kind.RUN, "Stored", "range left", "consistent", "-")
+    # Its body has a stored proof; its own motion left the range.
+    assert (run.this_start, run.whole_range) == ("not decided", "proved")
     assert found["finished_variants"].status == "20 of 20 completed"
-    assert found["finished_variants"].converges == "3 proved"
+    assert found["finished_variants"].converges == "3 of 20 proved"
+    assert found["finished_variants"].this_start == "3 of 20 proved"
     assert found["begun_map"].status == "2 of 4 shards are stored"
     assert found["begun_map"].kind is Kind.SWEEP
 
@@ -60,20 +62,16 @@ def test_a_proved_run(folder: Path) -> None:
     result = open_result(folder / "embedded.h5")
     result.attributes["convergence"] = "proved"
     write_result(folder / "proved.h5", result)
-    assert by_name(folder)["proved.h5"].converges == "proved"
+    entry = by_name(folder)["proved.h5"]
+    assert entry.converges == entry.this_start == "proved"
 
 
-def test_of_a_sealed_run_no_array_is_read(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    result = open_result(folder / "range_left.h5")
-    write_result(folder / "sealed.h5", result)
-
-    def refused(*_: object) -> None:
-        raise AssertionError
-
-    monkeypatch.setattr(Hdf5Reader, "variable", refused)
-    # In this process: the list reads in others, which the change above does not reach.
-    said = _read_run(folder / "sealed.h5")
-    assert said == ("Stored", "range left", "consistent", "-")
+def test_a_run_whose_answer_cannot_be_found_is_listed(folder: Path) -> None:
+    result = open_result(folder / "embedded.h5")
+    result.attributes["convergence"] = "perhaps"
+    write_result(folder / "odd.h5", result)
+    entry = by_name(folder)["odd.h5"]
+    assert (entry.status, entry.this_start, entry.problem) == ("completed", "-", "")
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
@@ -93,13 +91,6 @@ def test_an_attribute_that_is_missing_is_named(folder: Path) -> None:
     assert by_name(folder)["poor.h5"].problem.endswith("is damaged: engine is missing")
 
 
-def test_the_attributes_are_those_of_the_result(folder: Path) -> None:
-    result = open_result(folder / "range_left.h5")
-    write_result(folder / "sealed.h5", result)
-    for name in ("range_left.h5", "sealed.h5"):
-        assert open_attributes(folder / name) == result.attributes
-
-
 def changed(file: Path, column: str, value: bytes) -> None:
     """Write bytes over the first ones of a column, behind the back of HDF5."""
     with h5py.File(file) as opened:
@@ -111,11 +102,19 @@ def changed(file: Path, column: str, value: bytes) -> None:
 
 
 def test_only_what_is_listed_is_read_of_a_sweep(folder: Path) -> None:
-    """So a long list is fast. Damage elsewhere is found by the commands that read it."""
+    """So a long list is fast, where no proof may have been made since the sweep was gathered.
+
+    Damage elsewhere is found by the commands that read it.
+    """
+    shutil.rmtree(folder / "proofs")
     file = folder / "finished_variants/sweep.h5"
     changed(file, "end_time", b"damaged!")
     entry = by_name(folder)["finished_variants"]
-    assert (entry.status, entry.converges, entry.problem) == ("20 of 20 completed", "3 proved", "")
+    assert (entry.status, entry.converges, entry.problem) == (
+        "20 of 20 completed",
+        "3 of 20 proved",
+        "",
+    )
     with pytest.raises(StoreError, match="does not match its digest"):
         read_table(file)
 

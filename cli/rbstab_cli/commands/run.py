@@ -318,10 +318,13 @@ class _Batch:
 
     @staticmethod
     def _print_violations(label: str, run: "FiledRun") -> None:
+        from rbstab.experiment.run_certificate import CERTIFIED_REGION, GLOBAL_STABILITY
         from rbstab_cli.output.certificate import VIOLATED, certificate_checks
 
+        # What a proof refutes is no fault of the run; the answers say it.
+        proved = {GLOBAL_STABILITY, CERTIFIED_REGION}
         for check in certificate_checks(run.result):
-            if check["verdict"] == VIOLATED:
+            if check["verdict"] == VIOLATED and check["check"] not in proved:
                 values = f"is {check['value']:.3g} (bound {check['bound']:.3g})"
                 click.echo(
                     f"{label}: the Lyapunov argument fails: "
@@ -331,10 +334,11 @@ class _Batch:
 
 
 def _run_data(finished: _Finished) -> dict[str, Any]:
+    from rbstab.experiment.convergence.later_proof import with_later_proof
     from rbstab_cli.output.facts import run_data
 
-    run = finished.run
-    data = run_data(run.result, finished.proof)
+    run, proof = finished.run, finished.proof
+    data = run_data(with_later_proof(run.result, finished.config, proof), proof)
     return {"file": str(run.path), "computed": run.computed, **data}
 
 
@@ -393,7 +397,8 @@ def _print_answers(runs: list[_Finished], *, as_json: bool, quiet: bool) -> None
         for path, own in warnings.items():
             print_result_warnings(path, own)
         return
-    from rbstab.experiment.answers.run_answer import answer_of
+    from rbstab.experiment.answers.run_answer import answer_beside
     from rbstab_cli.output.answers import print_answers
 
-    print_answers([(f.run.path, answer_of(f.run.result, f.proof)) for f in runs], warnings)
+    answers = [(f.run.path, answer_beside(f.run.result, f.config, f.proof)) for f in runs]
+    print_answers(answers, warnings)

@@ -8,7 +8,7 @@ import click
 from rbstab_cli import exit_codes
 
 if TYPE_CHECKING:
-    from rbstab.experiment.stored_proof.proof import Proof
+    from rbstab.experiment.convergence.later_proof import KnownNow
     from rbstab.experiment.summary import ReferenceValue
     from rbstab.mechanics.numbers import Array
     from rbstab.store.result import Result
@@ -36,7 +36,10 @@ def command(result: Path, as_json: bool, as_config: bool) -> None:
     certificate, the values that its reference prints beside the computed ones, the arrays in the
     file, and its provenance.
 
-    RESULT may also be the folder of a sweep, a file in it, a proof, or a folder of results.
+    A proof that was stored in the folder of the result after the run counts too.
+
+    RESULT may also be the folder of a sweep, a file in it, a proof, or a folder of results. Of a
+    sweep it prints first how many members are proved, or seen, to come to rest.
     """
     from rbstab.store.disk.isolated_reading import IsolatedReader
     from rbstab.store.errors import StoreError
@@ -53,24 +56,11 @@ def command(result: Path, as_json: bool, as_config: bool) -> None:
         click.echo(f"error: {error}", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
     try:
-        _print(opened, _proof_beside(result, opened), as_json=as_json, as_config=as_config)
+        _print(result, opened, as_json=as_json, as_config=as_config)
     except (LookupError, ValueError, TypeError, ArithmeticError, AttributeError) as error:
         reason = f"{type(error).__name__}: {error}"
         click.echo(f"error: {result} cannot be shown: its content is wrong ({reason})", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
-
-
-def _proof_beside(path: Path, opened: "Result") -> "Proof | None":
-    """Return the proof of a result that is stored in its folder, if there is one."""
-    from rbstab.experiment.proof_cache import cached_proof
-    from rbstab.experiment.stored_config import stored_config
-    from rbstab.store.errors import StoreError
-
-    config = stored_config(opened).config
-    try:
-        return None if config is None else cached_proof(path.parent, config)
-    except StoreError:
-        return None
 
 
 def _shown_as_other(path: Path, *, as_json: bool, as_config: bool) -> bool:
@@ -91,15 +81,21 @@ def _shown_as_other(path: Path, *, as_json: bool, as_config: bool) -> bool:
     return True
 
 
-def _print(opened: "Result", proof: "Proof | None", *, as_json: bool, as_config: bool) -> None:
+def _print(path: Path, opened: "Result", *, as_json: bool, as_config: bool) -> None:
     if as_config:
         from rbstab_cli.streams import exact
 
         click.echo(exact(opened.config), nl=False)
-    elif as_json:
-        _print_json(opened, proof)
+        return
+    # Imported late: --config needs none of it.
+    from rbstab.experiment.convergence.later_proof import known_now
+
+    # Every line is that of the result together with the proof that lies beside it now.
+    known = known_now(path, opened)
+    if as_json:
+        _print_json(known)
     else:
-        _print_tables(opened, proof)
+        _print_tables(known)
 
 
 def _comparisons(result: "Result") -> tuple[str, list["ReferenceValue"]]:
@@ -116,11 +112,12 @@ def _comparisons(result: "Result") -> tuple[str, list["ReferenceValue"]]:
     return reference.source + note, reference_values_of(result, reference)
 
 
-def _print_json(result: "Result", proof: "Proof | None") -> None:
+def _print_json(known: "KnownNow") -> None:
     from rbstab_cli.output.certificate import certificate_checks
     from rbstab_cli.output.facts import run_data
     from rbstab_cli.output.json_output import print_json
 
+    result = known.result
     source, comparisons = _comparisons(result)
     arrays: dict[str, Any] = {
         name: {"dimensions": v.dimensions, "shape": v.data.shape, "units": v.unit}
@@ -132,7 +129,7 @@ def _print_json(result: "Result", proof: "Proof | None") -> None:
         "final": _final_state(result),
         "reference": reference,
     }
-    print_json({**run_data(result, proof), **more, "arrays": arrays, "config": result.config})
+    print_json({**run_data(result, known.proof), **more, "arrays": arrays, "config": result.config})
 
 
 def _final_state(result: "Result") -> dict[str, list[float]]:
@@ -144,24 +141,25 @@ def _final_state(result: "Result") -> dict[str, list[float]]:
     return {name: result[name][-1].tolist() for name in names if name in result}
 
 
-def _print_tables(result: "Result", proof: "Proof | None") -> None:
+def _print_tables(known: "KnownNow") -> None:
     from rbstab.config.errors import printable
-    from rbstab.experiment.answers.run_answer import answer_beside
-    from rbstab.experiment.answers.words import word_of
+    from rbstab.experiment.answers.run_answer import answer_of
+    from rbstab.experiment.answers.words import run_words
     from rbstab.experiment.convergence.convergence import ATTRIBUTE, stored_convergence
-    from rbstab.experiment.stored_config import stored_config
+    from rbstab.experiment.stored_certificate import scale_of
     from rbstab.experiment.summary import at_least, summary_of
     from rbstab_cli.output.answers import print_answer
     from rbstab_cli.output.certificate import print_certificate
     from rbstab_cli.output.tables import add_row, new_table, number, print_table
 
+    result = known.result
     s, attributes = summary_of(result), result.attributes
     click.echo(printable(str(attributes["title"])))
-    print_answer(answer_beside(result, stored_config(result).config, proof))
+    print_answer(answer_of(result, known.proof))
     table = new_table("quantity", "value")
     detail = f": {attributes['status_detail']}" if attributes.get("status_detail") else ""
     add_row(table, "status", result.status + detail)
-    add_row(table, "checks of the run", word_of(str(attributes.get("verdict", "-"))))
+    add_row(table, "checks of the run", run_words(str(attributes.get("verdict", "-"))))
     convergence = stored_convergence(attributes)
     if convergence is not None and convergence.proved is not None:
         add_row(table, "exact motion", convergence.sentence)
@@ -170,7 +168,7 @@ def _print_tables(result: "Result", proof: "Proof | None") -> None:
     if "lyapunov_zero" in attributes:
         add_row(table, "v = 0 at", str(attributes["lyapunov_zero"]))
         add_row(table, "", f"Θ = {_vector(result['rest_orientation'])} rad")
-    add_row(table, f"max |r| / {_scale_of_errors(result)}", number(s.relative_residual, 2))
+    add_row(table, f"max |r| / {scale_of(result).name}", number(s.relative_residual, 2))
     peak = "peak E by axis" if s.displacement_resolved else "largest sample of E by axis"
     add_row(table, peak, _vector(s.peak_contact_displacement) + " m")
     add_row(table, "max |θ2|", f"{at_least(s.pitch_resolved)}{number(s.largest_pitch)} rad")
@@ -222,15 +220,6 @@ def _ends_of_v(result: "Result") -> dict[str, str]:
     if not stores_v_minus_work(result):
         return v
     return v | {"v - ε at 0 and at the end": ends(result["lyapunov"])}
-
-
-def _scale_of_errors(result: "Result") -> str:
-    """Return the name of the energy by which errors are divided: v(0), or what was supplied."""
-    from rbstab.experiment.summary import is_driven
-
-    if is_driven(result) and abs(result["supplied_energy"]).max() > result["lyapunov"][0]:
-        return "supplied energy"
-    return "v(0)"
 
 
 def _impacts(result: "Result") -> str:

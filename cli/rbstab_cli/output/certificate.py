@@ -10,10 +10,14 @@ VIOLATED = "violated"
 
 
 def certificate_checks(result: "Result") -> list[dict[str, Any]]:
-    """Return the checks of the certificate; none if the result has no certificate."""
+    """Return the checks of the certificate; none if the result has no certificate.
+
+    `word` says how sure each is, as in the table.
+    """
+    from rbstab.experiment.answers.check_words import word_of_check
     from rbstab.experiment.stored_certificate import certificate_lines
 
-    return [line._asdict() for line in certificate_lines(result)]
+    return [{**line._asdict(), "word": word_of_check(line)} for line in certificate_lines(result)]
 
 
 def print_certificate(result: "Result") -> None:

@@ -15,6 +15,7 @@ def run_data(result: "Result", proof: "Proof | None" = None) -> dict[str, Any]:
         proof: The proof of its rest states, if there is one.
     """
     from rbstab.experiment.answers.run_answer import answer_of
+    from rbstab.experiment.answers.words import word_of
     from rbstab.experiment.convergence.convergence import ATTRIBUTE, stored_convergence
     from rbstab.experiment.summary import summary_of
 
@@ -23,6 +24,7 @@ def run_data(result: "Result", proof: "Proof | None" = None) -> dict[str, Any]:
         for name, value in result.attributes.items()
         if name.partition("_")[0] != ATTRIBUTE
     }
+    data["checks"] = word_of(str(data.get("verdict", "-")))
     data["warnings"] = str(data.get("warnings", "")).splitlines()
     found = stored_convergence(result.attributes)
     data[ATTRIBUTE] = None if found is None else found.as_data()

@@ -44,12 +44,13 @@ def _print_table(entries: "list[Entry]") -> None:
 
     if not entries:
         return
-    words = ("kind", "status", "checks", "converges")
+    words = ("kind", "status", "checks", "this start", "whole range")
     table = new_table("name", *words, "age", "title", words=words, numbers=("age",))
     now = time.time()
     for entry in entries:
-        cells = (entry.status, word_of(entry.verdict), entry.converges, age(now - entry.modified))
-        add_row(table, str(entry.path), entry.kind, *cells, entry.title)
+        cells = (entry.status, word_of(entry.verdict), entry.this_start, entry.whole_range)
+        old = age(now - entry.modified)
+        add_row(table, str(entry.path), entry.kind, *cells, old, entry.title)
     print_table(table)
 
 
@@ -63,5 +64,8 @@ def age(seconds: float) -> str:
 
 def _data(entry: "Entry") -> dict[str, Any]:
     modified = datetime.fromtimestamp(entry.modified, UTC).isoformat(timespec="seconds")
+    from rbstab.experiment.answers.words import word_of
+
     data = entry._asdict() | {"path": str(entry.path), "kind": str(entry.kind)}
+    data["checks"] = word_of(entry.verdict)
     return data | {"modified": modified, "problem": entry.problem or None}

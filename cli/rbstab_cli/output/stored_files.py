@@ -48,13 +48,20 @@ def _show_folder(path: Path, *, as_json: bool) -> None:
 
 
 def _show_sweep(folder: Path, *, as_json: bool) -> None:
+    from rbstab.config.errors import printable
     from rbstab.files.existence import is_file
     from rbstab.files.shell_words import shell_word
-    from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SWEEP_FILE
-    from rbstab_cli.output.sweeps.sweep_report import report_status
+    from rbstab.sweep.folder.member_answers import member_answers
+    from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SWEEP_FILE, read_folder
+    from rbstab_cli.output.sweeps.sweep_report import print_member_answers, report_status
 
-    report_status(folder, as_json=as_json)
+    title = read_folder(folder).manifest.title
     gathered = is_file(folder / SWEEP_FILE)
+    answers = member_answers(folder / SWEEP_FILE) if gathered else None
+    if answers is not None and not as_json:
+        click.echo(printable(title))
+        print_member_answers(answers)
+    report_status(folder, as_json=as_json, answers=answers)
     following = (
         f"report {shell_word(folder)}" if gathered else f"sweep {shell_word(folder / PLAN_FILE)}"
     )

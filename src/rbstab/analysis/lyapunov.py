@@ -1,6 +1,7 @@
 """The Lyapunov function along a motion, by part, and the check of its energy balance."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -64,12 +65,24 @@ def relative_residual(
     return float(np.abs(residual).max()) / audit_scale(value, energy, supplied)
 
 
+class Scale(NamedTuple):
+    """An energy, J, by which errors of v are divided, and what it is, in words."""
+
+    energy: float
+    name: str
+
+
 def audit_scale(value: Array, energy: Array, supplied: Array | None = None) -> float:
-    """Return the energy by which errors of v are divided, J.
+    """Return the energy by which errors of v are divided, J, see `named_scale`."""
+    return named_scale(value, energy, supplied).energy
+
+
+def named_scale(value: Array, energy: Array, supplied: Array | None = None) -> Scale:
+    """Return the energy by which errors of v are divided, with its name.
 
     It is v(0), or a ten thousandth of the largest energy part if that is larger, as for a motion
     that starts close to the rest state, or what is supplied if that is larger. If there is no
-    energy at all, it is 1 J. Labels such as "max |r| / v(0)" mean this scale.
+    energy at all, it is 1 J. In stored certificates all of them are called v(0).
 
     Args:
         value: v, shape (samples,), J.
@@ -77,4 +90,11 @@ def audit_scale(value: Array, energy: Array, supplied: Array | None = None) -> f
         supplied: What is supplied up to each sample, shape (samples,), J; None if nothing is.
     """
     most = 0.0 if supplied is None else float(np.abs(supplied).max())
-    return max(float(value[0]), MIN_START_FRACTION * float(np.abs(energy).max()), most) or 1.0
+    largest = MIN_START_FRACTION * float(np.abs(energy).max())
+    scales = (
+        Scale(float(value[0]), "v(0)"),
+        Scale(largest, f"({MIN_START_FRACTION:g} of the largest energy)"),
+        Scale(most, "largest supplied energy"),
+    )
+    found = max(scales, key=lambda scale: scale.energy)
+    return found if found.energy else Scale(1.0, "1 J")

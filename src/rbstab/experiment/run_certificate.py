@@ -29,6 +29,12 @@ if TYPE_CHECKING:
 GLOBAL_STABILITY, CERTIFIED_REGION = "global stability", "certified region"
 """Names of the checks that only a proof decides."""
 
+REST_STATES = "rest states in the range"
+"""What is counted by the check of global stability."""
+
+LEAST_REST_STATES = f"{REST_STATES}, at least"
+"""The same where the search was not complete: there may be more."""
+
 GROUP = "certificate"
 """Name of the group of a result file that holds the certificate."""
 
@@ -85,14 +91,31 @@ def computed_audit_bound(problem: Problem) -> float:
     return MAX_AUDIT_BOUND if implicit else audit_bound(problem.rtol)
 
 
+def rest_state_check(proof: "Proof | None") -> Check:
+    """Return the check of global stability: the number of rest states in the range is 1.
+
+    A counterexample needs no complete search. Then the number is that of the proved rest states:
+    there are at least so many.
+    """
+    stable = Check(GLOBAL_STABILITY, Verdict.UNKNOWN, np.nan, 1.0, np.nan, REST_STATES)
+    if proof is None or not (proof.states or proof.proved):
+        return stable
+    verdicts = {True: Verdict.CERTIFIED, False: Verdict.VIOLATED, None: Verdict.UNKNOWN}
+    verdict, count = verdicts[proof.globally_stable], len(proof.states)
+    known = sum(state.proved for state in proof.states)
+    if verdict is Verdict.VIOLATED and not proof.proved:
+        if known > 1:
+            return stable._replace(verdict=verdict, value=float(known), quantity=LEAST_REST_STATES)
+        verdict = Verdict.UNKNOWN
+    return stable._replace(verdict=verdict, value=float(count))
+
+
 def proved_checks(problem: Problem, proof: "Proof | None") -> list[Check]:
     """Return the two checks that a proof decides: global stability, and certified region.
 
     The first concerns all motions, the second the start of the problem.
     """
-    stable = Check(
-        GLOBAL_STABILITY, Verdict.UNKNOWN, np.nan, 1.0, np.nan, "rest states in the range"
-    )
+    stable = rest_state_check(proof)
     region = Check(CERTIFIED_REGION, Verdict.UNKNOWN, np.nan, np.nan, np.nan, "v(0), J")
     if proof is None or not (proof.states or proof.proved):
         return [stable, region]
@@ -100,9 +123,6 @@ def proved_checks(problem: Problem, proof: "Proof | None") -> list[Check]:
     from rbstab.experiment.convergence.region_bounds import level_of
     from rbstab.experiment.stored_proof.starts import start_level, start_state
 
-    verdicts = {True: Verdict.CERTIFIED, False: Verdict.VIOLATED, None: Verdict.UNKNOWN}
-    verdict = verdicts[proof.globally_stable]
-    stable = stable._replace(verdict=verdict, value=float(len(proof.states)))
     level, number = start_level(problem, proof), start_state(problem, proof)
     if level is not None and number is not None:
         # v(0) counts from the rest state of the region.

@@ -135,7 +135,9 @@ def _rest_state_sentences(proof: Proof) -> list[str]:
         where = f"in the range of eq. 5{lengths}"
         sentences = [f"Rest states: {number} {where}, proved{every} ({boxes})."]
     else:
-        sentences = [f"Rest states: {number} found; not proved to be all: {proof.ended}."]
+        known = sum(state.proved for state in proof.states)
+        some = f", {known} of them proved" if 0 < known < count else ""
+        sentences = [f"Rest states: {number} found{some}; not proved to be all: {proof.ended}."]
     if proof.every_start and count:
         sentences.append(
             "Globally stable: proved. Every start in the range converges: proved. "

@@ -6,7 +6,9 @@ from typing import Any, NamedTuple
 
 from rbstab.config.errors import ConfigError
 from rbstab.config.source import parse_source
+from rbstab.experiment.answers.run_answer import answer_of
 from rbstab.experiment.answers.words import word_of
+from rbstab.experiment.convergence.later_proof import known_now
 from rbstab.experiment.summary import lyapunov_function_of
 from rbstab.report.model.words import NO_VALUE, number, untrusted
 from rbstab.report.reading.sources import Run, SweepFile, read_sources
@@ -14,6 +16,7 @@ from rbstab.report.runs.config_tables import flat, value_text, with_unit
 from rbstab.store.errors import StoreError
 from rbstab.store.table_file import read_table
 from rbstab.sweep.folder.gather import sweep_summary
+from rbstab.sweep.folder.member_answers import member_answers
 
 Outcome = dict[str, float | str]
 """What came out of a run or a sweep: numbers or texts by their names with units."""
@@ -114,12 +117,15 @@ def _text(value: float | str) -> str:
 
 
 def _of_run(run: Run) -> Outcome:
+    known = known_now(run.path, run.result, run.config)
     result, s = run.result, run.summary
+    answer = answer_of(known.result, known.proof)
     return {
         "run id": result.run_id,
         "status": result.status,
         "checks": word_of(str(result.attributes.get("verdict", NO_VALUE))),
-        "converges": str(result.attributes.get("convergence", NO_VALUE)),
+        "this start comes to rest": str(answer.this_start.sureness),
+        "all in the range end in one rest state": str(answer.whole_range.sureness),
         "reached [s]": s.end_time,
         "v(0) [J]": s.lyapunov_start,
         # The result may store v - ε, which does not end at zero.
@@ -132,11 +138,14 @@ def _of_run(run: Run) -> Outcome:
 
 
 def _of_sweep(sweep: SweepFile) -> Outcome:
-    found = sweep_summary(sweep.path)
+    found, answers = sweep_summary(sweep.path), member_answers(sweep.path)
     return {
         "members": str(found.members),
         **{f"members {status}": str(count) for status, count in found.by_status.items()},
-        **{f"convergence {word}": str(count) for word, count in found.convergence.items()},
+        **{
+            f"members: come to rest, {word}": f"{count} of {answers.members}"
+            for word, count in answers.by_word.items()
+        },
         "members that settled": str(found.settled),
         "settling time, median [s]": found.settling_median,
         "largest |r| / v(0)": found.worst_residual,

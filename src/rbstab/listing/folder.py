@@ -4,6 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+from rbstab.experiment.answers.run_answer import answer_of
+from rbstab.experiment.convergence.later_proof import known_now
 from rbstab.experiment.proof_cache import PROOFS
 from rbstab.files.shell_words import shell_word
 from rbstab.integrate.status import RunStatus
@@ -11,9 +13,10 @@ from rbstab.listing.kinds import Kind, kind_of
 from rbstab.store.disk.existence import path_exists, path_is_file
 from rbstab.store.disk.isolated_reading import IsolatedReader, IsolatedReaders
 from rbstab.store.errors import StoreError
-from rbstab.store.run_file import open_attributes
+from rbstab.store.run_file import open_result
 from rbstab.store.table_file import count_flags
-from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, read_folder
+from rbstab.sweep.folder.member_answers import MAX_COUNTED, member_answers, read_answers
+from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, SweepFolder, read_folder
 from rbstab.sweep.proofs.columns import CONVERGENCE, NO_PROOF
 
 NOT_KNOWN = "-"
@@ -33,6 +36,9 @@ class Entry(NamedTuple):
         status: How the run ended; how many members of a sweep completed.
         verdict: The verdict of the certificate of a run.
         converges: What is proved of the exact motion; how many members of a sweep are proved.
+        this_start: How sure it is that the motion of a run comes to rest, in a word; how many
+            members of a sweep are proved to.
+        whole_range: How sure it is that all motions end in one rest state, in a word.
         modified: When the file was written, s since the epoch.
         problem: Why it cannot be read; empty if it was read.
     """
@@ -43,6 +49,8 @@ class Entry(NamedTuple):
     status: str
     verdict: str
     converges: str
+    this_start: str
+    whole_range: str
     modified: float
     problem: str = ""
 
@@ -54,6 +62,8 @@ class _Said(NamedTuple):
     status: str
     verdict: str
     converges: str
+    this_start: str
+    whole_range: str
 
 
 def entries_of(folder: Path) -> list[Entry]:
@@ -95,15 +105,23 @@ def _entry(path: Path, kind: Kind, read: Callable[[Path], _Said] | None = None) 
         # Anybody may have written a file, with a right seal too.
         said = _sweep(path) if read is None else read(path)
     except (StoreError, OSError) as error:
-        return Entry(path, kind, "", NOT_KNOWN, NOT_KNOWN, NOT_KNOWN, 0.0, str(error))
-    title, status, verdict, converges = said
-    return Entry(path, kind, title, status, verdict, converges, modified)
+        nothing = _Said("", *[NOT_KNOWN] * 5)
+        return Entry(path, kind, **nothing._asdict(), modified=0.0, problem=str(error))
+    return Entry(path, kind, **said._asdict(), modified=modified)
 
 
 def _read_run(path: Path) -> _Said:
-    attributes = open_attributes(path)
-    words = (attributes.get(name, NOT_KNOWN) for name in ("verdict", "convergence"))
-    return _Said(str(attributes["title"]), str(attributes["status"]), *map(str, words))
+    result = open_result(path)
+    try:
+        known = known_now(path, result)
+        result, answers = known.result, answer_of(known.result, known.proof)
+        answered = [str(answer.sureness) for answer in answers]
+    except (LookupError, ValueError, TypeError, ArithmeticError, AttributeError):
+        # A result of an old or an unusual layout is listed all the same.
+        answered = [NOT_KNOWN, NOT_KNOWN]
+    attributes = result.attributes
+    words = (str(attributes.get(name, NOT_KNOWN)) for name in ("verdict", "convergence"))
+    return _Said(str(attributes["title"]), str(attributes["status"]), *words, *answered)
 
 
 _runs = IsolatedReaders(_read_run)
@@ -113,7 +131,7 @@ def _read_counts(path: Path) -> dict[str, dict[str, int]]:
     return count_flags(path, ("status", "convergence"))
 
 
-_counts = IsolatedReader(_read_counts)
+_counts, _columns = IsolatedReader(_read_counts), IsolatedReader(read_answers)
 
 
 def _sweep(path: Path) -> _Said:
@@ -121,13 +139,30 @@ def _sweep(path: Path) -> _Said:
     manifest = folder.manifest
     if not path_is_file(folder.sweep_file):
         shards = f"{len(folder.stored_shards())} of {folder.shards} shards are stored"
-        return _Said(manifest.title, shards, NOT_KNOWN, NOT_KNOWN)
+        return _Said(manifest.title, shards, *[NOT_KNOWN] * 4)
     counts = _counts(folder.sweep_file)
     completed = counts.get("status", {}).get(str(RunStatus.COMPLETED), 0)
-    convergence = counts.get("convergence", {})
-    known = any(word != UNKNOWN for word in convergence)
-    proved = sum(n for word, n in convergence.items() if word.startswith("proved"))
-    converges = f"{proved} proved" if known else NOT_KNOWN
+    converges = _proved_of(folder, counts.get("convergence", {}))
     return _Said(
-        manifest.title, f"{completed} of {manifest.members} completed", NOT_KNOWN, converges
+        manifest.title,
+        f"{completed} of {manifest.members} completed",
+        *(NOT_KNOWN, converges, converges, NOT_KNOWN),
     )
+
+
+def _proved_of(folder: SweepFolder, gathered: dict[str, int]) -> str:
+    """Return how many members of a sweep are proved to converge, in words.
+
+    Args:
+        folder: The folder of the sweep.
+        gathered: The number of members with each word of the column `convergence`.
+    """
+    members = folder.manifest.members
+    may_grow = UNKNOWN in gathered or not gathered
+    if may_grow and members <= MAX_COUNTED and proofs_in(folder.path.absolute().parent):
+        found = member_answers(folder.sweep_file, _columns)
+        return f"{found.proved} of {members} proved" if found.any_proof else NOT_KNOWN
+    if all(word == UNKNOWN for word in gathered):
+        return NOT_KNOWN
+    proved = sum(count for word, count in gathered.items() if word.startswith("proved"))
+    return f"{proved} of {members} proved"

@@ -41,8 +41,25 @@ def check_shape(name: str, data: NDArray[Any], shape: tuple[int, ...]) -> None:
         raise ValueError(f"{name} has the shape {np.shape(data)} (expected {shape})")
 
 
-SHOWN = ("status", "verdict", "convergence", "variant", "engine")
-"""The attributes that a result shows of itself, if it has them."""
+SHOWN = {
+    "status": "status",
+    "verdict": "checks",
+    "convergence": "convergence",
+    "variant": "variant",
+    "engine": "engine",
+}
+"""The attributes that a result shows of itself, if it has them, and what they are called there."""
+
+WORDS_OF_VERDICTS = {
+    "certified": "proved",
+    "consistent": "seen",
+    # All checks hold; v may rise, and what rises is supplied.
+    "driven": "seen",
+    "violated": "false",
+    "unknown": "not decided",
+}
+"""By each word of the attribute `verdict`: the word that people read (`Sureness`). Files keep
+theirs, so that older and newer versions read the same."""
 
 CURVE = ("time", "lyapunov")
 """The arrays of the curve that a result shows of itself."""
@@ -78,13 +95,13 @@ class Result:
         return name in self.variables
 
     def __repr__(self) -> str:
-        """Return one line: title, status, verdict, size."""
-        facts = [f"{name} {self.attributes[name]}" for name in SHOWN if name in self.attributes]
+        """Return one line: title, status, what the checks found, size."""
+        facts = [f"{name} {value}" for name, value in self._facts()]
         return line("Result", str(self.attributes.get("title", "")), [*facts, self._size()])
 
     def _repr_html_(self) -> str:
         """Return a card for notebooks: the same facts, and v over time."""
-        facts = [(name, str(self.attributes[name])) for name in SHOWN if name in self.attributes]
+        facts = self._facts()
         title = str(self.attributes.get("title", ""))
         plot = ""
         if all(name in self for name in CURVE):
@@ -92,6 +109,13 @@ class Result:
             if x.data.ndim == 1 and x.data.shape == y.data.shape:
                 plot = curve(x.data, y.data, f"{CURVE[1]} [{y.unit}] over {CURVE[0]} [{x.unit}]")
         return card("Result", title, [*facts, ("content", self._size())], plot)
+
+    def _facts(self) -> list[tuple[str, str]]:
+        """Return what the result shows of itself: names and words."""
+        known = {name: str(self.attributes[name]) for name in SHOWN if name in self.attributes}
+        if "verdict" in known:
+            known["verdict"] = WORDS_OF_VERDICTS.get(known["verdict"], known["verdict"])
+        return [(SHOWN[name], value) for name, value in known.items()]
 
     def _size(self) -> str:
         arrays = f"{len(self.variables)} arrays"

@@ -71,28 +71,6 @@ def open_result(path: str | Path) -> Result:
     return result
 
 
-def open_attributes(path: Path) -> dict[str, str | int | float]:
-    """Read the attributes of the result of a run, such as its status, without its arrays.
-
-    A seal vouches for them. A file without one is read whole, for the sake of its digest.
-
-    Raises:
-        NewerSchemaError, NotAResultError, StoreError: As `open_result`.
-    """
-    if not has_seal(path):
-        return open_result(path).attributes
-    check_unchanged(path)
-    # Imported late: a new run only writes.
-    from rbstab.store.reading.opening import open_hdf5
-
-    with open_hdf5(path) as file:
-        file.check_version(SCHEMA_VERSION)
-        attributes = file.attributes()
-    _check_complete(path, attributes)
-    del attributes["digest"]
-    return attributes
-
-
 def _open_here(path: Path, *, is_sealed: bool = False) -> Result:
     # Imported late: a new run only writes.
     from rbstab.store.reading.opening import open_hdf5

@@ -10,11 +10,13 @@ import rbstab
 from rbstab.analysis.certificate import Verdict
 from rbstab.experiment.answers.check_words import comparison, word_of_check
 from rbstab.experiment.answers.run_answer import answer_beside, answer_of
-from rbstab.experiment.answers.words import MEANINGS, Sureness, word_of
+from rbstab.experiment.answers.words import MEANINGS, Sureness, run_words, word_of
 from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.proof import prove
+from rbstab.experiment.run_certificate import LEAST_REST_STATES
 from rbstab.experiment.stored_certificate import CertificateLine
 from rbstab.experiment.summary import settling_time_of
+from rbstab.store.result import WORDS_OF_VERDICTS
 
 PERMANENT = {
     "schema_version": 1,
@@ -232,6 +234,13 @@ def line(check, verdict, value, bound):
     ("given", "word", "text"),
     [
         (line("audit", "consistent", 1e-14, 1e-8), "seen", "1e-14 ≤ 1e-08"),
+        (line("decrease", "driven", 0.03, math.inf), "-", "0.03"),
+        (line("positive", "consistent", 0.18, -math.inf), "-", "0.18; v - ε has no lower bound"),
+        (
+            line("global stability", "violated", 9, 1)._replace(quantity=LEAST_REST_STATES),
+            "false",
+            "9 > 1",
+        ),
         (line("audit", "violated", 1e-3, 1e-8), "false", "0.001 > 1e-08"),
         (line("positive", "consistent", 0.0, -1e-12), "seen", "0 ≥ -1e-12"),
         (line("damping", "violated", 0.0, 0.0), "false", "0 ≤ 0"),
@@ -251,5 +260,9 @@ def test_checks_in_words(given, word, text):
 def test_each_word_has_a_meaning_and_each_verdict_a_word():
     assert set(MEANINGS) == set(Sureness)
     words = {word_of(str(verdict)) for verdict in Verdict}
-    assert words == {*map(str, Sureness), "driven"}
+    assert words == {*map(str, Sureness)}
+    # The words for verdicts are listed where files are read, which knows neither.
+    assert set(WORDS_OF_VERDICTS) == {*map(str, Verdict)}
+    assert run_words("driven").startswith("seen: inputs supply power")
+    assert run_words("consistent") == "seen"
     assert word_of("-") == "-"

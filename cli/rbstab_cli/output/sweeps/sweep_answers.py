@@ -10,9 +10,6 @@ if TYPE_CHECKING:
     from rbstab.sweep.proofs.prove_bodies import BodyProofs
     from rbstab.sweep.sweep import Sweep
 
-MAX_COUNTED = 100_000
-"""Members that share their proofs are counted up to this number; each takes up to 0.1 ms."""
-
 
 class Answers(NamedTuple):
     """What is proved of the members: sentences, and the same as data for JSON.
@@ -61,6 +58,8 @@ def _of_shared(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) ->
 
     An interrupt ends the proofs at once. Each finished one is stored.
     """
+    from rbstab.sweep.folder.gather import stored_convergence
+    from rbstab.sweep.folder.member_answers import MAX_COUNTED
     from rbstab.sweep.proofs.convergence import ProvedConvergence, keep_proofs, shares_proof
     from rbstab_cli.output.progress import working
 
@@ -76,7 +75,8 @@ def _of_shared(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) ->
         if plan.members > MAX_COUNTED:
             return Answers(["rbstab report shows for which members it is proved"], data)
         proofs = ProvedConvergence(plan, results)
-        codes = proofs.of(0, plan.members).codes
+        found = proofs.of(0, plan.members).beside(stored_convergence(sweep.folder))
+        codes = found.codes
     counts = Counter(codes.tolist())
     return Answers(_sentences(counts, 0) + _ended_early(proofs.brief), data | _counts(counts, 0))
 

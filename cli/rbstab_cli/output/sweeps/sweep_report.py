@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
+    from rbstab.sweep.folder.member_answers import MemberAnswers
     from rbstab.sweep.options import SweepOptions
     from rbstab.sweep.plan.plan import Plan
     from rbstab.sweep.sweep import Sweep
@@ -17,7 +18,11 @@ ENOUGH_MEMBERS = 16
 
 
 def report_sweep(
-    sweep: "Sweep", *, as_json: bool = False, answers: "Answers | None" = None
+    sweep: "Sweep",
+    *,
+    as_json: bool = False,
+    answers: "Answers | None" = None,
+    proofs_follow: bool = False,
 ) -> None:
     """Print the outcomes of the members.
 
@@ -25,8 +30,10 @@ def report_sweep(
         sweep: The sweep.
         as_json: Whether to print JSON.
         answers: What was proved of the members, for JSON.
+        proofs_follow: Whether what is proved is printed afterwards, and so is not counted here.
     """
     from rbstab.sweep.folder.gather import counts_by_status, sweep_summary
+    from rbstab.sweep.folder.member_answers import member_answers
 
     by_status = counts_by_status(sweep.inventory.counts)
     summary = sweep_summary(sweep.folder.sweep_file) if sweep.finished else None
@@ -38,6 +45,8 @@ def report_sweep(
         data |= _part_data(sweep) | {"finished": sweep.finished, "check": check}
         if sweep.inventory.missing:
             data["missing"] = sweep.folder.ranges(sweep.inventory.missing)
+        if summary is not None:
+            data["answers"] = answers_data(member_answers(sweep.folder.sweep_file))
         if answers is not None:
             data["proofs"] = answers.data
         print_json((summary._asdict() if summary is not None else {}) | data)
@@ -53,13 +62,44 @@ def report_sweep(
         "settling time, median": f"{number(summary.settling_median)} s" if summary.settled else "-",
         f"worst |r| / {summary.residual_scale}": number(summary.worst_residual, 2),
     }
-    if summary.convergence:
-        counts = (f"{count} {word}" for word, count in summary.convergence.items())
-        # Proofs made after the sweep was gathered are counted below the table.
-        rows["convergence to a rest state, as gathered"] = ", ".join(counts)
+    if not proofs_follow:
+        found = member_answers(sweep.folder.sweep_file)
+        if found.any_proof:
+            rows["converge to a rest state"] = counts_of(found)
     if sweep.comparison is not None and sweep.comparison.members:
         rows["rerun with scipy"] = f"{len(sweep.comparison.members)} members, {_differences(sweep)}"
     _print_rows(rows)
+
+
+def counts_of(found: "MemberAnswers") -> str:
+    """Return for how many members each answer holds: "3143 proved, 857 seen"."""
+    note = " (without proofs made after gathering)" if found.as_gathered else ""
+    counts = (f"{count} {word}" for word, count in found.by_word.items() if count)
+    return ", ".join(counts) + note
+
+
+def answers_data(found: "MemberAnswers") -> dict[str, Any]:
+    """Return the answers about the members of a sweep as data for JSON."""
+    return found._asdict()
+
+
+def print_member_answers(found: "MemberAnswers") -> None:
+    """Print the answers about the members of a sweep: how many are proved, and how many seen."""
+    meanings = {
+        "proved": "they converge to a rest state",
+        "false": "proved that they do not come to rest",
+        "seen": "at rest by the end of their computed run, not proved",
+        "not decided": "neither proved, nor at rest by the end of their computed run",
+    }
+    for word, count in found.by_word.items():
+        if not count:
+            continue
+        click.echo(f"  {word + ':':<13}{count} of {found.members} members: {meanings[word]}.")
+    click.echo(f"  {'settled:':<13}{found.settled} of the {found.completed} that completed.")
+    for why, count in found.without_proof.items():
+        click.echo(f"  {'no proof:':<13}{count} of {found.members} members: {why}.")
+    if found.as_gathered:
+        click.echo("  Proofs made after the sweep was gathered are not counted.")
 
 
 def member_count(sweep: "Sweep") -> int:
@@ -77,8 +117,13 @@ def _part_data(sweep: "Sweep") -> dict[str, Any]:
     return {"part": sweep.part._asdict() | numbers | {"members": member_count(sweep)}}
 
 
-def report_status(path: Path, *, as_json: bool) -> None:
+def report_status(path: Path, *, as_json: bool, answers: "MemberAnswers | None" = None) -> None:
     """Print how many members of the sweep in a folder are done, and whether it is running.
+
+    Args:
+        path: The folder.
+        as_json: Whether to print JSON.
+        answers: What is known of its members, for JSON.
 
     Raises:
         StoreError: It is not the folder of a sweep, or cannot be read.
@@ -103,7 +148,8 @@ def report_status(path: Path, *, as_json: bool) -> None:
 
         more = {"finished": gathered, "running": running, "damaged_shards": damaged}
         more |= {"running_parts": [part._asdict() for part in parts], "traces": kept}
-        print_json(_sweep_data(path, manifest, by_status) | more)
+        first = {} if answers is None else {"answers": answers_data(answers)}
+        print_json(first | _sweep_data(path, manifest, by_status) | more)
         return
     rows = {
         "title": manifest.title,

@@ -4,8 +4,12 @@ import math
 
 from rbstab.analysis.certificate import Verdict
 from rbstab.experiment.answers.words import Sureness, word_of
-from rbstab.experiment.run_certificate import CERTIFIED_REGION, GLOBAL_STABILITY
-from rbstab.experiment.stored_certificate import CertificateLine
+from rbstab.experiment.run_certificate import (
+    CERTIFIED_REGION,
+    GLOBAL_STABILITY,
+    LEAST_REST_STATES,
+)
+from rbstab.experiment.stored_certificate import CertificateLine, compares_v_minus_work
 
 RELATIONS = {
     "audit": ("≤", ">"),
@@ -25,11 +29,18 @@ NO_PROOF = "nothing is proved"
 """What is said of a check that only a proof decides, if there is none, or if it decides nothing."""
 
 
+NOTHING_STATED = "-"
+"""The word of a check that states nothing."""
+
+
 def word_of_check(line: CertificateLine) -> str:
     """Return how sure the statement of a check is.
 
-    A start outside of the certified region is no counterexample: nothing follows from it.
+    A start outside of the certified region is no counterexample: nothing follows from it. Nothing
+    is stated of v where inputs supply power, as it may rise, and of the sign of v - ε.
     """
+    if line.verdict == Verdict.DRIVEN or compares_v_minus_work(line):
+        return NOTHING_STATED
     if line.check == CERTIFIED_REGION and line.verdict == Verdict.VIOLATED:
         return str(Sureness.NOT_DECIDED)
     return word_of(line.verdict)
@@ -40,9 +51,13 @@ def comparison(line: CertificateLine) -> str:
     if math.isnan(line.value):
         return NO_PROOF if line.check in {GLOBAL_STABILITY, CERTIFIED_REGION} else "no number"
     value = f"{line.value:.4g}"
+    if compares_v_minus_work(line):
+        return f"{value}; v - ε has no lower bound"
     if not math.isfinite(line.bound) or line.check not in RELATIONS:
         return value
     holds, fails = RELATIONS[line.check]
+    if line.quantity == LEAST_REST_STATES:
+        fails = ">"
     return f"{value} {holds if _holds(line, holds) else fails} {line.bound:.4g}"
 
 

@@ -6,9 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rbstab.analysis.certificate import Check, Verdict
 from rbstab.analysis.settling import SETTLED_FRACTION
-from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
-from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.answers.rounded import rounded_down, rounded_up
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import (
@@ -22,7 +20,7 @@ from rbstab.experiment.convergence.zero_description import A_LOWER_ONE
 from rbstab.experiment.run_certificate import (
     CERTIFIED_REGION,
     GLOBAL_STABILITY,
-    proved_checks,
+    LEAST_REST_STATES,
 )
 from rbstab.experiment.stored_certificate import CertificateLine, certificate_lines
 from rbstab.experiment.summary import lyapunov_function_of, moves_on_in, settling_time_of
@@ -69,15 +67,7 @@ def answer_of(result: Result, proof: "Proof | None" = None) -> RunAnswer:
         proof: The proof of its rest states; if it is given, counterexamples have their numbers.
     """
     lines = {line.check: line for line in certificate_lines(result)}
-    return _answer(result, stored_convergence(result.attributes), lines, proof)
-
-
-def _answer(
-    result: Result,
-    found: Convergence | None,
-    lines: dict[str, CertificateLine],
-    proof: "Proof | None",
-) -> RunAnswer:
+    found = stored_convergence(result.attributes)
     return RunAnswer(
         _this_start(result, found, lines),
         _whole_range(result, found, lines.get(GLOBAL_STABILITY), proof),
@@ -98,24 +88,10 @@ def answer_beside(
         proof: The proof that is stored in the same folder, if there is one.
         checks: The checks that the proof decides, if they are known: those of `proved_checks`.
     """
-    lines = {line.check: line for line in certificate_lines(result)}
-    stable = lines.get(GLOBAL_STABILITY)
-    if proof is None or config is None or stable is None or not math.isnan(stable.value):
-        return answer_of(result, proof)
-    if has_code(config):
-        # Its start would need the equations, and a stored result must not run code of a user.
-        return answer_of(result, proof)
-    # Imported late: it needs the proofs.
-    from rbstab.experiment.convergence.exact_motion import convergence_at_start
+    # Imported late: it reads proofs.
+    from rbstab.experiment.convergence.later_proof import with_later_proof
 
-    problem = problem_of(config)
-    for check in proved_checks(problem, proof) if checks is None else checks:
-        name, verdict, value, bound, time, quantity = check
-        lines[name] = CertificateLine(name, str(verdict), value, bound, time, quantity)
-    found = stored_convergence(result.attributes)
-    if found is None or found.proved is None:
-        found = convergence_at_start(config, problem, proof)
-    return _answer(result, found, lines, proof)
+    return answer_of(with_later_proof(result, config, proof, checks), proof)
 
 
 def _this_start(
@@ -241,7 +217,7 @@ def _whole_range(
             keeps = "that stays in the range, away from θ2 = ±π/2 and from springs without length,"
         return Answer(Sureness.PROVED, f"every motion {keeps} converges to the only rest state")
     if line.verdict == Verdict.VIOLATED:
-        return Answer(Sureness.FALSE, _counterexample(int(line.value), proof))
+        return Answer(Sureness.FALSE, _counterexample(line, proof))
     count = int(line.value)
     found_states = f"{count or 'no'} rest state{'' if count == 1 else 's'}"
     reason = f" ({proof.ended})" if proof is not None else ""
@@ -249,17 +225,19 @@ def _whole_range(
     return Answer(Sureness.NOT_DECIDED, why)
 
 
-def _counterexample(count: int, proof: "Proof | None") -> str:
+def _counterexample(line: CertificateLine, proof: "Proof | None") -> str:
+    count = int(line.value)
     if count == 0:
         return "no motion that stays in the range comes to rest: it has no rest state"
     if count == 1:
         return "the only rest state is not stable"
     others = [] if proof is None else [state for state in proof.states[1:] if state.proved]
     where = f" at Θ = {_angles(others[0])} rad" if others else " elsewhere"
-    if proof is not None and not proof.proved:
-        known = sum(state.proved for state in proof.states)
-        return f"the body can also rest{where}; it has at least {known} rest states in the range"
-    return f"the body can also rest{where}; it has {count} rest states in the range"
+    least, found = "", ""
+    if line.quantity == LEAST_REST_STATES:
+        least = "at least "
+        found = "" if proof is None else f"; a search found {len(proof.states)}"
+    return f"the body can also rest{where}; it has {least}{count} rest states in the range{found}"
 
 
 def _angles(state: "ProvedState") -> str:
@@ -269,5 +247,7 @@ def _angles(state: "ProvedState") -> str:
 def _rest_states(lines: dict[str, CertificateLine]) -> int | None:
     """Return the number of rest states in the range, if it is known."""
     line = lines.get(GLOBAL_STABILITY)
-    known = line is not None and line.verdict in {Verdict.CERTIFIED, Verdict.VIOLATED}
-    return int(line.value) if line is not None and known and line.value > 0 else None
+    if line is None or line.quantity == LEAST_REST_STATES:
+        return None
+    known = line.verdict in {Verdict.CERTIFIED, Verdict.VIOLATED}
+    return int(line.value) if known and line.value > 0 else None

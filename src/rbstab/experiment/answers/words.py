@@ -3,6 +3,7 @@
 from enum import StrEnum
 
 from rbstab.analysis.certificate import Verdict
+from rbstab.store.result import WORDS_OF_VERDICTS
 
 
 class Sureness(StrEnum):
@@ -41,14 +42,15 @@ def meanings() -> str:
     return f"{words[:1].upper()}{words[1:]}."
 
 
-_OF_VERDICTS = {
-    Verdict.CERTIFIED: Sureness.PROVED,
-    Verdict.CONSISTENT: Sureness.SEEN,
-    Verdict.VIOLATED: Sureness.FALSE,
-    Verdict.UNKNOWN: Sureness.NOT_DECIDED,
-}
-
-
 def word_of(verdict: str) -> str:
     """Return the word for a stored verdict; an unknown verdict is returned as it is."""
-    return str(_OF_VERDICTS.get(Verdict(verdict), verdict)) if verdict in set(Verdict) else verdict
+    return WORDS_OF_VERDICTS.get(verdict, verdict)
+
+
+def run_words(verdict: str) -> str:
+    """Return the word for the verdict of a computed run, with what it means if inputs act."""
+    if verdict != Verdict.DRIVEN:
+        return word_of(verdict)
+    return (
+        f"{word_of(verdict)}: inputs supply power, so v need not decrease; what rises is supplied"
+    )

@@ -30,7 +30,7 @@ from rbstab.experiment.run_certificate import (
     computed_audit_bound,
     proved_checks,
 )
-from rbstab.experiment.stored_certificate import certificate_lines
+from rbstab.experiment.stored_certificate import stored_lines
 from rbstab.integrate.problem import Problem
 from rbstab.store.result import Result
 
@@ -65,7 +65,7 @@ def with_proof(
     replaced = {check.name for check in proved_checks(problem, None)} | {COMPUTED_MOTION}
     checks = [
         Check(line.check, Verdict(line.verdict), line.value, line.bound, line.when, line.quantity)
-        for line in certificate_lines(result)
+        for line in stored_lines(result)
         if line.check not in replaced
     ]
     if samples is not None:
@@ -77,7 +77,7 @@ def with_proof(
         for name, variable in result.variables.items()
         if name not in lines and name.partition("/")[0] != ENCLOSURE
     }
-    attributes = _attributes(result, proof, overall(checks), convergence)
+    attributes = attributes_with_proof(result, proof, str(overall(checks)), convergence)
     return Result(kept | lines | enclosure, attributes, result.config)
 
 
@@ -98,17 +98,26 @@ def _convergence(
     return convergence_at_start(config, problem, proof), None
 
 
-def _attributes(
-    result: Result, proof: "Proof | None", verdict: Verdict, convergence: Convergence
+def attributes_with_proof(
+    result: Result, proof: "Proof | None", verdict: str, convergence: Convergence
 ) -> dict[str, str | int | float]:
-    """Return the attributes of a result, with those of its proof in the place of older ones."""
+    """Return the attributes of a result, with those of its proof in the place of older ones.
+
+    Args:
+        result: The result.
+        proof: The proof; None without one.
+        verdict: The verdict of the computed run.
+        convergence: What is proved of the exact motion.
+    """
     changed: dict[str, str | int | float] = {}
     for name, value in result.attributes.items():
         if name.partition("_")[0] == ATTRIBUTE:
             continue
         changed[name] = value
         if name == "verdict":
-            changed |= {"verdict": str(verdict), **convergence_attributes(convergence)}
-    zero = str(result.attributes["lyapunov_zero"])
+            changed |= {"verdict": verdict, **convergence_attributes(convergence)}
+    if "lyapunov_zero" not in changed or "rest_orientation" not in result:
+        return changed  # an older result does not say from which state its v counts
+    zero = str(changed["lyapunov_zero"])
     Theta = result["rest_orientation"].astype(np.float64)
     return changed | {"lyapunov_zero": described_by_proof(zero, Theta, proof)}

@@ -68,14 +68,14 @@ def _matrix(facts: Sequence[RunFacts]) -> Table:
         cells = [check_cell(lines[check]) if check in lines else Cell(NO_VALUE) for check in checks]
         overall = verdict_cell(entry.attribute("verdict"))
         rows.append((Cell(entry.run.label), *cells, overall))
-    driven = "driven: inputs supply power, so v may rise; what rises is supplied. "
+    driven = "Where inputs supply power, v may rise, and nothing is stated of that. "
     if not any(entry.run.is_driven for entry in facts):
         driven = ""
     note = (
         "The last column puts the checks of the computed run together; global stability and the "
         "certified region have no part in it, because they speak of the exact motion. A start "
-        f"outside of the certified region decides nothing. {driven}Numbers over v(0) are divided "
-        "by a ten thousandth of the largest energy, or by the energy supplied, if that is larger."
+        f"outside of the certified region decides nothing. {driven}Numbers are divided by v(0), "
+        "or by what is larger: a ten thousandth of the largest energy, or the energy supplied."
     )
     return Table("certificate-matrix", "Checks of each run", heads, tuple(rows), note)
 

@@ -19,9 +19,8 @@ from rbstab.sweep.folder.layout import safe_name
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.plan.load import plan_to_read
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.proofs.columns import NO_PROOF, PROVED
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, undecided_reason
-from rbstab.sweep.proofs.robust import START_COLUMNS
+from rbstab.sweep.proofs.gathered import convergence_now
 
 COLUMNS = (
     "run_id",
@@ -190,22 +189,7 @@ class Members:
     @cached_property
     def _proved(self) -> MemberConvergence:
         """What is proved of the members: the stored columns, and more by proofs made since."""
-        layout = self.table.layout
-        codes = np.full(len(self), NO_PROOF, dtype=np.int8)
-        if "convergence" in layout:
-            codes = self.column("convergence")
-        rest_states = (codes == PROVED).astype(np.int32)
-        if "proved_rest_state" in layout:
-            rest_states = self.column("proved_rest_state")
-        stored = MemberConvergence(codes, rest_states)
-        # Columns of older versions were computed with one region only. Of other sweeps, members
-        # without a proof may have one now: variants have proofs of their own.
-        complete = "proved_rest_state" in layout and not (codes == NO_PROOF).any()
-        if complete or self._certified is None:
-            return stored
-        found = self._certified.of(0, len(self)).beside(stored)
-        columns = {name: self.column(name) for name in START_COLUMNS if name in layout}
-        return self._certified.within(0, len(self), columns, found)
+        return convergence_now(self.table, self._certified)
 
     @cached_property
     def _certified(self) -> ProvedConvergence | None:

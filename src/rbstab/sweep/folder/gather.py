@@ -24,12 +24,13 @@ from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.members.scipy_comparison import ScipyComparison
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.proofs.columns import GATHERED_COLUMNS, NO_PROOF
+from rbstab.sweep.proofs.columns import GATHERED_COLUMNS
 from rbstab.sweep.proofs.convergence import (
     MemberConvergence,
     ProvedConvergence,
     proved_columns,
 )
+from rbstab.sweep.proofs.gathered import stored_convergence as stored_in
 
 HAS_TRACE = Column((), "i1", "1", "whether the motion is kept in `traces`", ("no", "yes"))
 """The column `traces` of a sweep with traces."""
@@ -112,11 +113,7 @@ def stored_convergence(folder: SweepFolder) -> MemberConvergence:
     Raises:
         StoreError: The file cannot be read, or is damaged.
     """
-    table = read_table(folder.sweep_file, GATHERED_COLUMNS)
-    members = folder.manifest.members
-    if not set(GATHERED_COLUMNS) <= set(table.layout):  # a file of an older version
-        return MemberConvergence(np.full(members, NO_PROOF, np.int8), np.zeros(members, np.int32))
-    return MemberConvergence(*(table[name] for name in GATHERED_COLUMNS))
+    return stored_in(read_table(folder.sweep_file, GATHERED_COLUMNS))
 
 
 def _shards(

@@ -1,0 +1,148 @@
+"""For how many members of a gathered sweep is it proved, or seen, that they come to rest?"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.config.errors import ConfigError
+from rbstab.config.source import key_of, parse_source
+from rbstab.experiment.answers.words import Sureness
+from rbstab.integrate.status import RunStatus
+from rbstab.mechanics.numbers import Array
+from rbstab.store.table import RUN, Table
+from rbstab.store.table_file import read_table
+from rbstab.sweep.members.outcome import STATUSES
+from rbstab.sweep.plan.axes import VARIANT
+from rbstab.sweep.plan.load import plan_to_read
+from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, PROVED
+from rbstab.sweep.proofs.convergence import ProvedConvergence, undecided_reason
+from rbstab.sweep.proofs.gathered import PROOF_COLUMNS, convergence_now
+
+MAX_COUNTED = 100_000
+"""Members are compared with later proofs up to this number; each takes up to 0.1 ms."""
+
+NOT_MADE = (
+    "the proof of their rest states was not made in the budget of time, or ended early; "
+    "rbstab sweep PLAN --prove goes on"
+)
+"""Why there is no proof of members that one could cover."""
+
+
+class MemberAnswers(NamedTuple):
+    """The members of a sweep by what is known of them now.
+
+    Attributes:
+        members: The number of members. The next four add up to it.
+        proved: Proved to converge to a rest state.
+        false: Proved not to come to rest.
+        seen: At rest by the end of their computed run, and not proved.
+        not_decided: The others.
+        settled: At rest by the end of their computed run, whether proved or not.
+        completed: Those whose run completed.
+        without_proof: By the reason: how many members no proof covers.
+        as_gathered: Whether proofs that were made after the sweep was gathered are not counted.
+    """
+
+    members: int
+    proved: int
+    false: int
+    seen: int
+    not_decided: int
+    settled: int
+    completed: int
+    without_proof: dict[str, int]
+    as_gathered: bool = False
+
+    @property
+    def any_proof(self) -> bool:
+        """Whether there is a proof of some members, whatever it says."""
+        return sum(self.without_proof.values()) < self.members
+
+    @property
+    def by_word(self) -> dict[str, int]:
+        """The number of members with each answer."""
+        return {
+            str(Sureness.PROVED): self.proved,
+            str(Sureness.FALSE): self.false,
+            str(Sureness.SEEN): self.seen,
+            str(Sureness.NOT_DECIDED): self.not_decided,
+        }
+
+
+def read_answers(file: Path) -> Table:
+    """Return the columns of a gathered file that `member_answers` needs.
+
+    Raises:
+        StoreError: The file cannot be read, or is damaged.
+    """
+    return read_table(file, ("status", "settling_time", *PROOF_COLUMNS))
+
+
+def member_answers(file: Path, read: Callable[[Path], Table] = read_answers) -> MemberAnswers:
+    """Return what is known of the members of a sweep, with the proofs that lie beside it now.
+
+    Args:
+        file: The gathered file, in the folder of the sweep.
+        read: Reads it; `read_answers`, perhaps in another process.
+
+    Raises:
+        StoreError: The file cannot be read, or is damaged.
+    """
+    table = read(file)
+    members = len(table[RUN])
+    plan = _plan_of(table, members)
+    many = members > MAX_COUNTED
+    later = plan is not None and not many
+    proofs = ProvedConvergence(plan, file.absolute().parent.parent) if plan and later else None
+    codes = convergence_now(table, proofs).codes
+    completed = table["status"] == STATUSES.index(RunStatus.COMPLETED)
+    settled = completed & np.isfinite(table["settling_time"])
+    decided = (codes == PROVED) | (codes == FALSE)
+    return MemberAnswers(
+        members=members,
+        proved=_count(codes == PROVED),
+        false=_count(codes == FALSE),
+        seen=_count(settled & ~decided),
+        not_decided=_count(~settled & ~decided),
+        settled=_count(settled),
+        completed=_count(completed),
+        without_proof=_without_proof(plan, codes == NO_PROOF),
+        as_gathered=many,
+    )
+
+
+def _count(mask: Array) -> int:
+    return int(np.count_nonzero(mask))
+
+
+def _plan_of(table: Table, members: int) -> Plan | None:
+    """Return the plan of a sweep; None if this version cannot read it."""
+    try:
+        plan = plan_to_read(parse_source(str(table["plan"]), "plan").data)
+    except (ConfigError, KeyError):
+        return None
+    return plan if plan.members == members else None
+
+
+def _without_proof(plan: Plan | None, missing: Array) -> dict[str, int]:
+    """Return how many members no proof covers, by the reason.
+
+    Args:
+        plan: The plan; None if it cannot be read.
+        missing: Whether there is no proof of each member, shape (members,).
+    """
+    if not missing.any():
+        return {}
+    if plan is None:
+        return {"this version cannot read the plan": _count(missing)}
+    variants = plan.values(0, plan.members, [key_of(VARIANT)]).get(key_of(VARIANT))
+    found: dict[str, int] = {}
+    for variant in plan.variants:
+        own = missing if variants is None else missing & (variants == variant)
+        reason = undecided_reason(plan, variant) or NOT_MADE
+        if own.any():
+            found[reason] = found.get(reason, 0) + _count(own)
+    return found

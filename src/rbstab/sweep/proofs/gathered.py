@@ -1,0 +1,45 @@
+"""What is proved of the members of a gathered sweep, with the proofs that lie beside it now."""
+
+import numpy as np
+
+from rbstab.store.table import RUN, Table
+from rbstab.sweep.proofs.columns import GATHERED_COLUMNS, NO_PROOF, PROVED
+from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence
+from rbstab.sweep.proofs.robust import START_COLUMNS
+
+PROOF_COLUMNS = (*GATHERED_COLUMNS, *START_COLUMNS)
+"""The columns to read of the file of a sweep; older ones have not all of them."""
+
+
+def stored_convergence(table: Table) -> MemberConvergence:
+    """Return what the columns of a table say, without later proofs.
+
+    Sweeps of older versions have no column of rest states. Their proved members converge to the
+    lowest one. Still older ones have neither column.
+    """
+    codes = np.full(len(table[RUN]), NO_PROOF, dtype=np.int8)
+    if "convergence" in table.layout:
+        codes = table["convergence"]
+    rest_states = (codes == PROVED).astype(np.int32)
+    if "proved_rest_state" in table.layout:
+        rest_states = table["proved_rest_state"]
+    return MemberConvergence(codes, rest_states)
+
+
+def convergence_now(table: Table, proofs: ProvedConvergence | None) -> MemberConvergence:
+    """Return what is proved of the members: what is stored, and more by proofs made since.
+
+    Args:
+        table: The table of the sweep, with `PROOF_COLUMNS`.
+        proofs: The proofs in the folder of results; None if the plan cannot be read.
+    """
+    stored = stored_convergence(table)
+    # Columns of older versions were computed with one region only. Of other sweeps, members
+    # without a proof may have one now: variants have proofs of their own.
+    complete = "proved_rest_state" in table.layout and not (stored.codes == NO_PROOF).any()
+    if complete or proofs is None:
+        return stored
+    members = len(stored.codes)
+    found = proofs.of(0, members).beside(stored)
+    columns = {name: table[name] for name in START_COLUMNS if name in table.layout}
+    return proofs.within(0, members, columns, found)

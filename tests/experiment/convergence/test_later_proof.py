@@ -1,0 +1,156 @@
+"""A stored run together with a proof that was made later says what a run with this proof says."""
+
+import dataclasses
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.configs import PERMANENT, VISCO_ELASTIC, plain
+
+import rbstab
+from rbstab.config.schema import Config
+from rbstab.experiment.convergence import later_proof
+from rbstab.experiment.convergence.convergence import Enclose
+from rbstab.experiment.convergence.later_proof import known_now, with_later_proof
+from rbstab.experiment.proof import prove
+from rbstab.experiment.proof_cache import proof_file
+from rbstab.experiment.run_certificate import LEAST_REST_STATES, rest_state_check
+from rbstab.experiment.stored_certificate import certificate_lines, stored_lines
+from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.store.document import write_document
+from rbstab.store.result import Result
+
+SHORT = ("integration.duration=0.2", "integration.samples=11")
+
+
+@pytest.fixture(scope="module")
+def config() -> Config:
+    """A held body that starts inside of its certified region."""
+    return rbstab.load_config(plain(PERMANENT), (*SHORT, "initial.angular_velocity=[1,2,-1]"))
+
+
+@pytest.fixture(scope="module")
+def proof(config: Config) -> Proof:
+    """The proof of its rest states."""
+    return prove(config)
+
+
+def same(one: Result, other: Result) -> bool:
+    """Whether two results say the same, but for the times that they took."""
+    times = {"wall_time", "compile_time", "created"}
+    texts = [
+        {k: v for k, v in result.attributes.items() if k not in times} for result in (one, other)
+    ]
+    lines = [str(stored_lines(result)) for result in (one, other)]
+    return texts[0] == texts[1] and lines[0] == lines[1]
+
+
+def test_it_is_the_run_with_this_proof(config: Config, proof: Proof) -> None:
+    without, with_proof = rbstab.simulate(config), rbstab.simulate(config, proof=proof)
+    assert not same(without, with_proof)
+    now = with_later_proof(without, config, proof)
+    assert same(now, with_proof)
+    # A second time it says no more, and the result stays as it is.
+    assert with_later_proof(now, config, proof) is now
+    assert with_later_proof(with_proof, config, proof) is with_proof
+
+
+def test_without_a_proof_or_a_config_it_stays(config: Config, proof: Proof) -> None:
+    without = rbstab.simulate(config)
+    assert with_later_proof(without, config, None) is without
+    assert with_later_proof(without, None, proof) is without
+
+
+def test_code_of_users_is_not_run_for_it(
+    config: Config, proof: Proof, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    without = rbstab.simulate(config)
+    monkeypatch.setattr(later_proof, "has_code", lambda _: True)
+    assert with_later_proof(without, config, proof) is without
+
+
+def test_a_motion_that_was_followed_stays_proved(proof: Proof, config: Config) -> None:
+    """The start alone proves less."""
+    fast = rbstab.load_config(plain(PERMANENT), (*SHORT, "initial.angular_velocity=[16,32,-16]"))
+    followed = rbstab.simulate(fast, proof=proof, enclose=Enclose.UNTIL_PROVED)
+    assert followed.attributes["convergence"] == "proved"
+    names = {"global stability": math.nan, "certified region": math.nan}
+    values = followed["certificate/value"].copy()
+    values[[str(name) in names for name in followed["certificate/check"]]] = np.nan
+    old = followed.variables["certificate/value"]._replace(data=values)
+    forgotten = dataclasses.replace(
+        followed, variables=followed.variables | {"certificate/value": old}
+    )
+    now = with_later_proof(forgotten, fast, proof)
+    assert now is not forgotten
+    assert now.attributes["convergence_time"] == followed.attributes["convergence_time"]
+
+
+def test_why_a_motion_was_followed_in_vain_stays(proof: Proof) -> None:
+    fast = rbstab.load_config(plain(PERMANENT), (*SHORT, "initial.angular_velocity=[16,32,-16]"))
+    run = rbstab.simulate(fast)
+    followed = {"convergence_steps": 7, "convergence_reason": "v is too large after 7 steps"}
+    tried = dataclasses.replace(run, attributes=run.attributes | followed)
+    now = with_later_proof(tried, fast, proof)
+    assert now.attributes["convergence_reason"] == followed["convergence_reason"]
+    fresh = with_later_proof(run, fast, proof)
+    assert "outside of every certified region" in str(fresh.attributes["convergence_reason"])
+
+
+def test_it_is_found_beside_the_file(tmp_path: Path, config: Config, proof: Proof) -> None:
+    result = rbstab.simulate(config)
+    path = tmp_path / "run.h5"
+    assert known_now(path, result).proof is None
+    write_document(proof_file(tmp_path, config), proof.model_dump(mode="json"))
+    known = known_now(path, result)
+    assert known.proof is not None
+    assert known.result.attributes["convergence"] == "proved"
+
+
+def test_a_search_that_found_all_replaces_one_that_did_not(config: Config, proof: Proof) -> None:
+    early = proof.model_copy(
+        update={"proved": False, "unique": None, "region": None, "regions": (), "unwrapped": None}
+    )
+    run = rbstab.simulate(config, proof=early)
+    (stable,) = [line for line in certificate_lines(run) if line.check == "global stability"]
+    assert (stable.verdict, stable.value) == ("unknown", 1.0)
+    assert same(with_later_proof(run, config, proof), rbstab.simulate(config, proof=proof))
+    # A search that found less takes nothing away.
+    full = rbstab.simulate(config, proof=proof)
+    assert with_later_proof(full, config, early) is full
+
+
+def test_rest_states_of_a_search_that_ended_are_at_least_so_many(proof: Proof) -> None:
+    state = proof.states[0]
+    other = state.model_copy(update={"proved": False, "enclosure": None})
+    found = proof.model_copy(
+        update={"proved": False, "unique": False, "states": (state, state, other)}
+    )
+    check = rest_state_check(found)
+    assert (str(check.verdict), check.value) == ("violated", 2.0)
+    assert check.quantity == LEAST_REST_STATES
+
+
+def test_numbers_have_the_names_of_what_they_are_divided_by() -> None:
+    small = rbstab.load_config(plain(VISCO_ELASTIC), (*SHORT, "initial.angular_velocity=[0,0,0]"))
+    run = rbstab.simulate(small)
+    (audit,) = [line for line in certificate_lines(run) if line.check == "audit"]
+    at_start, largest = float(run["lyapunov"][0]), float(np.abs(run["energy"]).max())
+    expected = "v(0)" if at_start >= 1e-4 * largest and at_start else "1 J"
+    assert audit.quantity == f"max |r| / {expected}"
+    assert stored_lines(run)[0].quantity == "max |r| / v(0)"
+
+
+def test_v_minus_work_has_its_name() -> None:
+    sliding = rbstab.load_config(
+        plain(VISCO_ELASTIC),
+        (
+            *SHORT,
+            "controller={variant: sliding, K_t: [4100,4100,3280], L_t: [200,200,140], "
+            "K_r: [400,400,320], L_r: [60,60,42], K_s: [2000,2000,2000], surface: {slope: 20}}",
+        ),
+    )
+    words = {line.check: line.quantity for line in certificate_lines(rbstab.simulate(sliding))}
+    assert words["positive"] == "min (v - ε) / v(0)"
+    assert words["decrease"] == "largest rise of v - ε between samples / v(0)"

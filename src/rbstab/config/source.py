@@ -22,6 +22,7 @@ from rbstab.config.errors import (
     did_you_mean,
 )
 from rbstab.files.regular_file import open_regular
+from rbstab.files.shell_words import shell_word
 
 Path = tuple[str | int, ...]
 """The keys and list indices from the root of a document to a value."""
@@ -123,6 +124,7 @@ def read_text(path: FilePath) -> str:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         hint = _near_name(path) if isinstance(error, FileNotFoundError) else ""
+        hint = _files_in(path) if isinstance(error, IsADirectoryError) else hint
         raise _config_error(
             Location(name), f"cannot be read: {reason}", f"a YAML file{hint}"
         ) from error
@@ -147,6 +149,16 @@ def _near_name(path: FilePath) -> str:
     if near is None:
         return "; `rbstab init` writes a first one, `rbstab examples` lists others"
     return f"; {did_you_mean([str(names[near])])}"
+
+
+def _files_in(folder: FilePath) -> str:
+    """Return a hint for a folder in place of a file: a pattern for the YAML files in it."""
+    try:
+        endings = {file.suffix for file in folder.iterdir() if file.suffix in YAML}
+    except OSError:
+        endings = set()
+    named = [f"{shell_word(folder)}/*{ending}" for ending in YAML if ending in endings]
+    return f"; name those in it: {' '.join(named)}" if named else ""
 
 
 def parse_source(text: str, name: str, column_offset: int = 0) -> Source:

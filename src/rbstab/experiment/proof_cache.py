@@ -39,6 +39,13 @@ def proof_file(folder: Path, config: Config, version: int | None = None) -> Path
     return folder / PROOFS / f"{proof_id(config, number)}.json"
 
 
+def proof_names(config: Config) -> list[str]:
+    """Return the names that the file of a config's proof may have, the newest version first."""
+    from rbstab.experiment.stored_proof.identity import PROOF_VERSION
+
+    return [proof_file(Path(), config, version).name for version in range(PROOF_VERSION, 0, -1)]
+
+
 def cached_proof(folder: Path, config: Config) -> "Proof | None":
     """Return the cached proof of a config in a folder of results; None if it is missing.
 

@@ -8,6 +8,7 @@ from rbstab.config.errors import ConfigError
 from rbstab.config.source import parse_source
 from rbstab.experiment.answers.words import word_of
 from rbstab.experiment.summary import lyapunov_function_of
+from rbstab.listing.folder import only_result
 from rbstab.report.model.words import NO_VALUE, number, untrusted
 from rbstab.report.reading.sources import Run, SweepFile, read_sources
 from rbstab.report.runs.config_tables import flat, value_text, with_unit
@@ -55,11 +56,13 @@ NO_RATIO = ("reached [s]", "largest |r| / v(0)")
 
 
 def compare(first: Path, second: Path) -> Comparison:
-    """Compare two results.
+    """Compare two results. A folder with one result in it stands for this result.
 
     Raises:
-        StoreError: One of them cannot be read; or one is a run and the other a sweep.
+        StoreError: One of them cannot be read; a folder has no result or several; or one is a run
+            and the other a sweep.
     """
+    first, second = only_result(first), only_result(second)
     sources = [read_sources([path]) for path in (first, second)]
     for source in sources:
         for unread in source.unread:

@@ -10,9 +10,6 @@ from rbstab_cli import exit_codes
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
 
-OTHER_PROOFS = ("within-", "starts-")
-"""The beginnings of the names of proofs within tolerances."""
-
 
 class ProofFiles(NamedTuple):
     """Files of proofs of rest states, and the number of proofs within tolerances beside them."""
@@ -23,7 +20,9 @@ class ProofFiles(NamedTuple):
 
 def is_other_proof(path: Path) -> bool:
     """Whether a file is a proof for all bodies, or for all starts, within tolerances."""
-    return path.name.startswith(OTHER_PROOFS)
+    from rbstab.experiment.proof_cache import WITHIN_TOLERANCES
+
+    return path.name.startswith(WITHIN_TOLERANCES)
 
 
 def proofs_of_folder(folder: Path, config: "Config | None") -> ProofFiles:

@@ -3,6 +3,7 @@
 import hashlib
 import json
 from collections.abc import Collection, Iterable, Mapping
+from os import PathLike
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -41,6 +42,9 @@ VARIANT_KEYS = (
     "integration.drift_control",
 )
 """Keys that can only be checked if the variant is known."""
+
+PLAN_ONLY = {"base", "vary"}
+"""The keys that show that a document is the plan of a sweep, valid or not."""
 
 NO_DIRECTION = (
     "expected another point or anchor, another start, rest_length: 0 without damping, or kind: "
@@ -117,6 +121,11 @@ def config_to_read(
 
 def _changed_source(config: str | FilePath | Mapping[str, Any], changes: Iterable[str]) -> Source:
     source = source_of(config)
+    if not PLAN_ONLY.isdisjoint(source.data):
+        expected = "expected a config; rbstab.load_plan loads a plan, and `rbstab sweep` runs it"
+        raise ConfigError(
+            [ConfigProblem(source.location(()), "", "is the plan of a sweep", expected)]
+        )
     override(source, [changes] if isinstance(changes, str) else changes)
     embed_files(source)
     return source
@@ -146,13 +155,19 @@ def source_of(
 
     Raises:
         ConfigError: The document cannot be read, or is not a mapping.
+        TypeError: It is none of these.
     """
     if isinstance(document, Source):
         source = document
     elif isinstance(document, Mapping):
         source = Source(_plain_data(document, MAX_DEPTH), {(): Location(name)})
-    else:
+    elif isinstance(document, str | PathLike):
         source = read_source(FilePath(document))
+    else:
+        raise TypeError(
+            f"the {name} is {describe(document)} (expected the path of a YAML file, a dictionary "
+            f"with the same keys, or a loaded {name})"
+        )
     if source.data is None:
         source.data = {}  # then the required keys of an empty file are reported as missing
     if not isinstance(source.data, dict):

@@ -32,6 +32,9 @@ BYTE_ORDER_MARK = "\ufeff"
 MAX_FILE_SIZE = 1 << 20
 """Largest size of a file, bytes."""
 
+HDF5 = b"\x89HDF\r\n\x1a\n"
+"""The first bytes of an HDF5 file."""
+
 YAML = (".yaml", ".yml")
 """Endings of YAML files."""
 
@@ -128,8 +131,11 @@ def read_text(path: FilePath) -> str:
         raise _config_error(
             Location(name), f"cannot be read: {reason}", f"a YAML file{hint}"
         ) from error
-    if len(raw) > MAX_FILE_SIZE:
+    if len(raw) > MAX_FILE_SIZE and not raw.startswith(HDF5):
         raise _config_error(Location(name), "is larger than 1 MiB", "a config of a few kilobytes")
+    if raw.startswith(HDF5):
+        expected = "a YAML file; `rbstab show` prints a result, rbstab.open_result opens it"
+        raise _config_error(Location(name), "is an HDF5 file, as results are", expected)
     try:
         return raw.decode()
     except UnicodeDecodeError as error:

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 PROOFS = "proofs"
 """The name of the folder of proofs in a folder of results."""
 
+WITHIN_TOLERANCES = ("within-", "starts-")
+"""The beginnings of the names of proofs for all bodies, or for all starts, within tolerances."""
+
 MAX_KNOWN = 64
 """The most proofs that a process keeps."""
 

@@ -20,12 +20,15 @@ def show_other(path: Path, *, as_json: bool, as_config: bool) -> None:
     from rbstab.files.shell_words import shell_word
     from rbstab.listing.kinds import Kind, kind_of, sweep_folder_of
     from rbstab.report.reading.not_results import CONFIG, PLAN, not_a_result, what_it_is
+    from rbstab.store.errors import NotAResultError
 
     kind = kind_of(path)
     if kind is Kind.CONFIG or what_it_is(path) in {CONFIG, PLAN}:
         raise click.UsageError(
             f"{path} {not_a_result(path)}; or check it: rbstab check {shell_word(path)}"
         )
+    if kind is Kind.RUN:
+        raise NotAResultError(f"{path} {not_a_result(path)}")
     if as_config:
         raise click.UsageError(f"{path} is a {kind}; only a run has a config to print")
     if kind is Kind.FOLDER:

@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from rbstab.config.errors import ConfigError, ConfigProblem, Location, hint
+from rbstab.config.errors import ConfigError, ConfigProblem, Location, closest, hint
 from rbstab.config.inputs.table_files import read_tables
 from rbstab.config.messages import describe, problems_of
 from rbstab.config.overrides import override
@@ -188,7 +188,8 @@ def validated(source: Source, *, allow_python: bool = False) -> Config:
     """
     table_problems = read_tables(source)
     variant_problem = _variant_problem(source)
-    name = FALLBACK_VARIANT if variant_problem else variant_of(source.data)
+    guessed = None if variant_problem is None else _guessed_variant(source)
+    name = (guessed or FALLBACK_VARIANT) if variant_problem else variant_of(source.data)
     model = model_of(name)
     try:
         config = model.model_validate(source.data, context={ALLOW: allow_python})
@@ -207,8 +208,10 @@ def validated(source: Source, *, allow_python: bool = False) -> Config:
     if variant_problem is None and not problems:
         return config
     if variant_problem is not None:
-        shared = [p for p in problems if p in source.problems or not _depends_on_variant(p.key)]
-        problems = [variant_problem, *shared]
+        others = [p for p in problems if p.key != variant_problem.key]
+        if guessed is None:
+            others = [p for p in others if p in source.problems or not _depends_on_variant(p.key)]
+        problems = [variant_problem, *others]
     raise ConfigError([_explain_newer_schema(p, source) for p in problems])
 
 
@@ -302,6 +305,12 @@ def _variant_problem(source: Source) -> ConfigProblem | None:
         expected += hint(variant, VARIANTS)
         return ConfigProblem(where, key, f"is {describe(variant)}", expected)
     return None
+
+
+def _guessed_variant(source: Source) -> str | None:
+    """Return the variant that a misspelt one means, by which the other keys can be judged."""
+    variant = variant_of(source.data)
+    return closest(variant, VARIANTS) if isinstance(variant, str) else None
 
 
 def _of_a_table(problem: ConfigProblem, files: Collection[str]) -> bool:

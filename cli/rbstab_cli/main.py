@@ -57,6 +57,9 @@ MEANT = {
 }
 """The commands that are meant by words of other programs."""
 
+HELP = "help"
+"""The word that prints the help, as in other programs; it is no command in the list."""
+
 ROOMS = {
     "init": "beginning",
     "examples": "beginning",
@@ -97,8 +100,10 @@ class LazyGroup(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Return a command and its arguments; refuse options that are given twice.
 
-        For an unknown name, say what was likely meant.
+        For an unknown name, say what was likely meant; `help` means --help.
         """
+        if args[0] == HELP and not ctx.resilient_parsing:
+            _print_help(ctx, args[1:])
         if args[0] not in COMMANDS and not args[0].startswith("-") and not ctx.resilient_parsing:
             ctx.fail(_unknown_command(args[0]))
         name, command, words = super().resolve_command(ctx, args)
@@ -116,6 +121,16 @@ class LazyGroup(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command."""
         return super().invoke(ctx)
+
+
+def _print_help(ctx: click.Context, words: list[str]) -> None:
+    """Print the help of the program, or of the command that a word names, and end."""
+    command = cli.get_command(ctx, words[0]) if words else None
+    if words and command is None:
+        ctx.fail(_unknown_command(words[0]))
+    shown = ctx if command is None else click.Context(command, ctx, words[0])
+    click.echo(shown.get_help())
+    ctx.exit()
 
 
 def _unknown_command(name: str) -> str:

@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from rbstab.experiment.tuning.sensitivities import Sensitivities, sensitivities
     from rbstab.experiment.tuning.tune import Tuned, tune
     from rbstab.integrate.status import RunStatus
+    from rbstab.listing.opening import open_proof, open_result, open_sweep
     from rbstab.packaged.examples import example
     from rbstab.store.errors import StoreError
     from rbstab.store.motions import Motions
     from rbstab.store.result import Result
-    from rbstab.store.run_file import open_result, write_result
+    from rbstab.store.run_file import write_result
     from rbstab.store.table import Table
     from rbstab.sweep.folder.stored_traces import SweepTraces, open_traces
-    from rbstab.sweep.folder.sweep_folder import open_sweep
     from rbstab.sweep.plan.load import load_plan
 
 __all__ = [
@@ -47,6 +47,7 @@ __all__ = [
     "example",
     "load_config",
     "load_plan",
+    "open_proof",
     "open_result",
     "open_sweep",
     "open_traces",
@@ -72,8 +73,9 @@ _MODULES = {
     "example": "rbstab.packaged.examples",
     "load_config": "rbstab.config.load",
     "load_plan": "rbstab.sweep.plan.load",
-    "open_result": "rbstab.store.run_file",
-    "open_sweep": "rbstab.sweep.folder.sweep_folder",
+    "open_proof": "rbstab.listing.opening",
+    "open_result": "rbstab.listing.opening",
+    "open_sweep": "rbstab.listing.opening",
     "open_traces": "rbstab.sweep.folder.stored_traces",
     "prove": "rbstab.experiment.proof",
     "sensitivities": "rbstab.experiment.tuning.sensitivities",

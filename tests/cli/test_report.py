@@ -163,14 +163,16 @@ def test_what_cannot_be_read_is_said_and_the_rest_reported(runs: list[str], rbst
     content = bytearray(Path("light.h5").read_bytes())
     content[len(content) // 3] ^= 255
     Path("damaged.h5").write_bytes(bytes(content))
-    done = rbstab("report", "damaged.h5", *runs, "good.yaml", "no.h5", ".", "--json", "-o", "r.txt")
+    Path("none").mkdir()
+    others = ("good.yaml", "no.h5", "none")
+    done = rbstab("report", "damaged.h5", *runs, *others, "--json", "-o", "r.txt")
     assert done.exit_code == 4
     data = json.loads(done.stdout)
     assert [unread["path"] for unread in data["unread"]] == [
         "damaged.h5",
         "good.yaml",
         "no.h5",
-        ".",
+        "none",
     ]
     assert [row[0] for row in tables(data)["runs"]["rows"]] == ["light", "heavy"]
     text = Path("r.txt").read_text()

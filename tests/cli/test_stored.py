@@ -8,6 +8,7 @@ import pytest
 from cli.conftest import Invoke
 from support.made_runs import made_file
 
+from rbstab.listing.folder import FIRST
 from rbstab_cli.output.listing import age
 
 STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
@@ -57,10 +58,10 @@ def test_list_names_what_cannot_be_read(rbstab: Invoke) -> None:
 def test_list_of_an_empty_folder_and_of_none(rbstab: Invoke) -> None:
     Path("empty").mkdir()
     done = rbstab("list", "empty")
-    assert (done.exit_code, done.stderr) == (0, "empty has no runs and no sweeps.\n")
+    assert (done.exit_code, done.stderr) == (0, f"empty has no runs and no sweeps. {FIRST}.\n")
     done = rbstab("list", "none")
     assert done.exit_code == 4
-    assert done.stderr == "error: none cannot be read: No such file or directory\n"
+    assert done.stderr == f"error: none cannot be read: No such file or directory; {FIRST}\n"
 
 
 @pytest.mark.parametrize(

@@ -70,14 +70,22 @@ def test_another_text_is_no_config(folder: Path, rbstab: Invoke) -> None:
     assert "notes.txt is damaged or is not HDF5" in done.stderr
 
 
-def test_a_folder_of_results_names_the_results_in_it(folder: Path, rbstab: Invoke) -> None:
+def test_a_folder_without_results_says_how_to_get_one(folder: Path, rbstab: Invoke) -> None:
     Path("my results/proofs").mkdir(parents=True)
-    assert "my results: is a folder, but not a sweep, and no result is in it\n" in (
+    message = "is a folder, but not a sweep, and no result is in it; `rbstab run CONFIG -o"
+    assert f"my results: {message} 'my results'` stores one\n" in (
         rbstab("report", "my results").stderr
     )
-    rbstab("run", "good.yaml", "--no-prove", "-q", "-o", "my results")
-    message = "Name the results in it: 'my results'/*.h5\n"
-    assert message in rbstab("report", "my results").stderr
+    assert message in rbstab("compare", "my results", "my results").stderr
+
+
+def test_a_folder_of_configs_names_them_by_a_pattern(files: Path, rbstab: Invoke) -> None:
+    for command in ("run", "check"):
+        done = rbstab(command, BLANK)
+        assert done.exit_code == 2
+        assert f"(expected a YAML file; name those in it: '{BLANK}'/*.yaml)\n" in done.stderr
+    Path("empty").mkdir()
+    assert rbstab("run", "empty").stderr.endswith("Is a directory (expected a YAML file)\n")
 
 
 def test_the_named_command_works(files: Path, rbstab: Invoke) -> None:

@@ -2,6 +2,7 @@
 to their result, and no ratio of numbers that have no common meaning.
 """
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -97,9 +98,18 @@ def test_sweeps() -> None:
         ("runs/embedded.h5", "sweeps/finished_map", "is a run and .*finished_map is a sweep"),
         ("runs/embedded.h5", "runs/missing.h5", "cannot be read"),
         ("sweeps/begun_map", "sweeps/finished_map", "is not finished"),
-        ("runs", "sweeps/finished_map", "is a folder, but not a sweep"),
+        ("runs", "sweeps/finished_map", r"runs has \d+ results\. Name one of them: .*embedded\.h5"),
+        ("proofs", "sweeps/finished_map", "is a folder, but not a sweep, and no result is in it"),
     ],
 )
 def test_what_cannot_be_compared(first: str, second: str, reason: str) -> None:
     with pytest.raises(StoreError, match=reason):
         compare(STORED / first, STORED / second)
+
+
+def test_a_folder_stands_for_the_only_result_in_it(tmp_path: Path) -> None:
+    file = STORED / "runs/embedded.h5"
+    for name in ("one/a.h5", "other/results/a.h5"):
+        (tmp_path / name).parent.mkdir(parents=True)
+        shutil.copy(file, tmp_path / name)
+    assert compare(tmp_path / "one", tmp_path / "other") == compare(file, file)

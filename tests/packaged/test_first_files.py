@@ -13,6 +13,7 @@ from rbstab.config.build import config_warnings
 from rbstab.config.load import load_config
 from rbstab.config.schema import VARIANTS
 from rbstab.config.units import unit_of
+from rbstab.config.upgrade import upgraded_text
 from rbstab.experiment.simulate import simulate
 from rbstab.packaged.first_config import CONNECTIONS, VALUES
 from rbstab.packaged.first_steps import first_files
@@ -27,6 +28,11 @@ def folder(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.M
         (tmp_path / name).write_text(text)
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+def test_the_config_needs_no_upgrade(folder: Path) -> None:
+    """An upgrade would give it another run id, and its sweep would not resume."""
+    assert upgraded_text(Path("experiment.yaml")) is None
 
 
 def test_the_config_is_valid_and_runs(folder: Path) -> None:
@@ -86,7 +92,7 @@ def test_every_command_of_the_page_works(tmp_path: Path, monkeypatch: pytest.Mon
     for name, text in files.items():
         Path(name).write_text(text)
     commands = re.findall(r"^\$ rbstab (.*)$", files["README.md"], flags=re.MULTILINE)
-    assert len(commands) == 10
+    assert len(commands) == 14
     for line in commands:
         done = CliRunner().invoke(cli, shlex.split(line))
         assert done.exit_code == 0, f"{line}\n{done.output}"

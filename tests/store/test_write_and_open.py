@@ -9,6 +9,7 @@ import xarray
 from support.results import AWKWARD, assert_equal, result
 
 import rbstab
+from rbstab.listing import opening
 from rbstab.store.disk.seal import SEAL_SIZE
 from rbstab.store.result import Result, Variable
 from rbstab.store.run_file import open_result, write_result
@@ -137,7 +138,7 @@ def test_a_result_without_any_array(tmp_path):
 
 def test_names_from_the_package():
     assert rbstab.write_result is write_result
-    assert rbstab.open_result is open_result
+    assert rbstab.open_result is opening.open_result
     assert rbstab.Result is Result
     assert Variable._fields == ("dimensions", "data", "unit", "long_name")
 

@@ -10,9 +10,6 @@ from rbstab_cli import exit_codes
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
 
-OTHER_PROOFS = ("within-", "starts-")
-"""The beginnings of the names of proofs within tolerances."""
-
 
 class ProofFiles(NamedTuple):
     """Files of proofs of rest states, and the number of proofs within tolerances beside them."""
@@ -23,7 +20,9 @@ class ProofFiles(NamedTuple):
 
 def is_other_proof(path: Path) -> bool:
     """Whether a file is a proof for all bodies, or for all starts, within tolerances."""
-    return path.name.startswith(OTHER_PROOFS)
+    from rbstab.experiment.proof_cache import WITHIN_TOLERANCES
+
+    return path.name.startswith(WITHIN_TOLERANCES)
 
 
 def proofs_of_folder(folder: Path, config: "Config | None") -> ProofFiles:
@@ -35,7 +34,7 @@ def proofs_of_folder(folder: Path, config: "Config | None") -> ProofFiles:
         folder: The folder of results, or of proofs.
         config: Only the newest proof of this config is returned; None: all proofs.
     """
-    from rbstab.experiment.proof_cache import PROOFS
+    from rbstab.experiment.proof_cache import PROOFS, proof_names
 
     place = folder if folder.absolute().name == PROOFS else folder / PROOFS
     try:
@@ -46,7 +45,7 @@ def proofs_of_folder(folder: Path, config: "Config | None") -> ProofFiles:
         _fail(f"error: {place} cannot be read: {error.strerror or error}")
     files = [path for path in found if not is_other_proof(path)]
     if config is not None:
-        names = _names_of(config)
+        names = proof_names(config)
         files = [path for name in names for path in files if path.name == name][:1]
     if not files:
         whose = " of this config" if config is not None else ""
@@ -55,15 +54,6 @@ def proofs_of_folder(folder: Path, config: "Config | None") -> ProofFiles:
             "folder of results DIR; `rbstab stability` and `rbstab run` write them."
         )
     return ProofFiles(files, sum(map(is_other_proof, found)))
-
-
-def _names_of(config: "Config") -> list[str]:
-    """Return the names that the file of a config's proof may have, the newest version first."""
-    from rbstab.experiment.proof_cache import proof_file
-    from rbstab.experiment.stored_proof.identity import PROOF_VERSION
-
-    versions = range(PROOF_VERSION, 0, -1)
-    return [proof_file(Path(), config, version).name for version in versions]
 
 
 def _fail(message: str) -> NoReturn:

@@ -1,7 +1,8 @@
-"""The results among the files and folders that a shell pattern such as `results/*` names."""
+"""The results among the files and folders that a user names, as in `results/*`, and in folders."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import click
 
@@ -35,6 +36,97 @@ def results_among(paths: Sequence[Path], *, quiet: bool = False) -> tuple[Path, 
         names = listed(map(untrusted, others), MAX_NAMED)
         click.echo(f"Left out, not a result: {names}", err=True)
     return results
+
+
+class Taken(NamedTuple):
+    """The results that were named, and those in the folders that were named.
+
+    Attributes:
+        paths: Files of runs, folders of sweeps, and whatever else was named.
+        in_folders: Those of `paths` that were found in a folder. The user named none of them, so
+            one that cannot be read does not hide the others.
+    """
+
+    paths: tuple[Path, ...]
+    in_folders: frozenset[Path]
+
+
+def with_folders(paths: Sequence[Path], *, quiet: bool = False) -> Taken:
+    """Return paths with the results in a folder in place of the folder, in the order of names.
+
+    Prints how many results a folder has. Sweeps in it that are not finished are left out, and
+    named, if there are other results. A folder without results stays: reading it says so.
+
+    Args:
+        paths: What the user named, from `results_among`.
+        quiet: Whether to leave out how many results a folder has.
+    """
+    from rbstab.store.errors import StoreError
+
+    found: list[Path] = []
+    in_folders: set[Path] = set()
+    unfinished: set[Path] = set()
+    for path in paths:
+        try:
+            inside = _results_of_folder(path)
+            without = set(filter(_is_unfinished, inside))
+            counts = _counted(inside)
+        except (StoreError, OSError):
+            # Reading it says why.
+            found.append(path)
+            continue
+        if inside and not quiet:
+            click.echo(f"{path}: {counts}", err=True)
+        found += inside or [path]
+        in_folders.update(inside)
+        unfinished |= without
+    # One that is named, too, is not left out.
+    unfinished -= set(paths)
+    if unfinished and not unfinished.issuperset(found):
+        from rbstab.report.model.words import listed, untrusted
+
+        names = listed(map(untrusted, sorted(unfinished)), MAX_NAMED)
+        click.echo(f"Left out, not finished: {names}", err=True)
+        found = [path for path in found if path not in unfinished]
+    return Taken(tuple(found), frozenset(in_folders.difference(paths)))
+
+
+def _results_of_folder(path: Path) -> list[Path]:
+    """Return the results in a folder; none if it is a sweep, or no folder.
+
+    Raises:
+        StoreError, OSError: It cannot be read.
+    """
+    from rbstab.listing.folder import results_in
+    from rbstab.listing.kinds import Kind, kind_of
+
+    return results_in(path) if kind_of(path) is Kind.FOLDER else []
+
+
+def _counted(results: Iterable[Path]) -> str:
+    """Return `3 runs and 1 sweep`; only sweeps are folders.
+
+    Raises:
+        OSError: The disk reports an error.
+    """
+    from rbstab.files.existence import is_dir
+    from rbstab.report.model.words import counted
+
+    sweeps = [is_dir(path) for path in results]
+    counts = ((sweeps.count(False), "run"), (sweeps.count(True), "sweep"))
+    return " and ".join(counted(count, word) for count, word in counts if count)
+
+
+def _is_unfinished(path: Path) -> bool:
+    """Whether a path is the folder of a sweep that is not gathered.
+
+    Raises:
+        OSError: The disk reports an error.
+    """
+    from rbstab.files.existence import is_dir, is_file
+    from rbstab.sweep.folder.sweep_folder import SWEEP_FILE
+
+    return is_dir(path) and not is_file(path / SWEEP_FILE)
 
 
 def _stands_beside_results(path: Path) -> bool:

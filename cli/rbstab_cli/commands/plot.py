@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rbstab_cli import exit_codes
-from rbstab_cli.arguments.results import results_among
+from rbstab_cli.arguments.results import Taken, results_among, with_folders
 
 if TYPE_CHECKING:
     from rbstab.report.model.figure import Figure
@@ -46,8 +46,9 @@ def command(
 ) -> None:
     """Draw one figure of runs and sweeps, or write its data.
 
-    The figures are those of `rbstab report` on the same results. Without --figure their names and
-    titles are listed. The drawing has no title: that is left to the caption of the paper.
+    The figures are those of `rbstab report` on the same results, which may be folders of results.
+    Without --figure their names and titles are listed. The drawing has no title: that is left to
+    the caption of the paper.
 
     Where a fast transient would be a vertical line, the time axis has two linear scales: the first
     one ends at a dotted line. The label of the axis says so; --linear-time draws one scale.
@@ -71,7 +72,7 @@ def command(
         _check_matplotlib()
     if output is not None:
         check_target(output, force=force)
-    figures = _figures(results_among(results))
+    figures = _figures(with_folders(results_among(results)))
     if name is None or output is None or form is None:
         _list(figures)
         return
@@ -93,18 +94,22 @@ def _check_matplotlib() -> None:
         )
 
 
-def _figures(results: tuple[Path, ...]) -> "dict[str, Figure]":
-    """Return the figures of the report on some results, by name."""
+def _figures(taken: Taken) -> "dict[str, Figure]":
+    """Return the figures of the report on some results, by name.
+
+    A result that the user named must be readable; of those in a folder, the others are drawn.
+    """
     from rbstab.report.build import report_of
     from rbstab.report.reading.sources import read_sources
     from rbstab.report.writers.figure_files.files import figures_of
     from rbstab.store.errors import StoreError
 
     try:
-        sources = read_sources(results)
+        sources = read_sources(taken.paths)
         for unread in sources.unread:
             click.echo(f"{unread.path}: {unread.reason}{_hint(Path(unread.path))}", err=True)
-        if sources.unread:
+        found = [*sources.runs, *sources.sweeps]
+        if not found or any(Path(one.path) not in taken.in_folders for one in sources.unread):
             raise click.exceptions.Exit(exit_codes.STORAGE)
         return figures_of(report_of(sources, ""))
     except StoreError as error:

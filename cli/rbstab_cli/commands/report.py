@@ -8,7 +8,7 @@ import click
 
 from rbstab_cli import exit_codes
 from rbstab_cli.arguments.choice import Choice
-from rbstab_cli.arguments.results import results_among
+from rbstab_cli.arguments.results import results_among, with_folders
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -66,9 +66,10 @@ def command(
 ) -> None:
     """Make a report of runs and sweeps.
 
-    Each RESULT is the file of a run, the folder of a sweep, or its sweep.h5. Proofs, reports,
-    figures and notes beside them are left out, so results/* may be named. If a result cannot be
-    read, the report gives the reason and shows the others; the exit code is then 4.
+    Each RESULT is the file of a run, the folder of a sweep, its sweep.h5, or a folder of results:
+    then the runs and sweeps in it are taken, in the order of their names. Proofs, reports, figures
+    and notes beside them are left out, so results/* may be named. If a result cannot be read, the
+    report gives the reason and shows the others; the exit code is then 4.
 
     The formats html, md and pdf need the packages of `pip install 'rbstab[report]'`.
     """
@@ -79,11 +80,13 @@ def command(
     path, form = _target(output, form, as_json=as_json)
     _refuse_inputs(path, results)
     results = results_among(results, quiet=quiet)
+    taken = with_folders(results, quiet=quiet)
+    _refuse_inputs(path, taken.paths)
     try:
         if path is not None:
             # Fail before the work, not after it.
             _check_writable(path, form, force=force)
-        sources = read_sources(results)
+        sources = read_sources(taken.paths)
         _print_unread(sources.unread)
         made_by = _command(results, output, form, title, force=force, as_json=as_json)
 

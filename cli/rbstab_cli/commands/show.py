@@ -69,7 +69,7 @@ def _shown_as_other(path: Path, *, as_json: bool, as_config: bool) -> bool:
     from rbstab.listing.kinds import Kind, kind_of
     from rbstab.report.reading.not_results import what_it_is
     from rbstab.store.errors import StoreError
-    from rbstab_cli.output.stored_files import show_other
+    from rbstab_cli.output.stored.files import show_other
 
     try:
         if kind_of(path) is Kind.RUN and what_it_is(path) is None:

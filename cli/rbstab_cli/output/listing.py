@@ -18,7 +18,7 @@ def report_entries(folder: Path, *, as_json: bool) -> int:
         StoreError: The folder cannot be read.
     """
     from rbstab.config.errors import printable
-    from rbstab.listing.folder import entries_of, proofs_in
+    from rbstab.listing.folder import entries_of, listed_folder, proofs_in
 
     entries = entries_of(folder)
     unread = [entry for entry in entries if entry.problem]
@@ -31,11 +31,23 @@ def report_entries(folder: Path, *, as_json: bool) -> int:
     for entry in unread:
         click.echo(printable(entry.problem), err=True)
     if not entries:
-        click.echo(f"{folder} has no runs and no sweeps.", err=True)
-    proofs = proofs_in(folder)
-    if proofs:
-        click.echo(f"{proofs} stored proof{'s' if proofs > 1 else ''} in {folder / 'proofs'}")
+        _print_empty(folder)
+    inside = listed_folder(folder)
+    count = len(proofs_in(inside))
+    if count:
+        click.echo(f"{count} stored proof{'s' if count > 1 else ''} in {inside / 'proofs'}")
     return len(unread)
+
+
+def _print_empty(folder: Path) -> None:
+    """Say that a folder has no results, and what may be done."""
+    from rbstab.files.shell_words import shell_word
+    from rbstab.listing.folder import FIRST
+    from rbstab.listing.inner_folders import inner_folder
+
+    kind = inner_folder(folder)
+    what = f"It has {kind}: rbstab show {shell_word(folder)}" if kind else FIRST
+    click.echo(f"{folder} has no runs and no sweeps. {what}.", err=True)
 
 
 def _print_table(entries: "list[Entry]") -> None:

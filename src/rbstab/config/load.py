@@ -3,12 +3,13 @@
 import hashlib
 import json
 from collections.abc import Collection, Iterable, Mapping
+from os import PathLike
 from pathlib import Path as FilePath
 from typing import Any
 
 from pydantic import ValidationError
 
-from rbstab.config.errors import ConfigError, ConfigProblem, Location, hint
+from rbstab.config.errors import ConfigError, ConfigProblem, Location, closest, hint
 from rbstab.config.inputs.table_files import read_tables
 from rbstab.config.messages import describe, problems_of
 from rbstab.config.overrides import override
@@ -41,6 +42,9 @@ VARIANT_KEYS = (
     "integration.drift_control",
 )
 """Keys that can only be checked if the variant is known."""
+
+PLAN_ONLY = {"base", "vary"}
+"""The keys that show that a document is the plan of a sweep, valid or not."""
 
 NO_DIRECTION = (
     "expected another point or anchor, another start, rest_length: 0 without damping, or kind: "
@@ -117,6 +121,11 @@ def config_to_read(
 
 def _changed_source(config: str | FilePath | Mapping[str, Any], changes: Iterable[str]) -> Source:
     source = source_of(config)
+    if not PLAN_ONLY.isdisjoint(source.data):
+        expected = "expected a config; rbstab.load_plan loads a plan, and `rbstab sweep` runs it"
+        raise ConfigError(
+            [ConfigProblem(source.location(()), "", "is the plan of a sweep", expected)]
+        )
     override(source, [changes] if isinstance(changes, str) else changes)
     embed_files(source)
     return source
@@ -146,13 +155,19 @@ def source_of(
 
     Raises:
         ConfigError: The document cannot be read, or is not a mapping.
+        TypeError: It is none of these.
     """
     if isinstance(document, Source):
         source = document
     elif isinstance(document, Mapping):
         source = Source(_plain_data(document, MAX_DEPTH), {(): Location(name)})
-    else:
+    elif isinstance(document, str | PathLike):
         source = read_source(FilePath(document))
+    else:
+        raise TypeError(
+            f"the {name} is {describe(document)} (expected the path of a YAML file, a dictionary "
+            f"with the same keys, or a loaded {name})"
+        )
     if source.data is None:
         source.data = {}  # then the required keys of an empty file are reported as missing
     if not isinstance(source.data, dict):
@@ -173,7 +188,8 @@ def validated(source: Source, *, allow_python: bool = False) -> Config:
     """
     table_problems = read_tables(source)
     variant_problem = _variant_problem(source)
-    name = FALLBACK_VARIANT if variant_problem else variant_of(source.data)
+    guessed = None if variant_problem is None else _guessed_variant(source)
+    name = (guessed or FALLBACK_VARIANT) if variant_problem else variant_of(source.data)
     model = model_of(name)
     try:
         config = model.model_validate(source.data, context={ALLOW: allow_python})
@@ -192,8 +208,10 @@ def validated(source: Source, *, allow_python: bool = False) -> Config:
     if variant_problem is None and not problems:
         return config
     if variant_problem is not None:
-        shared = [p for p in problems if p in source.problems or not _depends_on_variant(p.key)]
-        problems = [variant_problem, *shared]
+        others = [p for p in problems if p.key != variant_problem.key]
+        if guessed is None:
+            others = [p for p in others if p in source.problems or not _depends_on_variant(p.key)]
+        problems = [variant_problem, *others]
     raise ConfigError([_explain_newer_schema(p, source) for p in problems])
 
 
@@ -287,6 +305,12 @@ def _variant_problem(source: Source) -> ConfigProblem | None:
         expected += hint(variant, VARIANTS)
         return ConfigProblem(where, key, f"is {describe(variant)}", expected)
     return None
+
+
+def _guessed_variant(source: Source) -> str | None:
+    """Return the variant that a misspelt one means, by which the other keys can be judged."""
+    variant = variant_of(source.data)
+    return closest(variant, VARIANTS) if isinstance(variant, str) else None
 
 
 def _of_a_table(problem: ConfigProblem, files: Collection[str]) -> bool:

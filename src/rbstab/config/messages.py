@@ -187,7 +187,8 @@ MAX_SHOWN_INTEGER = 10**15
 
 def _wrong_type(expected: str) -> Callable[[Any], ProblemText]:
     def texts(details: Any) -> ProblemText:
-        return f"is {describe(details['input'])}", f"expected {expected}"
+        wanted = details.get("ctx", {}).get("expected", expected)
+        return f"is {describe(details['input'])}", f"expected {wanted}"
 
     return texts
 

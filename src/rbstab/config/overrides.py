@@ -15,22 +15,20 @@ _KEY_PART = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)|\[([0-9]{1,6})\]")
 def override(source: Source, assignments: Iterable[str]) -> None:
     """Replace values of a source in place.
 
+    Those that are wrong are left out. Their problems are added to those of the source, so that they
+    are reported together with the problems of the data: a text is not an assignment, its value is
+    not YAML, or its key does not exist.
+
     Args:
         source: The source.
         assignments: Texts `key=value` with a YAML value, such as `controller.K_t[0]=5000` or
             `initial.orientation=[0, 0.1, 0]`.
-
-    Raises:
-        ConfigError: A text is not an assignment, its value is not YAML, or its key does not exist.
     """
-    problems: list[ConfigProblem] = []
     for text in assignments:
         try:
             _assign(source, text)
         except ConfigError as error:
-            problems += error.problems
-    if problems:
-        raise ConfigError(problems)
+            source.problems += error.problems
 
 
 def _assign(source: Source, text: str) -> None:

@@ -1,6 +1,7 @@
 """Types of config values: validated numbers, texts, vectors and matrices."""
 
 import math
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
@@ -159,22 +160,45 @@ Symmetric = Annotated[
 
 
 def _check_range(angles: Any) -> Any:
+    hint = "; degrees?" if max(map(abs, angles)) > 2 * math.pi else ""
+    _refuse_outside(angles, [f"{angle:g} rad" for angle in angles], ("π", "π/2", "π"), hint)
+    return angles
+
+
+def check_range_of_degrees(degrees: Any) -> None:
+    """Check that Θ in degrees is in the range of eq. 5.
+
+    Raises:
+        PydanticCustomError: It is outside.
+    """
+    shown = [f"{angle:g} degrees" for angle in degrees]
+    _refuse_outside([math.radians(angle) for angle in degrees], shown, ("180", "90", "180"))
+
+
+def _refuse_outside(
+    angles: Sequence[float], shown: Sequence[str], symbols: Sequence[str], hint: str = ""
+) -> None:
+    """Refuse angles outside of the range of eq. 5.
+
+    Args:
+        angles: Θ, rad.
+        shown: The same angles as the user gave them, for the message.
+        symbols: The limits in the same unit.
+        hint: The end of the problem.
+    """
     names = ("θ1", "θ2", "θ3")
     limits = (math.pi, math.pi / 2, math.pi)
-    symbols = ("π", "π/2", "π")
     outside, ranges = [], []
-    for angle, name, limit, symbol in zip(angles, names, limits, symbols, strict=True):
+    for angle, text, name, limit, symbol in zip(angles, shown, names, limits, symbols, strict=True):
         if abs(angle) > limit or (name == "θ2" and abs(angle) == limit):
-            outside.append(f"{name} = {angle:g} rad")
+            outside.append(f"{name} = {text}")
             ranges.append(f"-{symbol} and {symbol}")
     if outside:
-        hint = "; degrees?" if max(map(abs, angles)) > 2 * math.pi else ""
         verb = "is" if len(outside) == 1 else "are"
         raise value_error(
             f"{', '.join(outside)} {verb} outside the range of eq. 5{hint}",
             f"expected between {', '.join(ranges)}",
         )
-    return angles
 
 
 Orientation = Annotated[Vector, AfterValidator(_check_range)]

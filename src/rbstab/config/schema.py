@@ -23,6 +23,7 @@ from rbstab.config.elements import (
     stops,
     switching,
 )
+from rbstab.config.errors import printable, shortened
 from rbstab.config.inputs.signals import MAX_KNOTS
 from rbstab.config.quantities import Text, Vector, components, value_error
 from rbstab.config.section import FrozenMapping, Section
@@ -59,6 +60,17 @@ class Experiment(Section):
     initial: Any = Field(default_factory=HeldInitial)
     integration: Any
     reference: Reference | None = None
+
+    def __repr__(self) -> str:
+        """Return one line: title, variant, named elements, duration, engine."""
+        named = f"elements {', '.join(self.elements)}" if self.elements else ""
+        integration = self.integration
+        duration = f"{integration.duration:g} s"
+        facts = (self.controller.variant, named, duration, f"engine {integration.engine}")
+        what = printable(f'"{shortened(self.title)}": {", ".join(filter(None, facts))}')
+        return f"<rbstab.Config {what}>"
+
+    __str__ = __repr__
 
     @field_validator("elements")
     @classmethod

@@ -22,6 +22,7 @@ from rbstab.config.errors import (
     did_you_mean,
 )
 from rbstab.files.regular_file import open_regular
+from rbstab.files.shell_words import shell_word
 
 Path = tuple[str | int, ...]
 """The keys and list indices from the root of a document to a value."""
@@ -30,6 +31,9 @@ BYTE_ORDER_MARK = "\ufeff"
 
 MAX_FILE_SIZE = 1 << 20
 """Largest size of a file, bytes."""
+
+HDF5 = b"\x89HDF\r\n\x1a\n"
+"""The first bytes of an HDF5 file."""
 
 YAML = (".yaml", ".yml")
 """Endings of YAML files."""
@@ -123,11 +127,15 @@ def read_text(path: FilePath) -> str:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         hint = _near_name(path) if isinstance(error, FileNotFoundError) else ""
+        hint = _files_in(path) if isinstance(error, IsADirectoryError) else hint
         raise _config_error(
             Location(name), f"cannot be read: {reason}", f"a YAML file{hint}"
         ) from error
-    if len(raw) > MAX_FILE_SIZE:
+    if len(raw) > MAX_FILE_SIZE and not raw.startswith(HDF5):
         raise _config_error(Location(name), "is larger than 1 MiB", "a config of a few kilobytes")
+    if raw.startswith(HDF5):
+        expected = "a YAML file; `rbstab show` prints a result, rbstab.open_result opens it"
+        raise _config_error(Location(name), "is an HDF5 file, as results are", expected)
     try:
         return raw.decode()
     except UnicodeDecodeError as error:
@@ -147,6 +155,16 @@ def _near_name(path: FilePath) -> str:
     if near is None:
         return "; `rbstab init` writes a first one, `rbstab examples` lists others"
     return f"; {did_you_mean([str(names[near])])}"
+
+
+def _files_in(folder: FilePath) -> str:
+    """Return a hint for a folder in place of a file: a pattern for the YAML files in it."""
+    try:
+        endings = {file.suffix for file in folder.iterdir() if file.suffix in YAML}
+    except OSError:
+        endings = set()
+    named = [f"{shell_word(folder)}/*{ending}" for ending in YAML if ending in endings]
+    return f"; name those in it: {' '.join(named)}" if named else ""
 
 
 def parse_source(text: str, name: str, column_offset: int = 0) -> Source:

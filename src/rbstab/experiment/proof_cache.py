@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 PROOFS = "proofs"
 """The name of the folder of proofs in a folder of results."""
 
+WITHIN_TOLERANCES = ("within-", "starts-")
+"""The beginnings of the names of proofs for all bodies, or for all starts, within tolerances."""
+
 MAX_KNOWN = 64
 """The most proofs that a process keeps."""
 
@@ -37,6 +40,13 @@ def proof_file(folder: Path, config: Config, version: int | None = None) -> Path
 
     number = PROOF_VERSION if version is None else version
     return folder / PROOFS / f"{proof_id(config, number)}.json"
+
+
+def proof_names(config: Config) -> list[str]:
+    """Return the names that the file of a config's proof may have, the newest version first."""
+    from rbstab.experiment.stored_proof.identity import PROOF_VERSION
+
+    return [proof_file(Path(), config, version).name for version in range(PROOF_VERSION, 0, -1)]
 
 
 def cached_proof(folder: Path, config: Config) -> "Proof | None":

@@ -10,6 +10,7 @@ from rbstab.experiment.answers.run_answer import answer_of
 from rbstab.experiment.answers.words import word_of
 from rbstab.experiment.convergence.later_proof import known_now
 from rbstab.experiment.summary import lyapunov_function_of
+from rbstab.listing.folder import only_result
 from rbstab.report.model.words import NO_VALUE, number, untrusted
 from rbstab.report.reading.sources import Run, SweepFile, read_sources
 from rbstab.report.runs.config_tables import flat, value_text, with_unit
@@ -58,11 +59,13 @@ NO_RATIO = ("reached [s]", "largest |r| / v(0)")
 
 
 def compare(first: Path, second: Path) -> Comparison:
-    """Compare two results.
+    """Compare two results. A folder with one result in it stands for this result.
 
     Raises:
-        StoreError: One of them cannot be read; or one is a run and the other a sweep.
+        StoreError: One of them cannot be read; a folder has no result or several; or one is a run
+            and the other a sweep.
     """
+    first, second = only_result(first), only_result(second)
     sources = [read_sources([path]) for path in (first, second)]
     for source in sources:
         for unread in source.unread:

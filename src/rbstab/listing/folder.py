@@ -25,6 +25,15 @@ UNKNOWN = CONVERGENCE[NO_PROOF]
 
 RUN_SUFFIX = ".h5"
 
+RESULTS = "results"
+"""The name of the default folder of results, which is searched in a folder without results."""
+
+FIRST = "`rbstab run CONFIG` stores results, and `rbstab init` writes a first config"
+"""What to do where nothing was run yet."""
+
+MAX_NAMED = 6
+"""The most results that a message names."""
+
 
 class Entry(NamedTuple):
     """A run or a sweep in a folder.
@@ -66,8 +75,65 @@ class _Said(NamedTuple):
     whole_range: str
 
 
+def results_in(folder: Path) -> list[Path]:
+    """Return the files of runs and the folders of sweeps in a folder, in the order of their names.
+
+    If a folder has none, those in its own folder `results` are returned. A file is taken for a run
+    by its ending; it is not read.
+
+    Raises:
+        StoreError: The folder cannot be read.
+    """
+    return _results_in(listed_folder(folder))
+
+
+def listed_folder(folder: Path) -> Path:
+    """Return the folder whose results `results_in` returns: it, or its own folder `results`.
+
+    Raises:
+        StoreError: As `results_in`.
+    """
+    inner = folder / RESULTS
+    return inner if kind_of(inner) is Kind.FOLDER and not _results_in(folder) else folder
+
+
+def _results_in(folder: Path) -> list[Path]:
+    try:
+        paths = [path for path in folder.iterdir() if not path.name.startswith(".")]
+    except FileNotFoundError as error:
+        raise StoreError(f"{folder} cannot be read: {error.strerror}; {FIRST}") from error
+    except OSError as error:
+        raise StoreError(f"{folder} cannot be read: {error.strerror or error}") from error
+    kinds = {path: kind_of(path) for path in sorted(paths)}
+    return [
+        path
+        for path, kind in kinds.items()
+        if kind is Kind.SWEEP or (kind is Kind.RUN and path.suffix == RUN_SUFFIX)
+    ]
+
+
+def only_result(path: Path) -> Path:
+    """Return the only result in a folder; a path without results in it is returned as it is.
+
+    Raises:
+        StoreError: The folder cannot be read, or has several results.
+    """
+    if kind_of(path) is not Kind.FOLDER:
+        return path
+    found = results_in(path)
+    if not found:
+        return path  # reading it says so
+    if len(found) > 1:
+        names = " ".join(map(shell_word, found[:MAX_NAMED]))
+        more = f" and {len(found) - MAX_NAMED} more" if len(found) > MAX_NAMED else ""
+        raise StoreError(f"{path} has {len(found)} results. Name one of them: {names}{more}")
+    return found[0]
+
+
 def entries_of(folder: Path) -> list[Entry]:
     """Return the runs and sweeps in a folder, the newest first. A sweep lists itself.
+
+    A folder without results lists those in its folder `results`.
 
     Raises:
         StoreError: The folder cannot be read.
@@ -79,23 +145,19 @@ def entries_of(folder: Path) -> list[Entry]:
         raise StoreError(
             f"{folder} is a file. List the folder it is in: rbstab list {shell_word(folder.parent)}"
         )
-    try:
-        paths = [path for path in folder.iterdir() if not path.name.startswith(".")]
-    except OSError as error:
-        raise StoreError(f"{folder} cannot be read: {error.strerror or error}") from error
-    kinds = {path: kind_of(path) for path in paths}
-    runs = [path for path, kind in kinds.items() if kind is Kind.RUN and path.suffix == RUN_SUFFIX]
+    kinds = {path: kind_of(path) for path in results_in(folder)}
+    runs = [path for path, kind in kinds.items() if kind is Kind.RUN]
     found = list(_runs.map(lambda path, read: _entry(path, Kind.RUN, read), runs))
     found += [_entry(path, Kind.SWEEP) for path, kind in kinds.items() if kind is Kind.SWEEP]
     return sorted(found, key=lambda entry: (-entry.modified, entry.path.name))
 
 
-def proofs_in(folder: Path) -> int:
-    """Return the number of stored proofs in a folder of results."""
+def proofs_in(folder: Path) -> list[Path]:
+    """Return the files of the stored proofs in a folder of results, in the order of their names."""
     try:
-        return sum(path.suffix == ".json" for path in (folder / PROOFS).iterdir())
+        return sorted(path for path in (folder / PROOFS).iterdir() if path.suffix == ".json")
     except OSError:
-        return 0
+        return []
 
 
 def _entry(path: Path, kind: Kind, read: Callable[[Path], _Said] | None = None) -> Entry:

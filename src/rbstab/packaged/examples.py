@@ -4,7 +4,6 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import rbstab
 from rbstab.config.errors import closest, did_you_mean
 from rbstab.config.load import source_of
 from rbstab.sweep.plan.load import is_plan
@@ -37,7 +36,7 @@ def examples_folder() -> Path:
 
     A wheel carries them inside the package. In a checkout they are beside the sources.
     """
-    package = Path(rbstab.__file__).parent
+    package = Path(__file__).parents[1]
     inside = package / "configs"
     return inside if inside.is_dir() else package.parents[1] / "configs"
 

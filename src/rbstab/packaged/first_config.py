@@ -37,6 +37,7 @@ _HEAD = """\
 # An experiment: one rigid body on two stabilizers, which pull it to the origin and upright.
 # Variant {variant}: {connection}.
 # Every number is yours to change. Units are SI; angles are in radians.
+schema_version: 2                       # of the keys below; 2 may also have `elements`
 title: My first experiment
 
 # The body: a solid cylinder, 0.84 m long and 0.24 m wide. Body coordinates begin at its centre of

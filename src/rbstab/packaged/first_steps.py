@@ -31,9 +31,11 @@ $ rbstab show results/experiment.h5
 $ rbstab report results/experiment.h5
 ```
 
-`run` integrates the motion and stores it in `results/experiment.h5`. `show` prints what was found.
-`report` writes `results/report.html`, a page with figures of the motion; open it in a browser. It
-needs the packages of `pip install 'rbstab[report]'`; `--format text` prints without them.
+`run` integrates the motion, stores it in `results/experiment.h5`, and proves what it can within
+some seconds: whether this motion comes to rest, and whether all others do. `show` prints what was
+found. `report` writes `results/report.html`, a page with figures of the motion; open it in a
+browser. It needs the packages of `pip install 'rbstab[report]'`; `--format text` prints without
+them.
 
 ## Is it stable?
 
@@ -41,8 +43,8 @@ needs the packages of `pip install 'rbstab[report]'`; `--format text` prints wit
 $ rbstab stability experiment.yaml
 ```
 
-This finds all states in which the body can rest, and proves from which starts it must come to rest.
-Where nothing can be proved, the output says why.
+This prints all states in which the body can rest, and from which starts it is proved to come to
+rest. Where nothing can be proved, the output says why.
 
 ## Change something
 
@@ -57,6 +59,19 @@ $ rbstab report results/experiment.h5 softer/experiment.h5 faster/experiment.h5 
 ```
 
 `rbstab check experiment.yaml` lists what is wrong in a config, with line and column.
+
+## Look at the results
+
+```console
+$ rbstab list
+$ rbstab compare results/experiment.h5 softer/experiment.h5
+$ rbstab plot results
+$ rbstab plot results --figure run-1-energy -o energy.csv
+```
+
+`list` names the runs and sweeps in `results`. `compare` prints what differs between two of them.
+`plot` lists the figures of the report, and writes one of them: a drawing for a paper (`.svg`,
+`.pdf`, `.png`) or its data (`.csv`).
 
 ## Many runs at once
 

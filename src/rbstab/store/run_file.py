@@ -48,13 +48,7 @@ def write_result(path: str | Path, result: Result, *, replace: bool = False) -> 
 
 
 def open_result(path: str | Path) -> Result:
-    """Read the result of a run from its file.
-
-    Args:
-        path: The file, such as `results/case1_permanent.h5`.
-
-    Returns:
-        The result, with all arrays in memory.
+    """Read the result of a run from its file; see `rbstab.open_result`.
 
     Raises:
         NewerSchemaError: The file was written by a newer rbstab.

@@ -153,6 +153,16 @@ def test_several_wrong_changes(complaints):
     ]
 
 
+def test_all_wrong_changes_are_reported_at_once(complaints):
+    """Also those that are found only when the whole config is checked."""
+    found = complaints(VISCO_ELASTIC, "initial.oriention=3", "foo", "body.mass=")
+    assert [message.split(":")[0] for message in found] == [
+        "--set body.mass",
+        "--set foo",
+        "--set initial.oriention",
+    ]
+
+
 def test_errors_of_file_and_changes_together(complaints):
     text = edited("duration: 2.0", "duration: 0")
     assert complaints(text, "body.mass=-1") == [

@@ -51,8 +51,18 @@ def test_an_angle_of_an_element() -> None:
 
 
 WRONG = [
-    ("{deg: [0, 90, 0]}", "θ2 = 1.5708 rad is outside the range of eq. 5"),
-    ("{deg: [181, 0, 0]}", "θ1 = 3.15905 rad is outside the range of eq. 5"),
+    (
+        "{deg: [0, 90, 0]}",
+        "θ2 = 90 degrees is outside the range of eq. 5 (expected between -90 and 90)",
+    ),
+    (
+        "{deg: [181, 0, 0]}",
+        "θ1 = 181 degrees is outside the range of eq. 5 (expected between -180 and 180",
+    ),
+    (
+        "20deg",
+        "initial.orientation: is the text '20deg' (expected a list of 3, or {deg: [0, 20, 0]})",
+    ),
     ("{deg: 5}", "initial.orientation.deg: is 5 (expected a list of 3)"),
     ("{deg: [0, 1]}", "initial.orientation.deg: has 2 entries (expected 3)"),
     ("{deg: [0, x, 1]}", "initial.orientation.deg[1]: is the text 'x' (expected a number)"),
@@ -68,6 +78,12 @@ def test_wrong_degrees(complaints, text: str, message: str) -> None:
     assert any(message in line for line in found), found
     # The place is that of the value itself, in line 15.
     assert all(line.startswith("15:") for line in found)
+
+
+def test_a_text_in_place_of_one_angle_names_degrees() -> None:
+    data = plain(VISCO_ELASTIC) | {"schema_version": 2}
+    with pytest.raises(ValueError, match=r"is the text '70deg' \(expected a number, or \{deg: 20"):
+        load_config(data | {"elements": {"guard": GUARD | {"soft_angle": "70deg"}}})
 
 
 def test_only_angles_take_degrees(complaints) -> None:

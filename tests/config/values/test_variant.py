@@ -9,7 +9,6 @@ VISCO = f"{ALL}; did you mean visco-elastic?"
 
 WRONG = [
     ("rigid", f"7:12: controller.variant: is the text 'rigid' ({ALL})"),
-    ("Free", f"7:12: controller.variant: is the text 'Free' ({ALL}; did you mean free?)"),
     (
         "visco_elastic",
         f"7:12: controller.variant: is the text 'visco_elastic' ({VISCO})",
@@ -29,6 +28,20 @@ WRONG = [
 @pytest.mark.parametrize(("value", "expected"), WRONG)
 def test_unknown_variant(complaints, value, expected):
     assert complaints(edited("variant: visco-elastic", f"variant: {value}")) == [expected]
+
+
+def test_the_other_keys_are_judged_by_the_variant_that_was_meant(complaints):
+    text = edited("variant: visco-elastic", "variant: visco")
+    text = edited("  K_t:", "  K_s: [1, 1, 1]\n  K_t:", text)
+    variant, key = complaints(edited("duration: 2.0", "duration: 2.0\n  steps: 1", text))[:2]
+    assert variant == f"7:12: controller.variant: is the text 'visco' ({VISCO})"
+    assert key.startswith("8:3: controller.K_s: is not a key of the variant visco-elastic")
+    free = complaints(edited("variant: visco-elastic", "variant: Free"))
+    assert [line.partition(": is")[0] for line in free] == [
+        "7:12: controller.variant",
+        "12:3: controller.K_c",
+        "13:3: controller.L_c",
+    ]
 
 
 def test_no_variant(complaints):

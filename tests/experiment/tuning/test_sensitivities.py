@@ -176,6 +176,17 @@ def test_an_oscillator_has_the_derivatives_of_its_closed_solution():
         np.testing.assert_allclose(actual, expected, rtol=1e-9)
 
 
+def test_sensitivities_show_what_they_are_and_the_most_influential_numbers():
+    found = sensitivities(oscillator_config(*OSCILLATOR.values()))
+    count = f"{len(found.entries)} numbers, {len(found.quantities)} quantities"
+    assert repr(found) == f"<rbstab.Sensitivities: {count}>"
+    page = found._repr_html_()
+    first, *_ = found.by_importance(["settling_time"])
+    assert count in page
+    assert f"p/q ∂q/∂p, {found.entries[first].key}" in page
+    assert f"{found.relative[first, found.column('settling_time')]:.3g}" in page
+
+
 def test_a_body_that_only_translates_does_not_depend_on_its_rotation():
     found = sensitivities(oscillator_config(*OSCILLATOR.values()))
     columns = [found.column(name) for name in ("settling_time", "final.position[2]")]
@@ -189,6 +200,7 @@ def test_a_run_that_does_not_settle_has_no_settling_time():
     data["integration"]["duration"] = 0.2
     found = sensitivities(data)
     column = found.column("settling_time")
+    assert "settling_time" not in found._repr_html_()
     assert np.isnan(found.values[column])
     assert np.isnan(found.derivatives[:, column]).all()
     assert np.isfinite(np.delete(found.derivatives, column, axis=1)).all()

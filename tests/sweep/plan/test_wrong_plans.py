@@ -433,7 +433,8 @@ def test_problems_of_the_base_are_told_at_their_place(complaints, tmp_path):
         "wrong.yaml:3:9: body.mass: is -1 (expected a number greater than 0)",
     ]
     assert complaints(edited("visco-elastic.yaml", "wrong.yaml", PLAN), "body") == [
-        "--set body:1:1: is not an assignment (expected key=value)"
+        "--set body:1:1: is not an assignment (expected key=value)",
+        "wrong.yaml:3:9: body.mass: is -1 (expected a number greater than 0)",
     ]
     (tmp_path / "wrong.yaml").write_text("[]")
     assert complaints(edited("visco-elastic.yaml", "wrong.yaml", PLAN)) == [

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 def command(first: Path, second: Path, as_json: bool) -> None:
     """Compare two results: what was run, and what came out.
 
-    A and B are both files of runs, or both folders of sweeps. Prints the keys of their configs or
-    plans that differ, and their outcomes beside each other. Proofs that were stored later count
-    too.
+    A and B are both files of runs, or both folders of sweeps. A folder with one result in it stands
+    for this result. Prints the keys of their configs or plans that differ, and their outcomes
+    beside each other. Proofs that were stored later count too.
     """
     from rbstab.listing.comparison import compare
     from rbstab.store.errors import StoreError

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, ConfigDict, Field, ValidationInfo, field_validator
 
 from rbstab.config.quantities import Orientation, Positive, PositiveDefinite, Vector, value_error
-from rbstab.config.section import OR_DEGREES, Section, required
+from rbstab.config.section import OR_DEGREES, OR_DEGREES_IN_RANGE, Section, required
 
 ZERO = (0.0, 0.0, 0.0)
 
@@ -46,7 +46,9 @@ class HeldInitial(Section):
         description="a held contact point is always on its anchor: true changes nothing",
         json_schema_extra={"const": True, "default": True},
     )
-    orientation: Annotated[Orientation, OR_DEGREES] = zero_vector("Θ, rad, or {deg: [...]}")
+    orientation: Annotated[Orientation, OR_DEGREES_IN_RANGE] = zero_vector(
+        "Θ, rad, or {deg: [...]}"
+    )
     angular_velocity: Annotated[Vector, OR_DEGREES] = zero_vector("Ω, rad/s, body, or {deg: ...}")
 
 

@@ -18,6 +18,7 @@ from rbstab.config.schema import Config
 from rbstab.config.section import Section
 from rbstab.integrate.engines import engine
 from rbstab.mechanics.numbers import Array
+from rbstab.store.cards import card, line
 from rbstab.systems.quantities import BY_NAME
 
 if TYPE_CHECKING:
@@ -35,7 +36,14 @@ class OutcomeQuantity(NamedTuple):
     unit: str
 
 
-@dataclass(frozen=True, eq=False)
+SHOWN = "settling_time"
+"""The quantity of which a card shows the most influential numbers."""
+
+MAX_SHOWN = 5
+"""The most numbers that a card shows."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Sensitivities:
     """The derivatives ∂q/∂p of quantities q of a run with respect to numbers p of its config.
 
@@ -51,6 +59,28 @@ class Sensitivities:
     quantities: tuple[OutcomeQuantity, ...]
     values: Array
     derivatives: Array
+
+    def __repr__(self) -> str:
+        """Return one line: how many numbers and quantities there are."""
+        return line("Sensitivities", "", self._sizes())
+
+    def _repr_html_(self) -> str:
+        """Return a card for notebooks: the numbers with the most influence on the settling time.
+
+        Beside each stands its elasticity, p/q ∂q/∂p.
+        """
+        column = self.column(SHOWN)
+        facts = [("content", ", ".join(self._sizes()))]
+        if self.settles:
+            facts.append((SHOWN, f"{self.values[column]:.4g} s"))
+            facts += [
+                (f"p/q ∂q/∂p, {self.entries[k].key}", f"{self.relative[k, column]:.3g}")
+                for k in self.by_importance([SHOWN])[:MAX_SHOWN]
+            ]
+        return card("Sensitivities", "Sensitivities of a run", facts)
+
+    def _sizes(self) -> list[str]:
+        return [f"{len(self.entries)} numbers", f"{len(self.quantities)} quantities"]
 
     @cached_property
     def relative(self) -> Array:

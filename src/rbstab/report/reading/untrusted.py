@@ -9,11 +9,10 @@ import numpy as np
 
 from rbstab.experiment.own_states import own_states_of
 from rbstab.experiment.stored_certificate import CertificateLine
-from rbstab.files.existence import is_file
 from rbstab.files.shell_words import shell_word
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.element_states import state_in_file
-from rbstab.report.reading.not_results import RESULT, not_a_result
+from rbstab.report.reading.not_results import not_a_result
 from rbstab.store.disk.existence import path_exists, path_is_dir, path_is_file
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.result import Result, Variable
@@ -28,9 +27,6 @@ from rbstab.systems.quantities import QUANTITIES, RUN_DIMENSIONS
 
 SWEEP: Literal["sweep"] = "sweep"
 """Returned in place of the content of a sweep; a report reads its columns later."""
-
-MAX_NAMED = 3
-"""The most sweeps that a message names."""
 
 TEXT_QUANTITY = "transition_kind"
 """The only quantity that is text."""
@@ -51,24 +47,11 @@ def file_of(path: Path) -> Path:
     if path_is_file(file):
         return file
     if not path_exists(path / MANIFEST):
-        raise NotAResultError(f"{path} is a folder, but not a sweep{_results_in(path)}")
+        raise NotAResultError(
+            f"{path} is a folder, but not a sweep, and no result is in it; `rbstab run CONFIG -o "
+            f"{shell_word(path)}` stores one"
+        )
     raise unfinished_error(read_folder(path))
-
-
-def _results_in(folder: Path) -> str:
-    """Return the end of a message that names the results in a folder of results."""
-    try:
-        inside = list(folder.iterdir())
-        sweeps = [path for path in inside if is_file(path / MANIFEST)]
-    except OSError:
-        return ""
-    word = shell_word(folder)
-    names = [f"{word}/*.h5"] if any(path.suffix == RESULT for path in inside) else []
-    names += [shell_word(path) for path in sorted(sweeps)[:MAX_NAMED]]
-    more = f" and {len(sweeps) - MAX_NAMED} more sweeps" if len(sweeps) > MAX_NAMED else ""
-    if not names:
-        return ", and no result is in it"
-    return f". Name the results in it: {' '.join(names)}{more}"
 
 
 def content_of(file: Path) -> Result | Literal["sweep"]:

@@ -245,13 +245,7 @@ def read_folder(path: Path) -> SweepFolder:
 
 
 def open_sweep(path: str | Path) -> Table:
-    """Read a finished sweep: the values of the varied keys and the results of all members.
-
-    Args:
-        path: The folder of the sweep, or its file.
-
-    Returns:
-        A table with one row for each member.
+    """Read a finished sweep from its folder or its file; see `rbstab.open_sweep`.
 
     Raises:
         NotAResultError: The file is damaged, or is not a sweep.

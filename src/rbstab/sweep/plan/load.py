@@ -5,8 +5,8 @@ from math import prod
 from pathlib import Path as FilePath
 from typing import Any
 
-from rbstab.config.errors import ConfigError
-from rbstab.config.load import source_of
+from rbstab.config.errors import ConfigError, ConfigProblem
+from rbstab.config.load import PLAN_ONLY, source_of
 from rbstab.config.schema import Experiment
 from rbstab.sweep.plan.axes import VARIANT, Axis
 from rbstab.sweep.plan.bases import Code, read_bases
@@ -28,9 +28,6 @@ from rbstab.sweep.plan.validity import problems_of_members
 KEYS = ("schema_version", "title", "base", "vary", "design", "members", "seed", "keep", "prove")
 """The keys of a plan."""
 
-PLAN_ONLY = {"base", "vary"}
-"""The keys that show that a file is a plan."""
-
 GRID = "grid"
 
 
@@ -49,14 +46,17 @@ def is_config(path: FilePath) -> bool:
     Raises:
         ConfigError: The file cannot be read.
     """
-    data = source_of(path).data
+    return _is_config(source_of(path).data)
+
+
+def _is_config(data: Mapping[str, Any]) -> bool:
     return PLAN_ONLY.isdisjoint(data) and not set(Experiment.model_fields).isdisjoint(
         data.keys() - set(KEYS)
     )
 
 
 def load_plan(
-    plan: str | FilePath | Mapping[str, Any],
+    plan: str | FilePath | Mapping[str, Any] | Plan,
     changes: Iterable[str] = (),
     *,
     allow_python: bool = False,
@@ -64,8 +64,9 @@ def load_plan(
     """Load a plan, and check that every member is a valid config.
 
     Args:
-        plan: The path of a YAML file, or a dictionary with the same keys. In a dictionary, the
-            path of a base is relative to the working directory.
+        plan: The path of a YAML file, a dictionary with the same keys, or a loaded plan that is to
+            be changed. In a dictionary, the path of a base is relative to the working directory. A
+            loaded plan keeps its `allow_python`.
         changes: Strings `key=value` that replace single values of the base, as `--set` does.
         allow_python: Whether the files of users' elements may be run (see `load_config`). Without
             it, a plan with such an element is refused.
@@ -77,6 +78,15 @@ def load_plan(
         ConfigError: The plan is invalid. All problems are listed, each as
             `file:line:column: key: what is wrong (what was expected)`.
     """
+    changes = [changes] if isinstance(changes, str) else list(changes)
+    if isinstance(plan, Plan):
+        if not changes and not allow_python:
+            return plan
+        # Imported late: it stands on this module.
+        from rbstab.sweep.plan.dump import plan_data
+
+        allow_python = allow_python or plan.may_run_code
+        plan = plan_data(plan)
     return _loaded(plan, changes, Code.ALLOWED if allow_python else Code.REFUSED)
 
 
@@ -90,9 +100,14 @@ def plan_to_read(plan: str | FilePath | Mapping[str, Any]) -> Plan:
 
 
 def _loaded(plan: str | FilePath | Mapping[str, Any], changes: Iterable[str], code: Code) -> Plan:
-    folder = FilePath() if isinstance(plan, Mapping) else FilePath(plan).parent
     problems = ProblemCollector(source_of(plan, "plan"))
+    folder = FilePath() if isinstance(plan, Mapping) else FilePath(plan).parent
     data = problems.source.data
+    if _is_config(data):
+        expected = "expected a plan with base and vary; rbstab.simulate runs a config"
+        raise ConfigError(
+            [ConfigProblem(problems.source.location(()), "", "is a config", expected)]
+        )
     problems.add_unknown_keys((), data, KEYS)
     _check_version(problems)
     name = _design_name(problems)

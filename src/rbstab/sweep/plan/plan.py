@@ -20,6 +20,7 @@ from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import may_run_code
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
+from rbstab.store.cards import line
 from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey, value_at
 from rbstab.sweep.plan.designs import Design
 from rbstab.sweep.plan.distributions import FiniteList, MemberNumber
@@ -34,7 +35,7 @@ MAX_MEMBERS = 100_000_000
 MAX_TITLE_LENGTH = 200
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Plan:
     """The plan of a sweep, made by `load_plan`; see docs/sweeps.md.
 
@@ -53,6 +54,11 @@ class Plan:
     design: Design | None
     keep: TraceSelection
     prove: ProofSelection | None = None
+
+    def __repr__(self) -> str:
+        """Return one line: title, members, variants, varied keys."""
+        keys = f"varies {', '.join(varied.key for varied in self.varied_keys)}"
+        return line("Plan", self.title, [f"{self.members} members", *self.variants, keys])
 
     @property
     def varied_keys(self) -> tuple[VariedKey, ...]:

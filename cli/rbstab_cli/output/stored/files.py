@@ -1,20 +1,17 @@
 """What `rbstab show` prints of everything that is not the file of a run."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from rbstab_cli import exit_codes
 
-if TYPE_CHECKING:
-    from pydantic import BaseModel
-
 Facts = dict[str, Any]
 
 
 def show_other(path: Path, *, as_json: bool, as_config: bool) -> None:
-    """Print a sweep, a file in its folder, a proof, or a folder of results.
+    """Print a sweep, a file in its folder, a proof, or a folder of results or proofs.
 
     Raises:
         StoreError: It cannot be read.
@@ -23,12 +20,15 @@ def show_other(path: Path, *, as_json: bool, as_config: bool) -> None:
     from rbstab.files.shell_words import shell_word
     from rbstab.listing.kinds import Kind, kind_of, sweep_folder_of
     from rbstab.report.reading.not_results import CONFIG, PLAN, not_a_result, what_it_is
+    from rbstab.store.errors import NotAResultError
 
     kind = kind_of(path)
     if kind is Kind.CONFIG or what_it_is(path) in {CONFIG, PLAN}:
         raise click.UsageError(
             f"{path} {not_a_result(path)}; or check it: rbstab check {shell_word(path)}"
         )
+    if kind is Kind.RUN:
+        raise NotAResultError(f"{path} {not_a_result(path)}")
     if as_config:
         raise click.UsageError(f"{path} is a {kind}; only a run has a config to print")
     if kind is Kind.FOLDER:
@@ -42,7 +42,10 @@ def show_other(path: Path, *, as_json: bool, as_config: bool) -> None:
 
 def _show_folder(path: Path, *, as_json: bool) -> None:
     from rbstab_cli.output.listing import report_entries
+    from rbstab_cli.output.stored.folders import print_inner_folder
 
+    if print_inner_folder(path, as_json=as_json):
+        return
     if report_entries(path, as_json=as_json):
         raise click.exceptions.Exit(exit_codes.STORAGE)
 
@@ -116,30 +119,15 @@ def _traces_facts(path: Path) -> Facts:
 
 def _proof_facts(path: Path) -> Facts:
     """Return the sentences of a proof of any kind, by its file's name."""
-    from rbstab.experiment.robust.record import BodiesRecord
-    from rbstab.experiment.robust.sentences import within_sentences
-    from rbstab.experiment.stability import statements_of
-    from rbstab.experiment.start_sets.starts_record import StartsProof
-    from rbstab.experiment.stored_proof.proof import Proof
-    from rbstab.store.document import read_model
+    from rbstab.listing.proofs import what_it_says
 
-    kind, _, _ = path.stem.rpartition("-")
-    if kind == "within":
-        bodies = read_model(path, BodiesRecord)
-        texts = [f"{t.key}={t.low}..{t.high}" for t in bodies.tolerances]
-        return _facts(
-            "proof for all bodies within tolerances", within_sentences(texts, bodies), bodies
-        )
-    if kind == "starts":
-        starts = read_model(path, StartsProof)
-        return _facts("proof for all starts within tolerances", [f"{starts.sentence}."], starts)
-    proof = read_model(path, Proof)
-    return _facts("proof of rest states and their regions", statements_of(proof), proof)
-
-
-def _facts(what: str, sentences: list[str], model: "BaseModel") -> Facts:
-    data = model.model_dump(mode="json", include={"id", "seconds"})
-    return {"kind": what, "statements": sentences, **data}
+    said = what_it_says(path)
+    return {
+        "kind": said.kind,
+        "statements": said.sentences,
+        "id": said.id,
+        "seconds": said.seconds,
+    }
 
 
 def _print_facts(facts: Facts, *, as_json: bool) -> None:

@@ -1,0 +1,1 @@
+"""What `rbstab show` prints of everything that is not the file of a run."""

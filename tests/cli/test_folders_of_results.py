@@ -1,0 +1,126 @@
+"""Protects folders in place of results: what is taken from them, and what is said of the others."""
+
+import json
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+from cli.conftest import Invoke
+
+STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
+
+
+@pytest.fixture
+def mixed(folder: Path) -> Path:
+    """A folder with two runs, two sweeps of which one is not finished, and a proof."""
+    shutil.copytree(STORED / "proofs", "mixed/proofs")
+    for name in ("embedded.h5", "range_left.h5"):
+        shutil.copy(STORED / "runs" / name, "mixed")
+    for name in ("finished_map", "begun_map"):
+        shutil.copytree(STORED / "sweeps" / name, f"mixed/{name}")
+    return Path("mixed")
+
+
+def test_a_report_takes_the_results_in_a_folder(mixed: Path, rbstab: Invoke) -> None:
+    done = rbstab("report", "mixed", "--format", "text")
+    assert (done.exit_code, done.stderr) == (
+        0,
+        "mixed: 2 runs and 2 sweeps\nLeft out, not finished: mixed/begun_map\n",
+    )
+    assert "rbstab report mixed --format text" in done.stdout
+    data = json.loads(rbstab("report", "mixed", "--json").stdout)
+    assert data["title"] == "2 runs and 1 sweep"
+    named = (f"mixed/{name}" for name in ("embedded.h5", "finished_map", "range_left.h5"))
+    same = json.loads(rbstab("report", *named, "--json").stdout)
+    assert same["sections"] == data["sections"]
+
+
+def test_the_results_of_a_folder_are_in_the_order_of_their_names(
+    mixed: Path, rbstab: Invoke
+) -> None:
+    os.utime(mixed / "range_left.h5", (1, 1))
+    text = rbstab("report", "mixed", "--format", "text", "-q").stdout
+    assert text.index("embedded") < text.index("range_left")
+
+
+def test_quiet_takes_the_same_without_a_word(mixed: Path, rbstab: Invoke) -> None:
+    done = rbstab("report", "mixed", "--format", "text", "-q")
+    assert "mixed: " not in done.stderr
+
+
+def test_a_report_never_replaces_a_result_in_the_folder(mixed: Path, rbstab: Invoke) -> None:
+    file = mixed / "embedded.h5"
+    before = file.read_bytes()
+    done = rbstab("report", "mixed", "--format", "text", "-o", str(file), "--force")
+    assert done.exit_code == 2
+    assert "is one of the results. Choose another name with -o." in done.stderr
+    assert file.read_bytes() == before
+
+
+def test_a_file_that_is_no_result_hides_no_others(mixed: Path, rbstab: Invoke) -> None:
+    (mixed / "broken.h5").write_text("text")
+    report = rbstab("report", "mixed", "--format", "text")
+    assert report.exit_code == 4
+    assert "mixed/broken.h5: is damaged or is not HDF5" in report.stderr
+    assert "range_left" in report.stdout
+    plot = rbstab("plot", "mixed")
+    assert plot.exit_code == 0
+    assert "mixed/broken.h5: is damaged or is not HDF5" in plot.stderr
+    assert "runs-decay" in plot.stdout
+    # A result that is named must be readable.
+    assert rbstab("plot", "mixed", "mixed/broken.h5").exit_code == 4
+
+
+def test_a_folder_of_unfinished_sweeps_says_so(folder: Path, rbstab: Invoke) -> None:
+    shutil.copytree(STORED / "sweeps/begun_map", "begun/begun_map")
+    done = rbstab("report", "begun")
+    assert done.exit_code == 4
+    assert "begun/begun_map: is a sweep that is not finished" in done.stderr
+
+
+def test_the_folder_above_the_results(mixed: Path, rbstab: Invoke) -> None:
+    mixed.rename("results")
+    plain, dot = rbstab("list"), rbstab("list", ".")
+    assert (dot.exit_code, dot.stdout) == (0, plain.stdout)
+    assert "stored proofs in results/proofs" in dot.stdout
+    assert ".: 2 runs and 2 sweeps\n" in rbstab("plot", ".").stderr
+
+
+def test_a_folder_of_proofs(mixed: Path, rbstab: Invoke) -> None:
+    rbstab("run", "good.yaml", "-q", "-o", "mixed")
+    (name,) = {file.name for file in (mixed / "proofs").iterdir()} - {
+        file.name for file in (STORED / "proofs").iterdir()
+    }
+    rows = json.loads(rbstab("show", "mixed/proofs", "--json").stdout)
+    by_name = {row["proof"]: row for row in rows}
+    assert len(by_name) == len(list((mixed / "proofs").iterdir()))
+    assert by_name[name]["of"] == "A short run"
+    assert "proved" in by_name[name]["says"]
+    (mixed / "proofs" / name).write_text("{")
+    table = rbstab("show", "mixed/proofs")
+    assert table.exit_code == 0
+    assert table.stdout.startswith("mixed/proofs: stored proofs\n")
+    assert f"{name} is damaged" in table.stdout
+    assert "It has stored proofs: rbstab show mixed/proofs.\n" in (
+        rbstab("list", "mixed/proofs").stderr
+    )
+
+
+def test_folders_inside_of_a_sweep(mixed: Path, rbstab: Invoke) -> None:
+    shards = json.loads(rbstab("show", "mixed/begun_map/shards", "--json").stdout)
+    assert [row["file"] for row in shards] == sorted(
+        file.name for file in (mixed / "begun_map/shards").iterdir()
+    )
+    assert shards[0]["members"] == "0 to 7"
+    assert "shards of a sweep\n" in rbstab("show", "mixed/begun_map/shards").stdout
+    shutil.copytree(STORED / "sweeps/finished_variants", "mixed/variants")
+    traces = json.loads(rbstab("show", "mixed/variants/traces", "--json").stdout)
+    assert traces[0]["file"] == "00000000.h5"
+
+
+def test_help_is_a_word_too(rbstab: Invoke) -> None:
+    assert rbstab("help").stdout == rbstab("--help").stdout
+    assert rbstab("help", "show").stdout == rbstab("show", "--help").stdout
+    done = rbstab("help", "shwo")
+    assert (done.exit_code, "Did you mean show?" in done.stderr) == (2, True)

@@ -1,0 +1,132 @@
+"""Protects what the functions of Python say of a healthy file of another kind."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+import yaml
+
+import rbstab
+from rbstab.store.errors import NotAResultError, StoreError
+
+STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
+
+SWEEP = STORED / "sweeps/finished_variants"
+
+CONFIG = """\
+title: A body
+body: {mass: 41, inertia: [10, 8, 0.4], contact_point: [0, 0, -0.42]}
+controller: {variant: permanent, K_t: [1, 1, 1], L_t: [1, 1, 1], K_r: [1, 1, 1], L_r: [1, 1, 1]}
+integration: {duration: 1}
+"""
+
+PLAN = "base: a.yaml\nvary: {body.mass: {values: [40, 41]}}\n"
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A working folder with a file of each kind."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(SWEEP, "sweep")
+    shutil.copytree(STORED / "proofs", "proofs")
+    shutil.copy(SWEEP / "sweep.h5", "alone.h5")
+    shutil.copy(STORED / "runs/embedded.h5", "run.h5")
+    Path("sweep/check.json").write_text("{}")
+    Path("a.yaml").write_text(CONFIG)
+    Path("plan.yaml").write_text(PLAN)
+    Path("none").mkdir()
+    return tmp_path
+
+
+PROOF = sorted(file.name for file in (STORED / "proofs").glob("*.json"))[0]
+
+OTHERS = [
+    ("sweep", "a sweep", "rbstab.open_sweep('sweep')"),
+    ("sweep/sweep.h5", "a sweep", "rbstab.open_sweep('sweep/sweep.h5')"),
+    ("alone.h5", "a sweep", "rbstab.open_sweep('alone.h5')"),
+    ("sweep/shards/00000000.npy", "a shard of a sweep", "rbstab.open_sweep('sweep')"),
+    ("sweep/traces/00000000.h5", "a file of traces of a sweep", "rbstab.open_traces('sweep')"),
+    ("sweep/manifest.json", "the manifest of a sweep", "rbstab.open_sweep('sweep')"),
+    ("sweep/check.json", "the comparison of a sweep with SciPy", "rbstab.open_sweep('sweep')"),
+    (f"proofs/{PROOF}", "a proof of rest states", f"rbstab.open_proof('proofs/{PROOF}')"),
+    ("proofs/within-1.json", "a proof within tolerances", "`rbstab show` prints it"),
+    ("a.yaml", "a config", "rbstab.simulate('a.yaml')"),
+    ("plan.yaml", "the plan of a sweep", "rbstab.load_plan('plan.yaml')"),
+    (".", "a folder", "The results in it: alone.h5, run.h5, sweep."),
+    ("none", "a folder without results", "Name the file of a run"),
+    ("proofs", "a folder of stored proofs", "Name one of its files."),
+]
+
+
+@pytest.mark.parametrize(("name", "what", "hint"), OTHERS)
+def test_what_is_no_run(place: Path, name: str, what: str, hint: str) -> None:
+    if "within" in name:
+        Path(name).write_text("{}")
+    with pytest.raises(NotAResultError) as caught:
+        rbstab.open_result(name)
+    assert str(caught.value).startswith(f"{Path(name)} is {what}, not the result of a run. ")
+    assert hint in str(caught.value)
+
+
+@pytest.mark.parametrize("function", [rbstab.open_sweep, rbstab.open_proof])
+def test_a_run_is_no_sweep_and_no_proof(place: Path, function: object) -> None:
+    with pytest.raises(NotAResultError, match=r"is the result of a run, not a .*open_result\('run"):
+        function("run.h5")  # type: ignore[operator]
+
+
+def test_what_is_named_opens(place: Path) -> None:
+    assert rbstab.open_result("run.h5").status == "completed"
+    assert len(rbstab.open_sweep("sweep")["run"]) == len(rbstab.open_sweep("alone.h5")["run"])
+    proof = rbstab.open_proof(f"proofs/{PROOF}")
+    assert proof.id == Path(PROOF).stem
+
+
+@pytest.mark.parametrize("function", [rbstab.open_result, rbstab.open_sweep, rbstab.open_proof])
+def test_damaged_and_missing_files_keep_their_errors(place: Path, function: object) -> None:
+    content = bytearray(Path("run.h5").read_bytes())
+    content[len(content) // 2] ^= 255
+    Path("run.h5").write_bytes(bytes(content))
+    with pytest.raises(StoreError, match=r"run\.h5 is damaged"):
+        function("run.h5")  # type: ignore[operator]
+    with pytest.raises(StoreError, match="cannot be read: No such file"):
+        function("missing.h5")  # type: ignore[operator]
+
+
+def test_an_unfinished_sweep_is_called_so(place: Path) -> None:
+    Path("sweep/sweep.h5").unlink()
+    with pytest.raises(StoreError, match="is a sweep that is not finished"):
+        rbstab.open_sweep("sweep")
+
+
+def test_other_things_in_place_of_a_config(place: Path) -> None:
+    with pytest.raises(rbstab.ConfigError) as caught:
+        rbstab.simulate("plan.yaml")
+    assert str(caught.value).startswith("plan.yaml:1:1: is the plan of a sweep (expected a config")
+    with pytest.raises(rbstab.ConfigError, match="is an HDF5 file, as results are"):
+        rbstab.prove("run.h5")
+    with pytest.raises(rbstab.ConfigError, match=r"a.yaml:1:1: is a config \(expected a plan"):
+        rbstab.load_plan("a.yaml")
+    with pytest.raises(TypeError, match=r"the config is 5 \(expected the path of a YAML file"):
+        rbstab.simulate(5)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="the config is a Result"):
+        rbstab.prove(rbstab.open_result("run.h5"))  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="the plan is 5"):
+        rbstab.load_plan(5)  # type: ignore[arg-type]
+
+
+def test_a_loaded_plan_is_loaded_again_with_changes(place: Path) -> None:
+    plan = rbstab.load_plan("plan.yaml")
+    assert rbstab.load_plan(plan) is plan
+    changed = rbstab.load_plan(plan, ["gravity=[0,0,-9.81]"])
+    assert changed.base_of("permanent").gravity == (0, 0, -9.81)
+    assert changed.members == plan.members
+    assert plan.base_of("permanent").gravity == (0, 0, 0)
+
+
+def test_configs_and_plans_show_one_line(place: Path) -> None:
+    data = yaml.safe_load(CONFIG) | {"title": "Two\nlines"}
+    config = rbstab.load_config(data)
+    assert repr(config) == '<rbstab.Config "Two\\nlines": permanent, 1 s, engine scipy>'
+    assert str(config) == repr(config)
+    plan = rbstab.load_plan("plan.yaml")
+    assert repr(plan) == '<rbstab.Plan "untitled": 2 members, permanent, varies body.mass>'

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from rbstab.experiment.own_states import own_states_of
+from rbstab.experiment.summary import lyapunov_function_of
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Line, Panel
 from rbstab.report.model.palette import COLOURS
@@ -75,8 +76,21 @@ def scalar(run: Run, name: str, *, magnitude: bool = False) -> Panel:
     values = run.result[name]
     axis = axis_of(name, magnitude=magnitude)
     if name == "lyapunov" and run.stores_v_minus_work:
-        axis = replace(axis, label=f"{axis.label} - ε")
+        v = Line(run.result["time"], lyapunov_function_of(run.result), "v")
+        return Panel(TIME, axis, (v, replace(balanced(run), label="v - ε")))
     return Panel(TIME, axis, (Line(run.result["time"], np.abs(values) if magnitude else values),))
+
+
+WORK_NOTE = (
+    "ε is the work of the contact force on a surface s = F + κE. v decays to zero. v - ε (dotted) "
+    "is what the equations balance: its rate is v', and it does not end at zero."
+)
+"""What v - ε is, for captions."""
+
+
+def balanced(run: Run) -> Line:
+    """Return v - ε of a run that stores it, beside the curve of v."""
+    return replace(curve_of(run, run.result["lyapunov"]), label=f"v - ε of {run.label}", dash=2)
 
 
 def curve_of(run: Run, y: Array, x: Array | None = None) -> Line:

@@ -9,6 +9,7 @@ from rbstab.elements.registry import OWN_STATES
 from rbstab.report.model.figure import Figure
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.figures.curves import (
+    WORK_NOTE,
     column_count,
     components,
     element_states,
@@ -107,6 +108,7 @@ def _figures(
                 panels=tuple(panels),
                 columns=column_count(panels),
                 source=source,
+                caption=WORK_NOTE if run.stores_v_minus_work and "lyapunov" in scalars else "",
                 shares_time=True,
             )
         )

@@ -1,6 +1,7 @@
 """Protects the figures of runs: they show the stored arrays, grouped as in the paper."""
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from support.sections import figures_in
 from rbstab.experiment.summary import lyapunov_function_of
 from rbstab.report.model.figure import Axis, Bars, Level, Line, Panel, Points, Stack
 from rbstab.report.model.palette import COLOURS
-from rbstab.report.runs.figures.curves import layered
+from rbstab.report.runs.figures.curves import layered, stepped
 from rbstab.report.runs.sections import MAX_CURVES, run_sections
 from rbstab.systems.quantities import BY_NAME
 
@@ -262,6 +263,34 @@ def test_of_many_runs_there_are_distributions():
 def test_up_to_that_many_there_are_curves():
     runs = [without_config(run_of("free", n, f"run {n}")) for n in range(MAX_CURVES)]
     assert "runs-rotation" in figures_in(run_sections(runs))
+
+
+def test_overlaid_phase_portraits_have_marks_of_their_runs_and_a_margin():
+    kinds = ("permanent", "free")
+    for panel in figures_of(*kinds)["runs-phase"].panels:
+        starts = [m for m in panel.marks if isinstance(m, Points) and m.label == "start"]
+        assert [mark.colour for mark in starts] == [0, 1]
+        assert {mark.key for mark in starts} == {6}
+        for axis, letter in ((panel.x, "x"), (panel.y, "y")):
+            values = np.concatenate([getattr(line, letter) for line in lines_of(panel)])
+            assert axis.ends[0] < values.min() - 0.03 * np.ptp(values)
+            assert axis.ends[1] > values.max() + 0.03 * np.ptp(values)
+
+
+def test_runs_without_a_contact_force_are_not_in_its_figure():
+    figure = figures_of("embedded", "free", "sliding")["runs-force"]
+    for panel in figure.panels:
+        assert [line.label for line in lines_of(panel)] == ["embedded", "sliding"]
+    assert figure.caption.startswith("Contact force: none in free.")
+
+
+def test_forces_that_jump_are_drawn_in_steps():
+    t = np.arange(100.0)
+    run, smooth = run_of("sliding"), Line(t, np.sin(0.1 * t))
+    jumps = replace(smooth, y=np.sign(smooth.y))
+    assert stepped(run, jumps).step
+    assert not stepped(run, smooth).step
+    assert stepped(run_of("free"), jumps) is jumps
 
 
 def test_v_decays_and_v_minus_the_work_is_a_curve_of_its_own():

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from rbstab.report.model.figure import Cells, Figure, Level, Line, Panel
-from rbstab.report.model.palette import CASING
+from rbstab.report.model.figure import Cells, Figure, Level, Line, Panel, Points
+from rbstab.report.model.palette import CASING, colour
 from rbstab.report.writers.decimate import decimate
 from rbstab.report.writers.plotly_figures.layout import (
     PanelGrid,
@@ -61,6 +61,8 @@ def plotly_data(figure: Figure) -> JSON:
                 trace["meta"] = {"panel": number, "mark": type(mark).__name__.lower()}
                 if isinstance(mark, Line) and mark.cased:
                     trace["meta"]["edges"] = CASING
+                if isinstance(mark, Points) and mark.key is not None:
+                    trace["meta"]["key"] = colour(mark.key)
                 if has_map and not isinstance(mark, Cells):
                     # The pointer is on the cell below.
                     trace["hoverinfo"] = "skip"

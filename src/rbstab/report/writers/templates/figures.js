@@ -242,7 +242,7 @@ function swatch(entry) {
   // The tone of the cells of a map that have no value.
   const fillcolor = entry.fillcolor ?? colorscale?.[1][1];
   if (fillcolor) picture.append(svg("rect", { x: 3, y: 1, width: 20, height: 10, fill: fillcolor }));
-  else if (marker) picture.append(svg("path", symbol(marker)));
+  else if (marker) picture.append(svg("path", symbol({ ...marker, color: entry.meta.key ?? marker.color })));
   else {
     const d = "M1 6H25";
     // The edges of a curve on a map: without them its dark middle is lost on a dark page.

@@ -15,7 +15,7 @@ from support.pages import report as plain_report
 from support.sections import sweep_sections
 
 from rbstab.report.model.document import Report, Section
-from rbstab.report.model.figure import Axis, Figure, Level, Line, Panel, Points, Stack
+from rbstab.report.model.figure import Axis, Cells, Figure, Level, Line, Panel, Points, Stack
 from rbstab.report.model.palette import CASED, CASING, colour
 from rbstab.report.model.split_time import SplitTime
 from rbstab.report.writers.figure_files.data import csv_of
@@ -128,6 +128,11 @@ def test_a_click_shows_the_command_of_the_member(
     expect(note.locator("small")).to_have_text("copied" if is_allowed else "")
     if is_allowed:
         assert page.evaluate("navigator.clipboard.readText()") == command
+    # The figure may be higher than the window: the foot of the window has it too, for some seconds.
+    brief = page.locator(".brief")
+    expect(brief).to_have_text(f"Member 10{', copied' if is_allowed else ''}: {command}")
+    expect(brief).to_be_in_viewport(ratio=1.0)
+    expect(brief).to_have_attribute("aria-hidden", "true")
     # Another click replaces it.
     place = point_at(box, 1, -2, 0)
     page.mouse.move(*place)
@@ -143,9 +148,23 @@ def test_the_extremes_are_marked_and_run_by_a_click(opened: Opened, sweep: Repor
     panel = panel_number(figure, "settling time of v [s]")
     place = point_at(box, panel, 2, 20)
     page.mouse.move(*place)
-    expect(box.locator(".hoverlayer")).to_contain_text("largest value: 5.2 s")
+    expect(box.locator(".tip")).to_contain_text("largest value\ninitial", use_inner_text=True)
+    expect(box.locator(".tip")).to_contain_text("settling time of v: 5.2 s")
     page.mouse.click(*place)
     expect(page.locator(".chosen code")).to_have_text(re.compile("--member 18$"))
+
+
+def test_the_pointer_on_a_curve_is_on_the_cell_of_the_condition(opened: Opened) -> None:
+    x = np.arange(3.0)
+    cells = Cells(x, x, np.outer(x, x), Axis("z"), span=(0.0, 4.0))
+    marks = (cells, Line(x, x, "border", cased=True), Points(x, x, "point"))
+    panels = tuple(Panel(Axis("across"), Axis("up"), marks, title) for title in ("soft", "stiff"))
+    figure = Figure("made", "Made", panels, columns=2, shared="xy")
+    page = opened(replace(plain_report(), sections=(Section("made", "Made", (figure,)),)))
+    box = drawn(page, "made")
+    page.mouse.move(*point_at(box, 2, 1, 1))
+    expect(box.locator(".tip")).to_have_text("stiff\nacross = 1\nup = 1\nz: 1", use_inner_text=True)
+    expect(box.locator(".hoverlayer .hovertext")).to_have_count(0)
 
 
 def test_a_tap_on_a_phone_shows_the_command(opened: Opened, sweep: Report) -> None:

@@ -164,6 +164,20 @@ def test_a_zoom_holds_in_all_panels_and_in_other_colours(opened: Opened) -> None
     assert ends() == pytest.approx(expected, abs=0.03)
 
 
+def test_a_zoom_writes_the_numbers_of_a_logarithmic_axis_out(opened: Opened) -> None:
+    x = np.arange(13.0)
+    panel = Panel(Axis("x"), Axis("y", log=True), (Line(x, 10.0**-x),))
+    made = Section("made", "Made", (Figure("made", "Made", (panel,)),))
+    page = opened(replace(report(), sections=(made,)))
+    box = drawn(page, "made")
+    expect(box.locator(".ytick", has_text="10−12")).to_be_visible()
+    plot = box.locator(".js-plotly-plot")
+    plot.evaluate("plot => Plotly.relayout(plot, {'yaxis.range': [-1.1, 0.1]})")
+    expect(box.locator(".ytick").get_by_text("0.2", exact=True)).to_be_visible()
+    plot.evaluate("plot => Plotly.relayout(plot, {'yaxis.autorange': true})")
+    expect(box.locator(".ytick", has_text="10−12")).to_be_visible()
+
+
 def test_words_at_an_axis_do_not_stand_upon_its_ticks(opened: Opened) -> None:
     t = np.linspace(0, END, 5)
     # Ticks such as "−0.2M", powers of ten, and multiples of powers of ten.

@@ -1,6 +1,7 @@
 """Protects the figures of runs: they show the stored arrays, grouped as in the paper."""
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,9 +14,10 @@ from support.figure_runs import (
 )
 from support.sections import figures_in
 
+from rbstab.experiment.summary import lyapunov_function_of
 from rbstab.report.model.figure import Axis, Bars, Level, Line, Panel, Points, Stack
 from rbstab.report.model.palette import COLOURS
-from rbstab.report.runs.figures.curves import layered
+from rbstab.report.runs.figures.curves import layered, stepped
 from rbstab.report.runs.sections import MAX_CURVES, run_sections
 from rbstab.systems.quantities import BY_NAME
 
@@ -263,25 +265,55 @@ def test_up_to_that_many_there_are_curves():
     assert "runs-rotation" in figures_in(run_sections(runs))
 
 
-def test_what_stands_in_place_of_v_is_called_so():
-    """Runs on s = F + κE store v - ε, and other runs store v."""
+def test_overlaid_phase_portraits_have_marks_of_their_runs_and_a_margin():
+    kinds = ("permanent", "free")
+    for panel in figures_of(*kinds)["runs-phase"].panels:
+        starts = [m for m in panel.marks if isinstance(m, Points) and m.label == "start"]
+        assert [mark.colour for mark in starts] == [0, 1]
+        assert {mark.key for mark in starts} == {6}
+        for axis, letter in ((panel.x, "x"), (panel.y, "y")):
+            values = np.concatenate([getattr(line, letter) for line in lines_of(panel)])
+            assert axis.ends[0] < values.min() - 0.03 * np.ptp(values)
+            assert axis.ends[1] > values.max() + 0.03 * np.ptp(values)
+
+
+def test_runs_without_a_contact_force_are_not_in_its_figure():
+    figure = figures_of("embedded", "free", "sliding")["runs-force"]
+    for panel in figure.panels:
+        assert [line.label for line in lines_of(panel)] == ["embedded", "sliding"]
+    assert figure.caption.startswith("Contact force: none in free.")
+
+
+def test_forces_that_jump_are_drawn_in_steps():
+    t = np.arange(100.0)
+    run, smooth = run_of("sliding"), Line(t, np.sin(0.1 * t))
+    jumps = replace(smooth, y=np.sign(smooth.y))
+    assert stepped(run, jumps).step
+    assert not stepped(run, smooth).step
+    assert stepped(run_of("free"), jumps) is jumps
+
+
+def test_v_decays_and_v_minus_the_work_is_a_curve_of_its_own():
+    """Runs on s = F + κE store v - ε, which does not end at zero."""
+    run = run_of("sliding")
+    v = lyapunov_function_of(run.result)
+    assert run.stores_v_minus_work
     figures = figures_of("sliding", "free")
-    labels = {
-        number: [panel.y.label for panel in figures[f"run-{number}-rotation"].panels]
-        for number in (1, 2)
-    }
-    assert "Lyapunov function v - ε" in labels[1]
-    assert "Lyapunov function v" in labels[2]
-    caption = figures["runs-decay"].caption
-    assert caption.endswith("For sliding, v - ε is drawn in place of v.")
-    for kinds, label in (
-        (("sliding", "free"), "Lyapunov function v or v - ε"),
-        (("sliding",), "Lyapunov function v - ε"),
-        (("free",), "Lyapunov function v"),
+    for name, labels in (
+        ("runs-decay", ["sliding", "free", "v - ε of sliding"]),
+        ("run-1-rotation", ["v", "v - ε"]),
     ):
-        decay = figures_of(*kinds)["runs-decay"]
-        assert [panel.y.label for panel in decay.panels[:2]] == [label, label]
+        panel = next(p for p in figures[name].panels if p.y.label == "Lyapunov function v")
+        lines = lines_of(panel)
+        assert [line.label for line in lines] == labels
+        np.testing.assert_array_equal(lines[0].y, v)
+        np.testing.assert_array_equal(lines[-1].y, run.result["lyapunov"])
+        assert lines[0].dash != lines[-1].dash
+        assert "v - ε (dotted)" in figures[name].caption
+    logged = lines_of(figures["runs-decay"].panels[1])
+    assert [line.label for line in logged] == ["sliding", "free"]
     assert "ε" not in figures_of("free")["runs-decay"].caption
+    assert "ε" not in figures["run-2-rotation"].caption
 
 
 def test_curves_that_swing_much_are_behind_the_others():

@@ -25,7 +25,7 @@ def figure_of(*curves, log=False, **options):
 
 
 def split_of(figure):
-    (split,) = {panel.x.split for panel in with_room_for_transients(figure).panels}
+    (split,) = {panel.x.split for panel in with_room_for_transients([figure])[0].panels}
     return split
 
 
@@ -44,7 +44,7 @@ def test_a_fast_decay_splits_the_axis_where_it_is_over():
     assert (split.begin, split.end) == (0.0, 2.0)
     assert split.at == pytest.approx(0.1)
     assert over < split.at
-    caption = with_room_for_transients(figure_of(np.exp(-rate * T), caption="Words.")).caption
+    caption = with_room_for_transients([figure_of(np.exp(-rate * T), caption="Words.")])[0].caption
     assert caption.startswith("Words. The time axis has two scales")
     assert "0.1 s" in caption
     assert "y0" in caption
@@ -58,7 +58,7 @@ def test_a_fast_decay_splits_the_axis_where_it_is_over():
 )
 def test_without_a_fast_transient_nothing_changes(curve):
     figure = figure_of(curve)
-    assert with_room_for_transients(figure) is figure
+    assert with_room_for_transients([figure]) == [figure]
 
 
 def test_the_change_counts_as_it_is_drawn():
@@ -71,7 +71,7 @@ def test_a_change_that_is_not_visible_counts_no_more_than_noise():
     slow, small = np.sin(2 * T), 1e-3 * np.exp(-30 * T)
     panel = Panel(Axis("time t", "s"), Axis("y"), (Line(T, slow), Line(T, small)))
     figure = Figure("f", "F", (panel,), shares_time=True)
-    assert with_room_for_transients(figure) is figure
+    assert with_room_for_transients([figure]) == [figure]
 
 
 def test_all_panels_of_a_figure_have_the_same_axis():
@@ -82,7 +82,33 @@ def test_the_fastest_transient_decides_and_the_caption_names_what_is_over():
     figure = figure_of(np.exp(-60 * T), np.exp(-15 * T), np.sin(2 * T))
     assert -np.log(1 - MOST) / 60 < 0.05 < -np.log(1 - MOST) / 15 < FAST * 2.0
     assert split_of(figure).at == pytest.approx(0.05)
-    assert "(of y0)" in with_room_for_transients(figure).caption
+    assert "(of y0)" in with_room_for_transients([figure])[0].caption
+
+
+def test_figures_that_are_seen_together_have_one_axis():
+    fast, slow = figure_of(np.exp(-30 * T)), figure_of(np.sin(2 * T))
+    phases = figure_of(np.exp(-90 * T), shares_time=False)
+    shown = with_room_for_transients([fast, slow, phases])
+    assert shown[2] is phases
+    assert {panel.x.split for figure in shown[:2] for panel in figure.panels} == {split_of(fast)}
+    assert "(of y0)" in shown[0].caption
+    assert "as in the figures beside this one" in shown[1].caption
+
+
+def test_errors_do_not_decide():
+    panel = Panel(Axis("time t", "s"), Axis("energy residual |r|"), (Line(T, np.exp(-30 * T)),))
+    errors = Figure("f", "F", (panel,), shares_time=True)
+    assert with_room_for_transients([errors]) == [errors]
+    shown = with_room_for_transients([errors, figure_of(np.exp(-30 * T))])
+    assert shown[0].panels[0].x.split is not None
+
+
+def test_a_run_that_ends_early_has_room():
+    early = T[:15]
+    marks = (Line(early, np.cos(90 * early), "early"), Line(T, np.sin(2 * T), "long"))
+    panel = Panel(Axis("time t", "s"), Axis("y"), marks)
+    split = split_of(Figure("f", "F", (panel,), shares_time=True))
+    assert early[-1] <= split.at <= 2 * early[-1]
 
 
 def test_stacks_count_as_their_parts():
@@ -97,15 +123,15 @@ def test_a_transient_that_samples_do_not_resolve_gets_a_part_of_several_samples(
     few = np.linspace(0.0, 2.0, 2 * MIN_SAMPLES)
     panel = Panel(Axis("time t", "s"), Axis("y"), (Line(few, np.exp(-3000 * few)),))
     figure = Figure("f", "F", (panel,), shares_time=True)
-    assert with_room_for_transients(figure) is figure
+    assert with_room_for_transients([figure]) == [figure]
 
 
 def test_figures_over_other_quantities_are_left_alone():
     figure = figure_of(np.exp(-30 * T), shares_time=False)
-    assert with_room_for_transients(figure) is figure
+    assert with_room_for_transients([figure]) == [figure]
     only_points = Panel(Axis("time t", "s"), Axis("y"), (Points(T, T),))
     figure = Figure("f", "F", (only_points,), shares_time=True)
-    assert with_room_for_transients(figure) is figure
+    assert with_room_for_transients([figure]) == [figure]
 
 
 def test_a_border_case_is_fast_at_a_tenth_of_the_duration():

@@ -1,5 +1,6 @@
 """Protects the figures drawn by matplotlib: marks, legends, axes, maps, and texts of any kind."""
 
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -128,6 +129,28 @@ def test_axes_say_what_they_are_and_share_time():
     bottom = [axes.get_xlabel() for axes in drawing.axes]
     assert bottom == [""] * 4 + ["time t\N{NO-BREAK SPACE}[s]"] * 2
     assert len({axes.get_xlim() for axes in drawing.axes}) == 1
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "expected"),
+    [
+        (0.1, 10.0, ["0.1", "0.3", "1", "3", "10"]),
+        (0.5, 9.0, ["1", "3"]),
+        (1e-3, 10.0, ["10^{-3}", "10^{-2}", "10^{-1}", "10^{0}", "10^{1}"]),
+    ],
+)
+def test_labels_of_a_logarithmic_axis_do_not_overlap(low, high, expected):
+    axis = Axis("factor", log=True, ends=(low, high))
+    line = Line(np.array([low, high]), np.array([1.0, 2.0]))
+    drawing = draw_figure(Figure("f", "F", (Panel(axis, Axis("y"), (line,)),) * 3, columns=3))
+    drawing.draw_without_rendering()
+    for axes in drawing.axes:
+        every = axes.get_xticklabels(which="both")
+        labels = [t for t in every if t.get_text() and low <= t.get_position()[0] <= 1.001 * high]
+        labels.sort(key=lambda label: label.get_position()[0])
+        assert [re.sub(r".*{(.*\{.*\})}.*", r"\1", t.get_text()) for t in labels] == expected
+        boxes = [label.get_window_extent() for label in labels]
+        assert all(one.x1 < other.x0 for one, other in pairwise(boxes))
 
 
 def test_a_label_stands_once_in_the_legend_and_levels_come_last():

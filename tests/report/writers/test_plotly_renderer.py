@@ -335,6 +335,13 @@ def test_a_logarithmic_axis_has_room_for_its_labels() -> None:
     assert "nticks" not in layout["yaxis2"]
 
 
+@pytest.mark.parametrize(("low", "written_out"), [(1e-1, True), (1e-5, False)])
+def test_labels_between_powers_of_ten_are_whole_numbers(low: float, written_out: bool) -> None:
+    panel = Panel(Axis("t"), Axis("v", log=True), (Line(np.arange(3.0), np.array([0.0, low, 10])),))
+    layout = plotly_data(Figure("f", "F", (panel,)))["layout"]
+    assert layout["yaxis"].get("tickformat") == ("~g" if written_out else None)
+
+
 def category_axis(name: str, *labels: str) -> tuple[dict[str, Any], int]:
     """Return a horizontal axis of categories in a layout, and the space below the panel, px."""
     points = Points(np.arange(float(len(labels))), np.zeros(len(labels)))

@@ -95,6 +95,8 @@ class Points:
         texts: Hover text of each point, shown by HTML pages only; () for none. Lines end with a
             line feed.
         members: Number of the member of a sweep that each point shows; () for none.
+        key: Number of the colour of their legend entry, where points of one name have several
+            colours; None: their own.
     """
 
     x: Array
@@ -104,6 +106,7 @@ class Points:
     symbol: int = 0
     texts: tuple[str, ...] = ()
     members: tuple[int, ...] = ()
+    key: int | None = None
 
 
 @dataclass(frozen=True, eq=False)

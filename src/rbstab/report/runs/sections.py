@@ -44,33 +44,37 @@ def run_sections(runs: Sequence[Run]) -> tuple[Section, ...]:
         )
         blocks: tuple[Block, ...] = (sentence, distribution_figure(runs))
         return (Section("runs-distributions", "Outcomes of all runs", blocks),)
-    sections = [_comparison_section(runs)]
     eigenvalues = eigenvalue_blocks(runs)
-    if eigenvalues:
-        sections.append(Section("runs-eigenvalues", "Eigenvalues at the rest state", eigenvalues))
-    return (*sections, *(_run_section(run, folded=len(runs) > 1) for run in runs))
-
-
-def _comparison_section(runs: Sequence[Run]) -> Section:
+    found = Section("runs-eigenvalues", "Eigenvalues at the rest state", eigenvalues)
+    between = (found,) if eigenvalues else ()
     if len(runs) == 1:
-        return Section("runs-decay", "Decay", (_shown(decay_figure(runs)),))
-    return Section(
-        "runs-compared",
-        "Comparison of runs",
-        tuple(
-            _shown(figure)
-            for figure in (
-                decay_figure(runs),
-                *overlaid_states(runs),
-                overlaid_phases(runs),
-                residual_figure(runs),
-            )
-        ),
+        # The decay has the time axis of all other figures of the run.
+        decay, *others = _shown((decay_figure(runs), *_run_figures(runs[0])))
+        return (
+            Section("runs-decay", "Decay", (decay,)),
+            *between,
+            _run_section(runs[0], others, folded=False),
+        )
+    overlaid = (
+        decay_figure(runs),
+        *overlaid_states(runs),
+        overlaid_phases(runs),
+        residual_figure(runs),
+    )
+    return (
+        Section("runs-compared", "Comparison of runs", tuple(_shown(overlaid))),
+        *between,
+        *(_run_section(run, _shown(_run_figures(run)), folded=True) for run in runs),
     )
 
 
-def _run_section(run: Run, *, folded: bool) -> Section:
-    figures = (
+def _run_section(run: Run, blocks: Sequence[Block], *, folded: bool) -> Section:
+    title = f"Figures of {run.label}"
+    return Section(f"{run.name}-figures", title, tuple(blocks), folded=folded)
+
+
+def _run_figures(run: Run) -> tuple[Figure, ...]:
+    return (
         *state_figures(run),
         *supply_figures(run),
         energy_figure(run),
@@ -81,11 +85,10 @@ def _run_section(run: Run, *, folded: bool) -> Section:
         *stop_figures(run),
         audit_figure(run),
     )
-    title = f"Figures of {run.label}"
-    return Section(f"{run.name}-figures", title, tuple(map(_shown, figures)), folded=folded)
 
 
-def _shown(figure: Figure) -> Block:
-    """Return a figure as it is shown: without empty panels, with room for fast transients."""
-    shown = without_empty_panels(figure)
-    return with_room_for_transients(shown) if isinstance(shown, Figure) else shown
+def _shown(figures: Sequence[Figure]) -> list[Block]:
+    """Return figures as they are shown: without empty panels, with room for fast transients."""
+    blocks = [without_empty_panels(figure) for figure in figures]
+    over_time = iter(with_room_for_transients([b for b in blocks if isinstance(b, Figure)]))
+    return [next(over_time) if isinstance(block, Figure) else block for block in blocks]

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from rbstab.experiment.own_states import own_states_of
+from rbstab.experiment.summary import lyapunov_function_of
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Line, Panel
 from rbstab.report.model.palette import COLOURS
@@ -18,6 +19,9 @@ TIME = Axis("time t", "s")
 SUBSCRIPTS = "₁₂₃₄₅₆₇₈₉"
 
 COMPONENT = "component {}"
+
+FORCES = ("contact_force", "stabilizing_force", "stabilizing_couple")
+"""Quantities that a sliding connector makes jump."""
 
 DISPLAY_NAMES = {"lyapunov": "Lyapunov function", "lyapunov_rate": "derivative"}
 """Words for quantities whose stored name is not clear enough."""
@@ -63,10 +67,11 @@ def element_states(run: Run) -> tuple[str, ...]:
 def components(run: Run, name: str) -> Panel:
     """Return the components of a vector of a run over time."""
     t, values = run.result["time"], run.result[name]
-    marks = [
+    curves = (
         Line(t, values[:, number], COMPONENT.format(number + 1), colour=number, dash=number)
         for number in range(values.shape[1])
-    ]
+    )
+    marks = [stepped(run, curve) if name in FORCES else curve for curve in curves]
     return Panel(TIME, axis_of(name, quantity=quantity_in(run, name)), tuple(marks))
 
 
@@ -75,8 +80,21 @@ def scalar(run: Run, name: str, *, magnitude: bool = False) -> Panel:
     values = run.result[name]
     axis = axis_of(name, magnitude=magnitude)
     if name == "lyapunov" and run.stores_v_minus_work:
-        axis = replace(axis, label=f"{axis.label} - ε")
+        v = Line(run.result["time"], lyapunov_function_of(run.result), "v")
+        return Panel(TIME, axis, (v, replace(balanced(run), label="v - ε")))
     return Panel(TIME, axis, (Line(run.result["time"], np.abs(values) if magnitude else values),))
+
+
+WORK_NOTE = (
+    "ε is the work of the contact force on a surface s = F + κE. v decays to zero. v - ε (dotted) "
+    "is what the equations balance: its rate is v', and it does not end at zero."
+)
+"""What v - ε is, for captions."""
+
+
+def balanced(run: Run) -> Line:
+    """Return v - ε of a run that stores it, beside the curve of v."""
+    return replace(curve_of(run, run.result["lyapunov"]), label=f"v - ε of {run.label}", dash=2)
 
 
 def curve_of(run: Run, y: Array, x: Array | None = None) -> Line:
@@ -92,12 +110,35 @@ def curve_of(run: Run, y: Array, x: Array | None = None) -> Line:
 
 def overlay(runs: Sequence[Run], name: str, component: int | None = None) -> Panel:
     """Return a quantity, or one component of it, of several runs over time."""
-    marks = [
-        curve_of(run, run.result[name] if component is None else run.result[name][:, component])
-        for run in runs_with(runs, name)
+    shown = runs_with(runs, name)
+    values = [run.result[name] for run in shown]
+    curves = [
+        curve_of(run, every if component is None else every[:, component])
+        for run, every in zip(shown, values, strict=True)
     ]
-    quantity = quantity_in(runs_with(runs, name)[0], name)
-    return Panel(TIME, axis_of(name, component, quantity=quantity), tuple(marks))
+    if name in FORCES:
+        curves = [stepped(*pair) for pair in zip(shown, curves, strict=True)]
+    quantity = quantity_in(shown[0], name)
+    return Panel(TIME, axis_of(name, component, quantity=quantity), tuple(curves))
+
+
+JUMP, JUMPING = 0.1, 0.5
+"""A curve jumps where it changes by this share of its range between two samples. If jumps make up
+this share of all its change, its samples are joined by steps."""
+
+
+def stepped(run: Run, curve: Line) -> Line:
+    """Return a curve of a run, in steps if a sliding connector makes it jump.
+
+    Slanted lines between the samples would show a ramp that is not there.
+    """
+    if "mode" not in run.result:
+        return curve
+    with np.errstate(all="ignore"):
+        changes = np.abs(np.diff(curve.y[np.isfinite(curve.y)]))
+        limit = JUMP * (np.ptp(curve.y[np.isfinite(curve.y)]) if len(changes) else 0.0)
+        jumps = changes[changes > limit].sum() > JUMPING * changes.sum()
+    return replace(curve, step=bool(jumps))
 
 
 BUSY = 60

@@ -6,7 +6,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Figure, Line, Panel, Stack
 from rbstab.report.model.palette import COLOURS
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.figures.curves import TIME, axis_of, column_count, components, norms
+from rbstab.report.runs.figures.curves import FORCES, TIME, axis_of, column_count, components, norms
 
 
 def energy_figure(run: Run) -> Figure:
@@ -37,12 +37,11 @@ def force_figures(run: Run) -> tuple[Figure, ...]:
 
     If none of them acts, but elements of the config do, there is no such figure.
     """
-    names = ("contact_force", "stabilizing_force", "stabilizing_couple")
     # A free body has no contact force.
-    acting = [name for name in names if name in run.result and run.result[name].any()]
+    acting = [name for name in FORCES if name in run.result and run.result[name].any()]
     if not acting and "element" in run.result:
         return ()
-    panels = tuple(components(run, name) for name in acting or names[:1])
+    panels = tuple(components(run, name) for name in acting or FORCES[:1])
     figure = Figure(
         f"{run.name}-forces",
         f"Forces: {run.label}",

@@ -5,12 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from rbstab.experiment.summary import lyapunov_function_of
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Figure, Line, Panel
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.figures.curves import (
     TIME,
+    WORK_NOTE,
     axis_of,
+    balanced,
     curve_of,
     norms,
     overlay,
@@ -21,14 +24,18 @@ from rbstab.report.runs.figures.curves import (
 
 def decay_figure(runs: Sequence[Run]) -> Figure:
     """Return v, v' and |E| of all runs, each also on a logarithmic axis."""
-    value, rate = _values_of_v(runs), overlay(runs, "lyapunov_rate")
+    stored = [run for run in runs_with(runs, "lyapunov") if run.stores_v_minus_work]
+    v = tuple(
+        curve_of(run, lyapunov_function_of(run.result)) for run in runs_with(runs, "lyapunov")
+    )
+    value, rate = Panel(TIME, axis_of("lyapunov"), v), overlay(runs, "lyapunov_rate")
     distances = [
         curve_of(run, norms(run.result["contact_displacement"]))
         for run in runs_with(runs, "contact_displacement")
     ]
     distance = Panel(TIME, Axis("contact displacement |E|", "m"), tuple(distances))
     panels = (
-        value,
+        replace(value, marks=(*v, *map(balanced, stored))),
         replace(value, y=replace(value.y, log=True)),
         rate,
         _dissipated_power(runs),
@@ -40,25 +47,10 @@ def decay_figure(runs: Sequence[Run]) -> Figure:
         "Decay of the Lyapunov function",
         panels,
         columns=2,
-        caption=" ".join(
-            ["Values at or below zero are not drawn on a logarithmic axis.", *_work_notes(runs)]
-        ),
+        caption="Values at or below zero are not drawn on a logarithmic axis."
+        + (f" {WORK_NOTE}" if stored else ""),
         shares_time=True,
     )
-
-
-def _values_of_v(runs: Sequence[Run]) -> Panel:
-    """Return v of all runs over time; the axis names v - ε if a run stores it in place of v."""
-    panel = overlay(runs, "lyapunov")
-    stored = {run.stores_v_minus_work for run in runs_with(runs, "lyapunov")}
-    suffix = {(True,): " - ε", (False, True): " or v - ε"}.get(tuple(sorted(stored)), "")
-    return replace(panel, y=replace(panel.y, label=f"{panel.y.label}{suffix}"))
-
-
-def _work_notes(runs: Sequence[Run]) -> list[str]:
-    """Return a sentence that names the runs that store v - ε."""
-    names = [run.label for run in runs_with(runs, "lyapunov") if run.stores_v_minus_work]
-    return [f"For {', '.join(names)}, v - ε is drawn in place of v."] if names else []
 
 
 def _dissipated_power(runs: Sequence[Run]) -> Panel:

@@ -1,6 +1,7 @@
 """Phase portraits of the rotation."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,6 +12,12 @@ from rbstab.report.runs.figures.curves import axis_of, curve_of, runs_with
 
 MARKED = 6
 """Number of the palette colour of marked points: grey, which is no run's first choice."""
+
+MARGIN = 0.04
+"""Space between the curves and the edges of a panel, as a share of its length."""
+
+LARGEST = 1e150
+"""Larger values have no room on an axis."""
 
 NAMES = ("orientation", "angular_velocity")
 
@@ -36,7 +43,10 @@ def _figure(runs: Sequence[Run], name: str, title: str, *, single: bool) -> Figu
             )
             marks.append(Line(curve.x, curve.y) if single else curve)
         marks += _marked(runs, component, single=single)
-        x, y = (axis_of(quantity, component) for quantity in NAMES)
+        x, y = (
+            replace(axis_of(quantity, component), ends=_ends(marks, letter))
+            for quantity, letter in zip(NAMES, "xy", strict=True)
+        )
         panels.append(Panel(x, y, tuple(marks)))
     return Figure(name, title, tuple(panels), columns=3, caption=_caption(runs, paths))
 
@@ -44,17 +54,39 @@ def _figure(runs: Sequence[Run], name: str, title: str, *, single: bool) -> Figu
 def _marked(runs: Sequence[Run], component: int, *, single: bool) -> list[Mark]:
     """Return the starts of runs and their rest states; of a single run also its end."""
     x, y = (np.array([run.result[name][:, component][[0, -1]] for run in runs]) for name in NAMES)
-    tint = 1 if single else MARKED
-    marks: list[Mark] = [Points(x[:, 0], y[:, 0], "start", colour=tint, symbol=2)]
     if single:
-        marks.append(Points(x[:, 1], y[:, 1], "end", colour=tint, symbol=0))
-    rests = np.array([run.result["rest_orientation"][component] for run in _with_rest(runs)])
-    # Runs of one body have the same rest state, which needs one mark only.
-    unique = np.unique(rests.round(9))
-    if len(unique):
-        zeros = np.zeros(len(unique))
-        marks.append(Points(unique, zeros, "rest state", colour=MARKED, symbol=1))
+        marks: list[Mark] = [
+            Points(x[:, 0], y[:, 0], "start", colour=1, symbol=2),
+            Points(x[:, 1], y[:, 1], "end", colour=1, symbol=0),
+        ]
+    else:
+        marks = [
+            Points(x[[k], 0], y[[k], 0], "start", colour=run.number, symbol=2, key=MARKED)
+            for k, run in enumerate(runs)
+        ]
+    owners: dict[float, list[Run]] = {}
+    for run in _with_rest(runs):
+        place = round(float(run.result["rest_orientation"][component]), 9)
+        owners.setdefault(place, []).append(run)
+    zero = np.zeros(1)
+    for place, own in owners.items():
+        # A rest state that several runs have in common needs one mark only, of no run's colour.
+        tint = own[0].number if len(own) == 1 and not single else MARKED
+        at = np.array([place])
+        marks.append(Points(at, zero, "rest state", colour=tint, symbol=1, key=MARKED))
     return marks
+
+
+def _ends(marks: Sequence[Mark], letter: str) -> tuple[float, float] | None:
+    """Return the ends of an axis with a margin around its marks; None if they need none."""
+    values = np.concatenate(
+        [getattr(mark, letter) for mark in marks if isinstance(mark, Line | Points)]
+    )
+    shown = values[np.abs(values) < LARGEST]
+    if not len(shown) or not np.ptp(shown) > 0:
+        return None
+    room = MARGIN * float(np.ptp(shown))
+    return float(shown.min()) - room, float(shown.max()) + room
 
 
 def _with_rest(runs: Sequence[Run]) -> list[Run]:

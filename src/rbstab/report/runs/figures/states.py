@@ -7,8 +7,11 @@ from collections.abc import Sequence
 
 from rbstab.elements.registry import OWN_STATES
 from rbstab.report.model.figure import Figure
+from rbstab.report.model.words import listed
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.figures.curves import (
+    FORCES,
+    WORK_NOTE,
     column_count,
     components,
     element_states,
@@ -71,22 +74,40 @@ def overlaid_states(runs: Sequence[Run]) -> list[Figure]:
         name.replace(".", "-"): (f"Own state of {name.partition('.')[0]}", (name,)) for name in own
     }
     return [
-        Figure(
-            name=f"runs-{name}",
-            title=title,
-            panels=layered(
-                [
-                    overlay(runs, vector, component)
-                    for component in range(_size(runs, vectors[0]))
-                    for vector in vectors
-                ]
-            ),
-            columns=len(vectors),
-            shares_time=True,
-        )
+        _overlaid(name, title, vectors, acting, _left_out(title, runs, acting))
         for name, (title, vectors) in figures.items()
-        if runs_with(runs, *vectors)
+        if (acting := _acting(runs, vectors))
     ]
+
+
+def _acting(runs: Sequence[Run], vectors: tuple[str, ...]) -> list[Run]:
+    """Return the runs that have the vectors: a force that is zero throughout acts in none."""
+    force = [name for name in vectors if name in FORCES]
+    return [r for r in runs_with(runs, *vectors) if all(r.result[name].any() for name in force)]
+
+
+def _left_out(title: str, runs: Sequence[Run], shown: Sequence[Run]) -> str:
+    """Return a sentence that names the runs that a figure does not show; "" if it shows all."""
+    names = [run.label for run in runs if run not in shown]
+    return f"{title}: none in {listed(names)}." if names else ""
+
+
+def _overlaid(
+    name: str, title: str, vectors: tuple[str, ...], runs: Sequence[Run], caption: str
+) -> Figure:
+    panels = [
+        overlay(runs, vector, component)
+        for component in range(_size(runs, vectors[0]))
+        for vector in vectors
+    ]
+    return Figure(
+        name=f"runs-{name}",
+        title=title,
+        panels=layered(panels),
+        columns=len(vectors),
+        caption=caption,
+        shares_time=True,
+    )
 
 
 def _size(runs: Sequence[Run], vector: str) -> int:
@@ -107,6 +128,7 @@ def _figures(
                 panels=tuple(panels),
                 columns=column_count(panels),
                 source=source,
+                caption=WORK_NOTE if run.stores_v_minus_work and "lyapunov" in scalars else "",
                 shares_time=True,
             )
         )

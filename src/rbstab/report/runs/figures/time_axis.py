@@ -1,6 +1,9 @@
-"""The time axis of figures of runs: split in two where a fast transient needs room."""
+"""The time axis of figures of runs: split in two where a fast transient needs room.
 
-from collections.abc import Iterable
+Figures that are seen together have one axis.
+"""
+
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -37,38 +40,73 @@ class Transient(NamedTuple):
     end: float
 
 
-def with_room_for_transients(figure: Figure) -> Figure:
-    """Split the time axis of a figure if one of its quantities has a fast transient.
+def with_room_for_transients(figures: Sequence[Figure]) -> list[Figure]:
+    """Split the time axes of figures that are seen together if a quantity has a fast transient.
 
     The change of a quantity is the sum of |y(k+1) - y(k)| over its samples. A transient is fast if
-    `MOST` of it happens within `FAST` of the duration. The axis is split where the fastest
-    transient is over, but not before `MIN_SAMPLES` intervals, at the next round number. Both parts
-    are linear, so t = 0 stays on the axis. The caption says so. A figure without fast transients
-    is returned as it is.
+    `MOST` of it happens within `FAST` of the duration of all figures; so a run that ends early has
+    room too. All axes are split where the fastest transient is over, but not before `MIN_SAMPLES`
+    intervals, at the next round number: a curve then has the same shape in all figures. Both parts
+    are linear, so t = 0 stays on the axis. The captions say so. Errors do not decide, but have the
+    same axis. Without fast transients the figures are returned as they are.
+
+    Args:
+        figures: The figures of one run, or those that overlay several.
     """
-    if not figure.shares_time:
-        return figure
-    curves = [(panel, x, y) for panel in figure.panels for x, y in _curves(panel)]
-    times = np.concatenate([x for _, x, _ in curves]) if curves else np.zeros(0)
-    if not len(times):
-        return figure
-    begin, end = float(times.min()), float(times.max())
-    transients = [
-        Transient(panel.y.label, over)
-        for panel, x, y in curves
-        if (over := end_of_change(x, y)) - begin <= FAST * (end - begin)
-    ]
-    if not transients:
-        return figure
-    resolved = max(_resolved(x) for _, x, _ in curves)
+    over_time = [figure for figure in figures if figure.shares_time]
+    found = [_transients(figure) for figure in over_time if not _shows_errors(figure)]
+    curves = [curve for figure in over_time for _, curve in _curves_of(figure)]
+    split = _common_split([one for fast in found for one in fast], curves, *_ends(over_time))
+    if split is None:
+        return list(figures)
+    return [_split(figure, split) if figure.shares_time else figure for figure in figures]
+
+
+def _transients(figure: Figure) -> list[Transient]:
+    """Return when each curve of a figure has changed."""
+    return [Transient(label, end_of_change(*curve)) for label, curve in _curves_of(figure)]
+
+
+def _curves_of(figure: Figure) -> Iterable[tuple[str, tuple[Array, Array]]]:
+    """Yield the label and the curve of each visible curve of a figure."""
+    return ((panel.y.label, curve) for panel in figure.panels for curve in _curves(panel))
+
+
+def _shows_errors(figure: Figure) -> bool:
+    """Whether a figure shows only integration errors, whose jumps say nothing on the motion."""
+    return all("residual" in panel.y.label for panel in figure.panels)
+
+
+def _ends(figures: Sequence[Figure]) -> tuple[float, float]:
+    """Return the first and the last time of the curves of figures, s."""
+    times = [x for figure in figures for _, (x, _) in _curves_of(figure) if len(x)]
+    if not times:
+        return 0.0, 0.0
+    return min(float(x.min()) for x in times), max(float(x.max()) for x in times)
+
+
+def _common_split(
+    transients: Sequence[Transient],
+    curves: Sequence[tuple[Array, Array]],
+    begin: float,
+    end: float,
+) -> SplitTime | None:
+    """Return the split of all time axes; None if no transient is fast, or too few samples."""
+    fast = [one.end for one in transients if one.end - begin <= FAST * (end - begin)]
+    if not fast:
+        return None
+    resolved = max(_resolved(x) for x, _ in curves)
     # The fastest one decides: it needs the room most.
-    at = begin + _round_up(max(resolved, min(one.end for one in transients)) - begin)
-    if at - begin > MAX_SPLIT * (end - begin):
-        return figure
-    split = SplitTime(begin, at, end)
+    at = begin + _round_up(max(resolved, min(fast)) - begin)
+    return SplitTime(begin, at, end) if at - begin <= MAX_SPLIT * (end - begin) else None
+
+
+def _split(figure: Figure, split: SplitTime) -> Figure:
+    """Return a figure with a split time axis, and a caption that says so."""
     panels = (replace(panel, x=replace(panel.x, split=split)) for panel in figure.panels)
-    named = [transient for transient in transients if transient.end <= at]
-    caption = f"{figure.caption} {_caption(split, named)}".strip()
+    named = [one for one in _transients(figure) if one.end <= split.at]
+    own = [] if _shows_errors(figure) else named
+    caption = f"{figure.caption} {_caption(split, own)}".strip()
     return replace(figure, panels=tuple(panels), caption=caption)
 
 
@@ -115,8 +153,11 @@ def _on_axis(values: Array, axis: Axis) -> Array:
 
 
 def _resolved(times: Array) -> float:
-    """Return the time after the first `MIN_SAMPLES` intervals, s; inf if there are fewer."""
-    return float(times[MIN_SAMPLES]) if len(times) > MIN_SAMPLES else float("inf")
+    """Return the time after the first `MIN_SAMPLES` intervals, s; the last time if there are fewer.
+
+    A run that ends early has few samples, and needs no room after its end.
+    """
+    return float(times[min(MIN_SAMPLES, len(times) - 1)]) if len(times) else 0.0
 
 
 def _round_up(duration: float) -> float:
@@ -133,8 +174,12 @@ def _caption(split: SplitTime, transients: list[Transient]) -> str:
     at = f"{split.at - split.begin:g} s"
     return (
         f"The time axis has two scales, both linear: up to the dotted line at {at} it is "
-        f"{_stretch(split):.2g} times as wide as after it. At least {MOST:.0%} of all change "
-        f"happens before it (of {named})."
+        f"{_stretch(split):.2g} times as wide as after it"
+        + (
+            f". At least {MOST:.0%} of all change happens before it (of {named})."
+            if labels
+            else ", as in the figures beside this one."
+        )
     )
 
 

@@ -9,6 +9,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
@@ -98,7 +99,11 @@ def _points(points: Points, axes: Axes, panel: Panel) -> dict[str, Artist]:
         # On a map, whole at its edge.
         clip_on=not any(isinstance(mark, Cells) for mark in panel.marks),
     )
-    return {points.label: points_line}
+    if points.key is None:
+        return {points.label: points_line}
+    entry = Line2D([], [], linestyle="none", **SYMBOLS[points.symbol % len(SYMBOLS)])
+    entry.set_color(colour(points.key))
+    return {points.label: entry}
 
 
 def _stack(stack: Stack, axes: Axes, panel: Panel) -> dict[str, Artist]:

@@ -253,9 +253,18 @@ def _draw_panel(axes: Axes, panel: Panel, size: tuple[float, float]) -> dict[str
     return handles
 
 
-LABELLED = ((8.0, (1, 2, 4)), (2.5, (1, 2, 4, 6)), (1.5, (1, 2, 3, 4, 6, 8)))
+LABELLED = (
+    (999.0, (1,)),
+    (12.0, (1, 3)),
+    (8.0, (1, 2, 5)),
+    (2.5, (1, 2, 4, 6)),
+    (1.5, (1, 2, 3, 4, 6, 8)),
+)
 """The first digits with a label, if the upper end of a logarithmic axis is at least so many times
 the lower one."""
+
+WRITTEN_OUT = (1e-4, 1e5)
+"""Labels between these are numbers, such as 0.3, unless all labels are powers of ten."""
 
 
 class FewMinorLabels(LogFormatterSciNotation):
@@ -269,6 +278,8 @@ class FewMinorLabels(LogFormatterSciNotation):
         labelled = next((some for span, some in LABELLED if high >= span * low), None)
         if labelled is not None and leading.is_integer() and leading not in labelled:
             return ""
+        if labelled != LABELLED[0][1] and WRITTEN_OUT[0] <= low and high <= WRITTEN_OUT[1]:
+            return f"{x:g}"
         return str(super().__call__(x, pos))
 
     def format_ticks(self, values: list[float]) -> list[str]:

@@ -5,10 +5,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from rbstab.report.model.figure import Axis, Bars, Cells, Figure, Line, Mark, Panel
-from rbstab.report.writers.colour_scale import cell_edges
+from rbstab.report.model.figure import Cells, Figure, Mark, Panel
+from rbstab.report.writers.plotly_figures.axes import TICK_SIZE, TITLE_FONT, axis_settings
 from rbstab.report.writers.plotly_figures.text import (
     MAX_TICK_LENGTH,
     escaped,
@@ -30,13 +28,6 @@ BAR_TITLE, BAR_ABOVE = 28, 70
 CLOSE = 22
 """Space between panels that share their vertical axis, px."""
 
-LOG_TICKS = 4
-"""Ticks that a logarithmic axis has room for; with plotly's own number, labels between the powers
-of ten overlap them."""
-
-TICK_SIZE, TITLE_SIZE = 11, 13
-"""Sizes of all tick labels, and of all titles of axes and colour bars, px."""
-
 HEIGHTS = {True: 320, False: 210}
 """Heights of a panel, px: in a figure with one row of panels (True), or with more (False)."""
 
@@ -46,16 +37,11 @@ LETTER, LINE = 6, 14
 TITLE_LETTER, MAX_TITLE_LINES = 6.5, 3
 """Width of a letter of the title of an axis, px, and the largest number of its lines."""
 
-FEW_WHOLE = 8
-"""On an axis of whole numbers that is at most so long, plotly's own ticks may be at halves."""
-
 NARROWEST = 0.75
 """The smallest width of a figure in which its layout is used, as a part of the layout's width."""
 
 MAX_TICK_LINES = 5
 """Maximum number of lines of a tick label."""
-
-TITLE_FONT = {"font": {"size": TITLE_SIZE}}
 
 
 class TickWords(NamedTuple):
@@ -291,12 +277,11 @@ def panel_layout(grid: PanelGrid) -> JSON:
         "font": {"size": 12},
     }
     for number, panel in enumerate(grid.figure.panels):
-        for letter, axis in (("x", panel.x), ("y", panel.y)):
+        for letter in "xy":
             key = f"{letter}axis{number + 1 if number else ''}"
-            layout[key] = _axis(axis, _ends(panel, letter)) | _position(grid, panel, number, letter)
             shown = grid.figure.panels if letter in grid.figure.shared else (panel,)
-            if axis.whole and max(_length(one, letter) for one in shown) <= FEW_WHOLE:
-                layout[key] |= {"tick0": 0, "dtick": 1}
+            layout[key] = axis_settings(panel, letter, shown)
+            layout[key] |= _position(grid, panel, number, letter)
         words = grid.words(number)
         if words:
             key = f"xaxis{number + 1 if number else ''}"
@@ -349,50 +334,3 @@ def _position(grid: PanelGrid, panel: Panel, number: int, letter: str) -> JSON:
 def _lines(lines: Sequence[str]) -> str:
     """Return the lines of a title as plotly's text."""
     return "<br>".join(map(escaped, lines))
-
-
-def _ends(panel: Panel, letter: str) -> tuple[float, float] | None:
-    """Return the ends of an axis: those that it has, or the edges of a map's cells."""
-    axis: Axis = getattr(panel, letter)
-    maps = [mark for mark in panel.marks if isinstance(mark, Cells)]
-    if axis.ends is not None or not maps:
-        return axis.ends
-    edges = cell_edges(getattr(maps[0], letter), axis)
-    return float(edges[0]), float(edges[-1])
-
-
-def _length(panel: Panel, letter: str) -> float:
-    """Return the length of an axis of numbers that its bars, curves and maps need."""
-    values = [np.zeros(0)]
-    for mark in panel.marks:
-        if isinstance(mark, Bars):
-            values.append(mark.edges if letter == "x" else np.append(mark.heights, 0.0))
-        elif isinstance(mark, Line | Cells):
-            values.append(getattr(mark, letter))
-    finite = np.concatenate(values)
-    finite = finite[np.isfinite(finite)]
-    return float(np.ptp(finite)) if len(finite) else 0.0
-
-
-def _axis(axis: Axis, ends: tuple[float, float] | None) -> JSON:
-    settings: JSON = {
-        "title": {"text": escaped(axis.text), "standoff": 6} | TITLE_FONT,
-        "type": "log" if axis.log else "linear",
-        # Powers of ten are too wide for tick labels, except on logarithmic axes.
-        "exponentformat": "power" if axis.log else "SI",
-        "zeroline": not axis.log,
-        "showline": True,
-        "ticks": "outside",
-        "ticklen": 4,
-        "tickfont": {"size": TICK_SIZE},
-    }
-    if axis.log:
-        settings |= {"nticks": LOG_TICKS}
-    if ends is not None:
-        settings |= {"range": np.log10(ends).tolist() if axis.log else list(ends)}
-    if axis.categories:
-        settings |= {
-            "tickvals": list(range(len(axis.categories))),
-            "ticktext": [tick_label(label) for label in axis.categories],
-        }
-    return settings

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from rbstab.report.model.figure import Figure, Level, Line, Panel
-from rbstab.report.model.palette import CASING
+from rbstab.report.model.figure import Cells, Figure, Level, Line, Panel, Points
+from rbstab.report.model.palette import CASING, colour
 from rbstab.report.writers.decimate import decimate
 from rbstab.report.writers.plotly_figures.layout import (
     PanelGrid,
@@ -48,6 +48,7 @@ def plotly_data(figure: Figure) -> JSON:
             for mark in panel.marks
             for part in parts_of(mark, panel, number, len(figure.panels))
         )
+        has_map = any(isinstance(mark, Cells) for mark in panel.marks)
         for mark, axis in parts:
             if isinstance(mark, Level):
                 shapes.append(_in_panel(level_shape(mark), mark.vertical, axis, number))
@@ -60,6 +61,11 @@ def plotly_data(figure: Figure) -> JSON:
                 trace["meta"] = {"panel": number, "mark": type(mark).__name__.lower()}
                 if isinstance(mark, Line) and mark.cased:
                     trace["meta"]["edges"] = CASING
+                if isinstance(mark, Points) and mark.key is not None:
+                    trace["meta"]["key"] = colour(mark.key)
+                if has_map and not isinstance(mark, Cells):
+                    # The pointer is on the cell below.
+                    trace["hoverinfo"] = "skip"
             if scale:
                 # The first trace of a map is its values; others are cells without a value.
                 drawings[0]["coloraxis"] = colours

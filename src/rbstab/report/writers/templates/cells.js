@@ -24,14 +24,29 @@ function mapValues(name, panel) {
   return cells[panel].scale.log ? values.map((power) => 10 ** power) : values;
 }
 
+/** Return the names of the marks of a map at the middle of a cell, such as its smallest value. */
+function marksAt(name, panel, x, y) {
+  const { data } = drawings[name];
+  const marked = data.filter((trace) => trace.customdata && trace.meta.panel === panel);
+  return marked.filter((trace) => {
+    const [across, up] = [numbersOf(trace.x), numbersOf(trace.y)];
+    return across.some((value, i) => Math.fround(value) === Math.fround(x) && Math.fround(up[i]) === Math.fround(y));
+  }).map((trace) => trace.legendgroup);
+}
+
 /** Return what a cell of a map holds: lines of text, its member (-1: none), and what that is. */
 function cellAt(name, panel, row, column) {
   const { panels, cells, arrays } = drawings[name];
   const map = cells[panel];
+  const { title } = panels[panel];
   const [x, y] = [numbersOf(arrays[map.x]), numbersOf(arrays[map.y])];
   const place = row * x.length + column;
   const value = mapValues(name, panel)[place];
+  // The title says of which condition the map is, or only of which quantity.
+  const condition = panels.length > 1 && title !== map.scale.text ? [title] : [];
   const lines = [
+    ...condition,
+    ...marksAt(name, panel, x[column], y[row]),
     `${panels[panel].x.label} = ${valueText(panels[panel].x, x[column])}`,
     `${panels[panel].y.label} = ${valueText(panels[panel].y, y[row])}`,
   ];
@@ -77,7 +92,7 @@ function followPointer(name, { place, box }) {
   });
 }
 
-/** Show below a figure the command that runs a member, and copy it where the browser allows it. */
+/** Show the command that runs a member, below a figure and briefly at the foot of the window; copy it where the browser allows it. */
 async function showCommand(box, command, { member, role }) {
   let note = box.parentElement.querySelector(".chosen");
   if (!note) {
@@ -95,4 +110,22 @@ async function showCommand(box, command, { member, role }) {
     // Some browsers allow it on secure pages only; the text can be selected.
     word.textContent = "";
   }
+  showBriefly(`Member ${member}${word.textContent ? ", copied" : ""}: `, command);
+}
+
+const SHOWN_FOR = 8000;
+let brief = null;
+let briefly = 0;
+
+/** Show a command for some seconds at the foot of the window: the note below a high figure may be out of sight. */
+function showBriefly(words, command) {
+  if (!brief) {
+    // Hidden from screen readers, which read the note below the figure.
+    brief = document.body.appendChild(Object.assign(document.createElement("p"), { className: "brief" }));
+    brief.setAttribute("aria-hidden", "true");
+  }
+  brief.replaceChildren(words, Object.assign(document.createElement("code"), { textContent: command }));
+  brief.hidden = false;
+  clearTimeout(briefly);
+  briefly = setTimeout(() => (brief.hidden = true), SHOWN_FOR);
 }

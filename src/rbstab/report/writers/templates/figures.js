@@ -130,6 +130,22 @@ function drawNow(name, figure) {
   Plotly.newPlot(place, data, layoutOf(name, figure), settings(name, title));
   if (drawings[name].layout.meta.time) followTime(figure);
   followPointer(name, figure);
+  place.on("plotly_relayout", () => writeOut(name, place));
+}
+
+const FEW_DECADES = 3;
+
+/** Write numbers out on the logarithmic axes that show few powers of ten, as `axes.py` does: 0.2 and not 2. */
+function writeOut(name, place) {
+  const changes = {};
+  for (const key of drawings[name].layout.meta.axes) {
+    const { type, range, tickformat } = place._fullLayout[key];
+    if (type !== "log") continue;
+    const few = Math.abs(range[1] - range[0]) < FEW_DECADES;
+    const wanted = few ? (Math.min(...range) < -4 || Math.max(...range) > 6 ? "~e" : "~g") : "";
+    if (wanted !== tickformat) Object.assign(changes, { [`${key}.tickformat`]: wanted, [`${key}.nticks`]: few ? 3 : 4 });
+  }
+  if (Object.keys(changes).length) Plotly.relayout(place, changes);
 }
 
 const layoutOf = (name, figure, width = figure.box.clientWidth) =>
@@ -226,7 +242,7 @@ function swatch(entry) {
   // The tone of the cells of a map that have no value.
   const fillcolor = entry.fillcolor ?? colorscale?.[1][1];
   if (fillcolor) picture.append(svg("rect", { x: 3, y: 1, width: 20, height: 10, fill: fillcolor }));
-  else if (marker) picture.append(svg("path", symbol(marker)));
+  else if (marker) picture.append(svg("path", symbol({ ...marker, color: entry.meta.key ?? marker.color })));
   else {
     const d = "M1 6H25";
     // The edges of a curve on a map: without them its dark middle is lost on a dark page.

@@ -1,0 +1,120 @@
+"""The settings of an axis in plotly: its kind, its ends, its ticks and their labels."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.report.model.figure import Axis, Bars, Cells, Intervals, Line, Panel, Points
+from rbstab.report.writers.colour_scale import cell_edges
+from rbstab.report.writers.plotly_figures.text import escaped, tick_label
+
+JSON = dict[str, Any]
+
+LOG_TICKS = 4
+"""Ticks that a logarithmic axis has room for; with plotly's own number, labels between the powers
+of ten overlap them."""
+
+FEW_DECADES = 3.0
+"""A logarithmic axis of fewer decades has labels between powers of ten, written out: 0.2, not 2.
+
+The same holds in `figures.js` after a zoom."""
+
+WRITTEN_OUT = ({"tickformat": "~g", "nticks": 3}, {"tickformat": "~e", "nticks": 3})
+"""Settings of such an axis: for numbers of any size, and for those with many zeros, as 2e-6."""
+
+MANY_ZEROS = (1e-4, 1e6)
+"""Numbers below the first and above the second have many zeros."""
+
+TICK_SIZE, TITLE_SIZE = 11, 13
+"""Sizes of all tick labels, and of all titles of axes and colour bars, px."""
+
+FEW_WHOLE = 8
+"""On an axis of whole numbers that is at most so long, plotly's own ticks may be at halves."""
+
+TITLE_FONT = {"font": {"size": TITLE_SIZE}}
+
+
+def axis_settings(panel: Panel, letter: str, shown: Sequence[Panel]) -> JSON:
+    """Return the settings of an axis of a panel, without its place.
+
+    Args:
+        panel: The panel.
+        letter: "x" or "y".
+        shown: The panels that have this axis in common; they have the same ticks.
+    """
+    axis: Axis = getattr(panel, letter)
+    settings = _settings(axis, _ends(panel, letter))
+    if axis.log:
+        settings |= _written_out(shown, letter)
+    if axis.whole and max(_length(one, letter) for one in shown) <= FEW_WHOLE:
+        settings |= {"tick0": 0, "dtick": 1}
+    return settings
+
+
+def _ends(panel: Panel, letter: str) -> tuple[float, float] | None:
+    """Return the ends of an axis: those that it has, or the edges of a map's cells."""
+    axis: Axis = getattr(panel, letter)
+    maps = [mark for mark in panel.marks if isinstance(mark, Cells)]
+    if axis.ends is not None or not maps:
+        return axis.ends
+    edges = cell_edges(getattr(maps[0], letter), axis)
+    return float(edges[0]), float(edges[-1])
+
+
+def _length(panel: Panel, letter: str) -> float:
+    """Return the length of an axis of numbers that its marks need."""
+    finite = _values(panel, letter)
+    return float(np.ptp(finite)) if len(finite) else 0.0
+
+
+def _written_out(panels: Sequence[Panel], letter: str) -> JSON:
+    """Return the settings of the logarithmic axis of panels that spans few decades; {} if many."""
+    values = np.concatenate(
+        [np.array(_ends(panel, letter) or _values(panel, letter)) for panel in panels]
+    )
+    positive = values[values > 0]
+    if not len(positive) or np.log10(positive.max() / positive.min()) >= FEW_DECADES:
+        return {}
+    many = positive.min() < MANY_ZEROS[0] or positive.max() > MANY_ZEROS[1]
+    return WRITTEN_OUT[int(many)]
+
+
+def _values(panel: Panel, letter: str) -> Array:
+    """Return the finite values of the marks of a panel along an axis."""
+    values = [np.zeros(0)]
+    for mark in panel.marks:
+        if isinstance(mark, Bars):
+            values.append(mark.edges if letter == "x" else np.append(mark.heights, 0.0))
+        elif isinstance(mark, Line | Cells | Points | Intervals):
+            values.append(getattr(mark, letter))
+    every = np.concatenate(values)
+    return every[np.isfinite(every)]
+
+
+def _settings(axis: Axis, ends: tuple[float, float] | None) -> JSON:
+    settings: JSON = {
+        "title": {"text": escaped(axis.text), "standoff": 6} | TITLE_FONT,
+        "type": "log" if axis.log else "linear",
+        # Powers of ten are too wide for tick labels, except on logarithmic axes.
+        "exponentformat": "power" if axis.log else "SI",
+        "zeroline": not axis.log,
+        "showline": True,
+        "ticks": "outside",
+        "ticklen": 4,
+        "tickfont": {"size": TICK_SIZE},
+    }
+    if axis.log:
+        settings |= {
+            "nticks": LOG_TICKS,
+            "minor": {"ticks": "outside", "ticklen": 2},
+        }
+    if ends is not None:
+        settings |= {"range": np.log10(ends).tolist() if axis.log else list(ends)}
+    if axis.categories:
+        settings |= {
+            "tickvals": list(range(len(axis.categories))),
+            "ticktext": [tick_label(label) for label in axis.categories],
+        }
+    return settings

@@ -150,10 +150,10 @@ def _read_no_column(path: Path) -> None:
 
 def _run(path: Path) -> tuple[str, str] | None:
     """Return what a file is if it is the result of a run, and not damaged."""
-    from rbstab.store.run_file import open_attributes
+    from rbstab.store.run_file import open_result
 
     with suppress(StoreError):
-        open_attributes(path)
+        open_result(path)
         return "the result of a run", _open_it("open_result", path)
     return None
 

@@ -90,7 +90,10 @@ def test_a_motion_that_was_followed_stays_proved(proof: Proof, config: Config) -
 def test_why_a_motion_was_followed_in_vain_stays(proof: Proof) -> None:
     fast = rbstab.load_config(plain(PERMANENT), (*SHORT, "initial.angular_velocity=[16,32,-16]"))
     run = rbstab.simulate(fast)
-    followed = {"convergence_steps": 7, "convergence_reason": "v is too large after 7 steps"}
+    followed: dict[str, str | int | float] = {
+        "convergence_steps": 7,
+        "convergence_reason": "v is too large after 7 steps",
+    }
     tried = dataclasses.replace(run, attributes=run.attributes | followed)
     now = with_later_proof(tried, fast, proof)
     assert now.attributes["convergence_reason"] == followed["convergence_reason"]

@@ -480,7 +480,7 @@ def test_a_split_time_axis_has_two_scales_and_ticks_of_both():
     assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
 
 
-def test_labels_of_a_logarithmic_axis_do_not_overlap():
+def test_labels_of_a_short_logarithmic_axis_do_not_overlap():
     """Over 1.4 decades matplotlib itself labels 2, 3, 4 and 6 times each power of ten."""
     line = Line(np.array([0.0, 1.0]), np.array([2e-4, 4.6e-3]))
     logged = Panel(Axis("t"), Axis("v", log=True), (line,))

@@ -86,7 +86,7 @@ def test_without_a_proof_the_reason_is_given(folder: Path, rbstab: Invoke) -> No
     done = rbstab("run", "good.yaml", "--no-prove", "--json")
     found = json.loads(done.stdout)[0]["convergence"]
     assert found["proved"] is None
-    assert "rbstab run --prove" in found["why"]
+    assert "rbstab run CONFIG --prove" in found["why"]
     assert "Whole range: not decided" in rbstab("run", "good.yaml", "--no-prove").stdout
 
 

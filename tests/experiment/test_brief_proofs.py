@@ -40,7 +40,7 @@ SPRING = {
     "rest_length": 0.5,
 }
 DATA = config_data({"strut": SPRING}, TIED, integration={"duration": 0.02, "samples": 3})
-GOES_ON = "rbstab run --prove CONFIG goes on"
+GOES_ON = "rbstab run CONFIG --prove goes on"
 
 
 @pytest.fixture(autouse=True)

@@ -107,7 +107,7 @@ def test_without_a_proof_nothing_is_proved():
     assert this_start.sureness is Sureness.SEEN
     assert this_start.sentence.startswith("the computed motion is at rest from t = ")
     assert "Not proved: " in this_start.sentence
-    assert "rbstab run --prove" in whole_range.sentence
+    assert "rbstab run CONFIG --prove" in whole_range.sentence
     assert whole_range.sureness is Sureness.NOT_DECIDED
 
 
@@ -221,7 +221,7 @@ def test_a_short_enclosure_says_that_it_was_short(monkeypatch):
     found = answer_of(result, proof).this_start
     assert found.sureness is Sureness.SEEN
     assert "after 3 steps of the enclosure" in found.sentence
-    assert "rbstab run --prove takes up to 2000 steps" in found.sentence
+    assert "rbstab run CONFIG --prove takes up to 2000 steps" in found.sentence
     assert Enclose(int(result.attributes["convergence_enclosed"])) is Enclose.BRIEFLY
     assert not Enclose.BRIEFLY.covers(Enclose.UNTIL_PROVED)
 

@@ -95,7 +95,8 @@ def test_workers_give_the_answers_that_this_process_gives(paths, monkeypatch):
     found = [one for one in read_all(paths) if isinstance(one, ReadRun)]
     assert len(found) == 57
     for one in found:
-        assert one.answers == answers_of(one.result, one.stored.config, None)
+        # As text, because numbers that are none are not equal to themselves.
+        assert repr(one.answers) == repr(answers_of(one.result, one.stored.config, None))
 
 
 def test_answers_that_cannot_be_given_are_left_to_the_report(paths, monkeypatch):

@@ -57,6 +57,10 @@ def test_a_card_shows_the_margin_to_the_region(tmp_path):
     assert start != pytest.approx(V_START)
     store_proof(tmp_path, made_config(), 1, level=4 * start)
     assert margin_on_card(path) == "0.25"
+    # The card has both v(0), so that the number can be checked.
+    numbers = dict(cards_of(path)[0].facts)
+    assert numbers["v(0)"] == f"{V_START:.4g} J"
+    assert numbers["v(0) from the lowest rest state"] == f"{start:.4g} J"
     *_, cards = answer_blocks(facts(path))
     assert isinstance(cards, Cards)
     assert "v(0)/c*" in dict(cards.words)

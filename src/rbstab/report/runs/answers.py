@@ -8,7 +8,7 @@ from itertools import starmap
 import numpy as np
 
 from rbstab.analysis.settling import SETTLED_FRACTION
-from rbstab.experiment.answers.run_answer import Answer
+from rbstab.experiment.answers.run_answer import SAME_START, Answer
 from rbstab.experiment.answers.words import Sureness, meanings, words_with_meanings
 from rbstab.experiment.convergence.convergence import EVERY_START
 from rbstab.experiment.summary import at_least, lyapunov_function_of
@@ -32,6 +32,9 @@ QUESTIONS = {
 
 
 ALL_MOTIONS = "All motions that stay in the range, and away from θ2 = ±π/2,"
+
+OTHER_START = "v(0) from the lowest rest state"
+"""Name of v(0) as it is compared with the certified region, if that of the run is another."""
 
 MARGIN = "v(0)/c*"
 """Name of the number that compares a start with the certified region."""
@@ -139,6 +142,7 @@ def _card(facts: RunFacts, special: str, sketch: Sketch | None) -> Card:
         "differs in": special,
         "at rest from": settled if settled == NO_VALUE else f"{settled} s",
         "v(0)": f"{number(s.lyapunov_start)} J",
+        OTHER_START: _other_start(facts),
         "largest v": largest_v(facts.run),
         MARGIN: _margin(facts),
         "peak |E|": f"{at_least(s.displacement_resolved)}{number(s.peak_distance)} m",
@@ -158,18 +162,35 @@ def largest_v(run: Run) -> str:
     return f"{number(v[place])} J at {number(run.result['time'][place])} s"
 
 
+def _compared_start(facts: RunFacts) -> float:
+    """Return v(0) from the rest state of the region with which the start is compared, J."""
+    region, found = facts.region, facts.convergence
+    to_another = found is not None and found.proved and found.rest_state != 1
+    # The v of a run counts from the rest state to which it is proved to converge.
+    return facts.run.summary.lyapunov_start if region is None or to_another else region.start
+
+
+def _other_start(facts: RunFacts) -> str:
+    """Return v(0) as it is compared with the certified region; "" if it is that of the run."""
+    start, own = _compared_start(facts), facts.run.summary.lyapunov_start
+    same = not _margin(facts) or math.isclose(start, own, rel_tol=SAME_START)
+    return "" if same else f"{number(start)} J"
+
+
 def _margin(facts: RunFacts) -> str:
     """Return v(0) over the level c* of the certified region, or "" if no level is proved.
 
     The start is inside the region where this is below 1. Above 1 nothing follows from it. Where
     convergence is proved, the region is the one that proves it: perhaps that of all θ1 and θ3.
     """
-    start, found = facts.run.summary.lyapunov_start, facts.convergence
-    margin = facts.margin
+    found = facts.convergence
+    level = None if facts.region is None else facts.region.level
     if found is not None and found.proved and found.bound is not None:
-        # v counts from the rest state to which the motion is proved to converge.
-        margin = start / found.bound if 0.0 < found.bound < math.inf else None
-    return "" if margin is None or not math.isfinite(margin) else number(margin)
+        level = found.bound
+    if level is None or not 0.0 < level < math.inf:
+        return ""
+    margin = _compared_start(facts) / level
+    return number(margin) if math.isfinite(margin) else ""
 
 
 def _end(facts: RunFacts) -> tuple[Statement, ...]:

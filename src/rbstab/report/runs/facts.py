@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from rbstab.experiment.answers.run_answer import RunAnswer
-from rbstab.experiment.convergence.convergence import Convergence, stored_convergence
+from rbstab.experiment.convergence.convergence import Convergence
 from rbstab.experiment.proof_cache import cached_proof
-from rbstab.experiment.stored_certificate import CertificateLine, certificate_lines
+from rbstab.experiment.stored_certificate import CertificateLine
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.summary import ReferenceValue, reference_values_of
-from rbstab.report.reading.answers import answers_of
+from rbstab.report.reading.answers import RegionCheck, answers_of
 from rbstab.report.reading.sources import Run
 
 
@@ -19,10 +19,9 @@ class RunFacts:
 
     Args:
         run: The run.
-        lines: The checks of its certificate.
+        lines: The checks of its certificate, also those that a later proof decides.
         proof: The stored proof for its body, gravity and controller; None without one.
-        inside: Whether the run starts in its certified region; None if unknown.
-        margin: v(0) over the level of this region, both from its rest state; None if unknown.
+        region: The check of the certified region; None if there is none.
         convergence: What is proved of the exact motion; None for an older result.
         answer: What is known about stability, and how surely.
         comparisons: Printed values of the config's `reference`, each with the computed one.
@@ -31,8 +30,7 @@ class RunFacts:
     run: Run
     lines: tuple[CertificateLine, ...]
     proof: Proof | None
-    inside: bool | None
-    margin: float | None
+    region: RegionCheck | None
     convergence: Convergence | None
     answer: RunAnswer
     comparisons: tuple[ReferenceValue, ...]
@@ -53,15 +51,14 @@ def _facts(run: Run, proof: Proof | None) -> RunFacts:
     comparisons = (
         reference_values_of(result, reference, run.summary) if reference is not None else []
     )
-    answer, inside, margin = run.known_answers or answers_of(result, config, proof)
+    known = run.known_answers or answers_of(result, config, proof)
     return RunFacts(
         run=run,
-        lines=tuple(certificate_lines(result)),
+        lines=known.lines,
         proof=proof,
-        inside=inside,
-        margin=margin,
-        convergence=stored_convergence(result.attributes),
-        answer=answer,
+        region=known.region,
+        convergence=known.convergence,
+        answer=known.answer,
         comparisons=tuple(comparisons),
     )
 

@@ -116,7 +116,7 @@ def _row(facts: RunFacts) -> tuple[Cell, ...]:
         Cell(at_least(s.pitch_resolved) + number(s.largest_pitch), s.largest_pitch),
         *(_lyapunov_cell(v, facts) for v in (s.lyapunov_start, s.lyapunov_end)),
         _rest_states(facts.proof),
-        _inside(facts.inside),
+        _inside(None if facts.region is None else facts.region.inside),
         Cell(facts.attribute("variant") or NO_VALUE),
         number_cell(s.relative_residual, 2),
         verdict_cell(facts.attribute("verdict"), "certificates"),

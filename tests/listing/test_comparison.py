@@ -13,7 +13,7 @@ from rbstab.experiment.simulate import simulate
 from rbstab.experiment.summary import summary_of
 from rbstab.listing.comparison import Row, compare
 from rbstab.store.errors import StoreError
-from rbstab.store.run_file import write_result
+from rbstab.store.run_file import open_result, write_result
 
 STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
 
@@ -60,8 +60,6 @@ def test_another_system_has_no_ratio_of_v(usual: Path, tmp_path: Path) -> None:
 
 
 def test_the_numbers_are_those_of_their_run(usual: Path, tmp_path: Path) -> None:
-    from rbstab.store.run_file import open_result
-
     fast = run_file(tmp_path, "fast", "initial.angular_velocity=[2,4,6]")
     row = named(compare(fast, usual).outcomes)["largest |θ2| [rad]"]
     peaks = [summary_of(open_result(path)).largest_pitch for path in (fast, usual)]
@@ -90,6 +88,14 @@ def test_sweeps() -> None:
     for place, members in ((1, 30), (2, 20)):
         counts = [outcomes[f"members: come to rest, {word}"][place].split() for word in words]
         assert sum(int(count[0]) for count in counts) == members
+
+
+def test_a_run_with_a_word_of_no_version(usual: Path, tmp_path: Path) -> None:
+    result = open_result(usual)
+    result.attributes["convergence"] = "perhaps"
+    write_result(tmp_path / "odd.h5", result)
+    with pytest.raises(StoreError, match=r"odd.h5: its content is wrong .*'perhaps'"):
+        compare(usual, tmp_path / "odd.h5")
 
 
 @pytest.mark.parametrize(

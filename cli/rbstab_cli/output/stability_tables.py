@@ -27,7 +27,7 @@ ON_A_RIDGE = (
 def print_stability_report(report: "StabilityReport") -> None:
     """Print the statements about one config, then the tables behind them."""
     from rbstab.config.errors import printable
-    from rbstab.experiment.answers.words import word_of
+    from rbstab.experiment.answers.words import run_words
     from rbstab.integrate.status import RunStatus
     from rbstab_cli.output.certificate import print_certificate
 
@@ -38,7 +38,7 @@ def print_stability_report(report: "StabilityReport") -> None:
         click.echo(f"  {statement}")
     if run is not None:
         ended = "" if run.status == RunStatus.COMPLETED else f" It ended early: {run.status}."
-        word = word_of(str(run.attributes["verdict"]))
+        word = run_words(str(run.attributes["verdict"]))
         click.echo(f"  Checks of the computed run: {word}.{ended}")
     click.echo()
     if stability.proof.states:

@@ -120,9 +120,13 @@ def _text(value: float | str) -> str:
 
 
 def _of_run(run: Run) -> Outcome:
-    known = known_now(run.path, run.result, run.config)
     result, s = run.result, run.summary
-    answer = answer_of(known.result, known.proof)
+    try:
+        known = known_now(run.path, result, run.config)
+        answer = answer_of(known.result, known.proof)
+    except (LookupError, ValueError, TypeError, ArithmeticError, AttributeError) as error:
+        reason = f"{type(error).__name__}: {error}"
+        raise StoreError(f"{run.path}: its content is wrong ({reason})") from error
     return {
         "run id": result.run_id,
         "status": result.status,

@@ -10,6 +10,7 @@ import pytest
 from cli.conftest import GOOD, Invoke
 
 from rbstab.store.errors import StoreError
+from rbstab_cli.output.answers import named
 
 PLAN = "base: good.yaml\nvary: {body.mass: {values: [40, 41]}}\n"
 
@@ -142,3 +143,26 @@ def test_trying_a_folder_leaves_nothing(folder: Path) -> None:
 
     check_folder(folder / "a" / "b")
     assert [path.name for path in folder.iterdir()] == ["good.yaml"]
+
+
+@pytest.mark.usefixtures("folder")
+def test_after_several_runs_the_report_of_all_is_next(rbstab: Invoke) -> None:
+    names = [f"a {number}" for number in range(7)]
+    for name in names:
+        Path(f"{name}.yaml").write_text(GOOD)
+    run = ("run", "--no-prove", "-o", "my results")
+    two = rbstab(*run, "a 0.yaml", "a 1.yaml")
+    command = "Next: rbstab report 'my results/a 0.h5' 'my results/a 1.h5'\n"
+    assert two.stderr.endswith(command)
+    # All runs that share an answer are named, as far as there is room.
+    assert "my results/a 0.h5, my results/a 1.h5\n  This start: " in two.stdout
+    many = rbstab(*run, *(f"{name}.yaml" for name in names))
+    assert many.stderr.endswith("Next: rbstab report 'my results'\n")
+    words = shlex.split(many.stderr.splitlines()[-1].removeprefix("Next: rbstab"))
+    assert "7 runs" in rbstab(*words, "--format", "text").stdout
+
+
+def test_names_that_do_not_fit_are_counted() -> None:
+    paths = [Path(f"results/{'x' * 60}{number}.h5") for number in range(4)]
+    assert named(paths) == f"{paths[0]}, {paths[1]} and 2 more"
+    assert named(paths[:1]) == str(paths[0])

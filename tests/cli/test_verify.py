@@ -129,6 +129,28 @@ def test_a_folder_without_proofs(proof: Path, rbstab: Invoke) -> None:
     assert "--certificate needs the file of one proof" in done.stderr
 
 
+def test_many_proofs_are_counted_and_faults_are_told_in_full(
+    proof: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("a.json", "b.json"):
+        proof.with_name(name).write_text(proof.read_text())
+    data = read_document(proof)
+    data["region"]["lower_bound"] *= 1.01
+    write_document(proof, data)
+    few = rbstab("verify", "results").stdout
+    assert "results/proofs/a.json: verified\nresults/proofs/b.json: verified\n" in few
+    assert "  The range of eq. 5\n    Rest states: checked. 1 of 1" in few  # of the refused one
+    assert few.count("1 of 1 are isolated") == 2
+    assert "    The range of eq. 5: region of rest state N: 2 (" in few
+    assert "use --config CONFIG.\n" in few
+    monkeypatch.setattr("rbstab_cli.output.verified.MAX_LISTED", 1)
+    many = rbstab("verify", "results").stdout
+    assert "a.json" not in many
+    assert f"results/proofs/{proof.name}: REFUSED\n" in many
+    assert "Certified region: REFUSED" in many
+    assert few.splitlines()[-1] == many.splitlines()[-1]
+
+
 def test_several_files(proof: Path, rbstab: Invoke) -> None:
     other = proof.with_name("other.json")
     other.write_text(proof.read_text())
@@ -206,3 +228,13 @@ def test_quiet_verify_prints_the_same(proof: Path, rbstab: Invoke) -> None:
     loud, quiet = rbstab("verify", str(proof)), rbstab("verify", str(proof), "-q")
     assert loud.stdout == quiet.stdout
     assert loud.stderr == quiet.stderr == ""
+
+
+def test_many_files_that_claim_nothing_are_counted(
+    proof: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    test_a_file_that_claims_nothing_is_not_counted(proof, rbstab)
+    monkeypatch.setattr("rbstab_cli.output.verified.MAX_LISTED", 1)
+    done = rbstab("verify", "results")
+    assert "\n  Claims nothing\n    an input supplies power (1 file)\n" in done.stdout
+    assert "claims nothing: " not in done.stdout

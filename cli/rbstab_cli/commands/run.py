@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 MAX_NAMED = 6
-"""The most runs without proofs that a message names."""
+"""The most runs that a message names."""
 
 
 @click.command("run")
@@ -129,10 +129,19 @@ def command(
         _print_table(batch.finished)
     _print_answers(batch.finished, as_json=as_json, quiet=quiet)
     if batch.finished and not quiet and batch.exit_code != exit_codes.INTERRUPTED:
-        from rbstab.files.shell_words import shell_word
-
-        click.echo(f"Next: rbstab show {shell_word(batch.finished[-1].run.path)}", err=True)
+        click.echo(f"Next: {_next_command(batch.finished, output)}", err=True)
     raise click.exceptions.Exit(batch.exit_code)
+
+
+def _next_command(runs: "list[_Finished]", output: Path) -> str:
+    """Return the command that shows the run, or the report of all runs."""
+    from rbstab.files.shell_words import shell_word
+
+    paths = [shell_word(finished.run.path) for finished in runs]
+    if len(paths) == 1:
+        return f"rbstab show {paths[0]}"
+    few = len(paths) <= MAX_NAMED
+    return f"rbstab report {' '.join(paths) if few else shell_word(output)}"
 
 
 def _import_engines(names: set[str]) -> None:

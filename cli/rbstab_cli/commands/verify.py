@@ -1,5 +1,6 @@
 """`rbstab verify`."""
 
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -53,7 +54,9 @@ def command(
     Of a folder all proofs of rest states are checked, or with --config the newest proof of that
     config.
 
-    A file that only says why there is no proof claims nothing, and is not counted.
+    Of several proofs, those that are refused are printed in full, and of the others how many claims
+    of each kind were checked. A file that only says why there is no proof claims nothing, and is
+    not counted.
 
     The rest states of a proof and the region of each minimum are checked. The checker shares no
     bounds and no arithmetic with the program that made the proof: it computes all of them anew, in
@@ -98,7 +101,9 @@ def command(
 
         print_json(_data(proof, stored, found))
     else:
-        _print(proof, found)
+        from rbstab_cli.output.verified import print_verification
+
+        print_verification(proof, found)
     if certificate is not None:
         from rbstab_cli.output.json_output import as_json_text
         from rbstab_cli.output.text_file import write_text
@@ -118,28 +123,43 @@ def _check_several(
     quiet: bool,
 ) -> None:
     """Check proofs one after the other; a damaged one does not stop the others."""
-    data, verified, empty = [], 0, 0
+    from rbstab_cli.output.verified import (
+        MAX_LISTED,
+        print_counts,
+        print_one_of,
+        print_verification,
+    )
+
+    data, results = [], []
+    nothing = Counter[str]()
     for path in files:
         checked = _checked(path, config, quiet=quiet)
         if checked is None:
             continue
         stored, found = checked
         if stored.claims_nothing:
-            empty += 1
-            if not as_json:
+            nothing[stored.outcome] += 1
+            if not as_json and len(files) <= MAX_LISTED:
                 click.echo(f"{path}: claims nothing: {stored.outcome}\n")
             continue
-        verified += found.verified
         data.append(_data(path, stored, found))
-        if not as_json:
-            _print(path, found)
+        results.append(found)
+        if as_json:
+            continue
+        if len(files) == 1:
+            print_verification(path, found)
             click.echo()
-    proofs = len(files) - empty
+        else:
+            print_one_of(path, found, len(files))
+    empty = nothing.total()
+    proofs, verified = len(files) - empty, sum(found.verified for found in results)
     if as_json:
         from rbstab_cli.output.json_output import print_json
 
         print_json(data)
     else:
+        if len(files) > 1:
+            print_counts([found for found in results if found.verified], nothing)
         not_checked = f"; {others} within tolerances cannot be checked" if others else ""
         without = (
             f"; {empty} {'file claims' if empty == 1 else 'files claim'} nothing" if empty else ""
@@ -193,23 +213,6 @@ def _config(path: Path | None, changes: tuple[str, ...], *, allow_python: bool) 
         return None
     # Without permission the config is only read: all but the energy of code can be compared.
     return load_all([path], changes, allow_python=allow_python or None)[path]
-
-
-def _print(path: Path, found: "Verification") -> None:
-    click.echo(f"{path}: {'verified' if found.verified else 'REFUSED'}")
-    about = None
-    for finding in found.findings:
-        if finding.about != about:
-            about = finding.about
-            click.echo(f"\n  {about[0].upper()}{about[1:]}")
-        boxes = f" ({finding.boxes:,} boxes)" if finding.boxes else ""
-        verdict = "checked" if finding.verified else "REFUSED"
-        claim = finding.claim[0].upper() + finding.claim[1:]
-        click.echo(f"    {claim}: {verdict}{boxes}. {finding.text}")
-    if found.unchecked:
-        click.echo("\n  Not checked")
-        for text in found.unchecked:
-            click.echo(f"    {text}")
 
 
 def _data(path: Path, proof: "Proof", found: "Verification") -> dict[str, Any]:

@@ -18,6 +18,10 @@ MAX_SENTENCES = 10
 """The answers of more runs are printed as words only."""
 
 
+MAX_WIDTH = 160
+"""The most characters of the names of files that share an answer."""
+
+
 def print_answer(answer: "RunAnswer") -> None:
     """Print the answers of a run, a line for each question."""
     for question, found in (
@@ -51,11 +55,20 @@ def print_answers(
             print_result_warnings(path, warnings[path])
         return
     for answer, paths in shared.items():
-        more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
-        click.echo(f"{paths[0]}{more}")
+        click.echo(named(paths))
         print_answer(answer)
         for path in paths:
             print_result_warnings(path, warnings[path])
+
+
+def named(paths: Sequence[Path]) -> str:
+    """Return the names of files, as many as fit into `MAX_WIDTH`, and how many more there are."""
+    shown = str(paths[0])
+    for number, path in enumerate(paths[1:], 1):
+        if len(shown) + len(str(path)) > MAX_WIDTH:
+            return f"{shown} and {len(paths) - number} more"
+        shown += f", {path}"
+    return shown
 
 
 def _print_words(answers: "list[tuple[Path, RunAnswer]]") -> None:

@@ -244,6 +244,22 @@ def test_play_and_pause(opened: Opened) -> None:
     assert slider.input_value() == reached
 
 
+def test_the_bar_of_time_is_there_while_a_body_is_seen_or_moves(opened: Opened) -> None:
+    page = opened(report(), viewport={"width": 1000, "height": 600})
+    bar, canvas = page.locator(".clock"), page.locator("canvas").first
+    page.evaluate("scrollTo(0, 0)")
+    expect(bar).to_be_hidden()
+    canvas.scroll_into_view_if_needed()
+    expect(bar).to_be_visible()
+    page.get_by_role("button", name="Play").click()
+    page.evaluate("scrollTo(0, 0)")
+    page.wait_for_timeout(300)
+    expect(bar).to_be_visible()
+    page.get_by_role("button", name="Pause").click()
+    page.locator(".theme").focus()
+    expect(bar).to_be_hidden()
+
+
 def test_a_view_turns_by_dragging_and_by_keys(opened: Opened) -> None:
     page = opened(report())
     canvas = page.locator("canvas").first

@@ -255,10 +255,11 @@ OVERLAPS = """(box) => {
   const bar = box.querySelector(".modebar").getBoundingClientRect();
   const overlap = ({ left, right, top, bottom }) =>
     left < bar.right && right > bar.left && top < bar.bottom && bottom > bar.top;
-  const texts = [...box.querySelectorAll("text")].filter((text) => text.textContent);
+  const legend = box.parentElement.querySelectorAll(".legend button, .csv");
+  const texts = [...box.querySelectorAll("text"), ...legend].filter((text) => text.textContent);
   return texts.filter((text) => overlap(text.getBoundingClientRect())).map((t) => t.textContent);
 }"""
-"""The texts of a figure that its toolbar covers."""
+"""The texts of a figure and of its legend that its toolbar covers."""
 
 
 @pytest.mark.parametrize("width", [1400, 390])
@@ -272,11 +273,13 @@ def test_the_toolbar_covers_no_text(opened: Opened, width: int) -> None:
     )
     curve = Line(middles, middles)
     plain = Panel(Axis("x"), Axis("y"), (curve,))
+    named = tuple(Line(middles, n * middles, f"a run of a name, {n}") for n in range(9))
     figures = (
         Figure("by-condition", "F", maps, columns=2, shared="xy"),
         Figure("apart", "F", maps, columns=2),
         Figure("curves", "F", (Panel(Axis("x"), Axis("y"), (curve,), title), plain), columns=2),
         Figure("untitled", "F", (plain,)),
+        Figure("named", "F", (Panel(Axis("x"), Axis("y"), named),)),
     )
     section = Section("s", "S", figures)
     page = opened(

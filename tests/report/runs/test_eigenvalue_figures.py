@@ -115,7 +115,9 @@ def test_of_many_runs_the_first_have_loci():
     runs = [run_of("sliding", number, f"run {number}") for number in range(MAX_LOCI + 1)]
     figures, text = blocks_of(*runs)
     assert len(figures) == 1 + MAX_LOCI
-    assert len(points_of(figures["runs-eigenvalues"].panels[0])) == MAX_LOCI + 1
+    # All have the same eigenvalues.
+    (label,) = points_of(figures["runs-eigenvalues"].panels[0])
+    assert label == f"{', '.join(run.label for run in runs[:6])} and {len(runs) - 6} more"
     assert f"the first {MAX_LOCI} runs" in text
 
 
@@ -128,7 +130,18 @@ def test_both_of_a_pair_are_slow_or_neither_is():
     assert 5 * slowest < -np.nanmin(x) <= 10 * slowest * (1 + 1e-6)
 
 
-def test_runs_with_equal_eigenvalues_are_told_apart():
+def given_spectra(monkeypatch, *spectra):
+    """Let the eigenvalues of the runs be given, in their order."""
+    waiting = iter(spectra)
+
+    def given(run, factors):
+        return eigenvalues.Roots(run, np.ones(1), np.array([next(waiting)], dtype=complex))
+
+    monkeypatch.setattr(eigenvalues, "_roots", given)
+
+
+def test_runs_are_told_apart(monkeypatch):
+    given_spectra(monkeypatch, *([-1.0 - n, -3.0 - n] for n in range(10)))
     runs = [run_of("free", number, f"run {number}") for number in range(10)]
     panel = blocks_of(*runs)[0]["runs-eigenvalues"].panels[0]
     marks = list(points_of(panel).values())
@@ -137,6 +150,24 @@ def test_runs_with_equal_eigenvalues_are_told_apart():
     assert len({mark.symbol for mark in marks[:6]}) == 6
     # A disc would hide the symbols below it.
     assert all(mark.symbol != 0 for mark in marks)
+
+
+def test_runs_with_the_same_eigenvalues_have_one_entry(monkeypatch):
+    given_spectra(monkeypatch, [-1, -2 + 3j, -2 - 3j], [-2 - 3j, -1, -2 + 3j], [-1, -2 + 3j, -4])
+    runs = [run_of("free", number, f"g{number}") for number in range(3)]
+    figure = blocks_of(*runs)[0]["runs-eigenvalues"]
+    assert list(points_of(figure.panels[0])) == ["g0, g1", "g2"]
+    assert "one entry" in figure.caption
+
+
+def test_an_eigenvalue_that_is_far_away_is_named_and_does_not_squeeze_the_others(monkeypatch):
+    given_spectra(monkeypatch, [-1, -2 + 3j, -2 - 3j, -4, -53210], [-2, -3, -2 + 2j, -2 - 2j, -4])
+    runs = [run_of("free", number, f"g{number}") for number in range(2)]
+    figure = blocks_of(*runs)[0]["runs-eigenvalues"]
+    drawn = np.concatenate([mark.x for mark in points_of(figure.panels[0]).values()])
+    assert sorted(drawn) == [-4, -4, -3, -2, -2, -2, -2, -2, -1]
+    assert figure.panels[0].x.label == "real part Re λ, without those far away"
+    assert "λ = -5.321e+04 1/s (g0)" in figure.caption
 
 
 def test_the_modes_of_a_sliding_surface_are_said_to_be_missing():

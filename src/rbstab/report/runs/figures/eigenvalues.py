@@ -1,7 +1,7 @@
 """Figures of the eigenvalues at the rest state, and of their root loci along the gain K_r."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block
 from rbstab.report.model.figure import Axis, Figure, Level, Line, Mark, Panel, Points
 from rbstab.report.reading.sources import Run
+from rbstab.report.runs.figures.spectra import Roots, alike, farthest
 
 GAIN = "controller.K_r"
 """The gain that is varied; every variant has it, but a body without a controller does not."""
@@ -42,14 +43,6 @@ SYMBOLS = (1, 2, 3, 4, 5, 6)
 There is one less than colours, so that runs with the same symbol have other colours."""
 
 BORDER = Level(0.0, "border of stability", vertical=True)
-
-
-class Roots(NamedTuple):
-    """Eigenvalues of a run: factors on K_r, shape (n,); values, complex, shape (n, k), 1/s."""
-
-    run: Run
-    factors: Array
-    values: Array
 
 
 def eigenvalue_blocks(runs: Sequence[Run]) -> tuple[Block, ...]:
@@ -112,18 +105,29 @@ def _nominal(roots: Roots) -> Roots:
 
 
 def _spectra(spectra: list[Roots]) -> Figure:
-    titles = _titles(spectra)
+    groups = alike(spectra)
+    far = farthest([roots.values for roots in spectra])
+    near = [r._replace(values=r.values[np.abs(r.values) < far][np.newaxis]) for r, _ in groups]
+    labelled = list(zip(near, [label for _, label in groups], strict=True))
+    titles = _titles(near)
     panels = tuple(
-        Panel(REAL, IMAGINARY, (*_crosses(spectra, slow=slow), BORDER), title=title)
+        Panel(REAL, IMAGINARY, (*_crosses(labelled, slow=slow), BORDER), title=title)
         for slow, title in titles.items()
     )
     notes = ["Eigenvalues of the motion linearised at the rest state."]
+    outside = _outside(groups, far)
+    if outside:
+        first = replace(REAL, label=f"{REAL.label}, without those far away")
+        panels = (replace(panels[0], x=first), *panels[1:])
+        notes.append(f"Too far away for this figure: {outside}.")
     if len(titles) > 1:
         notes.append(
             f"Slow eigenvalues decay at most {SLOW_FACTOR:g} times as fast as the slowest."
         )
-    if len(spectra) > 1:
+    if len(groups) > 1:
         notes.append("Each run has a symbol and a colour of its own.")
+    if len(groups) < len(spectra):
+        notes.append("Runs with the same eigenvalues have one entry.")
     return Figure(
         "runs-eigenvalues",
         "Eigenvalues at the rest state",
@@ -149,9 +153,23 @@ def _lengths(values: Array) -> Array:
     return found
 
 
-def _crosses(spectra: list[Roots], *, slow: bool) -> list[Mark]:
+def _outside(groups: list[tuple[Roots, str]], far: float) -> str:
+    """Return the eigenvalues that are too far away, each with its runs; "" for none."""
+    found = []
+    for (_, _, values), label in groups:
+        # One of a pair is enough.
+        own = [value for value in values[0].tolist() if abs(value) >= far and value.imag >= 0]
+        if own:
+            named = " and ".join(
+                f"{v.real:.4g} ± {v.imag:.4g}i" if v.imag else f"{v.real:.4g}" for v in own
+            )
+            found.append(f"λ = {named} 1/s ({label})")
+    return "; ".join(found)
+
+
+def _crosses(spectra: Sequence[tuple[Roots, str]], *, slow: bool) -> list[Mark]:
     marks: list[Mark] = []
-    for run, _, values in spectra:
+    for (run, _, values), label in spectra:
         eigenvalues = values[0]
         if slow:
             eigenvalues = eigenvalues[_slow(eigenvalues, eigenvalues)]
@@ -159,7 +177,7 @@ def _crosses(spectra: list[Roots], *, slow: bool) -> list[Mark]:
             Points(
                 eigenvalues.real,
                 eigenvalues.imag,
-                run.label,
+                label,
                 colour=run.number,
                 symbol=SYMBOLS[run.number % len(SYMBOLS)],
                 texts=tuple(_described(value) for value in eigenvalues.tolist()),

@@ -35,8 +35,15 @@ WIDTH = 6.7
 COLUMN_WIDTH = 80 / 25.4
 """Width of a column of a paper, 80 mm, in."""
 
-COLUMN_STYLE = {"axes.titlesize": 8.0, "xtick.labelsize": 8.0, "ytick.labelsize": 8.0}
-"""The style of a figure as wide as a column: all texts have 8 points."""
+COLUMN_STYLE = {
+    "axes.titlesize": 8.0,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "legend.handlelength": 1.5,
+    "legend.handletextpad": 0.5,
+    "legend.columnspacing": 0.8,
+}
+"""The style of a figure as wide as a column: all texts have 8 points, and legends are narrow."""
 
 COLUMN_PANEL = 1.5
 """Height of a panel of such a figure that has several, in."""
@@ -55,6 +62,8 @@ STYLE = {
     "legend.fontsize": 8.0,
     "legend.frameon": False,
     "legend.handlelength": 2.2,
+    "legend.handletextpad": 0.8,
+    "legend.columnspacing": 1.5,
     "axes.linewidth": 0.7,
     "axes.grid": True,
     "axes.axisbelow": True,
@@ -364,24 +373,29 @@ def _add_legend(drawing: Drawing, entries: list[tuple[str, Artist]], width: floa
     if not entries:
         return 0.0
     size = float(mpl.rcParams["legend.fontsize"])
-    room = int((width * 72 / size - 4.5) / CHARACTER_WIDTH)
+    style_of = mpl.rcParams
+    beside = float(
+        style_of["legend.handlelength"]
+        + style_of["legend.handletextpad"]
+        + style_of["legend.columnspacing"]
+    )
+    room = int((width * 72 / size - beside) / CHARACTER_WIDTH)
     labels = [textwrap.fill(label, room) if len(label) > room else label for label, _ in entries]
     longest = max(len(line) for label in labels for line in label.splitlines() or [""])
-    entry_width = (longest * CHARACTER_WIDTH + 4.5) * size / 72
+    entry_width = (longest * CHARACTER_WIDTH + beside) * size / 72
     columns = max(1, min(len(entries), int(width / entry_width)))
     legend = drawing.legend(
         [handle for _, handle in entries],
         ["entry"] * len(entries),
         loc="outside upper center",
         ncols=columns,
-        columnspacing=1.5,
         borderaxespad=0.2,
     )
     # Labels are set afterwards: some versions of matplotlib hide a label that starts with _.
     for text, label in zip(legend.get_texts(), labels, strict=True):
         text.set_text(escape_math(label))
     rows = math.ceil(len(entries) / columns) + sum(label.count("\n") for label in labels) / columns
-    return rows * 1.5 * size / 72 + 0.1
+    return rows * 1.4 * size / 72 + 0.1
 
 
 def _wrap(text: str, length: float) -> str:

@@ -21,11 +21,6 @@ const isNarrow = (box) => box.clientWidth < 620;
 
 // No toolbar on touch screens: it would stay over the curves.
 const hasToolbar = !matchMedia("(pointer: coarse)").matches;
-const TOOLBAR = 20;
-
-/** Return the space for the toolbar above a figure, px: without it, the bar would cover titles. */
-const toolbarRoom = () => (hasToolbar && !printing ? TOOLBAR : 0);
-
 /** Return a layout in the colours of the page and in a width. */
 function themed(layout, width) {
   const [text, grid, line, page] = ["text", "grid", "line", "page"].map(tone);
@@ -33,8 +28,6 @@ function themed(layout, width) {
   const whole = {
     ...layout,
     width,
-    height: layout.height + toolbarRoom(),
-    margin: { ...layout.margin, t: layout.margin.t + toolbarRoom() },
     // Keep the zoom when colours or widths change.
     uirevision: "kept",
     font: { ...layout.font, color: text, family: getComputedStyle(document.body).fontFamily },

@@ -14,7 +14,7 @@ document.querySelectorAll(".table table").forEach(makeSortable);
 document.querySelectorAll(".table .scroll").forEach(fitColumns);
 for (const box of document.querySelectorAll(".drawing")) {
   const { layout, narrow } = drawings[box.dataset.name];
-  box.style.minHeight = `${(isNarrow(box) ? narrow : layout).height + toolbarRoom()}px`;
+  box.style.minHeight = `${(isNarrow(box) ? narrow : layout).height}px`;
   addLegend(box);
   offerData(box.closest(".plot").querySelector(".csv"));
   observe(box, (near) => near && draw(box).catch((error) => failed(box, error)));

@@ -31,13 +31,27 @@ function startClock(end) {
   });
   button.addEventListener("click", () => (clock.playing ? stopPlaying(button) : startPlaying(button)));
   form.addEventListener("submit", (event) => event.preventDefault());
-  form.hidden = false;
+  showNear(form);
   setTime(0);
+}
+
+/** Show the bar while a body is on the screen, while they play, and while the bar has the focus. */
+function showNear(form) {
+  const seen = new Set();
+  const show = () => (form.hidden = !(seen.size || clock.playing || form.contains(document.activeElement)));
+  const watch = new IntersectionObserver((entries) => {
+    for (const { target, isIntersecting } of entries) seen[isIntersecting ? "add" : "delete"](target);
+    show();
+  });
+  for (const body of document.querySelectorAll(".motion")) watch.observe(body);
+  clock.changed = show;
+  form.addEventListener("focusout", () => setTimeout(show));
 }
 
 function stopPlaying(button) {
   clock.playing = false;
   button.textContent = "Play";
+  clock.changed?.();
 }
 
 function startPlaying(button) {

@@ -353,6 +353,7 @@ def _run_data(finished: _Finished) -> dict[str, Any]:
 
 def _print_table(runs: list[_Finished]) -> None:
     """Print the numbers of runs: a row for each."""
+    from rbstab.experiment.answers.run_answer import SETTLED
     from rbstab.experiment.summary import (
         at_least,
         lyapunov_function_of,
@@ -369,11 +370,13 @@ def _print_table(runs: list[_Finished]) -> None:
         *("max|E| [m]", "max|θ2| [rad]", "time [s]"),
     )
     table = new_table("file", "status", *numbers, words=("status",), numbers=numbers)
+    any_at_rest = False
     for finished in runs:
         run = finished.run
         s, result = summary_of(run.result), run.result
         completed = result.status == RunStatus.COMPLETED
         settled = settling_time_of(result)
+        any_at_rest |= not math.isnan(settled)
         add_row(
             table,
             str(run.path),
@@ -389,6 +392,8 @@ def _print_table(runs: list[_Finished]) -> None:
             style=None if completed else "yellow",
         )
     print_table(table)
+    if any_at_rest:
+        click.echo(f" At rest: {SETTLED} from then on.")
 
 
 def _print_answers(runs: list[_Finished], *, as_json: bool, quiet: bool) -> None:

@@ -54,12 +54,15 @@ def report_sweep(
     _print_statuses(by_status, member_count(sweep))
     if summary is None:
         return
+    from rbstab.experiment.answers.run_answer import SETTLED
     from rbstab_cli.output.tables import number
 
     completed = by_status.get("completed", 0)
     rows = {
-        "settled": f"{summary.settled} of {completed}",
-        "settling time, median": f"{number(summary.settling_median)} s" if summary.settled else "-",
+        "settled": f"{summary.settled} of {completed} ({SETTLED} to the end)",
+        "settling time, median": (
+            f"{number(summary.settling_median)} s, of those settled" if summary.settled else "-"
+        ),
         f"worst |r| / {summary.residual_scale}": number(summary.worst_residual, 2),
     }
     if not proofs_follow:
@@ -85,6 +88,8 @@ def answers_data(found: "MemberAnswers") -> dict[str, Any]:
 
 def print_member_answers(found: "MemberAnswers") -> None:
     """Print the answers about the members of a sweep: how many are proved, and how many seen."""
+    from rbstab.experiment.answers.run_answer import SETTLED
+
     meanings = {
         "proved": "they converge to a rest state",
         "false": "proved that they do not come to rest",
@@ -95,7 +100,8 @@ def print_member_answers(found: "MemberAnswers") -> None:
         if not count:
             continue
         click.echo(f"  {word + ':':<13}{count} of {found.members} members: {meanings[word]}.")
-    click.echo(f"  {'settled:':<13}{found.settled} of the {found.completed} that completed.")
+    which = f"{found.settled} of the {found.completed} that completed"
+    click.echo(f"  {'settled:':<13}{which}: {SETTLED} to the end.")
     for why, count in found.without_proof.items():
         click.echo(f"  {'no proof:':<13}{count} of {found.members} members: {why}.")
     if found.as_gathered:

@@ -8,7 +8,7 @@ from itertools import starmap
 import numpy as np
 
 from rbstab.analysis.settling import SETTLED_FRACTION
-from rbstab.experiment.answers.run_answer import SAME_START, Answer
+from rbstab.experiment.answers.run_answer import SAME_START, SETTLED, Answer
 from rbstab.experiment.answers.words import Sureness, meanings, words_with_meanings
 from rbstab.experiment.convergence.convergence import EVERY_START
 from rbstab.experiment.summary import at_least, lyapunov_function_of
@@ -40,6 +40,11 @@ MARGIN = "v(0)/c*"
 """Name of the number that compares a start with the certified region."""
 
 SYMBOLS = {
+    "at rest from": (
+        "at rest from",
+        f"{SETTLED} from then on; where an input supplies power, below {SETTLED_FRACTION:g} of its "
+        "largest value",
+    ),
     "v(0)": (
         "v(0)",
         "the Lyapunov function v at the start; v is an energy that damping takes away, zero at the "

@@ -21,7 +21,8 @@ HEADS = (
 NOTE = (
     "Disproved: the exact motion of this config, with its numbers as they are written, is proved "
     "to end elsewhere. A printed number stands for all numbers that round to its digits. The "
-    "verdict is empty if the motion was not enclosed to its end (rbstab run CONFIG --prove --to-end)."
+    "verdict is empty if the motion was not enclosed to its end (rbstab run CONFIG --prove "
+    "--to-end)."
 )
 
 

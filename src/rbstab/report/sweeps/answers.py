@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.experiment.answers.run_answer import SETTLED as SETTLED_V
 from rbstab.experiment.answers.words import Sureness, words_with_meanings
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Card, Cards, Statement
@@ -20,6 +21,7 @@ from rbstab.sweep.proofs.bodies import named_members, ranges_of
 from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, PROVED
 
 SYMBOLS = (
+    ("at rest", f"settled: {SETTLED_V} to the end of the run"),
     ("E1, E2, E3", "the displacement of the contact point from its anchor, by axis"),
     ("θ2", "the second Euler angle; its range ends at ±π/2 rad, a right angle"),
 )

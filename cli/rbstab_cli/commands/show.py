@@ -36,8 +36,8 @@ def command(result: Path, as_json: bool, as_config: bool) -> None:
     certificate, the values that its reference prints beside the computed ones, the arrays in the
     file, and its provenance.
 
-    RESULT may also be the folder of a sweep, a file or folder in it, a proof, a folder of proofs, or
-    a folder of results.
+    RESULT may also be the folder of a sweep, a file or folder in it, a proof, a folder of proofs,
+    or a folder of results.
     """
     from rbstab.store.disk.isolated_reading import IsolatedReader
     from rbstab.store.errors import StoreError

@@ -38,8 +38,9 @@ def command(result: Path, as_json: bool, as_config: bool) -> None:
 
     A proof that was stored in the folder of the result after the run counts too.
 
-    RESULT may also be the folder of a sweep, a file in it, a proof, or a folder of results. Of a
-    sweep it prints first how many members are proved, or seen, to come to rest.
+    RESULT may also be the folder of a sweep, a file or folder in it, a proof, a folder of proofs,
+    or a folder of results. Of a sweep it prints first how many members are proved, or seen, to come
+    to rest.
     """
     from rbstab.store.disk.isolated_reading import IsolatedReader
     from rbstab.store.errors import StoreError

@@ -244,6 +244,18 @@ def test_play_and_pause(opened: Opened) -> None:
     assert slider.input_value() == reached
 
 
+def test_equal_bodies_have_one_scale_whatever_their_ways(opened: Opened) -> None:
+    far = motion("run-2")
+    far = replace(far, positions=5 * far.positions)
+    page = opened(replace(report(), sections=(Section("m", "M", (motion(), far)),)))
+    scales = []
+    for canvas in page.locator("canvas").all():
+        canvas.scroll_into_view_if_needed()
+        expect(canvas).to_have_attribute("data-scale", re.compile(r"^\d.* m: \d+ px$"))
+        scales.append(canvas.get_attribute("data-scale"))
+    assert scales[0] == scales[1]
+
+
 def test_the_bar_of_time_is_there_while_a_body_is_seen_or_moves(opened: Opened) -> None:
     page = opened(report(), viewport={"width": 1000, "height": 600})
     bar, canvas = page.locator(".clock"), page.locator("canvas").first

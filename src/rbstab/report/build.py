@@ -4,8 +4,9 @@ from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
+from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Block, Report, Section
-from rbstab.report.model.words import counted, untrusted
+from rbstab.report.model.words import counted, listed, untrusted
 from rbstab.report.reading.sources import Run, Sources
 from rbstab.report.runs.answers import answer_blocks
 from rbstab.report.runs.certificate_tables import certificate_section
@@ -98,14 +99,20 @@ def _present(*sections: Section | None) -> Iterable[Section]:
 
 
 def _animations(runs: Sequence[Run]) -> Section | None:
-    """Return animated views of the first runs with more than one sample; None if there are none."""
+    """Return animated views of runs with more than one sample; None if there are none.
+
+    If there are too many, those that ended early come first: of these the motion explains most.
+    """
     moving = [run for run in runs if run.config is not None and len(run.result["time"]) > 1]
     if not moving:
         return None
-    shown = moving[:MAX_ANIMATIONS]
+    early_first = sorted(moving, key=lambda run: run.result.status == RunStatus.COMPLETED)
+    chosen = early_first[:MAX_ANIMATIONS]
+    shown = [run for run in moving if run in chosen]
     blocks: list[Block] = [animation_of(run) for run in shown]
     if len(shown) < len(runs):
-        blocks.insert(0, f"Shown: {len(shown)} of {len(runs)} runs.")
+        others = listed(run.label for run in runs if run not in shown)
+        blocks.insert(0, f"Shown: {len(shown)} of {len(runs)} runs. Not shown: {others}.")
     return Section("motion", "Motion", tuple(blocks))
 
 

@@ -67,10 +67,19 @@ class Solid:
     Args:
         vertices: Shape (n, 3), m, from the centre of gravity.
         triangles: The indices of the three vertices of each triangle, integers, shape (k, 3).
+        is_real: Whether a real body can have the moments; the shape is then the box that has them.
     """
 
     vertices: Array
     triangles: Array
+    is_real: bool = True
+
+    @property
+    def words(self) -> str:
+        """What the shape is."""
+        if self.is_real:
+            return "body, as the box of its mass and moments"
+        return "body: no real body has these moments, the shape shows their proportions"
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Animation, Tie
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.figures.curves import norms
-from rbstab.report.runs.solid import bone_of, semi_axes
+from rbstab.report.runs.solid import semi_axes, solid_of
 
 MAX_FRAMES = 360
 """Maximum number of frames. A page stores the pose of each; more would not be visible."""
@@ -49,7 +49,7 @@ def animation_of(run: Run) -> Animation:
         times=times[frames],
         positions=X[finite][frames],
         rotations=turns[frames].as_quat(scalar_first=True),
-        solid=bone_of(system.body),
+        solid=solid_of(system.body),
         contact_point=system.body.contact_point,
         # E is measured from the contact point at X = 0, Θ = 0, moved by X_a (eq. 38).
         anchor=system.body.contact_point + system.anchor if has_anchor else None,

@@ -1,4 +1,4 @@
-"""The shape that represents a body: a bone with the proportions of its inertia."""
+"""The shape that represents a body: the box of its inertia, or a bone if no real body has it."""
 
 import numpy as np
 
@@ -15,8 +15,56 @@ SHAFT_RADIUS = 0.55
 HEAD_FRACTION = 0.42
 """The length of a head over half the length of the bone."""
 
+CELLS = 4
+"""Each face of a box is drawn as so many by so many squares: larger triangles have no one depth."""
+
+THINNEST = 0.01
+"""Shorter sides of a box are drawn with this fraction of the longest, so that they stay visible."""
+
 RINGS, SIDES = 26, 24
 """Number of rings along the bone, and of vertices on each ring."""
+
+
+def solid_of(body: Body) -> Solid:
+    """Return the box of uniform density with a body's mass and moments; else a bone.
+
+    With the principal moments j, its sides along the principal axes are
+    a_i = √(6 (j_k + j_l - j_i) / m). If one j_i is not less than the sum of the two others, no real
+    body has the moments, and a bone stands for the body (`bone_of`).
+    """
+    moments, directions = np.linalg.eigh(body.inertia)
+    differences = moments.sum() - 2 * moments
+    # Round-off must not make a body real whose moments are a border case.
+    if not (differences > 1e-12 * moments.sum()).all():
+        return bone_of(body)
+    if np.linalg.det(directions) < 0:
+        directions = directions * [-1.0, 1.0, 1.0]
+    sides = np.sqrt(6 * differences / body.mass)
+    vertices, triangles = _unit_cube()
+    halves = 0.5 * sides.clip(min=THINNEST * sides.max())
+    return Solid((vertices * halves) @ directions.T, triangles)
+
+
+def _unit_cube() -> tuple[Array, Array]:
+    """Return the cube from -1 to 1, each face in squares of two triangles that look outwards."""
+    u, v = np.meshgrid(*(np.linspace(-1.0, 1.0, CELLS + 1),) * 2, indexing="ij")
+    row, column = np.meshgrid(np.arange(CELLS), np.arange(CELLS), indexing="ij")
+    corner = (row * (CELLS + 1) + column).ravel()
+    right, above = corner + CELLS + 1, corner + 1
+    face = np.concatenate(
+        [np.column_stack([corner, right, right + 1]), np.column_stack([corner, right + 1, above])]
+    )
+    vertices: list[Array] = []
+    triangles: list[Array] = []
+    for axis in range(3):
+        for side in (-1.0, 1.0):
+            place = np.zeros((u.size, 3))
+            place[:, axis] = side
+            # In a cyclic order of the axes, u times v looks along the third one.
+            place[:, (axis + 1) % 3], place[:, (axis + 2) % 3] = u.ravel(), v.ravel()
+            triangles.append(len(vertices) * u.size + (face if side > 0 else face[:, ::-1]))
+            vertices.append(place)
+    return np.concatenate(vertices), np.concatenate(triangles)
 
 
 def bone_of(body: Body) -> Solid:
@@ -37,7 +85,7 @@ def bone_of(body: Body) -> Solid:
         ],
         axis=-1,
     ).reshape(-1, 3)
-    return Solid((unit * lengths) @ directions.T, _triangles())
+    return Solid((unit * lengths) @ directions.T, _triangles(), is_real=False)
 
 
 def semi_axes(body: Body) -> tuple[Array, Array]:

@@ -5,7 +5,11 @@ from rbstab.report.model.document import Animation
 
 def stills_caption(animation: Animation) -> str:
     """Return the caption of the stills of an animation."""
-    parts = ["Orange: contact point, its path, and the line to it from the centre of gravity"]
+    parts = [
+        f"Grey-blue: {animation.solid.words}",
+        "black: centre of gravity",
+        "orange: contact point, its path, and the rod to it from the centre of gravity",
+    ]
     if animation.anchor is not None:
         parts.append("green: anchor and connector")
     if animation.ties:

@@ -23,6 +23,7 @@ AZIMUTH, ELEVATION, FOCUS = -0.95, 0.32, 1.55
 
 CONTACT, ANCHOR, PULLS, PUSHES = "#D55E00", "#009E73", "#CC3311", "#0077BB"
 BODY = np.array([122, 143, 166]) / 255
+CENTRE = "#1C2024"
 SLACK, AXIS = "#7F7F7F", "#7F7F7F"
 SUN = np.array([0.35, -0.55, 0.9]) / np.linalg.norm([0.35, -0.55, 0.9])
 
@@ -39,6 +40,9 @@ ARROW = {
 }
 
 DASHED = (0, (2.5, 1.8))
+
+MAX_BAR = 0.45
+"""Length of the longest bar that shows the scale, in."""
 
 MARGIN = 0.06
 """Space around the body, as a share of the width of a pose."""
@@ -126,6 +130,8 @@ def _row(animation: Animation) -> Drawing:
         _pose(axes, animation, camera, frame, corners)
         time = f"t = {animation.times[frame]:.3g} s"
         row.text((left + 0.5 * width) / WIDTH, 0.3 * TEXT / whole, time, ha="center", fontsize=8)
+        if number == count - 1:
+            _scale(axes, camera, size[0], width)
         if number == 0:
             _triad(axes, camera, np.array([width, height]), corners)
     return row
@@ -148,11 +154,12 @@ def _pose(axes: Axes, animation: Animation, camera: Camera, frame: int, corners:
     axes.plot(*path[: frame + 1].T, color=CONTACT, linewidth=0.9, zorder=3)
     here = _path(animation)[frame]
     lever = (animation.positions[frame], here)
-    _segment(axes, camera, lever, color=CONTACT, linestyle=DASHED)
+    _segment(axes, camera, lever, color=CONTACT)
     if animation.anchor is not None:
         _segment(axes, camera, (animation.anchor, here), color=ANCHOR, linewidth=1.4)
         _disc(axes, camera, animation.anchor, ANCHOR, 4.5)
-    _disc(axes, camera, here, CONTACT, 3.2)
+    _disc(axes, camera, animation.positions[frame], CENTRE, 2.8)
+    _disc(axes, camera, here, CONTACT, 3.6)
     largest = max((float(np.abs(tie.loads).max()) for tie in animation.ties), default=0.0) or 1.0
     turn = _turn(animation, frame)
     for tie in animation.ties:
@@ -177,6 +184,10 @@ def _solid(axes: Axes, animation: Animation, camera: Camera, corners: Array) -> 
     light = 0.55 + 0.45 * (normals @ SUN).clip(min=0) + 0.12 * normals[:, 2].clip(min=0)
     tints = (BODY * light[:, np.newaxis] * 1.15).clip(max=1.0)
     order = np.argsort(-places[..., 2].mean(axis=1))
+    # Of a closed shape only the triangles that look towards the camera are seen.
+    along, across = places[:, 1, :2] - places[:, 0, :2], places[:, 2, :2] - places[:, 0, :2]
+    faces = along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0] > 0
+    order = order[faces[order]]
     axes.add_collection(
         PolyCollection(
             list(places[order][..., :2]),
@@ -246,6 +257,26 @@ def _triad(axes: Axes, camera: Camera, size: Array, corners: Array) -> None:
             ha="center",
             va="center",
         )
+
+
+def _scale(axes: Axes, camera: Camera, size: float, width: float) -> None:
+    """Draw a bar of a round length, as it is at the middle of the view, in the lower right corner.
+
+    Args:
+        axes: The axes of a pose.
+        camera: The camera.
+        size: The width of the pose, in the units of its view.
+        width: Its width, in.
+    """
+    # A metre has 1 / distance in the view.
+    longest = MAX_BAR * size / width * camera.distance
+    power = 10.0 ** np.floor(np.log10(longest))
+    length = next(factor * power for factor in (5, 2, 1) if factor * power <= longest)
+    share = length / camera.distance / size
+    right, low = 1 - 0.06 / width, 0.05
+    look: dict[str, Any] = {"transform": axes.transAxes, "color": AXIS}
+    axes.plot([right - share, right], [low, low], linewidth=0.9, **look)
+    axes.text(right, low + 0.02, f"{length:.1g} m", fontsize=6, ha="right", va="bottom", **look)
 
 
 def _camera(animation: Animation) -> Camera:

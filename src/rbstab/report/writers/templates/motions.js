@@ -9,6 +9,8 @@ const PUSHES = "#0077BB";
 const BODY = { light: [122, 143, 166], dark: [138, 160, 184] };
 /** px: how far the origin of the axes is from the edges of the view. */
 const AXES = 40;
+/** px: the longest bar that shows the scale. */
+const BAR = 110;
 const SUN = unit([0.35, -0.55, 0.9]);
 
 /** Decode a base64 array into rows of a length. */
@@ -35,6 +37,7 @@ class MotionView {
     const [low, high] = this.bounds();
     this.floor = low[2] - this.reach;
     this.camera = new Camera(times(plus(low, high), 0.5), this.reach + hypot(...minus(high, low)) / 2);
+    this.body = motion.vertices.bdata;
     this.visible = false;
     this.listen();
   }
@@ -74,6 +77,7 @@ class MotionView {
     const pose = this.at(clock.now);
     this.paintGround(pen, project);
     this.paintAxes(pen, height);
+    this.paintScale(pen, width, height);
     const painter = new Painter(pen, project);
     this.addBody(painter, pose);
     this.addTrace(painter, pose);
@@ -114,6 +118,27 @@ class MotionView {
     });
   }
 
+  /** Paint a bar of a round length, as it is at the middle of the view, in the lower right corner. */
+  paintScale(pen, width, height) {
+    const pixels = this.camera.pixels(width, height);
+    const power = 10 ** Math.floor(Math.log10(BAR / pixels));
+    const length = [5, 2, 1].map((factor) => factor * power).find((one) => one * pixels <= BAR);
+    const [right, y] = [width - 16, height - 14];
+    const left = right - length * pixels;
+    pen.lineWidth = 1.6;
+    pen.strokeStyle = pen.fillStyle = tone("soft");
+    pen.beginPath();
+    pen.moveTo(left, y - 4);
+    pen.lineTo(left, y);
+    pen.lineTo(right, y);
+    pen.lineTo(right, y - 4);
+    pen.stroke();
+    pen.textAlign = "right";
+    pen.textBaseline = "bottom";
+    pen.fillText(`${Number(length.toPrecision(1))} m`, right, y - 6);
+    this.canvas.dataset.scale = `${length} m: ${Math.round(length * pixels)} px`;
+  }
+
   addBody(painter, { X, Q }) {
     const colour = BODY[isDark() ? "dark" : "light"];
     const corners = this.vertices.map((vertex) => plus(X, turned(Q, vertex)));
@@ -135,12 +160,13 @@ class MotionView {
   addTies(painter, { X, Q }) {
     const here = plus(X, turned(Q, this.contact));
     const over = 10 * this.camera.size;
-    painter.line([X, here], CONTACT, 2, { nearer: over, dash: [4, 3] });
+    painter.line([X, here], CONTACT, 2, { nearer: over });
     if (this.anchor) {
       painter.line([this.anchor, here], ANCHOR, 2.4, { nearer: over });
       painter.disc(this.anchor, 6.5, ANCHOR, tone("page"), -over);
     }
-    painter.disc(here, 4, CONTACT, tone("page"), -2 * over);
+    painter.disc(X, 3.5, tone("text"), tone("page"), -2 * over);
+    painter.disc(here, 5, CONTACT, tone("page"), -2 * over);
   }
 
   /** Add the elements between points of the body and points of space: wider under more load, dashed without load. */
@@ -214,6 +240,15 @@ function addViews(observe) {
       view.visible = near;
       view.paint();
     });
+  }
+  // Equal bodies have one scale.
+  for (const view of views) {
+    const alike = views.filter((other) => other.body === view.body);
+    view.size = Math.max(...alike.map((other) => other.camera.size));
+  }
+  for (const view of views) {
+    view.camera.size = view.size;
+    view.camera.reset();
   }
   clock.listeners.push(paintAll);
   return Math.max(0, ...views.map((view) => view.times.at(-1)));

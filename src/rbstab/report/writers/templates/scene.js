@@ -42,6 +42,11 @@ class Camera {
     this.distance = 1.02 * this.size * hypot(1, 2 * FOCUS);
   }
 
+  /** Return how many pixels a metre at the middle of the view has. */
+  pixels(width, height) {
+    return (FOCUS * Math.min(width, height)) / this.distance;
+  }
+
   turn(right, up) {
     this.azimuth -= right;
     this.elevation = Math.min(Math.max(this.elevation + up, -1.5), 1.5);
@@ -94,8 +99,11 @@ class Painter {
     }
   }
 
+  /** Add a triangle of a closed shape, if it looks towards the camera: anticlockwise as seen. */
   triangle(points, colour) {
     const places = points.map(this.project);
+    const [[a, b], [c, d], [e, f]] = places;
+    if ((c - a) * (f - b) - (d - b) * (e - a) >= 0) return;
     this.shapes.push({ depth: (places[0][2] + places[1][2] + places[2][2]) / 3, places, colour });
   }
 

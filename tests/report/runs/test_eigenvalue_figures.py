@@ -13,8 +13,9 @@ from rbstab.report.model.document import Section
 from rbstab.report.model.figure import Level, Points
 from rbstab.report.model.palette import COLOURS
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.figures import eigenvalues, spectra
+from rbstab.report.runs.figures import eigenvalues
 from rbstab.report.runs.figures.eigenvalues import MAX_LOCI, eigenvalue_blocks
+from rbstab.report.runs.figures.spectra import Roots
 
 
 def blocks_of(*runs):
@@ -135,7 +136,7 @@ def given_spectra(monkeypatch, *spectra):
     waiting = iter(spectra)
 
     def given(run, factors):
-        return spectra.Roots(run, np.ones(1), np.array([next(waiting)], dtype=complex))
+        return Roots(run, np.ones(1), np.array([next(waiting)], dtype=complex))
 
     monkeypatch.setattr(eigenvalues, "_roots", given)
 
@@ -215,7 +216,7 @@ def test_a_second_panel_must_show_a_smaller_range(monkeypatch, fastest, titles):
     spectrum = np.array([-1.0, -10.0, -2 + 3j, -2 - 3j, -fastest])
 
     def given(run, factors):
-        return spectra.Roots(run, np.asarray(factors), np.tile(spectrum, (len(factors), 1)))
+        return Roots(run, np.asarray(factors), np.tile(spectrum, (len(factors), 1)))
 
     monkeypatch.setattr(eigenvalues, "_roots", given)
     figures, _ = blocks_of(run_of("free"))

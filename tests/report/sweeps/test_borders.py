@@ -152,3 +152,15 @@ def test_distances_are_those_of_scaled_parameters(members):
     distance[found.outcomes[:, np.newaxis] == found.outcomes] = np.inf
     expected = np.unravel_index(distance.argmin(), distance.shape)
     assert border_pairs(found)[0] == tuple(int(k) for k in expected)
+
+
+def test_the_condition_of_a_notable_member_stands_beside_its_number(made):
+    vary = {
+        "controller.variant": {"each": {"values": ["visco-elastic", "free"]}},
+        f"{SPIN}[0]": {"normal": [0, 6]},
+    }
+    sections = sweep_sections(made(vary, design="random", members=10, seed=4))
+    table = tables(sections)["sweep-1-notable"]
+    assert [head.label for head in table.heads[:2]] == ["member", "condition"]
+    for row in table.rows:
+        assert row[1].text == ("visco-elastic" if int(row[0].text) < 10 else "free")

@@ -7,6 +7,7 @@ import numpy as np
 from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.sweeps.borders import notable
 from rbstab.report.sweeps.commands import member_command
+from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions, paired_conditions_of
 from rbstab.report.sweeps.members import OUTCOMES, SETTLED, UNSETTLED, Members
 from rbstab.report.sweeps.parameters import shortened
 from rbstab.report.sweeps.quantities import PEAK_LABEL, start_values
@@ -29,8 +30,10 @@ def notable_blocks(name: str, members: Members, path: Path) -> list[Block]:
     reasons = notable(members) if members.plan is not None else []
     if not reasons:
         return []
+    conditions = paired_conditions_of(members)
     heads = (
         Head("member", numbers=True),
+        *([] if conditions is None else [Head("condition")]),
         Head("reason"),
         Head("outcome"),
         *(Head(label, unit, numbers=True) for label, unit in NUMBER_COLUMNS.values()),
@@ -38,7 +41,7 @@ def notable_blocks(name: str, members: Members, path: Path) -> list[Block]:
         *_parameter_heads(members),
         Head("run id"),
     )
-    rows = tuple(_row(members, reason, k) for reason, k in reasons)
+    rows = tuple(_row(members, conditions, reason, k) for reason, k in reasons)
     table = Table(f"{name}-notable", "Notable members", heads, rows)
     sentence = (
         "Any member can be rerun as a single run, which stores its full trajectory. "
@@ -47,7 +50,9 @@ def notable_blocks(name: str, members: Members, path: Path) -> list[Block]:
     return [sentence, table]
 
 
-def _row(members: Members, reason: str, k: int) -> tuple[Cell, ...]:
+def _row(
+    members: Members, conditions: PairedConditions | None, reason: str, k: int
+) -> tuple[Cell, ...]:
     peak = float(np.abs(members.column("peak_contact_displacement")[k]).max())
     columns = {name: members.column(name) for name in NUMBER_COLUMNS}
     columns["lyapunov_start"] = start_values(members)
@@ -55,6 +60,7 @@ def _row(members: Members, reason: str, k: int) -> tuple[Cell, ...]:
     tone = {SETTLED: "good", UNSETTLED: ""}.get(OUTCOMES[members.outcomes[k]], "bad")
     return (
         whole(k),
+        *([] if conditions is None else [Cell(conditions.labels[conditions.codes[k]])]),
         Cell(reason),
         Cell(_outcome(members, k), tone=tone),
         *(number(float(column[k])) for column in columns.values()),

@@ -136,21 +136,30 @@ def _outcomes(
 
 
 def _quantiles(name: str, groups: PairedConditions, quantities: list[MemberQuantity]) -> Table:
+    """Return a row for each condition: of each quantity the median, and the span of most values."""
     heads = (
-        Head("quantity"),
         Head("condition"),
-        *(Head("median" if q == 0.5 else f"{q:.0%}", numbers=True) for q in SPREAD),
-        Head("members", numbers=True),
+        *(Head(q.axis.label, q.axis.unit, numbers=True) for q in quantities),
     )
-    rows = []
-    for quantity in quantities:
-        for k, label in enumerate(groups.labels):
-            own = quantity.ranked[groups.codes == k]
-            spread = (number(value) for value in quantiles_of(own, SPREAD))
-            count = whole(int((~np.isnan(own)).sum()))
-            rows.append((Cell(quantity.axis.text), Cell(label), *spread, count))
-    note = " ".join(quantity.note for quantity in quantities if quantity.note)
+    rows = [
+        (Cell(label), *(_median_and_spread(q.ranked[groups.codes == k]) for q in quantities))
+        for k, label in enumerate(groups.labels)
+    ]
+    shown = (
+        "The median of the members that have a value, and in parentheses the 5% and the 95% "
+        "quantile."
+    )
+    note = " ".join([shown, *(quantity.note for quantity in quantities if quantity.note)])
     return Table(f"{name}-compared-quantiles", "Quantiles by condition", heads, tuple(rows), note)
+
+
+def _median_and_spread(values: Array) -> Cell:
+    median, low, high = quantiles_of(values, SPREAD)
+    cells = [number(value) for value in (median, low, high)]
+    if np.isnan(median):
+        return cells[0]
+    middle, *ends = (cell.text for cell in cells)
+    return Cell(f"{middle} ({' to '.join(ends)})", cells[0].value)
 
 
 def _figure(

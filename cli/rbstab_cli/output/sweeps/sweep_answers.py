@@ -101,7 +101,9 @@ def _of_bodies(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) ->
 
     budget = None if unlimited else BUDGET
     if not quiet:
-        limit = "without a limit of time" if budget is None else f"for at most {budget:g} s"
+        limit = "without a limit of time"
+        if budget is not None:
+            limit = f"for at most {budget:g} s; those begun by then are finished"
         click.echo(f"Proving the rest states of the bodies, {limit} ...", err=True)
     stop = Event()
     with (

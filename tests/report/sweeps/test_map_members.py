@@ -82,6 +82,18 @@ def test_the_member_nearest_to_the_median_stands_for_a_cell(members):
     assert few > 0
 
 
+def test_members_that_failed_have_a_cross(made):
+    """One of many cells is a few pixels."""
+
+    def columns(a):
+        failed = (a[X] == 0) & (a[Y] == 10)
+        return {"settling_time": 5 + a[X], "status": np.where(failed, code("diverged"), 0)}
+
+    panel, _ = panel_of(sweep_sections(made(GRID, columns)), "settling time of v [s]")
+    (cross,) = (m for m in panel.marks if isinstance(m, Points) and m.label == "failed")
+    assert (cross.x.tolist(), cross.y.tolist(), cross.symbol) == ([0], [10], 1)
+
+
 def test_extremes_are_marked_where_they_are(made):
     def columns(a):
         return {"settling_time": 5 + a[X] - 0.01 * a[Y]}

@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from rbstab.report.model.figure import Axis, Cells
-from rbstab.report.writers.colour_scale import cell_edges, scale_ends, scale_ticks
+from rbstab.report.writers.colour_scale import (
+    bar_title,
+    cell_edges,
+    diverges,
+    scale_ends,
+    scale_ticks,
+)
 
 RANGES = [
     *((0.0, 1.0), (0.4, 1.2), (0.0376, 0.1128), (-3e-7, 2e-7), (999.9999, 1000.0001)),
@@ -62,3 +68,21 @@ def test_edges_are_halfway_on_their_axis():
     logarithmic = cell_edges(np.array([1.0, 100.0]), Axis("x", log=True))
     assert logarithmic == pytest.approx([0.1, 10.0, 1000.0])
     assert cell_edges(np.array([3.0]), Axis("x")).tolist() == [2.5, 3.5]
+
+
+@pytest.mark.parametrize(("log", "expected"), [(True, (0.02, 50.0)), (False, (-48.0, 50.0))])
+def test_a_diverging_scale_has_its_middle_in_the_middle(log, expected):
+    both = np.array([[0.1, 2.0], [np.nan, 50.0]])
+    scale = Axis("v(0) / c*", log=log, middle=1.0)
+    shown = Cells(np.arange(2.0), np.arange(2.0), both, scale)
+    assert diverges(shown)
+    assert scale_ends(shown) == pytest.approx(expected)
+    above = Cells(np.arange(2.0), np.arange(2.0), both + 1, scale)
+    assert not diverges(above)
+    assert scale_ends(above) == pytest.approx((1.1, 51.0))
+
+
+def test_a_logarithmic_bar_is_called_so():
+    assert bar_title(Axis("v", "J", log=True), titled=True) == "v [J], logarithmic"
+    assert bar_title(Axis("v", "J", log=True), titled=False) == "logarithmic"
+    assert bar_title(Axis("v", "J"), titled=False) == ""

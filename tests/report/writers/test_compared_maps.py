@@ -24,8 +24,10 @@ def test_maps_that_compare_share_titles_scales_and_one_colour_bar() -> None:
             assert axis["tickfont"] == layout["xaxis"]["tickfont"]
     assert {e["coloraxis"] for e in found["data"]} == {"coloraxis"}
     whole = plotly_data(compared_maps(6, shared="xy"))["layout"]
-    assert {whole[key]["title"]["text"] for key in whole["meta"]["axes"]} == {""}
-    assert [note["text"] for note in whole["annotations"]][-2:] == ["across [m]", "up [s]"]
+    titles = [whole[key]["title"]["text"] for key in whole["meta"]["axes"]]
+    # One title below all, and one beside each row.
+    assert titles == ["", "up [s]", *[""] * 5, "up [s]", *[""] * 4]
+    assert whole["annotations"][-1]["text"] == "across [m]"
     # The lowest panel of each column has tick labels, and the first of each row.
     assert shown_at(found["layout"], "x") == [False, False, True, True, True]
     assert shown_at(found["layout"], "y") == [True, False, False, True, False]
@@ -47,6 +49,24 @@ def test_beside_an_empty_cell_each_column_and_each_row_of_maps_has_its_titles() 
     full = plotly_data(compared_maps(6, shared="xy"))["layout"]
     assert wide["height"] == full["height"] + 22
     assert narrow["annotations"][-1]["text"] == "across [m]"
+
+
+def test_a_square_map_is_as_high_as_it_is_wide() -> None:
+    figure = compared_maps(4, shared="xy")
+    panels = tuple(replace(panel, square=True) for panel in figure.panels)
+    for columns in (1, 2):
+        square = replace(figure, panels=panels, columns=columns)
+        layout = plotly_data(square)["layout"]
+        wide, high = (layout[f"{letter}axis"]["domain"] for letter in "xy")
+        margin = layout["margin"]
+        width = (wide[1] - wide[0]) * (880 - margin["l"] - margin["r"])
+        height = (high[1] - high[0]) * (layout["height"] - margin["t"] - margin["b"])
+        assert height == pytest.approx(min(width, 420), abs=2)
+    drawing = draw_figure(replace(figure, panels=panels))
+    drawing.draw_without_rendering()
+    for axes in drawing.axes[:4]:
+        box = axes.get_window_extent()
+        assert box.width == pytest.approx(box.height, rel=1e-6)
 
 
 def test_titles_beside_an_empty_cell_have_lines_that_fit() -> None:

@@ -261,7 +261,7 @@ def test_a_map_of_numbers_has_a_bar_that_says_what_they_are(log):
     cells = Cells(X[:3], X[:2], np.array([[1.0, 2, 3], [10, np.nan, 1000]]), Axis("v", "J", log))
     drawing = draw_figure(figure_of(cells))
     _, bar = drawing.axes
-    assert bar.get_ylabel() == "v [J]"
+    assert bar.get_ylabel() == ("v [J], logarithmic" if log else "v [J]")
     assert bar.get_yscale() == ("log" if log else "linear")
     assert bar.get_ylim() == pytest.approx((1.0, 1000.0))
 

@@ -365,6 +365,18 @@ def test_the_bar_of_a_card_is_not_good_if_an_answer_is_bad(tones, bar):
     assert found == pytest.approx(TONE_COLOURS.get(bar, BORDER), abs=0.5)
 
 
+def test_a_tone_has_a_mark_too():
+    """A reader who does not see the colours has the marks of the page."""
+    tones = ("good", "bad", "warning", "")
+    rows = tuple((Cell(f"row {tone}"), Cell("entry", tone=tone)) for tone in tones)
+    table = Table("t", "T", (Head("a"), Head("b")), rows)
+    card = Card("case 1", tuple(Statement("Is it?", "word", "It says", tone) for tone in tones))
+    text = text_of(read(report(table, Cards("c", (card,)))))
+    for word in ("entry", "word"):
+        assert [f"{mark} {word}" in text for mark in "✓✗!"] == [True] * 3
+    assert text.count("entry") == text.count("word") == 4
+
+
 def test_the_sketch_of_a_card_is_drawn_beside_its_caption():
     curve = np.column_stack([X, X**2])
     sketch = Sketch("Drawn for a test.", (("red", curve), ("blue", curve)))

@@ -27,6 +27,10 @@ class Head(NamedTuple):
         return f"{self.label} [{self.unit}]" if self.unit not in ("", "1") else self.label
 
 
+MARKS = {"good": "✓", "bad": "✗", "warning": "!"}
+"""The marks of entries and answers by their tones: colour alone must not carry a meaning."""
+
+
 class Cell(NamedTuple):
     """An entry of a table.
 

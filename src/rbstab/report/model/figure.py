@@ -27,6 +27,8 @@ class Axis:
         colours: Numbers of the colours of the categories in the palette; (): 0, 1, 2, ...
         split: The two parts of a time axis with two scales; None for one scale.
         whole: Whether its values are whole numbers, such as counts; its ticks are then, too.
+        middle: Of the axis of colours: the value that divides two kinds of values; None for none.
+            If there are values of both kinds, its colours diverge from there.
     """
 
     label: str
@@ -37,6 +39,7 @@ class Axis:
     colours: tuple[int, ...] = ()
     split: SplitTime | None = None
     whole: bool = False
+    middle: float | None = None
 
     @property
     def text(self) -> str:
@@ -249,6 +252,7 @@ class Panel:
         marks: The marks, from back to front.
         title: Text above the panel; "" for none.
         equal: Whether both axes have the same scale.
+        square: Whether it is as high as it is wide, as a map over two parameters of one kind.
     """
 
     x: Axis
@@ -256,6 +260,7 @@ class Panel:
     marks: tuple[Mark, ...]
     title: str = ""
     equal: bool = False
+    square: bool = False
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,12 @@ SCALE = "viridis"
 It is perceptually uniform, and readable with any kind of colour vision.
 """
 
+DIVERGING = ("#2166AC", "#92C5DE", "#F7F7F7", "#C2A5CF", "#762A83")
+"""The colours of a scale that diverges from its middle: blue, white, purple.
+
+They are readable with any kind of colour vision, and no mark on a map has them.
+"""
+
 CASING, CASED = "#FFFFFF", "#303030"
 """The colours of the edges of a curve that shows on areas of any colour, and of its middle."""
 

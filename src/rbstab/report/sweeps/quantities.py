@@ -100,7 +100,9 @@ def start_over_level(members: Members) -> MemberQuantity | None:
         return None
     with np.errstate(all="ignore"):
         values = members.column("lyapunov_start") / members.level
-    return replace(_quantity("start-over-level", "v(0) / c*", "", values), missing="no proof of c*")
+    found = _quantity("start-over-level", "v(0) / c*", "", values)
+    # Below 1 convergence is proved at the start.
+    return replace(found, axis=replace(found.axis, middle=1.0), missing="no proof of c*")
 
 
 def proved_time(members: Members) -> MemberQuantity | None:

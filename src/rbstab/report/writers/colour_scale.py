@@ -21,11 +21,38 @@ def scale_ends(cells: Cells) -> tuple[float, float]:
     shown = values[np.isfinite(values) & ((values > 0) | (not cells.scale.log))]
     low, high = (float(shown.min()), float(shown.max())) if len(shown) else (1.0, 10.0)
     low, high = cells.span or (low, high)
+    if diverges(cells):
+        assert cells.scale.middle is not None
+        return _around(cells.scale.middle, low, high, log=cells.scale.log)
     if low < high:
         return low, high
     if cells.scale.log:
         return low / 2, 2 * low
     return low - 0.5 * (abs(low) or 1.0), low + 0.5 * (abs(low) or 1.0)
+
+
+def diverges(cells: Cells) -> bool:
+    """Return whether a map has values on both sides of the middle of its scale."""
+    middle = cells.scale.middle
+    if middle is None:
+        return False
+    values = np.asarray(cells.values, dtype=float)
+    low, high = cells.span or (np.nanmin(values, initial=middle), np.nanmax(values, initial=middle))
+    return bool(low < middle < high)
+
+
+def _around(middle: float, low: float, high: float, *, log: bool) -> tuple[float, float]:
+    """Return the ends of a scale with a value in its middle."""
+    if log:
+        ratio = max(high / middle, middle / low)
+        return middle / ratio, middle * ratio
+    reach = max(high - middle, middle - low)
+    return middle - reach, middle + reach
+
+
+def bar_title(scale: Axis, *, titled: bool) -> str:
+    """Return the title of a colour bar, with the word for a logarithmic one."""
+    return ", ".join([scale.text] * titled + ["logarithmic"] * scale.log)
 
 
 def scale_ticks(low: float, high: float, *, log: bool) -> dict[float, str]:

@@ -15,7 +15,7 @@ from typing import Any
 
 from markupsafe import Markup, escape
 
-from rbstab.report.model.document import Animation, Cards, Cell, Head, Report, Table
+from rbstab.report.model.document import MARKS, Animation, Cards, Cell, Head, Report, Table
 from rbstab.report.model.figure import Figure
 from rbstab.report.model.palette import colour
 from rbstab.report.writers.plotly_figures.renderer import JSON, plotly_data
@@ -31,9 +31,6 @@ SCRIPTS = (
 
 JOINTS = re.compile(r"(?<=_)|(?<=[A-Za-z]\.)(?=[A-Za-z])")
 """Where a name may be broken: after an underscore, or a dot between words."""
-
-MARKS = {"good": "✓", "bad": "✗", "warning": "!"}
-"""The marks of entries by their tones."""
 
 MAX_SHORT, MAX_ONE_LINE = 28, 80
 """Characters of an entry that is not broken into lines, and of one that has a column of its own."""
@@ -58,6 +55,7 @@ def page(report: Report) -> str:
     environment.globals["pictures"] = _pictures(report)
     environment.globals["sketch_colour"] = colour
     environment.globals["rows"] = _rows
+    environment.globals["marks"] = MARKS
     environment.tests["animation"] = lambda block: isinstance(block, Animation)
     blocks = [block for section in report.sections for block in section.blocks]
     script = "".join(_template(f"{name}.js") for name in SCRIPTS)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from fpdf.enums import MethodReturnValue, XPos, YPos
 
-from rbstab.report.model.document import Card, Cards, Sketch, Statement
+from rbstab.report.model.document import MARKS, Card, Cards, Sketch, Statement
 from rbstab.report.model.palette import rgb
 from rbstab.report.writers.pdf_pages import BLACK, FAMILY, GREY, LEADING, SMALL, TEXT, ReportPdf
 from rbstab.report.writers.pdf_tables import TONE_COLOURS
@@ -173,7 +173,8 @@ def _statement(pen: CardPen, statement: Statement, place: Place) -> float:
     """Write a question with its answer; return where it ends."""
     colour = TONE_COLOURS.get(statement.tone, BLACK)
     y = pen.write(statement.question, place, Look(SMALL, colour=GREY))
-    y = pen.write(statement.word, place._replace(y=y), Look(TEXT, "B", colour))
+    marked = f"{MARKS.get(statement.tone, '')} {statement.word}".strip()
+    y = pen.write(marked, place._replace(y=y), Look(TEXT, "B", colour))
     return pen.write(f"{statement.sentence}.", place._replace(y=y))
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from fpdf import FontFace
 from fpdf.enums import Align, MethodReturnValue, TableBordersLayout, TableHeadingsDisplay
 
-from rbstab.report.model.document import Cell, Table
+from rbstab.report.model.document import MARKS, Cell, Table
 from rbstab.report.writers.pdf_pages import BLACK, FAMILY, GREY, LEADING, MARGIN, SMALL, ReportPdf
 
 PORTRAIT, LANDSCAPE = 210.0 - 2 * MARGIN, 297.0 - 2 * MARGIN
@@ -271,7 +271,7 @@ def _write_rows(pdf: ReportPdf, table: Table, part: dict[int, float], size: floa
 
 
 def _text(pdf: ReportPdf, cell: Cell) -> str:
-    text = pdf.plain(cell.text)
+    text = pdf.plain(f"{MARKS.get(cell.tone, '')} {cell.text}")
     return text if len(text) <= MAX_LENGTH else f"{text[: MAX_LENGTH - 1]}…"
 
 

@@ -19,7 +19,7 @@ from rbstab.report.sweeps.maps.cell_values import (
     quantity_cells,
 )
 from rbstab.report.sweeps.maps.colour_ranges import has_one_colour, on_one_scale, one_colour_note
-from rbstab.report.sweeps.maps.marked import extremes, member_points, value_text
+from rbstab.report.sweeps.maps.marked import extremes, failed_points, member_points, value_text
 from rbstab.report.sweeps.members import OUTCOMES, Members
 from rbstab.report.sweeps.parameters import BinnedAxis, Parameter
 from rbstab.report.sweeps.proofs import proof_codes
@@ -176,17 +176,23 @@ def _maps_of(
 
 
 def _border(members: Members, grid: MapGrid, key: str) -> list[Mark]:
-    """Return the curve on which v(0) = c* on a map, if there is one."""
-    level = start_over_level(members)
+    """Return the curve on which v(0) = c* on a map, if there is one, and members that failed."""
+    level, failed = start_over_level(members), failed_points(members, grid)
     # The map of proofs shows this border by its cells.
     if level is None or key == "proofs":
-        return []
+        return list(failed)
     label = LEVEL if grid.is_single else MEDIAN_LEVEL
     curve = contour_line(grid, level.values, 1.0, label)
-    return [] if curve is None else [curve]
+    return list(failed) if curve is None else [curve, *failed]
 
 
 def _panel(grid: MapGrid, cells: Cells, title: str, border: list[Mark], *, marked: bool) -> Panel:
     """Return a map with the border of the proved start, and its extremes if it is to be marked."""
     found = extremes(cells, grid.x.axis, grid.y.axis) if marked else []
-    return Panel(grid.x.axis, grid.y.axis, (cells, *border, *found), title)
+    x, y = grid.x, grid.y
+    # Over two parameters of one kind a circle is round.
+    one_kind = x.axis.unit == y.axis.unit and not x.axis.categories and not y.axis.categories
+    square = one_kind and all(
+        np.isclose(x.middles[end], y.middles[end], rtol=0.02) for end in (0, -1)
+    )
+    return Panel(x.axis, y.axis, (cells, *border, *found), title, square=square)

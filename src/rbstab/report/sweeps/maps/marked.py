@@ -5,6 +5,8 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Cells, Points
 from rbstab.report.model.words import number
+from rbstab.report.sweeps.maps.cell_grid import MapGrid
+from rbstab.report.sweeps.members import OUTCOMES, SETTLED, UNSETTLED, Members
 
 SMALLEST, LARGEST = "smallest value", "largest value"
 
@@ -37,6 +39,24 @@ def extremes(cells: Cells, x: Axis, y: Axis) -> list[Points]:
         x_, y_ = np.array([at[0]]), np.array([at[1]])
         found.append(Points(x_, y_, word, EXTREME_COLOUR, symbol, (text,), (shown,)))
     return found
+
+
+MOST_FAILED = 50
+"""More members that failed are seen without marks."""
+
+FAILED, FAILED_TINT, CROSS = "failed", -7, 1
+"""Purple crosses: neither a map nor its other marks have them."""
+
+
+def failed_points(members: Members, grid: MapGrid) -> list[Points]:
+    """Return crosses on the cells of a few members that failed; a cell may be a pixel."""
+    known = [OUTCOMES.index(word) for word in (SETTLED, UNSETTLED, "range left")]
+    failed = ~np.isin(members.outcomes[grid.chosen], known)
+    if not 0 < np.count_nonzero(failed) <= MOST_FAILED:
+        return []
+    rows, columns = np.divmod(np.unique(grid.cells[failed]), grid.shape[1])
+    x, y = np.asarray(grid.x.middles)[columns], np.asarray(grid.y.middles)[rows]
+    return [Points(x, y, FAILED, FAILED_TINT, CROSS)]
 
 
 def member_points(

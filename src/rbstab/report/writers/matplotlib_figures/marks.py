@@ -8,7 +8,13 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
-from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
+from matplotlib.colors import (
+    BoundaryNorm,
+    LinearSegmentedColormap,
+    ListedColormap,
+    LogNorm,
+    Normalize,
+)
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
@@ -32,13 +38,21 @@ from rbstab.report.model.palette import (
     CASING,
     CASING_WIDTH,
     COLOURS,
+    DIVERGING,
     GREY,
     SCALE,
     area_colour,
     colour,
     gap_opacity,
 )
-from rbstab.report.writers.colour_scale import cell_edges, gap_label, scale_ends, scale_ticks
+from rbstab.report.writers.colour_scale import (
+    bar_title,
+    cell_edges,
+    diverges,
+    gap_label,
+    scale_ends,
+    scale_ticks,
+)
 
 DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1.2, 1.6)), (0, (6, 2, 1.2, 2)))
 """Solid, dashed, dotted, dash-dotted."""
@@ -167,7 +181,12 @@ def _cells(cells: Cells, axes: Axes, panel: Panel) -> dict[str, Artist]:
             "norm": BoundaryNorm(np.arange(len(words) + 1) - 0.5, len(words)),
         }
         if words
-        else {"cmap": SCALE, "norm": _norm(cells)}
+        else {
+            "cmap": LinearSegmentedColormap.from_list("diverging", DIVERGING)
+            if diverges(cells)
+            else SCALE,
+            "norm": _norm(cells),
+        }
     )
     axes.set_facecolor(EMPTY)
     axes.grid(visible=False)
@@ -212,8 +231,9 @@ def draw_colour_bar(cells: Cells, axes: Sequence[Axes], *, titled: bool) -> None
     ticks = scale_ticks(*scale_ends(cells), log=cells.scale.log)
     bar.minorticks_off()
     bar.set_ticks(list(ticks), labels=list(ticks.values()))
-    if titled:
-        bar.set_label(cells.scale.text.replace("$", r"\$"))
+    title = bar_title(cells.scale, titled=titled)
+    if title:
+        bar.set_label(title.replace("$", r"\$"))
 
 
 def _norm(cells: Cells) -> Normalize:

@@ -204,15 +204,12 @@ def _share_titles(drawing: Drawing, figure: Figure, every: list[Axes], columns: 
             axes.set_xlabel(axes.get_xlabel() if has_gap and lowest else "")
             axes.tick_params(labelbottom=lowest)
         if "y" in figure.shared:
-            axes.set_ylabel(axes.get_ylabel() if has_gap and first else "")
+            # Each row has its title.
+            axes.set_ylabel(axes.get_ylabel() if first else "")
             axes.tick_params(labelleft=first)
-    if has_gap:
-        return
-    size = mpl.rcParams["axes.labelsize"]
-    if "x" in figure.shared:
+    if "x" in figure.shared and not has_gap:
+        size = mpl.rcParams["axes.labelsize"]
         drawing.supxlabel(escape_math(figure.panels[0].x.text), fontsize=size)
-    if "y" in figure.shared:
-        drawing.supylabel(escape_math(figure.panels[0].y.text), fontsize=size)
 
 
 def _draw_colour_bars(figure: Figure, every: list[Axes]) -> None:
@@ -233,6 +230,8 @@ def _panel_height(figure: Figure, rows: int, columns: int, *, narrow: bool) -> f
     has_categories = any(panel.x.categories for panel in figure.panels)
     # Low panels let two figures with many rows fit on a page. Maps and slanted labels need more.
     natural = 2.0 if rows < 3 or has_maps or has_categories else 1.3
+    if any(panel.square for panel in figure.panels):
+        natural = 2.5
     if rows == columns == 1:
         natural = 2.3 if narrow else 2.8
     elif narrow and not (has_maps or has_categories):
@@ -254,6 +253,8 @@ def _draw_panel(axes: Axes, panel: Panel, size: tuple[float, float]) -> dict[str
     axes.set_ylabel(_wrap(panel.y.text, label_length))
     if panel.title:
         axes.set_title(escape_math(panel.title))
+    if panel.square:
+        axes.set_box_aspect(1.0)
     if panel.equal:
         axes.set_aspect("equal", adjustable="datalim")
     if panel.x.split is None:

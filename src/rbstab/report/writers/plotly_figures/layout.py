@@ -31,6 +31,9 @@ CLOSE = 22
 HEIGHTS = {True: 320, False: 210}
 """Heights of a panel, px: in a figure with one row of panels (True), or with more (False)."""
 
+MAX_SQUARE = 420
+"""Largest height of a panel that is as high as it is wide, px."""
+
 LETTER, LINE = 6, 14
 """Width of a letter of a tick label, and height of a line, px."""
 
@@ -199,12 +202,16 @@ class PanelGrid:
     def own_title(self, number: int, letter: str) -> list[str]:
         """Return the lines of the title of an axis; beside those of neighbours it has less room."""
         text = getattr(self.figure.panels[number], letter).text
-        if not (self.has_gap and letter in self.titles):
+        panel = self.figure.panels[number]
+        low = letter == "y" and panel.square
+        beside = self.has_gap or (letter == "y" and self.rows > 1)
+        if not low and not (beside and letter in self.titles):
             return [text]
         begin, end = self.x_domain(number)
         width = (end - begin) * (self.width - LEFT - RIGHT) * NARROWEST
         # Above each panel, a title has the height of the panel's own title.
-        room = width if letter == "x" else HEIGHTS[False] + TITLE
+        height = self._square_height(number) if panel.square else HEIGHTS[False]
+        room = width if letter == "x" else height + TITLE
         return tick_lines(text, int(room / TITLE_LETTER), MAX_TITLE_LINES)
 
     def common_titles(self) -> list[JSON]:
@@ -217,9 +224,6 @@ class PanelGrid:
             ticks = self._tick_height(self.rows - 1)
             place = {"x": self._right / 2, "xanchor": "center", "y": 0, "yanchor": "top"}
             found.append(common | place | {"text": escaped(first.x.text), "yshift": 2 - ticks})
-        if "y" in self.titles and self.rows > 1:
-            place = {"x": 0, "xanchor": "center", "y": 0.5, "yanchor": "middle", "textangle": -90}
-            found.append(common | place | {"text": escaped(first.y.text), "xshift": -LEFT + 12})
         return found
 
     def _panels(self, row: int) -> tuple[Panel, ...]:
@@ -232,7 +236,8 @@ class PanelGrid:
         maps = [one for one in marks if isinstance(one[0], Cells) and not _is_of_words(one[0])]
         if not maps:
             return 0
-        return COLORBAR - (0 if any(has_bar_title(*one) for one in maps) else BAR_TITLE)
+        titled = any(has_bar_title(*one) or _is_logarithmic(one[0]) for one in maps)
+        return COLORBAR - (0 if titled else BAR_TITLE)
 
     def _row_heights(self, row: int) -> tuple[int, int, int]:
         """Return three heights of a row, px: above its panels, the panels, and below them."""
@@ -244,9 +249,16 @@ class PanelGrid:
         height = HEIGHTS[len(self.figure.panels) <= self.columns]
         if any(panel.equal for panel in panels):
             height = min(int(self.width / self.columns), 420)
+        if any(panel.square for panel in panels):
+            height = self._square_height(row * self.columns)
         lines = max(len(self.own_title(n, "x")) for n in numbers)
         label = LABEL + LINE * (lines - 1) if labelled else 0
         return above, height, self._tick_height(row) + label
+
+    def _square_height(self, number: int) -> int:
+        """Return the height of a panel that is as high as it is wide, px."""
+        begin, end = self.x_domain(number)
+        return min(int((end - begin) * (self.width - LEFT - RIGHT)), MAX_SQUARE)
 
     def _tick_height(self, row: int) -> int:
         """Return the space for the tick labels below the panels of a row, px."""
@@ -262,6 +274,10 @@ class PanelGrid:
 
 def _is_of_words(mark: Mark) -> bool:
     return isinstance(mark, Cells) and bool(mark.scale.categories)
+
+
+def _is_logarithmic(mark: Mark) -> bool:
+    return isinstance(mark, Cells) and mark.scale.log
 
 
 def has_bar_title(mark: Mark, panel: Panel) -> bool:
@@ -307,8 +323,8 @@ def _position(grid: PanelGrid, panel: Panel, number: int, letter: str) -> JSON:
         if "y" in grid.titles:
             first = number % grid.columns == 0
             position["showticklabels"] = first
-            # A title of the first panel itself moves aside for wide tick labels.
-            if not first or (grid.rows > 1 and not grid.has_gap):
+            # Each row has its title, which moves aside for wide tick labels.
+            if not first:
                 position["title"] = {"text": ""}
         return position
     position = {"anchor": y, "domain": grid.x_domain(number)}

@@ -23,13 +23,21 @@ from rbstab.report.model.palette import (
     CASED,
     CASING,
     CASING_WIDTH,
+    DIVERGING,
     GREY,
     SCALE,
     area_colour,
     colour,
     gap_opacity,
 )
-from rbstab.report.writers.colour_scale import cell_edges, gap_label, scale_ends, scale_ticks
+from rbstab.report.writers.colour_scale import (
+    bar_title,
+    cell_edges,
+    diverges,
+    gap_label,
+    scale_ends,
+    scale_ticks,
+)
 from rbstab.report.writers.plotly_figures.text import (
     escaped,
     packed_array,
@@ -266,7 +274,7 @@ def colour_axis(mark: Mark, *, titled: bool = True) -> JSON:
         count = len(tones)
         steps = [[end / count, tones[n]] for n in range(count) for end in (n, n + 1)]
         return {"colorscale": steps, "cmin": -0.5, "cmax": count - 0.5, "showscale": False}
-    title = escaped(scale.text) if titled else ""
+    title = escaped(bar_title(scale, titled=titled))
     bar: JSON = {"title": {"text": title, "side": "right"}, "outlinewidth": 0}
     low, high = scale_ends(mark)
     labels = scale_ticks(low, high, log=scale.log)
@@ -274,7 +282,10 @@ def colour_axis(mark: Mark, *, titled: bool = True) -> JSON:
     if scale.log:
         places, ends = _log10(places), _log10(ends)
     bar |= {"tickvals": places.tolist(), "ticktext": list(labels.values())}
-    found: JSON = {"colorscale": SCALE.capitalize(), "colorbar": bar}
+    count = len(DIVERGING) - 1
+    diverging = [[number / count, tone] for number, tone in enumerate(DIVERGING)]
+    colours = diverging if diverges(mark) else SCALE.capitalize()
+    found: JSON = {"colorscale": colours, "colorbar": bar}
     return found | dict(zip(("cmin", "cmax"), ends.tolist(), strict=True))
 
 

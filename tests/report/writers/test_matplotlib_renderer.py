@@ -136,10 +136,10 @@ def test_axes_say_what_they_are_and_share_time():
     [
         (0.1, 10.0, ["0.1", "0.3", "1", "3", "10"]),
         (0.5, 9.0, ["1", "3"]),
-        (1e-3, 10.0, ["10^{-3}", "10^{-2}", "10^{-1}", "10^{0}", "10^{1}"]),
+        (1e-3, 10.0, ["10^{-3}", "10^{-1}", "10^{1}"]),
     ],
 )
-def test_labels_of_a_logarithmic_axis_do_not_overlap(low, high, expected):
+def test_labels_of_few_decades_are_written_out(low, high, expected):
     axis = Axis("factor", log=True, ends=(low, high))
     line = Line(np.array([low, high]), np.array([1.0, 2.0]))
     drawing = draw_figure(Figure("f", "F", (Panel(axis, Axis("y"), (line,)),) * 3, columns=3))
@@ -320,7 +320,7 @@ def test_a_logarithmic_bar_has_ticks_that_can_be_read(most):
     cells = Cells(x, x[:2], np.geomspace(0.012, most, 6).reshape(2, 3), Axis("E", "m", log=True))
     panel = Panel(PLAIN, PLAIN, (cells,), "a map")
     drawing = draw_figure(Figure("f", "F", (panel,) * 5, columns=2))
-    bars = [axes for axes in drawing.axes if axes.get_ylabel() == "E [m]"]
+    bars = [axes for axes in drawing.axes if axes.get_ylabel() == "E [m], logarithmic"]
     assert len(bars) == 5
     FigureCanvasAgg(drawing).draw()
     low, high = bars[0].get_ylim()

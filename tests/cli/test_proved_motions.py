@@ -120,5 +120,5 @@ def test_equal_sentences_are_printed_once(folder: Path, rbstab: Invoke) -> None:
     Path("other.yaml").write_text(text)
     done = rbstab("run", "good.yaml", "other.yaml", "--prove")
     lines = done.stdout.splitlines()
-    assert lines.count("results/good.h5 and 1 more") == 1
+    assert lines.count("results/good.h5, results/other.h5") == 1
     assert sum("This start:  proved" in line for line in lines) == 1

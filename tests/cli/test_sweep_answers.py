@@ -99,11 +99,10 @@ def test_bodies_that_the_budget_does_not_reach(
     assert proofs["members"] == {"proved": 2, "not reached": 3}
     assert proofs["members_not_reached"] == [[1, 2], [4, 4]]
     shown = " ".join(rbstab("report", "results/bodies", "--format", "text").stdout.split())
-    assert "2 of 5 are proved to converge to a rest state; of the 3 others, all of them" in shown
-    assert (
-        "was not made, or ended early; rbstab sweep PLAN --prove goes on: members 1 to 2, 4"
-        in shown
-    )
+    assert "2 of the 2 members that were tried are proved to converge to a rest state" in shown
+    assert "was not made, or ended early: members 1 to 2, 4. rbstab sweep " in shown
+    command = shown.partition("members 1 to 2, 4. ")[2].partition(" makes it")[0]
+    assert command == "rbstab sweep results/bodies/plan.yaml -o results --prove"
     # The next call goes on.
     again = json.loads(rbstab(*words, "--json").stdout)
     assert again["proofs"]["members_not_reached"] == [[1, 1]]

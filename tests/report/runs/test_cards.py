@@ -79,13 +79,8 @@ def test_the_margin_is_that_of_the_certificate(level, tmp_path):
 
 def test_a_run_that_ended_early_says_so_first(tmp_path):
     path = made_file(tmp_path / "a.h5", status="range left")
-    first = cards_of(path)[0].statements[0]
-    assert (first.question, first.word, first.tone) == (
-        "Did the run reach its end?",
-        "no: range left",
-        "bad",
-    )
-    assert first.sentence == "At t = 2 s, as computed"
+    assert cards_of(path)[0].alarm == "ended early: range left at 2 s"
+    assert cards_of(made_file(tmp_path / "b.h5"))[0].alarm == ""
 
 
 def masses(folder, *values, changes=()):

@@ -175,6 +175,7 @@ class Card(NamedTuple):
         facts: A few numbers, each with its name.
         target: The anchor of the section with the details; "" for none.
         sketch: A small picture; None for none.
+        alarm: What went wrong, shown beside the title in the colour of what is bad; "" for nothing.
     """
 
     title: str
@@ -182,6 +183,12 @@ class Card(NamedTuple):
     facts: tuple[tuple[str, str], ...] = ()
     target: str = ""
     sketch: Sketch | None = None
+    alarm: str = ""
+
+    @property
+    def marked_alarm(self) -> str:
+        """The alarm with the mark of what is bad."""
+        return f"{MARKS['bad']} {self.alarm}" if self.alarm else ""
 
 
 @dataclass(frozen=True)

@@ -138,11 +138,12 @@ def _card(facts: RunFacts, special: str, sketch: Sketch | None) -> Card:
         special: In which keys of its config it differs from the others; "" for none.
         sketch: Its picture.
     """
-    statements = (
-        *_end(facts),
-        *(_statement(QUESTIONS[name], answer) for name, answer in facts.answer._asdict().items()),
+    statements = tuple(
+        _statement(QUESTIONS[name], answer) for name, answer in facts.answer._asdict().items()
     )
     s, settled = facts.run.summary, number(facts.run.settling_time)
+    status = facts.run.result.status
+    early = f"ended early: {status} at {number(s.end_time)} s"
     numbers = {
         "differs in": special,
         "at rest from": settled if settled == NO_VALUE else f"{settled} s",
@@ -155,7 +156,14 @@ def _card(facts: RunFacts, special: str, sketch: Sketch | None) -> Card:
         "warnings": str(len(facts.attribute("warnings").splitlines()) or ""),
     }
     shown = tuple((name, text) for name, text in numbers.items() if text)
-    return Card(facts.run.label, statements, shown, target="certificates", sketch=sketch)
+    return Card(
+        facts.run.label,
+        statements,
+        shown,
+        target="certificates",
+        sketch=sketch,
+        alarm="" if status == RunStatus.COMPLETED else early,
+    )
 
 
 def largest_v(run: Run) -> str:
@@ -196,15 +204,6 @@ def _margin(facts: RunFacts) -> str:
         return ""
     margin = _compared_start(facts) / level
     return number(margin) if math.isfinite(margin) else ""
-
-
-def _end(facts: RunFacts) -> tuple[Statement, ...]:
-    """Return a statement on a run that ended early; () of another run."""
-    status = facts.run.result.status
-    if status == RunStatus.COMPLETED:
-        return ()
-    end = f"At t = {number(facts.run.summary.end_time)} s, as computed"
-    return (Statement("Did the run reach its end?", f"no: {status}", end, "bad"),)
 
 
 def _statement(question: str, answer: Answer) -> Statement:

@@ -105,7 +105,8 @@ class CardPen:
 def _box(pdf: ReportPdf, card: Card, height: float) -> None:
     """Draw the ground of a card, and a bar in the colour of its first answer, or of a bad one."""
     tones = [statement.tone for statement in card.statements] or [""]
-    bar = TONE_COLOURS.get("bad" if "bad" in tones else tones[0], BORDER)
+    tone = "bad" if card.alarm or "bad" in tones else tones[0]
+    bar = TONE_COLOURS.get(tone, BORDER)
     # The context resets the colour: fpdf2 would fill the cells of later tables with it.
     with pdf.local_context():
         for colour, width in ((GROUND, pdf.epw), (bar, BAR)):
@@ -120,6 +121,7 @@ def _card(pen: CardPen, card: Card) -> float:
     width = pdf.epw - BAR - 2 * PADDING
     link = f"#{card.target}" if card.target in pdf.anchors else ""
     y = pen.write(card.title, Place(left, top + PADDING, width), Look(TEXT + 1, "B"), link)
+    y = _alarm(pen, card, Place(left, y, width))
     column = width / max(len(card.statements), 1)
     places = [
         Place(left + number * column, y + 1, column - GAP) for number in range(len(card.statements))
@@ -145,6 +147,7 @@ def _row(pen: CardPen, card: Card) -> float:
     answers = width - beside
     title = Place(left, top + PADDING / 2, answers)
     upper = pen.write(card.title, title, Look(TEXT, "B"), link)
+    upper = _alarm(pen, card, title._replace(y=upper))
     column = answers / max(len(card.statements), 1)
     y = upper
     for number, statement in enumerate(card.statements):
@@ -159,6 +162,13 @@ def _row(pen: CardPen, card: Card) -> float:
     if not pen.dry_run:
         pdf.set_xy(pdf.l_margin, y + PADDING / 2)
     return y + PADDING / 2 - top
+
+
+def _alarm(pen: CardPen, card: Card, place: Place) -> float:
+    """Write what went wrong, if something did; return where it ends."""
+    if not card.alarm:
+        return place.y
+    return pen.write(card.marked_alarm, place, Look(SMALL, colour=TONE_COLOURS["bad"]))
 
 
 def _row_sketch(pen: CardPen, sketch: Sketch, place: Place) -> float:

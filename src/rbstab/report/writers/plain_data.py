@@ -39,6 +39,7 @@ def _block(block: Block) -> dict[str, Any]:
         cards = [
             {
                 "title": card.title,
+                "alarm": card.alarm,
                 "statements": [statement._asdict() for statement in card.statements],
                 "facts": dict(card.facts),
             }

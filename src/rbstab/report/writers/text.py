@@ -74,6 +74,8 @@ def _print_cards(cards: Cards, console: Console) -> None:
     for card in cards.cards:
         console.print()
         console.print(_text(card.title, "bold"))
+        if card.alarm:
+            console.print(Padding(_text(card.marked_alarm, STYLES["bad"]), (0, 0, 0, 2)))
         for one in card.statements:
             line = _text(f"{one.question} ").append(printable(one.word), STYLES[one.tone])
             console.print(Padding(line.append(printable(f". {one.sentence}.")), (0, 0, 0, 2)))

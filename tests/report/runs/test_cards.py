@@ -133,3 +133,17 @@ def test_different_bodies_do_not_race(tmp_path):
     heavy = made_file(tmp_path / "heavy.h5", made_config("body.mass=99"))
     blocks = answer_blocks(facts(made_file(tmp_path / "light.h5"), heavy))
     assert not any(isinstance(block, str) and "first" in block for block in blocks)
+
+
+def test_a_peak_that_the_samples_do_not_show_is_explained(tmp_path):
+    """|E| of the run is largest between two samples."""
+    result = made_result(steps=10**6)
+    result.variables["contact_velocity"].data[:] *= 1e3
+    write_result(tmp_path / "fast.h5", result)
+    *_, cards = answer_blocks(facts(tmp_path / "fast.h5"))
+    assert isinstance(cards, Cards)
+    assert dict(cards.cards[0].facts)["peak |E|"].startswith("≥ ")
+    assert "≥" in dict(cards.words)
+    *_, plain_cards = answer_blocks(facts(made_file(tmp_path / "a.h5")))
+    assert isinstance(plain_cards, Cards)
+    assert "≥" not in dict(plain_cards.words)

@@ -63,6 +63,12 @@ SYMBOLS = {
 }
 """The symbols of the numbers on the cards, and their meanings."""
 
+NOT_RESOLVED = (
+    "≥",
+    "the motion turns too fast for its samples: between them the peak may be larger",
+)
+"""What stands before a peak of the samples, and its meaning."""
+
 
 def answer_blocks(facts: Sequence[RunFacts]) -> tuple[Block, ...]:
     """Return the sentence, the cards, and what the words mean."""
@@ -78,7 +84,10 @@ def answer_blocks(facts: Sequence[RunFacts]) -> tuple[Block, ...]:
 def _symbols(cards: Sequence[Card]) -> tuple[tuple[str, str], ...]:
     """Return the symbols that stand on one of the cards, with their meanings."""
     shown = {name for card in cards for name, _ in card.facts}
-    return tuple(symbol for name, symbol in SYMBOLS.items() if name in shown)
+    symbols = [symbol for name, symbol in SYMBOLS.items() if name in shown]
+    if any(value.startswith(at_least(resolved=False)) for card in cards for _, value in card.facts):
+        symbols.append(NOT_RESOLVED)
+    return tuple(symbols)
 
 
 def answer_sentence(facts: Sequence[RunFacts]) -> str:

@@ -91,18 +91,37 @@ def _decimate_panel(panel: Panel, max_points: int, tolerance: float) -> Panel:
             _span([bound for curve in curves for bound in _outlines(curve, panel.y)]),
         ]
     )
-    marks = tuple(
-        _decimate_mark(mark, panel, max_points, tolerance * spans) for mark in panel.marks
+    lines = [mark for mark in panel.marks if isinstance(mark, Line) and not mark.step]
+    decimated = iter(_decimate_lines(lines, panel, max_points, tolerance * spans))
+    marks = (
+        next(decimated)
+        if isinstance(mark, Line) and not mark.step
+        else _decimate_mark(mark, panel, max_points, tolerance * spans)
+        for mark in panel.marks
     )
-    return replace(panel, marks=marks)
+    return replace(panel, marks=tuple(marks))
+
+
+def _decimate_lines(
+    lines: Sequence[Line], panel: Panel, max_points: int, tolerance: Array
+) -> list[Line]:
+    curves = [
+        np.column_stack([_axis_coordinates(line.x, panel.x), _axis_coordinates(line.y, panel.y)])
+        for line in lines
+    ]
+    kept = [kept_points(*curve.T, max_points=max_points) for curve in curves]
+    visible = visible_points([c[k] for c, k in zip(curves, kept, strict=True)], tolerance)
+    chosen = (k[v] for k, v in zip(kept, visible, strict=True))
+    return [replace(m, x=m.x[k], y=m.y[k]) for m, k in zip(lines, chosen, strict=True)]
 
 
 def _decimate_mark(mark: Mark, panel: Panel, max_points: int, tolerance: Array) -> Mark:
+    """Return a mark that is no line, or a line in steps, with the points that it needs."""
     if isinstance(mark, Line):
-        x, y = _axis_coordinates(mark.x, panel.x), _axis_coordinates(mark.y, panel.y)
         # Steps have no straight line between points, so Douglas and Peucker does not apply.
-        kept = kept_points(x, y, max_points=max_points, tolerance=None if mark.step else tolerance)
-        kept = kept[_step_changes(y[kept])] if mark.step else kept
+        x, y = _axis_coordinates(mark.x, panel.x), _axis_coordinates(mark.y, panel.y)
+        kept = kept_points(x, y, max_points=max_points)
+        kept = kept[_step_changes(y[kept])]
         return replace(mark, x=mark.x[kept], y=mark.y[kept])
     if isinstance(mark, Stack):
         x, outlines = _axis_coordinates(mark.x, panel.x), _outlines(mark, panel.y)

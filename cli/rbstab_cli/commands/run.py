@@ -391,9 +391,7 @@ def _print_table(runs: list[_Finished]) -> None:
             number(float(result.attributes["wall_time"]), 3),
             style=None if completed else "yellow",
         )
-    print_table(table)
-    if any_at_rest:
-        click.echo(f" At rest: {SETTLED} from then on.")
+    print_table(table, f"At rest: {SETTLED} from then on." if any_at_rest else "")
 
 
 def _print_answers(runs: list[_Finished], *, as_json: bool, quiet: bool) -> None:

@@ -48,18 +48,27 @@ def add_row(table: Table, *cells: str, style: str | None = None) -> None:
     table.rows.append((tuple(printable(cell) for cell in cells), style))
 
 
-def print_table(table: Table) -> None:
-    """Print a table to stdout, in colour on a terminal unless NO_COLOR is set."""
+def print_table(table: Table, note: str = "") -> None:
+    """Print a table to stdout, in colour on a terminal unless NO_COLOR is set.
+
+    Args:
+        table: The table.
+        note: A line below it; "" for none.
+    """
     if sys.stdout.isatty():
         from rbstab_cli.output.console import OutputConsole
 
         console = OutputConsole(highlight=False)
         for part in [table] if fits(table, console.width) else records(table):
             console.print(_rich_table(part, on_terminal=True))
+        if note:
+            click.echo(f" {note}")
         return
     lines = _plain_lines(table)
     for line in _rich_lines(table) if lines is None else lines:
         click.echo(line.rstrip())
+    if note:
+        click.echo(f" {note}")
     click.echo()
 
 

@@ -9,13 +9,20 @@ import pytest
 from support.configs import PERMANENT, VISCO_ELASTIC, plain
 
 import rbstab
+from rbstab.analysis.certificate import Check, Verdict
 from rbstab.config.schema import Config
 from rbstab.experiment.convergence import later_proof
 from rbstab.experiment.convergence.convergence import Enclose
-from rbstab.experiment.convergence.later_proof import known_now, with_later_proof
+from rbstab.experiment.convergence.later_proof import _knowing_more, known_now, with_later_proof
 from rbstab.experiment.proof import prove
 from rbstab.experiment.proof_cache import proof_file
-from rbstab.experiment.run_certificate import LEAST_REST_STATES, rest_state_check
+from rbstab.experiment.run_certificate import (
+    CERTIFIED_REGION,
+    GLOBAL_STABILITY,
+    LEAST_REST_STATES,
+    REST_STATES,
+    rest_state_check,
+)
 from rbstab.experiment.stored_certificate import certificate_lines, stored_lines
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.store.document import write_document
@@ -157,3 +164,36 @@ def test_v_minus_work_has_its_name() -> None:
     words = {line.check: line.quantity for line in certificate_lines(rbstab.simulate(sliding))}
     assert words["positive"] == "min (v - ε) / v(0)"
     assert words["decrease"] == "largest rise of v - ε between samples / v(0)"
+
+
+def check(name: str, verdict: Verdict, value: float, quantity: str = REST_STATES) -> Check:
+    return Check(name, verdict, value, 1.0, math.nan, quantity)
+
+
+STABLE, REGION = GLOBAL_STABILITY, CERTIFIED_REGION
+UNKNOWN, CERTIFIED, VIOLATED = Verdict.UNKNOWN, Verdict.CERTIFIED, Verdict.VIOLATED
+
+
+@pytest.mark.parametrize(
+    ("stored", "new", "kept"),
+    [
+        # A shorter proof has counted fewer rest states, or no region.
+        (check(STABLE, VIOLATED, 3), check(STABLE, VIOLATED, 2, LEAST_REST_STATES), True),
+        (check(STABLE, CERTIFIED, 1), check(STABLE, UNKNOWN, 1), True),
+        (check(REGION, CERTIFIED, 2.0), check(REGION, UNKNOWN, math.nan), True),
+        (check(REGION, CERTIFIED, 2.0), check(REGION, UNKNOWN, 2.0), True),
+        # A longer one has more.
+        (check(STABLE, UNKNOWN, math.nan), check(STABLE, UNKNOWN, 2), False),
+        (check(STABLE, UNKNOWN, 2), check(STABLE, VIOLATED, 2, LEAST_REST_STATES), False),
+        (
+            check(STABLE, VIOLATED, 2, LEAST_REST_STATES),
+            check(STABLE, VIOLATED, 9, LEAST_REST_STATES),
+            False,
+        ),
+        (check(STABLE, VIOLATED, 9, LEAST_REST_STATES), check(STABLE, VIOLATED, 12), False),
+        (check(REGION, UNKNOWN, math.nan), check(REGION, UNKNOWN, 2.0), False),
+        (check(REGION, UNKNOWN, 2.0), check(REGION, CERTIFIED, 2.0), False),
+    ],
+)
+def test_a_shorter_proof_takes_nothing_away(stored: Check, new: Check, kept: bool) -> None:
+    assert _knowing_more(stored, new) is (stored if kept else new)

@@ -257,3 +257,23 @@ def test_zero_eigenvalues_of_a_body_on_its_stop_are_explained(monkeypatch):
     # With strong muscles it rests before the stop, and nothing needs to be explained.
     config["controller"]["K_r"] = [500] * 3
     assert blocks_of(run_from(config, "strong"))[1] == ""
+
+
+def test_what_does_not_decay_is_never_left_out_nor_merged(monkeypatch):
+    stable, unstable = [-1 + 1j, -1 - 1j, -2.0, -3.0], [-1.1 + 1j, -1.1 - 1j, -2.0, 500.0]
+    given_spectra(monkeypatch, stable, unstable)
+    panel = blocks_of(run_of("free"), run_of("free", 1, "other"))[0]["runs-eigenvalues"].panels[0]
+    assert 500.0 in points_of(panel)["other"].x
+    slow, growing = [-0.005, -2 + 1j, -2 - 1j, -1e4], [0.005, -2 + 1j, -2 - 1j, -1e4]
+    given_spectra(monkeypatch, slow, growing)
+    panel = blocks_of(run_of("free"), run_of("free", 1, "other"))[0]["runs-eigenvalues"].panels[0]
+    assert 0.005 in points_of(panel)["other"].x
+    assert set(points_of(panel)) == {"free", "other"}
+
+
+def test_a_run_of_which_all_eigenvalues_are_large_is_drawn(monkeypatch):
+    usual = [[-1.0 - k, -2.0 - k] for k in range(3)]
+    given_spectra(monkeypatch, *usual, [-1e4, -2e4])
+    runs = [run_of("free", number, f"run {number}") for number in range(4)]
+    panel = blocks_of(*runs)[0]["runs-eigenvalues"].panels[0]
+    assert points_of(panel)["run 3"].x.tolist() == [-1e4, -2e4]

@@ -150,18 +150,24 @@ def test_the_better_condition_with_its_interval(members):
     sentence = ranked(members, lambda point: 0.5 + 0.001 * point)
     assert sentence == (
         "The time to come to rest (settling time of v; v is not the same function in each "
-        "condition) is smallest with free and second smallest "
-        "with visco-elastic. Of these two, free has the smaller value in all 50 cases, by 0.5245 s "
-        "in the median; with 95% confidence, this median is between 0.517 and 0.532 s."
+        "condition) is smallest with free. Next is visco-elastic: of these two, free has the "
+        "smaller value in all 50 cases, by 0.5245 s in the median; with 95% confidence, this "
+        "median is between 0.517 s and 0.532 s."
     )
 
 
-def test_cases_without_a_value_or_against_the_median_are_counted(members):
+def test_cases_against_the_median_are_counted(members):
+    """So are those in which only one of both was at rest by its end: the other is later."""
     sentence = ranked(members, lambda point: np.select([point < 4, point < 9], [np.nan, -0.3], 0.5))
-    assert "free has the smaller value in 41 of 46 cases, by 0.5 s in the median" in sentence
-    assert sentence.endswith(
-        "; 4 of 50 cases are left out, where a run was not at rest by its end, or ended early."
-    )
+    assert "free has the smaller value in 41 of 50 cases, by 0.5 s in the median" in sentence
+    assert "left out" not in sentence
+
+
+def settling(members, columns):
+    """The sentence on the settling times of a sweep with these columns."""
+    sentences, _ = card_of(members(EACH, columns, design="random", members=50, seed=4))
+    (sentence,) = [one for one in sentences if "come to rest" in one]
+    return sentence
 
 
 def test_the_condition_is_named_that_is_smaller_in_most_cases(members):
@@ -169,13 +175,68 @@ def test_the_condition_is_named_that_is_smaller_in_most_cases(members):
 
     def columns(a):
         variant, point = a["controller_variant"], a["run"] % 50
-        settling = np.where(variant == 1, 0.9, 1.0)
-        settling = np.where((variant == 1) & (point < 30), 2.0, settling)
-        settling = np.where((variant == 0) & (point < 30), np.nan, settling)
-        return {"settling_time": np.where(variant == 2, 5.0, settling)}
+        times = np.where(variant == 1, 0.9, 1.0)
+        times = np.where((variant == 1) & (point < 30), 2.0, times)
+        early = np.where((variant == 0) & (point < 30), code("range left"), 0)
+        return {"settling_time": np.where(variant == 2, 5.0, times), "status": early}
 
-    sentences, _ = card_of(members(EACH, columns, design="random", members=50, seed=4))
-    assert "free has the smaller value in all 20 cases, by 0.1 s" in sentences[1]
+    sentence = settling(members, columns)
+    assert "is smallest with free. Next is visco-elastic" in sentence
+    assert "free has the smaller value in all 20 cases, by 0.1 s" in sentence
+    assert sentence.endswith(
+        "; 30 of 50 cases are left out, where neither run was at rest by its end, or one ended "
+        "early."
+    )
+
+
+def test_a_condition_that_seldom_comes_to_rest_is_not_the_best(members):
+    """Where visco-elastic is at rest, it is so two seconds earlier; in most cases it is not."""
+
+    def columns(a):
+        variant, point = a["controller_variant"], a["run"] % 50
+        times = np.choose(variant, [np.where(point < 5, 8.0, np.nan), 10.0, np.nan])
+        return {"settling_time": times}
+
+    sentence = settling(members, columns)
+    assert "is smallest with free" in sentence
+    assert "free has the smaller value in 45 of 50 cases, by more than the runs last" in sentence
+
+
+def test_without_a_condition_that_none_is_better_than_no_one_is_named(members):
+    """Stone, paper and scissors: each of the three is better than one other in most cases."""
+
+    def columns(a):
+        third = (a["run"] % 50) % 3
+        return {"settling_time": 1.0 + (a["controller_variant"] + third) % 3}
+
+    sentence = settling(members, columns)
+    assert sentence.endswith("none is better than all others; the table compares all pairs.")
+
+
+def test_medians_of_different_cases_decide_nothing(members):
+    """`free` is smaller in all cases in which others have a value, and alone in the long ones."""
+
+    def columns(a):
+        variant, point = a["controller_variant"], a["run"] % 50
+        times = np.choose(variant, [10.0, np.where(point < 20, 5.0, 50.0), 12.0])
+        early = np.where((variant != 1) & (point >= 20), code("range left"), 0)
+        return {"settling_time": times, "status": early}
+
+    assert "is smallest with free. Next is visco-elastic" in settling(members, columns)
+
+
+def test_conditions_without_a_common_case_are_not_called_alike(members):
+    def columns(a):
+        variant, point = a["controller_variant"], a["run"] % 50
+        left = np.where(variant == 2, point < 25, point >= 25)
+        return {
+            "settling_time": np.choose(variant, [1.0, 2.0, 9.0]),
+            "status": np.where(left, code("range left"), 0),
+        }
+
+    sentence = settling(members, columns)
+    assert "is smaller with visco-elastic than with free" in sentence
+    assert sentence.endswith(" Without a common case with visco-elastic: permanent.")
 
 
 def test_a_condition_that_holds_the_contact_point_is_not_called_the_best(members):
@@ -284,7 +345,7 @@ def test_cases_that_are_equal_are_counted(members):
 def test_all_conditions_that_are_alike_are_named(members):
     alike = (lambda point: 1.0 + point, lambda point: 1.0 + point + 1e-7 * (point - 9.5))
     sentence = peaks(members, (*alike, alike[0]))
-    assert sentence.endswith("no difference that matters between visco-elastic, free, permanent.")
+    assert sentence.endswith("no difference that matters between visco-elastic, permanent, free.")
     sentence = peaks(members, (*alike, lambda point: 9.0 + point))
     assert "between visco-elastic, free, which have the smallest values" in sentence
 
@@ -299,6 +360,21 @@ def failed(members, of_first, of_second):
 
     vary = {"body.mass": {"each": {"values": [1, 2]}}, f"{SPIN}[0]": {"normal": [0, 6]}}
     return card_of(members(vary, columns, design="random", members=50, seed=4))[0]
+
+
+def test_the_extremes_of_many_conditions_are_found_by_chance_too(members):
+    """Of six pairs, one has the probability 6 x 2 (1/2)⁷ = 9 %: more than 5 %."""
+
+    def sentence(count):
+        def columns(a):
+            left = (a["body_mass"] == 4) & (a["run"] % 50 < count)
+            return {"status": np.where(left, code("range left"), 0)}
+
+        vary = {"body.mass": {"each": {"values": [1, 2, 3, 4]}}, f"{SPIN}[0]": {"normal": [0, 6]}}
+        return card_of(members(vary, columns, design="random", members=50, seed=4))[0][2]
+
+    assert "which may be chance (sign test, 95% confidence, these two chosen from 6" in sentence(7)
+    assert "more than chance makes" in sentence(8)
 
 
 def test_runs_that_ended_early_are_compared_first(members):

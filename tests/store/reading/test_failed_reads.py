@@ -12,7 +12,7 @@ from support.results import assert_equal, result
 from rbstab.store.disk import lock
 from rbstab.store.disk.checked_reads import CheckedReads
 from rbstab.store.errors import StoreError
-from rbstab.store.reading import opening
+from rbstab.store.reading import known_places, opening
 from rbstab.store.run_file import open_result, write_result
 
 REASON = os.strerror(errno.EIO)
@@ -47,8 +47,13 @@ def path(tmp_path):
     return path
 
 
-def test_each_failed_read_is_named_as_such(path, monkeypatch):
+@pytest.mark.parametrize("known", [True, False])
+def test_each_failed_read_is_named_as_such(path, monkeypatch, known):
     """HDF5 drops the errors of some reads, and reports others as damage."""
+    monkeypatch.setattr(known_places, "_known", {})
+    monkeypatch.setattr(known_places, "MAX_SIZES", int(known))
+    open_result(path)
+    assert bool(known_places._known) is known
 
     def opened(path, nth):
         files = [FailingFile(path, nth)]

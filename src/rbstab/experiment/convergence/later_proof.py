@@ -19,6 +19,7 @@ from rbstab.experiment.proof_cache import cached_proof
 from rbstab.experiment.run_certificate import (
     CERTIFIED_REGION,
     GLOBAL_STABILITY,
+    LEAST_REST_STATES,
     certificate_variables,
     proved_checks,
     rest_state_check,
@@ -93,7 +94,7 @@ def with_later_proof(
     found = stored_convergence(result.attributes)
     if found is None or found.proved is None:
         found = _further(found, convergence_at_start(config, problem, proof))
-    changed = [new.get(line.check) or _as_check(line) for line in lines]
+    changed = [_knowing_more(_as_check(line), new.get(line.check)) for line in lines]
     attributes = attributes_with_proof(result, proof, str(result.attributes["verdict"]), found)
     variables = {**result.variables, **certificate_variables(changed)}
     return Result(variables, attributes, result.config)
@@ -119,6 +120,21 @@ def _says_more(proof: "Proof", lines: Sequence[CertificateLine]) -> bool:
     level = math.nan if proof.region is None else proof.region.lower_bound
     is_new = math.isnan(region.bound) and not math.isnan(level)
     return region.verdict == Verdict.UNKNOWN and (is_new or level > region.bound)
+
+
+def _knowing_more(stored: Check, new: Check | None) -> Check:
+    """Return the check that says more: a shorter proof may have less than the result has."""
+    if new is None or math.isnan(new.value):
+        return stored
+    if math.isnan(stored.value):
+        return new
+    decided = [one.verdict != Verdict.UNKNOWN for one in (stored, new)]
+    if stored.name == CERTIFIED_REGION:
+        return new if decided[1] or not decided[0] else stored
+    # A complete count of rest states stays, as does one of more states that were proved.
+    counts_all = stored.quantity != LEAST_REST_STATES
+    is_less = new.quantity == LEAST_REST_STATES and (counts_all or new.value < stored.value)
+    return stored if decided[0] and (not decided[1] or is_less) else new
 
 
 def _further(stored: Convergence | None, new: Convergence) -> Convergence:

@@ -4,6 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from itertools import starmap
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.experiment.answers.run_answer import SAME_START, SETTLED, Answer
 from rbstab.experiment.answers.words import Sureness, meanings, words_with_meanings
 from rbstab.experiment.convergence.convergence import EVERY_START
+from rbstab.experiment.convergence.zero_description import APPROACHED
 from rbstab.experiment.summary import at_least, lyapunov_function_of
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Block, Card, Cards, Sketch, Statement
@@ -33,7 +35,7 @@ QUESTIONS = {
 
 ALL_MOTIONS = "All motions that stay in the range, and away from θ2 = ±π/2,"
 
-OTHER_START = "v(0) from the lowest rest state"
+OTHER_START = "v(0) from the rest state of c*"
 """Name of v(0) as it is compared with the certified region, if that of the run is another."""
 
 MARGIN = "v(0)/c*"
@@ -184,35 +186,51 @@ def largest_v(run: Run) -> str:
     return f"{number(v[place])} J at {number(run.result['time'][place])} s"
 
 
-def _compared_start(facts: RunFacts) -> float:
-    """Return v(0) from the rest state of the region with which the start is compared, J."""
+class _Margin(NamedTuple):
+    """v(0) and the level of a certified region, J, both from the same rest state."""
+
+    start: float
+    level: float
+
+
+def _compared(facts: RunFacts) -> _Margin | None:
+    """Return v(0) and the level with which it is compared; None if no level is proved.
+
+    It is the region that contains the start, or that proves convergence (perhaps that of all θ1 and
+    θ3), or else that of the lowest rest state.
+    """
     region, found = facts.region, facts.convergence
-    to_another = found is not None and found.proved and found.rest_state != 1
-    # The v of a run counts from the rest state to which it is proved to converge.
-    return facts.run.summary.lyapunov_start if region is None or to_another else region.start
+    if region is not None and region.inside:
+        return _margin_of(region.start, region.level)
+    if found is None or not found.proved or found.bound is None:
+        return None if region is None else _margin_of(region.start, region.level)
+    if region is not None and found.rest_state == 1:
+        return _margin_of(region.start, found.bound)
+    # The stored v counts from the rest state that the motion approaches, if it says so.
+    if not facts.attribute("lyapunov_zero").startswith(APPROACHED):
+        return None
+    return _margin_of(facts.run.summary.lyapunov_start, found.bound)
+
+
+def _margin_of(start: float, level: float) -> _Margin | None:
+    return _Margin(start, level) if 0.0 < level < math.inf and math.isfinite(start) else None
 
 
 def _other_start(facts: RunFacts) -> str:
     """Return v(0) as it is compared with the certified region; "" if it is that of the run."""
-    start, own = _compared_start(facts), facts.run.summary.lyapunov_start
-    same = not _margin(facts) or math.isclose(start, own, rel_tol=SAME_START)
-    return "" if same else f"{number(start)} J"
+    margin, own = _compared(facts), facts.run.summary.lyapunov_start
+    if margin is None or math.isclose(margin.start, own, rel_tol=SAME_START):
+        return ""
+    return f"{number(margin.start)} J"
 
 
 def _margin(facts: RunFacts) -> str:
-    """Return v(0) over the level c* of the certified region, or "" if no level is proved.
+    """Return v(0) over the level c* of a certified region, or "" if no level is proved.
 
-    The start is inside the region where this is below 1. Above 1 nothing follows from it. Where
-    convergence is proved, the region is the one that proves it: perhaps that of all θ1 and θ3.
+    The start is inside the region where this is below 1. Above 1 nothing follows from it.
     """
-    found = facts.convergence
-    level = None if facts.region is None else facts.region.level
-    if found is not None and found.proved and found.bound is not None:
-        level = found.bound
-    if level is None or not 0.0 < level < math.inf:
-        return ""
-    margin = _compared_start(facts) / level
-    return number(margin) if math.isfinite(margin) else ""
+    margin = _compared(facts)
+    return "" if margin is None else number(margin.start / margin.level)
 
 
 def _statement(question: str, answer: Answer) -> Statement:

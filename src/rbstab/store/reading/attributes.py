@@ -71,10 +71,11 @@ def _read_text(found: h5py.h5a.AttrID) -> str | None:
     value = np.empty((), dtype=TEXT)
     try:
         found.read(value)
-    except (OSError, RuntimeError, TypeError, ValueError):
+    except (KeyError, OSError, RuntimeError, TypeError, ValueError):
         return None
-    text: str = value.item().decode("utf-8", "surrogateescape")
-    return text
+    content = value.item()
+    # HDF5 has other types of this size: lists of any length.
+    return content.decode("utf-8", "surrogateescape") if isinstance(content, bytes) else None
 
 
 def _read_number(found: h5py.h5a.AttrID, dtype: str) -> int | float | None:

@@ -13,7 +13,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block
 from rbstab.report.model.figure import Axis, Figure, Level, Line, Mark, Panel, Points
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.figures.spectra import Roots, alike, farthest
+from rbstab.report.runs.figures.spectra import Roots, alike, farthest, is_far
 
 GAIN = "controller.K_r"
 """The gain that is varied; every variant has it, but a body without a controller does not."""
@@ -107,7 +107,7 @@ def _nominal(roots: Roots) -> Roots:
 def _spectra(spectra: list[Roots]) -> Figure:
     groups = alike(spectra)
     far = farthest([roots.values for roots in spectra])
-    near = [r._replace(values=r.values[np.abs(r.values) < far][np.newaxis]) for r, _ in groups]
+    near = [r._replace(values=r.values[~is_far(r.values, far)][np.newaxis]) for r, _ in groups]
     labelled = list(zip(near, [label for _, label in groups], strict=True))
     titles = _titles(near)
     panels = tuple(
@@ -158,7 +158,7 @@ def _outside(groups: list[tuple[Roots, str]], far: float) -> str:
     found = []
     for (_, _, values), label in groups:
         # One of a pair is enough.
-        own = [value for value in values[0].tolist() if abs(value) >= far and value.imag >= 0]
+        own = [value for value in values[0][is_far(values[0], far)].tolist() if value.imag >= 0]
         if own:
             named = " and ".join(
                 f"{v.real:.4g} ± {v.imag:.4g}i" if v.imag else f"{v.real:.4g}" for v in own
@@ -188,7 +188,7 @@ def _crosses(spectra: Sequence[tuple[Roots, str]], *, slow: bool) -> list[Mark]:
 
 def _slow(values: Array, nominal: Array) -> NDArray[np.bool_]:
     """Select eigenvalues that decay at most `SLOW_FACTOR` times as fast as the slowest nominal."""
-    slowest = -float(nominal.real.max())
+    slowest = -float(nominal.real.max(initial=-np.inf))
     # If a nominal eigenvalue does not decay, there is no slowest decay; all are selected.
     bound = SLOW_FACTOR * slowest if slowest > 0 else np.inf
     return np.asarray(-values.real <= bound)

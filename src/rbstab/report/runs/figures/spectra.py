@@ -4,13 +4,17 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.words import listed
 from rbstab.report.reading.sources import Run
 
 SAME = 1e-6
-"""Eigenvalues that differ by this share of the largest one are drawn in the same place."""
+"""Eigenvalues that differ by this share of their size are drawn in the same place."""
+
+ROUND_OFF = 1e-12
+"""The error of an eigenvalue, as a share of the largest one."""
 
 FAR = 10.0
 """Eigenvalues are far away if they are so many times as large as the next smaller one."""
@@ -47,18 +51,30 @@ def alike(spectra: Sequence[Roots]) -> list[tuple[Roots, str]]:
 def _are_same(one: Array, other: Array) -> bool:
     if one.shape != other.shape:
         return False
+    if np.count_nonzero(one.real > 0) != np.count_nonzero(other.real > 0):
+        return False
     distances = np.abs(one[:, np.newaxis] - other)
-    nearest = np.append(
-        distances.min(axis=0, initial=np.inf), distances.min(axis=1, initial=np.inf)
+    error = ROUND_OFF * np.abs(one).max(initial=0.0)
+    return all(
+        bool((distances.min(axis=axis, initial=np.inf) <= SAME * np.abs(own) + error).all())
+        for axis, own in ((1, one), (0, other))
     )
-    return bool((nearest <= SAME * np.abs(one).max(initial=0.0)).all())
 
 
 def farthest(spectra: Sequence[Array]) -> float:
-    """Return the size from which on eigenvalues are far away from all others; inf if none is."""
+    """Return the size from which on eigenvalues are far away from all others; inf if none is.
+
+    Of each run, some eigenvalue is near.
+    """
     sizes = np.sort(np.abs(np.concatenate([values.ravel() for values in spectra])))
     first = int(np.ceil((1 - MOST_FAR) * len(sizes)))
-    for before, size in zip(sizes[first - 1 :], sizes[first:], strict=False):
+    for before, size in zip(sizes[max(first - 1, 0) :], sizes[first:], strict=False):
         if before > 0 and size > FAR * before:
-            return float(size)
-    return float("inf")
+            far = float(size)
+            return far if all((~is_far(values, far)).any() for values in spectra) else np.inf
+    return np.inf
+
+
+def is_far(values: Array, far: float) -> NDArray[np.bool_]:
+    """Return which eigenvalues are left out of a figure: never those that do not decay."""
+    return np.asarray((np.abs(values) >= far) & (values.real < 0))

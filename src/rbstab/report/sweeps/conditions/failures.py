@@ -39,23 +39,34 @@ def failure_sentences(members: Members, groups: PairedConditions, *, sampled: bo
         best, worst = int(np.argmin(counts)), int(np.argmax(counts))
         names = groups.labels[best], groups.labels[worst]
         found = failed[groups.pairs]
-        sentences.append(_in_the_same_cases(names, found[:, best], found[:, worst], sampled))
+        pairs = len(counts) * (len(counts) - 1) // 2
+        both = found[:, best], found[:, worst]
+        sentences.append(_in_the_same_cases(names, *both, pairs if sampled else None))
     return sentences
 
 
-def _in_the_same_cases(names: tuple[str, str], best: Array, worst: Array, sampled: bool) -> str:
+def _in_the_same_cases(names: tuple[str, str], best: Array, worst: Array, pairs: int | None) -> str:
+    """Return how often only one of two conditions failed in the same case.
+
+    Args:
+        names: The labels of both.
+        best: Whether the run of the first failed, shape (cases,).
+        worst: The same of the second.
+        pairs: From how many pairs of conditions these two were chosen as the extremes; None if the
+            members are no sample. A difference that chance makes is found more often among many.
+    """
     only_worst = int(np.count_nonzero(worst & ~best))
     only_best = int(np.count_nonzero(best & ~worst))
     text = (
         f"In the same {counted(len(best), 'case')}, only {names[1]} ended early in {only_worst}, "
         f"and only {names[0]} in {only_best}"
     )
-    if not sampled:
+    if pairs is None:
         return f"{text}."
     # Imported late: SciPy's statistics take longer to load than the rest of a report.
     from scipy.stats import binomtest
 
-    chance = binomtest(only_best, only_best + only_worst, 0.5).pvalue
-    is_sure = chance < 1.0 - CONFIDENCE
-    sure = "more than chance makes" if is_sure else "which may be chance"
-    return f"{text}: {sure} (sign test, {CONFIDENCE:.0%} confidence)."
+    chance = pairs * binomtest(only_best, only_best + only_worst, 0.5).pvalue
+    sure = "more than chance makes" if chance < 1.0 - CONFIDENCE else "which may be chance"
+    chosen = f", these two chosen from {pairs} pairs" if pairs > 1 else ""
+    return f"{text}: {sure} (sign test, {CONFIDENCE:.0%} confidence{chosen})."

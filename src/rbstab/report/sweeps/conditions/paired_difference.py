@@ -17,6 +17,9 @@ Gains, inertia and initial states of a real body are not known better than to ab
 class PairedDifference(NamedTuple):
     """Paired differences. Pairs with two equal values are counted, and have no part in the rest.
 
+    A value may be infinite: later than the end of the run. Where only one of both is, it is known
+    which is smaller, and the difference is infinite; where both are, the pair has no value.
+
     Attributes:
         pairs: The number of pairs in which both members have a value, and the values differ.
         equal: The number of pairs in which both values are the same.
@@ -24,7 +27,7 @@ class PairedDifference(NamedTuple):
         median: The median of the differences; NaN without pairs.
         low: The lower end of its confidence interval; -inf if there are too few pairs.
         high: The upper end; likewise.
-        scale: The larger median of the magnitudes of both members; 0 without pairs.
+        scale: The larger median of the finite magnitudes of both members; 0 without any.
     """
 
     pairs: int
@@ -57,9 +60,10 @@ def paired_difference(first: Array, second: Array) -> PairedDifference:
         first: The quantity of the members of one condition, shape (n,).
         second: That of their partners.
     """
-    difference = first - second
+    with np.errstate(invalid="ignore"):
+        difference = first - second
     equal = int(np.count_nonzero(difference == 0))
-    differs = np.isfinite(difference) & (difference != 0)
+    differs = ~np.isnan(difference) & (difference != 0)
     difference = np.sort(difference[differs])
     count = len(difference)
     if not count:
@@ -70,5 +74,13 @@ def paired_difference(first: Array, second: Array) -> PairedDifference:
     rank = int(binom.ppf(0.5 * (1.0 - CONFIDENCE), count, 0.5))
     low, high = (-np.inf, np.inf) if rank < 1 else difference[[rank - 1, count - rank]].tolist()
     negative = float((difference < 0).mean())
-    scale = max(float(np.median(np.abs(side[differs]))) for side in (first, second))
-    return PairedDifference(count, equal, negative, float(np.median(difference)), low, high, scale)
+    scale = max(_median_size(side[differs]) for side in (first, second))
+    # The mean of both middle differences would be none if one of them is infinite.
+    middle = difference[[(count - 1) // 2, count // 2]]
+    median = float(middle.mean() if np.isfinite(middle).all() else middle[0])
+    return PairedDifference(count, equal, negative, median, low, high, scale)
+
+
+def _median_size(values: Array) -> float:
+    finite = np.abs(values[np.isfinite(values)])
+    return float(np.median(finite)) if len(finite) else 0.0

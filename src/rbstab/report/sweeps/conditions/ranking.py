@@ -1,6 +1,7 @@
 """Which of several conditions is better in a quantity, and how surely: paired differences."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from rbstab.report.sweeps.conditions.paired_difference import (
     PairedDifference,
     paired_difference,
 )
+from rbstab.report.sweeps.distributions import quantiles_of
 from rbstab.report.sweeps.fractions import CONFIDENCE
 from rbstab.report.sweeps.quantities import MemberQuantity
 
@@ -69,42 +71,62 @@ def compared_sentence(groups: PairedConditions) -> str:
 def _sentence(groups: PairedConditions, quantity: MemberQuantity, *, sampled: bool) -> str:
     """Return a sentence on the best conditions; "" if there are no two to compare."""
     assert groups.pairs is not None
-    values = quantity.values[groups.pairs]
+    values = quantity.ranked[groups.pairs]
     # A condition without any value cannot be compared.
-    columns = [_finite(column) for column in values.T]
+    columns = [column[~np.isnan(column)] for column in values.T]
     # Neither can one that holds the contact point: its displacement is 0 by construction.
-    zero = [k for k, v in enumerate(columns) if len(v) and not v.any()]
+    held = quantity.name == PEAK
+    zero = [k for k, v in enumerate(columns) if held and len(v) and not v.any()]
     zero = zero if len(columns) - len(zero) > 1 else []
     others = [k for k, v in enumerate(columns) if len(v) and k not in zero]
     if len(others) < 2:
         return ""
-    # Where two conditions share no case, nothing can be said.
-    order = sorted(others, key=lambda k: float(np.median(columns[k])))
-    best, second, *_ = order
-    found = paired_difference(values[:, best], values[:, second])
-    if not found.pairs and not found.equal:
-        return ""
-    if found.median > 0:
-        # The medians may be in the other order than most of the pairs, which are what is compared.
-        best, second = second, best
-        found = paired_difference(values[:, best], values[:, second])
-    name = _name(groups, quantity)
-    begin = ""
+    name, begin = _name(groups, quantity), ""
     if zero:
         always = listed(groups.labels[k] for k in zero)
         begin = f"{name} is always 0 with {always}, by construction. Of the others: "
         name = OTHERS
-    compared = {k: paired_difference(values[:, best], values[:, k]) for k in others if k != best}
+    # The median of a condition counts cases that another one may lack: pairs decide, not medians.
+    order = sorted(others, key=lambda k: quantiles_of(columns[k], (0.5,))[0])
+    best = _best(values, order, sampled=sampled)
+    if best is None:
+        subject = "" if name == OTHERS else f"{name}: "
+        return f"{begin}{subject}none is better than all others; the table compares all pairs."
+    compared = _compared(values, best, order)
+    if not compared:
+        return ""
+    apart = [groups.labels[k] for k in order if k != best and k not in compared]
     alike = [k for k, one in compared.items() if _is_alike(one, sampled=sampled)]
     sentence = _Sentence(groups, quantity, name, best, sampled)
+    without = (
+        f" Without a common case with {groups.labels[best]}: {listed(apart)}." if apart else ""
+    )
     if alike:
-        return f"{begin}{sentence.on_alike(alike, compared)}"
-    return f"{begin}{sentence.on_two(second, found, few=len(others) == 2)}"
+        return f"{begin}{sentence.on_alike(alike, compared)}{without}"
+    (second, found), *more = compared.items()
+    return f"{begin}{sentence.on_two(second, found, few=not more)}{without}"
+
+
+def _compared(values: Array, best: int, order: Sequence[int]) -> dict[int, PairedDifference]:
+    """Return the differences of one condition from the others with which it shares cases."""
+    found = {k: paired_difference(values[:, best], values[:, k]) for k in order if k != best}
+    return {k: one for k, one in found.items() if one.pairs or one.equal}
+
+
+def _best(values: Array, order: Sequence[int], *, sampled: bool) -> int | None:
+    """Return the condition that none is better than in common cases; None if there is none."""
+    for best in order:
+        compared = _compared(values, best, order)
+        alike = {k for k, one in compared.items() if _is_alike(one, sampled=sampled)}
+        if not any(one.median > 0 for k, one in compared.items() if k not in alike):
+            return best
+    return None
 
 
 def _is_alike(found: PairedDifference, *, sampled: bool) -> bool:
-    """Return whether two conditions have no difference that is sure and matters."""
-    return not found.pairs or (sampled and not found.is_sure) or not found.matters
+    """Return whether two conditions have no difference that is sure and matters in most cases."""
+    is_sure = found.is_sure or not sampled
+    return found.equal > found.pairs or not (is_sure and found.matters)
 
 
 def _name(groups: PairedConditions, quantity: MemberQuantity) -> str:
@@ -126,22 +148,21 @@ class _Sentence(NamedTuple):
     def on_two(self, second: int, found: PairedDifference, *, few: bool) -> str:
         """Return the sentence if the best condition is better than all others."""
         first, other = self.groups.labels[self.best], self.groups.labels[second]
-        unit = self.quantity.axis.unit
-        by = f"{number(-found.median)} {unit}".rstrip()
         cases = counted(found.pairs, "case")
         smaller = round(found.negative * found.pairs)
         often = f"all {cases}" if smaller == found.pairs > 1 else f"{smaller} of {cases}"
-        ends = f"{number(-found.high)} and {number(-found.low)} {unit}".rstrip()
-        interval = (
-            f"; with {CONFIDENCE:.0%} confidence, this median is between {ends}"
-            if self.sampled
-            else ""
-        )
-        ranks = "smaller" if few else "smallest"
-        next_one = f"than with {other}" if few else f"and second smallest with {other}"
+        interval = ""
+        if self.sampled:
+            low, high = self._text(-found.high), self._text(-found.low)
+            interval = (
+                f"; with {CONFIDENCE:.0%} confidence, this median is between {low} and {high}"
+            )
+        ranks = f"smaller with {first} than with {other}. Of these two, {first}"
+        if not few:
+            ranks = f"smallest with {first}. Next is {other}: of these two, {first}"
         return (
-            f"{self.name} is {ranks} with {first} {next_one}. Of these two, {first} has the "
-            f"smaller value in {often}, by {by} in the median{interval}"
+            f"{self.name} is {ranks} has the smaller value in {often}, by "
+            f"{self._text(-found.median)} in the median{interval}"
             f"{self._equal(found)}{self._left_out(found)}."
         )
 
@@ -151,22 +172,31 @@ class _Sentence(NamedTuple):
         names = listed(labels[k] for k in (self.best, *alike))
         others = [k for k in compared if k not in alike]
         smallest = ", which have the smallest values" if others else ""
-        begin = f"{self.name}: no difference that matters between {names}{smallest}"
+        name = "" if self.name == OTHERS else f"{self.name}: "
+        begin = f"{name}no difference that matters between {names}{smallest}"
         if len(alike) > 1:
             return f"{begin}."
         found = compared[alike[0]]
-        if not found.pairs:
-            return f"{begin}: it is the same in all {counted(found.equal, 'case')}."
-        tail = f"{self._equal(found)}{self._left_out(found)}."
+        left_out = self._left_out(found)
+        if found.equal > found.pairs:
+            common = counted(found.equal + found.pairs, "case")
+            all_of = "all" if not found.pairs else f"{found.equal} of"
+            return f"{begin}: it is the same in {all_of} {common}{left_out}."
+        tail = f"{self._equal(found)}{left_out}."
         cases = counted(found.pairs, "case")
         if self.sampled and not found.is_sure:
             begin = begin.replace("no difference that matters", "no sure difference")
             return f"{begin} (median of {cases}{tail[:-1]})."
-        by = f"{number(abs(found.median))} {self.quantity.axis.unit}".rstrip()
         return (
-            f"{begin}. The difference is {by} in the median of {cases}, less than {MATTERS:.0%} "
-            f"of the values{tail}"
+            f"{begin}. The difference is {self._text(abs(found.median))} in the median of {cases}, "
+            f"less than {MATTERS:.0%} of the values{tail}"
         )
+
+    def _text(self, difference: float) -> str:
+        """Return a difference with its unit; an infinite one is that from a value after the end."""
+        if not math.isfinite(difference):
+            return "more than the runs last" if difference > 0 else "less"
+        return f"{number(difference)} {self.quantity.axis.unit}".rstrip()
 
     def _equal(self, found: PairedDifference) -> str:
         if not found.equal:
@@ -181,7 +211,7 @@ class _Sentence(NamedTuple):
         count = total - found.pairs - found.equal
         why = "a run ended early"
         if self.quantity.name == SETTLING:
-            why = "a run was not at rest by its end, or ended early"
+            why = "neither run was at rest by its end, or one ended early"
         return f"; {count} of {total} cases are left out, where {why}" if count else ""
 
 
@@ -197,7 +227,7 @@ def matrix_table(
         sampled: Whether the members are a sample; otherwise the medians have no intervals.
     """
     assert groups.pairs is not None
-    values, labels = quantity.values[groups.pairs], groups.labels
+    values, labels = quantity.ranked[groups.pairs], groups.labels
     rows = []
     for i, label in enumerate(labels):
         cells = [
@@ -214,7 +244,7 @@ def matrix_table(
         f"Medians of paired differences{between}; a smaller number is better. Pairs with equal "
         "values are left out, and counted. A mark says that the interval of the median excludes "
         f"zero, and that the median is at least {MATTERS:.0%} of the values; without a mark no "
-        f"difference that matters is sure. {INTERVAL_NOTE}"
+        f"difference that matters is sure. Each pair is judged by itself. {INTERVAL_NOTE}"
     )
     return Table(f"{name}-all-pairs-{quantity.name}", title, heads, tuple(rows), note)
 
@@ -222,13 +252,17 @@ def matrix_table(
 def _cell(found: PairedDifference, *, sampled: bool = True) -> Cell:
     is_marked = found.is_sure and found.matters
     tone = ("good" if found.median < 0 else "bad") if is_marked else ""
-    text = number(found.median) if found.pairs else "equal" if found.equal else NO_VALUE
-    if sampled and found.pairs and np.isfinite(found.low):
-        text = f"{text} ({number(found.low)} to {number(found.high)})"
+    text = _number(found.median) if found.pairs else "equal" if found.equal else NO_VALUE
+    if sampled and found.is_sure:
+        text = f"{text} ({_number(found.low)} to {_number(found.high)})"
     if found.pairs and found.equal:
         text = f"{text}; {found.equal} equal"
-    return Cell(text, found.median if found.pairs else None, tone)
+    value = found.median if math.isfinite(found.median) else None
+    return Cell(text, value, tone)
 
 
-def _finite(values: Array) -> Array:
-    return values[np.isfinite(values)]
+def _number(difference: float) -> str:
+    """Return a difference as text; an infinite one is that from a value after the end of a run."""
+    if math.isinf(difference):
+        return "later" if difference > 0 else "earlier"
+    return number(difference)

@@ -19,8 +19,8 @@ from rbstab.sweep.folder.layout import safe_name
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.plan.load import plan_to_read
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, undecided_reason
-from rbstab.sweep.proofs.gathered import convergence_now
+from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence
+from rbstab.sweep.proofs.gathered import convergence_now, without_theorem
 
 COLUMNS = (
     "run_id",
@@ -102,18 +102,7 @@ class Members:
     @cached_property
     def undecidable(self) -> dict[str, Array]:
         """Members that no theorem covers: a mask of shape (n,) by the reason."""
-        found: dict[str, Array] = {}
-        plan = self.plan
-        if plan is None:
-            return found
-        for number, variant in enumerate(plan.variants):
-            reason = undecided_reason(plan, variant)
-            if reason is not None:
-                own = np.ones(len(self), dtype=bool)
-                if "controller_variant" in self.table.layout:
-                    own = self.column("controller_variant") == number
-                found[reason] = found.get(reason, False) | own
-        return found
+        return {} if self.plan is None else without_theorem(self.plan)
 
     @property
     def completed(self) -> Array:

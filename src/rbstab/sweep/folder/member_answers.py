@@ -7,19 +7,18 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.config.errors import ConfigError
-from rbstab.config.source import key_of, parse_source
+from rbstab.config.source import parse_source
 from rbstab.experiment.answers.words import Sureness
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import RUN, Table
 from rbstab.store.table_file import read_table
 from rbstab.sweep.members.outcome import STATUSES
-from rbstab.sweep.plan.axes import VARIANT
 from rbstab.sweep.plan.load import plan_to_read
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, PROVED
-from rbstab.sweep.proofs.convergence import ProvedConvergence, undecided_reason
-from rbstab.sweep.proofs.gathered import PROOF_COLUMNS, convergence_now
+from rbstab.sweep.proofs.convergence import ProvedConvergence
+from rbstab.sweep.proofs.gathered import PROOF_COLUMNS, convergence_now, without_theorem
 
 MAX_COUNTED = 100_000
 """Members are compared with later proofs up to this number; each takes up to 0.1 ms."""
@@ -138,11 +137,9 @@ def _without_proof(plan: Plan | None, missing: Array) -> dict[str, int]:
         return {}
     if plan is None:
         return {"this version cannot read the plan": _count(missing)}
-    variants = plan.values(0, plan.members, [key_of(VARIANT)]).get(key_of(VARIANT))
     found: dict[str, int] = {}
-    for variant in plan.variants:
-        own = missing if variants is None else missing & (variants == variant)
-        reason = undecided_reason(plan, variant) or NOT_MADE
-        if own.any():
-            found[reason] = found.get(reason, 0) + _count(own)
-    return found
+    for reason, uncovered in without_theorem(plan).items():
+        found[reason] = _count(missing & uncovered)
+        missing = missing & ~uncovered
+    found[NOT_MADE] = _count(missing)
+    return {reason: count for reason, count in found.items() if count}

@@ -2,13 +2,29 @@
 
 import numpy as np
 
+from rbstab.config.source import key_of
+from rbstab.mechanics.numbers import Array
 from rbstab.store.table import RUN, Table
+from rbstab.sweep.plan.axes import VARIANT
+from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import GATHERED_COLUMNS, NO_PROOF, PROVED
-from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence
+from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, undecided_reason
 from rbstab.sweep.proofs.robust import START_COLUMNS
 
 PROOF_COLUMNS = (*GATHERED_COLUMNS, *START_COLUMNS)
 """The columns to read of the file of a sweep; older ones have not all of them."""
+
+
+def without_theorem(plan: Plan) -> dict[str, Array]:
+    """Return the members that no theorem covers: a mask of shape (members,) by the reason."""
+    variants = plan.values(0, plan.members, [key_of(VARIANT)]).get(key_of(VARIANT))
+    found: dict[str, Array] = {}
+    for variant in plan.variants:
+        reason = undecided_reason(plan, variant)
+        if reason is not None:
+            own = np.ones(plan.members, bool) if variants is None else variants == variant
+            found[reason] = found.get(reason, np.zeros(plan.members, bool)) | own
+    return found
 
 
 def stored_convergence(table: Table) -> MemberConvergence:

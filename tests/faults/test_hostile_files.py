@@ -112,15 +112,8 @@ def test_file_of_a_run(reader, tmp_path, kind):
         assert ("Unread" in listed.text) == (found.outcome != "read"), listed
 
 
-@pytest.fixture
-def fresh_reader():
-    """A process that has read no file: after a good file of one size, it may read some of these."""
-    with reading() as started:
-        yield started
-
-
-def test_report_names_hostile_files_and_shows_the_others(fresh_reader, tmp_path):
-    reader, hostile = fresh_reader, []
+def test_report_names_hostile_files_and_shows_the_others(reader, tmp_path):
+    hostile = []
     for kind in KINDS:
         path = tmp_path / f"{kind}.h5"
         write_hostile(kind, STORED_RUN, RUN_ARRAY, path, sealed=True)

@@ -18,8 +18,9 @@ from rbstab.store.run_file import open_result, write_result
 
 @pytest.fixture(autouse=True)
 def nothing_known(monkeypatch):
-    """Let each test begin without places of arrays."""
-    monkeypatch.setattr(known_places, "_known", {})
+    """Let each test begin as a process that uses known places and knows none."""
+    monkeypatch.setattr(known_places, "_known", None)
+    known_places.use_known_places()
 
 
 def changed(**variables):
@@ -122,6 +123,7 @@ def test_not_too_many_places_are_remembered(tmp_path, monkeypatch):
         path = tmp_path / f"{samples}.h5"
         write_result(path, result(samples=samples))
         assert_equal(open_result(path), result(samples=samples))
+    assert known_places._known is not None
     assert len(known_places._known) == 2
 
 
@@ -132,6 +134,20 @@ def test_a_file_without_a_seal_is_never_read_from_known_places(tmp_path):
     open_result(path)
     content = path.read_bytes()
     path.write_bytes(content[: content.rindex(b"\nrbstab sha256 ")])
+    assert known_places._known is not None
     known_places._known.clear()
     assert_equal(open_result(path), result())
     assert not known_places._known
+
+
+def test_a_process_that_was_not_asked_remembers_nothing(tmp_path, monkeypatch):
+    monkeypatch.setattr(known_places, "_known", None)
+    path = tmp_path / "a.h5"
+    write_result(path, result())
+    assert_equal(open_result(path), result())
+    assert known_places._known is None
+    # What is known stays when a process is asked again.
+    known_places.use_known_places()
+    open_result(path)
+    known_places.use_known_places()
+    assert known_places._known

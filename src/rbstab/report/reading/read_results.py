@@ -16,6 +16,7 @@ from rbstab.report.reading.answers import Answers, answers_of
 from rbstab.report.reading.untrusted import SWEEP, content_of, file_of
 from rbstab.store.disk.isolated_reading import FILES_PER_WORKER, IsolatedReaders
 from rbstab.store.errors import StoreError
+from rbstab.store.reading.known_places import use_known_places
 from rbstab.store.result import Result
 
 MANY = 2 * FILES_PER_WORKER
@@ -69,11 +70,12 @@ def _summary_of(content: Result) -> Summary | None:
 
 
 def read_with_answers(file: Path) -> Read:
-    """Read the file of a run or a sweep in this process, and answer what a report asks of a run.
+    """Read one of many files in this process, and answer what a report asks of a run.
 
     Raises:
         StoreError: As `read_file`.
     """
+    use_known_places()
     read = read_file(file)
     if isinstance(read, ReadSweep):
         return read

@@ -4,7 +4,9 @@ rbstab writes runs of one kind alike: their arrays are in the same places, with 
 types, dimensions, units and meanings, and so are their attributes. To find all this out takes HDF5
 most of the time. So it is taken from a file of the same size that was read before. The digest of a
 result covers all of it, and the numbers: it shows that what was read is right. It does not show
-that HDF5 would find these arrays, so only files with a seal are read in this way.
+that HDF5 would find these arrays. So only files with a seal are read in this way, and only in
+processes that read many files and call `use_known_places`: what other commands say of a file does
+not depend on those that were read before.
 """
 
 from collections.abc import Mapping
@@ -46,8 +48,14 @@ class _Layout(NamedTuple):
     arrays: dict[str, _Place]
 
 
-_known: dict[int, _Layout] = {}
-"""The files that were read, by size."""
+_known: dict[int, _Layout] | None = None
+"""The files that were read, by size; None in a process that does not use known places."""
+
+
+def use_known_places() -> None:
+    """Let this process try the places of arrays of earlier files from now on."""
+    global _known  # noqa: PLW0603 (a fact about the process)
+    _known = {} if _known is None else _known
 
 
 def content_at_known_places(file: Hdf5Reader) -> Content | None:
@@ -56,7 +64,7 @@ def content_at_known_places(file: Hdf5Reader) -> Content | None:
     Args:
         file: A file as rbstab wrote it. The result may be wrong: compare it with its digest.
     """
-    layout = _known.get(file.size)
+    layout = None if _known is None else _known.get(file.size)
     if layout is None:
         return None
     attributes = {}
@@ -85,7 +93,7 @@ def remember_places(
     file: Hdf5Reader, attributes: Mapping[str, Attribute], variables: Mapping[str, Variable]
 ) -> None:
     """Remember where a file as rbstab wrote it has its content; no empty array has a place."""
-    if len(_known) >= MAX_SIZES:
+    if _known is None or len(_known) >= MAX_SIZES:
         return
     types = {name: known_type(value) for name, value in attributes.items()}
     if not set(types.values()) <= set(KNOWN_TYPES):

@@ -131,7 +131,7 @@ def test_members_that_no_theorem_covers_are_counted_with_the_reason(members):
     sentence = card_of(made)[1].statements[0].sentence
     assert sentence.startswith(
         "10 of the 10 members that were tried are proved to converge to a rest state "
-        "(visco-elastic: 10 of 10; sliding: 0 of 10); 10 have no proof: the force of a sliding "
+        "(visco-elastic: 10 of 10; sliding: not tried); 10 have no proof: the force of a sliding "
         "connector jumps"
     )
     text, _ = proof_blocks("sweep-1", made, "COMMAND")

@@ -100,7 +100,7 @@ def _rest(members: Members, conditions: PairedConditions | None, command: str) -
         which = f"the {tried} members that were tried" if tried < total else str(total)
         parts.append(
             f"{np.count_nonzero(proved)} of {which} are proved to converge to a rest state"
-            f"{_by_condition(proved, conditions)}"
+            f"{_by_condition(proved, convergence != NO_PROOF, conditions)}"
         )
         untried = convergence == NO_PROOF
         uncovered = {why: int((own & untried).sum()) for why, own in members.undecidable.items()}
@@ -121,14 +121,16 @@ def _rest(members: Members, conditions: PairedConditions | None, command: str) -
     return Statement(question, word, sentence[:1].upper() + sentence[1:], tone)
 
 
-def _by_condition(chosen: Array, conditions: PairedConditions | None) -> str:
-    """Return how many members of each condition are chosen, in parentheses."""
+def _by_condition(proved: Array, tried: Array, conditions: PairedConditions | None) -> str:
+    """Return how many members of each condition are proved, of those tried, in parentheses."""
     if conditions is None:
         return ""
     parts = []
     for k, label in enumerate(conditions.labels):
-        own = chosen[conditions.codes == k]
-        parts.append(f"{label}: {np.count_nonzero(own)} of {len(own)}")
+        own = conditions.codes == k
+        count = np.count_nonzero(tried & own)
+        found = f"{np.count_nonzero(proved & own)} of {count}" if count else "not tried"
+        parts.append(f"{label}: {found}")
     return f" ({'; '.join(parts)})"
 
 

@@ -1,5 +1,6 @@
 """The cards of runs: what a reader wants to know first."""
 
+import dataclasses
 import math
 
 import pytest
@@ -9,9 +10,12 @@ from support.made_runs import V_START, made_config, made_file, made_result
 
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
+from rbstab.experiment.convergence.convergence import Convergence
+from rbstab.experiment.convergence.zero_description import APPROACHED
 from rbstab.experiment.proof_cache import cached_proof
 from rbstab.experiment.stored_proof.starts import start_level
 from rbstab.report.model.document import Cards
+from rbstab.report.reading.answers import RegionCheck
 from rbstab.report.runs.answers import MAX_CARDS, answer_blocks
 from rbstab.report.runs.config_tables import MAX_SPECIAL, own_keys
 from rbstab.store.run_file import write_result
@@ -147,3 +151,30 @@ def test_a_peak_that_the_samples_do_not_show_is_explained(tmp_path):
     *_, plain_cards = answer_blocks(facts(made_file(tmp_path / "a.h5")))
     assert isinstance(plain_cards, Cards)
     assert "≥" not in dict(plain_cards.words)
+
+
+@pytest.mark.parametrize(
+    ("inside", "rest_state", "zero", "margin"),
+    [
+        # The start is inside: both count from the rest state of the region.
+        (True, 2, "", "0.5"),
+        # The motion is proved to come to the lowest rest state, as the region does.
+        (False, 1, "", "2.5"),
+        # It comes to another one: only a run that approaches it counts from there.
+        (False, 2, APPROACHED, f"{V_START / 40:.4g}"),
+        (False, 2, "the lowest rest state", None),
+    ],
+)
+def test_both_numbers_of_the_margin_count_from_one_rest_state(
+    inside, rest_state, zero, margin, tmp_path
+):
+    path = made_file(tmp_path / "a.h5", lyapunov_zero=zero)
+    (entry,) = facts(path)
+    entry = dataclasses.replace(
+        entry,
+        region=RegionCheck(inside, 100.0, 200.0),
+        convergence=Convergence(True, rest_state=rest_state, bound=40.0),
+    )
+    *_, cards = answer_blocks([entry])
+    assert isinstance(cards, Cards)
+    assert dict(cards.cards[0].facts).get("v(0)/c*") == margin

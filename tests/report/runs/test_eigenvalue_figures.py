@@ -277,3 +277,9 @@ def test_a_run_of_which_all_eigenvalues_are_large_is_drawn(monkeypatch):
     runs = [run_of("free", number, f"run {number}") for number in range(4)]
     panel = blocks_of(*runs)[0]["runs-eigenvalues"].panels[0]
     assert points_of(panel)["run 3"].x.tolist() == [-1e4, -2e4]
+
+
+def test_slow_eigenvalues_that_differ_are_not_merged_beside_fast_ones(monkeypatch):
+    given_spectra(monkeypatch, [-0.005, -2.0, -3.0, -1e4], [-0.006, -2.0, -3.0, -1e4])
+    panel = blocks_of(run_of("free"), run_of("free", 1, "other"))[0]["runs-eigenvalues"].panels[0]
+    assert set(points_of(panel)) == {"free", "other"}

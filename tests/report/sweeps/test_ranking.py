@@ -293,3 +293,31 @@ def test_conditions_may_have_a_function_v_of_their_own(members, key, own):
     groups = paired_conditions_of(members(vary, design="random", members=10, seed=4))
     assert groups is not None
     assert groups.has_own_v is own
+
+
+def test_most_cases_decide_whether_conditions_are_alike(members):
+    sentence = peaks(
+        members,
+        (
+            lambda point: 1.0 + point,
+            lambda point: 1.0 + point - 0.5 * (point >= 40),
+            lambda point: 99.0 + point,
+        ),
+    )
+    assert "no difference that matters between visco-elastic, free" in sentence
+    assert sentence.endswith("it is the same in 40 of 50 cases.")
+
+
+def test_only_a_displacement_is_zero_by_construction(members):
+    sentence = settling(
+        members, lambda a: {"settling_time": np.choose(a["controller_variant"], [0.0, 1.0, 2.0])}
+    )
+    assert "by construction" not in sentence
+    assert "is smallest with visco-elastic" in sentence
+
+
+def test_the_size_of_a_difference_is_compared_with_the_values_that_are_known():
+    """A value that is later than the end says nothing of how large the values are."""
+    first = np.array([1.0, 1.0, 1.0, 9.0])
+    second = np.array([1.5, 1.5, np.inf, np.inf])
+    assert paired_difference(first, second).scale == 1.5

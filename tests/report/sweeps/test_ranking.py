@@ -195,7 +195,10 @@ def test_equal_pairs_have_no_part_in_the_median():
     assert (found.pairs, found.equal, found.negative) == (40, 60, 1.0)
     assert found.median == pytest.approx(-0.1)
     assert found.matters
-    assert _cell(found).text == "-0.1 (-0.1 to -0.1); 60 equal"
+    # As the sentence, a mark speaks of most pairs.
+    assert (_cell(found).text, _cell(found).tone) == ("-0.1 (-0.1 to -0.1); 60 equal", "")
+    most = paired_difference(first[50:], second[50:])
+    assert (_cell(most).text, _cell(most).tone) == ("-0.1 (-0.1 to -0.1); 10 equal", "good")
     assert _cell(paired_difference(second, second)).text == "equal"
 
 
@@ -212,16 +215,21 @@ def peaks(members, of_each):
     return sentence
 
 
-def test_cases_that_are_equal_are_counted(members):
-    """The largest displacement is often that at the start, which is the same."""
-    sentence = peaks(
+def smaller_from(members, first):
+    """The sentence on a sweep in which `free` is smaller from a case on, and equal before."""
+    return peaks(
         members,
         (
             lambda point: 1.0 + point,
-            lambda point: 1.0 + point - 0.5 * (point >= 20),
+            lambda point: 1.0 + point - 0.5 * (point >= first),
             lambda point: 99.0 + point,
         ),
     )
+
+
+def test_cases_that_are_equal_are_counted(members):
+    """The largest displacement is often that at the start, which is the same."""
+    sentence = smaller_from(members, 20)
     assert "free has the smaller value in all 30 cases, by 0.5 m in the median" in sentence
     assert sentence.endswith(
         "; in 20 further cases both are equal, as where the largest value is that at the start."
@@ -296,14 +304,7 @@ def test_conditions_may_have_a_function_v_of_their_own(members, key, own):
 
 
 def test_most_cases_decide_whether_conditions_are_alike(members):
-    sentence = peaks(
-        members,
-        (
-            lambda point: 1.0 + point,
-            lambda point: 1.0 + point - 0.5 * (point >= 40),
-            lambda point: 99.0 + point,
-        ),
-    )
+    sentence = smaller_from(members, 40)
     assert "no difference that matters between visco-elastic, free" in sentence
     assert sentence.endswith("it is the same in 40 of 50 cases.")
 

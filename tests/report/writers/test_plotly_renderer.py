@@ -369,6 +369,12 @@ def test_words_of_categories_are_lines_with_room_below() -> None:
     assert below >= shallow + 14 > shallow
 
 
+def test_the_first_and_the_last_category_have_room_for_their_labels() -> None:
+    """Plotly leaves out a label that would be cut at the edge of a narrow page."""
+    axis, _ = category_axis("narrow", "a", "b", "c")
+    assert axis["range"] == [-0.5, 2.5]
+
+
 def test_words_too_long_for_their_categories_stand_upright() -> None:
     axis, below = category_axis("narrow", *[f"{n}ncommonlylonglabel" for n in range(8)])
     assert axis["tickangle"] == 90

@@ -243,14 +243,15 @@ def matrix_table(
     note = (
         f"Medians of paired differences{between}; a smaller number is better. Pairs with equal "
         "values are left out, and counted. A mark says that the interval of the median excludes "
-        f"zero, and that the median is at least {MATTERS:.0%} of the values; without a mark no "
-        f"difference that matters is sure. Each pair is judged by itself. {INTERVAL_NOTE}"
+        f"zero, that the median is at least {MATTERS:.0%} of the values, and that no more pairs "
+        "are equal than differ; without a mark no difference that matters is sure. Each pair is "
+        f"judged by itself. {INTERVAL_NOTE}"
     )
     return Table(f"{name}-all-pairs-{quantity.name}", title, heads, tuple(rows), note)
 
 
 def _cell(found: PairedDifference, *, sampled: bool = True) -> Cell:
-    is_marked = found.is_sure and found.matters
+    is_marked = not _is_alike(found, sampled=True)
     tone = ("good" if found.median < 0 else "bad") if is_marked else ""
     text = _number(found.median) if found.pairs else "equal" if found.equal else NO_VALUE
     if sampled and found.is_sure:

@@ -54,11 +54,16 @@ def axis_settings(panel: Panel, letter: str, shown: Sequence[Panel]) -> JSON:
 
 
 def _ends(panel: Panel, letter: str) -> tuple[float, float] | None:
-    """Return the ends of an axis: those that it has, or the edges of a map's cells."""
+    """Return the ends of an axis: those that it has, the edges of a map's cells, or of categories.
+
+    Each category has the same room: plotly leaves out a label that the edge of a page would cut.
+    """
     axis: Axis = getattr(panel, letter)
     maps = [mark for mark in panel.marks if isinstance(mark, Cells)]
-    if axis.ends is not None or not maps:
+    if axis.ends is not None:
         return axis.ends
+    if not maps:
+        return (-0.5, len(axis.categories) - 0.5) if axis.categories else None
     edges = cell_edges(getattr(maps[0], letter), axis)
     return float(edges[0]), float(edges[-1])
 

@@ -11,7 +11,14 @@ import pytest
 from support.paper_runs import CASES, paper_config
 
 import rbstab
-from rbstab.analysis.bounded import UNIT, Bounded, bounded_decimal, bounded_decimals
+from rbstab.analysis.bounded import (
+    MANY_ANGLES,
+    STEP,
+    UNIT,
+    Bounded,
+    bounded_decimal,
+    bounded_decimals,
+)
 from rbstab.analysis.exact import decimal_balls, in_balls
 from rbstab.config.build import start_of, system_of
 from rbstab.mechanics.numbers import FUNCTIONS
@@ -185,3 +192,34 @@ def test_whole_powers_hold_all_values_within_the_error(exponent):
     assert (Bounded(2.0, 0.1) ** 0).value == 1.0
     with pytest.raises(TypeError):
         operator.pow(Bounded(2.0, 0.0), 0.5)
+
+
+@pytest.mark.parametrize("size", [1e-9, 0.02, 4.0, 60.0, 1e6])
+@pytest.mark.parametrize("function", ["sin", "cos"])
+def test_sines_of_many_angles_hold_the_exact_values(function, size):
+    """Many angles are taken from a table; some are in the middle of two of its steps."""
+    angles = RANDOM.uniform(-size, size, 2 * MANY_ANGLES)
+    angles[::7] = (np.rint(angles[::7] / STEP) + 0.5) * STEP
+    angles[::11] = np.nextafter(angles[::11], 0.0)
+    found = getattr(Bounded(angles, 0.0), function)()
+    assert np.all(found.error < 20 * UNIT)
+    with mpmath.workprec(120):
+        exact = [getattr(mpmath, function)(mpmath.mpf(angle)) for angle in angles.tolist()]
+        off = [float(abs(x - value)) for x, value in zip(exact, found.value.tolist(), strict=True)]
+    assert np.all(off <= found.error)
+    assert max(off) > 0.0
+
+
+def test_many_angles_with_errors_have_sines_with_errors():
+    angles = RANDOM.uniform(-3, 3, MANY_ANGLES)
+    found = Bounded(angles, 1e-3).sin()
+    assert np.all(found.error >= 1e-3)
+    assert np.all(found.low <= np.minimum(np.sin(angles - 1e-3), np.sin(angles + 1e-3)) + 1e-15)
+
+
+@pytest.mark.parametrize("angle", [1e8, 1e300, math.nan])
+def test_one_far_angle_among_many(angle):
+    angles = np.append(RANDOM.uniform(-3, 3, MANY_ANGLES), angle)
+    sine = Bounded(angles, 0.0).sin()
+    np.testing.assert_allclose(sine.value[:-1], np.sin(angles[:-1]), atol=1e-15)
+    np.testing.assert_allclose(sine.value[-1], np.sin(angle), atol=1e-15)

@@ -185,8 +185,8 @@ def _sine_and_cosine(angles: Array) -> tuple[Bounded, Bounded]:
 
     python-flint takes 2 µs for an angle. So the angles θ of many members are taken from the nearest
     angle a of a table: sin(a + δ) = sin a cos δ + cos a sin δ. Here |δ| <= 2⁻⁶, and δ = θ - a is
-    exact: both are multiples of the last bit of θ. The series of sin δ and cos δ end after δ⁷ and
-    δ⁸. What they leave out is less than δ⁹/9! < 2⁻⁷².
+    exact: both are multiples of the last bit of θ. The series of sin δ and cos δ end after δ⁵ and
+    δ⁶. What they leave out is at most δ⁷/7! + δ⁸/8! < 2⁻⁵⁴.
     """
     if not (angles.size >= MANY_ANGLES and np.abs(angles).max() <= MAX_ANGLE):
         basis = rigorous_basis(angles, 1)
@@ -196,9 +196,9 @@ def _sine_and_cosine(angles: Array) -> tuple[Bounded, Bounded]:
     sine, cosine = (Bounded(basis[..., k], UNIT) for k in (2, 1))
     delta = Bounded(angles - nearest, 0.0)
     square = delta * delta
-    small_sine = delta * (1 - square / 6 * (1 - square / 20 * (1 - square / 42)))
-    small_cosine = 1 - square / 2 * (1 - square / 12 * (1 - square / 30 * (1 - square / 56)))
-    left_out = Bounded(0.0, 2.0**-70)
+    small_sine = delta * (1 - square / 6 * (1 - square / 20))
+    small_cosine = 1 - square / 2 * (1 - square / 12 * (1 - square / 30))
+    left_out = Bounded(0.0, 2.0**-54)
     return (
         sine * small_cosine + cosine * small_sine + left_out,
         cosine * small_cosine - sine * small_sine + left_out,

@@ -1,7 +1,9 @@
 """`rbstab report`."""
 
+from contextlib import suppress
 from itertools import groupby
 from pathlib import Path
+from threading import Thread
 from typing import TYPE_CHECKING
 
 import click
@@ -73,7 +75,6 @@ def command(
 
     The formats html, md and pdf need the packages of `pip install 'rbstab[report]'`.
     """
-    from rbstab.report.produce import produce
     from rbstab.report.reading.sources import read_sources
     from rbstab.store.errors import StoreError
 
@@ -86,7 +87,9 @@ def command(
         if path is not None:
             # Fail before the work, not after it.
             _check_writable(path, form, force=force)
+        imports = _import_beside(sweeps=any(path.is_dir() for path in taken.paths))
         sources = read_sources(taken.paths)
+        imports.join()
         _print_unread(sources.unread)
         made_by = _command(results, output, form, title, force=force, as_json=as_json)
 
@@ -94,6 +97,8 @@ def command(
             _write_or_print(report, path, form, force=force, as_json=as_json)
 
         if sources.runs or sources.sweeps:
+            from rbstab.report.produce import produce
+
             tried = form if path is not None else "text"
             known, sources = sources.unread, produce(sources, made_by, title, tried, write)
             _print_unread(sources.unread[len(known) :])
@@ -106,6 +111,27 @@ def command(
     if path is not None and not quiet:
         click.echo(f"-> {path}", err=True)
     raise click.exceptions.Exit(exit_codes.STORAGE if sources.unread else exit_codes.OK)
+
+
+def _import_beside(*, sweeps: bool) -> Thread:
+    """Import what makes reports, which takes a second, in a thread; meanwhile workers read results.
+
+    Args:
+        sweeps: Whether there are sweeps, whose intervals SciPy computes.
+    """
+
+    def work() -> None:
+        # Where an import fails, the command repeats it, with its error.
+        with suppress(ImportError):
+            import rbstab.report.produce  # noqa: F401
+
+            if sweeps:
+                import scipy.stats  # noqa: F401
+
+    # The thread is a daemon, so that an interrupt ends the command at once.
+    thread = Thread(target=work, daemon=True)
+    thread.start()
+    return thread
 
 
 def _print_unread(unread: "Sequence[Unread]") -> None:

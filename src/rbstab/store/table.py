@@ -208,16 +208,29 @@ def check_columns(layout: Layout, arrays: Arrays) -> None:
     if len(runs) and (runs[0] < 0 or np.any(runs[1:] - runs[:-1] != 1)):
         raise ValueError(f"{RUN} does not count the runs")
     for name, column in layout.items():
-        if name not in arrays:
-            continue
-        data = arrays[name]
-        if data.dtype != np.dtype(column.dtype):
-            raise ValueError(f"{name} has the type {data.dtype} (expected {column.dtype})")
-        check_shape(name, data, (len(runs), *column.shape))
-        if column.flags and data.size and not 0 <= data.min() <= data.max() < len(column.flags):
-            raise ValueError(f"{name} has a flag without a meaning")
-        if data.dtype.kind == "S" and np.any(np.ascontiguousarray(data).view("u1") > _LAST_ASCII):
-            raise ValueError(f"{name} has a text that is not ASCII")
+        if name in arrays:
+            check_column(name, column, arrays[name], len(runs))
+
+
+def check_column(name: str, column: Column, data: NDArray[Any], runs: int) -> None:
+    """Check that the data of a column are as its declaration says.
+
+    Args:
+        name: The name of the column.
+        column: Its declaration.
+        data: Its data.
+        runs: The number of runs.
+
+    Raises:
+        ValueError: It has a wrong type or shape, a flag without a word, or text that is not ASCII.
+    """
+    if data.dtype != np.dtype(column.dtype):
+        raise ValueError(f"{name} has the type {data.dtype} (expected {column.dtype})")
+    check_shape(name, data, (runs, *column.shape))
+    if column.flags and data.size and not 0 <= data.min() <= data.max() < len(column.flags):
+        raise ValueError(f"{name} has a flag without a meaning")
+    if data.dtype.kind == "S" and np.any(np.ascontiguousarray(data).view("u1") > _LAST_ASCII):
+        raise ValueError(f"{name} has a text that is not ASCII")
 
 
 def dimensions_of(layout: Layout) -> dict[str, int]:

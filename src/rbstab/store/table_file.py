@@ -4,6 +4,7 @@ import os
 import time
 from collections.abc import Iterable
 from pathlib import Path
+from typing import NamedTuple
 
 import h5py
 import numpy as np
@@ -18,9 +19,11 @@ from rbstab.store.table import (
     AXES,
     RUN,
     Column,
+    Layout,
     Table,
     TableDigest,
     TableHeader,
+    check_column,
     check_columns,
 )
 from rbstab.store.table_writer import KIND, TABLE_VERSION
@@ -36,8 +39,11 @@ _BLOCK = 1 << 20
 _MIN_AGE = 2.0
 """s; a file that was changed less than this time ago may change again with the same time stamp."""
 
-_verified: set[tuple[int, ...]] = set()
-"""The files that this process has compared with their digests; see `_identity`."""
+Identity = tuple[int, ...]
+"""Numbers that change when a file changes."""
+
+_verified: set[Identity] = set()
+"""The files that this process has compared with their digests."""
 
 
 def read_table(path: Path, names: Iterable[str] | None = None) -> Table:
@@ -59,16 +65,52 @@ def read_table(path: Path, names: Iterable[str] | None = None) -> Table:
         header, digests = _header(file)
         if identity not in _verified:
             _check_digests(file, header, digests)
-            if time.time() - path.stat().st_mtime > _MIN_AGE:
+            if _is_old(path):
                 _verified.add(identity)
         wanted = [name for name in header.layout if names is None or name in names]
         layout = {name: header.layout[name] for name in wanted}
-        arrays = {name: file.array(name)[()] for name in (RUN, *wanted)}
+        arrays = {name: file.whole(file.array(name)) for name in (RUN, *wanted)}
         try:
             check_columns(layout, arrays)
         except ValueError as error:
             raise NotAResultError(f"{path} is damaged: {error}") from error
         return Table(layout, arrays, dict(header.attributes) | digests, header.extras)
+
+
+class CheckedTable(NamedTuple):
+    """A table whose content was checked.
+
+    Attributes:
+        layout: Its columns.
+        identity: For `count_as_checked`; None if the file is so new that it may change unnoticed.
+    """
+
+    layout: Layout
+    identity: Identity | None
+
+
+def check_table(path: Path) -> CheckedTable:
+    """Check the table of a sweep and all of its columns, one after the other, and keep none.
+
+    Raises:
+        NotAResultError, NewerSchemaError, StoreError: As `read_table`.
+    """
+    identity = _identity(path)
+    check_unchanged(path)
+    with open_hdf5(path) as file:
+        header, digests = _header(file)
+        _check_digests(file, header, digests)
+        for name, column in header.layout.items():
+            try:
+                check_column(name, column, file.whole(file.array(name)), header.length)
+            except ValueError as error:
+                raise NotAResultError(f"{path} is damaged: {error}") from error
+    return CheckedTable(header.layout, identity if _is_old(path) else None)
+
+
+def count_as_checked(identity: Identity) -> None:
+    """Do not compare a file with its digests again, because another process has done so."""
+    _verified.add(identity)
 
 
 def count_flags(path: Path, names: Iterable[str]) -> dict[str, dict[str, int]]:
@@ -108,13 +150,17 @@ def _words(file: Hdf5Reader, name: str) -> dict[str, int]:
     return {word: count for word, count in zip(words, counts, strict=True) if count}
 
 
-def _identity(path: Path) -> tuple[int, ...]:
-    """Return numbers that change when the file changes."""
+def _identity(path: Path) -> Identity:
     try:
         found = os.stat(path)  # noqa: PTH116
     except OSError as error:
         raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
     return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+
+
+def _is_old(path: Path) -> bool:
+    """Whether a file cannot change again without a change of its identity."""
+    return time.time() - path.stat().st_mtime > _MIN_AGE
 
 
 def _header(file: Hdf5Reader) -> tuple[TableHeader, dict[str, str]]:

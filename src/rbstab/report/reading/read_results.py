@@ -13,11 +13,12 @@ from rbstab.experiment.summary import Summary, summary_of
 from rbstab.report.model.document import Unread
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.answers import Answers, answers_of
-from rbstab.report.reading.untrusted import SWEEP, content_of, file_of
+from rbstab.report.reading.untrusted import content_of, file_of
 from rbstab.store.disk.isolated_reading import FILES_PER_WORKER, IsolatedReaders
 from rbstab.store.errors import StoreError
 from rbstab.store.reading.known_places import use_known_places
 from rbstab.store.result import Result
+from rbstab.store.table_file import CheckedTable, Identity
 
 MANY = 2 * FILES_PER_WORKER
 """From this many results on there are several workers, so that they save time."""
@@ -37,9 +38,13 @@ class ReadRun(NamedTuple):
 
 
 class ReadSweep(NamedTuple):
-    """A sweep; only its file is known, and its content is read later."""
+    """A sweep that was checked: its file, whose content is read later.
+
+    identity is None if the file must be checked again (`rbstab.store.table_file.CheckedTable`).
+    """
 
     file: Path
+    identity: Identity | None
 
 
 Read = ReadRun | ReadSweep
@@ -52,8 +57,8 @@ def read_file(file: Path) -> Read:
         StoreError: The file holds neither, or cannot be read.
     """
     content = content_of(file)
-    if content == SWEEP:
-        return ReadSweep(file)
+    if isinstance(content, CheckedTable):
+        return ReadSweep(file, content.identity)
     return ReadRun(file, content, stored_config(content), _summary_of(content))
 
 

@@ -22,6 +22,7 @@ from rbstab.report.reading.read_results import ReadRun, ReadSweep, read_all
 from rbstab.report.reading.untrusted import file_of
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
+from rbstab.store.table_file import count_as_checked
 
 MAX_LABEL_LENGTH = 48
 """Maximum number of characters of a label; labels must fit in legends."""
@@ -124,6 +125,8 @@ def read_sources(paths: Iterable[str | Path]) -> Sources:
             unread.append(found)
         elif isinstance(found, ReadSweep):
             sweeps.append(found.file)
+            if found.identity is not None:
+                count_as_checked(found.identity)
         else:
             runs.append(found)
     return Sources(_runs(runs), _sweeps(sweeps), tuple(unread))

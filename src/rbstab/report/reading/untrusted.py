@@ -3,7 +3,7 @@
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -17,16 +17,12 @@ from rbstab.store.disk.existence import path_exists, path_is_dir, path_is_file
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.result import Result, Variable
 from rbstab.store.run_file import open_result
-from rbstab.store.table import Table
-from rbstab.store.table_file import read_table
+from rbstab.store.table_file import CheckedTable, check_table
 from rbstab.sweep.folder.manifest import MANIFEST
 from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, read_folder, unfinished_error
 from rbstab.sweep.members.outcome import known_columns
 from rbstab.sweep.proofs.columns import GATHERED_COLUMNS
 from rbstab.systems.quantities import QUANTITIES, RUN_DIMENSIONS
-
-SWEEP: Literal["sweep"] = "sweep"
-"""Returned in place of the content of a sweep; a report reads its columns later."""
 
 TEXT_QUANTITY = "transition_kind"
 """The only quantity that is text."""
@@ -54,20 +50,26 @@ def file_of(path: Path) -> Path:
     raise unfinished_error(read_folder(path))
 
 
-def content_of(file: Path) -> Result | Literal["sweep"]:
-    """Return the content of a file with a run, or `SWEEP` if the file holds a sweep.
+def content_of(file: Path) -> Result | CheckedTable:
+    """Return the content of a file with a run, or the columns of a sweep, which are read later.
 
     Raises:
         StoreError: The file holds neither a run nor a sweep, or cannot be read.
     """
+    not_a_sweep: NotAResultError | None = None
+    if file.name == SWEEP_FILE:
+        # It may be large, so it is not tried first whether it is a run.
+        try:
+            return _table_of(file)
+        except NotAResultError as error:
+            not_a_sweep = error
     try:
         result = open_result(file)
     except NotAResultError as error:
-        # Not a run: it may be a sweep. Then `read_table` has the right error.
-        table = read_table(file) if file.name == SWEEP_FILE else _table_of(file)
-        if table is not None:
-            _check_columns(file, table)
-            return SWEEP
+        if not_a_sweep is not None:
+            raise not_a_sweep from error
+        with suppress(NotAResultError):
+            return _table_of(file)
         folder = file.absolute().parent.parent
         if path_is_file(folder / MANIFEST):
             raise StoreError(
@@ -78,15 +80,24 @@ def content_of(file: Path) -> Result | Literal["sweep"]:
     return _printable(result)
 
 
-def _table_of(file: Path) -> Table | None:
-    """Return the table of a sweep; None if the file has none, or is damaged."""
-    with suppress(NotAResultError):
-        return read_table(file)
-    return None
+def _table_of(file: Path) -> CheckedTable:
+    """Return the columns of a sweep.
+
+    Raises:
+        NotAResultError: The file is not a sweep, or is damaged.
+        StoreError: The file cannot be read.
+    """
+    table = check_table(file)
+    _check_columns(file, table)
+    return table
 
 
-def _check_columns(file: Path, table: Table) -> None:
-    """Check that the columns of a sweep are declared as in this version, or an older one."""
+def _check_columns(file: Path, table: CheckedTable) -> None:
+    """Check that the columns of a sweep are declared as in this version, or an older one.
+
+    Raises:
+        NotAResultError: A column has a wrong type or shape.
+    """
     for name, declared in (known_columns() | GATHERED_COLUMNS).items():
         found = table.layout.get(name)
         if found is None:

@@ -119,7 +119,7 @@ class Hdf5Reader:
         if is_text(dataset.dtype):
             data = self._texts(name, dataset.id)
         else:
-            data = self._whole(dataset) if row is None else np.asarray(dataset[row])
+            data = self.whole(dataset) if row is None else np.asarray(dataset[row])
         return Variable(self._dimensions_of(dataset, name), data, *self.description(dataset))
 
     def array(self, name: str) -> h5py.Dataset:
@@ -161,8 +161,11 @@ class Hdf5Reader:
             self.groups[name] = self.hdf5[name] if name else self.hdf5
         return self.groups[name]
 
-    def _whole(self, dataset: h5py.Dataset) -> NDArray[Any]:
-        """Read all of an array of numbers, as `dataset[()]` does, in a small part of the time."""
+    def whole(self, dataset: h5py.Dataset) -> NDArray[Any]:
+        """Read all of an array of numbers that `array` returned.
+
+        `dataset[()]` returns the same, and takes longer.
+        """
         found = dataset.id
         dtype, shape, offset = found.dtype, found.shape, found.get_offset()
         if offset is not None and dtype.str in PLAIN_NUMBERS:

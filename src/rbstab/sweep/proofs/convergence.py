@@ -111,10 +111,12 @@ class ProvedConvergence:
 
     def of(self, start: int, stop: int) -> MemberConvergence:
         """Return what is proved of the members from number `start` up to `stop`."""
-        values = self.plan.values(start, stop)
-        variants = values.get("controller.variant")
         codes = np.full(stop - start, NO_PROOF, dtype=np.int8)
         rest_states = np.zeros(stop - start, dtype=np.int32)
+        if not self._proofs:
+            return MemberConvergence(codes, rest_states)
+        values = self.plan.values(start, stop)
+        variants = values.get("controller.variant")
         for variant in self._proofs:
             chosen = np.ones(len(codes), bool) if variants is None else variants == variant
             rows = np.flatnonzero(chosen)
@@ -139,6 +141,8 @@ class ProvedConvergence:
             outcome: The columns of the members in their shard.
             found: What is proved of them otherwise.
         """
+        if not self._robust:
+            return found
         values = self.plan.values(start, stop)
         variants = values.get("controller.variant")
         codes, rest_states = found.codes.copy(), found.rest_states.copy()

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 from contourpy import contour_generator
-from scipy import ndimage
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Cells, Line
@@ -12,6 +11,7 @@ from rbstab.report.model.palette import BAD, OPEN
 from rbstab.report.sweeps.basins import Basins
 from rbstab.report.sweeps.maps.cell_grid import MapGrid
 from rbstab.report.sweeps.maps.cell_members import quantity_members, share_members
+from rbstab.report.sweeps.maps.grouped import Grouped
 from rbstab.report.sweeps.members import OUTCOMES, SETTLED, UNSETTLED, Members
 from rbstab.report.sweeps.proofs import proof_codes
 from rbstab.report.sweeps.quantities import MemberQuantity
@@ -39,12 +39,11 @@ def medians(grid: MapGrid, values: Array) -> Array:
     finite = np.isfinite(own)
     cells, own = grid.cells[finite], own[finite]
     size = grid.shape[0] * grid.shape[1]
-    counts, result = np.bincount(cells, minlength=size), np.full(size, np.nan)
-    if counts.max(initial=0) <= 1:
+    if grid.is_single:
+        result = np.full(size, np.nan)
         result[cells] = own
     else:
-        filled = np.flatnonzero(counts >= grid.min_members)
-        result[filled] = ndimage.median(own, cells, filled)
+        result = Grouped(cells, size).medians(own, grid.min_members)
     return result.reshape(grid.shape)
 
 

@@ -15,13 +15,16 @@ from rbstab.store.disk.isolated_reading import IsolatedReader, IsolatedReaders
 from rbstab.store.errors import StoreError
 from rbstab.store.run_file import open_result
 from rbstab.store.table_file import count_flags
-from rbstab.sweep.folder.member_answers import MAX_COUNTED, member_answers, read_answers
+from rbstab.sweep.folder.member_answers import member_answers, read_answers
 from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, SweepFolder, read_folder
 from rbstab.sweep.proofs.columns import CONVERGENCE, NO_PROOF
 
 NOT_KNOWN = "-"
 
 UNKNOWN = CONVERGENCE[NO_PROOF]
+
+MAX_COUNTED = 100_000
+"""Up to so many members of a sweep are compared with later proofs. A list may have many sweeps."""
 
 RUN_SUFFIX = ".h5"
 

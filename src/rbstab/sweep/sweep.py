@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from threading import Event
+from time import monotonic
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from rbstab.config.user_code.permission import REFUSED, CodeNotAllowedError, has
 from rbstab.processes.processors import processor_count
 from rbstab.store.disk.existence import check_writable
 from rbstab.store.errors import NotAResultError
+from rbstab.store.table_file import read_table
 from rbstab.sweep.execution.compare_with_scipy import (
     compare_with_scipy,
     comparison_runs,
@@ -47,8 +49,11 @@ from rbstab.sweep.members.scipy_comparison import ENGINE, ScipyComparison
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.load import load_plan, plan_to_read
 from rbstab.sweep.plan.plan import Plan, plan_id
-from rbstab.sweep.proofs.convergence import keep_proofs
-from rbstab.sweep.proofs.prove_bodies import BUDGET, BodyProofs, Progress, prove_bodies
+from rbstab.sweep.proofs.bodies import bodies_of
+from rbstab.sweep.proofs.boxes import prove_boxes
+from rbstab.sweep.proofs.convergence import ProvedConvergence, keep_proofs
+from rbstab.sweep.proofs.gathered import PROOF_COLUMNS, convergence_now
+from rbstab.sweep.proofs.prove_bodies import BUDGET, FEW, BodyProofs, Progress, prove_bodies
 
 
 @dataclass(frozen=True)
@@ -195,6 +200,9 @@ def prove_members(  # noqa: PLR0913 (options by name)
 ) -> BodyProofs:
     """Prove the rest states of each distinct body of a finished sweep, and store what follows.
 
+    If there are more than `FEW` bodies, it is first tried to prove many at once (`boxes`). This
+    takes some seconds, and covers bodies that the budget does not reach.
+
     The columns `convergence` and `proved_rest_state` of the sweep's file say it of each member.
 
     Args:
@@ -210,15 +218,23 @@ def prove_members(  # noqa: PLR0913 (options by name)
         StoreError: A file cannot be written or read.
     """
     folder = sweep.folder
-    stored = stored_convergence(folder)
+    stored, results, begin = stored_convergence(folder), folder.path.parent, monotonic()
     with locked_folder(folder.path):
+        bodies, known = bodies_of(plan), stored
+        boxes = prove_boxes(plan, results, stop=stop) if len(bodies) > FEW else []
+        if any(box.record.proved for box in boxes):
+            table = read_table(folder.sweep_file, PROOF_COLUMNS)
+            known = convergence_now(table, ProvedConvergence(plan, results))
         proofs = prove_bodies(
-            *(plan, folder.path.parent, stored),
-            budget=budget,
+            *(plan, results, known),
+            bodies=bodies,
+            covered=known is not stored,
+            budget=None if budget is None else budget - (monotonic() - begin),
             processes=processes,
             progress=progress,
             stop=stop,
         )
+        proofs = proofs._replace(budget=budget, seconds=monotonic() - begin, boxes=boxes)
         if not np.array_equal(proofs.found.codes, stored.codes):
             digest = digest_of_shards(sweep.inventory)
             gather(plan, folder, digest, sweep.comparison, proofs.found)

@@ -123,8 +123,21 @@ def _of_bodies(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) ->
         "seconds": round(proofs.seconds, 3),
         **_counts(counts, len(left)),
         "members_not_reached": ranges,
+        "boxes": [
+            {
+                "variant": proof.variant,
+                "members": ranges_of(proof.members.tolist()),
+                "proved": proof.record.proved,
+                "level": proof.record.level,
+            }
+            for proof in proofs.boxes
+        ],
     }
-    sentences = _sentences(counts, len(left)) + _ended_early(proofs.brief)
+    sentences = [
+        *_of_boxes(plan, proofs),
+        *_sentences(counts, len(left)),
+        *_ended_early(proofs.brief),
+    ]
     if stop.is_set() and len(left):
         missing = f"the proofs of {_bodies_left(proofs)}: those of {named_members(ranges)}"
         return Answers(sentences, data | {"interrupted": True}, missing)
@@ -136,6 +149,32 @@ def _of_bodies(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) ->
             f"{proofs.seconds:.2g} s of at most {BUDGET:g} s"
         )
     return Answers(sentences, data)
+
+
+def _of_boxes(plan: "Plan", proofs: "BodyProofs") -> list[str]:
+    """Return sentences on the proofs for many bodies at once; none if nothing is decided."""
+    from rbstab.experiment.answers.rounded import rounded_down
+    from rbstab.experiment.robust.sentences import sentences_of
+
+    found = []
+    for variant in plan.variants:
+        own = [proof for proof in proofs.boxes if proof.variant == variant]
+        named = f" of variant {variant}" if len(plan.variants) > 1 else ""
+        for proof in own:
+            if proof.whole:
+                bodies = f"for every body{named} between the values of the plan"
+                found += [text.removesuffix(".") for text in sentences_of(bodies, proof.record)]
+        parts = [proof for proof in own if not proof.whole]
+        if parts:
+            members = sum(len(proof.members) for proof in parts)
+            levels = [proof.record.level for proof in parts]
+            found.append(
+                f"for the bodies of {members} members{named}: one rest state, a minimum, proved in "
+                f"{_number(len(parts), 'box', 'boxes')} of bodies. Every motion with v(0) below "
+                f"the level of its box converges ({rounded_down(min(levels))} J to "
+                f"{rounded_down(max(levels))} J)"
+            )
+    return found
 
 
 def _bodies_left(proofs: "BodyProofs") -> str:

@@ -59,9 +59,26 @@ def prove_within(config: Config, tolerances: Sequence[Tolerance]) -> BodiesRecor
         config: The config; its initial state and its integration have no effect.
         tolerances: Tolerances of body, gravity and controller.
     """
+    return examined_within(config, tolerances)[0]
+
+
+def examined_within(
+    config: Config, tolerances: Sequence[Tolerance], part_limit: int | None = None
+) -> tuple[BodiesRecord, Tolerance | None]:
+    """Return what is proved for all bodies within tolerances, and what could be halved for more.
+
+    Args:
+        config: As for `prove_within`.
+        tolerances: As for `prove_within`.
+        part_limit: The number of parts of the box that are examined at most; default 32.
+
+    Returns:
+        The proof, and the number whose tolerance widens the bounds most where they decide nothing;
+        None if smaller tolerances would not help, or the box was proved whole.
+    """
     # Imported late: a stored proof is usually read, and none is made.
     from rbstab.analysis.proof.reduced_energy import NoEnergyReason
-    from rbstab.analysis.proof.robust.bodies import BodiesOutcome, prove_bodies
+    from rbstab.analysis.proof.robust.bodies import PART_LIMIT, BodiesOutcome, prove_bodies
     from rbstab.analysis.proof.robust.numbers import Part
 
     start, bounds = time.perf_counter(), stored(tolerances)
@@ -73,7 +90,7 @@ def prove_within(config: Config, tolerances: Sequence[Tolerance]) -> BodiesRecor
     }
     why = NoEnergyReason.CODE_OF_BODIES.value if has_code(config) else _undamped(config, tolerances)
     if why is not None:
-        return BodiesRecord(
+        record = BodiesRecord(
             outcome=NOT_DECIDED,
             proved=None,
             level=0.0,
@@ -83,16 +100,18 @@ def prove_within(config: Config, tolerances: Sequence[Tolerance]) -> BodiesRecor
             seconds=time.perf_counter() - start,
             **facts,
         )
+        return record, None
     box = Part(tuple(one.middle for one in tolerances), tuple(one.radius for one in tolerances))
     with np.errstate(all="ignore"):
-        proof = prove_bodies(members_of(config, tolerances), box)
+        limit = PART_LIMIT if part_limit is None else part_limit
+        proof = prove_bodies(members_of(config, tolerances), box, limit)
     if proof.false is not None:
         pairs = zip(tolerances, proof.false.numbers, strict=True)
         facts["body"] = {one.entry.key: decimal_text(number) for one, number in pairs}
         facts["rest_states"] = proof.false.rest_states.tolist()
     proved = {BodiesOutcome.PROVED: True, BodiesOutcome.SEVERAL: False}
     proved[BodiesOutcome.NO_MINIMUM] = False
-    return BodiesRecord(
+    record = BodiesRecord(
         outcome=proof.outcome.value,
         proved=proved.get(proof.outcome),
         level=float(proof.level),
@@ -102,6 +121,7 @@ def prove_within(config: Config, tolerances: Sequence[Tolerance]) -> BodiesRecor
         seconds=time.perf_counter() - start,
         **facts,
     )
+    return record, None if proof.axis is None else tolerances[proof.axis]
 
 
 def _undamped(config: Config, tolerances: Sequence[Tolerance]) -> str | None:

@@ -36,12 +36,31 @@ def bodies_for(folder: Path, config: Config, tolerances: Sequence[Tolerance]) ->
     Raises:
         StoreError: The proof cannot be written, or the disk fails to read it.
     """
-    identity = bodies_id(config, stored(tolerances))
-    found = cached_bodies(folder, identity)
+    found = kept_bodies(folder, config, tolerances)
     if found is None:
         found = prove_within(config, tolerances)
-        write_document(bodies_file(folder, identity), found.model_dump(mode="json"))
+        keep_bodies(folder, found)
     return found
+
+
+def kept_bodies(
+    folder: Path, config: Config, tolerances: Sequence[Tolerance]
+) -> BodiesRecord | None:
+    """Return the stored proof for tolerances of a config; None if there is none.
+
+    Raises:
+        StoreError: The disk reports an error.
+    """
+    return cached_bodies(folder, bodies_id(config, stored(tolerances)))
+
+
+def keep_bodies(folder: Path, record: BodiesRecord) -> None:
+    """Store a proof in a folder of results.
+
+    Raises:
+        StoreError: The proof cannot be written.
+    """
+    write_document(bodies_file(folder, record.id), record.model_dump(mode="json"))
 
 
 def all_bodies(folder: Path) -> list[BodiesRecord]:

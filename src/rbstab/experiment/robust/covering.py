@@ -1,7 +1,7 @@
 """Members of a sweep that lie inside the box of a stored proof for all bodies within tolerances."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -38,11 +38,34 @@ def robust_levels(folder: Path, config: Config, varied: Mapping[Any, Array], cou
     Raises:
         StoreError: The disk reports an error.
     """
+    return levels_of(valid_proofs(folder, config), config, varied, count)
+
+
+def valid_proofs(folder: Path, config: Config) -> list[BodiesRecord]:
+    """Return the stored proofs that give levels of bodies like that of a config.
+
+    Args:
+        folder: The folder of results.
+        config: The config; its numbers may differ from those of a proof.
+
+    Raises:
+        StoreError: The disk reports an error.
+    """
+    return [
+        record
+        for record in all_bodies(folder)
+        if record.proved and record.level > 0 and _is_valid(record, config)
+    ]
+
+
+def levels_of(
+    records: Iterable[BodiesRecord], config: Config, varied: Mapping[Any, Array], count: int
+) -> Array:
+    """Return the highest level, J, that some proofs give for each member, as `robust_levels`."""
     levels = np.zeros(count)
-    for record in all_bodies(folder):
-        if record.proved and record.level > 0 and _is_valid(record, config):
-            inside = covered(record, config, varied, count)
-            levels = np.where(inside, np.maximum(levels, record.level), levels)
+    for record in records:
+        inside = covered(record, config, varied, count)
+        levels = np.where(inside, np.maximum(levels, record.level), levels)
     return levels
 
 

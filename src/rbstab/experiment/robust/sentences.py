@@ -16,7 +16,16 @@ def within_sentences(texts: Sequence[str], record: BodiesRecord) -> list[str]:
         texts: The tolerances as given: `controller=±20%`.
         record: The proof.
     """
-    bodies = f"For every body within {tolerance_names(texts)}"
+    return sentences_of(f"For every body within {tolerance_names(texts)}", record)
+
+
+def sentences_of(bodies: str, record: BodiesRecord) -> list[str]:
+    """Return sentences on a proof for all bodies of a box, the answer first.
+
+    Args:
+        bodies: The bodies: `For every body within controller ±20 %`.
+        record: The proof.
+    """
     effort = f"{_count(record.parts, 'part')}, {_count(record.boxes, 'box', 'boxes')}"
     if record.proved is None:
         return [f"{bodies}: not decided{_why_undecided(record)} [{effort}]."]

@@ -151,8 +151,9 @@ class ProvedConvergence:
             rows = np.flatnonzero(chosen & (codes != PROVED))
             own = {key: entries[rows] for key, entries in values.items()}
             columns = {name: column[rows] for name, column in outcome.items()}
-            proved = rows[proofs.proved(own, columns)]
-            codes[proved], rest_states[proved] = PROVED, 1
+            new = proofs.codes(own, columns)
+            rest_states[rows[new == PROVED]] = 1
+            codes[rows] = np.where((new == PROVED) | (codes[rows] == NO_PROOF), new, codes[rows])
         return MemberConvergence(codes, rest_states)
 
     def _starts_of(self, variant: str) -> ProvedStarts:

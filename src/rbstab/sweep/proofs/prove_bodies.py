@@ -5,7 +5,7 @@ call goes on after the members that were decided before.
 """
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
@@ -25,7 +25,8 @@ from rbstab.mechanics.numbers import Array
 from rbstab.processes.workers import worker_pool
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.bodies import Bodies, bodies_of
-from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, PROVED
+from rbstab.sweep.proofs.boxes import BoxProof
+from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, NOT_PROVED, PROVED
 from rbstab.sweep.proofs.convergence import MemberConvergence, is_known, outside_code
 from rbstab.sweep.proofs.starts import ProvedStarts
 
@@ -37,6 +38,9 @@ ALONE = 2
 
 POLL = 0.1
 """s between looks at whether an interrupt has come."""
+
+FEW = 64
+"""Of more bodies than this, the budget does not reach all: so many are proved at once (`boxes`)."""
 
 Progress = Callable[[int, int], None]
 """Called with the number of bodies that were reached, and of all."""
@@ -53,6 +57,7 @@ class BodyProofs(NamedTuple):
         budget: The budget, s; None: no limit.
         seconds: The time that was taken, s.
         brief: How many proofs ended early because nobody asked for them (`proof_for`).
+        boxes: The proofs for many bodies at once.
     """
 
     found: MemberConvergence
@@ -62,6 +67,7 @@ class BodyProofs(NamedTuple):
     budget: float | None
     seconds: float
     brief: int = 0
+    boxes: Sequence[BoxProof] = ()
 
 
 def prove_bodies(  # noqa: PLR0913 (options by name)
@@ -69,6 +75,8 @@ def prove_bodies(  # noqa: PLR0913 (options by name)
     results: Path,
     stored: MemberConvergence,
     *,
+    bodies: Bodies | None = None,
+    covered: bool = False,
     budget: float | None = BUDGET,
     processes: int = 1,
     progress: Progress = lambda _reached, _all: None,
@@ -85,6 +93,10 @@ def prove_bodies(  # noqa: PLR0913 (options by name)
         results: The folder of results, which keeps the proofs.
         stored: What is known of the members. Bodies of whose members all are known are not proved
             again.
+        bodies: The bodies of the plan, if they are known (`bodies_of`).
+        covered: Whether codes may come from a proof for many bodies, which says less of each than
+            its own. Then bodies of members that are `NOT_PROVED` are proved too, if there is no
+            budget.
         budget: The time, s; None: no limit.
         processes: The largest number of worker processes.
         progress: Called after each body.
@@ -94,10 +106,11 @@ def prove_bodies(  # noqa: PLR0913 (options by name)
         StoreError: A proof cannot be written.
     """
     begin = monotonic()
-    bodies = bodies_of(plan)
+    bodies = bodies_of(plan) if bodies is None else bodies
     known = np.ones(len(bodies), dtype=bool)
     decidable = bodies.of_member >= 0
-    known[bodies.of_member[decidable & (stored.codes == NO_PROOF)]] = False
+    open_codes = (NO_PROOF, NOT_PROVED) if covered and budget is None else (NO_PROOF,)
+    known[bodies.of_member[decidable & np.isin(stored.codes, open_codes)]] = False
     waiting = bodies.order[~known[bodies.order]].tolist()
     reached, found = known.copy(), _Answers(plan, bodies, stored)
     count, ended_early = int(known.sum()), 0

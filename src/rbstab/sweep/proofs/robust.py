@@ -1,6 +1,7 @@
 """The members whose body and gains lie inside the box of a stored proof for all such bodies."""
 
 from collections.abc import Mapping
+from functools import cached_property
 from pathlib import Path as FilePath
 
 import numpy as np
@@ -12,11 +13,13 @@ from rbstab.config.schema import Config
 from rbstab.config.source import Path
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
-from rbstab.experiment.robust.covering import robust_levels
+from rbstab.experiment.robust.covering import levels_of, valid_proofs
+from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.experiment.stored_proof.starts import OPEN_RANGE, ROUND_OFF
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.varied_numbers import varied_numbers
+from rbstab.sweep.proofs.columns import NO_PROOF, NOT_PROVED, PROVED
 
 START_COLUMNS = ("lyapunov_start", "energy_at_rest", "rest_orientation")
 """The columns of a shard that are needed."""
@@ -34,31 +37,37 @@ class RobustProofs:
     def __init__(self, plan: Plan, variant: str, results: FilePath) -> None:
         self.plan, self.variant, self.results = plan, variant, results
 
-    def proved(self, values: Mapping[str, Array], outcome: Mapping[str, Array]) -> Array:
-        """Return whether each member converges to its only rest state, shape (members,).
+    @cached_property
+    def _records(self) -> list[BodiesRecord]:
+        return valid_proofs(self.results, self.plan.base_of(self.variant))
 
-        Such a member has one rest state in the range of eq. 5. So v counts from it if the rest
-        state that the member approaches lies in this range.
+    def codes(self, values: Mapping[str, Array], outcome: Mapping[str, Array]) -> Array:
+        """Return what is proved of each member: its code in `CONVERGENCE`, shape (members,).
+
+        A member in the box of a proof has one rest state in the range of eq. 5. So v counts from it
+        if the rest state that the member approaches lies in this range.
 
         Args:
             values: The values of the members from `Plan.values`, each of shape (members,).
             outcome: The columns of the members in their shard.
         """
         count = len(outcome["lyapunov_start"])
+        nothing = np.full(count, NO_PROOF, dtype=np.int8)
         if "rest_orientation" not in outcome:  # an older sweep: v may count from elsewhere
-            return np.zeros(count, dtype=bool)
+            return nothing
         base, keys = self.plan.base_of(self.variant), self.plan.varied_keys_of(self.variant)
         floats = {varied.key: values[varied.key].astype(float) for varied in keys}
         varied = varied_numbers(base, keys, floats)
-        levels = robust_levels(self.results, base, varied, count)
+        levels = levels_of(self._records, base, varied, count)
         if not np.any(levels > 0):  # so without a controller, where nothing is ever proved
-            return np.zeros(count, dtype=bool)
+            return nothing
         start, rest = outcome["lyapunov_start"], outcome["energy_at_rest"]
         load = _load_energies(base, varied, count)
         error = ROUND_OFF * (np.abs(start) + np.abs(rest) + load)
         in_range = np.all(np.abs(outcome["rest_orientation"]) <= OPEN_RANGE, axis=-1)
-        inside: Array = in_range & (start + error < levels)
-        return inside
+        inside = in_range & (start + error < levels)
+        found: Array = np.where(inside, PROVED, np.where(levels > 0, NOT_PROVED, nothing))
+        return found.astype(np.int8)
 
 
 def _load_energies(base: Config, varied: Mapping[Path, Array], count: int) -> Array:

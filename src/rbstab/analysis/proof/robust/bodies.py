@@ -39,7 +39,8 @@ class BodiesProof:
     level, J, is a lower bound of the level of each body's certified region: 0 if nothing is proved.
     parts is the number of boxes of bodies into which the box was cut, and boxes the number of boxes
     of Θ that were examined. reason says more on the outcome. false is a body that shows that the
-    claim is false.
+    claim is false. axis is the index of the number that widens the bounds of the whole box most, if
+    they decided nothing; None otherwise.
     """
 
     outcome: BodiesOutcome
@@ -48,6 +49,7 @@ class BodiesProof:
     boxes: int
     reason: str = ""
     false: Counterexample | None = None
+    axis: int | None = None
 
 
 def prove_bodies(members: Members, box: Part, part_limit: int = PART_LIMIT) -> BodiesProof:
@@ -77,6 +79,7 @@ class _Search:
             (relevant(members, box), self.starts[0] if len(self.starts) else np.zeros(3))
         ]
         self.level, self.proved, self.examined, self.boxes = np.inf, 0, 0, 0
+        self.axis: int | None = None
 
     def run(self, part_limit: int) -> BodiesProof:
         """Examine the parts until all are proved, one is false, or the limit is reached."""
@@ -102,12 +105,19 @@ class _Search:
         if proof.proved:
             self.level, self.proved = min(self.level, proof.level), self.proved + 1
             return None
+        axis = _axis(energies, proof) if energies.varied else None
+        self.axis = axis if self.axis is None else self.axis
         false = self._false(part, proof)
-        if false is None:
-            self._halve(part, _axis(energies, proof), near)
-        return false
+        if false is not None:
+            return false
+        if axis is None:  # inertia and damping only: all bodies have one U, and halves too
+            self.pending.append((part, near))
+            return self._ended(BodiesOutcome.PART_LIMIT)
+        self._halve(part, axis, near)
+        return None
 
     def _halve(self, part: Part, axis: int, near: Array) -> None:
+        self.axis = axis if self.axis is None else self.axis
         self.pending += [(half, near) for half in part.halves(axis)]
 
     def _false(self, part: Part, proof: PartProof) -> BodiesProof | None:
@@ -127,7 +137,7 @@ class _Search:
             reason = (
                 f"{len(self.pending)} of {len(self.pending) + self.proved} parts are not proved"
             )
-        return BodiesProof(outcome, level, self.examined, self.boxes, reason, false)
+        return BodiesProof(outcome, level, self.examined, self.boxes, reason, false, self.axis)
 
 
 def _axis(energies: Energies, proof: PartProof) -> int:

@@ -1,0 +1,180 @@
+"""Proofs for many bodies of a sweep at once: each body in a box has what the proof says of it."""
+
+from fractions import Fraction
+from pathlib import Path
+from threading import Event
+from typing import Any
+
+import numpy as np
+import pytest
+from support.paper_runs import paper_config
+from support.sweeping import run_sweep
+
+import rbstab
+from rbstab.config.entries import value_at
+from rbstab.config.source import key_of
+from rbstab.experiment.proof_cache import proof_for
+from rbstab.sweep.members.engines import factory_for
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.proofs import prove_bodies
+from rbstab.sweep.proofs.boxes import PART_LIMIT, BoxProof, prove_boxes
+from rbstab.sweep.sweep import Sweep, prove_members
+
+SHORT: dict[str, Any] = {"duration": 0.05, "samples": 3, "rtol": 1e-9}
+K_R, L_R = "controller.K_r", "controller.L_r"
+SPIN = "initial.angular_velocity[0]"
+WEAK = {"scale": {"geomspace": [0.02, 1.0, 9]}}
+
+
+def plan_of(vary, variant="permanent", **changes):
+    initial = {"angular_velocity": [0, 0, 0]}
+    base = paper_config(variant, initial=initial, **SHORT)
+    base |= changes
+    return load_plan({"base": base, "vary": vary})
+
+
+def covered(found: list[BoxProof], members: int) -> np.ndarray:
+    """Return how many proved boxes have each member."""
+    counts = np.zeros(members, dtype=int)
+    for proof in found:
+        if proof.record.proved:
+            counts[proof.members] += 1
+    return counts
+
+
+def test_one_box_has_all_bodies(tmp_path):
+    plan = plan_of({K_R: {"scale": {"linspace": [0.8, 1.2, 9]}}, L_R: WEAK})
+    (proof,) = prove_boxes(plan, tmp_path)
+    assert proof.whole
+    assert proof.record.proved
+    assert proof.members.tolist() == list(range(81))
+    for member in (0, 40, 80):
+        own = proof_for(tmp_path / "own", plan.config_of(member), brief=True)
+        assert len(own.states) == 1
+        assert 0 < proof.record.level <= own.regions[0].level
+    # The proof is stored: now there is no need to make it.
+    assert len(list((tmp_path / "proofs").iterdir())) == 1
+    (again,) = prove_boxes(plan, tmp_path)
+    assert again.record == proof.record
+
+
+def test_each_member_lies_in_the_bounds_of_its_box(tmp_path):
+    plan = plan_of(
+        {
+            "controller.K_c": {"scale": {"geomspace": [0.1, 100, 40]}},
+            L_R: {"scale": {"values": [1, 2]}},
+        },
+        "visco-elastic",
+    )
+    found = prove_boxes(plan, tmp_path, 60.0)
+    assert len(found) > 1
+    assert (covered(found, plan.members) == 1).all()
+    for proof in found:
+        bounds = {one.key: (one.low, one.high) for one in proof.record.tolerances}
+        for member in proof.members.tolist():
+            config = plan.config_of(member)
+            for path in [("controller", name, k) for name in ("K_c", "L_r") for k in range(3)]:
+                number = Fraction(repr(value_at(config, path)))
+                if key_of(path) in bounds:
+                    low, high = map(Fraction, bounds[key_of(path)])
+                    assert low <= number <= high
+                else:
+                    fixed = proof.record.sections["controller"][path[1]][path[2]]
+                    assert number == Fraction(repr(fixed))
+
+
+def test_bodies_with_several_rest_states_are_in_no_box(tmp_path):
+    """Held by weak stiffnesses, a heavy body can hang down too."""
+    plan = plan_of({K_R: WEAK, L_R: {"scale": {"values": [1, 2, 3]}}}, gravity=[0.0, 0.0, -9.81])
+    found = prove_boxes(plan, tmp_path, 60.0)
+    counts = covered(found, plan.members)
+    states = [
+        len(proof_for(tmp_path / "own", plan.config_of(member), brief=True).states)
+        for member in range(0, plan.members, 3)
+    ]
+    assert max(states) > 1
+    assert [one for one in states if one == 1]
+    assert (counts.reshape(-1, 3) == counts[::3, np.newaxis]).all()
+    for several, count in zip(np.array(states) > 1, counts[::3].tolist(), strict=True):
+        assert not (several and count)
+    assert counts.any()
+
+
+def test_a_whole_with_several_rest_states_is_named_with_a_body(tmp_path):
+    weak = {"scale": {"linspace": [0.1, 0.3, 9]}}
+    first, *_ = prove_boxes(plan_of({K_R: weak}, gravity=[0.0, 0.0, -9.81]), tmp_path)
+    assert first.whole
+    assert first.record.proved is False
+    assert len(first.record.rest_states) > 1
+    assert first.record.body is not None
+    assert first.record.parts <= PART_LIMIT
+
+
+def test_start_and_damping_do_not_divide_a_box(tmp_path):
+    vary = {SPIN: {"values": [0, 9]}, K_R: {"scale": {"values": [0.9, 1.1]}}, L_R: WEAK}
+    (proof,) = prove_boxes(plan_of(vary), tmp_path)
+    keys = {f"{key}[{k}]" for key in (K_R, L_R) for k in range(3)}
+    assert {one.key for one in proof.record.tolerances} == keys
+
+
+@pytest.mark.parametrize(
+    "vary",
+    [
+        {SPIN: {"values": [1.0, 2.0]}},
+        {"controller.variant": {"values": ["free", "permanent"]}},
+    ],
+)
+def test_where_all_members_of_a_variant_share_a_proof_there_is_no_box(vary, tmp_path):
+    assert prove_boxes(plan_of(vary), tmp_path) == []
+
+
+def test_gravity_has_a_box_too(tmp_path):
+    (proof,) = prove_boxes(plan_of({"gravity[2]": {"linspace": [-9.9, -9.7, 3]}}), tmp_path)
+    assert [one.key for one in proof.record.tolerances] == ["gravity[2]"]
+    assert proof.record.proved
+
+
+def test_after_an_interrupt_or_without_time_no_box_is_begun(tmp_path):
+    plan, stop = plan_of({K_R: {"scale": {"values": [0.9, 1.1]}}}), Event()
+    assert prove_boxes(plan, tmp_path, 0.0) == []
+    stop.set()
+    assert prove_boxes(plan, tmp_path, 60.0, stop) == []
+    assert not (tmp_path / "proofs").exists()
+
+
+@pytest.fixture
+def many(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Sweep]:
+    """A sweep of more bodies than the budget is for."""
+    monkeypatch.setattr("rbstab.sweep.sweep.FEW", 4)
+    plan = plan_of({K_R: {"scale": {"linspace": [0.9, 1.1, 5]}}, SPIN: {"values": [1.0, 11.0]}})
+    return plan, run_sweep(tmp_path / "sweep", plan, threads=1, factory=factory_for("scipy"))
+
+
+def test_members_get_what_the_box_says(many, tmp_path):
+    plan, sweep = many
+    proofs = prove_members(plan, sweep)
+    (box,) = proofs.boxes
+    table = rbstab.open_sweep(tmp_path / "sweep")
+    below = table["lyapunov_start"] < box.record.level
+    assert below.tolist() == [True, False] * 5
+    assert table.words("convergence").tolist() == ["proved", "not proved"] * 5
+    assert proofs.reached_bodies == proofs.bodies == 5
+    assert [path.name[:7] for path in (tmp_path / "proofs").iterdir()] == ["within-"]
+
+
+def test_prove_goes_on_with_the_proof_of_each_body(many, tmp_path):
+    """The region of a body may be larger than what holds for all."""
+    plan, sweep = many
+    prove_members(plan, sweep)
+    proofs = prove_members(plan, sweep, budget=None)
+    assert proofs.reached_bodies == 5
+    assert len(list((tmp_path / "proofs").iterdir())) == 6
+    stiffest = rbstab.open_sweep(tmp_path / "sweep").words("convergence")[8:]
+    assert stiffest.tolist() == ["proved", "proved"]
+
+
+def test_few_bodies_have_their_own_proofs(many, tmp_path, monkeypatch):
+    plan, sweep = many
+    monkeypatch.setattr("rbstab.sweep.sweep.FEW", prove_bodies.FEW)
+    assert prove_members(plan, sweep).boxes == []
+    assert not any(path.name.startswith("within-") for path in (tmp_path / "proofs").iterdir())

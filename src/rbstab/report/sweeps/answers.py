@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.experiment.answers.run_answer import SETTLED as SETTLED_V
 from rbstab.experiment.answers.words import Sureness, words_with_meanings
 from rbstab.mechanics.numbers import Array
@@ -55,7 +56,7 @@ def answer_of(name: str, label: str, members: Members, command: str) -> SweepAns
     conditions = paired_conditions_of(members)
     card = Card(
         label,
-        (_rest(members, conditions, command), _range(members)),
+        (_rest(members, conditions, command), *_only_state(members), _range(members)),
         _facts(members, pooled=conditions is None),
         target=name,
         sketch=rest_sketch(members, conditions),
@@ -119,6 +120,26 @@ def _rest(members: Members, conditions: PairedConditions | None, command: str) -
     seen = int(np.count_nonzero(others & (members.outcomes == OUTCOMES.index(SETTLED))))
     word, tone = _word(total, int(proved.sum()), int(false.sum()), seen)
     return Statement(question, word, sentence[:1].upper() + sentence[1:], tone)
+
+
+def _only_state(members: Members) -> list[Statement]:
+    """Return for how many members it is proved that their body has one rest state.
+
+    Nothing is said where no proof for many bodies at once was made.
+    """
+    levels = members.box_levels[members.box_levels > 0]
+    if not len(levels):
+        return []
+    total, least, most = len(members), rounded_down(levels.min()), rounded_down(levels.max())
+    count = str(total) if len(levels) == total else f"{len(levels)} of {total}"
+    bound = f"{least} J" if least == most else f"{least} J (of some bodies up to {most} J)"
+    sentence = (
+        f"The bodies of {count} members have one rest state, a minimum: all their motions that "
+        f"stay in the range converge to it. Those with v(0) below {bound} stay in it"
+    )
+    proved = str(Sureness.PROVED)
+    word, tone = (proved, "good") if len(levels) == total else (f"{count} {proved}", "")
+    return [Statement("Has each body one rest state?", word, sentence, tone)]
 
 
 def _by_condition(proved: Array, tried: Array, conditions: PairedConditions | None) -> str:

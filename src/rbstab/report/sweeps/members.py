@@ -176,6 +176,11 @@ class Members:
         return self._proved.rest_states
 
     @cached_property
+    def box_levels(self) -> Array:
+        """The level, J, that proofs for many bodies at once give for each member; 0: none, (n,)."""
+        return np.zeros(len(self)) if self._certified is None else self._certified.box_levels()
+
+    @cached_property
     def _proved(self) -> MemberConvergence:
         """What is proved of the members: the stored columns, and more by proofs made since."""
         return convergence_now(self.table, self._certified)

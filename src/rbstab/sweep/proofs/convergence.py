@@ -156,6 +156,24 @@ class ProvedConvergence:
             codes[rows] = np.where((new == PROVED) | (codes[rows] == NO_PROOF), new, codes[rows])
         return MemberConvergence(codes, rest_states)
 
+    def box_levels(self) -> Array:
+        """Return the level, J, that proofs for many bodies at once give for each member.
+
+        Such a member has one rest state, a minimum, and its motions with v(0) below the level
+        converge to it. Members of which no such proof says anything have 0; shape (members,).
+        """
+        found = np.zeros(self.plan.members)
+        if not self._robust:
+            return found
+        values = self.plan.values(0, self.plan.members)
+        variants = values.get("controller.variant")
+        for variant, proofs in self._robust.items():
+            chosen = np.ones(len(found), bool) if variants is None else variants == variant
+            rows = np.flatnonzero(chosen)
+            own = {key: entries[rows] for key, entries in values.items()}
+            found[rows] = proofs.levels(own, len(rows))
+        return found
+
     def _starts_of(self, variant: str) -> ProvedStarts:
         if variant not in self._starts:
             keys, proof = self.plan.varied_keys_of(variant), self._proofs[variant]

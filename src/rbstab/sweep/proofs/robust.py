@@ -37,9 +37,24 @@ class RobustProofs:
     def __init__(self, plan: Plan, variant: str, results: FilePath) -> None:
         self.plan, self.variant, self.results = plan, variant, results
 
+    def _numbers(self, values: Mapping[str, Array]) -> tuple[Config, dict[Path, Array]]:
+        """Return the base of the members, and the values of its varied numbers by path."""
+        base, keys = self.plan.base_of(self.variant), self.plan.varied_keys_of(self.variant)
+        floats = {varied.key: values[varied.key].astype(float) for varied in keys}
+        return base, varied_numbers(base, keys, floats)
+
     @cached_property
     def _records(self) -> list[BodiesRecord]:
         return valid_proofs(self.results, self.plan.base_of(self.variant))
+
+    def levels(self, values: Mapping[str, Array], count: int) -> Array:
+        """Return the level of v, J, below which each member converges; 0 where no proof covers it.
+
+        Args:
+            values: As for `codes`.
+            count: The number of members.
+        """
+        return levels_of(self._records, *self._numbers(values), count)
 
     def codes(self, values: Mapping[str, Array], outcome: Mapping[str, Array]) -> Array:
         """Return what is proved of each member: its code in `CONVERGENCE`, shape (members,).
@@ -55,9 +70,7 @@ class RobustProofs:
         nothing = np.full(count, NO_PROOF, dtype=np.int8)
         if "rest_orientation" not in outcome:  # an older sweep: v may count from elsewhere
             return nothing
-        base, keys = self.plan.base_of(self.variant), self.plan.varied_keys_of(self.variant)
-        floats = {varied.key: values[varied.key].astype(float) for varied in keys}
-        varied = varied_numbers(base, keys, floats)
+        base, varied = self._numbers(values)
         levels = levels_of(self._records, base, varied, count)
         if not np.any(levels > 0):  # so without a controller, where nothing is ever proved
             return nothing

@@ -1,5 +1,6 @@
 """Proofs for many bodies of a sweep at once: each body in a box has what the proof says of it."""
 
+import shutil
 from fractions import Fraction
 from pathlib import Path
 from threading import Event
@@ -14,10 +15,11 @@ import rbstab
 from rbstab.config.entries import value_at
 from rbstab.config.source import key_of
 from rbstab.experiment.proof_cache import proof_for
+from rbstab.experiment.robust.cache import bodies_for
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs import prove_bodies
-from rbstab.sweep.proofs.boxes import PART_LIMIT, BoxProof, prove_boxes
+from rbstab.sweep.proofs.boxes import PART_LIMIT, BoxProof, _Boxes, prove_boxes
 from rbstab.sweep.sweep import Sweep, prove_members
 
 SHORT: dict[str, Any] = {"duration": 0.05, "samples": 3, "rtol": 1e-9}
@@ -108,6 +110,17 @@ def test_a_whole_with_several_rest_states_is_named_with_a_body(tmp_path):
     assert len(first.record.rest_states) > 1
     assert first.record.body is not None
     assert first.record.parts <= PART_LIMIT
+
+
+def test_a_stored_proof_that_failed_is_no_end(tmp_path):
+    plan = plan_of({K_R: WEAK}, gravity=[0.0, 0.0, -9.81])
+    found = prove_boxes(plan, tmp_path, 60.0)
+    assert found
+    shutil.rmtree(tmp_path / "proofs")
+    boxes = _Boxes(plan, "permanent", np.arange(9), plan.values(0, 9))
+    assert not bodies_for(tmp_path, *boxes.box(np.arange(9))).proved
+    again = prove_boxes(plan, tmp_path, 60.0)
+    assert [one.members.tolist() for one in again] == [one.members.tolist() for one in found]
 
 
 def test_start_and_damping_do_not_divide_a_box(tmp_path):

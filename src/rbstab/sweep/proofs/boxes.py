@@ -136,13 +136,14 @@ class _Boxes:
         waiting = deque([np.arange(len(self.members))])
         while waiting and monotonic() < end and not stop.is_set():
             rows = waiting.popleft()
-            config, tolerances = self._box(rows)
+            config, tolerances = self.box(rows)
             if not tolerances:
                 continue  # one body, whose own proof says more
             widest: Tolerance | None = None
             record = kept_bodies(results, config, tolerances)
-            if record is None:
-                # As with proofs of one body: what raises such an error is not decided.
+            if record is None or not record.proved:
+                # A stored proof that failed does not say where to divide the box. As with proofs
+                # of one body, what raises such an error is not decided.
                 with suppress(ArithmeticError, ValueError, LookupError, TypeError):
                     record, widest = examined_within(config, tolerances, PART_LIMIT)
             if record is None:
@@ -158,7 +159,7 @@ class _Boxes:
                 below = numbers < different[len(different) // 2]
                 waiting += [rows[below], rows[~below]]
 
-    def _box(self, rows: Array) -> tuple[Config, tuple[Tolerance, ...]]:
+    def box(self, rows: Array) -> tuple[Config, tuple[Tolerance, ...]]:
         """Return the config in the middle of some members, and the bounds of their numbers."""
         middles: dict[Path, float] = {}
         tolerances = []

@@ -23,14 +23,15 @@ def spread_order(table: Array) -> Array:
     """
     count = len(table)
     ranks = [np.unique(column, return_inverse=True) for column in table.T]
-    axes = [_halves(len(values))[inverse.ravel()] for values, inverse in ranks if len(values) > 1]
-    most = MAX_BITS // max(len(axes), 1)
+    varied = [(len(values), inverse.ravel()) for values, inverse in ranks if len(values) > 1]
+    most = MAX_BITS // max(len(varied), 1)
+    axes = [_halves(size, most)[inverse] for size, inverse in varied if most]
     code, place = np.zeros(count, dtype=np.int64), 0
     # The coarsest bits change first, so they are the lowest ones of the code.
     for level in range(most):
         for halves in axes:
             if level < halves.shape[1]:
-                code += halves[:, level] << place
+                code += halves[:, level].astype(np.int64) << place
                 place += 1
     # Points that share a code take turns with those of the others.
     by_code = np.argsort(code, kind="stable")
@@ -42,18 +43,20 @@ def spread_order(table: Array) -> Array:
     return order
 
 
-def _halves(values: int) -> Array:
+def _halves(values: int, most: int) -> Array:
     """Return the half of each of some ranks at each level, 0 or 1, shape (values, levels).
+
+    There are at most `most` levels.
 
     The first half is the larger one. A rank that is alone is in the first half of each later level.
     """
     place = np.arange(values)
     size = np.full(values, values)
     levels = []
-    for _ in range((values - 1).bit_length()):
+    for _ in range(min((values - 1).bit_length(), most)):
         first = (size + 1) // 2
         second = place >= first
-        levels.append(second.astype(np.int64))
+        levels.append(second.astype(np.int8))
         place = np.where(second, place - first, place)
         size = np.where(second, size - first, first)
     found: Array = np.stack(levels, axis=1)

@@ -5,6 +5,7 @@ from benchmarks import (
     elements,
     engines,
     limit,
+    reports,
     sliding,
     startup,
     sweep_sizes,
@@ -19,5 +20,6 @@ elements.main()
 sliding.main()
 sweeps.main()
 limit.main()
+reports.main()
 sweep_sizes.main()
 traces.main()

@@ -27,11 +27,12 @@ POOLED_NOTE = (
     "comparison for each condition with its confidence interval."
 )
 WILSON_NOTE = (
-    "The intervals are Wilson intervals with {confidence:.0%} confidence (computed by SciPy)."
+    "The limits are those of the share among all possible members, of which these are a sample, "
+    "with {confidence:.0%} confidence (Wilson interval)."
 )
 EVEN_DESIGN_NOTE = (
     " They assume independent points. The points of this design are spread more evenly "
-    "than that, so the fractions are usually more accurate than the intervals suggest."
+    "than that, so the shares are usually more accurate than the limits suggest."
 )
 
 

@@ -9,12 +9,12 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.model.figure import SHARE_ENDS, Axis, Figure, Intervals, Panel
 from rbstab.report.sweeps.conditions.failures import failure_sentences
+from rbstab.report.sweeps.conditions.pair_tables import difference_table, pairs_table
 from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions, paired_conditions_of
 from rbstab.report.sweeps.conditions.ranking import (
     PEAK,
     SETTLING,
     compared_sentence,
-    matrix_table,
     ranking_sentences,
 )
 from rbstab.report.sweeps.distributions import quantiles_of
@@ -66,10 +66,11 @@ def comparison_blocks(name: str, members: Members) -> list[Block]:
     if quantities:
         blocks.append(_quantiles(name, groups, quantities))
     if quantities and groups.pairs is not None:
-        blocks.append(_pairs(name, groups, quantities))
+        blocks.append(difference_table(name, groups, quantities, sampled=sampled))
         if len(groups.labels) > 2:
             better = [quantity for quantity in quantities if quantity.name in SMALLER_IS_BETTER]
-            blocks += [matrix_table(name, groups, quantity, sampled=sampled) for quantity in better]
+            of_each = (pairs_table(name, groups, q, sampled=sampled) for q in better)
+            blocks += [table for table in of_each if table is not None]
     return blocks
 
 
@@ -194,38 +195,3 @@ def _spread(groups: PairedConditions, quantity: MemberQuantity) -> Intervals:
     ]
     middle, low, high = np.where(np.isinf(rows), quantity.end, rows).T
     return Intervals(np.arange(float(len(rows))), middle, low, high)
-
-
-def _pairs(name: str, groups: PairedConditions, quantities: list[MemberQuantity]) -> Table:
-    """Return the table of differences from the first condition.
-
-    A difference is between two members that differ only in their condition.
-    """
-    assert groups.pairs is not None
-    heads = (
-        Head("quantity"),
-        Head("difference"),
-        *(Head("median" if q == 0.5 else f"{q:.0%}", numbers=True) for q in SPREAD),
-        Head("share negative", numbers=True),
-        Head("pairs", numbers=True),
-    )
-    first, rows = groups.labels[0], []
-    for quantity in quantities:
-        values = quantity.values[groups.pairs]
-        for k, label in enumerate(groups.labels[1:], start=1):
-            difference = values[:, k] - values[:, 0]
-            difference = difference[np.isfinite(difference)]
-            negative = _share(difference < 0)
-            spread = (number(value) for value in quantiles_of(difference, SPREAD))
-            subtraction = Cell(f"{label} minus {first}")
-            count = whole(len(difference))
-            rows.append((Cell(quantity.axis.text), subtraction, *spread, number(negative), count))
-    note = (
-        "The two members of a pair differ only in their condition. A pair counts if both have a "
-        "value. 'share negative' is the share of pairs with a negative difference."
-    )
-    return Table(f"{name}-pairs", f"Paired differences from {first}", heads, tuple(rows), note)
-
-
-def _share(fulfilled: Array) -> float:
-    return float(fulfilled.mean()) if len(fulfilled) else float("nan")

@@ -7,6 +7,8 @@ points that would not be visible (`decimate`).
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.split_time import SplitTime
 
@@ -175,6 +177,8 @@ class Band:
         high: The upper curve, shape (n,).
         label: Its name in the legend.
         colour: Number of its colour in the palette.
+        crowded: Whether it is one of many that may cover each other: it is paler and has edges, and
+            it is shown and hidden with the curve of the same name, without an entry of its own.
     """
 
     x: Array
@@ -182,6 +186,7 @@ class Band:
     high: Array
     label: str = ""
     colour: int = 0
+    crowded: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,7 +244,31 @@ class Level:
     vertical: bool = False
 
 
-Mark = Line | Points | Stack | Bars | Intervals | Band | Cells | Level
+@dataclass(frozen=True, eq=False)
+class Shares:
+    """Parts of a whole: a bar that lies at each category of the vertical axis, divided into parts.
+
+    The horizontal axis is the share of each part; its count is written into it.
+
+    Args:
+        counts: Whole numbers, shape (bars, parts).
+        labels: Names of the parts in the legend.
+        colours: Numbers of their colours in the palette.
+    """
+
+    counts: Array
+    labels: tuple[str, ...]
+    colours: tuple[int, ...]
+
+    @property
+    def values(self) -> Array:
+        """The share of each part, shape (bars, parts); 0 in a bar without any count."""
+        total = self.counts.sum(axis=1, keepdims=True)
+        shares: Array = self.counts / np.maximum(total, 1)
+        return shares
+
+
+Mark = Line | Points | Stack | Bars | Intervals | Band | Cells | Level | Shares
 
 
 @dataclass(frozen=True)

@@ -62,7 +62,7 @@ def comparison_blocks(name: str, members: Members) -> list[Block]:
     of_v = [V_NOTE] if groups.has_own_v else []
     blocks: list[Block] = [*of_v, _outcomes(name, members, groups, shares, sampled=sampled)]
     quantities = compared_quantities(members)
-    blocks.append(_figure(name, groups, shares, quantities, sampled=sampled))
+    blocks += _figure(name, groups, shares, quantities, sampled=sampled)
     if quantities:
         blocks.append(_quantiles(name, groups, quantities))
     if quantities and groups.pairs is not None:
@@ -170,23 +170,25 @@ def _figure(
     quantities: list[MemberQuantity],
     *,
     sampled: bool,
-) -> Figure:
+) -> list[Figure]:
+    """Return a panel for the share of the outcome, if it differs, and for each quantity."""
     x = Axis("", categories=groups.labels)
     drawn = shares.by_condition
     if not sampled:
         drawn = [share._replace(low=share.value, high=share.value) for share in drawn]
-    panels = [Panel(x, Axis(f"share {shares.outcome}", ends=SHARE_ENDS), (intervals(drawn),))]
+    panels, notes = [], []
+    if len({share.value for share in drawn}) > 1:
+        panels = [Panel(x, Axis(f"share {shares.outcome}", ends=SHARE_ENDS), (intervals(drawn),))]
+        if sampled:
+            notes = [f"The bars of the share {shares.outcome} are its {CONFIDENCE:.0%} interval."]
     panels += [Panel(x, quantity.axis, (_spread(groups, quantity),)) for quantity in quantities]
-    caption = "The bars of medians reach from the 5% to the 95% quantile."
-    caption = " ".join([caption, *(quantity.note for quantity in quantities if quantity.note)])
-    if sampled:
-        caption += (
-            f" Those of the share {shares.outcome} are Wilson intervals with {CONFIDENCE:.0%} "
-            "confidence."
-        )
-    return Figure(
-        f"{name}-side-by-side", "Comparison of conditions", tuple(panels), 2, caption=caption
-    )
+    if not panels:
+        return []
+    if quantities:
+        notes.append("The bars of medians reach from the 5% to the 95% quantile of the members.")
+    caption = " ".join([*notes, *(quantity.note for quantity in quantities if quantity.note)])
+    title = "Comparison of conditions"
+    return [Figure(f"{name}-side-by-side", title, tuple(panels), 2, caption=caption)]
 
 
 def _spread(groups: PairedConditions, quantity: MemberQuantity) -> Intervals:

@@ -27,8 +27,9 @@ GROUP_SIZE, MIN_GROUPS = 100, 4
 MAX_PANELS = 6
 """Maximum number of parameters in a figure: those with the largest effect."""
 
-MAX_BANDS = 2
-"""More bands would hide each other; only the medians are drawn then."""
+FEW_BANDS, MAX_BANDS = 2, 7
+"""More bands than the first number are drawn paler and with edges, as they may cover each other; if
+there are more than the second one, colours repeat, and only the medians are drawn."""
 
 OVER_CHANCE = 3.0
 """A parameter has an effect if it explains this many times what it would by chance."""
@@ -36,7 +37,7 @@ OVER_CHANCE = 3.0
 ORDERS = (0.05, 0.5, 0.95)
 """Orders of the quantiles: the band, with the median between."""
 
-BETWEEN, WILSON = "5% to 95% quantile", "Wilson's 95% interval"
+BETWEEN, INTERVAL = "5% to 95% quantile", "95% interval of the share"
 """What a band shows, of values and of shares."""
 
 
@@ -144,12 +145,14 @@ def _marks(
     is_share, values = shown.is_share, shown.values
     bands: list[Mark] = []
     lines: list[Mark] = []
-    word, area = ("share", WILSON) if is_share else ("median", BETWEEN)
+    word, area = ("share", INTERVAL) if is_share else ("median", BETWEEN)
+    crowded = len(parts) > FEW_BANDS
     for colour, (own, (title, chosen)) in enumerate(zip(groups, parts, strict=True)):
         x, *spread = _along(parameter.values[chosen], own, values[chosen], is_share)
         low, middle, high = np.where(np.isinf(spread), shown.end, spread)
         if len(parts) <= MAX_BANDS:
-            bands.append(Band(x, low, high, f"{title}: {area}".removeprefix(": "), colour))
+            label = title if crowded else f"{title}: {area}".removeprefix(": ")
+            bands.append(Band(x, low, high, label, colour, crowded))
         lines.append(Line(x, middle, title or word, colour))
     return (*bands, *lines)
 
@@ -174,7 +177,7 @@ def _along(
 
 
 def _caption(*, is_share: bool, bands: bool) -> str:
-    line, area = ("share", WILSON) if is_share else ("median", BETWEEN)
+    line, area = ("share", INTERVAL) if is_share else ("median", BETWEEN)
     shown = f"the {line} ({area}: the band) of each is" if bands else f"the {line} of each is"
     return (
         f"The members are divided into groups along each parameter; {shown} drawn. The parameter "

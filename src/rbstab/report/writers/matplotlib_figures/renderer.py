@@ -23,7 +23,7 @@ from matplotlib.ticker import (
     MaxNLocator,
 )
 
-from rbstab.report.model.figure import Axis, Cells, Figure, Level, Panel, Points
+from rbstab.report.model.figure import Axis, Cells, Figure, Level, Panel, Points, Shares
 from rbstab.report.model.split_time import FIRST_SHARE, SplitTime
 from rbstab.report.writers.decimate import decimate
 from rbstab.report.writers.matplotlib_figures.log_labels import FewMinorLabels
@@ -226,6 +226,9 @@ def _draw_colour_bars(figure: Figure, every: list[Axes]) -> None:
 
 
 def _panel_height(figure: Figure, rows: int, columns: int, *, narrow: bool) -> float:
+    bars = [len(m.counts) for p in figure.panels for m in p.marks if isinstance(m, Shares)]
+    if bars:
+        return min(0.28 * max(bars) + 0.6, MAX_HEIGHT / rows)
     has_maps = any(isinstance(mark, Cells) for panel in figure.panels for mark in panel.marks)
     has_categories = any(panel.x.categories for panel in figure.panels)
     # Low panels let two figures with many rows fit on a page. Maps and slanted labels need more.

@@ -8,7 +8,7 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Bars, Cells, Intervals, Line, Panel, Points
 from rbstab.report.writers.colour_scale import cell_edges
-from rbstab.report.writers.plotly_figures.text import escaped, tick_label
+from rbstab.report.writers.plotly_figures.text import escaped, tick_label, tick_lines
 
 JSON = dict[str, Any]
 
@@ -29,6 +29,9 @@ MANY_ZEROS = (1e-4, 1e6)
 
 TICK_SIZE, TITLE_SIZE = 11, 13
 """Sizes of all tick labels, and of all titles of axes and colour bars, px."""
+
+BESIDE, MAX_LINES = 16, 3
+"""Characters of a line of the name of a category beside a panel, and the number of such lines."""
 
 FEW_WHOLE = 8
 """On an axis of whole numbers that is at most so long, plotly's own ticks may be at halves."""
@@ -118,8 +121,10 @@ def _settings(axis: Axis, ends: tuple[float, float] | None) -> JSON:
     if ends is not None:
         settings |= {"range": np.log10(ends).tolist() if axis.log else list(ends)}
     if axis.categories:
+        # Beside a panel; `layout.py` knows the room below one.
+        broken = [tick_lines(label, BESIDE, MAX_LINES) for label in axis.categories]
         settings |= {
             "tickvals": list(range(len(axis.categories))),
-            "ticktext": [tick_label(label) for label in axis.categories],
+            "ticktext": ["<br>".join(map(tick_label, label)) for label in broken],
         }
     return settings

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from rbstab.report.model.figure import Cells, Figure, Mark, Panel
+from rbstab.report.model.figure import Cells, Figure, Mark, Panel, Shares
 from rbstab.report.writers.plotly_figures.axes import TICK_SIZE, TITLE_FONT, axis_settings
 from rbstab.report.writers.plotly_figures.text import (
     MAX_TICK_LENGTH,
@@ -33,6 +33,9 @@ HEIGHTS = {True: 320, False: 210}
 
 MAX_SQUARE = 420
 """Largest height of a panel that is as high as it is wide, px."""
+
+BAR, BETWEEN_BARS = 30, 12
+"""Height of a bar of shares with the space below it, and more space for all of them, px."""
 
 LETTER, LINE = 6, 14
 """Width of a letter of a tick label, and height of a line, px."""
@@ -249,6 +252,9 @@ class PanelGrid:
         height = HEIGHTS[len(self.figure.panels) <= self.columns]
         if any(panel.equal for panel in panels):
             height = min(int(self.width / self.columns), 420)
+        bars = [len(m.counts) for panel in panels for m in panel.marks if isinstance(m, Shares)]
+        if bars:
+            height = BAR * max(bars) + BETWEEN_BARS
         if any(panel.square for panel in panels):
             height = self._square_height(row * self.columns)
         lines = max(len(self.own_title(n, "x")) for n in numbers)
@@ -292,6 +298,9 @@ def panel_layout(grid: PanelGrid) -> JSON:
         "margin": {"l": LEFT, "r": RIGHT, "t": grid.top, "b": grid.below, "pad": 0},
         "font": {"size": 12},
     }
+    if any(isinstance(mark, Shares) for panel in grid.figure.panels for mark in panel.marks):
+        # A count that is wider than its part of a bar is not shown.
+        layout |= {"barmode": "stack", "uniformtext": {"minsize": 11, "mode": "hide"}}
     for number, panel in enumerate(grid.figure.panels):
         for letter in "xy":
             key = f"{letter}axis{number + 1 if number else ''}"

@@ -17,6 +17,7 @@ from rbstab.report.model.figure import (
     Mark,
     Panel,
     Points,
+    Shares,
     Stack,
 )
 from rbstab.report.model.palette import (
@@ -57,6 +58,9 @@ SYMBOLS = (
     "cross-thin-open",
 )
 LEVEL_COLOUR = "#7F7F7F"
+
+CROWDED = 0.1
+"""Opacity of a band that is one of many."""
 
 
 def traces(mark: Mark, panel: Panel) -> list[JSON]:
@@ -189,11 +193,41 @@ def _(mark: Band, panel: Panel) -> list[JSON]:
         x = np.concatenate([mark.x[part], mark.x[part][::-1]])
         y = np.concatenate([mark.low[part], mark.high[part][::-1]])
         tint = colour(mark.colour)
-        line = {"width": 0, "color": tint}
+        width, opacity = (0.6, CROWDED) if mark.crowded else (0, 0.25)
+        line = {"width": width, "color": tint}
         trace = _scatter(mark.label, x, _positive_on_log(panel.y, y), mode="lines", line=line)
-        fill = {"fill": "toself", "fillcolor": _translucent(tint, 0.25), "hoverinfo": "skip"}
-        traces.append(trace | fill)
+        fill = {"fill": "toself", "fillcolor": _translucent(tint, opacity), "hoverinfo": "skip"}
+        # Without a name it has no entry in the legend; its group is that of the curve.
+        traces.append(trace | fill | ({"name": ""} if mark.crowded else {}))
     return traces
+
+
+@_traces.register
+def _(mark: Shares, panel: Panel) -> list[JSON]:
+    totals = mark.counts.sum(axis=1).tolist()
+    places = packed_array(np.arange(float(len(mark.counts))))
+    bars = []
+    for number, label in enumerate(mark.labels):
+        counts = mark.counts[:, number].tolist()
+        of_each = zip(panel.y.categories, counts, totals, strict=True)
+        bars.append(
+            {
+                "type": "bar",
+                "orientation": "h",
+                "x": packed_array(mark.values[:, number]),
+                "y": places,
+                "width": 0.7,
+                **_legend_entry(label),
+                "marker": {"color": colour(mark.colours[number])},
+                "text": [str(count) if count else "" for count in counts],
+                "textposition": "inside",
+                "insidetextanchor": "middle",
+                "textangle": 0,
+                "hovertext": [escaped(f"{name}: {n} of {total}") for name, n, total in of_each],
+                "hoverinfo": "text+name",
+            }
+        )
+    return bars
 
 
 @_traces.register

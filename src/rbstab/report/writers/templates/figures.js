@@ -231,9 +231,9 @@ const svg = (name, attributes) => {
 /** Return a small picture of the style of a curve. */
 function swatch(entry) {
   const picture = svg("svg", { width: 26, height: 12, "aria-hidden": "true" });
-  const { line, marker, colorscale } = entry;
-  // The tone of the cells of a map that have no value.
-  const fillcolor = entry.fillcolor ?? colorscale?.[1][1];
+  const { type, line, marker, colorscale } = entry;
+  // That of a bar, or the tone of the cells of a map that have no value.
+  const fillcolor = entry.fillcolor ?? (type === "bar" ? marker.color : colorscale?.[1][1]);
   if (fillcolor) picture.append(svg("rect", { x: 3, y: 1, width: 20, height: 10, fill: fillcolor }));
   else if (marker) picture.append(svg("path", symbol({ ...marker, color: entry.meta.key ?? marker.color })));
   else {

@@ -177,8 +177,6 @@ class Band:
         high: The upper curve, shape (n,).
         label: Its name in the legend.
         colour: Number of its colour in the palette.
-        crowded: Whether it is one of many that may cover each other: it is paler and has edges, and
-            it is shown and hidden with the curve of the same name, without an entry of its own.
     """
 
     x: Array
@@ -186,7 +184,6 @@ class Band:
     high: Array
     label: str = ""
     colour: int = 0
-    crowded: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -308,6 +305,8 @@ class Figure:
         shared: The axes that all panels have in common: "xy", "y" or "". These have the same ends
             and one title. Maps in such panels that have the same scale share one colour bar.
         command: The command that runs a member of the sweep; its number follows. "" for none.
+        small: Whether its panels are small and many, such as one for each condition: a phone has
+            two of them side by side.
     """
 
     name: str
@@ -319,6 +318,7 @@ class Figure:
     shares_time: bool = False
     shared: str = ""
     command: str = ""
+    small: bool = False
 
     @property
     def shares_scale(self) -> bool:

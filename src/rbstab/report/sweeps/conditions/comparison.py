@@ -9,7 +9,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.model.figure import SHARE_ENDS, Axis, Figure, Intervals, Panel
 from rbstab.report.sweeps.conditions.failures import failure_sentences
-from rbstab.report.sweeps.conditions.pair_tables import difference_table, pairs_table
+from rbstab.report.sweeps.conditions.pair_tables import difference_table, pairs_tables
 from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions, paired_conditions_of
 from rbstab.report.sweeps.conditions.ranking import (
     PEAK,
@@ -69,8 +69,7 @@ def comparison_blocks(name: str, members: Members) -> list[Block]:
         blocks.append(difference_table(name, groups, quantities, sampled=sampled))
         if len(groups.labels) > 2:
             better = [quantity for quantity in quantities if quantity.name in SMALLER_IS_BETTER]
-            of_each = (pairs_table(name, groups, q, sampled=sampled) for q in better)
-            blocks += [table for table in of_each if table is not None]
+            blocks += pairs_tables(name, groups, better, sampled=sampled)
     return blocks
 
 

@@ -1,6 +1,7 @@
 """Tables of paired differences: from the best condition, and between all pairs of conditions."""
 
 import math
+from dataclasses import replace
 from itertools import combinations
 
 from rbstab.mechanics.numbers import Array
@@ -12,7 +13,13 @@ from rbstab.report.sweeps.conditions.paired_difference import (
     PairedDifference,
     paired_difference,
 )
-from rbstab.report.sweeps.conditions.ranking import always_zero, best_of, comparable, is_alike
+from rbstab.report.sweeps.conditions.ranking import (
+    LARGER_IS_BETTER,
+    always_zero,
+    best_of,
+    comparable,
+    is_alike,
+)
 from rbstab.report.sweeps.fractions import CONFIDENCE
 from rbstab.report.sweeps.quantities import MemberQuantity
 from rbstab.report.sweeps.table_entries import whole
@@ -26,7 +33,7 @@ INTERVAL_NOTE = (
 )
 
 SPREAD_NOTE = (
-    "The columns 'of the pairs' describe how much single pairs differ; they are no interval of "
+    "The columns 'of the pairs below' say how much single pairs differ; they are no interval of "
     "confidence."
 )
 
@@ -57,10 +64,11 @@ def difference_table(
         Head("pairs", numbers=True),
         Head("equal pairs", numbers=True),
     )
-    rows, references = [], []
+    rows, references, zeros = [], [], []
     for quantity in quantities:
         reference, why = _reference(groups, quantity, sampled=sampled)
-        references.append(f"{quantity.axis.label}: from {why}")
+        references.append(f"{quantity.axis.label}: {why}")
+        zeros.append(_zero_note(groups, quantity))
         zero = always_zero(groups, quantity)
         for k, label in enumerate(groups.labels):
             if k == reference or k in zero:
@@ -69,54 +77,69 @@ def difference_table(
             found = _between(groups, quantity, k, reference)
             entries = _entries(found, sampled=sampled)
             rows.append((Cell(quantity.axis.text), Cell(subtraction), *entries))
-    notes = [f"{'; '.join(references)}.", PAIR_NOTE, SPREAD_NOTE]
+    notes = [f"The best one is that than which none is better. {'; '.join(references)}."]
+    notes += [*filter(None, zeros), PAIR_NOTE, SPREAD_NOTE]
     note = " ".join([*notes, INTERVAL_NOTE] if sampled else notes)
     title = "Paired differences from the best condition"
     return Table(f"{name}-pairs", title, heads, tuple(rows), note)
 
 
-def pairs_table(
-    name: str, groups: PairedConditions, quantity: MemberQuantity, *, sampled: bool
-) -> Table | None:
+def pairs_tables(
+    name: str, groups: PairedConditions, quantities: list[MemberQuantity], *, sampled: bool
+) -> list[Table]:
     """Return which of each two conditions has the smaller values, each pair once.
 
     Args:
         name: The anchor of the sweep.
         groups: The conditions.
-        quantity: The quantity, which is better if it is smaller.
+        quantities: The quantities, each of which is better if it is smaller. There is no table of
+            one in which there are no two conditions to compare.
         sampled: As of `difference_table`.
-
-    Returns:
-        The table; None if there are no two conditions to compare.
     """
+    shown = [quantity for quantity in quantities if len(comparable(groups, quantity)) > 1]
+    tables = [_pairs_table(name, groups, quantity, sampled=sampled) for quantity in shown]
+    # The note of the first one holds for all.
+    note = _naming_note(sampled=sampled)
+    return [
+        replace(table, note=f"{table.note if k else f'{table.note} {note}'}".strip())
+        for k, table in enumerate(tables)
+    ]
+
+
+def _naming_note(*, sampled: bool) -> str:
+    """Return when a condition is named in a table of pairs."""
+    sure = "the interval of the median excludes zero, " if sampled else ""
+    return (
+        f"The condition with the smaller values is first. It is named if {sure}the median is at "
+        f"least {MATTERS:.0%} of the values, and no more pairs are equal than differ. Each pair of "
+        "conditions is judged by itself."
+    )
+
+
+def _pairs_table(
+    name: str, groups: PairedConditions, quantity: MemberQuantity, *, sampled: bool
+) -> Table:
     order = comparable(groups, quantity)
     unit = quantity.axis.unit
     heads = (
         Head("pair"),
         Head("smaller with"),
-        Head("by (median)", unit, numbers=True),
+        Head("median", unit, numbers=True),
         *([Head(INTERVAL, unit, numbers=True)] if sampled else []),
-        Head("in this share of the pairs", numbers=True),
+        Head("smaller in this share of the pairs", numbers=True),
         Head("pairs", numbers=True),
         Head("equal pairs", numbers=True),
     )
     rows = [_row(groups, quantity, pair, sampled=sampled) for pair in combinations(order, 2)]
-    if not rows:
-        return None
-    marked = "that no more pairs are equal than differ"
-    if sampled:
-        marked = f"that the interval of the median excludes zero, and {marked}"
-    notes = [
-        f"A condition is named if the median is at least {MATTERS:.0%} of the values, {marked}. "
-        "Each pair of conditions is judged by itself, and that with the smaller values is first.",
-        PAIR_NOTE,
-        *([INTERVAL_NOTE] if sampled else []),
-    ]
-    zero = always_zero(groups, quantity)
-    if zero:
-        notes.append(f"Without {listed(groups.labels[k] for k in zero)}, where it is always 0.")
     title = f"{quantity.axis.label}: all pairs of conditions"
-    return Table(f"{name}-all-pairs-{quantity.name}", title, heads, tuple(rows), " ".join(notes))
+    note = _zero_note(groups, quantity)
+    return Table(f"{name}-all-pairs-{quantity.name}", title, heads, tuple(rows), note)
+
+
+def _zero_note(groups: PairedConditions, quantity: MemberQuantity) -> str:
+    """Return which conditions are left out, as they hold the contact point; "" for none."""
+    zero = listed(groups.labels[k] for k in always_zero(groups, quantity))
+    return f"{quantity.axis.label} is always 0 with {zero}, by construction." if zero else ""
 
 
 def _reference(
@@ -125,10 +148,11 @@ def _reference(
     """Return the condition from which differences are taken, and its label with the reason."""
     best = best_of(groups, quantity, sampled=sampled)
     if best is not None:
-        return best, f"{groups.labels[best]}, as none is better"
+        larger = " (larger is better)" if quantity.name in LARGER_IS_BETTER else ""
+        return best, f"{groups.labels[best]}{larger}"
     zero = always_zero(groups, quantity)
     first = next(k for k in range(len(groups.labels)) if k not in zero)
-    return first, f"{groups.labels[first]}, the first, as none is better than all others"
+    return first, f"no best one, differences from the first, {groups.labels[first]}"
 
 
 def _between(

@@ -44,6 +44,7 @@ from rbstab.report.model.palette import (
     SCALE,
     area_colour,
     colour,
+    contrast,
     gap_opacity,
 )
 from rbstab.report.writers.colour_scale import (
@@ -76,9 +77,6 @@ LEVEL: dict[str, Any] = {"color": "#555555", "linewidth": 0.9, "linestyle": (0, 
 
 LINE_ORDER = 2.0
 """Order of drawing of a curve in front: that of matplotlib."""
-
-CROWDED = 0.1
-"""Opacity of a band that is one of many."""
 
 COUNT_WIDTH = 0.017
 """Width of a digit of a count in a bar, as a share of the width of the panel."""
@@ -173,12 +171,9 @@ def _intervals(intervals: Intervals, axes: Axes, panel: Panel) -> dict[str, Arti
 def _band(band: Band, axes: Axes, panel: Panel) -> dict[str, Artist]:
     x = _drawable(band.x, panel.x)
     low, high = _drawable(band.low, panel.y), _drawable(band.high, panel.y)
-    opacity, width = (CROWDED, 0.4) if band.crowded else (0.25, 0.0)
-    tint, edge = (mpl.colors.to_rgba(colour(band.colour), part) for part in (opacity, 0.8))
-    area = axes.fill_between(
-        x, low, high, facecolor=tint, edgecolor=edge, linewidth=width, zorder=1.5
-    )
-    return {} if band.crowded else {band.label: area}
+    tint = mpl.colors.to_rgba(colour(band.colour), 0.25)
+    area = axes.fill_between(x, low, high, facecolor=tint, linewidth=0.0, zorder=1.5)
+    return {band.label: area}
 
 
 def _shares(shares: Shares, axes: Axes, _panel: Panel) -> dict[str, Artist]:
@@ -195,16 +190,10 @@ def _shares(shares: Shares, axes: Axes, _panel: Panel) -> dict[str, Artist]:
         ):
             # A narrow part has no room for its count.
             if width > COUNT_WIDTH * len(str(count)):
-                style = {"color": _contrast(tint), "ha": "center", "va": "center"}
+                style = {"color": contrast(shares.colours[number]), "ha": "center", "va": "center"}
                 axes.text(left + width / 2, float(place), str(count), style)
         begin = begin + widths
     return handles
-
-
-def _contrast(tint: str) -> str:
-    """Return black or white, whichever is easier to read on a colour."""
-    red, green, blue = mpl.colors.to_rgb(tint)
-    return "black" if 0.299 * red + 0.587 * green + 0.114 * blue > 0.55 else "white"
 
 
 def _cells(cells: Cells, axes: Axes, panel: Panel) -> dict[str, Artist]:

@@ -235,6 +235,8 @@ def _panel_height(figure: Figure, rows: int, columns: int, *, narrow: bool) -> f
     natural = 2.0 if rows < 3 or has_maps or has_categories else 1.3
     if any(panel.square for panel in figure.panels):
         natural = 2.5
+    if figure.small:
+        natural = 1.7
     if rows == columns == 1:
         natural = 2.3 if narrow else 2.8
     elif narrow and not (has_maps or has_categories):

@@ -30,7 +30,7 @@ MANY_ZEROS = (1e-4, 1e6)
 TICK_SIZE, TITLE_SIZE = 11, 13
 """Sizes of all tick labels, and of all titles of axes and colour bars, px."""
 
-BESIDE, MAX_LINES = 16, 3
+BESIDE, MAX_LINES = 20, 3
 """Characters of a line of the name of a category beside a panel, and the number of such lines."""
 
 FEW_WHOLE = 8

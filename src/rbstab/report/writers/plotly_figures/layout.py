@@ -31,6 +31,9 @@ CLOSE = 22
 HEIGHTS = {True: 320, False: 210}
 """Heights of a panel, px: in a figure with one row of panels (True), or with more (False)."""
 
+SMALL_HEIGHT = 140
+"""Height of a panel of a figure of small panels, px."""
+
 MAX_SQUARE = 420
 """Largest height of a panel that is as high as it is wide, px."""
 
@@ -206,14 +209,14 @@ class PanelGrid:
         """Return the lines of the title of an axis; beside those of neighbours it has less room."""
         text = getattr(self.figure.panels[number], letter).text
         panel = self.figure.panels[number]
-        low = letter == "y" and panel.square
+        low = self.figure.small or (letter == "y" and panel.square)
         beside = self.has_gap or (letter == "y" and self.rows > 1)
         if not low and not (beside and letter in self.titles):
             return [text]
         begin, end = self.x_domain(number)
         width = (end - begin) * (self.width - LEFT - RIGHT) * NARROWEST
         # Above each panel, a title has the height of the panel's own title.
-        height = self._square_height(number) if panel.square else HEIGHTS[False]
+        height = self._square_height(number) if panel.square else self._natural_height
         room = width if letter == "x" else height + TITLE
         return tick_lines(text, int(room / TITLE_LETTER), MAX_TITLE_LINES)
 
@@ -249,7 +252,7 @@ class PanelGrid:
         numbers = range(row * self.columns, row * self.columns + len(panels))
         outer = self.figure.shares_time or "x" in self.titles
         labelled = not outer or any(self.is_lowest(n) for n in numbers)
-        height = HEIGHTS[len(self.figure.panels) <= self.columns]
+        height = self._natural_height
         if any(panel.equal for panel in panels):
             height = min(int(self.width / self.columns), 420)
         bars = [len(m.counts) for panel in panels for m in panel.marks if isinstance(m, Shares)]
@@ -260,6 +263,11 @@ class PanelGrid:
         lines = max(len(self.own_title(n, "x")) for n in numbers)
         label = LABEL + LINE * (lines - 1) if labelled else 0
         return above, height, self._tick_height(row) + label
+
+    @property
+    def _natural_height(self) -> int:
+        """The height of a panel that is not square, px."""
+        return SMALL_HEIGHT if self.figure.small else HEIGHTS[self.rows == 1]
 
     def _square_height(self, number: int) -> int:
         """Return the height of a panel that is as high as it is wide, px."""
@@ -337,6 +345,9 @@ def _position(grid: PanelGrid, panel: Panel, number: int, letter: str) -> JSON:
                 position["title"] = {"text": ""}
         return position
     position = {"anchor": y, "domain": grid.x_domain(number)}
+    if grid.figure.small:
+        own = _lines(grid.own_title(number, "x"))
+        position |= {"nticks": 4, "title": {"text": own, "standoff": 6} | TITLE_FONT}
     if panel.equal:
         position["constrain"] = "domain"
     if "x" in grid.figure.shared and number:

@@ -29,6 +29,7 @@ from rbstab.report.model.palette import (
     SCALE,
     area_colour,
     colour,
+    contrast,
     gap_opacity,
 )
 from rbstab.report.writers.colour_scale import (
@@ -58,9 +59,6 @@ SYMBOLS = (
     "cross-thin-open",
 )
 LEVEL_COLOUR = "#7F7F7F"
-
-CROWDED = 0.1
-"""Opacity of a band that is one of many."""
 
 
 def traces(mark: Mark, panel: Panel) -> list[JSON]:
@@ -193,12 +191,10 @@ def _(mark: Band, panel: Panel) -> list[JSON]:
         x = np.concatenate([mark.x[part], mark.x[part][::-1]])
         y = np.concatenate([mark.low[part], mark.high[part][::-1]])
         tint = colour(mark.colour)
-        width, opacity = (0.6, CROWDED) if mark.crowded else (0, 0.25)
-        line = {"width": width, "color": tint}
+        line = {"width": 0, "color": tint}
         trace = _scatter(mark.label, x, _positive_on_log(panel.y, y), mode="lines", line=line)
-        fill = {"fill": "toself", "fillcolor": _translucent(tint, opacity), "hoverinfo": "skip"}
-        # Without a name it has no entry in the legend; its group is that of the curve.
-        traces.append(trace | fill | ({"name": ""} if mark.crowded else {}))
+        fill = {"fill": "toself", "fillcolor": _translucent(tint, 0.25), "hoverinfo": "skip"}
+        traces.append(trace | fill)
     return traces
 
 
@@ -222,6 +218,7 @@ def _(mark: Shares, panel: Panel) -> list[JSON]:
                 "text": [str(count) if count else "" for count in counts],
                 "textposition": "inside",
                 "insidetextanchor": "middle",
+                "insidetextfont": {"color": contrast(mark.colours[number])},
                 "textangle": 0,
                 "hovertext": [escaped(f"{name}: {n} of {total}") for name, n, total in of_each],
                 "hoverinfo": "text+name",

@@ -64,11 +64,11 @@ def difference_table(
         Head("pairs", numbers=True),
         Head("equal pairs", numbers=True),
     )
-    rows, references, zeros = [], [], []
+    rows: list[tuple[Cell, ...]] = []
+    notes: list[str] = []
     for quantity in quantities:
         reference, why = _reference(groups, quantity, sampled=sampled)
-        references.append(f"{quantity.axis.label}: {why}")
-        zeros.append(_zero_note(groups, quantity))
+        notes += [why, _zero_note(groups, quantity)]
         zero = always_zero(groups, quantity)
         for k, label in enumerate(groups.labels):
             if k == reference or k in zero:
@@ -77,9 +77,8 @@ def difference_table(
             found = _between(groups, quantity, k, reference)
             entries = _entries(found, sampled=sampled)
             rows.append((Cell(quantity.axis.text), Cell(subtraction), *entries))
-    notes = [f"The best one is that than which none is better. {'; '.join(references)}."]
-    notes += [*filter(None, zeros), PAIR_NOTE, SPREAD_NOTE]
-    note = " ".join([*notes, INTERVAL_NOTE] if sampled else notes)
+    notes += [PAIR_NOTE, SPREAD_NOTE, INTERVAL_NOTE if sampled else ""]
+    note = " ".join(filter(None, notes))
     title = "Paired differences from the best condition"
     return Table(f"{name}-pairs", title, heads, tuple(rows), note)
 
@@ -139,20 +138,22 @@ def _pairs_table(
 def _zero_note(groups: PairedConditions, quantity: MemberQuantity) -> str:
     """Return which conditions are left out, as they hold the contact point; "" for none."""
     zero = listed(groups.labels[k] for k in always_zero(groups, quantity))
-    return f"{quantity.axis.label} is always 0 with {zero}, by construction." if zero else ""
+    return f"Always 0 with {zero}, by construction: {quantity.axis.label}." if zero else ""
 
 
 def _reference(
     groups: PairedConditions, quantity: MemberQuantity, *, sampled: bool
 ) -> tuple[int, str]:
-    """Return the condition from which differences are taken, and its label with the reason."""
+    """Return the condition from which differences are taken, and a sentence on it."""
+    label = quantity.axis.label
     best = best_of(groups, quantity, sampled=sampled)
     if best is not None:
         larger = " (larger is better)" if quantity.name in LARGER_IS_BETTER else ""
-        return best, f"{groups.labels[best]}{larger}"
+        return best, f"Best in {label}{larger}: {groups.labels[best]}, as none is better."
     zero = always_zero(groups, quantity)
     first = next(k for k in range(len(groups.labels)) if k not in zero)
-    return first, f"no best one, differences from the first, {groups.labels[first]}"
+    of_first = f"the differences are from the first, {groups.labels[first]}"
+    return first, f"None is the best in {label}: {of_first}."
 
 
 def _between(

@@ -88,8 +88,9 @@ def effect_figures(
             blocks.append(f"{axis.label}: no parameter has an effect beyond chance ({names}).")
             continue
         curves = [_curves(free[k], groups[k], parts, shown) for k in seen[:MAX_PANELS]]
-        apart = len(parts) <= FEW_BANDS or not any(map(_cover, curves))
-        most = MAX_PANELS if apart else max(1, SMALL_PANELS // len(parts))
+        count = len(curves[0])
+        apart = count <= FEW_BANDS or not any(map(_cover, curves))
+        most = MAX_PANELS if apart else max(1, SMALL_PANELS // count)
         axes = [free[k].axis for k in seen]
         panels = [
             panel
@@ -103,11 +104,11 @@ def effect_figures(
             if most > 1:
                 largest = f"{most} parameters with the largest effects are"
             others = listed((axis.label for axis in axes[most:]), 12)
-            caption += f" The {largest} shown; {others} have an effect too."
+            caption += f" The {largest} shown. Smaller effects: {others}."
         if without:
             caption += f" Without an effect beyond chance: {listed(without, 12)}."
         title = f"Effect of each parameter on {axis.label}"
-        columns = 3 if apart else -(-len(parts) // -(-len(parts) // IN_A_ROW))
+        columns = 3 if apart else -(-count // -(-count // IN_A_ROW))
         figure = Figure(f"{name}-effect-{key}", title, tuple(panels), columns, caption=caption)
         blocks.append(replace(figure, shared="y", small=not apart))
     return blocks
@@ -158,6 +159,7 @@ class _Curve(NamedTuple):
     """The quantiles of a condition along a parameter; low and high are the ends of its band."""
 
     title: str
+    colour: int
     x: Array
     low: Array
     middle: Array
@@ -170,11 +172,13 @@ def _curves(
     parts: list[tuple[str, Array]],
     shown: _Shown,
 ) -> list[_Curve]:
-    """Return the curve of each condition along a parameter."""
+    """Return the curve along a parameter of each condition that has values."""
     curves = []
-    for own, (title, chosen) in zip(groups, parts, strict=True):
+    for colour, (own, (title, chosen)) in enumerate(zip(groups, parts, strict=True)):
+        if np.isnan(shown.values[chosen]).all():
+            continue
         x, *spread = _along(parameter.values[chosen], own, shown.values[chosen], shown.is_share)
-        curves.append(_Curve(title, x, *np.where(np.isinf(spread), shown.end, spread)))
+        curves.append(_Curve(title, colour, x, *np.where(np.isinf(spread), shown.end, spread)))
     return curves
 
 
@@ -196,10 +200,10 @@ def _panels(curves: list[_Curve], x: Axis, shown: _Shown, *, apart: bool) -> lis
     word, area = ("share", INTERVAL) if shown.is_share else ("median", BETWEEN)
     bands: list[Mark] = []
     lines: list[Mark] = []
-    for colour, own in enumerate(curves):
+    for own in curves:
         label = f"{own.title}: {area}".removeprefix(": ") if apart else ""
-        bands.append(Band(own.x, own.low, own.high, label, colour))
-        lines.append(Line(own.x, own.middle, (own.title or word) if apart else "", colour))
+        bands.append(Band(own.x, own.low, own.high, label, own.colour))
+        lines.append(Line(own.x, own.middle, (own.title or word) if apart else "", own.colour))
     if apart:
         return [Panel(x, shown.axis, (*bands, *lines))]
     of_each = zip(curves, bands, lines, strict=True)

@@ -30,6 +30,10 @@ MANY_ZEROS = (1e-4, 1e6)
 TICK_SIZE, TITLE_SIZE = 11, 13
 """Sizes of all tick labels, and of all titles of axes and colour bars, px."""
 
+FEW_TICKS, NEAR_TICK = 4, 0.12
+"""Number of distances between ticks of a small panel, and how near to a tick an end is moved to it,
+as a part of the length of the axis."""
+
 BESIDE, MAX_LINES = 20, 3
 """Characters of a line of the name of a category beside a panel, and the number of such lines."""
 
@@ -54,6 +58,24 @@ def axis_settings(panel: Panel, letter: str, shown: Sequence[Panel]) -> JSON:
     if axis.whole and max(_length(one, letter) for one in shown) <= FEW_WHOLE:
         settings |= {"tick0": 0, "dtick": 1}
     return settings
+
+
+def few_ticks(panel: Panel) -> JSON:
+    """Return the settings of the horizontal axis of a small panel, with few ticks.
+
+    An end that is near to a tick is moved to it, so that there is more than one tick. After a zoom,
+    `figures.js` lets plotly choose the ticks.
+    """
+    values = _values(panel, "x")
+    if panel.x.log or panel.x.categories or len(values) < 2 or np.ptp(values) == 0:
+        return {"nticks": FEW_TICKS}
+    low, high = float(values.min()), float(values.max())
+    rough = (high - low) / FEW_TICKS
+    power = 10.0 ** np.floor(np.log10(rough))
+    step = float(power * next(size for size in (2, 5, 10) if rough <= size * power))
+    ends = step * np.array([np.floor(low / step), np.ceil(high / step)])
+    near = np.abs(ends - [low, high]) <= NEAR_TICK * (high - low)
+    return {"range": np.where(near, ends, [low, high]).tolist(), "tick0": 0, "dtick": step}
 
 
 def _ends(panel: Panel, letter: str) -> tuple[float, float] | None:

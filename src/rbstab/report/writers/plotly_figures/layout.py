@@ -6,7 +6,12 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 from rbstab.report.model.figure import Cells, Figure, Mark, Panel, Shares
-from rbstab.report.writers.plotly_figures.axes import TICK_SIZE, TITLE_FONT, axis_settings
+from rbstab.report.writers.plotly_figures.axes import (
+    TICK_SIZE,
+    TITLE_FONT,
+    axis_settings,
+    few_ticks,
+)
 from rbstab.report.writers.plotly_figures.text import (
     MAX_TICK_LENGTH,
     escaped,
@@ -28,6 +33,9 @@ BAR_TITLE, BAR_ABOVE = 28, 70
 CLOSE = 22
 """Space between panels that share their vertical axis, px."""
 
+APART = 36
+"""Space between small panels, px: the ticks at their ends have labels."""
+
 HEIGHTS = {True: 320, False: 210}
 """Heights of a panel, px: in a figure with one row of panels (True), or with more (False)."""
 
@@ -48,6 +56,9 @@ TITLE_LETTER, MAX_TITLE_LINES = 6.5, 3
 
 NARROWEST = 0.75
 """The smallest width of a figure in which its layout is used, as a part of the layout's width."""
+
+PHONE = 400
+"""A layout of at most this width is not used for a narrower figure, px."""
 
 MAX_TICK_LINES = 5
 """Maximum number of lines of a tick label."""
@@ -158,6 +169,8 @@ class PanelGrid:
         """Return the horizontal domain of a panel, in fractions of the width inside the margins."""
         inner = self.width - LEFT - RIGHT
         gap = CLOSE if "y" in self.titles else LEFT + RIGHT
+        if self.figure.small:
+            gap = APART
         common = self.has_common_bar and not self.bar_is_above
         pitch = (inner + gap - (COLORBAR if common else 0)) / self.columns
         begin = (number % self.columns) * pitch
@@ -172,7 +185,7 @@ class PanelGrid:
         begin, end = self.x_domain(number)
         width = (end - begin) * (self.width - LEFT - RIGHT)
         # The narrow layout is as wide as a small phone; a wide one may be scaled down.
-        width *= 1.0 if self.columns == 1 else NARROWEST
+        width *= self._narrowest
         return tick_words(labels, int(width / len(labels) / LETTER))
 
     def y_domain(self, number: int) -> list[float]:
@@ -214,7 +227,7 @@ class PanelGrid:
         if not low and not (beside and letter in self.titles):
             return [text]
         begin, end = self.x_domain(number)
-        width = (end - begin) * (self.width - LEFT - RIGHT) * NARROWEST
+        width = (end - begin) * (self.width - LEFT - RIGHT) * self._narrowest
         # Above each panel, a title has the height of the panel's own title.
         height = self._square_height(number) if panel.square else self._natural_height
         room = width if letter == "x" else height + TITLE
@@ -263,6 +276,11 @@ class PanelGrid:
         lines = max(len(self.own_title(n, "x")) for n in numbers)
         label = LABEL + LINE * (lines - 1) if labelled else 0
         return above, height, self._tick_height(row) + label
+
+    @property
+    def _narrowest(self) -> float:
+        """The smallest width in which the layout is used, as a part of its width."""
+        return 1.0 if self.columns == 1 or self.width <= PHONE else NARROWEST
 
     @property
     def _natural_height(self) -> int:
@@ -347,7 +365,7 @@ def _position(grid: PanelGrid, panel: Panel, number: int, letter: str) -> JSON:
     position = {"anchor": y, "domain": grid.x_domain(number)}
     if grid.figure.small:
         own = _lines(grid.own_title(number, "x"))
-        position |= {"nticks": 4, "title": {"text": own, "standoff": 6} | TITLE_FONT}
+        position |= {"title": {"text": own, "standoff": 6} | TITLE_FONT} | few_ticks(panel)
     if panel.equal:
         position["constrain"] = "domain"
     if "x" in grid.figure.shared and number:

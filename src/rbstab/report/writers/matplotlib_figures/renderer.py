@@ -83,6 +83,9 @@ STYLE = {
     "pdf.fonttype": 42,
 }
 
+SMALL_TICKS = 6.5
+"""Font size of the tick labels of small panels, points."""
+
 TICK_PITCH = 0.45
 """Smallest distance of ticks along x, in; with less, their labels would overlap."""
 
@@ -176,6 +179,8 @@ def _draw(figure: Figure, width: float = WIDTH) -> Drawing:
         label_length = 0.92 * height - (0.0 if outer else 0.25)
         size = (width / columns, label_length)
         handles = handles | _draw_panel(axes, panel, size) | handles
+        if figure.small:
+            axes.tick_params(labelsize=SMALL_TICKS)
         if figure.shares_time and number + columns < len(figure.panels):
             axes.set_xlabel("")
             axes.tick_params(labelbottom=False)

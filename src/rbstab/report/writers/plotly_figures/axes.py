@@ -30,7 +30,10 @@ MANY_ZEROS = (1e-4, 1e6)
 TICK_SIZE, TITLE_SIZE = 11, 13
 """Sizes of all tick labels, and of all titles of axes and colour bars, px."""
 
-FEW_TICKS, NEAR_TICK = 4, 0.12
+STEPS = (1, 2, 2.5, 4, 5, 10)
+"""Distances of ticks of a small panel, in units of a power of ten."""
+
+FEW_TICKS, NEAR_TICK = 3, 0.12
 """Number of distances between ticks of a small panel, and how near to a tick an end is moved to it,
 as a part of the length of the axis."""
 
@@ -72,7 +75,7 @@ def few_ticks(panel: Panel) -> JSON:
     low, high = float(values.min()), float(values.max())
     rough = (high - low) / FEW_TICKS
     power = 10.0 ** np.floor(np.log10(rough))
-    step = float(power * next(size for size in (2, 5, 10) if rough <= size * power))
+    step = float(power * next(size for size in STEPS if rough <= size * power))
     ends = step * np.array([np.floor(low / step), np.ceil(high / step)])
     near = np.abs(ends - [low, high]) <= NEAR_TICK * (high - low)
     return {"range": np.where(near, ends, [low, high]).tolist(), "tick0": 0, "dtick": step}

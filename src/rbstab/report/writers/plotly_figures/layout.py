@@ -231,7 +231,8 @@ class PanelGrid:
         # Above each panel, a title has the height of the panel's own title.
         height = self._square_height(number) if panel.square else self._natural_height
         room = width if letter == "x" else height + TITLE
-        return tick_lines(text, int(room / TITLE_LETTER), MAX_TITLE_LINES)
+        lines = MAX_TITLE_LINES + (1 if self.figure.small else 0)
+        return tick_lines(text, int(room / TITLE_LETTER), lines)
 
     def common_titles(self) -> list[JSON]:
         """Return the titles of the axes that all panels share, as annotations."""

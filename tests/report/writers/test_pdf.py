@@ -379,8 +379,8 @@ def test_a_tone_has_a_mark_too():
 
 def test_the_sketch_of_a_card_is_drawn_beside_its_caption():
     curve = np.column_stack([X, X**2])
-    ends = {"x_ends": ("0 s", "2 s"), "y_ends": ("-3", "7 J")}
-    sketch = Sketch("Drawn for a test.", (("red", curve), ("blue", curve)), **ends)
+    curves = (("red", curve), ("blue", curve))
+    sketch = Sketch("Drawn for a test.", curves, x_ends=("0 s", "2 s"), y_ends=("-3", "7 J"))
     made = [read(report(Cards("c", (Card("case 1", (), sketch=s),)))) for s in (None, sketch)]
     without, reader = made
     text = text_of(reader)

@@ -15,7 +15,17 @@ from support.pages import report as plain_report
 from support.sections import sweep_sections
 
 from rbstab.report.model.document import Report, Section
-from rbstab.report.model.figure import Axis, Cells, Figure, Level, Line, Panel, Points, Stack
+from rbstab.report.model.figure import (
+    Axis,
+    Cells,
+    Figure,
+    Level,
+    Line,
+    Panel,
+    Points,
+    Shares,
+    Stack,
+)
 from rbstab.report.model.palette import CASED, CASING, colour
 from rbstab.report.model.split_time import SplitTime
 from rbstab.report.writers.figure_files.data import csv_of
@@ -139,6 +149,59 @@ def test_a_click_shows_the_command_of_the_member(
     page.mouse.click(*place)
     expect(page.locator(".chosen")).to_have_count(1)
     expect(note).to_contain_text("--member 0")
+
+
+@pytest.mark.parametrize("is_allowed", [True, False], ids=["copied", "shown"])
+def test_a_button_copies_the_command_of_a_notable_member(
+    opened: Opened, sweep: Report, tmp_path: Path, is_allowed: bool
+) -> None:
+    page = opened(sweep, permissions=["clipboard-read", "clipboard-write"] if is_allowed else [])
+    if not is_allowed:
+        page.evaluate("Object.defineProperty(navigator, 'clipboard', { value: undefined })")
+    row = page.locator("[id='table.sweep-1-notable'] tbody tr").nth(1)
+    member = row.get_by_role("rowheader").get_attribute("data-value")
+    assert member is not None
+    row.get_by_role("button").click()
+    command = f"rbstab run '{tmp_path / 'the sweep' / 'plan.yaml'}' --member {float(member):.0f}"
+    brief = page.locator(".brief")
+    expect(brief).to_have_text(f"Copied: {command}" if is_allowed else command)
+    expect(brief).to_be_in_viewport(ratio=1.0)
+    if is_allowed:
+        assert page.evaluate("navigator.clipboard.readText()") == command
+
+
+def test_a_bar_gives_its_shares_and_counts(opened: Opened) -> None:
+    counts = np.array([[3, 1], [0, 5]])
+    mark = Shares(counts, ("settled", "range left"), (0, 1))
+    panel = Panel(Axis("share"), Axis("", categories=("second", "first")), (mark,))
+    figure = Figure("bars", "Bars", (panel,))
+    page = opened(replace(plain_report(), sections=(Section("s", "S", (figure,)),)))
+    found = downloaded(page, "bars")
+    expected = list(csv.reader(StringIO(csv_of(figure))))
+    assert len(found) == len(expected) == 5
+    for one, other in zip(sorted(found), sorted(expected), strict=True):
+        assert all(map(same, one, other))
+    assert ["settled", "0.75", "second", "", "", "3"] in [row[3:] for row in expected]
+    # The counts are in the bars: not that of no member.
+    box = drawn(page, "bars")
+    expect(box.locator("text.bartext")).to_have_text(["3", "1", "5"])
+
+
+def test_a_zoom_of_a_small_panel_has_ticks(opened: Opened) -> None:
+    x = np.linspace(-0.45, 0.45, 9)
+    panels = tuple(
+        Panel(Axis("parameter", "rad"), Axis("time", "s"), (Line(x, x + k),), f"condition {k}")
+        for k in range(4)
+    )
+    figure = Figure("small", "Small", panels, 4, shared="y", small=True)
+    page = opened(replace(plain_report(), sections=(Section("s", "S", (figure,)),)))
+    box = drawn(page, "small")
+    for axis in ("x", "x2", "x3", "x4"):
+        expect(box.locator(f".{axis}tick text")).to_have_text(["−0.4", "0", "0.4"])
+    plot = box.locator(".js-plotly-plot")
+    plot.evaluate("plot => Plotly.relayout(plot, {'xaxis2.range': [0.1, 0.3]})")
+    expect(box.locator(".x2tick text").first).to_be_visible()
+    assert all(0.1 <= float(text) <= 0.3 for text in box.locator(".x2tick text").all_inner_texts())
 
 
 def test_the_extremes_are_marked_and_run_by_a_click(opened: Opened, sweep: Report) -> None:

@@ -5,8 +5,8 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from rbstab.report.model.palette import ANSWERS, COLOURS
-from rbstab.report.sweeps.maps.cell_values import OUTCOME_COLOURS
+from rbstab.report.model.palette import ANSWERS, COLOURS, colour, contrast
+from rbstab.report.sweeps.members import OUTCOME_COLOURS
 
 VISION = {
     "normal": np.eye(3),
@@ -68,3 +68,18 @@ def test_outcomes_can_be_told_apart(vision):
 def test_answers_show_on_a_page(page):
     for tone in ANSWERS.values():
         assert distance(tone, page, VISION["normal"]) > 12, tone
+
+
+@pytest.mark.parametrize("number", [*ANSWERS, *range(len(COLOURS))])
+def test_numbers_on_a_colour_are_in_the_tone_with_more_contrast(number):
+    """The contrast of WCAG 2: of both tones, the larger one, which is at least 4.5."""
+
+    def luminance(text):
+        parts = np.array([int(text[k : k + 2], 16) for k in (1, 3, 5)]) / 255
+        linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+        return float(XYZ[1] @ linear)
+
+    own = luminance(colour(number))
+    ratios = {"#FFFFFF": 1.05 / (own + 0.05), "#000000": (own + 0.05) / 0.05}
+    assert contrast(number) == max(ratios, key=lambda tone: ratios[tone])
+    assert max(ratios.values()) > 4.5

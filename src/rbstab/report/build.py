@@ -40,27 +40,36 @@ def report_of(sources: Sources, command: str, title: str | None = None) -> Repor
     Raises:
         StoreError: The file of a sweep cannot be read.
     """
-    facts = facts_of(sources.runs)
+    facts, sweeps = facts_of(sources.runs), _sweep_parts(sources)
     return Report(
-        title=untrusted(title) if title else _title(sources),
+        title=untrusted(title) if title else _title(sources, sweeps),
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         command=untrusted(command, MAX_COMMAND_LENGTH),
-        sections=tuple(_sections(sources, facts)),
+        sections=tuple(_sections(sources, facts, sweeps)),
         unread=sources.unread,
     )
 
 
-def _sections(sources: Sources, facts: Sequence[RunFacts]) -> Iterable[Section]:
-    """Yield the sections: the answers, then the evidence, then the reference."""
-    sweeps: list[SweepPart] = []
-    alone = not facts and len(sources.sweeps) == 1
-    if sources.sweeps:
-        # Imported late: it needs many modules, and most reports have no sweep.
-        from rbstab.report.sweeps.sections import sweep_part
+def _is_alone(sources: Sources) -> bool:
+    """Return whether there is one sweep and nothing else."""
+    return not sources.runs and len(sources.sweeps) == 1
 
-        sweeps = [sweep_part(sweep, alone=alone) for sweep in sources.sweeps]
+
+def _sweep_parts(sources: Sources) -> "list[SweepPart]":
+    if not sources.sweeps:
+        return []
+    # Imported late: it needs many modules, and most reports have no sweep.
+    from rbstab.report.sweeps.sections import sweep_part
+
+    return [sweep_part(sweep, alone=_is_alone(sources)) for sweep in sources.sweeps]
+
+
+def _sections(
+    sources: Sources, facts: Sequence[RunFacts], sweeps: Sequence["SweepPart"]
+) -> Iterable[Section]:
+    """Yield the sections: the answers, then the evidence, then the reference."""
     summary = [*(answer_blocks(facts) if facts else ())]
-    if sweeps and not alone:
+    if sweeps and not _is_alone(sources):
         summary = _with_sweeps(summary, facts, sweeps)
     if summary:
         yield Section("summary", "Summary", tuple(summary))
@@ -116,11 +125,11 @@ def _animations(runs: Sequence[Run]) -> Section | None:
     return Section("motion", "Motion", tuple(blocks))
 
 
-def _title(sources: Sources) -> str:
+def _title(sources: Sources, sweeps: Sequence["SweepPart"]) -> str:
     """Return the title of a single result, or the numbers of runs and sweeps."""
     if len(sources.runs) == 1 and not sources.sweeps:
         return untrusted(sources.runs[0].result.attributes["title"])
-    if len(sources.sweeps) == 1 and not sources.runs:
-        return f"Sweep {sources.sweeps[0].label}"
+    if _is_alone(sources):
+        return sweeps[0].title or f"Sweep {sources.sweeps[0].label}"
     counts = ((len(sources.runs), "run"), (len(sources.sweeps), "sweep"))
     return " and ".join(counted(count, word) for count, word in counts if count)

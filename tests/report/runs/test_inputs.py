@@ -93,7 +93,7 @@ def test_the_picture_of_a_run_from_rest_has_its_largest_v(shaken, tmp_path):
     first, second = decay_sketches([run, shaken])
     assert first is not None
     assert second is not None
-    assert first.caption.startswith("v(t) over its largest value, linear, over")
+    assert first.caption.startswith("v(t) over its largest value, over time.")
     for sketch, data in ((first, from_rest), (second, v.data)):
         ((_, points),) = sketch.curves
         inside = data > 0

@@ -20,7 +20,7 @@ from support.made_runs import (
 )
 
 from rbstab.experiment.summary import ReferenceValue, half_unit
-from rbstab.report.model.document import Section, Table
+from rbstab.report.model.document import Cell, Section, Table
 from rbstab.report.reading.sources import read_sources
 from rbstab.report.runs.answers import answer_sentence
 from rbstab.report.runs.certificate_tables import MAX_FULL_CERTIFICATES, certificate_section
@@ -210,7 +210,7 @@ def test_the_lines_of_a_certificate(tmp_path):
     path = made_file(tmp_path / "a.h5", verdicts={"decrease": "violated"}, verdict="violated")
     section = certificate_section(facts(path))
     matrix = table_of(section, "certificate-matrix")
-    assert column(matrix, "decrease")["a"] == ("false", None, "bad", "")
+    assert column(matrix, "decrease")["a"] == Cell("false", tone="bad")
     assert column(matrix, "audit")["a"].text == "seen"
     lines = table_of(section, "certificate-lines")
     assert [row[1].text for row in lines.rows][-1] == "certified region"

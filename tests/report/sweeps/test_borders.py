@@ -121,6 +121,8 @@ def test_a_row_says_what_a_member_is_and_how_it_is_run(made):
     (row,) = (row for row in table.rows if row[1].text == "settles last")
     cells = {head.label: cell for head, cell in zip(table.heads, row, strict=True)}
     assert cells["member"].value == 13
+    # Each row has its own command.
+    assert all(one[0].command.endswith(f" --member {one[0].text}") for one in table.rows)
     assert cells["outcome"].text == "completed, settled"
     assert cells["settling time"].value == 2.0
     assert cells["v(0)"].value == 13

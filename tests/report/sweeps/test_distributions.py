@@ -89,6 +89,24 @@ def test_every_number_is_in_one_bar(made):
     assert (bars.edges[0], bars.edges[-1]) == pytest.approx((1e-4, 1))
 
 
+def test_peaks_are_sizes_so_that_they_leave_no_hole_around_zero(made):
+    """A peak is the extreme with its sign: half of them to each side would be two groups."""
+
+    def signed(a):
+        side = np.where(a["run"] % 2 == 0, 1.0, -1.0)
+        return {"peak_contact_displacement": np.outer(side * (1.0 + a["run"]), [0.01, 0.02, 0.03])}
+
+    sections = sweep_sections(made(VARY, signed))
+    panels = {p.x.label: p for p in figures_in(sections)["sweep-1-histograms"].panels}
+    for k in (1, 2, 3):
+        (bars,) = panels[f"largest |E{k}|"].marks
+        assert isinstance(bars, Bars)
+        assert (bars.edges[0], bars.edges[-1]) == pytest.approx((0.01 * k, 1.01 * k))
+        assert (bars.heights > 0).all()
+    (row,) = (r for r in tables(sections)["sweep-1-quantiles"].rows if r[0].text == "largest |E1|")
+    assert row[2].value == pytest.approx(0.51)
+
+
 def test_a_histogram_by_hand():
     values = np.array([0.0, 0.1, 1.9, 2.0, np.nan, 9.9, 10.0, np.inf] * 8)
     bars = histogram(values, log=False)

@@ -83,6 +83,71 @@ def test_each_condition_has_its_curve(made):
     assert lines[1].y == pytest.approx(lines[1].x + 10)
 
 
+FIVE = {"body.mass": {"each": {"values": [1.0, 2.0, 3.0, 4.0, 5.0]}}}
+OTHERS = {key: value for key, value in VARY.items() if key != "body.mass"}
+SPUN = "initial_angular_velocity_0"
+
+
+def effect_of_spin(made, settling, values=FIVE):
+    """The figure of a sweep with conditions along the mass, whose time depends on spin and gain."""
+    sweep = made(values | OTHERS, lambda a: {"settling_time": settling(a)}, **DESIGN | SMALL)
+    return figures_in(sweep_sections(sweep))["sweep-1-effect-settling-time"]
+
+
+SMALL = {"members": 1024}
+
+
+def test_bands_that_cover_each_other_have_panels_of_their_own(made):
+    """Five conditions with nearly the same quantiles: s + u, with a tenth of the mass."""
+    figure = effect_of_spin(made, lambda a: a[SPUN] + a["controller_K_r"] + 0.1 * a["body_mass"])
+    assert figure.small
+    assert (figure.columns, figure.shared) == (5, "y")
+    names = [f"mass = {k}" for k in range(1, 6)]
+    # A row of panels for each of both parameters.
+    assert [panel.title for panel in figure.panels] == 2 * names
+    assert len({panel.x.label for panel in figure.panels[:5]}) == 1
+    for k, panel in enumerate(figure.panels[:5]):
+        (band,), (line,) = marks_of(panel)
+        assert band.colour == line.colour == k
+        assert line.y == pytest.approx(line.x + 0.5 + 0.1 * (k + 1), abs=0.1)
+        assert band.low == pytest.approx(line.x + 0.05 + 0.1 * (k + 1), abs=0.12)
+        assert band.high == pytest.approx(line.x + 0.95 + 0.1 * (k + 1), abs=0.12)
+
+
+def test_bands_that_are_apart_share_a_panel(made):
+    figure = effect_of_spin(made, lambda a: a[SPUN] + a["controller_K_r"] + 10 * a["body_mass"])
+    assert not figure.small
+    assert len(figure.panels) == 2
+    for panel in figure.panels:
+        bands, lines = marks_of(panel)
+        assert len(bands) == len(lines) == 5
+
+
+def test_many_conditions_show_the_parameter_that_explains_most(made):
+    eight = {"body.mass": {"each": {"values": [float(k) for k in range(1, 9)]}}}
+    figure = effect_of_spin(made, lambda a: 2 * a[SPUN] + a["controller_K_r"], eight)
+    assert {panel.x.label for panel in figure.panels} == {"initial angular_velocity[0]"}
+    assert (len(figure.panels), figure.columns) == (8, 4)
+    assert "Smaller effects: factor on K_r." in figure.caption
+
+
+def test_a_condition_without_a_value_has_no_panel(made):
+    def settling(a):
+        return a[SPUN] + a["controller_K_r"]
+
+    sweep = made(
+        FIVE | OTHERS,
+        lambda a: {
+            "settling_time": settling(a),
+            "smallest_regularity": np.where(a["body_mass"] == 2, np.nan, settling(a)),
+        },
+        **DESIGN | SMALL,
+    )
+    figure = figures_in(sweep_sections(sweep))["sweep-1-effect-regularity"]
+    assert [panel.title for panel in figure.panels[:4]] == [f"mass = {k}" for k in (1, 3, 4, 5)]
+    assert [marks_of(panel)[1][0].colour for panel in figure.panels[:4]] == [0, 2, 3, 4]
+
+
 def test_chance_and_small_differences_are_no_effect(made):
     noise = np.random.default_rng(2).uniform(1, 2, 4096)
 

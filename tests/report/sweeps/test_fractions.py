@@ -6,8 +6,9 @@ from scipy.stats import binomtest
 from support.made_sweeps import GRID, code
 from support.sections import figures_in, sweep_sections, tables, texts
 
-from rbstab.report.model.figure import Intervals
+from rbstab.report.model.figure import Shares
 from rbstab.report.sweeps.fractions import EVEN_DESIGN_NOTE, GRID_NOTE, POOLED_NOTE, fraction
+from rbstab.report.sweeps.members import outcome_colour
 
 Z = 1.959963984540054
 """The 97.5 % quantile of the normal distribution."""
@@ -26,7 +27,7 @@ def test_the_interval_is_that_of_wilson(count, of):
     assert (found.low, found.high) == pytest.approx((middle - half, middle + half), abs=1e-12)
 
 
-def test_a_table_and_a_figure_of_what_was_drawn(made):
+def test_a_table_of_what_was_drawn(made):
     def columns(a):
         status = np.zeros(100)
         status[:7], status[7:10] = code("range left"), code("diverged")
@@ -49,13 +50,53 @@ def test_a_table_and_a_figure_of_what_was_drawn(made):
     left = next(row for row in table.rows if row[0].text == "range left")
     interval = binomtest(7, 100).proportion_ci(method="wilson")
     assert [cell.value for cell in left[1:]] == [7, 0.07, interval.low, interval.high]
+
+
+def bars_of(sections):
+    """Return the names of the bars from the top, and the counts of each by outcome."""
     (panel,) = figures_in(sections)["sweep-1-outcomes"].panels
-    assert panel.x.categories == tuple(counts)
     (mark,) = panel.marks
-    assert isinstance(mark, Intervals)
-    assert mark.y == pytest.approx([int(count) / 100 for count in counts.values()])
-    assert (mark.low < mark.y).all()
-    assert (mark.y < mark.high).all()
+    assert isinstance(mark, Shares)
+    rows = [dict(zip(mark.labels, row, strict=True)) for row in mark.counts.tolist()]
+    return dict(zip(panel.y.categories[::-1], rows[::-1], strict=True)), mark
+
+
+def test_all_members_are_one_bar(made):
+    def columns(a):
+        status = np.zeros(100)
+        status[:7], status[7:10], status[10] = map(code, ("range left", "diverged", "step limit"))
+        settling = np.full(100, 0.5)
+        settling[:31] = np.nan
+        return {"status": status, "settling_time": settling}
+
+    sections = sweep_sections(made(DRAWN, columns, design="random", members=100, seed=1))
+    bars, mark = bars_of(sections)
+    # Failures have one colour, and are one part.
+    parts = {"settled: 69": 69, "not settled: 20": 20, "range left: 7": 7}
+    assert bars == {"100 members": parts | {"diverged, step limit: 4": 4}}
+    assert mark.values[0] == pytest.approx([0.69, 0.2, 0.07, 0.04])
+    # The colours of the maps.
+    words = ("settled", "not settled", "range left", "diverged")
+    assert mark.colours == tuple(map(outcome_colour, words))
+
+
+def test_each_condition_has_a_bar_and_the_first_is_the_highest(made):
+    each = {"controller.variant": {"each": {"values": ["free", "visco-elastic"]}}}
+
+    def columns(a):
+        late = (a["controller_variant"] == 1) & (a["run"] % 16 < 5)
+        return {"settling_time": np.where(late, np.nan, 0.5)}
+
+    sections = sweep_sections(made(DRAWN | each, columns, design="random", members=16, seed=1))
+    bars, _ = bars_of(sections)
+    assert list(bars) == ["free", "visco-elastic"]
+    assert bars["free"] == {"settled": 16, "not settled": 0}
+    assert bars["visco-elastic"] == {"settled": 11, "not settled": 5}
+
+
+def test_members_that_all_ended_alike_need_no_bar(made):
+    sections = sweep_sections(made(DRAWN, design="random", members=16, seed=1))
+    assert "sweep-1-outcomes" not in figures_in(sections)
 
 
 @pytest.mark.parametrize(
@@ -77,4 +118,3 @@ def test_what_is_no_random_draw_is_told_apart(made, vary, design, note, columns)
     table = tables(sections)["sweep-1-fractions"]
     assert note in table.note
     assert len(table.heads) == columns
-    assert ("sweep-1-outcomes" in figures_in(sections)) == (columns == 5)

@@ -7,7 +7,7 @@ from support.made_sweeps import SPIN, code
 
 from rbstab.report.sweeps.conditions.paired_conditions import paired_conditions_of
 from rbstab.report.sweeps.conditions.paired_difference import paired_difference
-from rbstab.report.sweeps.conditions.ranking import _cell
+from rbstab.report.sweeps.conditions.ranking import is_alike
 
 EACH = {
     "controller.variant": {"each": {"values": ["visco-elastic", "free", "permanent"]}},
@@ -154,7 +154,7 @@ def test_a_sure_difference_of_less_than_a_hundredth_does_not_matter(difference, 
     found = paired_difference(second + difference, second)
     assert found.is_sure
     assert found.matters is matters
-    assert _cell(found).tone == ("bad" if matters else "")
+    assert is_alike(found, sampled=True) is not matters
     # The rule has no unit: millimetres do not matter more than metres.
     assert paired_difference(1e3 * (second + difference), 1e3 * second).matters is matters
 
@@ -196,10 +196,17 @@ def test_equal_pairs_have_no_part_in_the_median():
     assert found.median == pytest.approx(-0.1)
     assert found.matters
     # As the sentence, a mark speaks of most pairs.
-    assert (_cell(found).text, _cell(found).tone) == ("-0.1 (-0.1 to -0.1); 60 equal", "")
+    assert is_alike(found, sampled=True)
     most = paired_difference(first[50:], second[50:])
-    assert (_cell(most).text, _cell(most).tone) == ("-0.1 (-0.1 to -0.1); 10 equal", "good")
-    assert _cell(paired_difference(second, second)).text == "equal"
+    assert (most.pairs, most.equal) == (40, 10)
+    assert not is_alike(most, sampled=True)
+    assert is_alike(paired_difference(second, second), sampled=True)
+
+
+def test_a_twentieth_of_the_pairs_is_beyond_each_end():
+    """Of the differences 1 to 101: 5 are below 6, 5 above 96."""
+    found = paired_difference(np.arange(1.0, 102.0), np.zeros(101))
+    assert found.ends == (6.0, 96.0)
 
 
 def peaks(members, of_each):

@@ -36,7 +36,9 @@ def test_the_share_rises_by_one_member_at_a_time(members):
     expected = np.floor(10 * times) / 20
     assert points[middle, 1] == pytest.approx(expected[middle])
     assert points[-1] == pytest.approx([1.0, 15 / 20])
-    assert sketch.caption == "Share of members at rest, from 0 to 1, over 1.5 s."
+    assert sketch.words == (
+        "Share of the members that are at rest, over time. From 0 to 1, over 0 s to 1.5 s."
+    )
 
 
 def test_each_condition_has_a_curve(members):

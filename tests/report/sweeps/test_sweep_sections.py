@@ -8,7 +8,9 @@ from support.configs import VISCO_ELASTIC, plain
 from support.made_sweeps import GRID, SPIN, code
 from support.sections import check_sections, figures_in, sweep_sections, tables, texts
 
+from rbstab.report.model.document import Cards
 from rbstab.report.reading.sources import SweepFile
+from rbstab.report.sweeps.sections import sweep_part
 from rbstab.report.writers.matplotlib_figures.renderer import draw_figure
 from rbstab.store.errors import NotAResultError
 from rbstab.sweep.members.outcome import COLUMNS
@@ -90,10 +92,20 @@ def test_a_real_sweep_says_what_it_is(tmp_path):
     plan = load_plan({"title": "Real", "base": data, "vary": vary})
     folder = tmp_path / "results" / "real"
     sweep_to_folder(plan, folder, SweepOptions(threads=1))
-    sections = sweep_sections(SweepFile(2, "sweep-3", "real", folder / "sweep.h5"))
+    sweep = SweepFile(2, "sweep-3", "real", folder / "sweep.h5")
+    sections = sweep_sections(sweep)
     check_sections(sections)
     facts = dict(texts(tables(sections)["sweep-3-facts"]))
-    assert sections[0].title == "real: Real"
+    # The title of the report is that of the plan, and the card has the name.
+    part = sweep_part(sweep, alone=True)
+    assert part.title == "Real"
+    assert [section.title for section in part.sections][:2] == ["Summary", "Maps"]
+    (card,) = (block for block in sections[0].blocks if isinstance(block, Cards))
+    assert card.cards[0].title == "Sweep real"
+    # Among others, each heading has its name.
+    among = sweep_part(sweep, alone=False)
+    assert [section.title for section in among.sections][:2] == ["real: Real", "real: maps"]
+    assert among.answer.card.title == "real"
     assert facts["members"] == "3 x 2 = 6"
     assert facts["engine"] == "scipy"
     assert facts["command to repeat"] == f"rbstab sweep {folder / 'plan.yaml'} -o again"
@@ -141,13 +153,13 @@ def test_a_million_members_fit_into_memory(made):
             assert sum(len(getattr(mark, "x", ())) for mark in panel.marks) <= 5000
 
 
-EFFECTS = "effects of the parameters"
+EFFECTS = "Effects of the parameters"
 
 
 @pytest.mark.parametrize(
     ("plan", "title"),
     [
-        (PLANS["grid"], "maps"),
+        (PLANS["grid"], "Maps"),
         (PLANS["curve"], EFFECTS),
         # As configs/sweeps/variants.yaml with few members: a table, and no map.
         ((EACH, PLANS["each"][1] | {"members": 60}), EFFECTS),
@@ -158,4 +170,4 @@ def test_only_a_section_with_a_map_is_called_maps(made, plan, title):
     vary, options = plan
     found = sweep_sections(made(vary, lambda a: {"settling_time": a["run"] + 1.0}, **options))
     (section,) = (one for one in found if one.name == "sweep-1-maps")
-    assert section.title.endswith(f": {title}")
+    assert section.title == title

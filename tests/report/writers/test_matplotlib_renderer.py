@@ -38,6 +38,7 @@ from rbstab.report.model.figure import (
     Mark,
     Panel,
     Points,
+    Shares,
     Stack,
 )
 from rbstab.report.model.palette import COLOURS, colour
@@ -64,6 +65,7 @@ SIGNATURES = {
     Band: Band(X, Y + 1.0, Y + 2.0, "band"),
     Cells: Cells(X, X, np.outer(X, X), Axis("product", "J")),
     Level: Level(0.7, "level"),
+    Shares: Shares(np.array([[1, 2, 3], [4, 0, 900]]), ("a", "b", "c"), (0, 1, 2)),
 }
 
 
@@ -86,9 +88,20 @@ def test_each_mark_is_seen(kind, log):
 @pytest.mark.parametrize("kind", SIGNATURES.values(), ids=lambda mark: type(mark).__name__)
 def test_labels_stand_in_the_legend(kind):
     drawing = draw_figure(figure_of(kind))
-    labels = {"Stack": ["a", "b", "c"], "Cells": []}
+    labels = {"Stack": ["a", "b", "c"], "Shares": ["a", "b", "c"], "Cells": []}
     expected = labels.get(type(kind).__name__) or [getattr(kind, "label", "")]
     assert legend_of(drawing) == [label for label in expected if label]
+
+
+def test_a_part_of_a_bar_has_its_count_where_there_is_room():
+    axes = axes_of(figure_of(SIGNATURES[Shares], y=Axis("", categories=("low", "high"))))
+    widths = [patch.get_width() for patch in axes.patches]
+    assert widths == pytest.approx([1 / 6, 4 / 904, 2 / 6, 0, 3 / 6, 900 / 904])
+    places = {text.get_text(): text.get_position() for text in axes.texts}
+    # 4 of 904 is too narrow for its digit; the others are in the middle of their parts.
+    assert set(places) == {"1", "2", "3", "900"}
+    assert places["2"] == pytest.approx((1 / 6 + 1 / 6, 0))
+    assert places["900"] == pytest.approx((4 / 904 + 450 / 904, 1))
 
 
 def test_curves_of_runs_are_drawn_as_they_are_stored():

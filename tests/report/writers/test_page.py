@@ -130,6 +130,27 @@ def test_names_break_only_at_their_joints() -> None:
     assert text.count(whole) == 6
 
 
+def test_a_sketch_has_words_at_the_ends_of_its_axes() -> None:
+    sketch = Sketch("v", (), x_ends=("0 s", "2 s"), y_ends=("<low", "high"))
+    cards = Cards("c", (Card("1", (), sketch=sketch),))
+    text = page(Report("t", "c", "c", (Section("s", "S", (cards,)),)))
+    for place, word in (("up", "high"), ("low", "&lt;low"), ("left", "0 s"), ("right", "2 s")):
+        assert f'<span class="{place}" aria-hidden="true">{word}</span>' in text
+
+
+def test_a_cell_offers_its_command() -> None:
+    """Hidden until the scripts run, which copy it."""
+    cells = (Cell("7", 7.0, command='rbstab run "a" --member 7'), Cell("plain"))
+    table = Table("t", "T", (Head("a"), Head("b")), (cells,))
+    text = page(Report("t", "c", "c", (Section("s", "S", (table,)),)))
+    command = "rbstab run &#34;a&#34; --member 7"
+    button = (
+        f'class="copy" data-command="{command}" aria-label="Copy the command: {command}" hidden'
+    )
+    assert text.count(button) == 1
+    assert text.count('<button type="button" class="copy"') == 1
+
+
 def test_a_caption_of_several_sketches_stands_once_in_rows() -> None:
     sketches = (Sketch("from 0 to 1", ()), None, Sketch("from 0 to 1", ()), Sketch("other", ()))
     cards = tuple(Card(str(k), (), sketch=sketch) for k, sketch in enumerate(sketches))

@@ -379,11 +379,12 @@ def test_a_tone_has_a_mark_too():
 
 def test_the_sketch_of_a_card_is_drawn_beside_its_caption():
     curve = np.column_stack([X, X**2])
-    sketch = Sketch("Drawn for a test.", (("red", curve), ("blue", curve)))
+    curves = (("red", curve), ("blue", curve))
+    sketch = Sketch("Drawn for a test.", curves, x_ends=("0 s", "2 s"), y_ends=("-3", "7 J"))
     made = [read(report(Cards("c", (Card("case 1", (), sketch=s),)))) for s in (None, sketch)]
     without, reader = made
     text = text_of(reader)
-    for expected in ("Drawn for a test.", "red", "blue"):
+    for expected in ("Drawn for a test.", "red", "blue", "0 s", "2 s", "-3", "7 J"):
         assert expected in text
         assert expected not in text_of(without)
     content = reader.pages[0].get_contents()

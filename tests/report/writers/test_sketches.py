@@ -52,6 +52,12 @@ def test_the_caption_is_text():
     assert root.get("aria-label") == caption
 
 
+def test_those_who_do_not_see_it_are_told_the_ends_of_its_axes():
+    curve = (("", np.zeros((2, 2))),)
+    root, _ = drawn(Sketch("v over time.", curve, x_ends=("0 s", "2 s"), y_ends=("0", "7 J")))
+    assert root.get("aria-label") == "v over time. From 0 to 7 J, over 0 s to 2 s."
+
+
 def test_many_sketches_are_drawn_as_each_alone():
     x = np.linspace(0, 1, 50)
     sketches = [

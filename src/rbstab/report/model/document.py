@@ -36,13 +36,14 @@ class Cell(NamedTuple):
 
     text is shown. value is the number for sorting and for JSON; if it is None, they use the text.
     tone is "good", "bad", "warning" or ""; a reader who does not see it still has the text. target
-    is the anchor of the section to which the cell links.
+    is the anchor of the section to which the cell links. command is one that a page offers to copy.
     """
 
     text: str
     value: float | None = None
     tone: str = ""
     target: str = ""
+    command: str = ""
 
 
 @dataclass(frozen=True)
@@ -152,18 +153,28 @@ class Statement(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Sketch:
-    """A small picture on a card: curves in a frame without axes.
+    """A small picture on a card: curves in a frame, with words at the ends of its axes.
 
     Args:
-        caption: What is drawn, from which value to which, with units.
+        caption: What is drawn.
         curves: Each a label ("" for a single curve) and its points in the unit square, of shape
             (n, 2); a point that is not finite is a gap.
         marks: Points that stand out, in the unit square, shape (k, 2).
+        x_ends: What is at the left and at the right end of the frame, with units; "" for nothing.
+        y_ends: What is at its lower and at its upper end.
     """
 
     caption: str
     curves: tuple[tuple[str, Array], ...]
     marks: Array | None = None
+    x_ends: tuple[str, str] = ("", "")
+    y_ends: tuple[str, str] = ("", "")
+
+    @property
+    def words(self) -> str:
+        """What it shows, for those who do not see it."""
+        up, across = (" to ".join(filter(None, ends)) for ends in (self.y_ends, self.x_ends))
+        return f"{self.caption} From {up}, over {across}." if up and across else self.caption
 
 
 class Card(NamedTuple):

@@ -7,6 +7,8 @@ points that would not be visible (`decimate`).
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.split_time import SplitTime
 
@@ -239,7 +241,31 @@ class Level:
     vertical: bool = False
 
 
-Mark = Line | Points | Stack | Bars | Intervals | Band | Cells | Level
+@dataclass(frozen=True, eq=False)
+class Shares:
+    """Parts of a whole: a bar that lies at each category of the vertical axis, divided into parts.
+
+    The horizontal axis is the share of each part; its count is written into it.
+
+    Args:
+        counts: Whole numbers, shape (bars, parts).
+        labels: Names of the parts in the legend.
+        colours: Numbers of their colours in the palette.
+    """
+
+    counts: Array
+    labels: tuple[str, ...]
+    colours: tuple[int, ...]
+
+    @property
+    def values(self) -> Array:
+        """The share of each part, shape (bars, parts); 0 in a bar without any count."""
+        total = self.counts.sum(axis=1, keepdims=True)
+        shares: Array = self.counts / np.maximum(total, 1)
+        return shares
+
+
+Mark = Line | Points | Stack | Bars | Intervals | Band | Cells | Level | Shares
 
 
 @dataclass(frozen=True)
@@ -279,6 +305,8 @@ class Figure:
         shared: The axes that all panels have in common: "xy", "y" or "". These have the same ends
             and one title. Maps in such panels that have the same scale share one colour bar.
         command: The command that runs a member of the sweep; its number follows. "" for none.
+        small: Whether its panels are small and many, such as one for each condition: a phone has
+            two of them side by side.
     """
 
     name: str
@@ -290,6 +318,7 @@ class Figure:
     shares_time: bool = False
     shared: str = ""
     command: str = ""
+    small: bool = False
 
     @property
     def shares_scale(self) -> bool:

@@ -69,6 +69,15 @@ def area_colour(number: int) -> str:
     return f"#{red:02X}{green:02X}{blue:02X}"
 
 
+def contrast(number: int) -> str:
+    """Return black or white, whichever is easier to read on the colour with the given number."""
+    # The luminance of WCAG 2; at 0.18 black and white have the same contrast.
+    parts = [part / 255 for part in rgb(number)]
+    linear = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
+    luminance = sum(weight * p for weight, p in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
+    return "#000000" if luminance > 0.18 else "#FFFFFF"
+
+
 def gap_opacity(number: int) -> float:
     """Return the opacity of the cells without a value for the reason with the given number."""
     return GAPS[min(number, len(GAPS) - 1)]

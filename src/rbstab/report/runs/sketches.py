@@ -34,9 +34,9 @@ def decay_sketches(runs: Sequence[Run]) -> list[Sketch | None]:
     high = max(float(np.nanmax(ratios)), 1.0)
     low = 0.0 if linear else float(np.nanmin(np.maximum(ratios, LOWEST)))
     settled = " Dot: at rest from there on." if any(decay.settled for decay in drawn) else ""
-    decaying = f"v(t)/v(0) from {number(low)} to {number(high)}, logarithmic"
-    shown = "v(t) over its largest value, linear" if linear else decaying
-    caption = f"{shown}, over {number(end)} s.{settled}"
+    shown = "v(t) over its largest value" if linear else "v(t)/v(0), logarithmic"
+    caption = f"{shown}, over time.{settled}"
+    x_ends, y_ends = ("0 s", f"{number(end)} s"), (number(low), number(high))
 
     def heights(ratio: Array) -> Array:
         if linear:
@@ -53,7 +53,8 @@ def decay_sketches(runs: Sequence[Run]) -> list[Sketch | None]:
         dot = np.array([decay.settled]) if decay.settled else np.zeros(0)
         dots = np.interp(dot, decay.time, y)
         curve = np.column_stack([decay.time / end, y])
-        return Sketch(caption, (("", curve),), np.column_stack([dot / end, dots]))
+        marks = np.column_stack([dot / end, dots])
+        return Sketch(caption, (("", curve),), marks, x_ends, y_ends)
 
     return [sketch(decay) for decay in decays]
 

@@ -27,8 +27,6 @@ MAX_CURVES = 7
 CURVE_ORDERS = np.linspace(0.0, 1.0, 201)
 """Orders of the quantiles that a curve has as its points."""
 
-AXES = ("first axis", "second axis", "third axis")
-
 
 def distribution_blocks(name: str, members: Members) -> list[Block]:
     """Return a table of quantiles of each quantity, and histograms of the quantities that vary.
@@ -112,9 +110,9 @@ def distributed(members: Members) -> list[MemberQuantity]:
         settling_time(members),
         *(
             MemberQuantity(
-                f"peak-{k + 1}", Axis(f"peak of E, {label}", "m"), _masked(completed, peaks[:, k])
+                f"peak-{k + 1}", Axis(f"largest |E{k + 1}|", "m"), _masked(completed, peak)
             )
-            for k, label in enumerate(AXES)
+            for k, peak in enumerate(np.abs(peaks).T)
         ),
         regularity(members),
         MemberQuantity("pitch", Axis("largest |θ2|", "rad"), _masked(completed, angles[:, 1])),

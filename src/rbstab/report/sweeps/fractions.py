@@ -6,8 +6,9 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
-from rbstab.report.model.figure import SHARE_ENDS, Axis, Figure, Intervals, Panel
-from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members
+from rbstab.report.model.figure import Axis, Figure, Intervals, Panel, Shares
+from rbstab.report.sweeps.conditions.paired_conditions import paired_conditions_of
+from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members, outcome_colour
 from rbstab.report.sweeps.table_entries import number, whole
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.proofs.columns import NO_PROOF, PROVED
@@ -27,11 +28,12 @@ POOLED_NOTE = (
     "comparison for each condition with its confidence interval."
 )
 WILSON_NOTE = (
-    "The intervals are Wilson intervals with {confidence:.0%} confidence (computed by SciPy)."
+    "The limits are those of the share among all possible members, of which these are a sample, "
+    "with {confidence:.0%} confidence (Wilson interval)."
 )
 EVEN_DESIGN_NOTE = (
     " They assume independent points. The points of this design are spread more evenly "
-    "than that, so the fractions are usually more accurate than the intervals suggest."
+    "than that, so the shares are usually more accurate than the limits suggest."
 )
 
 
@@ -110,19 +112,18 @@ def interval_note(members: Members, has_intervals: bool) -> str:
 
 
 def fraction_blocks(name: str, members: Members) -> list[Block]:
-    """Return a table of the fractions, and a figure if they have intervals."""
+    """Return a figure of how the members ended, and a table of the fractions."""
     fractions, sampled = fractions_of(members), is_sampled(members)
     heads = [Head("outcome"), Head("members", numbers=True), Head("fraction", numbers=True)]
     if sampled:
         heads += limit_heads()
     rows = tuple(_row(part, sampled=sampled) for part in fractions)
     note = interval_note(members, sampled)
-    blocks: list[Block] = [
-        Table(f"{name}-fractions", "Outcomes of the members", tuple(heads), rows, note)
+    title = "Outcomes of the members"
+    return [
+        *_bars(name, members),
+        Table(f"{name}-fractions", title, tuple(heads), rows, note),
     ]
-    if sampled:
-        blocks.append(_figure(name, fractions, note))
-    return blocks
 
 
 def limit_heads() -> list[Head]:
@@ -141,7 +142,32 @@ def _row(part: Fraction, *, sampled: bool) -> tuple[Cell, ...]:
     return (*row, number(part.low), number(part.high)) if sampled else row
 
 
-def _figure(name: str, fractions: list[Fraction], note: str) -> Figure:
-    x = Axis("outcome", categories=tuple(part.label for part in fractions))
-    panel = Panel(x, Axis("fraction of the members", ends=SHARE_ENDS), (intervals(fractions),))
-    return Figure(f"{name}-outcomes", "Outcomes of the members", (panel,), caption=note)
+def _bars(name: str, members: Members) -> list[Block]:
+    """Return how the members ended as bars, one for each condition; [] if all ended alike."""
+    counts = members.outcome_counts
+    if np.count_nonzero(counts) < 2:
+        return []
+    groups = paired_conditions_of(members)
+    labels = [f"{len(members)} members"] if groups is None else list(groups.labels)
+    codes = np.zeros(len(members), dtype=int) if groups is None else groups.codes
+    table = np.zeros((len(labels), len(OUTCOMES)), dtype=int)
+    np.add.at(table, (codes, members.outcomes), 1)
+    # Those of one colour are one part.
+    parts: dict[int, list[int]] = {}
+    for code in np.flatnonzero(counts).tolist():
+        parts.setdefault(outcome_colour(OUTCOMES[code]), []).append(code)
+    words = [", ".join(OUTCOMES[code] for code in own) for own in parts.values()]
+    if groups is None:
+        words = [
+            f"{word}: {counts[own].sum()}" for word, own in zip(words, parts.values(), strict=True)
+        ]
+    of_parts = np.column_stack([table[:, own].sum(axis=1) for own in parts.values()])
+    # The first one is the highest.
+    y = Axis("", categories=tuple(labels[::-1]))
+    panel = Panel(
+        Axis("share of the members", ends=(0.0, 1.0)),
+        y,
+        (Shares(of_parts[::-1], tuple(words), tuple(parts)),),
+    )
+    caption = "The numbers in the bars count members."
+    return [Figure(f"{name}-outcomes", "How the members ended", (panel,), caption=caption)]

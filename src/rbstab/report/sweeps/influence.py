@@ -19,11 +19,12 @@ ROUND_OFF = 1e-12
 """A ratio below this is round-off of sums of squares that are at most 1."""
 
 NOTE = (
-    "The correlation ratio η² is the share of a quantity's variance that one parameter alone "
-    "explains: 0 means none, 1 all. To compute it, the members are divided into groups by the "
-    "values of the parameter. For independently sampled parameters η² estimates Sobol's "
-    "first-order index. By chance alone η² is about {chance:.2g} here: the number of groups over "
-    "the number of members."
+    "How much of the variance of a quantity is explained by one parameter alone: 0 is none, 1 is "
+    "all (correlation ratio η², which estimates Sobol's first-order index if the parameters are "
+    "sampled independently). The members are divided into groups by the values of the parameter, "
+    "and the variance of the groups' means is divided by that of all members. A parameter without "
+    "any influence has about {chance:.2g} here, by chance: the number of groups over the number "
+    "of members."
 )
 
 
@@ -63,7 +64,7 @@ class Influence:
         )
         size = len(self.parameters[0].values)
         chance = max(int(g.max()) for g in self.groups) / size
-        title = "Influence of the parameters"
+        title = "Influence of the parameters: explained share of the variance"
         return Table(name, title, heads, rows, NOTE.format(chance=chance))
 
 

@@ -11,6 +11,7 @@ from rbstab.config.entries import is_of_initial_state
 from rbstab.config.errors import ConfigError
 from rbstab.config.source import parse_source
 from rbstab.mechanics.numbers import Array
+from rbstab.report.model.palette import BAD, OPEN
 from rbstab.report.sweeps.parameters import Parameter, parameters_of
 from rbstab.store.errors import NotAResultError
 from rbstab.store.table import RUN, Table
@@ -53,6 +54,18 @@ SETTLED, UNSETTLED = "settled", "not settled"
 
 OUTCOMES = (SETTLED, UNSETTLED, *map(str, STATUSES[1:]))
 """Outcomes of a member: its status, with `completed` split by whether the member settled."""
+
+OUTCOME_COLOURS = {SETTLED: 0, UNSETTLED: OPEN, "range left": BAD}
+"""Colours of outcomes: blue for what is seen to be well, which is not the green of what is proved,
+grey for what is open, and red for what is not well."""
+
+FAILED_COLOUR = 4
+"""The colour of all other outcomes: runs that failed."""
+
+
+def outcome_colour(word: str) -> int:
+    """Return the number of the colour of an outcome."""
+    return OUTCOME_COLOURS.get(word, FAILED_COLOUR)
 
 
 @dataclass(frozen=True, eq=False)

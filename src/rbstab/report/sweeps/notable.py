@@ -26,7 +26,7 @@ MAX_COLUMNS = 4
 
 
 def notable_blocks(name: str, members: Members, path: Path) -> list[Block]:
-    """Return the table of notable members, and the command that reruns the first of them."""
+    """Return the table of notable members, each with the command that runs it."""
     reasons = notable(members) if members.plan is not None else []
     if not reasons:
         return []
@@ -41,25 +41,33 @@ def notable_blocks(name: str, members: Members, path: Path) -> list[Block]:
         *_parameter_heads(members),
         Head("run id"),
     )
-    rows = tuple(_row(members, conditions, reason, k) for reason, k in reasons)
+    command = member_command(path)
+    rows = tuple(
+        (_member(command, k), *_row(members, conditions, reason, k)) for reason, k in reasons
+    )
     table = Table(f"{name}-notable", "Notable members", heads, rows)
     sentence = (
         "Any member can be rerun as a single run, which stores its full trajectory. "
-        f"For the first member of the table: {member_command(path)} {reasons[0][1]}"
+        f"For the first member of the table: {command} {reasons[0][1]}"
     )
     return [sentence, table]
+
+
+def _member(command: str, k: int) -> Cell:
+    """Return the number of a member, with the command that runs it."""
+    return whole(k)._replace(command=f"{command} {k}")
 
 
 def _row(
     members: Members, conditions: PairedConditions | None, reason: str, k: int
 ) -> tuple[Cell, ...]:
+    """Return what is said of a member, without its number."""
     peak = float(np.abs(members.column("peak_contact_displacement")[k]).max())
     columns = {name: members.column(name) for name in NUMBER_COLUMNS}
     columns["lyapunov_start"] = start_values(members)
     # That v has not settled by the end is no alarm.
     tone = {SETTLED: "good", UNSETTLED: ""}.get(OUTCOMES[members.outcomes[k]], "bad")
     return (
-        whole(k),
         *([] if conditions is None else [Cell(conditions.labels[conditions.codes[k]])]),
         Cell(reason),
         Cell(_outcome(members, k), tone=tone),

@@ -25,8 +25,12 @@ UNREADABLE = (
 
 
 class SweepPart(NamedTuple):
-    """What a report says about a sweep: the answer, and its sections."""
+    """What a report says about a sweep: its title, the answer, and its sections.
 
+    The title is that of the plan; "" if it has none.
+    """
+
+    title: str
     answer: SweepAnswer
     sections: tuple[Section, ...]
 
@@ -36,7 +40,8 @@ def sweep_part(sweep: SweepFile, *, alone: bool) -> SweepPart:
 
     Args:
         sweep: The sweep; its file is read now.
-        alone: Whether its card stands in its first section. Otherwise it is to stand with others.
+        alone: Whether the report is about this sweep only. Its card then stands in its first
+            section, and no heading repeats its name. Otherwise the card is to stand with others.
 
     Raises:
         StoreError: The file cannot be read, or is damaged.
@@ -45,11 +50,13 @@ def sweep_part(sweep: SweepFile, *, alone: bool) -> SweepPart:
     name = sweep.name
     command = proof_command(sweep.path)
     answer = answer_of(name, sweep.label, members, command)
-    card = [cards_of(f"{name}-answer", [answer.card])] if alone else []
+    named = answer.card._replace(title=f"Sweep {sweep.label}")
+    card = [cards_of(f"{name}-answer", [named])] if alone else []
     answers: list[Block] = [*answer.sentences, *card, *_outcomes(sweep, members, command)]
     over_parameters = map_blocks(name, members, member_command(sweep.path))
+    title = untrusted(members.table.attributes.get("title", ""))
     parts: list[tuple[str, str, list[Block]]] = [
-        ("", untrusted(members.table.attributes.get("title", "")), answers),
+        ("", "summary" if alone else title, answers),
         ("comparison", "comparison", comparison_blocks(name, members)),
         ("maps", _title_over_parameters(over_parameters), over_parameters),
         ("distributions", "distributions", distribution_blocks(name, members)),
@@ -59,14 +66,14 @@ def sweep_part(sweep: SweepFile, *, alone: bool) -> SweepPart:
     sections = tuple(
         Section(
             f"{name}-{part}".removesuffix("-"),
-            f"{sweep.label}: {title}",
+            heading.capitalize() if alone else f"{sweep.label}: {heading}",
             tuple(blocks),
             folded=part == "plan",
         )
-        for part, title, blocks in parts
+        for part, heading, blocks in parts
         if blocks
     )
-    return SweepPart(answer, sections)
+    return SweepPart(title, answer, sections)
 
 
 def _title_over_parameters(blocks: list[Block]) -> str:

@@ -34,5 +34,5 @@ def rest_sketch(members: Members, conditions: PairedConditions | None) -> Sketch
         # NaN, never at rest, is sorted last and counts as later than every time.
         by_then = np.searchsorted(np.sort(values), end * x, side="right")
         curves.append((label, np.column_stack([x, by_then / max(len(values), 1)])))
-    caption = f"Share of members at rest, from 0 to 1, over {number(end)} s."
-    return Sketch(caption, tuple(curves))
+    caption = "Share of the members that are at rest, over time."
+    return Sketch(caption, tuple(curves), None, ("0 s", f"{number(end)} s"), ("0", "1"))

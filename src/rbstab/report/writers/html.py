@@ -23,7 +23,7 @@ from rbstab.report.writers.plotly_figures.text import packed_array
 from rbstab.report.writers.sketches import svg_of_each
 
 SCRIPTS = (
-    *("theme", "tables", "columns", "time", "arrays", "figures", "cells", "csv"),
+    *("theme", "tables", "columns", "time", "arrays", "figures", "cells", "copies", "csv"),
     *("scene", "motions", "start"),
 )
 """Names of the scripts of the page, in the order in which they run."""
@@ -31,6 +31,11 @@ SCRIPTS = (
 
 JOINTS = re.compile(r"(?<=_)|(?<=[A-Za-z]\.)(?=[A-Za-z])")
 """Where a name may be broken: after an underscore, or a dot between words."""
+
+COPY = Markup(
+    ' <button type="button" class="copy" data-command="{}" aria-label="{}" hidden>Copy</button>'
+)
+"""The button that copies a command; the page shows it if its scripts run."""
 
 MAX_SHORT, MAX_ONE_LINE = 28, 80
 """Characters of an entry that is not broken into lines, and of one that has a column of its own."""
@@ -122,6 +127,9 @@ def _entry(cell: Cell, head: Head, first: bool) -> str:
     if cell.tone:
         mark = f'<span class="mark" aria-hidden="true">{MARKS.get(cell.tone, "")}</span>'
     text = _breakable(cell.text)
+    if cell.command:
+        label = f"Copy the command: {cell.command}"
+        text += COPY.format(cell.command, label)
     if cell.target:
         text = Markup('<a href="#{}">{}</a>').format(cell.target, text)
     return f"<{tag}{of_row}{of_class}{value}>{mark}{text}</{tag}>"

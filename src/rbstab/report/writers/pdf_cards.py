@@ -50,6 +50,12 @@ class Look(NamedTuple):
 
 PLAIN = Look()
 
+ENDS = Look(SMALL - 3, colour=GREY)
+"""How the words at the ends of the axes of a sketch look."""
+
+BESIDE, BELOW = 7.0, 2.6
+"""Room for these words beside a sketch and below it, mm."""
+
 
 def write_cards(pdf: ReportPdf, cards: Cards) -> None:
     """Write cards below each other, each on one page, and their note; many cards as rows."""
@@ -77,7 +83,9 @@ class CardPen:
     def __init__(self, pdf: ReportPdf, *, dry_run: bool = False) -> None:
         self.pdf, self.dry_run = pdf, dry_run
 
-    def write(self, text: str, place: Place, look: Look = PLAIN, link: str = "") -> float:
+    def write(
+        self, text: str, place: Place, look: Look = PLAIN, link: str = "", align: str = "L"
+    ) -> float:
         """Write a text at a place; return where it ends, mm from the top of the page."""
         pdf, margin = self.pdf, self.pdf.c_margin
         pdf.set_font(FAMILY, look.style, look.size)
@@ -90,7 +98,7 @@ class CardPen:
             place.width,
             LEADING * look.size,
             pdf.plain(text),
-            align="L",
+            align=align,
             link=link,
             dry_run=self.dry_run,
             output=MethodReturnValue.HEIGHT,
@@ -174,7 +182,7 @@ def _alarm(pen: CardPen, card: Card, place: Place) -> float:
 def _row_sketch(pen: CardPen, sketch: Sketch, place: Place) -> float:
     """Draw a sketch with its caption and the names of its curves below it; return its end."""
     _draw(pen, sketch, place)
-    y = place.y + place.width * ASPECT
+    y = place.y + _height(place.width)
     y = pen.write(sketch.caption, place._replace(y=y + 0.5), Look(SMALL - 2, colour=GREY))
     return _curve_names(pen, sketch, place._replace(y=y))
 
@@ -194,14 +202,25 @@ def _sketch(pen: CardPen, sketch: Sketch, place: Place) -> float:
     beside = Place(place.x + SKETCH_WIDTH + GAP, place.y, place.width - SKETCH_WIDTH - GAP)
     y = pen.write(sketch.caption, beside, Look(SMALL - 1, colour=GREY))
     y = _curve_names(pen, sketch, beside._replace(y=y))
-    return max(y, place.y + SKETCH_WIDTH * ASPECT)
+    return max(y, place.y + _height(SKETCH_WIDTH))
 
 
 def _draw(pen: CardPen, sketch: Sketch, place: Place) -> None:
-    """Draw a sketch, unless the pen only measures."""
-    if not pen.dry_run:
-        picture = BytesIO(svg(sketch).encode())
-        pen.pdf.image(picture, place.x, place.y, place.width, alt_text=sketch.caption)
+    """Draw a sketch with the words at the ends of its axes, unless the pen only measures."""
+    if pen.dry_run:
+        return
+    x, width = place.x + BESIDE, place.width - BESIDE
+    pen.pdf.image(BytesIO(svg(sketch).encode()), x, place.y, width, alt_text=sketch.words)
+    low = place.y + width * ASPECT
+    for text, y in zip(sketch.y_ends, (low - BELOW, place.y), strict=True):
+        pen.write(text, Place(place.x, y, BESIDE), ENDS, align="R")
+    for text, align in zip(sketch.x_ends, "LR", strict=True):
+        pen.write(text, Place(x, low, width), ENDS, align=align)
+
+
+def _height(width: float) -> float:
+    """Return the height of a sketch with the words below it, mm."""
+    return (width - BESIDE) * ASPECT + BELOW
 
 
 def _curve_names(pen: CardPen, sketch: Sketch, place: Place) -> float:

@@ -26,7 +26,7 @@ FRAME = "#999999"
 
 
 def svg(sketch: Sketch) -> str:
-    """Return a sketch as an SVG element; its caption is its text for those who do not see it."""
+    """Return a sketch as an SVG element; its words are its text for those who do not see it."""
     return svg_of_each([sketch])[0]
 
 
@@ -51,7 +51,7 @@ def _element(sketch: Sketch, paths: Sequence[str]) -> str:
             )
     for x, y in _placed(sketch.marks if sketch.marks is not None else np.zeros((0, 2))).tolist():
         parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.5" fill="{colour(1)}"/>')
-    label = escape(sketch.caption)
+    label = escape(sketch.words)
     box = f"{-MARGIN:g} {-MARGIN:g} {WIDTH + 2 * MARGIN:g} {HEIGHT + 2 * MARGIN:g}"
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box}" role="img" aria-label="{label}">'

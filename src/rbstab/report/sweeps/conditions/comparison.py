@@ -9,12 +9,12 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.model.figure import SHARE_ENDS, Axis, Figure, Intervals, Panel
 from rbstab.report.sweeps.conditions.failures import failure_sentences
+from rbstab.report.sweeps.conditions.pair_tables import difference_table, pairs_tables
 from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions, paired_conditions_of
 from rbstab.report.sweeps.conditions.ranking import (
     PEAK,
     SETTLING,
     compared_sentence,
-    matrix_table,
     ranking_sentences,
 )
 from rbstab.report.sweeps.distributions import quantiles_of
@@ -62,14 +62,14 @@ def comparison_blocks(name: str, members: Members) -> list[Block]:
     of_v = [V_NOTE] if groups.has_own_v else []
     blocks: list[Block] = [*of_v, _outcomes(name, members, groups, shares, sampled=sampled)]
     quantities = compared_quantities(members)
-    blocks.append(_figure(name, groups, shares, quantities, sampled=sampled))
+    blocks += _figure(name, groups, shares, quantities, sampled=sampled)
     if quantities:
         blocks.append(_quantiles(name, groups, quantities))
     if quantities and groups.pairs is not None:
-        blocks.append(_pairs(name, groups, quantities))
+        blocks.append(difference_table(name, groups, quantities, sampled=sampled))
         if len(groups.labels) > 2:
             better = [quantity for quantity in quantities if quantity.name in SMALLER_IS_BETTER]
-            blocks += [matrix_table(name, groups, quantity, sampled=sampled) for quantity in better]
+            blocks += pairs_tables(name, groups, better, sampled=sampled)
     return blocks
 
 
@@ -169,23 +169,25 @@ def _figure(
     quantities: list[MemberQuantity],
     *,
     sampled: bool,
-) -> Figure:
+) -> list[Figure]:
+    """Return a panel for the share of the outcome, if it differs, and for each quantity."""
     x = Axis("", categories=groups.labels)
     drawn = shares.by_condition
     if not sampled:
         drawn = [share._replace(low=share.value, high=share.value) for share in drawn]
-    panels = [Panel(x, Axis(f"share {shares.outcome}", ends=SHARE_ENDS), (intervals(drawn),))]
+    panels, notes = [], []
+    if len({share.value for share in drawn}) > 1:
+        panels = [Panel(x, Axis(f"share {shares.outcome}", ends=SHARE_ENDS), (intervals(drawn),))]
+        if sampled:
+            notes = [f"The bars of the share {shares.outcome} are its {CONFIDENCE:.0%} interval."]
     panels += [Panel(x, quantity.axis, (_spread(groups, quantity),)) for quantity in quantities]
-    caption = "The bars of medians reach from the 5% to the 95% quantile."
-    caption = " ".join([caption, *(quantity.note for quantity in quantities if quantity.note)])
-    if sampled:
-        caption += (
-            f" Those of the share {shares.outcome} are Wilson intervals with {CONFIDENCE:.0%} "
-            "confidence."
-        )
-    return Figure(
-        f"{name}-side-by-side", "Comparison of conditions", tuple(panels), 2, caption=caption
-    )
+    if not panels:
+        return []
+    if quantities:
+        notes.append("The bars of medians reach from the 5% to the 95% quantile of the members.")
+    caption = " ".join([*notes, *(quantity.note for quantity in quantities if quantity.note)])
+    title = "Comparison of conditions"
+    return [Figure(f"{name}-side-by-side", title, tuple(panels), 2, caption=caption)]
 
 
 def _spread(groups: PairedConditions, quantity: MemberQuantity) -> Intervals:
@@ -194,38 +196,3 @@ def _spread(groups: PairedConditions, quantity: MemberQuantity) -> Intervals:
     ]
     middle, low, high = np.where(np.isinf(rows), quantity.end, rows).T
     return Intervals(np.arange(float(len(rows))), middle, low, high)
-
-
-def _pairs(name: str, groups: PairedConditions, quantities: list[MemberQuantity]) -> Table:
-    """Return the table of differences from the first condition.
-
-    A difference is between two members that differ only in their condition.
-    """
-    assert groups.pairs is not None
-    heads = (
-        Head("quantity"),
-        Head("difference"),
-        *(Head("median" if q == 0.5 else f"{q:.0%}", numbers=True) for q in SPREAD),
-        Head("share negative", numbers=True),
-        Head("pairs", numbers=True),
-    )
-    first, rows = groups.labels[0], []
-    for quantity in quantities:
-        values = quantity.values[groups.pairs]
-        for k, label in enumerate(groups.labels[1:], start=1):
-            difference = values[:, k] - values[:, 0]
-            difference = difference[np.isfinite(difference)]
-            negative = _share(difference < 0)
-            spread = (number(value) for value in quantiles_of(difference, SPREAD))
-            subtraction = Cell(f"{label} minus {first}")
-            count = whole(len(difference))
-            rows.append((Cell(quantity.axis.text), subtraction, *spread, number(negative), count))
-    note = (
-        "The two members of a pair differ only in their condition. A pair counts if both have a "
-        "value. 'share negative' is the share of pairs with a negative difference."
-    )
-    return Table(f"{name}-pairs", f"Paired differences from {first}", heads, tuple(rows), note)
-
-
-def _share(fulfilled: Array) -> float:
-    return float(fulfilled.mean()) if len(fulfilled) else float("nan")

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.report.sweeps.distributions import quantiles_of
 from rbstab.report.sweeps.fractions import CONFIDENCE
 
 MATTERS = 0.01
@@ -28,6 +29,7 @@ class PairedDifference(NamedTuple):
         low: The lower end of its confidence interval; -inf if there are too few pairs.
         high: The upper end; likewise.
         scale: The larger median of the finite magnitudes of both members; 0 without any.
+        ends: The values below and above which 5 % of the differences lie; NaN without pairs.
     """
 
     pairs: int
@@ -37,6 +39,7 @@ class PairedDifference(NamedTuple):
     low: float
     high: float
     scale: float = 0.0
+    ends: tuple[float, float] = (np.nan, np.nan)
 
     @property
     def is_sure(self) -> bool:
@@ -78,7 +81,8 @@ def paired_difference(first: Array, second: Array) -> PairedDifference:
     # The mean of both middle differences would be none if one of them is infinite.
     middle = difference[[(count - 1) // 2, count // 2]]
     median = float(middle.mean() if np.isfinite(middle).all() else middle[0])
-    return PairedDifference(count, equal, negative, median, low, high, scale)
+    below, above = quantiles_of(difference, (0.05, 0.95))
+    return PairedDifference(count, equal, negative, median, low, high, scale, (below, above))
 
 
 def _median_size(values: Array) -> float:

@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.report.model.document import Cell, Head, Table
-from rbstab.report.model.words import NO_VALUE, counted, listed, number
+from rbstab.report.model.words import counted, listed, number
 from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions
 from rbstab.report.sweeps.conditions.paired_difference import (
     MATTERS,
@@ -19,14 +18,11 @@ from rbstab.report.sweeps.distributions import quantiles_of
 from rbstab.report.sweeps.fractions import CONFIDENCE
 from rbstab.report.sweeps.quantities import MemberQuantity
 
-INTERVAL_NOTE = (
-    f"The interval of a median is that of order statistics, with {CONFIDENCE:.0%} confidence: it "
-    "assumes nothing but independent pairs."
-)
-
-
 SETTLING, PEAK = "settling-time", "peak-displacement"
 """The short names of quantities of which more is said."""
+
+LARGER_IS_BETTER = ("regularity",)
+"""The short names of quantities that are better if they are larger; all others if smaller."""
 
 OTHERS = "it"
 """The name of a quantity after a sentence that names it."""
@@ -72,22 +68,15 @@ def _sentence(groups: PairedConditions, quantity: MemberQuantity, *, sampled: bo
     """Return a sentence on the best conditions; "" if there are no two to compare."""
     assert groups.pairs is not None
     values = quantity.ranked[groups.pairs]
-    # A condition without any value cannot be compared.
-    columns = [column[~np.isnan(column)] for column in values.T]
-    # Neither can one that holds the contact point: its displacement is 0 by construction.
-    held = quantity.name == PEAK
-    zero = [k for k, v in enumerate(columns) if held and len(v) and not v.any()]
-    zero = zero if len(columns) - len(zero) > 1 else []
-    others = [k for k, v in enumerate(columns) if len(v) and k not in zero]
-    if len(others) < 2:
+    order = comparable(groups, quantity)
+    if len(order) < 2:
         return ""
     name, begin = _name(groups, quantity), ""
+    zero = always_zero(groups, quantity)
     if zero:
         always = listed(groups.labels[k] for k in zero)
         begin = f"{name} is always 0 with {always}, by construction. Of the others: "
         name = OTHERS
-    # The median of a condition counts cases that another one may lack: pairs decide, not medians.
-    order = sorted(others, key=lambda k: quantiles_of(columns[k], (0.5,))[0])
     best = _best(values, order, sampled=sampled)
     if best is None:
         subject = "" if name == OTHERS else f"{name}: "
@@ -96,7 +85,7 @@ def _sentence(groups: PairedConditions, quantity: MemberQuantity, *, sampled: bo
     if not compared:
         return ""
     apart = [groups.labels[k] for k in order if k != best and k not in compared]
-    alike = [k for k, one in compared.items() if _is_alike(one, sampled=sampled)]
+    alike = [k for k, one in compared.items() if is_alike(one, sampled=sampled)]
     sentence = _Sentence(groups, quantity, name, best, sampled)
     without = (
         f" Without a common case with {groups.labels[best]}: {listed(apart)}." if apart else ""
@@ -105,6 +94,43 @@ def _sentence(groups: PairedConditions, quantity: MemberQuantity, *, sampled: bo
         return f"{begin}{sentence.on_alike(alike, compared)}{without}"
     (second, found), *more = compared.items()
     return f"{begin}{sentence.on_two(second, found, few=not more)}{without}"
+
+
+def always_zero(groups: PairedConditions, quantity: MemberQuantity) -> list[int]:
+    """Return the conditions that hold the contact point: its displacement is 0 by construction.
+
+    They cannot be compared with the others. If there are less than two others, none is left out.
+    """
+    if quantity.name != PEAK:
+        return []
+    columns = _known(groups, quantity)
+    zero = [k for k, column in enumerate(columns) if len(column) and not column.any()]
+    return zero if len(columns) - len(zero) > 1 else []
+
+
+def comparable(groups: PairedConditions, quantity: MemberQuantity) -> list[int]:
+    """Return the conditions that have values to compare, that with the smallest median first.
+
+    The median of a condition counts cases that another one may lack: pairs decide, not medians.
+    """
+    columns, zero = _known(groups, quantity), always_zero(groups, quantity)
+    others = [k for k, column in enumerate(columns) if len(column) and k not in zero]
+    return sorted(others, key=lambda k: quantiles_of(columns[k], (0.5,))[0])
+
+
+def best_of(groups: PairedConditions, quantity: MemberQuantity, *, sampled: bool) -> int | None:
+    """Return the condition than which none is better in common cases; None if there is none."""
+    assert groups.pairs is not None
+    values, order = quantity.ranked[groups.pairs], comparable(groups, quantity)
+    if quantity.name in LARGER_IS_BETTER:
+        values, order = -values, order[::-1]
+    return _best(values, order, sampled=sampled)
+
+
+def _known(groups: PairedConditions, quantity: MemberQuantity) -> list[Array]:
+    """Return the values of each condition that are known, or known to be later than the end."""
+    assert groups.pairs is not None
+    return [column[~np.isnan(column)] for column in quantity.ranked[groups.pairs].T]
 
 
 def _compared(values: Array, best: int, order: Sequence[int]) -> dict[int, PairedDifference]:
@@ -117,13 +143,13 @@ def _best(values: Array, order: Sequence[int], *, sampled: bool) -> int | None:
     """Return the condition that none is better than in common cases; None if there is none."""
     for best in order:
         compared = _compared(values, best, order)
-        alike = {k for k, one in compared.items() if _is_alike(one, sampled=sampled)}
+        alike = {k for k, one in compared.items() if is_alike(one, sampled=sampled)}
         if not any(one.median > 0 for k, one in compared.items() if k not in alike):
             return best
     return None
 
 
-def _is_alike(found: PairedDifference, *, sampled: bool) -> bool:
+def is_alike(found: PairedDifference, *, sampled: bool) -> bool:
     """Return whether two conditions have no difference that is sure and matters in most cases."""
     is_sure = found.is_sure or not sampled
     return found.equal > found.pairs or not (is_sure and found.matters)
@@ -213,57 +239,3 @@ class _Sentence(NamedTuple):
         if self.quantity.name == SETTLING:
             why = "neither run was at rest by its end, or one ended early"
         return f"; {count} of {total} cases are left out, where {why}" if count else ""
-
-
-def matrix_table(
-    name: str, groups: PairedConditions, quantity: MemberQuantity, *, sampled: bool
-) -> Table:
-    """Return the median difference of a quantity between each two conditions, row minus column.
-
-    Args:
-        name: The anchor of the sweep.
-        groups: The conditions.
-        quantity: The quantity.
-        sampled: Whether the members are a sample; otherwise the medians have no intervals.
-    """
-    assert groups.pairs is not None
-    values, labels = quantity.ranked[groups.pairs], groups.labels
-    rows = []
-    for i, label in enumerate(labels):
-        cells = [
-            Cell(NO_VALUE)
-            if i == j
-            else _cell(paired_difference(values[:, i], values[:, j]), sampled=sampled)
-            for j in range(len(labels))
-        ]
-        rows.append((Cell(label), *cells))
-    heads = (Head("row minus column"), *(Head(label, numbers=True) for label in labels))
-    title = f"{quantity.axis.text}: all pairs of conditions"
-    between = f", with their intervals of {CONFIDENCE:.0%} confidence" if sampled else ""
-    note = (
-        f"Medians of paired differences{between}; a smaller number is better. Pairs with equal "
-        "values are left out, and counted. A mark says that the interval of the median excludes "
-        f"zero, that the median is at least {MATTERS:.0%} of the values, and that no more pairs "
-        "are equal than differ; without a mark no difference that matters is sure. Each pair is "
-        f"judged by itself. {INTERVAL_NOTE}"
-    )
-    return Table(f"{name}-all-pairs-{quantity.name}", title, heads, tuple(rows), note)
-
-
-def _cell(found: PairedDifference, *, sampled: bool = True) -> Cell:
-    is_marked = not _is_alike(found, sampled=True)
-    tone = ("good" if found.median < 0 else "bad") if is_marked else ""
-    text = _number(found.median) if found.pairs else "equal" if found.equal else NO_VALUE
-    if sampled and found.is_sure:
-        text = f"{text} ({_number(found.low)} to {_number(found.high)})"
-    if found.pairs and found.equal:
-        text = f"{text}; {found.equal} equal"
-    value = found.median if math.isfinite(found.median) else None
-    return Cell(text, value, tone)
-
-
-def _number(difference: float) -> str:
-    """Return a difference as text; an infinite one is that from a value after the end of a run."""
-    if math.isinf(difference):
-        return "later" if difference > 0 else "earlier"
-    return number(difference)

@@ -7,27 +7,14 @@ from contourpy import contour_generator
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Cells, Line
-from rbstab.report.model.palette import BAD, OPEN
 from rbstab.report.sweeps.basins import Basins
 from rbstab.report.sweeps.maps.cell_grid import MapGrid
 from rbstab.report.sweeps.maps.cell_members import quantity_members, share_members
 from rbstab.report.sweeps.maps.grouped import Grouped
-from rbstab.report.sweeps.members import OUTCOMES, SETTLED, UNSETTLED, Members
+from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members, outcome_colour
 from rbstab.report.sweeps.proofs import proof_codes
 from rbstab.report.sweeps.quantities import MemberQuantity
 from rbstab.sweep.proofs.columns import PROVED
-
-OUTCOME_COLOURS = {SETTLED: 0, UNSETTLED: OPEN, "range left": BAD}
-"""Colours of outcomes: blue for what is seen to be well, which is not the green of what is proved,
-grey for what is open, and red for what is not well."""
-
-FAILED_COLOUR = 4
-"""The colour of all other outcomes: runs that failed."""
-
-
-def outcome_colour(word: str) -> int:
-    """Return the number of the colour of an outcome."""
-    return OUTCOME_COLOURS.get(word, FAILED_COLOUR)
 
 
 def medians(grid: MapGrid, values: Array) -> Array:

@@ -12,8 +12,6 @@ from rbstab.report.sweeps.members import OUTCOMES, Members
 from rbstab.report.sweeps.parameters import Parameter
 from rbstab.report.sweeps.quantities import mapped, varies
 
-AXES = ("first axis", "second axis", "third axis")
-
 MAX_POINTS = 500
 """Up to this many outcomes are drawn as points, more as a line."""
 
@@ -59,14 +57,12 @@ def _line(parameter: Parameter, order: Array, values: Array, label: str, colour:
 
 
 def _peaks(members: Members, parameter: Parameter, order: Array) -> Panel:
-    peaks = np.where(
-        members.completed[:, np.newaxis], members.column("peak_contact_displacement"), np.nan
-    )
+    peaks = np.abs(members.column("peak_contact_displacement"))
     lines = tuple(
-        _line(parameter, order, peaks[:, axis], f"peak of E, {label}", axis)
-        for axis, label in enumerate(AXES)
+        _line(parameter, order, np.where(members.completed, peak, np.nan), f"|E{axis + 1}|", axis)
+        for axis, peak in enumerate(peaks.T)
     )
-    return Panel(parameter.axis, Axis("peak of E by axis", "m"), lines)
+    return Panel(parameter.axis, Axis("largest |E1|, |E2|, |E3|", "m"), lines)
 
 
 def _outcomes(

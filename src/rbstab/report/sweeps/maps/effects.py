@@ -1,5 +1,7 @@
 """The effect of each parameter of sampled members: median and quantile band along it."""
 
+from dataclasses import replace
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -27,8 +29,15 @@ GROUP_SIZE, MIN_GROUPS = 100, 4
 MAX_PANELS = 6
 """Maximum number of parameters in a figure: those with the largest effect."""
 
-MAX_BANDS = 2
-"""More bands would hide each other; only the medians are drawn then."""
+FEW_BANDS = 2
+"""So many bands are always drawn in one panel; more of them only if they are apart."""
+
+MAX_COVERED = 0.2
+"""Bands are apart if no two of them share more than this part of the narrower one, on average."""
+
+SMALL_PANELS, IN_A_ROW = 15, 5
+"""Maximum number of panels with one condition each, and of those side by side; if there are more
+conditions than the first number, one parameter is shown."""
 
 OVER_CHANCE = 3.0
 """A parameter has an effect if it explains this many times what it would by chance."""
@@ -36,7 +45,7 @@ OVER_CHANCE = 3.0
 ORDERS = (0.05, 0.5, 0.95)
 """Orders of the quantiles: the band, with the median between."""
 
-BETWEEN, WILSON = "5% to 95% quantile", "Wilson's 95% interval"
+BETWEEN, INTERVAL = "5% to 95% quantile", "95% interval of the share"
 """What a band shows, of values and of shares."""
 
 
@@ -78,19 +87,30 @@ def effect_figures(
             names = listed(p.axis.label for p in free)
             blocks.append(f"{axis.label}: no parameter has an effect beyond chance ({names}).")
             continue
-        panels = tuple(
-            Panel(free[k].axis, axis, _marks(free[k], groups[k], parts, shown))
-            for k in seen[:MAX_PANELS]
-        )
+        curves = [_curves(free[k], groups[k], parts, shown) for k in seen[:MAX_PANELS]]
+        count = len(curves[0])
+        apart = count <= FEW_BANDS or not any(map(_cover, curves))
+        most = MAX_PANELS if apart else max(1, SMALL_PANELS // count)
+        axes = [free[k].axis for k in seen]
+        panels = [
+            panel
+            for own, x in zip(curves[:most], axes, strict=False)
+            for panel in _panels(own, x, shown, apart=apart)
+        ]
         without = [free[k].axis.label for k in order if k not in seen]
-        caption = f"{_caption(is_share=is_share, bands=len(parts) <= MAX_BANDS)} {note}".strip()
-        if len(seen) > MAX_PANELS:
-            caption += f" The {MAX_PANELS} parameters with the largest effects are shown."
+        caption = f"{_caption(is_share=is_share)} {note}".strip()
+        if len(seen) > most:
+            largest = "parameter with the largest effect is"
+            if most > 1:
+                largest = f"{most} parameters with the largest effects are"
+            others = listed((axis.label for axis in axes[most:]), 12)
+            caption += f" The {largest} shown. Smaller effects: {others}."
         if without:
             caption += f" Without an effect beyond chance: {listed(without, 12)}."
         title = f"Effect of each parameter on {axis.label}"
-        figure = Figure(f"{name}-effect-{key}", title, panels, 3, caption=caption, shared="y")
-        blocks.append(figure)
+        columns = 3 if apart else -(-count // -(-count // IN_A_ROW))
+        figure = Figure(f"{name}-effect-{key}", title, tuple(panels), columns, caption=caption)
+        blocks.append(replace(figure, shared="y", small=not apart))
     return blocks
 
 
@@ -135,23 +155,59 @@ def _effect(
     return _Effect(parameter, max(ratios), max(chances))
 
 
-def _marks(
+class _Curve(NamedTuple):
+    """The quantiles of a condition along a parameter; low and high are the ends of its band."""
+
+    title: str
+    colour: int
+    x: Array
+    low: Array
+    middle: Array
+    high: Array
+
+
+def _curves(
     parameter: Parameter,
     groups: list[Array],
     parts: list[tuple[str, Array]],
     shown: _Shown,
-) -> tuple[Mark, ...]:
-    is_share, values = shown.is_share, shown.values
+) -> list[_Curve]:
+    """Return the curve along a parameter of each condition that has values."""
+    curves = []
+    for colour, (own, (title, chosen)) in enumerate(zip(groups, parts, strict=True)):
+        if np.isnan(shown.values[chosen]).all():
+            continue
+        x, *spread = _along(parameter.values[chosen], own, shown.values[chosen], shown.is_share)
+        curves.append(_Curve(title, colour, x, *np.where(np.isinf(spread), shown.end, spread)))
+    return curves
+
+
+def _cover(curves: list[_Curve]) -> bool:
+    """Return whether two of the bands along a parameter cover each other."""
+    for one, other in combinations(curves, 2):
+        # Groups of sampled values are at nearly the same places in all conditions.
+        low, high = (np.interp(one.x, other.x, ends) for ends in (other.low, other.high))
+        common = np.minimum(one.high, high) - np.maximum(one.low, low)
+        narrower = np.minimum(one.high - one.low, high - low)
+        share = np.clip(common, 0.0, None)[narrower > 0] / narrower[narrower > 0]
+        if len(share) and np.nanmean(share) > MAX_COVERED:
+            return True
+    return False
+
+
+def _panels(curves: list[_Curve], x: Axis, shown: _Shown, *, apart: bool) -> list[Panel]:
+    """Return the panel of a parameter, or one for each condition if their bands are not apart."""
+    word, area = ("share", INTERVAL) if shown.is_share else ("median", BETWEEN)
     bands: list[Mark] = []
     lines: list[Mark] = []
-    word, area = ("share", WILSON) if is_share else ("median", BETWEEN)
-    for colour, (own, (title, chosen)) in enumerate(zip(groups, parts, strict=True)):
-        x, *spread = _along(parameter.values[chosen], own, values[chosen], is_share)
-        low, middle, high = np.where(np.isinf(spread), shown.end, spread)
-        if len(parts) <= MAX_BANDS:
-            bands.append(Band(x, low, high, f"{title}: {area}".removeprefix(": "), colour))
-        lines.append(Line(x, middle, title or word, colour))
-    return (*bands, *lines)
+    for own in curves:
+        label = f"{own.title}: {area}".removeprefix(": ") if apart else ""
+        bands.append(Band(own.x, own.low, own.high, label, own.colour))
+        lines.append(Line(own.x, own.middle, (own.title or word) if apart else "", own.colour))
+    if apart:
+        return [Panel(x, shown.axis, (*bands, *lines))]
+    of_each = zip(curves, bands, lines, strict=True)
+    return [Panel(x, shown.axis, (band, line), own.title) for own, band, line in of_each]
 
 
 def _along(
@@ -173,10 +229,9 @@ def _along(
     return x, low, middle, high
 
 
-def _caption(*, is_share: bool, bands: bool) -> str:
-    line, area = ("share", WILSON) if is_share else ("median", BETWEEN)
-    shown = f"the {line} ({area}: the band) of each is" if bands else f"the {line} of each is"
+def _caption(*, is_share: bool) -> str:
+    line, area = ("share", INTERVAL) if is_share else ("median", BETWEEN)
     return (
-        f"The members are divided into groups along each parameter; {shown} drawn. The parameter "
-        "that explains most is first."
+        f"The members are divided into groups along each parameter; the {line} ({area}: the band) "
+        "of each is drawn. The parameter that explains most is first."
     )

@@ -14,13 +14,12 @@ from rbstab.report.sweeps.maps.cell_values import (
     basin_cells,
     contour_line,
     outcome_cells,
-    outcome_colour,
     proof_cells,
     quantity_cells,
 )
 from rbstab.report.sweeps.maps.colour_ranges import has_one_colour, on_one_scale, one_colour_note
 from rbstab.report.sweeps.maps.marked import extremes, failed_points, member_points, value_text
-from rbstab.report.sweeps.members import OUTCOMES, Members
+from rbstab.report.sweeps.members import OUTCOMES, Members, outcome_colour
 from rbstab.report.sweeps.parameters import BinnedAxis, Parameter
 from rbstab.report.sweeps.proofs import proof_codes
 from rbstab.report.sweeps.quantities import MemberQuantity, mapped, start_over_level, varies

@@ -91,7 +91,7 @@ def _sample_maps(what: Mapped, free: list[Parameter]) -> list[Block]:
         *effect_figures(name, members, free, slices),
         *_single_outcome(members),
     ]
-    caption = "The axes are the two parameters with the largest sums of correlation ratios."
+    caption = "The axes are the two parameters that explain most of the variance of all quantities."
     if len(members) // len(slices) < MIN_SAMPLED_FOR_MAPS:
         if np.count_nonzero(members.outcome_counts) > 1:
             blocks.append(scatter_figure(what, (first, second), caption))

@@ -19,6 +19,7 @@ from rbstab.report.model.figure import (
     Mark,
     Panel,
     Points,
+    Shares,
     Stack,
 )
 
@@ -45,9 +46,7 @@ def _rows(mark: Mark, panel: Panel) -> Iterator[tuple[Any, ...]]:
     """Yield series, x, y, low, high and value of each point of a mark."""
     match mark:
         case Line() | Points():
-            for x, y in _columns(mark.x, mark.y):
-                place = _named(x, panel.x.categories), _named(y, panel.y.categories)
-                yield (mark.label, *place, "", "", "")
+            yield from _point_rows(mark, panel)
         case Stack():
             for label, part in zip(mark.labels, mark.parts.T, strict=True):
                 yield from ((label, *point, "", "", "") for point in _columns(mark.x, part))
@@ -65,9 +64,24 @@ def _rows(mark: Mark, panel: Panel) -> Iterator[tuple[Any, ...]]:
             x, y = np.meshgrid(mark.x, mark.y)
             for *cell, value in _columns(x.ravel(), y.ravel(), mark.values.ravel()):
                 yield (mark.scale.text, *cell, "", "", _named(value, mark.scale.categories))
+        case Shares():
+            yield from _share_rows(mark, panel)
         case Level():
             place = (mark.value, "") if mark.vertical else ("", mark.value)
             yield (mark.label, *place, "", "", "")
+
+
+def _point_rows(mark: Line | Points, panel: Panel) -> Iterator[tuple[Any, ...]]:
+    for x, y in _columns(mark.x, mark.y):
+        place = _named(x, panel.x.categories), _named(y, panel.y.categories)
+        yield (mark.label, *place, "", "", "")
+
+
+def _share_rows(mark: Shares, panel: Panel) -> Iterator[tuple[Any, ...]]:
+    """Yield a row for each part of each bar: its share is x, and its count the value."""
+    for label, shares, counts in zip(mark.labels, mark.values.T, mark.counts.T, strict=True):
+        for y, (x, count) in enumerate(_columns(shares, counts)):
+            yield (label, x, _named(y, panel.y.categories), "", "", int(count))
 
 
 def _columns(*arrays: Any) -> Iterator[tuple[Any, ...]]:

@@ -31,6 +31,7 @@ from rbstab.report.model.figure import (
     Mark,
     Panel,
     Points,
+    Shares,
     Stack,
 )
 from rbstab.report.model.palette import (
@@ -43,6 +44,7 @@ from rbstab.report.model.palette import (
     SCALE,
     area_colour,
     colour,
+    contrast,
     gap_opacity,
 )
 from rbstab.report.writers.colour_scale import (
@@ -75,6 +77,9 @@ LEVEL: dict[str, Any] = {"color": "#555555", "linewidth": 0.9, "linestyle": (0, 
 
 LINE_ORDER = 2.0
 """Order of drawing of a curve in front: that of matplotlib."""
+
+COUNT_WIDTH = 0.017
+"""Width of a digit of a count in a bar, as a share of the width of the panel."""
 
 EMPTY = "#f4f4f4"
 """Colour of cells without a value."""
@@ -169,6 +174,26 @@ def _band(band: Band, axes: Axes, panel: Panel) -> dict[str, Artist]:
     tint = mpl.colors.to_rgba(colour(band.colour), 0.25)
     area = axes.fill_between(x, low, high, facecolor=tint, linewidth=0.0, zorder=1.5)
     return {band.label: area}
+
+
+def _shares(shares: Shares, axes: Axes, _panel: Panel) -> dict[str, Artist]:
+    places = np.arange(len(shares.counts))
+    begin = np.zeros(len(places))
+    handles: dict[str, Artist] = {}
+    axes.grid(visible=False)
+    for number, label in enumerate(shares.labels):
+        tint, widths = colour(shares.colours[number]), shares.values[:, number]
+        axes.barh(places, widths, 0.7, left=begin, color=tint, edgecolor="white", linewidth=0.5)
+        handles[label] = Patch(color=tint)
+        for place, left, width, count in zip(
+            places, begin, widths, shares.counts[:, number].tolist(), strict=True
+        ):
+            # A narrow part has no room for its count.
+            if width > COUNT_WIDTH * len(str(count)):
+                style = {"color": contrast(shares.colours[number]), "ha": "center", "va": "center"}
+                axes.text(left + width / 2, float(place), str(count), style)
+        begin = begin + widths
+    return handles
 
 
 def _cells(cells: Cells, axes: Axes, panel: Panel) -> dict[str, Artist]:
@@ -278,6 +303,7 @@ _DRAWERS: dict[type, Callable[[Any, Axes, Panel], dict[str, Artist]]] = {
     Band: _band,
     Cells: _cells,
     Level: _level,
+    Shares: _shares,
 }
 
 

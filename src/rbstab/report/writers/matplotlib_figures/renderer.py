@@ -23,7 +23,7 @@ from matplotlib.ticker import (
     MaxNLocator,
 )
 
-from rbstab.report.model.figure import Axis, Cells, Figure, Level, Panel, Points
+from rbstab.report.model.figure import Axis, Cells, Figure, Level, Panel, Points, Shares
 from rbstab.report.model.split_time import FIRST_SHARE, SplitTime
 from rbstab.report.writers.decimate import decimate
 from rbstab.report.writers.matplotlib_figures.log_labels import FewMinorLabels
@@ -82,6 +82,9 @@ STYLE = {
     "svg.hashsalt": "rbstab",
     "pdf.fonttype": 42,
 }
+
+SMALL_TICKS = 6.5
+"""Font size of the tick labels of small panels, points."""
 
 TICK_PITCH = 0.45
 """Smallest distance of ticks along x, in; with less, their labels would overlap."""
@@ -176,6 +179,8 @@ def _draw(figure: Figure, width: float = WIDTH) -> Drawing:
         label_length = 0.92 * height - (0.0 if outer else 0.25)
         size = (width / columns, label_length)
         handles = handles | _draw_panel(axes, panel, size) | handles
+        if figure.small:
+            axes.tick_params(labelsize=SMALL_TICKS)
         if figure.shares_time and number + columns < len(figure.panels):
             axes.set_xlabel("")
             axes.tick_params(labelbottom=False)
@@ -226,12 +231,17 @@ def _draw_colour_bars(figure: Figure, every: list[Axes]) -> None:
 
 
 def _panel_height(figure: Figure, rows: int, columns: int, *, narrow: bool) -> float:
+    bars = [len(m.counts) for p in figure.panels for m in p.marks if isinstance(m, Shares)]
+    if bars:
+        return min(0.28 * max(bars) + 0.6, MAX_HEIGHT / rows)
     has_maps = any(isinstance(mark, Cells) for panel in figure.panels for mark in panel.marks)
     has_categories = any(panel.x.categories for panel in figure.panels)
     # Low panels let two figures with many rows fit on a page. Maps and slanted labels need more.
     natural = 2.0 if rows < 3 or has_maps or has_categories else 1.3
     if any(panel.square for panel in figure.panels):
         natural = 2.5
+    if figure.small:
+        natural = 1.7
     if rows == columns == 1:
         natural = 2.3 if narrow else 2.8
     elif narrow and not (has_maps or has_categories):

@@ -8,7 +8,7 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Bars, Cells, Intervals, Line, Panel, Points
 from rbstab.report.writers.colour_scale import cell_edges
-from rbstab.report.writers.plotly_figures.text import escaped, tick_label
+from rbstab.report.writers.plotly_figures.text import escaped, tick_label, tick_lines
 
 JSON = dict[str, Any]
 
@@ -29,6 +29,16 @@ MANY_ZEROS = (1e-4, 1e6)
 
 TICK_SIZE, TITLE_SIZE = 11, 13
 """Sizes of all tick labels, and of all titles of axes and colour bars, px."""
+
+STEPS = (1, 2, 2.5, 4, 5, 10)
+"""Distances of ticks of a small panel, in units of a power of ten."""
+
+FEW_TICKS, NEAR_TICK = 3, 0.12
+"""Number of distances between ticks of a small panel, and how near to a tick an end is moved to it,
+as a part of the length of the axis."""
+
+BESIDE, MAX_LINES = 20, 3
+"""Characters of a line of the name of a category beside a panel, and the number of such lines."""
 
 FEW_WHOLE = 8
 """On an axis of whole numbers that is at most so long, plotly's own ticks may be at halves."""
@@ -51,6 +61,24 @@ def axis_settings(panel: Panel, letter: str, shown: Sequence[Panel]) -> JSON:
     if axis.whole and max(_length(one, letter) for one in shown) <= FEW_WHOLE:
         settings |= {"tick0": 0, "dtick": 1}
     return settings
+
+
+def few_ticks(panel: Panel) -> JSON:
+    """Return the settings of the horizontal axis of a small panel, with few ticks.
+
+    An end that is near to a tick is moved to it, so that there is more than one tick. After a zoom,
+    `figures.js` lets plotly choose the ticks.
+    """
+    values = _values(panel, "x")
+    if panel.x.log or panel.x.categories or len(values) < 2 or np.ptp(values) == 0:
+        return {"nticks": FEW_TICKS}
+    low, high = float(values.min()), float(values.max())
+    rough = (high - low) / FEW_TICKS
+    power = 10.0 ** np.floor(np.log10(rough))
+    step = float(power * next(size for size in STEPS if rough <= size * power))
+    ends = step * np.array([np.floor(low / step), np.ceil(high / step)])
+    near = np.abs(ends - [low, high]) <= NEAR_TICK * (high - low)
+    return {"range": np.where(near, ends, [low, high]).tolist(), "tick0": 0, "dtick": step}
 
 
 def _ends(panel: Panel, letter: str) -> tuple[float, float] | None:
@@ -118,8 +146,10 @@ def _settings(axis: Axis, ends: tuple[float, float] | None) -> JSON:
     if ends is not None:
         settings |= {"range": np.log10(ends).tolist() if axis.log else list(ends)}
     if axis.categories:
+        # Beside a panel; `layout.py` knows the room below one.
+        broken = [tick_lines(label, BESIDE, MAX_LINES) for label in axis.categories]
         settings |= {
             "tickvals": list(range(len(axis.categories))),
-            "ticktext": [tick_label(label) for label in axis.categories],
+            "ticktext": ["<br>".join(map(tick_label, label)) for label in broken],
         }
     return settings

@@ -5,8 +5,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from rbstab.report.model.figure import Cells, Figure, Mark, Panel
-from rbstab.report.writers.plotly_figures.axes import TICK_SIZE, TITLE_FONT, axis_settings
+from rbstab.report.model.figure import Cells, Figure, Mark, Panel, Shares
+from rbstab.report.writers.plotly_figures.axes import (
+    TICK_SIZE,
+    TITLE_FONT,
+    axis_settings,
+    few_ticks,
+)
 from rbstab.report.writers.plotly_figures.text import (
     MAX_TICK_LENGTH,
     escaped,
@@ -28,11 +33,20 @@ BAR_TITLE, BAR_ABOVE = 28, 70
 CLOSE = 22
 """Space between panels that share their vertical axis, px."""
 
+APART = 36
+"""Space between small panels, px: the ticks at their ends have labels."""
+
 HEIGHTS = {True: 320, False: 210}
 """Heights of a panel, px: in a figure with one row of panels (True), or with more (False)."""
 
+SMALL_HEIGHT = 140
+"""Height of a panel of a figure of small panels, px."""
+
 MAX_SQUARE = 420
 """Largest height of a panel that is as high as it is wide, px."""
+
+BAR, BETWEEN_BARS = 30, 12
+"""Height of a bar of shares with the space below it, and more space for all of them, px."""
 
 LETTER, LINE = 6, 14
 """Width of a letter of a tick label, and height of a line, px."""
@@ -42,6 +56,9 @@ TITLE_LETTER, MAX_TITLE_LINES = 6.5, 3
 
 NARROWEST = 0.75
 """The smallest width of a figure in which its layout is used, as a part of the layout's width."""
+
+PHONE = 400
+"""A layout of at most this width is not used for a narrower figure, px."""
 
 MAX_TICK_LINES = 5
 """Maximum number of lines of a tick label."""
@@ -152,6 +169,8 @@ class PanelGrid:
         """Return the horizontal domain of a panel, in fractions of the width inside the margins."""
         inner = self.width - LEFT - RIGHT
         gap = CLOSE if "y" in self.titles else LEFT + RIGHT
+        if self.figure.small:
+            gap = APART
         common = self.has_common_bar and not self.bar_is_above
         pitch = (inner + gap - (COLORBAR if common else 0)) / self.columns
         begin = (number % self.columns) * pitch
@@ -166,7 +185,7 @@ class PanelGrid:
         begin, end = self.x_domain(number)
         width = (end - begin) * (self.width - LEFT - RIGHT)
         # The narrow layout is as wide as a small phone; a wide one may be scaled down.
-        width *= 1.0 if self.columns == 1 else NARROWEST
+        width *= self._narrowest
         return tick_words(labels, int(width / len(labels) / LETTER))
 
     def y_domain(self, number: int) -> list[float]:
@@ -203,16 +222,17 @@ class PanelGrid:
         """Return the lines of the title of an axis; beside those of neighbours it has less room."""
         text = getattr(self.figure.panels[number], letter).text
         panel = self.figure.panels[number]
-        low = letter == "y" and panel.square
+        low = self.figure.small or (letter == "y" and panel.square)
         beside = self.has_gap or (letter == "y" and self.rows > 1)
         if not low and not (beside and letter in self.titles):
             return [text]
         begin, end = self.x_domain(number)
-        width = (end - begin) * (self.width - LEFT - RIGHT) * NARROWEST
+        width = (end - begin) * (self.width - LEFT - RIGHT) * self._narrowest
         # Above each panel, a title has the height of the panel's own title.
-        height = self._square_height(number) if panel.square else HEIGHTS[False]
+        height = self._square_height(number) if panel.square else self._natural_height
         room = width if letter == "x" else height + TITLE
-        return tick_lines(text, int(room / TITLE_LETTER), MAX_TITLE_LINES)
+        lines = MAX_TITLE_LINES + (1 if self.figure.small else 0)
+        return tick_lines(text, int(room / TITLE_LETTER), lines)
 
     def common_titles(self) -> list[JSON]:
         """Return the titles of the axes that all panels share, as annotations."""
@@ -246,14 +266,27 @@ class PanelGrid:
         numbers = range(row * self.columns, row * self.columns + len(panels))
         outer = self.figure.shares_time or "x" in self.titles
         labelled = not outer or any(self.is_lowest(n) for n in numbers)
-        height = HEIGHTS[len(self.figure.panels) <= self.columns]
+        height = self._natural_height
         if any(panel.equal for panel in panels):
             height = min(int(self.width / self.columns), 420)
+        bars = [len(m.counts) for panel in panels for m in panel.marks if isinstance(m, Shares)]
+        if bars:
+            height = BAR * max(bars) + BETWEEN_BARS
         if any(panel.square for panel in panels):
             height = self._square_height(row * self.columns)
         lines = max(len(self.own_title(n, "x")) for n in numbers)
         label = LABEL + LINE * (lines - 1) if labelled else 0
         return above, height, self._tick_height(row) + label
+
+    @property
+    def _narrowest(self) -> float:
+        """The smallest width in which the layout is used, as a part of its width."""
+        return 1.0 if self.columns == 1 or self.width <= PHONE else NARROWEST
+
+    @property
+    def _natural_height(self) -> int:
+        """The height of a panel that is not square, px."""
+        return SMALL_HEIGHT if self.figure.small else HEIGHTS[self.rows == 1]
 
     def _square_height(self, number: int) -> int:
         """Return the height of a panel that is as high as it is wide, px."""
@@ -292,6 +325,9 @@ def panel_layout(grid: PanelGrid) -> JSON:
         "margin": {"l": LEFT, "r": RIGHT, "t": grid.top, "b": grid.below, "pad": 0},
         "font": {"size": 12},
     }
+    if any(isinstance(mark, Shares) for panel in grid.figure.panels for mark in panel.marks):
+        # A count that is wider than its part of a bar is not shown.
+        layout |= {"barmode": "stack", "uniformtext": {"minsize": 11, "mode": "hide"}}
     for number, panel in enumerate(grid.figure.panels):
         for letter in "xy":
             key = f"{letter}axis{number + 1 if number else ''}"
@@ -328,6 +364,9 @@ def _position(grid: PanelGrid, panel: Panel, number: int, letter: str) -> JSON:
                 position["title"] = {"text": ""}
         return position
     position = {"anchor": y, "domain": grid.x_domain(number)}
+    if grid.figure.small:
+        own = _lines(grid.own_title(number, "x"))
+        position |= {"title": {"text": own, "standoff": 6} | TITLE_FONT} | few_ticks(panel)
     if panel.equal:
         position["constrain"] = "domain"
     if "x" in grid.figure.shared and number:

@@ -17,6 +17,7 @@ from rbstab.report.model.figure import (
     Mark,
     Panel,
     Points,
+    Shares,
     Stack,
 )
 from rbstab.report.model.palette import (
@@ -28,6 +29,7 @@ from rbstab.report.model.palette import (
     SCALE,
     area_colour,
     colour,
+    contrast,
     gap_opacity,
 )
 from rbstab.report.writers.colour_scale import (
@@ -194,6 +196,35 @@ def _(mark: Band, panel: Panel) -> list[JSON]:
         fill = {"fill": "toself", "fillcolor": _translucent(tint, 0.25), "hoverinfo": "skip"}
         traces.append(trace | fill)
     return traces
+
+
+@_traces.register
+def _(mark: Shares, panel: Panel) -> list[JSON]:
+    totals = mark.counts.sum(axis=1).tolist()
+    places = packed_array(np.arange(float(len(mark.counts))))
+    bars = []
+    for number, label in enumerate(mark.labels):
+        counts = mark.counts[:, number].tolist()
+        of_each = zip(panel.y.categories, counts, totals, strict=True)
+        bars.append(
+            {
+                "type": "bar",
+                "orientation": "h",
+                "x": packed_array(mark.values[:, number]),
+                "y": places,
+                "width": 0.7,
+                **_legend_entry(label),
+                "marker": {"color": colour(mark.colours[number])},
+                "text": [str(count) if count else "" for count in counts],
+                "textposition": "inside",
+                "insidetextanchor": "middle",
+                "insidetextfont": {"color": contrast(mark.colours[number])},
+                "textangle": 0,
+                "hovertext": [escaped(f"{name}: {n} of {total}") for name, n, total in of_each],
+                "hoverinfo": "text+name",
+            }
+        )
+    return bars
 
 
 @_traces.register

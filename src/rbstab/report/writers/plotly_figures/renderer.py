@@ -33,9 +33,9 @@ def plotly_data(figure: Figure) -> JSON:
     `legendgroup` (the label, not escaped). Only the first of them has a legend entry.
 
     Returns:
-        `data` and `layout` in plotly's format; `narrow`, a layout in one column, for a phone. The
-        layouts set no colours except those of the marks. `meta` of a trace has the number of its
-        panel and the kind of its mark. More keys are those of `page_data`.
+        `data` and `layout` in plotly's format; `narrow`, a layout in one column, or in two of small
+        panels, for a phone. The layouts set no colours except those of the marks. `meta` of a trace
+        has the number of its panel and the kind of its mark. More keys are those of `page_data`.
     """
     figure = decimate(figure)
     in_legend: set[str] = set()
@@ -80,7 +80,7 @@ def plotly_data(figure: Figure) -> JSON:
         name: _layout(figure, grid, shapes, scales)
         for name, grid in (
             ("layout", PanelGrid(figure, min(figure.columns, len(figure.panels)), WIDE)),
-            ("narrow", PanelGrid(figure, 1, NARROW)),
+            ("narrow", PanelGrid(figure, 2 if figure.small else 1, NARROW)),
         )
     }
     return {"data": data, **layouts, **page_data(figure)}

@@ -29,6 +29,7 @@ function traceRows(name, trace, axes) {
     const [up, down] = [column(trace.error_y.array), column(trace.error_y.arrayminus)];
     return x.map((place, k) => [named(axes.x, place), y[k], y[k] - down[k], y[k] + up[k], ""]);
   }
+  if (mark === "shares") return x.map((share, k) => [share, named(axes.y, y[k]), "", "", trace.text[k] || 0]);
   return x.map((place, k) => [named(axes.x, place), named(axes.y, y[k]), "", "", ""]);
 }
 

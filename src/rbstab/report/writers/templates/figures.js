@@ -128,11 +128,17 @@ function drawNow(name, figure) {
 
 const FEW_DECADES = 3;
 
-/** Write numbers out on the logarithmic axes that show few powers of ten, as `axes.py` does: 0.2 and not 2. */
+/** Write numbers out on the logarithmic axes that show few powers of ten, as `axes.py` does: 0.2 and not 2. After a zoom, choose other ticks. */
 function writeOut(name, place) {
   const changes = {};
   for (const key of drawings[name].layout.meta.axes) {
-    const { type, range, tickformat } = place._fullLayout[key];
+    const { type, range, tickformat, tickmode } = place._fullLayout[key];
+    const { range: whole, dtick } = drawings[name].layout[key];
+    if (whole && dtick) {
+      // The ticks of a small panel are those of its whole axis.
+      const mode = range.every((end, k) => end === whole[k]) ? "linear" : "auto";
+      if (mode !== tickmode) changes[`${key}.tickmode`] = mode;
+    }
     if (type !== "log") continue;
     const few = Math.abs(range[1] - range[0]) < FEW_DECADES;
     const wanted = few ? (Math.min(...range) < -4 || Math.max(...range) > 6 ? "~e" : "~g") : "";
@@ -231,9 +237,9 @@ const svg = (name, attributes) => {
 /** Return a small picture of the style of a curve. */
 function swatch(entry) {
   const picture = svg("svg", { width: 26, height: 12, "aria-hidden": "true" });
-  const { line, marker, colorscale } = entry;
-  // The tone of the cells of a map that have no value.
-  const fillcolor = entry.fillcolor ?? colorscale?.[1][1];
+  const { type, line, marker, colorscale } = entry;
+  // That of a bar, or the tone of the cells of a map that have no value.
+  const fillcolor = entry.fillcolor ?? (type === "bar" ? marker.color : colorscale?.[1][1]);
   if (fillcolor) picture.append(svg("rect", { x: 3, y: 1, width: 20, height: 10, fill: fillcolor }));
   else if (marker) picture.append(svg("path", symbol({ ...marker, color: entry.meta.key ?? marker.color })));
   else {

@@ -1,6 +1,7 @@
 """The effect of each parameter of sampled members: median and quantile band along it."""
 
 from dataclasses import replace
+from functools import cached_property
 from itertools import combinations
 from typing import NamedTuple
 
@@ -16,6 +17,7 @@ from rbstab.report.sweeps.fractions import fraction
 from rbstab.report.sweeps.influence import correlation_ratio, groups_of
 from rbstab.report.sweeps.maps.cell_values import counted_outcome
 from rbstab.report.sweeps.maps.colour_ranges import is_narrow, narrow_note
+from rbstab.report.sweeps.maps.grouped import Grouped
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.parameters import Parameter
 from rbstab.report.sweeps.quantities import mapped, varies
@@ -72,7 +74,7 @@ def effect_figures(
         return []
     everyone = np.arange(len(members))
     parts = [(p.title, everyone if p.chosen is None else p.chosen) for p in slices]
-    groups = [[_groups(p, chosen) for _, chosen in parts] for p in free]
+    groups = [[_Groups(p, chosen) for _, chosen in parts] for p in free]
     blocks: list[Block] = []
     for shown in _shown(members):
         key, axis, values, is_share, note, _ = shown
@@ -87,7 +89,7 @@ def effect_figures(
             names = listed(p.axis.label for p in free)
             blocks.append(f"{axis.label}: no parameter has an effect beyond chance ({names}).")
             continue
-        curves = [_curves(free[k], groups[k], parts, shown) for k in seen[:MAX_PANELS]]
+        curves = [_curves(groups[k], parts, shown) for k in seen[:MAX_PANELS]]
         count = len(curves[0])
         apart = count <= FEW_BANDS or not any(map(_cover, curves))
         most = MAX_PANELS if apart else max(1, SMALL_PANELS // count)
@@ -114,8 +116,28 @@ def effect_figures(
     return blocks
 
 
-def _groups(parameter: Parameter, chosen: Array) -> Array:
-    return groups_of(parameter, chosen, max(MIN_GROUPS, len(chosen) // GROUP_SIZE))
+class _Groups:
+    """The groups along a parameter of the members of a condition.
+
+    Attributes:
+        of_member: The number of the group of each member, shape (n,).
+    """
+
+    def __init__(self, parameter: Parameter, chosen: Array) -> None:
+        wanted = max(MIN_GROUPS, len(chosen) // GROUP_SIZE)
+        self.of_member = groups_of(parameter, chosen, wanted)
+        self._places = parameter.values[chosen]
+
+    @cached_property
+    def sorted(self) -> Grouped:
+        """The members in the order of their groups."""
+        return Grouped(self.of_member, int(self.of_member.max()) + 1)
+
+    @cached_property
+    def places(self) -> Array:
+        """The median of the parameter in each group that has members."""
+        medians = self.sorted.medians(self._places)
+        return medians[self.sorted.counts > 0]
 
 
 class _Shown(NamedTuple):
@@ -144,14 +166,14 @@ def _shown(members: Members) -> list[_Shown]:
 
 
 def _effect(
-    parameter: Parameter, groups: list[Array], parts: list[tuple[str, Array]], values: Array
+    parameter: Parameter, groups: list[_Groups], parts: list[tuple[str, Array]], values: Array
 ) -> _Effect:
     """Return the effect of a parameter: that in the slice where it explains most."""
     ratios, chances = [0.0], [0.0]
     for own, (_, chosen) in zip(groups, parts, strict=True):
-        ratio = correlation_ratio(own, values[chosen])
+        ratio = correlation_ratio(own.of_member, values[chosen])
         ratios.append(0.0 if np.isnan(ratio) else ratio)
-        chances.append(own.max() / len(own))
+        chances.append(own.of_member.max() / len(own.of_member))
     return _Effect(parameter, max(ratios), max(chances))
 
 
@@ -166,19 +188,16 @@ class _Curve(NamedTuple):
     high: Array
 
 
-def _curves(
-    parameter: Parameter,
-    groups: list[Array],
-    parts: list[tuple[str, Array]],
-    shown: _Shown,
-) -> list[_Curve]:
+def _curves(groups: list[_Groups], parts: list[tuple[str, Array]], shown: _Shown) -> list[_Curve]:
     """Return the curve along a parameter of each condition that has values."""
     curves = []
     for colour, (own, (title, chosen)) in enumerate(zip(groups, parts, strict=True)):
         if np.isnan(shown.values[chosen]).all():
             continue
-        x, *spread = _along(parameter.values[chosen], own, shown.values[chosen], shown.is_share)
-        curves.append(_Curve(title, colour, x, *np.where(np.isinf(spread), shown.end, spread)))
+        spread = _along(own, shown.values[chosen], is_share=shown.is_share)
+        curves.append(
+            _Curve(title, colour, own.places, *np.where(np.isinf(spread), shown.end, spread))
+        )
     return curves
 
 
@@ -210,23 +229,16 @@ def _panels(curves: list[_Curve], x: Axis, shown: _Shown, *, apart: bool) -> lis
     return [Panel(x, shown.axis, (band, line), own.title) for own, band, line in of_each]
 
 
-def _along(
-    places: Array, groups: Array, values: Array, is_share: bool
-) -> tuple[Array, Array, Array, Array]:
-    """Return the median of the parameter in each group, and low, middle and high of the values."""
-    # Numbers of 16 bits are sorted in linear time.
-    order = np.argsort(groups.astype(np.int16), kind="stable")
-    starts = np.flatnonzero(np.diff(groups[order], prepend=-1))
+def _along(groups: _Groups, values: Array, *, is_share: bool) -> Array:
+    """Return low, middle and high of the values in each group, shape (3, groups)."""
     rows = []
-    for own in np.split(order, starts[1:]):
+    for own in groups.sorted.split(values):
         if is_share:
-            found = fraction("", values[own] > 0)
-            spread = [found.low, found.value, found.high]
+            found = fraction("", own > 0)
+            rows.append([found.low, found.value, found.high])
         else:
-            spread = quantiles_of(values[own], ORDERS)
-        rows.append([float(np.median(places[own])), *spread])
-    x, low, middle, high = np.array(rows).T
-    return x, low, middle, high
+            rows.append(quantiles_of(own, ORDERS))
+    return np.array(rows).T
 
 
 def _caption(*, is_share: bool) -> str:

@@ -20,6 +20,7 @@ from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs import prove_bodies
 from rbstab.sweep.proofs.boxes import PART_LIMIT, BoxProof, _Boxes, prove_boxes
+from rbstab.sweep.proofs.convergence import ProvedConvergence
 from rbstab.sweep.sweep import Sweep, prove_members
 
 SHORT: dict[str, Any] = {"duration": 0.05, "samples": 3, "rtol": 1e-9}
@@ -173,6 +174,30 @@ def test_members_get_what_the_box_says(many, tmp_path):
     assert table.words("convergence").tolist() == ["proved", "not proved"] * 5
     assert proofs.reached_bodies == proofs.bodies == 5
     assert [path.name[:7] for path in (tmp_path / "proofs").iterdir()] == ["within-"]
+
+
+def test_members_of_each_variant_get_what_their_box_says(tmp_path, monkeypatch):
+    monkeypatch.setattr("rbstab.sweep.sweep.FEW", 4)
+    variants = {"controller.variant": {"values": ["permanent", "free", "visco-elastic"]}}
+    gains = {K_R: {"scale": {"linspace": [0.9, 1.1, 4]}}}
+    plan = plan_of(variants | gains | {SPIN: {"values": [1.0, 15.0]}}, "visco-elastic")
+    sweep = run_sweep(tmp_path / "sweep", plan, threads=1, factory=factory_for("scipy"))
+    boxes = {box.variant: box.record for box in prove_members(plan, sweep).boxes}
+    table = rbstab.open_sweep(tmp_path / "sweep")
+    words, start = table.words("convergence"), table["lyapunov_start"]
+    certified = ProvedConvergence(plan, tmp_path)
+    levels = certified.box_levels(0, plan.members)
+    for number, variant in enumerate(("permanent", "free", "visco-elastic")):
+        own = slice(8 * number, 8 * number + 8)
+        level = boxes[variant].level if variant in boxes else 0.0
+        assert (levels[own] == level).all()
+        if level:
+            below = np.where(start[own] < level, "proved", "not proved")
+            assert words[own].tolist() == below.tolist()
+            assert set(below) == {"proved", "not proved"}
+    assert set(boxes) >= {"permanent", "visco-elastic"}
+    # A part of the members has the same levels.
+    assert certified.box_levels(4, 20).tolist() == levels[4:20].tolist()
 
 
 def test_prove_goes_on_with_the_proof_of_each_body(many, tmp_path):

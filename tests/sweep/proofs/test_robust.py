@@ -70,11 +70,12 @@ def test_a_member_that_approaches_a_state_outside_of_the_range_is_not_proved(swe
     columns = {name: table[name].copy() for name in START_COLUMNS}
     proofs = RobustProofs(plan, "permanent", folder)
     values = plan.values(0, plan.members)
-    assert proofs.codes(values, columns)[0] == PROVED
+    levels = proofs.levels(values, plan.members)
+    assert proofs.codes(values, columns, levels)[0] == PROVED
     columns["rest_orientation"][0] = [0, 2.0, 0]
-    assert proofs.codes(values, columns)[0] == NOT_PROVED
+    assert proofs.codes(values, columns, levels)[0] == NOT_PROVED
     columns["rest_orientation"][0] = np.nan
-    assert proofs.codes(values, columns)[0] == NOT_PROVED
+    assert proofs.codes(values, columns, levels)[0] == NOT_PROVED
 
 
 def test_the_load_is_that_of_each_member_although_the_base_has_none():

@@ -191,7 +191,9 @@ class Members:
     @cached_property
     def box_levels(self) -> Array:
         """The level, J, that proofs for many bodies at once give for each member; 0: none, (n,)."""
-        return np.zeros(len(self)) if self._certified is None else self._certified.box_levels()
+        if self._certified is None:
+            return np.zeros(len(self))
+        return self._certified.box_levels(0, len(self))
 
     @cached_property
     def _proved(self) -> MemberConvergence:

@@ -1,6 +1,6 @@
 """Find the members that start in a region where convergence is proved."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -98,6 +98,7 @@ class ProvedConvergence:
             for variant in plan.variants
             if variant not in shared and undecided_reason(plan, variant) is None
         }
+        self._levels: tuple[tuple[int, int], Array] | None = None
         self.bounds = {
             variant: bound
             for variant, proof in self._proofs.items()
@@ -141,38 +142,44 @@ class ProvedConvergence:
             outcome: The columns of the members in their shard.
             found: What is proved of them otherwise.
         """
-        if not self._robust:
+        levels = self.box_levels(start, stop)
+        if not levels.any():
             return found
-        values = self.plan.values(start, stop)
-        variants = values.get("controller.variant")
         codes, rest_states = found.codes.copy(), found.rest_states.copy()
-        for variant, proofs in self._robust.items():
-            chosen = np.ones(len(codes), bool) if variants is None else variants == variant
-            rows = np.flatnonzero(chosen & (codes != PROVED))
-            own = {key: entries[rows] for key, entries in values.items()}
+        for proofs, rows, own in self._robust_rows(start, stop):
             columns = {name: column[rows] for name, column in outcome.items()}
-            new = proofs.codes(own, columns)
-            rest_states[rows[new == PROVED]] = 1
+            new = proofs.codes(own, columns, levels[rows])
+            rest_states[rows[(new == PROVED) & (codes[rows] != PROVED)]] = 1
             codes[rows] = np.where((new == PROVED) | (codes[rows] == NO_PROOF), new, codes[rows])
         return MemberConvergence(codes, rest_states)
 
-    def box_levels(self) -> Array:
+    def box_levels(self, start: int, stop: int) -> Array:
         """Return the level, J, that proofs for many bodies at once give for each member.
 
         Such a member has one rest state, a minimum, and its motions with v(0) below the level
-        converge to it. Members of which no such proof says anything have 0; shape (members,).
+        converge to it. Members of which no such proof says anything have 0; shape (stop - start,).
         """
-        found = np.zeros(self.plan.members)
+        if self._levels is None or self._levels[0] != (start, stop):
+            found = np.zeros(stop - start)
+            for proofs, rows, own in self._robust_rows(start, stop):
+                found[rows] = proofs.levels(own, len(rows))
+            self._levels = (start, stop), found
+        return self._levels[1]
+
+    def _robust_rows(
+        self, start: int, stop: int
+    ) -> Iterator[tuple[RobustProofs, Array, dict[str, Array]]]:
+        """Yield the proofs of each variant, its rows among the members, and their values."""
         if not self._robust:
-            return found
-        values = self.plan.values(0, self.plan.members)
+            return
+        values = self.plan.values(start, stop)
         variants = values.get("controller.variant")
         for variant, proofs in self._robust.items():
-            chosen = np.ones(len(found), bool) if variants is None else variants == variant
-            rows = np.flatnonzero(chosen)
-            own = {key: entries[rows] for key, entries in values.items()}
-            found[rows] = proofs.levels(own, len(rows))
-        return found
+            rows, own = np.arange(stop - start), values
+            if variants is not None:
+                rows = np.flatnonzero(variants == variant)
+                own = {key: entries[rows] for key, entries in values.items()}
+            yield proofs, rows, own
 
     def _starts_of(self, variant: str) -> ProvedStarts:
         if variant not in self._starts:

@@ -56,7 +56,9 @@ class RobustProofs:
         """
         return levels_of(self._records, *self._numbers(values), count)
 
-    def codes(self, values: Mapping[str, Array], outcome: Mapping[str, Array]) -> Array:
+    def codes(
+        self, values: Mapping[str, Array], outcome: Mapping[str, Array], levels: Array
+    ) -> Array:
         """Return what is proved of each member: its code in `CONVERGENCE`, shape (members,).
 
         A member in the box of a proof has one rest state in the range of eq. 5. So v counts from it
@@ -65,17 +67,16 @@ class RobustProofs:
         Args:
             values: The values of the members from `Plan.values`, each of shape (members,).
             outcome: The columns of the members in their shard.
+            levels: The levels of the members, from `levels`, each of shape (members,).
         """
         count = len(outcome["lyapunov_start"])
         nothing = np.full(count, NO_PROOF, dtype=np.int8)
         if "rest_orientation" not in outcome:  # an older sweep: v may count from elsewhere
             return nothing
-        base, varied = self._numbers(values)
-        levels = levels_of(self._records, base, varied, count)
         if not np.any(levels > 0):  # so without a controller, where nothing is ever proved
             return nothing
         start, rest = outcome["lyapunov_start"], outcome["energy_at_rest"]
-        load = _load_energies(base, varied, count)
+        load = _load_energies(*self._numbers(values), count)
         error = ROUND_OFF * (np.abs(start) + np.abs(rest) + load)
         in_range = np.all(np.abs(outcome["rest_orientation"]) <= OPEN_RANGE, axis=-1)
         inside = in_range & (start + error < levels)

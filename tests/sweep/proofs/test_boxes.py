@@ -26,6 +26,9 @@ from rbstab.sweep.sweep import Sweep, prove_members
 SHORT: dict[str, Any] = {"duration": 0.05, "samples": 3, "rtol": 1e-9}
 K_R, L_R = "controller.K_r", "controller.L_r"
 SPIN = "initial.angular_velocity[0]"
+LONG = 600.0
+"""s; a slow machine needs more than the default."""
+
 WEAK = {"scale": {"geomspace": [0.02, 1.0, 9]}}
 
 
@@ -47,7 +50,7 @@ def covered(found: list[BoxProof], members: int) -> np.ndarray:
 
 def test_one_box_has_all_bodies(tmp_path):
     plan = plan_of({K_R: {"scale": {"linspace": [0.8, 1.2, 9]}}, L_R: WEAK})
-    (proof,) = prove_boxes(plan, tmp_path)
+    (proof,) = prove_boxes(plan, tmp_path, LONG)
     assert proof.whole
     assert proof.record.proved
     assert proof.members.tolist() == list(range(81))
@@ -57,7 +60,7 @@ def test_one_box_has_all_bodies(tmp_path):
         assert 0 < proof.record.level <= own.regions[0].level
     # The proof is stored: now there is no need to make it.
     assert len(list((tmp_path / "proofs").iterdir())) == 1
-    (again,) = prove_boxes(plan, tmp_path)
+    (again,) = prove_boxes(plan, tmp_path, LONG)
     assert again.record == proof.record
 
 
@@ -69,7 +72,7 @@ def test_each_member_lies_in_the_bounds_of_its_box(tmp_path):
         },
         "visco-elastic",
     )
-    found = prove_boxes(plan, tmp_path, 60.0)
+    found = prove_boxes(plan, tmp_path, LONG)
     assert len(found) > 1
     assert (covered(found, plan.members) == 1).all()
     for proof in found:
@@ -89,7 +92,7 @@ def test_each_member_lies_in_the_bounds_of_its_box(tmp_path):
 def test_bodies_with_several_rest_states_are_in_no_box(tmp_path):
     """Held by weak stiffnesses, a heavy body can hang down too."""
     plan = plan_of({K_R: WEAK, L_R: {"scale": {"values": [1, 2, 3]}}}, gravity=[0.0, 0.0, -9.81])
-    found = prove_boxes(plan, tmp_path, 60.0)
+    found = prove_boxes(plan, tmp_path, LONG)
     counts = covered(found, plan.members)
     states = [
         len(proof_for(tmp_path / "own", plan.config_of(member), brief=True).states)
@@ -105,7 +108,7 @@ def test_bodies_with_several_rest_states_are_in_no_box(tmp_path):
 
 def test_a_whole_with_several_rest_states_is_named_with_a_body(tmp_path):
     weak = {"scale": {"linspace": [0.1, 0.3, 9]}}
-    first, *_ = prove_boxes(plan_of({K_R: weak}, gravity=[0.0, 0.0, -9.81]), tmp_path)
+    first, *_ = prove_boxes(plan_of({K_R: weak}, gravity=[0.0, 0.0, -9.81]), tmp_path, LONG)
     assert first.whole
     assert first.record.proved is False
     assert len(first.record.rest_states) > 1
@@ -115,18 +118,18 @@ def test_a_whole_with_several_rest_states_is_named_with_a_body(tmp_path):
 
 def test_a_stored_proof_that_failed_is_no_end(tmp_path):
     plan = plan_of({K_R: WEAK}, gravity=[0.0, 0.0, -9.81])
-    found = prove_boxes(plan, tmp_path, 60.0)
+    found = prove_boxes(plan, tmp_path, LONG)
     assert found
     shutil.rmtree(tmp_path / "proofs")
     boxes = _Boxes(plan, "permanent", np.arange(9), plan.values(0, 9))
     assert not bodies_for(tmp_path, *boxes.box(np.arange(9))).proved
-    again = prove_boxes(plan, tmp_path, 60.0)
+    again = prove_boxes(plan, tmp_path, LONG)
     assert [one.members.tolist() for one in again] == [one.members.tolist() for one in found]
 
 
 def test_start_and_damping_do_not_divide_a_box(tmp_path):
     vary = {SPIN: {"values": [0, 9]}, K_R: {"scale": {"values": [0.9, 1.1]}}, L_R: WEAK}
-    (proof,) = prove_boxes(plan_of(vary), tmp_path)
+    (proof,) = prove_boxes(plan_of(vary), tmp_path, LONG)
     keys = {f"{key}[{k}]" for key in (K_R, L_R) for k in range(3)}
     assert {one.key for one in proof.record.tolerances} == keys
 
@@ -139,11 +142,11 @@ def test_start_and_damping_do_not_divide_a_box(tmp_path):
     ],
 )
 def test_where_all_members_of_a_variant_share_a_proof_there_is_no_box(vary, tmp_path):
-    assert prove_boxes(plan_of(vary), tmp_path) == []
+    assert prove_boxes(plan_of(vary), tmp_path, LONG) == []
 
 
 def test_gravity_has_a_box_too(tmp_path):
-    (proof,) = prove_boxes(plan_of({"gravity[2]": {"linspace": [-9.9, -9.7, 3]}}), tmp_path)
+    (proof,) = prove_boxes(plan_of({"gravity[2]": {"linspace": [-9.9, -9.7, 3]}}), tmp_path, LONG)
     assert [one.key for one in proof.record.tolerances] == ["gravity[2]"]
     assert proof.record.proved
 

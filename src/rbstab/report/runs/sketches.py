@@ -36,7 +36,9 @@ def decay_sketches(runs: Sequence[Run]) -> list[Sketch | None]:
     settled = " Dot: at rest from there on." if any(decay.settled for decay in drawn) else ""
     shown = "v(t) over its largest value" if linear else "v(t)/v(0), logarithmic"
     caption = f"{shown}, over time.{settled}"
-    x_ends, y_ends = ("0 s", f"{number(end)} s"), (number(low), number(high))
+    # Two digits, as 1.6e-6: the picture has little room beside it.
+    y_ends = f"{low:.2g}".replace("e-0", "e-"), number(high)
+    x_ends = ("0 s", f"{number(end)} s")
 
     def heights(ratio: Array) -> Array:
         if linear:

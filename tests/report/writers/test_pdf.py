@@ -25,7 +25,7 @@ from rbstab.report.model.document import (
 )
 from rbstab.report.model.figure import Axis, Figure, Line, Panel
 from rbstab.report.runs.sections import run_sections
-from rbstab.report.writers import pdf_figures
+from rbstab.report.writers import pdf_layout
 from rbstab.report.writers.pdf import pdf_of, write_pdf
 from rbstab.report.writers.pdf_cards import BORDER
 from rbstab.report.writers.pdf_tables import TONE_COLOURS
@@ -421,7 +421,7 @@ def test_an_older_report_stays_where_a_new_one_fails(tmp_path, monkeypatch):
     def fails(figure):
         raise MemoryError
 
-    monkeypatch.setattr(pdf_figures, "prepared", fails)
+    monkeypatch.setattr(pdf_layout, "prepared", fails)
     with pytest.raises(MemoryError):
         write_pdf(report(FIGURE), path)
     assert path.read_text() == "an older report"

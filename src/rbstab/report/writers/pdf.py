@@ -16,12 +16,11 @@ from rbstab.report.writers.motion_caption import stills_caption
 from rbstab.report.writers.pdf_cards import write_cards
 from rbstab.report.writers.pdf_layout import (
     MILLIMETRES_PER_INCH,
-    MOST_EMPTY,
     Block,
     PageQueue,
     figure_block,
 )
-from rbstab.report.writers.pdf_pages import GREY, SMALL, Picture, ReportPdf
+from rbstab.report.writers.pdf_pages import GREY, MOST_EMPTY, SMALL, Picture, ReportPdf
 from rbstab.report.writers.pdf_tables import MIN_HEIGHT, size_of, write_table
 from rbstab.store.disk.atomic import write_atomically
 

@@ -1,4 +1,4 @@
-"""The layout of a PDF: blocks wait until their page is full; then figures get the height to fill it.
+"""The layout of a PDF: blocks wait until their page is full, and figures then fill it.
 
 Blocks stay in their order, so that figures are in the order of their numbers.
 """
@@ -12,7 +12,7 @@ from PIL import Image
 
 from rbstab.report.model.figure import Figure
 from rbstab.report.writers.matplotlib_figures.renderer import WIDTH, png_of, prepared
-from rbstab.report.writers.pdf_pages import Picture, ReportPdf
+from rbstab.report.writers.pdf_pages import MOST_EMPTY, Picture, ReportPdf
 
 MILLIMETRES_PER_INCH = 25.4
 
@@ -22,9 +22,6 @@ have no room for their labels; higher ones look empty."""
 
 LEAST_STRETCH = 0.75
 """The smallest factor where more than `MOST_EMPTY` of a page would be empty otherwise."""
-
-MOST_EMPTY = 0.3
-"""The share of a page that a block may leave empty to stay whole."""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,16 @@ from fpdf import FontFace
 from fpdf.enums import Align, MethodReturnValue, TableBordersLayout, TableHeadingsDisplay
 
 from rbstab.report.model.document import MARKS, Cell, Table
-from rbstab.report.writers.pdf_pages import BLACK, FAMILY, GREY, LEADING, MARGIN, SMALL, ReportPdf
+from rbstab.report.writers.pdf_pages import (
+    BLACK,
+    FAMILY,
+    GREY,
+    LEADING,
+    MARGIN,
+    MOST_EMPTY,
+    SMALL,
+    ReportPdf,
+)
 
 PORTRAIT, LANDSCAPE = 210.0 - 2 * MARGIN, 297.0 - 2 * MARGIN
 """Maximum width of a table on portrait and landscape pages, mm."""
@@ -35,7 +44,7 @@ SHORT_TABLE = 24
 WIDE_TEXT = 100.0
 """Width of a text of many lines in a table that is split by columns, mm."""
 
-KEPT_HEIGHT = 77.0
+KEPT_HEIGHT = MOST_EMPTY * (297.0 - 2 * MARGIN)
 """A table of at most this height is not broken between two pages, mm; a higher one would leave too
 much of a page empty. It is broken between rows, and each page has the headers."""
 

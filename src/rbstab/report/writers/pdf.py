@@ -89,7 +89,7 @@ def _groups(pdf: ReportPdf, section: Section) -> Iterator[Group]:
     blocks = list(section.blocks) or [""]
     count = next((k for k, block in enumerate(blocks) if not isinstance(block, str)), 0)
     texts = tuple(block for block in blocks[:count] if isinstance(block, str))
-    if sum(map(pdf.text_height, texts)) > MOST_EMPTY * pdf.eph:
+    if sum(map(pdf.text_height, texts)) > MIN_HEIGHT:
         # So many texts need not stay with what is below them.
         texts, count = (), 0
     yield Group(blocks[count], texts, section)
@@ -156,6 +156,7 @@ def _table(pdf: ReportPdf, table: Table) -> Block:
         lambda _: write_table(pdf, table, is_whole=is_whole),
         is_long=not is_whole,
         landscape=size.landscape,
+        extra=0.0 if is_whole or size.landscape else size.unbroken - size.begin,
     )
 
 

@@ -34,6 +34,8 @@ class Block:
         natural: The natural height of its figure, mm; 0 for none.
         is_long: Whether it goes on on the next pages; what follows is below it.
         landscape: Whether it needs landscape pages.
+        extra: The height beyond `fixed` that it should have where it begins, so that it is not
+            broken there, if this does not leave too much of a page empty, mm.
     """
 
     fixed: float
@@ -41,6 +43,7 @@ class Block:
     natural: float = 0.0
     is_long: bool = False
     landscape: bool = False
+    extra: float = 0.0
 
 
 class Page(NamedTuple):
@@ -92,7 +95,7 @@ class PageQueue:
             self._leave_page()
         self._waiting.append(block)
         if block.is_long:
-            self.flush()
+            self._write(1.0, block.extra)
 
     def flush(self) -> None:
         """Write the waiting blocks, with figures in their natural height if they fit."""
@@ -101,16 +104,16 @@ class PageQueue:
     def _fits(self, block: Block) -> bool:
         room = self.pdf.room
         together = _page([*self._waiting, block])
-        if together.fits(room, self._least):
+        if together.fits(room - block.extra, self._least):
             return True
         # How high the figures become without the block, and what is then left of the page.
         page = _page(self._waiting)
         filled = page.fixed + page.stretch(room, MAX_STRETCH, self._least) * page.natural
-        is_empty = room - filled > MOST_EMPTY * self.pdf.eph
-        if is_empty and together.fits(room, LEAST_STRETCH):
+        if room - filled <= MOST_EMPTY * self.pdf.eph:
+            return False
+        if not together.fits(room, self._least) and together.fits(room, LEAST_STRETCH):
             self._least = LEAST_STRETCH
-            return True
-        return False
+        return together.fits(room, self._least)
 
     def _leave_page(self) -> None:
         """Write the waiting blocks so that they fill the page, and begin a new one."""
@@ -118,10 +121,15 @@ class PageQueue:
         if not self.pdf.is_at_top:
             self.pdf.add_page()
 
-    def _write(self, largest: float) -> None:
-        """Write all waiting blocks, with figures at most so many times as high as naturally."""
+    def _write(self, largest: float, extra: float = 0.0) -> None:
+        """Write all waiting blocks, with figures at most so many times as high as naturally.
+
+        They are lower if the last block then has so much more room, mm.
+        """
         blocks, self._waiting = self._waiting, []
-        stretch = _page(blocks).stretch(self.pdf.room, largest, self._least)
+        room = self.pdf.room
+        kept = extra if _page(blocks).fits(room - extra, self._least) else 0.0
+        stretch = _page(blocks).stretch(room - kept, largest, self._least)
         self._least = MIN_STRETCH
         for block in blocks:
             block.write(stretch)

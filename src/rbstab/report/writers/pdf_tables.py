@@ -48,6 +48,9 @@ KEPT_HEIGHT = MOST_EMPTY * (297.0 - 2 * MARGIN)
 """A table of at most this height is not broken between two pages, mm; a higher one would leave too
 much of a page empty. It is broken between rows, and each page has the headers."""
 
+HALF_PAGE = 0.5 * (297.0 - 2 * MARGIN)
+"""A higher table need not begin on a new page, mm."""
+
 FEWEST_ROWS = 3
 """Of a table that is broken, each page has at least so many rows."""
 
@@ -85,11 +88,14 @@ class TableSize(NamedTuple):
     Attributes:
         height: Its whole height; infinite if it has so many rows that they are not measured.
         begin: The height that must be left on the page where it begins, if it is broken.
+        unbroken: The height with which it is not broken where it begins, or only between its
+            columns; that of its begin if it is high.
         landscape: Whether it needs landscape pages.
     """
 
     height: float
     begin: float
+    unbroken: float
     landscape: bool
 
 
@@ -129,16 +135,14 @@ def _size(pdf: ReportPdf, table: Table, fit: Fit) -> TableSize:
     parts = _parts(pdf, table, fit)
     if len(table.rows) > MOST_KEPT:
         begin = replace(table, rows=table.rows[:FEWEST_ROWS])
-        first = sum(_row_heights(pdf, begin, parts[0], fit.size))
-        return TableSize(math.inf, max(titles + first, MIN_HEIGHT), fit.landscape)
+        first = max(titles + sum(_row_heights(pdf, begin, parts[0], fit.size)), MIN_HEIGHT)
+        return TableSize(math.inf, first, first, fit.landscape)
     heights = [_row_heights(pdf, table, part, fit.size) for part in parts]
     # Below each part is a space of 2 mm, and below the table one more.
     whole = titles + sum(sum(rows) + 2 for rows in heights) + 2
-    # If it is split by columns, the first ones stay together.
-    first = titles + sum(heights[0])
-    if len(parts) == 1 or first > KEPT_HEIGHT:
-        first = titles + sum(heights[0][: 1 + FEWEST_ROWS])
-    return TableSize(whole, min(max(first, MIN_HEIGHT), KEPT_HEIGHT), fit.landscape)
+    first = max(titles + sum(heights[0][: 1 + FEWEST_ROWS]), MIN_HEIGHT)
+    kept = [height for height in (whole, titles + sum(heights[0])) if height <= HALF_PAGE]
+    return TableSize(whole, first, max([first, *kept[:1]]), fit.landscape)
 
 
 def _row_heights(pdf: ReportPdf, table: Table, part: dict[int, float], size: float) -> list[float]:

@@ -8,6 +8,7 @@ from report.writers.pdf_reports import MOTION, SOLID, read, report, text_of
 
 from rbstab.report.model.document import Section
 from rbstab.report.writers import pdf
+from rbstab.report.writers.matplotlib_figures.renderer import WIDTH
 from rbstab.report.writers.matplotlib_figures.stills import _row
 
 
@@ -42,33 +43,28 @@ def far_and_near():
     return far, MOTION
 
 
-def drawn_height(animation, others):
-    """Return the height of the body in the first pose, in."""
-    axes = _row(animation, others).axes[0]
-    (body,) = axes.collections
-    figure = axes.get_figure()
-    assert figure is not None
-    low, high = axes.get_ylim()
-    places = np.concatenate([path.vertices for path in body.get_paths()])[:, 1]
-    inches = axes.get_position().height * figure.get_figheight()
-    return np.ptp(places) / (high - low) * inches
+def metres_per_inch(animation, others):
+    """Return the scale of the poses at the middle of the view, by the bar that shows it."""
+    axes = _row(animation, others).axes[-1]
+    (label,) = [text.get_text() for text in axes.texts if text.get_text().endswith(" m")]
+    bar = axes.lines[-1].get_xdata()
+    return float(label.removesuffix(" m")) / (np.ptp(bar) * axes.get_position().width * WIDTH)
 
 
 def test_equal_bodies_have_one_scale():
-    """Up to the perspective: the camera looks at the middle of each motion."""
     far, near = far_and_near()
-    alone = [drawn_height(motion, ()) for motion in (far, near)]
-    assert alone[1] > 1.4 * alone[0]
-    together = [drawn_height(motion, (far, near)) for motion in (far, near)]
-    assert together[1] == pytest.approx(together[0], rel=0.1)
+    alone = [metres_per_inch(motion, ()) for motion in (far, near)]
+    assert alone[0] > 1.4 * alone[1]
+    together = [metres_per_inch(motion, (far, near)) for motion in (far, near)]
+    assert together[1] == pytest.approx(together[0])
 
 
 def test_other_bodies_and_motions_without_stills_have_scales_of_their_own():
     far, near = far_and_near()
     vertices = 2 * SOLID.vertices
-    alone = drawn_height(near, ())
+    alone = metres_per_inch(near, ())
     for other in (replace(far, solid=replace(SOLID, vertices=vertices)), replace(far, stills=())):
-        assert drawn_height(near, (other, near)) == alone
+        assert metres_per_inch(near, (other, near)) == alone
 
 
 def test_a_report_gives_all_its_motions_to_each_row(monkeypatch):

@@ -7,9 +7,9 @@ import pytest
 from report.writers.pdf_reports import MOTION, SOLID, read, report, text_of
 
 from rbstab.report.model.document import Section
-from rbstab.report.writers import pdf
 from rbstab.report.writers.matplotlib_figures.renderer import WIDTH
-from rbstab.report.writers.matplotlib_figures.stills import _row
+from rbstab.report.writers.matplotlib_figures.stills import _row, stills_png
+from rbstab.report.writers.write import write_report
 
 
 def test_a_motion_without_stills_is_left_out_with_a_sentence():
@@ -67,15 +67,16 @@ def test_other_bodies_and_motions_without_stills_have_scales_of_their_own():
         assert metres_per_inch(near, (other, near)) == alone
 
 
-def test_a_report_gives_all_its_motions_to_each_row(monkeypatch):
+@pytest.mark.parametrize("form", ["pdf", "md"])
+def test_a_report_gives_all_its_motions_to_each_row(form, monkeypatch, tmp_path):
     seen = []
-    png = pdf.stills_png
 
-    def spied(animation, others):
+    def spied(animation, others, **options):
         seen.append((animation, list(others)))
-        return png(animation, others)
+        return stills_png(animation, others, **options)
 
-    monkeypatch.setattr(pdf, "stills_png", spied)
+    for module in ("pdf", "matplotlib_figures.stills"):
+        monkeypatch.setattr(f"rbstab.report.writers.{module}.stills_png", spied)
     far, near = far_and_near()
-    read(report(far, near))
+    write_report(report(far, near), tmp_path / f"a.{form}", form)
     assert seen == [(far, [far, near]), (near, [far, near])]

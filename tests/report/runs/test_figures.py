@@ -18,6 +18,7 @@ from rbstab.experiment.summary import lyapunov_function_of
 from rbstab.report.model.figure import Axis, Bars, Level, Line, Panel, Points, Stack
 from rbstab.report.model.palette import COLOURS
 from rbstab.report.runs.figures.curves import layered, stepped
+from rbstab.report.runs.figures.lyapunov import decay_figure
 from rbstab.report.runs.sections import MAX_CURVES, run_sections
 from rbstab.systems.quantities import BY_NAME
 
@@ -101,8 +102,9 @@ def test_each_run_has_its_colour_in_all_overlays():
 def test_runs_of_the_same_colour_have_other_dashes():
     numbers = range(len(COLOURS) + 1)
     runs = [without_config(run_of("free", number, f"run {number}")) for number in numbers]
-    panel = figures_in(run_sections(runs))["runs-decay"].panels[0]
-    looks = [(line.colour % len(COLOURS), line.dash) for line in lines_of(panel)]
+    looks = [
+        (line.colour % len(COLOURS), line.dash) for line in lines_of(decay_figure(runs).panels[0])
+    ]
     assert len(set(looks)) == len(runs)
 
 

@@ -71,6 +71,34 @@ def test_the_numbers_of_a_run(path):
         assert value[f"peak E{axis + 1}"] == pytest.approx(100 * peak, rel=1e-6)
 
 
+def test_the_deciding_columns_are_first(path):
+    """A page shows as many columns as fit, from the left."""
+    heads = [head.label for head in summary_table(facts(path)).heads]
+    answers = ["run", "this start", "whole range"]
+    assert heads[:6] == [*answers, "v(0)/c*", "at rest from", "peak |E|"]
+
+
+def test_the_peak_of_the_distance(path):
+    """All components of the made motion peak at the same time."""
+    cell = column(summary_table(facts(path)), "peak |E|")["made"]
+    assert cell.value == pytest.approx(100 * np.linalg.norm(PEAKS), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "level", "text", "tone"),
+    [
+        ("certified", (100.0, 200.0), "0.5", "good"),
+        ("unknown", (300.0, 200.0), "1.5", ""),
+        ("unknown", (100.0, 0.0), "-", ""),
+        ("unknown", (math.nan, math.nan), "-", ""),
+    ],
+)
+def test_the_margin_of_a_start(verdict, level, text, tone, tmp_path):
+    path = made_file(tmp_path / "a.h5", verdicts={"certified region": verdict}, level=level)
+    cell = column(summary_table(facts(path)), "v(0)/c*")["a"]
+    assert (cell.text, cell.tone) == (text, tone)
+
+
 def test_every_row_has_as_many_cells_as_there_are_heads(path):
     table = summary_table(facts(path))
     assert all(len(row) == len(table.heads) for row in table.rows)

@@ -12,6 +12,9 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.split_time import SplitTime
 
+MUTED = 6
+"""Number of the colour of what stands back: grey, the last colour of the palette."""
+
 SHARE_ENDS = (-0.03, 1.03)
 """The ends of an axis of fractions: all of it is shown, so that 0.9992 does not look like half."""
 
@@ -64,6 +67,8 @@ class Line:
         depth: How many curves it is behind: it is drawn wider and paler than these.
         cased: Whether it is drawn dark between light edges, so that it shows on areas of any colour
             and on any page. It then has no colour of its own.
+        group: The entry of the legend that it shares with curves of other names; it is thin and
+            pale, as one of many. "" if it has its own.
     """
 
     x: Array
@@ -74,15 +79,20 @@ class Line:
     step: bool = False
     depth: int = 0
     cased: bool = False
+    group: str = ""
 
     @property
     def wider(self) -> float:
         """Its width over that of a curve in front, so that it shows on both sides of it."""
+        if self.group:
+            return 0.6
         return 1.0 + 0.7 * min(self.depth, 3)
 
     @property
     def opacity(self) -> float:
         """Its opacity, 1 in front."""
+        if self.group:
+            return 0.6
         return (1.0, 0.55, 0.45, 0.35)[min(self.depth, 3)]
 
 
@@ -102,6 +112,7 @@ class Points:
         members: Number of the member of a sweep that each point shows; () for none.
         key: Number of the colour of their legend entry, where points of one name have several
             colours; None: their own.
+        group: As of a `Line`.
     """
 
     x: Array
@@ -112,6 +123,7 @@ class Points:
     texts: tuple[str, ...] = ()
     members: tuple[int, ...] = ()
     key: int | None = None
+    group: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,7 +33,7 @@ class Run:
     """A single run.
 
     Args:
-        number: Its number among the runs, from 0; also the number of its colour.
+        number: The number of its colour: its number among the runs, from 0, if these are few.
         name: Its anchor, unique in a report: "run-1".
         label: Its name in legends and tables, unique among the runs; from the name of its file.
         path: Its file.
@@ -42,6 +42,7 @@ class Run:
         data: The stored config as plain data, not validated; empty if it is not YAML.
         known_summary: Its summary, if it was computed already.
         known_answers: The answers about it, if they were computed already.
+        legend: The entry in legends that it shares with others, in grey; "" if it has its own.
     """
 
     number: int
@@ -53,6 +54,7 @@ class Run:
     data: Mapping[str, Any] = field(default_factory=dict)
     known_summary: Summary | None = None
     known_answers: Answers | None = None
+    legend: str = ""
 
     @cached_property
     def summary(self) -> Summary:

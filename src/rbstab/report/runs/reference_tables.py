@@ -6,7 +6,9 @@ from rbstab.experiment.summary import ReferenceValue
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Block, Cell, Head, Section, Table
 from rbstab.report.model.words import NO_VALUE, listed, number, untrusted, vector
+from rbstab.report.runs.config_tables import value_text
 from rbstab.report.runs.facts import RunFacts
+from rbstab.report.runs.paper_cases import changed_keys
 from rbstab.report.runs.tables import CENTIMETRES
 
 HEADS = (
@@ -25,19 +27,58 @@ NOTE = (
     "--to-end)."
 )
 
+CHANGED_HEADS = (
+    Head("run"),
+    Head("source"),
+    Head("keys that differ, and the values of the source"),
+)
+
+CHANGED_NOTE = (
+    "What the source prints says nothing about these runs, so they are not compared with it: they "
+    "are not of its case."
+)
+
 
 def reference_section(facts: Sequence[RunFacts]) -> Section | None:
     """Return the section with printed and computed values; None if no config has a `reference`."""
+    changed = [(entry, text) for entry in facts if (text := _changes(entry))]
+    others = [entry for entry, _ in changed]
+    own = [entry for entry in facts if entry not in others]
     rows = tuple(
-        _row(entry.run.label, comparison) for entry in facts for comparison in entry.comparisons
+        _row(entry.run.label, comparison) for entry in own for comparison in entry.comparisons
     )
-    blocks: list[Block] = [*_sentences(facts)]
+    blocks: list[Block] = [*_sentences(own)]
+    if rows:
+        blocks += _stopped(own)
+        blocks.append(Table("reference", "Printed and computed values", HEADS, rows, NOTE))
+    if changed:
+        blocks.append(_changed_table(changed))
     if not blocks:
         return None
-    if rows:
-        blocks += _stopped(facts)
-        blocks.append(Table("reference", "Printed and computed values", HEADS, rows, NOTE))
     return Section("source", "Comparison with the source", tuple(blocks))
+
+
+def _changes(entry: RunFacts) -> str:
+    """Return the keys in which a run differs from the case of its source; "" for none."""
+    config, data = entry.run.config, entry.run.data
+    keys = changed_keys(config, data) if config is not None and data else {}
+    return "; ".join(
+        f"{untrusted(key)} = {value_text(value)} ({value_text(printed)})"
+        for key, (value, printed) in keys.items()
+    )
+
+
+def _changed_table(changed: Sequence[tuple[RunFacts, str]]) -> Table:
+    rows = tuple(
+        (Cell(entry.run.label), Cell(untrusted(_source(entry))), Cell(text))
+        for entry, text in changed
+    )
+    return Table("reference-changed", "Changed configs", CHANGED_HEADS, rows, CHANGED_NOTE)
+
+
+def _source(entry: RunFacts) -> str:
+    reference = entry.run.config.reference if entry.run.config is not None else None
+    return reference.source if reference is not None else ""
 
 
 def _sentences(facts: Sequence[RunFacts]) -> list[str]:

@@ -9,6 +9,7 @@ from rbstab.report.runs.figures.distributions import distribution_figure
 from rbstab.report.runs.figures.eigenvalues import eigenvalue_blocks
 from rbstab.report.runs.figures.empty_panels import without_empty_panels
 from rbstab.report.runs.figures.energy import element_figures, energy_figure, force_figures
+from rbstab.report.runs.figures.extremes import extremes_in_colour
 from rbstab.report.runs.figures.lyapunov import (
     audit_figure,
     decay_figure,
@@ -44,7 +45,8 @@ def run_sections(runs: Sequence[Run]) -> tuple[Section, ...]:
         )
         blocks: tuple[Block, ...] = (sentence, distribution_figure(runs))
         return (Section("runs-distributions", "Outcomes of all runs", blocks),)
-    eigenvalues = eigenvalue_blocks(runs)
+    looks, sentence = extremes_in_colour(runs)
+    eigenvalues = eigenvalue_blocks(looks)
     found = Section("runs-eigenvalues", "Eigenvalues at the rest state", eigenvalues)
     between = (found,) if eigenvalues else ()
     if len(runs) == 1:
@@ -55,14 +57,17 @@ def run_sections(runs: Sequence[Run]) -> tuple[Section, ...]:
             *between,
             _run_section(runs[0], others, folded=False),
         )
+    # Of curves that cover each other, the last one is seen.
+    ordered = sorted(looks, key=lambda run: not run.legend)
     overlaid = (
-        decay_figure(runs),
-        *overlaid_states(runs),
-        overlaid_phases(runs),
-        residual_figure(runs),
+        decay_figure(ordered),
+        *overlaid_states(ordered),
+        overlaid_phases(ordered),
+        residual_figure(ordered),
     )
+    compared = (*([sentence] if sentence else []), *_shown(overlaid))
     return (
-        Section("runs-compared", "Comparison of runs", tuple(_shown(overlaid))),
+        Section("runs-compared", "Comparison of runs", compared),
         *between,
         *(_run_section(run, _shown(_run_figures(run)), folded=True) for run in runs),
     )

@@ -21,8 +21,10 @@ HEADS = (
     Head("run"),
     Head("this start"),
     Head("whole range"),
-    Head("status"),
+    Head("v(0)/c*", numbers=True),
     Head("at rest from", "s", numbers=True),
+    Head("peak |E|", "cm", numbers=True),
+    Head("status"),
     Head("peak E1", "cm", numbers=True),
     Head("peak E2", "cm", numbers=True),
     Head("peak E3", "cm", numbers=True),
@@ -35,17 +37,21 @@ HEADS = (
     Head("|r|/v(0)", numbers=True),
     Head("checks"),
 )
+"""The deciding columns are first: a page shows as many as fit."""
 
 NOTE = (
     "This start and whole range: how sure it is that the motion from this start, and every motion "
     "that stays in the range of the Euler angles, comes to rest. A computed run is "
     f"at rest from the time after which v stays below {SETTLED_FRACTION:g} v(0), unless at its end "
     "v no longer falls although the body moves. "
-    "Peak E1, E2 and E3 are the displacements of the contact point farthest from zero, by axis. "
+    "v(0)/c*: below 1, the start is in the certified region, in which convergence is proved; both "
+    "count from the rest state of the region. "
+    "E is the displacement of the contact point from its anchor; peak E1, E2 and E3 are its values "
+    "farthest from zero, by axis. "
     "v is the Lyapunov function, and r = v(t) - v(0) - ∫v' dt is the energy residual. |r| is "
     "divided by v(0), or by a ten thousandth of the largest energy if that is larger. Rest states "
-    "are those in the range of the Euler angles; they and the certified region, in which "
-    "convergence is proved, need a proof beside the result (rbstab run makes it). Checks: what the "
+    "are those in the range of the Euler angles; they and the certified region "
+    "need a proof beside the result (rbstab run makes it). Checks: what the "
     "checks of the computed run found together."
 )
 
@@ -110,8 +116,10 @@ def _row(facts: RunFacts) -> tuple[Cell, ...]:
     return (
         Cell(facts.run.label),
         *(_answer_cell(answer) for answer in facts.answer),
-        Cell(status if completed else f"{status} at {number(s.end_time)} s", tone=_tone(completed)),
+        _start_over_level(facts),
         number_cell(facts.run.settling_time),
+        _peak_distance(facts),
+        Cell(status if completed else f"{status} at {number(s.end_time)} s", tone=_tone(completed)),
         *(number_cell(CENTIMETRES * peak) for peak in s.peak_contact_displacement),
         Cell(at_least(s.pitch_resolved) + number(s.largest_pitch), s.largest_pitch),
         *(_lyapunov_cell(v, facts) for v in (s.lyapunov_start, s.lyapunov_end)),
@@ -121,6 +129,21 @@ def _row(facts: RunFacts) -> tuple[Cell, ...]:
         number_cell(s.relative_residual, 2),
         verdict_cell(facts.attribute("verdict"), "certificates"),
     )
+
+
+def _start_over_level(facts: RunFacts) -> Cell:
+    """Return a cell with v(0)/c*: the margin of the start in its certified region."""
+    region = facts.region
+    if region is None or not region.level > 0:
+        return Cell(NO_VALUE)
+    ratio = region.start / region.level
+    return Cell(number(ratio, 3), ratio, "good" if region.inside else "")
+
+
+def _peak_distance(facts: RunFacts) -> Cell:
+    s = facts.run.summary
+    peak = CENTIMETRES * s.peak_distance
+    return Cell(at_least(s.displacement_resolved) + number(peak), peak)
 
 
 def _lyapunov_cell(value: float, facts: RunFacts) -> Cell:

@@ -92,11 +92,13 @@ def _write_pictures(report: Report, folder: Path) -> dict[str, str]:
     from rbstab.report.writers.matplotlib_figures.stills import stills_png
 
     names = {}
-    for block in (block for section in report.sections for block in section.blocks):
+    blocks = [block for section in report.sections for block in section.blocks]
+    motions = [block for block in blocks if isinstance(block, Animation)]
+    for block in blocks:
         if isinstance(block, Figure):
             key, content = block.name, png(block, dpi=DOTS_PER_INCH)
         elif isinstance(block, Animation) and block.stills:
-            key, content = f"{block.name}-motion", stills_png(block, dpi=DOTS_PER_INCH)
+            key, content = f"{block.name}-motion", stills_png(block, motions, dpi=DOTS_PER_INCH)
         else:
             continue
         folder.mkdir(exist_ok=True)

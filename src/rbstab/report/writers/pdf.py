@@ -1,20 +1,27 @@
 """A report as PDF: A4, with an outline, tables over several pages, and figures in the text."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
 
 from PIL import Image
 
-from rbstab.report.model.document import Animation, Block, Cards, Report, Section, Table
+from rbstab.report.model import document
+from rbstab.report.model.document import Animation, Cards, Report, Section, Table
 from rbstab.report.model.figure import Figure
 from rbstab.report.writers.matplotlib_figures.renderer import WIDTH
 from rbstab.report.writers.matplotlib_figures.stills import stills_png
 from rbstab.report.writers.motion_caption import stills_caption
 from rbstab.report.writers.pdf_cards import write_cards
-from rbstab.report.writers.pdf_figures import MILLIMETRES_PER_INCH, FigureQueue, Heading
-from rbstab.report.writers.pdf_pages import GREY, HEADING, SMALL, Picture, ReportPdf
-from rbstab.report.writers.pdf_tables import MIN_HEIGHT, height_needed, needs_landscape, write_table
+from rbstab.report.writers.pdf_layout import (
+    MILLIMETRES_PER_INCH,
+    Block,
+    PageQueue,
+    figure_block,
+)
+from rbstab.report.writers.pdf_pages import GREY, MOST_EMPTY, SMALL, Picture, ReportPdf
+from rbstab.report.writers.pdf_tables import MIN_HEIGHT, size_of, write_table
 from rbstab.store.disk.atomic import write_atomically
 
 
@@ -43,14 +50,18 @@ def pdf_of(report: Report) -> bytes:
 def _render(pdf: ReportPdf, report: Report) -> bytes:
     pdf.add_page()
     pdf.paragraph(report.title, style="B", size=18)
-    figures = FigureQueue(pdf)
+    queue, figures = PageQueue(pdf), 0
+    blocks = [block for section in report.sections for block in section.blocks]
+    motions = [block for block in blocks if isinstance(block, Animation)]
     for section in report.sections:
-        _write_section(pdf, section, figures)
-    figures.flush()
+        for group in _groups(pdf, section):
+            figures += isinstance(group.block, Figure)
+            queue.add(_below(pdf, group, _block(pdf, group.block, figures, motions)))
     if report.unread:
-        pdf.heading("Results that could not be read")
-        for path, reason in report.unread:
-            pdf.paragraph(f"{path}: {reason}")
+        texts = tuple(f"{path}: {reason}" for path, reason in report.unread)
+        for group in _groups(pdf, Section("", "Results that could not be read", texts)):
+            queue.add(_below(pdf, group, _block(pdf, group.block, figures, motions)))
+    queue.flush()
     pdf.ensure_orientation()
     pdf.ln(3)
     pdf.paragraph(f"Made {report.made} by", size=SMALL, colour=GREY)
@@ -58,67 +69,102 @@ def _render(pdf: ReportPdf, report: Report) -> bytes:
     return pdf.to_bytes()
 
 
-def _write_section(pdf: ReportPdf, section: Section, figures: FigureQueue) -> None:
-    """Write a section, with its heading on the same page as its first block."""
-    first, *others = section.blocks or ("",)
-    if isinstance(first, Figure):
-        figures.add(first, Heading(section.title, section.name))
-    else:
-        figures.flush()
-        landscape = isinstance(first, Table) and needs_landscape(pdf, first)
-        height = _height_of_start(pdf, section.blocks)
-        pdf.heading(section.title, anchor=section.name, landscape=landscape, height=height)
-        _write(pdf, first, figures)
-    for block in others:
-        _write(pdf, block, figures)
+@dataclass(frozen=True)
+class Group:
+    """What stays together on a page: a heading, the texts below it, and the begin of a block.
+
+    Args:
+        block: The last one.
+        texts: The texts above it.
+        section: The section, if the group begins with its heading.
+    """
+
+    block: document.Block
+    texts: tuple[str, ...] = ()
+    section: Section | None = None
 
 
-def _height_of_start(pdf: ReportPdf, blocks: Sequence[Block]) -> float:
-    """Return the height of the texts at the start of a section and the table below them, mm."""
-    height = 0.0
-    for block in blocks:
-        if isinstance(block, str):
-            height += pdf.text_height(block)
-            continue
-        if isinstance(block, Table):
-            height += height_needed(pdf, block)
-        elif isinstance(block, Animation) and (picture := _stills(block)) is not None:
-            height += pdf.height_of(picture)
-        break
-    # A section as high as a page begins where there is room for some lines.
-    return max(height, MIN_HEIGHT) if height <= pdf.eph - HEADING else MIN_HEIGHT
+def _groups(pdf: ReportPdf, section: Section) -> Iterator[Group]:
+    """Yield the blocks of a section, the first ones together with its heading."""
+    blocks = list(section.blocks) or [""]
+    count = next((k for k, block in enumerate(blocks) if not isinstance(block, str)), 0)
+    texts = tuple(block for block in blocks[:count] if isinstance(block, str))
+    if sum(map(pdf.text_height, texts)) > MIN_HEIGHT:
+        # So many texts need not stay with what is below them.
+        texts, count = (), 0
+    yield Group(blocks[count], texts, section)
+    yield from (Group(block) for block in blocks[count + 1 :])
 
 
-def _write(pdf: ReportPdf, block: Block, figures: FigureQueue) -> None:
-    if isinstance(block, Figure):
-        figures.add(block)
-        return
-    figures.flush()
+def _below(pdf: ReportPdf, group: Group, block: Block) -> Block:
+    """Return a block with the heading and the texts of its group above it."""
+    section, texts = group.section, group.texts
+    if section is None:
+        return block
+
+    def write(stretch: float) -> None:
+        pdf.heading(section.title, anchor=section.name, height=0.0, landscape=block.landscape)
+        for text in texts:
+            pdf.paragraph(text)
+        block.write(stretch)
+
+    above = pdf.heading_height(section.title) + sum(map(pdf.text_height, texts))
+    return replace(block, fixed=block.fixed + above, write=write)
+
+
+def _block(
+    pdf: ReportPdf, block: document.Block, number: int, motions: Sequence[Animation]
+) -> Block:
+    """Return what is written of a block.
+
+    Args:
+        pdf: The document.
+        block: The block.
+        number: The number of the last figure: this one, if it is a figure.
+        motions: All animations of the report.
+    """
     match block:
-        case str():
-            pdf.ensure_orientation()
-            pdf.paragraph(block)
+        case Figure():
+            return figure_block(pdf, block, number)
         case Table():
-            write_table(pdf, block)
+            return _table(pdf, block)
         case Cards():
-            write_cards(pdf, block)
+            return Block(MIN_HEIGHT, lambda _: write_cards(pdf, block), is_long=True)
         case Animation():
-            _write_stills(pdf, block)
+            return _stills(pdf, block, motions)
+        case str():
+            return _text(pdf, block)
 
 
-def _write_stills(pdf: ReportPdf, animation: Animation) -> None:
-    """Write the stills of an animation; a sentence if it has none."""
-    pdf.ensure_orientation()
-    picture = _stills(animation)
-    if picture is None:
-        pdf.paragraph(f"The HTML report animates the motion of {animation.title}.", style="I")
-    else:
-        pdf.add_picture(picture)
+def _text(pdf: ReportPdf, text: str, style: str = "") -> Block:
+    """Return a paragraph; a high one may begin where there is room for some lines."""
+    if not text:
+        return Block(0.0, lambda _: None)
+    height = pdf.text_height(text, style)
+    return Block(
+        min(height, MIN_HEIGHT),
+        lambda _: pdf.paragraph(text, style=style),
+        is_long=height > MIN_HEIGHT,
+    )
 
 
-def _stills(animation: Animation) -> Picture | None:
+def _table(pdf: ReportPdf, table: Table) -> Block:
+    size = size_of(pdf, table)
+    is_whole = size.height <= MOST_EMPTY * pdf.eph
+    return Block(
+        size.height if is_whole else size.begin,
+        lambda _: write_table(pdf, table, is_whole=is_whole),
+        is_long=not is_whole,
+        landscape=size.landscape,
+        extra=0.0 if is_whole or size.landscape else size.unbroken - size.begin,
+    )
+
+
+def _stills(pdf: ReportPdf, animation: Animation, motions: Sequence[Animation]) -> Block:
+    """Return the stills of an animation; a sentence if it has none."""
     if not animation.stills:
-        return None
-    image = Image.open(BytesIO(stills_png(animation))).convert("RGB")
+        return _text(pdf, f"The HTML report animates the motion of {animation.title}.", "I")
+    image = Image.open(BytesIO(stills_png(animation, motions))).convert("RGB")
     width = WIDTH * MILLIMETRES_PER_INCH
-    return Picture(image, width, stills_caption(animation), f"Motion of {animation.title}")
+    picture = Picture(image, width, stills_caption(animation), f"Motion of {animation.title}")
+    return Block(pdf.height_of(picture), lambda _: pdf.add_picture(picture))

@@ -18,6 +18,9 @@ FONTS = {"": "DejaVuSans.ttf", "B": "DejaVuSans-Bold.ttf", "I": "DejaVuSans-Obli
 MARGIN = 20.0
 """Margin of a page, mm."""
 
+MOST_EMPTY = 0.3
+"""The share of a page that a block may leave empty to stay whole."""
+
 TEXT, SMALL, HEADING = 9.5, 8.0, 13.0
 """Font sizes, points."""
 

@@ -1,5 +1,6 @@
 """Tables of a PDF: each page repeats the headers, and no table is wider than its page."""
 
+import math
 from dataclasses import replace
 from itertools import accumulate
 from typing import NamedTuple
@@ -8,7 +9,16 @@ from fpdf import FontFace
 from fpdf.enums import Align, MethodReturnValue, TableBordersLayout, TableHeadingsDisplay
 
 from rbstab.report.model.document import MARKS, Cell, Table
-from rbstab.report.writers.pdf_pages import BLACK, FAMILY, GREY, LEADING, MARGIN, SMALL, ReportPdf
+from rbstab.report.writers.pdf_pages import (
+    BLACK,
+    FAMILY,
+    GREY,
+    LEADING,
+    MARGIN,
+    MOST_EMPTY,
+    SMALL,
+    ReportPdf,
+)
 
 PORTRAIT, LANDSCAPE = 210.0 - 2 * MARGIN, 297.0 - 2 * MARGIN
 """Maximum width of a table on portrait and landscape pages, mm."""
@@ -34,9 +44,12 @@ SHORT_TABLE = 24
 WIDE_TEXT = 100.0
 """Width of a text of many lines in a table that is split by columns, mm."""
 
-KEPT_HEIGHT = 100.0
+KEPT_HEIGHT = MOST_EMPTY * (297.0 - 2 * MARGIN)
 """A table of at most this height is not broken between two pages, mm; a higher one would leave too
 much of a page empty. It is broken between rows, and each page has the headers."""
+
+HALF_PAGE = 0.5 * (297.0 - 2 * MARGIN)
+"""A higher table need not begin on a new page, mm."""
 
 FEWEST_ROWS = 3
 """Of a table that is broken, each page has at least so many rows."""
@@ -69,15 +82,38 @@ class Fit(NamedTuple):
     widths: list[float]
 
 
-def write_table(pdf: ReportPdf, table: Table) -> None:
+class TableSize(NamedTuple):
+    """The room that a table needs, mm.
+
+    Attributes:
+        height: Its whole height; infinite if it has so many rows that they are not measured.
+        begin: The height that must be left on the page where it begins, if it is broken.
+        unbroken: The height with which it is not broken where it begins, or only between its
+            columns; that of its begin if it is high.
+        landscape: Whether it needs landscape pages.
+    """
+
+    height: float
+    begin: float
+    unbroken: float
+    landscape: bool
+
+
+def write_table(pdf: ReportPdf, table: Table, *, is_whole: bool = False) -> None:
     """Write a table on portrait pages in the largest font that fits.
 
     A table that is too wide is split by columns, and each part has the first column. A long one is
     first tried on landscape pages.
+
+    Args:
+        pdf: The document.
+        table: The table.
+        is_whole: Whether there is room for all of it; otherwise it may be broken between rows.
     """
     fit = _fit(pdf, table)
     pdf.ensure_orientation(landscape=fit.landscape)
-    if pdf.will_page_break(_height_needed(pdf, table, fit)):
+    size = _size(pdf, table, fit)
+    if pdf.will_page_break(size.height if is_whole else size.begin):
         pdf.add_page(same=True)
     pdf.paragraph(table.title, style="B", size=SMALL + 1)
     if table.note:
@@ -87,35 +123,26 @@ def write_table(pdf: ReportPdf, table: Table) -> None:
     pdf.ln(2)
 
 
-def needs_landscape(pdf: ReportPdf, table: Table) -> bool:
-    """Return whether a table needs landscape pages."""
-    return _fit(pdf, table).landscape
+def size_of(pdf: ReportPdf, table: Table) -> TableSize:
+    """Return how much room a table needs."""
+    return _size(pdf, table, _fit(pdf, table))
 
 
-def height_needed(pdf: ReportPdf, table: Table) -> float:
-    """Return the height that must be left on the page where a table begins, mm.
-
-    It is the whole height of a low table, or that of its first columns if it is split by columns;
-    of others that of the title, the headers and the first rows.
-    """
-    return _height_needed(pdf, table, _fit(pdf, table))
-
-
-def _height_needed(pdf: ReportPdf, table: Table, fit: Fit) -> float:
+def _size(pdf: ReportPdf, table: Table, fit: Fit) -> TableSize:
     titles = pdf.text_height(table.title, "B", SMALL + 1)
     if table.note:
         titles += pdf.text_height(table.note, "", SMALL)
+    parts = _parts(pdf, table, fit)
     if len(table.rows) > MOST_KEPT:
         begin = replace(table, rows=table.rows[:FEWEST_ROWS])
-        first = sum(_row_heights(pdf, begin, _parts(pdf, table, fit)[0], fit.size))
-        return min(max(titles + first, MIN_HEIGHT), KEPT_HEIGHT)
-    heights = [_row_heights(pdf, table, part, fit.size) for part in _parts(pdf, table, fit)]
-    # Below each part is a space of 2 mm.
-    for kept in (sum(sum(rows) + 2 for rows in heights), sum(heights[0]) + 2):
-        if titles + kept <= KEPT_HEIGHT:
-            return titles + kept
-    height = titles + sum(heights[0][: 1 + FEWEST_ROWS])
-    return min(max(height, MIN_HEIGHT), KEPT_HEIGHT)
+        first = max(titles + sum(_row_heights(pdf, begin, parts[0], fit.size)), MIN_HEIGHT)
+        return TableSize(math.inf, first, first, fit.landscape)
+    heights = [_row_heights(pdf, table, part, fit.size) for part in parts]
+    # Below each part is a space of 2 mm, and below the table one more.
+    whole = titles + sum(sum(rows) + 2 for rows in heights) + 2
+    first = max(titles + sum(heights[0][: 1 + FEWEST_ROWS]), MIN_HEIGHT)
+    kept = [height for height in (whole, titles + sum(heights[0])) if height <= HALF_PAGE]
+    return TableSize(whole, first, max([first, *kept[:1]]), fit.landscape)
 
 
 def _row_heights(pdf: ReportPdf, table: Table, part: dict[int, float], size: float) -> list[float]:

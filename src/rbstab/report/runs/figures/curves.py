@@ -105,6 +105,7 @@ def curve_of(run: Run, y: Array, x: Array | None = None) -> Line:
         run.label,
         colour=run.number,
         dash=run.number // len(COLOURS),
+        group=run.legend,
     )
 
 

@@ -58,7 +58,9 @@ def eigenvalue_blocks(runs: Sequence[Run]) -> tuple[Block, ...]:
     drawn = [*first, *(roots for roots in only_nominal if roots is not None)]
     blocks: list[Block] = []
     if drawn:
-        blocks.append(_spectra([_nominal(roots) for roots in drawn]))
+        # Runs that are alike have the look of the first.
+        coloured_first = sorted(drawn, key=lambda roots: bool(roots.run.legend))
+        blocks.append(_spectra([_nominal(roots) for roots in coloured_first]))
     blocks += [_locus(roots) for roots in loci]
     blocks += _sentences(runs, readable, drawn)
     return tuple(blocks)
@@ -167,8 +169,8 @@ def _outside(groups: list[tuple[Roots, str]], far: float) -> str:
     return "; ".join(found)
 
 
-def _crosses(spectra: Sequence[tuple[Roots, str]], *, slow: bool) -> list[Mark]:
-    marks: list[Mark] = []
+def _crosses(spectra: Sequence[tuple[Roots, str]], *, slow: bool) -> list[Points]:
+    marks: list[Points] = []
     for (run, _, values), label in spectra:
         eigenvalues = values[0]
         if slow:
@@ -181,9 +183,11 @@ def _crosses(spectra: Sequence[tuple[Roots, str]], *, slow: bool) -> list[Mark]:
                 colour=run.number,
                 symbol=SYMBOLS[run.number % len(SYMBOLS)],
                 texts=tuple(_described(value) for value in eigenvalues.tolist()),
+                group=run.legend,
             )
         )
-    return marks
+    # What stands back is behind.
+    return sorted(marks, key=lambda mark: not mark.group)
 
 
 def _slow(values: Array, nominal: Array) -> NDArray[np.bool_]:

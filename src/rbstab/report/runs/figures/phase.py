@@ -5,13 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from rbstab.report.model.figure import Figure, Line, Mark, Panel, Points
+from rbstab.report.model.figure import MUTED, Figure, Line, Mark, Panel, Points
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.figures.between_samples import Path, path_between_samples
 from rbstab.report.runs.figures.curves import axis_of, curve_of, runs_with
-
-MARKED = 6
-"""Number of the palette colour of marked points: grey, which is no run's first choice."""
 
 MARGIN = 0.04
 """Space between the curves and the edges of a panel, as a share of its length."""
@@ -61,7 +58,7 @@ def _marked(runs: Sequence[Run], component: int, *, single: bool) -> list[Mark]:
         ]
     else:
         marks = [
-            Points(x[[k], 0], y[[k], 0], "start", colour=run.number, symbol=2, key=MARKED)
+            Points(x[[k], 0], y[[k], 0], "start", colour=run.number, symbol=2, key=MUTED)
             for k, run in enumerate(runs)
         ]
     owners: dict[float, list[Run]] = {}
@@ -71,9 +68,9 @@ def _marked(runs: Sequence[Run], component: int, *, single: bool) -> list[Mark]:
     zero = np.zeros(1)
     for place, own in owners.items():
         # A rest state that several runs have in common needs one mark only, of no run's colour.
-        tint = own[0].number if len(own) == 1 and not single else MARKED
+        tint = own[0].number if len(own) == 1 and not single else MUTED
         at = np.array([place])
-        marks.append(Points(at, zero, "rest state", colour=tint, symbol=1, key=MARKED))
+        marks.append(Points(at, zero, "rest state", colour=tint, symbol=1, key=MUTED))
     return marks
 
 

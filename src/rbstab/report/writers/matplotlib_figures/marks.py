@@ -105,7 +105,7 @@ def _line(line: Line, axes: Axes, panel: Panel) -> dict[str, Artist]:
         edges = withStroke(linewidth=CASING_WIDTH * curve.get_linewidth(), foreground=CASING)
         curve.set_path_effects([edges])
     # Of zeros on a logarithmic axis nothing is seen: no entry in the legend.
-    return {line.label: curve} if drawn else {}
+    return {line.group or line.label: curve} if drawn else {}
 
 
 def _points(points: Points, axes: Axes, panel: Panel) -> dict[str, Artist]:
@@ -113,13 +113,14 @@ def _points(points: Points, axes: Axes, panel: Panel) -> dict[str, Artist]:
         _drawable(points.x, panel.x),
         _drawable(points.y, panel.y),
         color=colour(points.colour),
+        alpha=0.6 if points.group else 1.0,
         linestyle="none",
         **SYMBOLS[points.symbol % len(SYMBOLS)],
         # On a map, whole at its edge.
         clip_on=not any(isinstance(mark, Cells) for mark in panel.marks),
     )
     if points.key is None:
-        return {points.label: points_line}
+        return {points.group or points.label: points_line}
     entry = Line2D([], [], linestyle="none", **SYMBOLS[points.symbol % len(SYMBOLS)])
     entry.set_color(colour(points.key))
     return {points.label: entry}

@@ -23,7 +23,7 @@ from matplotlib.ticker import (
     MaxNLocator,
 )
 
-from rbstab.report.model.figure import Axis, Cells, Figure, Level, Panel, Points, Shares
+from rbstab.report.model.figure import Axis, Cells, Figure, Level, Line, Panel, Points, Shares
 from rbstab.report.model.split_time import FIRST_SHARE, SplitTime
 from rbstab.report.writers.decimate import decimate
 from rbstab.report.writers.matplotlib_figures.log_labels import FewMinorLabels
@@ -190,7 +190,13 @@ def _draw(figure: Figure, width: float = WIDTH) -> Drawing:
     levels = {
         mark.label for panel in figure.panels for mark in panel.marks if isinstance(mark, Level)
     }
-    entries = sorted(handles.items(), key=lambda entry: entry[0] in levels)
+    groups = {
+        mark.group
+        for panel in figure.panels
+        for mark in panel.marks
+        if isinstance(mark, Line | Points)
+    }
+    entries = sorted(handles.items(), key=lambda entry: (entry[0] in levels, entry[0] in groups))
     drawing.set_size_inches(width, rows * height + _add_legend(drawing, entries, width))
     return drawing
 

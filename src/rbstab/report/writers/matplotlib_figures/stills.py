@@ -3,7 +3,8 @@
 The camera, the light and the colours are those of `scene.js` and `motions.js`.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from io import BytesIO
 from typing import Any
 
@@ -47,8 +48,8 @@ MAX_BAR = 0.45
 MARGIN = 0.06
 """Space around the body, as a share of the width of a pose."""
 
-MAX_HEIGHT = 1.7
-"""Largest height of a pose, in; four rows then fit on an A4 page, with their captions."""
+MIN_HEIGHT, MAX_HEIGHT = 0.7, 1.7
+"""Smallest and largest height of a pose, in; four rows fit on an A4 page, with their captions."""
 
 GAP = 0.06
 """Space between poses, in."""
@@ -93,31 +94,33 @@ class Camera:
         return np.column_stack([across / depth[:, np.newaxis], depth])
 
 
-def stills_png(animation: Animation, *, dpi: float = 200.0) -> bytes:
+def stills_png(
+    animation: Animation, others: Iterable[Animation] = (), *, dpi: float = 200.0
+) -> bytes:
     """Render the stills of an animation in a row, as PNG.
 
     Args:
         animation: The animation; `stills` are the indices of its times.
+        others: The animations that are shown beside it: equal bodies have one scale.
         dpi: Dots per inch; the row is 170 mm wide.
     """
     buffer = BytesIO()
     with style():
-        _row(animation).savefig(buffer, format="png", dpi=dpi)
+        _row(animation, others).savefig(buffer, format="png", dpi=dpi)
     return buffer.getvalue()
 
 
-def _row(animation: Animation) -> Drawing:
-    camera, count = _camera(animation), len(animation.stills)
+def _row(animation: Animation, others: Iterable[Animation]) -> Drawing:
+    equal = [animation, *(other for other in others if _has_equal_body(animation, other))]
+    distance = max(_camera(each).distance for each in equal)
+    camera, count = replace(_camera(animation), distance=distance), len(animation.stills)
     solids = [_corners(animation, frame) for frame in animation.stills]
-    drawn = np.concatenate([*solids, _path(animation), _fixed_points(animation)])
-    places = camera.project(drawn)[:, :2]
-    low, high = places.min(axis=0), places.max(axis=0)
-    size = np.maximum(high - low, 0.25 * float((high - low).max()))
-    size = size * (1 + 2 * MARGIN)
-    middle, width = 0.5 * (low + high), (WIDTH - 2 * EDGE - (count - 1) * GAP) / count
-    height = min(width * size[1] / size[0], MAX_HEIGHT)
+    middle, size = _extent(animation, camera)
+    width = (WIDTH - 2 * EDGE - (count - 1) * GAP) / count
     # Both directions have the same scale.
-    size = max(size[0] / width, size[1] / height) * np.array([width, height])
+    scale = max(_scale_of(each, replace(_camera(each), distance=distance)) for each in equal)
+    height = min(max(size[1] / scale, MIN_HEIGHT), MAX_HEIGHT)
+    size = scale * np.array([width, height])
     whole = height + TEXT + EDGE
     row = Drawing(figsize=(WIDTH, whole))
     # The axes are placed here; the layout of the style would move them.
@@ -135,6 +138,29 @@ def _row(animation: Animation) -> Drawing:
         if number == 0:
             _triad(axes, camera, np.array([width, height]), corners)
     return row
+
+
+def _has_equal_body(one: Animation, other: Animation) -> bool:
+    """Return whether two animations with stills show the same body."""
+    return bool(other.stills) and np.array_equal(one.solid.vertices, other.solid.vertices)
+
+
+def _extent(animation: Animation, camera: Camera) -> tuple[Array, Array]:
+    """Return the middle and the size of what the poses show, in the units of the view."""
+    solids = [_corners(animation, frame) for frame in animation.stills]
+    drawn = np.concatenate([*solids, _path(animation), _fixed_points(animation)])
+    places = camera.project(drawn)[:, :2]
+    low, high = places.min(axis=0), places.max(axis=0)
+    size = np.maximum(high - low, 0.25 * float((high - low).max())) * (1 + 2 * MARGIN)
+    return 0.5 * (low + high), size
+
+
+def _scale_of(animation: Animation, camera: Camera) -> float:
+    """Return the units of the view for an inch with which the poses just have room."""
+    count = len(animation.stills)
+    width = (WIDTH - 2 * EDGE - (count - 1) * GAP) / count
+    _, size = _extent(animation, camera)
+    return float(max(size[0] / width, size[1] / MAX_HEIGHT))
 
 
 def _frame(axes: Axes, middle: Array, size: Array) -> None:

@@ -92,7 +92,8 @@ def _(mark: Line, panel: Panel) -> list[JSON]:
         edges = line | {"color": CASING, "width": CASING_WIDTH * line["width"]}
         line["color"] = CASED
         return [trace | {"line": edges, "name": "", "hoverinfo": "skip"}, trace]
-    return [trace | {"opacity": mark.opacity, "zorder": -mark.depth} if mark.depth else trace]
+    stands_back = bool(mark.depth or mark.group)
+    return [trace | {"opacity": mark.opacity, "zorder": -mark.depth} if stands_back else trace]
 
 
 @_traces.register

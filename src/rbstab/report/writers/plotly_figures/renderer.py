@@ -30,7 +30,8 @@ def plotly_data(figure: Figure) -> JSON:
     """Render a figure for plotly.
 
     Texts are escaped, since plotly interprets some HTML. Curves with the same label have the same
-    `legendgroup` (the label, not escaped). Only the first of them has a legend entry.
+    `legendgroup` (the label, not escaped). Only the first of them has a legend entry. Curves of
+    several names that share an entry have its name as `group` in `meta`.
 
     Returns:
         `data` and `layout` in plotly's format; `narrow`, a layout in one column, or in two of small
@@ -61,6 +62,8 @@ def plotly_data(figure: Figure) -> JSON:
                 trace["meta"] = {"panel": number, "mark": type(mark).__name__.lower()}
                 if isinstance(mark, Line) and mark.cased:
                     trace["meta"]["edges"] = CASING
+                if isinstance(mark, Line | Points) and mark.group:
+                    trace["meta"]["group"] = mark.group
                 if isinstance(mark, Points) and mark.key is not None:
                     trace["meta"]["key"] = colour(mark.key)
                 if has_map and not isinstance(mark, Cells):
@@ -74,6 +77,7 @@ def plotly_data(figure: Figure) -> JSON:
     for entry in (*data, *shapes):
         # The edges of a cased curve are hidden with it, and have no name of their own.
         label = entry.get("legendgroup", "") if entry.get("name") else ""
+        label = entry.get("meta", {}).get("group", label)
         entry["showlegend"] = bool(label) and label not in in_legend
         in_legend.add(label)
     layouts = {

@@ -65,10 +65,14 @@ async function asPng(text, width, height) {
   return new Promise((resolve) => canvas.toBlob(resolve, "image/png"));
 }
 
+/** The entry of a curve in the legend: its own name, or that of the curves among which it is one of many. */
+const entryOf = ({ meta, legendgroup }) => meta?.group ?? legendgroup;
+
 /** Save a figure as a PNG file, with its legend and title, on white. */
 async function download(name, title) {
   const { data, layout } = drawings[name];
   const escaped = title.replace(/&/g, "&amp;").replace(/</g, "&lt;");
+  const named = data.map((trace) => (trace.meta?.group ? { ...trace, name: trace.meta.group } : trace));
   const whole = {
     ...layout,
     width: 1000,
@@ -79,7 +83,7 @@ async function download(name, title) {
     paper_bgcolor: "#fff",
     plot_bgcolor: "#fff",
   };
-  saveFile(await asPng(await drawnPicture(data, whole), whole.width, whole.height), `${name}.png`);
+  saveFile(await asPng(await drawnPicture(named, whole), whole.width, whole.height), `${name}.png`);
 }
 
 const CAMERA = {
@@ -193,8 +197,9 @@ function addLegend(box) {
   const name = box.dataset.name;
   const { data, layout } = drawings[name];
   const legend = box.parentElement.querySelector(".legend");
-  for (const entry of [...data, ...layout.shapes]) {
-    if (!entry.showlegend) continue;
+  const entries = [...data, ...layout.shapes].filter((entry) => entry.showlegend);
+  // The many that share an entry are drawn first, and named last.
+  for (const entry of entries.sort((a, b) => Boolean(a.meta?.group) - Boolean(b.meta?.group))) {
     if (entry.type === "scatter" && entry.meta.mark === "cells") {
       // A word of a map: there is no curve to hide.
       const word = document.createElement("span");
@@ -205,8 +210,8 @@ function addLegend(box) {
     const button = document.createElement("button");
     button.type = "button";
     button.setAttribute("aria-pressed", "true");
-    button.append(swatch(entry), entry.legendgroup);
-    button.addEventListener("click", () => toggle(name, box, entry.legendgroup, button));
+    button.append(swatch(entry), entryOf(entry));
+    button.addEventListener("click", () => toggle(name, box, entryOf(entry), button));
     legend.append(button);
   }
 }
@@ -218,7 +223,7 @@ async function toggle(name, box, group, button) {
   if (shown) figure.hidden.delete(group);
   else figure.hidden.add(group);
   button.setAttribute("aria-pressed", String(shown));
-  const numbers = drawings[name].data.flatMap((trace, i) => (trace.legendgroup === group ? [i] : []));
+  const numbers = drawings[name].data.flatMap((trace, i) => (entryOf(trace) === group ? [i] : []));
   if (numbers.length) await Plotly.restyle(figure.place, { visible: shown }, numbers);
   const shapes = {};
   drawings[name].layout.shapes.forEach((shape, i) => {

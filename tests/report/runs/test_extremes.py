@@ -1,0 +1,138 @@
+"""Protects figures of many runs: the extremes have colours, the others are grey and one entry."""
+
+from pathlib import Path
+
+import pytest
+from support.figure_runs import lines_of
+from support.made_runs import made_result
+from support.sections import figures_in
+
+from rbstab.experiment.summary import summary_of
+from rbstab.report.model.figure import MUTED, Level
+from rbstab.report.reading.sources import Run
+from rbstab.report.runs.figures.extremes import MOST_COLOURED, extremes_in_colour
+from rbstab.report.runs.sections import run_sections
+from rbstab.report.writers.matplotlib_figures.renderer import draw_figure
+from rbstab.report.writers.plotly_figures.renderer import plotly_data
+from rbstab.store.result import Result
+
+COUNT = 9
+
+
+def made_run(number, *, rest=1.0, peak=0.1, status="completed", end=3.0):
+    """Return a run of the made motion with another settling time, peak and end."""
+    result = made_result(status=status)
+    summary = summary_of(result)._replace(peak_distance=peak, end_time=end)
+    run = Run(
+        number,
+        f"run-{number + 1}",
+        f"r{number}",
+        Path(f"r{number}.h5"),
+        Result(result.variables, result.attributes, result.config),
+        None,
+        known_summary=summary,
+    )
+    # A cached property is stored in the dictionary of its object.
+    run.__dict__["settling_time"] = rest
+    return run
+
+
+def made_runs():
+    """Return nine runs: r2 is first at rest, r5 last, r1 has the smallest peak, r7 the largest."""
+    rests = [1.0, 1.1, 0.5, 1.2, 1.3, 1.9, 1.4, 1.5, 1.6]
+    peaks = [0.2, 0.1, 0.3, 0.3, 0.3, 0.3, 0.3, 0.9, 0.3]
+    return [made_run(k, rest=rests[k], peak=peaks[k]) for k in range(COUNT)]
+
+
+def roles(runs):
+    looks, sentence = extremes_in_colour(runs)
+    return {run.label: run.number for run in looks if not run.legend}, sentence
+
+
+def test_few_runs_have_a_colour_each():
+    runs = made_runs()[:MOST_COLOURED]
+    assert extremes_in_colour(runs) == (tuple(runs), "")
+
+
+def test_the_extremes_are_coloured_and_named():
+    coloured, sentence = roles(made_runs())
+    assert coloured == {"r1": 0, "r2": 1, "r5": 2, "r7": 3}
+    for words in (
+        "r1 (smallest peak of |E|)",
+        "r2 (first at rest)",
+        "r5 (last at rest)",
+        "r7 (largest peak of |E|)",
+        "The 5 other runs are grey.",
+    ):
+        assert words in sentence
+
+
+def test_a_run_has_all_its_roles():
+    runs = made_runs()
+    runs[2] = made_run(2, rest=0.5, peak=1.0)
+    assert "r2 (first at rest, largest peak of |E|)" in roles(runs)[1]
+
+
+def test_runs_that_ended_early_come_before_other_extremes():
+    runs = made_runs()
+    for place, end in ((0, 0.3), (3, 0.2), (4, 0.9)):
+        runs[place] = made_run(place, rest=float("nan"), status="range left", end=end)
+    coloured, sentence = roles(runs)
+    assert {"r0", "r3"} < set(coloured)
+    assert "r4" not in coloured
+    assert "not at rest" not in sentence
+
+
+def test_a_run_that_is_not_at_rest_is_later_than_all():
+    runs = made_runs()
+    runs[6] = made_run(6, rest=float("nan"), peak=0.3)
+    coloured, sentence = roles(runs)
+    assert "r6 (not at rest by its end)" in sentence
+    assert "r5" not in coloured
+
+
+def test_held_contact_points_have_no_largest_peak():
+    runs = [made_run(k, rest=1.0 + k, peak=1e-15 * k) for k in range(COUNT)]
+    coloured, sentence = roles(runs)
+    assert set(coloured) == {"r0", "r8"}
+    assert "|E|" not in sentence
+
+
+@pytest.fixture(scope="module")
+def sections():
+    return run_sections(made_runs())
+
+
+def test_the_section_begins_with_the_sentence(sections):
+    assert sections[0].blocks[0] == extremes_in_colour(made_runs())[1]
+
+
+def test_grey_curves_are_behind_and_keep_their_names(sections):
+    for panel in figures_in(sections)["runs-decay"].panels:
+        lines = lines_of(panel)
+        assert {line.label for line in lines} == {f"r{k}" for k in range(COUNT)}
+        assert [bool(line.group) for line in lines] == [True] * 5 + [False] * 4
+        assert all(line.colour == MUTED for line in lines if line.group)
+        assert all(line.opacity < 1 > line.wider for line in lines if line.group)
+
+
+def test_figures_of_single_runs_are_as_in_other_reports(sections):
+    figure = figures_in(sections)["run-4-rotation"]
+    marks = [mark for panel in figure.panels for mark in panel.marks if not isinstance(mark, Level)]
+    assert not any(getattr(mark, "group", "") for mark in marks)
+
+
+def test_a_printed_legend_names_the_others_once_and_last(sections):
+    (legend,) = draw_figure(figures_in(sections)["runs-decay"]).legends
+    texts = [text.get_text() for text in legend.get_texts()]
+    assert sorted(texts[:-1]) == ["r1", "r2", "r5", "r7"]
+    assert texts[-1] == "5 other runs"
+
+
+def test_a_page_has_one_entry_for_the_others_and_the_name_of_each(sections):
+    data = plotly_data(figures_in(sections)["runs-decay"])["data"]
+    shown = [trace["meta"].get("group", trace["name"]) for trace in data if trace["showlegend"]]
+    assert sorted(shown) == ["5 other runs", "r1", "r2", "r5", "r7"]
+    # The pointer and the data as CSV name each run.
+    assert {trace["name"] for trace in data} == {f"r{k}" for k in range(COUNT)}
+    assert {trace["legendgroup"] for trace in data} == {f"r{k}" for k in range(COUNT)}

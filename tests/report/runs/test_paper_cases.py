@@ -1,0 +1,84 @@
+"""Protects the comparison with the paper: only runs of its own cases are compared with it."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+from report.runs.stored import facts
+from support.made_runs import made_config, made_file
+
+from rbstab.config.load import load_config
+from rbstab.report.model.document import Table
+from rbstab.report.runs.paper_cases import CASES, changed_keys
+from rbstab.report.runs.reference_tables import reference_section
+
+PAPER = Path(__file__).parents[3] / "configs" / "paper"
+
+
+def changes(name, *assignments):
+    config = load_config(PAPER / f"{name}.yaml", list(assignments))
+    return changed_keys(config, config.model_dump(mode="json", exclude_none=True))
+
+
+@pytest.mark.parametrize("path", sorted(PAPER.glob("*.yaml")), ids=lambda path: path.stem)
+def test_the_configs_of_the_paper_are_its_cases(path):
+    assert yaml.safe_load(path.read_text())["reference"]["source"] in CASES
+    assert changes(path.stem) == {}
+
+
+@pytest.mark.parametrize(
+    ("assignment", "key"),
+    [
+        ("body.mass=42", "body.mass"),
+        ("controller.K_r[0]=100", "controller.K_r"),
+        ("initial.angular_velocity[2]=-15", "initial.angular_velocity"),
+        ("initial.position[0]=0.01", "initial.position"),
+        ("gravity=[0,0,-9.81]", "gravity"),
+        ("integration.duration=1", "integration.duration"),
+        ("elements.range={kind: guard, method: barrier, stiffness: 100}", "elements.range.kind"),
+    ],
+)
+def test_a_changed_key_is_found(assignment, key):
+    assert key in changes("case2_visco_elastic", "schema_version=2", assignment)
+
+
+@pytest.mark.parametrize(
+    "assignment",
+    [
+        "title=Mine",
+        "integration.engine=heyoka",
+        "integration.samples=101",
+        # The paper does not print the connector of Case 2.
+        "controller.K_c=[1,2,3]",
+        "controller.K_r=[[400,0,0],[0,400,0],[0,0,320]]",
+    ],
+)
+def test_what_does_not_change_the_case(assignment):
+    assert changes("case2_visco_elastic", assignment) == {}
+
+
+def test_both_values_are_named():
+    found = changes("case1_permanent", "controller.L_t[1]=7")
+    assert found == {"controller.L_t": ([210.0, 7.0, 140.0], [210.0, 210.0, 140.0])}
+
+
+def test_another_source_is_not_judged():
+    found = changes("case1_permanent", "controller.L_t[1]=7", "reference.source=a book")
+    assert found == {}
+
+
+def test_a_changed_run_is_named_and_not_compared(tmp_path):
+    """The made config is another experiment than Case 1."""
+    reference = {"final": {"orientation": [0.1, 0.2, 0.3]}}
+    paths = [
+        made_file(tmp_path / f"{name}.h5", made_config(reference=reference | {"source": source}))
+        for name, source in (("a", "a book"), ("b", "paper, section 6.1"))
+    ]
+    section = reference_section(facts(*paths))
+    assert section is not None
+    tables = {block.name: block for block in section.blocks if isinstance(block, Table)}
+    assert [row[0].text for row in tables["reference"].rows] == ["a"]
+    [row] = tables["reference-changed"].rows
+    assert [cell.text for cell in row[:2]] == ["b", "paper, section 6.1"]
+    assert "controller.variant = visco-elastic (permanent)" in row[2].text
+    assert not any(isinstance(block, str) and "b:" in block for block in section.blocks)

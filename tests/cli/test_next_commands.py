@@ -57,6 +57,22 @@ def test_a_key_of_a_config_is_no_option(words: str, message: str, rbstab: Invoke
 
 
 @pytest.mark.usefixtures("folder")
+def test_an_example_that_was_not_copied_is_named(rbstab: Invoke) -> None:
+    """As where a reader of the README does not work in a copy of the repository."""
+    for command, path in (
+        ("run", "configs/paper/case1_permanent.yaml"),
+        ("sweep", "configs/sweeps/variants.yaml"),
+    ):
+        refused = rbstab(command, path)
+        assert refused.exit_code == 2
+        name = path.removeprefix("configs/").removesuffix(".yaml")
+        assert f"(expected a YAML file; `rbstab examples {name}` copies it)" in refused.stderr
+        assert rbstab("examples", name).exit_code == 0
+        assert Path(path).is_file()
+    assert "`rbstab examples` lists others)" in rbstab("run", "configs/none.yaml").stderr
+
+
+@pytest.mark.usefixtures("folder")
 def test_sweep_is_given_a_config(rbstab: Invoke) -> None:
     Path("a b.yaml").write_text(GOOD)
     done = rbstab("sweep", "a b.yaml")

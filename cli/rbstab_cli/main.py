@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from rbstab_cli import exit_codes
+from rbstab_cli.arguments.keys_as_options import refuse_keys
 from rbstab_cli.arguments.repeated import refuse_repeated
 from rbstab_cli.help_examples import FIRST_STEPS, example_of
 from rbstab_cli.interrupts import handle_interrupts, interrupted_code, stop_handling
@@ -54,6 +55,7 @@ MEANT = {
     "view": "show",
     "figure": "plot",
     "optimize": "tune",
+    "version": "--version",
 }
 """The commands that are meant by words of other programs."""
 
@@ -108,7 +110,9 @@ class LazyGroup(click.Group):
             ctx.fail(_unknown_command(args[0]))
         name, command, words = super().resolve_command(ctx, args)
         if command is not None and not ctx.resilient_parsing:
-            refuse_repeated(command, click.Context(command, ctx, name), words)
+            context = click.Context(command, ctx, name)
+            refuse_repeated(command, context, words)
+            refuse_keys(command, context, words)
         return name, command, words
 
     # click itself ends with exit code 1 if stdout is a closed pipe.

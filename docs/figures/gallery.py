@@ -33,6 +33,8 @@ SHOWN_CONFIGS = {
 COLOURS = ("#0072b2", "#d55e00", "#009e73")
 STILLS, SHOWN = 6, 0.6
 """Number of stills of the body, and the fraction of the motion's way to rest that they show."""
+SMALLEST_ANGLE = 0.1
+"""Half of the least range of the axis of angles, rad: rounding errors of zero are not enlarged."""
 
 
 def configs(part: str) -> list[Path]:
@@ -107,6 +109,8 @@ def picture(path: Path) -> plt.Figure:
     stills(left, result, config)
     for axis in range(3):
         middle.plot(t, result["orientation"][:, axis], color=COLOURS[axis], label=f"θ{axis + 1}")
+    if np.abs(result["orientation"]).max() < SMALLEST_ANGLE:
+        middle.set_ylim(-SMALLEST_ANGLE, SMALLEST_ANGLE)
     middle.set(xlabel="t [s]", title="angles [rad]")
     middle.legend(frameon=False, ncols=3, fontsize=8, loc="best", handlelength=1)
     # On s = F + κE a result stores v - ε, which does not end at zero.

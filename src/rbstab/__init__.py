@@ -9,6 +9,7 @@ For notebooks::
     result.to_xarray()     # a dataset with units
 """
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -88,9 +89,11 @@ _MODULES = {
 def __getattr__(name: str) -> Any:
     # Imported on first use, so that `rbstab --help` does not wait for numpy.
     if name not in _MODULES:
-        raise AttributeError(f"module 'rbstab' has no attribute {name!r}")
+        # With its name and the module, Python says which name was meant.
+        message = f"module 'rbstab' has no attribute {name!r}"
+        raise AttributeError(message, name=name, obj=sys.modules[__name__])
     return getattr(import_module(_MODULES[name]), name)
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+    return sorted([*(name for name in globals() if name.startswith("__")), *__all__])

@@ -216,7 +216,7 @@ def test_which_parts_run(rbstab):
 def test_gathering_what_is_none(rbstab):
     refused = rbstab("gather", "results")
     assert refused.exit_code == 4
-    assert refused.stderr == "results is not the folder of a sweep\n"
+    assert refused.stderr == "results is not the folder of a sweep: there is no such folder\n"
     assert not Path("results").exists()
 
 

@@ -177,6 +177,27 @@ def test_what_cannot_be_proved_is_not_written(
     assert not Path("case1_guarded.yaml").exists()
 
 
+def test_rest_states_at_other_angles_are_why_no_barrier_is_found(
+    case1: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A shank hangs from its knee by soft springs: it can also rest after a whole turn."""
+    monkeypatch.setattr("rbstab.experiment.tuning.guard.LADDER", (0.01, 1.0))
+    data = with_elements()
+    data["body"] = {"mass": 4.6, "inertia": [0.056, 0.058, 0.006], "contact_point": [0, 0, 0.25]}
+    data["gravity"] = [0, 0, -9.81]
+    gains = {"K_t": [1e-6] * 3, "L_t": [1e-6] * 3, "K_r": [2, 2, 5], "L_r": [0.2] * 3}
+    data["controller"] = {"variant": "permanent", **gains}
+    data["initial"] = {"orientation": [0.2, -1.2, 0]}
+    case1.write_text(as_yaml(data))
+    done = rbstab("guard", "case1.yaml")
+    assert done.exit_code == 3
+    assert "k = 1 N m: 9 rest states with |θ2| < π/2 and any θ1, θ3\n" in done.stderr
+    assert "only if there is no other with |θ2| < π/2 and any θ1, θ3" in done.stderr
+    assert done.stderr.endswith("For this start alone: --method stiff; nothing is written\n")
+    soft = rbstab("guard", "case1.yaml", "--method", "stiff")
+    assert "keeps the range without a guard: proved" in soft.stderr
+
+
 def test_another_element_may_have_the_usual_name() -> None:
     given = load_config(with_elements(range=STRUT, range_2=STRUT))
     found = with_barrier(given, 2.0).elements

@@ -1,10 +1,14 @@
 """Every command says the same of a stored result, also if its proof was made after it."""
 
 import json
+import shlex
+import shutil
 from pathlib import Path
 
 import pytest
 from cli.conftest import GOOD, Invoke
+
+from rbstab.sweep.folder.member_answers import member_answers
 
 FALSE = GOOD.replace("K_r: [400, 400, 320]", "K_r: [40, 40, 32]").replace("free", "permanent")
 """With a tenth of the stiffness the body has several rest states."""
@@ -93,3 +97,37 @@ def test_a_sweep_names_the_members_without_a_proof(folder: Path, rbstab: Invoke)
     rbstab("sweep", "plan.yaml", "--no-prove", "-q")
     shown = words(rbstab("show", "results/plan").stdout)
     assert "no proof: 1 of 1 members: the proof of their rest states was not made" in shown
+
+
+def test_the_command_that_proves_them_works_wherever_the_sweep_is_now(
+    folder: Path, rbstab: Invoke
+) -> None:
+    Path("varied.yaml").write_text(PLAN)
+    rbstab("sweep", "varied.yaml", "--no-prove", "-q")
+    Path("varied.yaml").rename("plan of yesterday.yaml")
+
+    def advised(stored: str) -> list[str]:
+        """Return the command that `show` advises, as arguments; it is not yet proved."""
+        (line,) = [
+            line
+            for line in rbstab("show", stored).stdout.splitlines()
+            if line.strip().startswith("no proof:")
+        ]
+        program, *arguments = shlex.split(line.partition("make it: ")[2].removesuffix("."))
+        assert program == "rbstab"
+        return arguments
+
+    assert advised("results/varied") == ["sweep", "results/varied/plan.yaml", "--prove"]
+    assert advised(str(Path("results/varied").absolute()))[2] == "-o"
+    # Without the copy of the plan, the plan of the user is needed.
+    Path("alone").mkdir()
+    shutil.copy("results/varied/sweep.h5", "alone/sweep.h5")
+    (reason,) = member_answers(Path("alone/sweep.h5")).without_proof
+    assert reason.endswith("rbstab sweep PLAN --prove")
+    Path("my results").mkdir()
+    kept = Path("results/varied").rename("my results/kept one")
+    done = rbstab(*advised(str(kept)))
+    assert "members are already done" in done.stderr
+    assert "proved for 2 of the members" in done.stdout
+    assert "no proof:" not in rbstab("show", str(kept)).stdout
+    assert not Path("results/kept one").exists()

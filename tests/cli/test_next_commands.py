@@ -22,6 +22,7 @@ PLAN = "base: good.yaml\nvary: {body.mass: {values: [40, 41]}}\n"
         ("Report", "No such command 'Report'. Did you mean report?"),
         ("good.yaml", "good.yaml is not a command. Run this config: rbstab run good.yaml"),
         ("my case.yml", "Run this config: rbstab run 'my case.yml'"),
+        ("version", "No such command 'version'. Did you mean --version?"),
         ("xyzzy", "No such command 'xyzzy'."),
     ],
 )
@@ -34,6 +35,41 @@ def test_an_unknown_command(word: str, message: str, rbstab: Invoke) -> None:
 def test_options_of_the_program_are_not_commands(rbstab: Invoke) -> None:
     done = rbstab("--vers")
     assert "command" not in done.stderr.splitlines()[-1]
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("run good.yaml --duration 3", "Change the config: --set integration.duration=VALUE"),
+        ("run --mass=3 good.yaml", "'--mass'. Change the config: --set body.mass=VALUE"),
+        ("stability good.yaml --K_r 3", "Change the config: --set controller.K_r=VALUE"),
+        ("run --outptu x good.yaml", "No such option '--outptu'. Did you mean '--output'?"),
+        ("run --xyzzy good.yaml", "No such option '--xyzzy'."),
+        ("show --duration good.yaml", "No such option '--duration'."),
+        ("run good.yaml -m 3", "No such option '-m'."),
+    ],
+)
+def test_a_key_of_a_config_is_no_option(words: str, message: str, rbstab: Invoke) -> None:
+    done = rbstab(*words.split())
+    assert done.exit_code == 2
+    assert done.stderr.endswith(f"{message}\n")
+
+
+@pytest.mark.usefixtures("folder")
+def test_an_example_that_was_not_copied_is_named(rbstab: Invoke) -> None:
+    """As where a reader of the README does not work in a copy of the repository."""
+    for command, path in (
+        ("run", "configs/paper/case1_permanent.yaml"),
+        ("sweep", "configs/sweeps/variants.yaml"),
+    ):
+        refused = rbstab(command, path)
+        assert refused.exit_code == 2
+        name = path.removeprefix("configs/").removesuffix(".yaml")
+        assert f"(expected a YAML file; `rbstab examples {name}` copies it)" in refused.stderr
+        assert rbstab("examples", name).exit_code == 0
+        assert Path(path).is_file()
+    assert "`rbstab examples` lists others)" in rbstab("run", "configs/none.yaml").stderr
 
 
 @pytest.mark.usefixtures("folder")

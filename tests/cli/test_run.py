@@ -23,6 +23,9 @@ def test_a_run_leaves_a_file_and_a_table(folder: Path, rbstab: Invoke) -> None:
     header, line = done.stdout.splitlines()[:2]
     assert header.split()[:2] == ["file", "status"]
     assert line.split()[:2] == ["results/good.h5", "completed"]
+    # The motion is not at rest after 0.1 s.
+    assert line.split()[5] == "-"
+    assert "At rest: v stays below v(0)/1000 from then on; -: not in this run." in done.stdout
     assert "Next: rbstab show results/good.h5" in done.stderr
 
 

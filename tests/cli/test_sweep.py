@@ -147,7 +147,10 @@ def test_status(rbstab, use_fake_engine):
     assert ["running", "yes"] in words
     nothing = rbstab("sweep", "--status", "nowhere")
     assert nothing.exit_code == 4
-    assert "nowhere is not the folder of a sweep" in nothing.stderr
+    assert nothing.stderr == "nowhere is not the folder of a sweep: there is no such folder\n"
+    Path("somewhere").mkdir()
+    other = rbstab("sweep", "--status", "somewhere")
+    assert other.stderr == "somewhere is not the folder of a sweep\n"
 
 
 @pytest.mark.usefixtures("plan")

@@ -62,6 +62,8 @@ def test_no_run_that_settles_is_exit_code_3(folder: Path, rbstab: Invoke) -> Non
     done = rbstab("tune", "good.yaml", "--objective", "settling_time", *OVER)
     assert done.exit_code == 3
     assert done.stderr.endswith("no run completed and settled; nothing is written\n")
+    (row,) = [line for line in done.stdout.splitlines() if "settling_time" in line]
+    assert row.split()[3:] == [*["not", "in", "this", "run"] * 2, "-"]
     assert not Path("good_tuned.yaml").exists()
 
 

@@ -40,6 +40,7 @@ def test_a_config_is_returned_as_it_is_and_never_changed() -> None:
 def test_a_proof_shows_itself() -> None:
     proof = rbstab.prove(plain(PERMANENT))
     assert repr(proof) == f"<rbstab.Proof: 1 rest state, proved to be all, {proof.examined} boxes>"
+    assert str(proof) == repr(proof)
     page = proof._repr_html_()
     assert "Certified region" in page
     assert page.count("For all real θ1 and θ3") == 2

@@ -12,8 +12,10 @@ from support.valleys import TWO_VALLEYS
 import rbstab
 from rbstab.analysis.exact import in_balls
 from rbstab.config.build import problem_of
+from rbstab.experiment.answers.run_answer import answer_of
+from rbstab.experiment.convergence.exact_motion import convergence_at_start
 from rbstab.experiment.proof import prove
-from rbstab.experiment.stability import stability_of
+from rbstab.experiment.stability import stability_of, statements_of
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import (
     enclosed_start,
@@ -133,6 +135,10 @@ def test_start_in_a_valley_converges_there(proof, number):
     stability = stability_of(problem, proof)
     assert (stability.reached, stability.inside) == (number, True)
     assert f"convergence to rest state {number} is proved." in stability.statements[-1]
+    region_of_it = {1: "the certified region", 2: "the region of rest state 2"}[number]
+    assert str(answer_of(result, proof)[0]).endswith(f"it starts inside {region_of_it}")
+    found = convergence_at_start(config, problem, proof)
+    assert f"it is inside {region_of_it} from the start" in found.sentence
     assert any(
         f"Region of rest state 2: {region.lower_bound:.6g} J deep" in sentence
         and f"its pass is at rest state {region.pass_state}" in sentence
@@ -253,3 +259,23 @@ def test_angles_beyond_the_unwrapped_range_decide_nothing(turning):
         beyond[axis] = np.nextafter(ends[axis], 99)
         assert reached_state(proof, energy, -ends, beyond) is None
         assert reached_state(proof, energy, -beyond, ends) is None
+
+
+def test_the_regions_of_equally_low_rest_states_are_not_called_empty():
+    """No level of v(0) decides between them, but each has a region that is proved."""
+    soft = {
+        "body": {"mass": 12.0, "inertia": [0.29, 0.34, 0.13], "contact_point": [0, 0, -0.25]},
+        "gravity": [0, 0, -9.81],
+        "controller": {
+            "variant": "permanent",
+            "K_t": [40] * 3,
+            "L_t": [8] * 3,
+            "K_r": [20, 20, 15],
+            "L_r": [6, 6, 3],
+        },
+        "integration": {"duration": 1.0},
+    }
+    sentences = statements_of(prove(rbstab.load_config(soft)))
+    assert not any("empty" in sentence for sentence in sentences)
+    assert any("no level of v(0) is enough" in sentence for sentence in sentences)
+    assert sum(sentence.startswith("Region of rest state") for sentence in sentences) == 4

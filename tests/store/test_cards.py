@@ -69,6 +69,53 @@ def test_traces_and_motions() -> None:
     assert re.fullmatch(r"<rbstab.Motions: 6 samples, \d+ arrays>", repr(traces.of(0)))
 
 
+def test_names_of_arrays() -> None:
+    """A misspelt name is an error that says which one was meant; all names can be listed."""
+    run = rbstab.open_result(STORED / "runs/embedded.h5")
+    table = rbstab.open_sweep(STORED / "sweeps/finished_map")
+    motions = rbstab.open_traces(STORED / "sweeps/finished_variants").of(0)
+    for holder, misspelt, meant in (
+        (run, "orientatio", "orientation"),
+        (table, "settling_tim", "settling_time"),
+        (motions, "orientaton", "orientation"),
+    ):
+        assert list(holder) == holder.keys() == holder._ipython_key_completions_()
+        assert meant in holder
+        assert all(holder[name].size for name in (meant, holder.keys()[0]))
+        with pytest.raises(KeyError, match=rf"no \w+ '{misspelt}'; did you mean {meant}\?"):
+            holder[misspelt]
+        with pytest.raises(KeyError, match=rf"'xyzzy'; there are: .*{meant}"):
+            holder["xyzzy"]
+    assert "grid_length" in table.keys()  # noqa: SIM118 (the names, and not the membership)
+    with pytest.raises(KeyError, match=r"no column of words 'statu'; did you mean status\?"):
+        table.words("statu")
+    with pytest.raises(KeyError, match="no column of words 'steps'"):
+        table.words("steps")
+    with pytest.raises(KeyError, match=r"did you mean settling_time\?"):
+        table.shaped("settling_tim")
+
+
+def test_what_is_not_decided_says_why() -> None:
+    undecided = result()
+    undecided.attributes.update(
+        {"convergence": "not decided", "convergence_reason": "no proof is stored; run it again"}
+    )
+    assert "convergence not decided (no proof is stored)," in repr(undecided)
+    assert "not decided (no proof is stored)<" in undecided._repr_html_()
+    proved = result()
+    proved.attributes.update({"convergence": "proved", "convergence_reason": "why; it ended"})
+    assert "convergence proved," in repr(proved)
+
+
+def test_names_of_the_package() -> None:
+    assert set(rbstab.__all__) <= set(dir(rbstab))
+    assert not {"Any", "import_module", "_MODULES"} & set(dir(rbstab))
+    with pytest.raises(AttributeError) as raised:
+        rbstab.simulat  # noqa: B018 (the access is the test)
+    # With these the interpreter asks "Did you mean: 'simulate'?".
+    assert (raised.value.name, raised.value.obj) == ("simulat", rbstab)
+
+
 def test_a_bare_result() -> None:
     bare = Result({}, {}, "")
     assert repr(bare) == "<rbstab.Result: 0 arrays>"

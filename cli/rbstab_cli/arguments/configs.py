@@ -125,4 +125,16 @@ def problem_lines(path: Path, error: "ConfigError", for_plans: str = "") -> list
             run = f"run all its members: rbstab sweep {word}; one: rbstab run {word} --member N"
             expected = f"expected a config; {for_plans or run}"
             return [str(ConfigProblem(Location(str(path)), "", "is the plan of a sweep", expected))]
-    return [str(problem) for problem in error.problems]
+    return [naming_example(path, str(problem)) for problem in error.problems]
+
+
+def naming_example(path: Path, line: str) -> str:
+    """Return a line about a missing file; if an example has its name, with how to copy that."""
+    from rbstab.config.source import BEGIN
+
+    if BEGIN not in line:
+        return line
+    from rbstab.packaged.examples import names
+
+    found = [name for name in names() if name.rpartition("/")[2] == path.stem]
+    return line.replace(BEGIN, f"`rbstab examples {found[0]}` copies it") if found else line

@@ -31,7 +31,7 @@ def plan_problem_lines(path: Path, error: "ConfigError") -> list[str]:
     from rbstab.config.errors import ConfigError, ConfigProblem, Location
     from rbstab.files.shell_words import shell_word
     from rbstab.sweep.plan.load import is_config
-    from rbstab_cli.arguments.configs import is_result_file, result_problem
+    from rbstab_cli.arguments.configs import is_result_file, naming_example, result_problem
 
     if is_result_file(path):
         return [result_problem(path, "a plan")]
@@ -39,4 +39,4 @@ def plan_problem_lines(path: Path, error: "ConfigError") -> list[str]:
         if is_config(path):
             expected = f"expected a plan with base and vary; run it: rbstab run {shell_word(path)}"
             return [str(ConfigProblem(Location(str(path)), "", "is a config", expected))]
-    return [str(problem) for problem in error.problems]
+    return [naming_example(path, str(problem)) for problem in error.problems]

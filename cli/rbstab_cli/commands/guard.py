@@ -135,7 +135,15 @@ def _finish_barrier(
 
         print_runs((STRENGTHS[BARRIER], found.stiffness), found.given, found.guarded)
     if found.config is None:
-        _end_without(path, "no barrier was found")
+        from rbstab.experiment.tuning.guard import ANY_ANGLES
+
+        reason = "no barrier was found"
+        if found.tried and found.tried[-1][1].endswith(ANY_ANGLES):
+            reason += (
+                f". Every start can converge to one rest state only if there is no other "
+                f"{ANY_ANGLES}; a barrier keeps only θ2. For this start alone: --method stiff"
+            )
+        _end_without(path, reason)
     click.echo(f"{path}: every start in the range converges: proved -> {target}", err=True)
 
 

@@ -193,13 +193,13 @@ def _print_table(runs: list[Finished]) -> None:
         *("max|E| [m]", "max|θ2| [rad]", "time [s]"),
     )
     table = new_table("file", "status", *numbers, words=("status",), numbers=numbers)
-    any_at_rest = False
+    settling: list[float] = []
     for finished in runs:
         run = finished.run
         s, result = summary_of(run.result), run.result
         completed = result.status == RunStatus.COMPLETED
         settled = settling_time_of(result)
-        any_at_rest |= not math.isnan(settled)
+        settling.append(settled)
         add_row(
             table,
             str(run.path),
@@ -214,7 +214,8 @@ def _print_table(runs: list[Finished]) -> None:
             number(float(result.attributes["wall_time"]), 3),
             style=None if completed else "yellow",
         )
-    print_table(table, f"At rest: {SETTLED} from then on." if any_at_rest else "")
+    never = "; -: not in this run" if any(map(math.isnan, settling)) else ""
+    print_table(table, f"At rest: {SETTLED} from then on{never}.")
 
 
 def _print_answers(runs: list[Finished], *, as_json: bool, quiet: bool) -> None:

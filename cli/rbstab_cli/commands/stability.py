@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     metavar="KEY=±SIZE",
     help="Prove convergence for everything within tolerances: for all bodies, with keys of body, "
     "gravity and controller (controller=±20%, body.contact_point=±0.01), or for all starts "
-    "(initial.angular_velocity=±0.5). Repeatable.",
+    "(initial.angular_velocity=±0.5). +- may stand for ±. Repeatable.",
 )
 @click.option(
     "--largest-within",

@@ -204,7 +204,8 @@ def command(
                         prove=False if loaded.prove is not None else prove,
                     )
     except StoreError as error:
-        click.echo(f"{plan or status_of}: {error}", err=True)
+        # The status is of a folder, which the error names.
+        click.echo(f"{plan}: {error}" if plan else str(error), err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
 
 

@@ -113,9 +113,13 @@ def _report(found: "Tuned", target: Path, *, as_json: bool) -> None:
 
     table = new_table("quantity", "given", "tuned", "factor", numbers=("given", "tuned", "factor"))
     objective = found.objective
-    ratio = found.value / found.given if math.isfinite(found.given) else math.nan
-    name = f"{objective.name} {objective.symbol} [{objective.unit}]"
-    add_row(table, name, *(number(value) for value in (found.given, found.value, ratio)))
+    # The objective of a run that fails, or does not settle, is infinite.
+    given, tuned = (
+        number(value) if math.isfinite(value) else "not in this run"
+        for value in (found.given, found.value)
+    )
+    ratio = number(found.value / found.given) if math.isfinite(found.given) else "-"
+    add_row(table, f"{objective.name} {objective.symbol} [{objective.unit}]", given, tuned, ratio)
     for scaling, factor in zip(found.scalings, found.factors, strict=True):
         for entry in scaling.entries:
             values = (entry.value, entry.value * factor)

@@ -1,5 +1,6 @@
 """Translation of pydantic's validation errors into config problems."""
 
+import re
 from collections.abc import Callable, Iterator
 from functools import cache
 from typing import Any
@@ -85,7 +86,9 @@ def _unknown_key(path: Path, model: type[Experiment]) -> ProblemText:
     owners = [name for name, other in VARIANTS.items() if key in _keys_at(other, path[:-1])]
     if owners:
         variant = next((name for name, other in VARIANTS.items() if other is model), NO_VARIANT)
-        return f"is not a key of the variant {variant}", f"it belongs to {', '.join(owners)}"
+        instead = "; here, `elements` hold the body" if variant == NO_VARIANT else ""
+        problem = f"is not a key of the variant {variant}"
+        return problem, f"it belongs to {', '.join(owners)}{instead}"
     here = keys_named(key, known)
     elsewhere = _keys_named(key, model) if not here else []
     if not here and not elsewhere and closest(key, known) is None:
@@ -104,17 +107,17 @@ def keys_like(key: str, *first: type[BaseModel]) -> list[str]:
     """
     own = [name for model in first for name in _dotted_keys(model)]
     named = _keys_named(key, *first)
-    return named or closest_keys(key, own) or closest_keys(key, _keys_of_variants())
+    return named or closest_keys(key, own) or closest_keys(key, keys_of_variants())
 
 
 def _keys_named(key: str, *first: type[BaseModel]) -> list[str]:
     """Return the keys of configs in any section with this name, as `keys_like`."""
     own = [name for model in first for name in _dotted_keys(model)]
-    return keys_named(key, own) or keys_named(key, _keys_of_variants())
+    return keys_named(key, own) or keys_named(key, keys_of_variants())
 
 
 @cache
-def _keys_of_variants() -> list[str]:
+def keys_of_variants() -> list[str]:
     """Return the keys of the configs of all variants."""
     return list(dict.fromkeys(key for model in VARIANTS.values() for key in _dotted_keys(model)))
 
@@ -185,10 +188,16 @@ MAX_SHOWN_INTEGER = 10**15
 """Messages do not show the digits of whole numbers of at least this magnitude."""
 
 
+_DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+")
+
+
 def _wrong_type(expected: str) -> Callable[[Any], ProblemText]:
     def texts(details: Any) -> ProblemText:
         wanted = details.get("ctx", {}).get("expected", expected)
-        return f"is {describe(details['input'])}", f"expected {wanted}"
+        value = details["input"]
+        if isinstance(value, str) and _DECIMAL_COMMA.fullmatch(value):
+            wanted += f"; with a decimal point: {value.replace(',', '.')}"
+        return f"is {describe(value)}", f"expected {wanted}"
 
     return texts
 
@@ -211,10 +220,18 @@ def _not_whole(details: Any) -> ProblemText:
 
 def _out_of_bounds(relation: str, name: str) -> Callable[[Any], ProblemText]:
     def texts(details: Any) -> ProblemText:
-        limit = details["ctx"][name]
-        return f"is {_number(details['input'])}", f"expected a number {relation} {limit:.12g}"
+        limit, value = details["ctx"][name], details["input"]
+        expected = f"expected a number {relation} {limit:.12g}"
+        if value == 0 and _is_gain(details["loc"]):
+            expected += "; to leave a spring or damper out, one that hardly acts: 1e-6"
+        return f"is {_number(value)}", expected
 
     return texts
+
+
+def _is_gain(path: Path) -> bool:
+    """Return whether a path is that of a stiffness or a damping of the controller."""
+    return path[:1] == ("controller",) and re.fullmatch(r"[KL]_[trcd]", str(path[1])) is not None
 
 
 def _wrong_length(details: Any) -> ProblemText:

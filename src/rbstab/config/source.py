@@ -145,6 +145,10 @@ def read_text(path: FilePath) -> str:
         ) from error
 
 
+BEGIN = "`rbstab init` writes a first one, `rbstab examples` lists others"
+"""What to do if there is no file with such a name, nor with a similar one."""
+
+
 def _near_name(path: FilePath) -> str:
     """Return a hint for a file that does not exist: one with a similar name, or where to begin."""
     try:
@@ -153,7 +157,7 @@ def _near_name(path: FilePath) -> str:
         names = {}
     near = closest(path.stem, names)
     if near is None:
-        return "; `rbstab init` writes a first one, `rbstab examples` lists others"
+        return f"; {BEGIN}"
     return f"; {did_you_mean([str(names[near])])}"
 
 

@@ -36,7 +36,10 @@ LARGEST = 10**100
 
 _SECOND = "gives a second tolerance of"
 
-_EXPECTED = "expected KEY=±SIZE or KEY=±SIZE%, such as controller=±20% or body.contact_point=±0.01"
+_EXPECTED = (
+    "expected KEY=±SIZE or KEY=±SIZE%, such as controller=±20% or body.contact_point=±0.01; "
+    "+- may stand for ±"
+)
 
 
 @dataclass(frozen=True)

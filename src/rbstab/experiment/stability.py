@@ -201,6 +201,11 @@ def _region_sentences(stability: Stability) -> list[str]:
             f"Certified region: v < {region.level:.6g} J, from a search, not proved "
             f"(c* is attained {where}){goes_on}."
         ]
+    elif stability.proof.regions:
+        sentences = [
+            "Certified region: no level of v(0) is enough, as other rest states lie as low as the "
+            "lowest. Each has a region of its own."
+        ]
     else:
         sentences = ["Certified region: empty."]
     return [*sentences, *_minimum_sentences(stability.proof)]

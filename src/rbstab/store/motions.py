@@ -1,12 +1,13 @@
 """Motions of runs in memory: arrays with the dimensions run, time and axis."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rbstab.store.array_names import no_such_array
 from rbstab.store.cards import line
 from rbstab.store.result import Variable, dataset_of
 from rbstab.store.table import RUN
@@ -52,10 +53,21 @@ class Motions:
         Raises:
             KeyError: There is no such array.
         """
+        if name not in self.variables:
+            raise no_such_array(name, self.variables)
         return self.variables[name].data
 
     def __contains__(self, name: str) -> bool:
         return name in self.variables
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.variables)
+
+    def keys(self) -> list[str]:
+        """Return the names of the arrays."""
+        return list(self.variables)
+
+    _ipython_key_completions_ = keys
 
     def to_xarray(self) -> "xarray.Dataset":
         """Return the motions as an `xarray.Dataset` (needs the package xarray).

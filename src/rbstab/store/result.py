@@ -1,12 +1,13 @@
 """A result in memory: named arrays with dimensions, and attributes."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rbstab.store.array_names import no_such_array
 from rbstab.store.cards import card, curve, line, optional_module
 
 if TYPE_CHECKING:
@@ -89,10 +90,21 @@ class Result:
         Raises:
             KeyError: The result has no such array.
         """
+        if name not in self.variables:
+            raise no_such_array(name, self.variables)
         return self.variables[name].data
 
     def __contains__(self, name: str) -> bool:
         return name in self.variables
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.variables)
+
+    def keys(self) -> list[str]:
+        """Return the names of the arrays."""
+        return list(self.variables)
+
+    _ipython_key_completions_ = keys
 
     def __repr__(self) -> str:
         """Return one line: title, status, what the checks found, size."""
@@ -115,6 +127,9 @@ class Result:
         known = {name: str(self.attributes[name]) for name in SHOWN if name in self.attributes}
         if "verdict" in known:
             known["verdict"] = WORDS_OF_VERDICTS.get(known["verdict"], known["verdict"])
+        reason = str(self.attributes.get("convergence_reason", "")).partition(";")[0]
+        if known.get("convergence") == "not decided" and reason:
+            known["convergence"] += f" ({reason})"
         return [(SHOWN[name], value) for name, value in known.items()]
 
     def _size(self) -> str:

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rbstab.store.array_names import no_such_array
 from rbstab.store.cards import bar, card, line, optional_module
 from rbstab.store.result import Variable, check_shape
 
@@ -117,7 +118,21 @@ class Table:
         Raises:
             KeyError: There is no such column or array.
         """
+        if name not in self.arrays and name not in self.extras:
+            raise no_such_array(name, self.keys(), "column")
         return self.arrays[name] if name in self.arrays else self.extras[name].data
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.arrays or name in self.extras
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.keys())
+
+    def keys(self) -> list[str]:
+        """Return the names of the columns, and of the arrays in `extras`."""
+        return [*self.arrays, *self.extras]
+
+    _ipython_key_completions_ = keys
 
     def __repr__(self) -> str:
         """Return one line: title, members, how many have each status."""
@@ -155,6 +170,11 @@ class Table:
         Raises:
             KeyError: There is no such column.
         """
+        coded = [
+            column for column, layout in self.layout.items() if layout.flags and column in self
+        ]
+        if name not in coded:
+            raise no_such_array(name, coded, "column of words")
         return np.array(self.layout[name].flags, dtype=object)[self.arrays[name]]
 
     def shaped(self, name: str) -> NDArray[Any]:
@@ -166,6 +186,8 @@ class Table:
         Raises:
             KeyError: There is no such column.
         """
+        if name not in self.arrays:
+            raise no_such_array(name, self.arrays, "column")
         data = self.arrays[name]
         lengths = tuple(self["grid_length"].tolist())
         return data.reshape(lengths + data.shape[1:])

@@ -100,6 +100,15 @@ def test_key_of_another_variant(complaints, text, expected):
     assert complaints(text) == [expected]
 
 
+def test_a_key_of_the_controller_where_elements_hold_the_body(complaints):
+    found = complaints("schema_version: 2\n" + edited("visco-elastic", "none"))
+    assert len(found) == 6
+    assert found[0] == (
+        "9:3: controller.K_t: is not a key of the variant none (it belongs to free, permanent, "
+        "visco-elastic, embedded, sliding; here, `elements` hold the body)"
+    )
+
+
 MISSING = [
     (edited("  mass: 41.0\n", ""), ["3:3: body.mass: is missing (it is required)"]),
     (edited("  duration: 2.0\n", ""), ["18:3: integration.duration: is missing (it is required)"]),

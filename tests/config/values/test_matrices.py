@@ -136,3 +136,11 @@ def test_a_matrix_too_stiff_to_decide_is_not_called_indefinite_with_a_positive_e
 ):
     (message,) = complaints(edited(DAMPING, "L_r: [[1, 0, 0], [0, 1, 0], [0, 0, 1e-200]]"))
     assert "smallest eigenvalue is 1e-200 (expected positive eigenvalues)" not in message
+
+
+def test_a_gain_of_zero_says_how_to_leave_it_out(complaints, load):
+    (found,) = complaints(edited(DAMPING, "L_r: [60, 0, 42]"))
+    assert found.endswith("; to leave a spring or damper out, one that hardly acts: 1e-6)")
+    assert load(edited(DAMPING, "L_r: [60, 1e-6, 42]")).controller.L_r == (60, 1e-6, 42)
+    (negative,) = complaints(edited(DAMPING, "L_r: [60, -1, 42]"))
+    assert "hardly acts" not in negative

@@ -118,3 +118,8 @@ def test_all_wrong_texts_are_named_at_once() -> None:
 def test_bounds_are_written_as_exact_decimals(text: str, expected: tuple[str, str]) -> None:
     (one,) = tolerances_of(CONFIG, [text])
     assert one.bounds == expected
+
+
+def test_the_sign_that_keyboards_lack_has_another_form() -> None:
+    assert bounds("body.mass=+-1") == bounds("body.mass=±1")
+    assert "; +- may stand for ±)" in problems("body.mass=1")[0]

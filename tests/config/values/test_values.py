@@ -27,7 +27,7 @@ NUMBERS = [
     ("yes", "3:9: body.mass: is the text 'yes' (expected a number)"),
     ("2020-01-01", "3:9: body.mass: is the text '2020-01-01' (expected a number)"),
     ("41 kg", "3:9: body.mass: is the text '41 kg' (expected a number)"),
-    ("4,1", "3:9: body.mass: is the text '4,1' (expected a number)"),
+    ("4,1", "3:9: body.mass: is the text '4,1' (expected a number; with a decimal point: 4.1)"),
     ("[41.0]", "3:9: body.mass: is a list of 1 (expected a number)"),
     ("{}", "3:9: body.mass: is a mapping (expected a number)"),
     ("~", "3:9: body.mass: is empty (expected a number)"),

@@ -195,6 +195,8 @@ def test_a_sentence_about_two_regions_compares_no_energy_of_one_with_the_level_o
     assert found.rest_states == (1, 2)
     assert "to rest state 1 or 2, proved" in found.sentence
     assert "(v at most 2 J)" in found.sentence
+    assert "; inside the regions of rest state 1 or 2 from t = 0.1235 s at" in found.sentence
+    assert "inside the region of rest state 2 from" in proof(part(rest_state=2)).sentence
 
 
 def test_the_sentence_of_a_part_never_claims_the_whole():

@@ -185,6 +185,8 @@ def test_sensitivities_show_what_they_are_and_the_most_influential_numbers():
     assert count in page
     assert f"p/q ∂q/∂p, {found.entries[first].key}" in page
     assert f"{found.relative[first, found.column('settling_time')]:.3g}" in page
+    with pytest.raises(ValueError, match=r"no quantity 'settling' \(expected one of .*settling_t"):
+        found.column("settling")
 
 
 def test_a_body_that_only_translates_does_not_depend_on_its_rotation():

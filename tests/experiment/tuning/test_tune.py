@@ -181,6 +181,16 @@ def test_a_given_run_that_does_not_settle_is_worse_than_one_that_does():
     assert found.value == pytest.approx(best_damping()[1], rel=1e-7)
 
 
+def test_one_key_needs_no_list_and_what_was_found_shows_itself_in_one_line():
+    found = tune(oscillator(30.0), "settling_time", "controller.L_t[2]", (1.0, 1.0))
+    assert [scaling.key for scaling in found.scalings] == ["controller.L_t[2]"]
+    shown = repr(found)
+    time = f"{settling_time(30.0):.4g} s"
+    assert shown.startswith("<rbstab.Tuned ")
+    assert f": settling_time {time} -> {time}, controller.L_t[2] times 1, " in shown
+    assert shown.endswith(f"{found.runs} runs>")
+
+
 def test_nothing_is_better_where_no_run_settles():
     found = tune(oscillator(4.0, 0.1), "settling_time", ["controller.L_t[2]"], (0.5, 2.0))
     assert found.given == found.value == math.inf

@@ -232,7 +232,8 @@ def _sentences(counts: "Counter[int]", not_reached: int) -> list[str]:
         NOT_DECIDED: "not decided for {} of the members: their motions were enclosed without "
         "reaching a certified region",
         NOT_PROVED: "not proved for {} of the members: they start outside of every certified "
-        "region; the key prove of a plan encloses their motions, if no element switches",
+        "region. A plan with `prove: motion` encloses such motions too, unless elements switch; "
+        "that is another sweep, so give it another folder with -o",
         NO_PROOF: "not proved for {} of the members: no proof covers them",
     }
     shown = counts.copy()

@@ -117,9 +117,9 @@ def _proved(found: Convergence, count: int | None) -> str:
     if found.bound == math.inf:
         return f"the exact motion converges to {which}, as from {EVERY_START.split(' conv')[0]}"
     if found.energy is None or found.bound is None or not found.time:
-        where = "it starts inside the certified region"
+        where = f"it starts inside {found.region}"
     else:
-        where = f"it is inside the certified region from t = {rounded_up(found.time)} s on"
+        where = f"it is inside {found.region} from t = {rounded_up(found.time)} s on"
     return f"the exact motion converges to {which}: {where}"
 
 

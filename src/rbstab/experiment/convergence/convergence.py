@@ -136,8 +136,15 @@ class Convergence:
         begin = "from the start" if self.time == 0 else f"from t = {rounded_up(self.time)} s"
         return (
             f"converges to rest state {self.rest_state}: proved; "
-            f"it is inside the certified region {begin} ({values}){effort}{why}"
+            f"it is inside {self.region} {begin} ({values}){effort}{why}"
         )
+
+    @property
+    def region(self) -> str:
+        """The name of the region that the motion enters, as `rbstab stability` prints it."""
+        if self.rest_state is not None and self.rest_state > 1:
+            return f"the region of rest state {self.rest_state}"
+        return "the certified region"
 
     def as_data(self) -> dict[str, Any]:
         """Return the entries of its JSON."""

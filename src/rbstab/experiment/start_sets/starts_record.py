@@ -81,10 +81,13 @@ class StartsProof(_Model):
             share = f"proved for {percent} % of them; " if self.parts else ""
             return f"convergence is not decided; {share}{self.why}"
         states = " or ".join(map(str, self.rest_states))
-        inside = "inside the certified region from the start"
+        region = "the certified region"
+        if self.rest_states != (1,):
+            region = f"the region{'s' * (len(self.rest_states) > 1)} of rest state {states}"
+        begin = "the start"
         if self.time > 0:
-            latest = rounded_up(self.time)
-            inside = f"inside the certified region from t = {latest} s at the latest"
+            begin = f"t = {rounded_up(self.time)} s at the latest"
+        inside = f"inside {region} from {begin}"
         if self.bound == math.inf:
             inside = EVERY_START
         _, high = self.energy

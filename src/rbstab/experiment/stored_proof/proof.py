@@ -212,6 +212,8 @@ class Proof(ProvedStates):
         ended = "proved to be all" if self.proved else self.ended
         return line("Proof", "", [found, ended, f"{self.examined} boxes"])
 
+    __str__ = __repr__
+
     def _repr_html_(self) -> str:
         """Return a card for notebooks, with the sentences of the proof."""
         # Imported late: the sentences stand on this module.

@@ -20,6 +20,9 @@ from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError
 from rbstab.integrate.status import RunStatus
 from rbstab.store.result import Result
 
+ANY_ANGLES = "with |θ2| < π/2 and any θ1, θ3"
+"""Where a barrier must leave a single rest state: it keeps θ2, and neither θ1 nor θ3."""
+
 LADDER = tuple(float(f"{digit}e{power}") for power in range(-2, 5) for digit in (1, 2, 5))
 """N m: the stiffnesses that are tried, ascending, until one is enough."""
 
@@ -117,9 +120,10 @@ def _description(proof: Proof) -> str:
         return "every start converges: proved"
     if proof.needs_lengths:
         return "a spring of a body that is not held may lose its length on the way"
-    states = proof.states if proof.unwrapped is None else proof.unwrapped.states
-    if len(states) > 1:
-        return f"{len(states)} rest states with |θ2| < π/2"
+    if proof.unwrapped is not None and len(proof.unwrapped.states) > 1:
+        return f"{len(proof.unwrapped.states)} rest states {ANY_ANGLES}"
+    if proof.unwrapped is None and len(proof.states) > 1:
+        return f"{len(proof.states)} rest states in the range of eq. 5"
     return proof.outcome
 
 

@@ -96,7 +96,10 @@ class Sensitivities:
         Raises:
             ValueError: There is no such quantity.
         """
-        return [quantity.name for quantity in self.quantities].index(name)
+        names = [quantity.name for quantity in self.quantities]
+        if name not in names:
+            raise ValueError(f"no quantity {name!r} (expected one of {', '.join(names)})")
+        return names.index(name)
 
     @property
     def settles(self) -> bool:

@@ -18,12 +18,13 @@ from rbstab.experiment.tuning.sensitivities import (
     check_suited,
     unsuited_motions,
 )
+from rbstab.store.cards import line
 
 MIN_IMPROVEMENT = 1e-6
 """Smallest relative improvement with which a config counts as better."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Tuned:
     """The result of `tune`: a better config, and what was gained.
 
@@ -48,6 +49,16 @@ class Tuned:
     runs: int
     failures: int
 
+    def __repr__(self) -> str:
+        """Return one line: the objective before and after, and the factors."""
+        name, unit = self.objective.name, self.objective.unit
+        found = f"{name} {self.given:.4g} {unit} -> {self.value:.4g} {unit}"
+        factors = [
+            f"{scaling.key} times {factor:.4g}"
+            for scaling, factor in zip(self.scalings, self.factors, strict=True)
+        ]
+        return line("Tuned", self.config.title, [found, *factors, f"{self.runs} runs"])
+
     @property
     def better(self) -> bool:
         """Whether a better config was found."""
@@ -57,7 +68,7 @@ class Tuned:
 def tune(
     config: Config | str | Path | Mapping[str, Any],
     objective: str,
-    over: Iterable[str],
+    over: str | Iterable[str],
     bounds: tuple[float, float] = (0.1, 10.0),
     *,
     allow_python: bool = False,
@@ -76,7 +87,7 @@ def tune(
         config: A config, or any argument that `load_config` takes.
         objective: "settling_time", s, "peak_displacement", the largest |E|, m, or "energy",
             ∫v dt, J s.
-        over: Keys of gains, such as `controller.L_c` or `controller.L_c[0]`.
+        over: Keys of gains, such as `controller.L_c` or `controller.L_c[0]`; or a single key.
         bounds: The smallest and the largest factor; 1 must be within the bounds.
         allow_python: As for `load_config`, if the config is not loaded yet.
 
@@ -95,7 +106,8 @@ def tune(
     check_suited(config)
     if objective not in OBJECTIVES:
         raise ValueError(f"objective: is '{objective}' (expected one of {', '.join(OBJECTIVES)})")
-    chosen, scalings = OBJECTIVES[objective], gain_scalings(config, over)
+    keys = [over] if isinstance(over, str) else over
+    chosen, scalings = OBJECTIVES[objective], gain_scalings(config, keys)
     variant: str = config.controller.variant
     if chosen.name == "peak_displacement" and variant == "permanent":
         raise UnsuitedConfigError(

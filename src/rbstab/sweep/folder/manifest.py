@@ -151,7 +151,8 @@ def read_manifest(folder: Path) -> Manifest:
     """
     path = folder / MANIFEST
     if not path_exists(path):
-        raise NotAResultError(f"{folder} is not the folder of a sweep")
+        why = "" if path_exists(folder) else ": there is no such folder"
+        raise NotAResultError(f"{folder} is not the folder of a sweep{why}")
     data = read_document(path)
     version = data.get("schema_version")
     if version == 1:

@@ -9,10 +9,12 @@ import numpy as np
 from rbstab.config.errors import ConfigError
 from rbstab.config.source import parse_source
 from rbstab.experiment.answers.words import Sureness
+from rbstab.files.shell_words import shell_word
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import RUN, Table
 from rbstab.store.table_file import read_table
+from rbstab.sweep.folder.sweep_folder import PLAN_FILE
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.plan.load import plan_to_read
 from rbstab.sweep.plan.plan import Plan
@@ -23,11 +25,8 @@ from rbstab.sweep.proofs.gathered import PROOF_COLUMNS, convergence_now, without
 MAX_COUNTED = 2_000_000
 """Members are compared with later proofs up to this number. A million take some 5 seconds."""
 
-NOT_MADE = (
-    "the proof of their rest states was not made in the budget of time, or ended early; "
-    "rbstab sweep PLAN --prove goes on"
-)
-"""Why there is no proof of members that one could cover."""
+NOT_MADE = "the proof of their rest states was not made, or ended early; make it: {}"
+"""Why there is no proof of members that one could cover, and the command that makes it."""
 
 
 class MemberAnswers(NamedTuple):
@@ -108,7 +107,7 @@ def member_answers(file: Path, read: Callable[[Path], Table] = read_answers) -> 
         not_decided=_count(~settled & ~decided),
         settled=_count(settled),
         completed=_count(completed),
-        without_proof=_without_proof(plan, codes == NO_PROOF),
+        without_proof=_without_proof(plan, codes == NO_PROOF, file.parent),
         as_gathered=many,
     )
 
@@ -126,12 +125,13 @@ def _plan_of(table: Table, members: int) -> Plan | None:
     return plan if plan.members == members else None
 
 
-def _without_proof(plan: Plan | None, missing: Array) -> dict[str, int]:
+def _without_proof(plan: Plan | None, missing: Array, folder: Path) -> dict[str, int]:
     """Return how many members no proof covers, by the reason.
 
     Args:
         plan: The plan; None if it cannot be read.
         missing: Whether there is no proof of each member, shape (members,).
+        folder: The folder of the sweep.
     """
     if not missing.any():
         return {}
@@ -141,5 +141,20 @@ def _without_proof(plan: Plan | None, missing: Array) -> dict[str, int]:
     for reason, uncovered in without_theorem(plan).items():
         found[reason] = _count(missing & uncovered)
         missing = missing & ~uncovered
-    found[NOT_MADE] = _count(missing)
+    found[NOT_MADE.format(_proving_command(folder))] = _count(missing)
     return {reason: count for reason, count in found.items() if count}
+
+
+def _proving_command(folder: Path) -> str:
+    """Return the command that makes the missing proofs of a sweep.
+
+    It names the copy of the plan in the folder: the plan of the user may have changed, another
+    folder may have been given with `-o`, or the folder may have another name by now.
+    """
+    stored = folder / PLAN_FILE
+    if not stored.is_file():
+        return "rbstab sweep PLAN --prove"
+    # The command names the folder after that of the plan, and puts it into `results` by default.
+    results = folder.parent
+    place = "" if results == Path("results") else f" -o {shell_word(results)}"
+    return f"rbstab sweep {shell_word(stored)}{place} --prove"

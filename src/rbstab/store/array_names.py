@@ -1,0 +1,17 @@
+"""The names of the arrays of a result: an error that says which one was meant."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+MAX_LISTED = 40
+"""The most names that an error lists."""
+
+
+def no_such_array(name: object, known: Iterable[str], kind: str = "array") -> KeyError:
+    """Return the error about a name that no array has: the name that was meant, or all names."""
+    names = list(known)
+    close = get_close_matches(str(name), names, n=1)
+    if close:
+        return KeyError(f"no {kind} {name!r}; did you mean {close[0]}?")
+    rest = ", ..." if len(names) > MAX_LISTED else ""
+    return KeyError(f"no {kind} {name!r}; there are: {', '.join(names[:MAX_LISTED])}{rest}")

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from rbstab.files.existence import is_file
 from rbstab.files.shell_words import shell_word
+from rbstab.sweep.folder.member_answers import proving_command
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE
 
 
@@ -22,8 +23,7 @@ def proof_command(path: Path) -> str:
     Args:
         path: As for `member_command`.
     """
-    results = path.parent.parent
-    return f"rbstab sweep {_plan(path)} -o {shell_word(results)} --prove"
+    return proving_command(path.parent)
 
 
 def _plan(path: Path) -> str:

@@ -141,11 +141,11 @@ def _without_proof(plan: Plan | None, missing: Array, folder: Path) -> dict[str,
     for reason, uncovered in without_theorem(plan).items():
         found[reason] = _count(missing & uncovered)
         missing = missing & ~uncovered
-    found[NOT_MADE.format(_proving_command(folder))] = _count(missing)
+    found[NOT_MADE.format(proving_command(folder))] = _count(missing)
     return {reason: count for reason, count in found.items() if count}
 
 
-def _proving_command(folder: Path) -> str:
+def proving_command(folder: Path) -> str:
     """Return the command that makes the missing proofs of a sweep.
 
     It names the copy of the plan in the folder: the plan of the user may have changed, another
@@ -153,7 +153,7 @@ def _proving_command(folder: Path) -> str:
     """
     stored = folder / PLAN_FILE
     if not stored.is_file():
-        return "rbstab sweep PLAN --prove"
+        return "rbstab sweep PLAN.yaml --prove"
     # The command names the folder after that of the plan, and puts it into `results` by default.
     results = folder.parent
     place = "" if results == Path("results") else f" -o {shell_word(results)}"

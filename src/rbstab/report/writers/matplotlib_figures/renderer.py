@@ -185,6 +185,8 @@ def _draw(figure: Figure, width: float = WIDTH) -> Drawing:
             axes.set_xlabel("")
             axes.tick_params(labelbottom=False)
     _share_titles(drawing, figure, every, columns)
+    if figure.small:
+        _one_title_a_row(every, columns)
     _draw_colour_bars(figure, every)
     drawing.align_ylabels()
     levels = {
@@ -221,6 +223,17 @@ def _share_titles(drawing: Drawing, figure: Figure, every: list[Axes], columns: 
     if "x" in figure.shared and not has_gap:
         size = mpl.rcParams["axes.labelsize"]
         drawing.supxlabel(escape_math(figure.panels[0].x.text), fontsize=size)
+
+
+def _one_title_a_row(every: list[Axes], columns: int) -> None:
+    """Keep only the title in the middle of a row of small panels with one horizontal axis."""
+    for begin in range(0, len(every), columns):
+        row = every[begin : begin + columns]
+        if len({axes.get_xlabel() for axes in row}) == 1:
+            # A long title has room below its neighbours.
+            title = row[0].get_xlabel().replace("\n", " ")
+            for number, axes in enumerate(row):
+                axes.set_xlabel(title if number == len(row) // 2 else "")
 
 
 def _draw_colour_bars(figure: Figure, every: list[Axes]) -> None:

@@ -222,6 +222,8 @@ class PanelGrid:
         """Return the lines of the title of an axis; beside those of neighbours it has less room."""
         text = getattr(self.figure.panels[number], letter).text
         panel = self.figure.panels[number]
+        if letter == "x" and self._has_row_title(number // self.columns):
+            return [""]
         low = self.figure.small or (letter == "y" and panel.square)
         beside = self.has_gap or (letter == "y" and self.rows > 1)
         if not low and not (beside and letter in self.titles):
@@ -235,16 +237,35 @@ class PanelGrid:
         return tick_lines(text, int(room / TITLE_LETTER), lines)
 
     def common_titles(self) -> list[JSON]:
-        """Return the titles of the axes that all panels share, as annotations."""
-        if self.has_gap:
-            return []
-        first, found = self.figure.panels[0], []
+        """Return the titles of axes that all panels share, or those of a row, as annotations."""
         common: JSON = {"xref": "paper", "yref": "paper", "showarrow": False} | TITLE_FONT
+        found = [
+            common | self._row_title(row) for row in range(self.rows) if self._has_row_title(row)
+        ]
+        if self.has_gap:
+            return found
+        first = self.figure.panels[0]
         if "x" in self.titles:
             ticks = self._tick_height(self.rows - 1)
             place = {"x": self._right / 2, "xanchor": "center", "y": 0, "yanchor": "top"}
             found.append(common | place | {"text": escaped(first.x.text), "yshift": 2 - ticks})
         return found
+
+    def _has_row_title(self, row: int) -> bool:
+        """Whether the small panels of a row have one horizontal axis, and so one title."""
+        panels = self._panels(row)
+        return (
+            self.figure.small and len(panels) > 1 and len({panel.x.text for panel in panels}) == 1
+        )
+
+    def _row_title(self, row: int) -> JSON:
+        """Return the place and the text of the title below a row."""
+        first = row * self.columns
+        last = first + len(self._panels(row)) - 1
+        middle = (self.x_domain(first)[0] + self.x_domain(last)[1]) / 2
+        place = {"x": middle, "xanchor": "center", "y": self.y_domain(first)[0], "yanchor": "top"}
+        text = escaped(self.figure.panels[first].x.text)
+        return place | {"text": text, "yshift": 2 - self._tick_height(row)}
 
     def _panels(self, row: int) -> tuple[Panel, ...]:
         return self.figure.panels[row * self.columns : (row + 1) * self.columns]

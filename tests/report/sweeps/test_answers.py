@@ -108,7 +108,7 @@ def test_members_at_rest_later_count_in_the_median(members):
         return lambda a: {"settling_time": np.where(a["run"] < count, 0.1 * a["run"], np.nan)}
 
     def median(count):
-        return dict(card_of(members(GRID, columns(count)))[1].facts)["at rest from (median)"]
+        return dict(card_of(members(GRID, columns(count)))[1].facts)["at rest from (median of all)"]
 
     assert median(9) == "after the end"
     assert median(10) == "0.9 s"
@@ -154,3 +154,43 @@ def test_one_sentence_counts_each_member_once(members):
         "20 members: 3 proved to come to rest, 6 seen to come to rest, 8 not at rest by the end of "
         "their runs, 1 proved not to come to rest, 2 ended early (range left)."
     )
+
+
+def test_a_proved_member_may_be_at_rest_after_its_end(members):
+    def columns(proved):
+        codes = convergence("proved"), convergence("not decided")
+        return lambda a: {
+            "convergence": np.where(a["run"] < proved, *codes),
+            "settling_time": np.where(a["run"] < 12, 1.0, np.nan),
+        }
+
+    def sentence(proved):
+        return sentence_of(members(GRID, columns(proved), prove="motion"))
+
+    assert sentence(15) == (
+        "20 members: 15 proved to come to rest, 5 neither proved nor at rest by the end of their "
+        "runs."
+    )
+    assert sentence(10) == (
+        "20 members: 10 proved to come to rest, 2 seen to come to rest, 8 not at rest by the end "
+        "of their runs."
+    )
+
+
+def test_bodies_that_have_one_rest_state_are_counted(members):
+    def statements(levels):
+        found = members(GRID, lambda a: {"settling_time": np.zeros(len(a["run"]))})
+        assert found.box_levels.tolist() == [0.0] * 20
+        vars(found)["box_levels"] = np.array(levels)
+        return [one for one in card_of(found)[1].statements if "one rest state" in one.question]
+
+    assert statements([0.0] * 20) == []
+    (some,) = statements([0.0] * 5 + [617.5] * 15)
+    assert (some.word, some.tone) == ("15 of 20 proved", "")
+    assert some.sentence == (
+        "The bodies of 15 of 20 members have one rest state, a minimum: all their motions that "
+        "stay in the range converge to it. Those with v(0) below 617.5 J stay in it"
+    )
+    (every,) = statements([617.5] * 10 + [480.0] * 10)
+    assert (every.word, every.tone) == ("proved", "good")
+    assert "below 480 J (of some bodies up to 617.5 J) stay" in every.sentence

@@ -162,3 +162,12 @@ def test_an_axis_that_counts_has_ticks_at_whole_numbers(most):
     assert all(tick.is_integer() for tick in axes.get_yticks())
     if most == 1.0:
         assert not all(tick.is_integer() for tick in axes_of(figure_of(bars)).get_yticks())
+
+
+def test_a_row_of_small_panels_has_one_title():
+    line = Line(X, Y)
+    names = ["a long name of a parameter"] * 3 + ["other", "another", "a third"]
+    panels = tuple(Panel(Axis(name), Axis("y"), (line,)) for name in names)
+    drawing = draw_figure(Figure("f", "F", panels, columns=3, shared="y", small=True))
+    labels = [axes.get_xlabel().replace("\n", " ") for axes in drawing.axes]
+    assert labels == ["", names[0], "", *names[3:]]

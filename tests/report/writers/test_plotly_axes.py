@@ -151,3 +151,30 @@ def test_panels_with_one_axis_have_its_ticks() -> None:
     ]
     layout = plotly_data(Figure("f", "F", tuple(panels), shared="y"))["layout"]
     assert "dtick" not in layout["yaxis"]
+
+
+def small_figure(*titles: str) -> Figure:
+    """Return a figure of small panels, three in a row, by the titles of their horizontal axes."""
+    line = Line(np.arange(2.0), np.arange(2.0))
+    panels = tuple(Panel(Axis(title, "rad/s"), Axis("y"), (line,), "a") for title in titles)
+    return Figure("f", "F", panels, 3, shared="y", small=True)
+
+
+def test_a_row_of_small_panels_has_one_title_below() -> None:
+    name = "a long name of a parameter"
+    found = plotly_data(small_figure(*[name] * 3, "other", "another", "a third"))
+    layout = found["layout"]
+    (title,) = [one for one in layout["annotations"] if name in one["text"]]
+    assert title["text"] == f"{name} [rad/s]"
+    assert title["xanchor"] == "center"
+    left, right = layout["xaxis"]["domain"][0], layout["xaxis3"]["domain"][1]
+    assert title["x"] == pytest.approx((left + right) / 2)
+    assert title["y"] == pytest.approx(layout["yaxis"]["domain"][0])
+    texts = [layout[f"xaxis{end}"]["title"]["text"] for end in ("", 2, 3, 4, 5, 6)]
+    assert texts[:3] == [""] * 3
+    assert [text.replace("<br>", " ") for text in texts[3:]] == [
+        f"{own} [rad/s]" for own in ("other", "another", "a third")
+    ]
+    # On a phone two panels are side by side: the second row has two parameters.
+    narrow = found["narrow"]["annotations"]
+    assert len([one for one in narrow if one["text"] == f"{name} [rad/s]"]) == 1

@@ -24,6 +24,7 @@ from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, PROVED
 SYMBOLS = (
     ("at rest", f"settled: {SETTLED_V} to the end of the run"),
     ("E1, E2, E3", "the displacement of the contact point from its anchor, by axis"),
+    ("v", "the Lyapunov function, an energy: 0 at rest; v(0) is its value at the start"),
     ("θ2", "the second Euler angle; its range ends at ±π/2 rad, a right angle"),
 )
 """The symbols on the card, and their meanings."""
@@ -75,10 +76,13 @@ def _sentence(members: Members) -> str:
     convergence, outcomes = members.convergence, members.outcomes
     proved, false = convergence == PROVED, convergence == FALSE
     open_ = ~proved & ~false
+    unsettled = outcomes == OUTCOMES.index(UNSETTLED)
+    # A member that is proved to come to rest may do so after the end of its run.
+    neither = "neither proved nor " if (proved & unsettled).any() else "not "
     groups = {
         "proved to come to rest": proved,
         "seen to come to rest": open_ & (outcomes == OUTCOMES.index(SETTLED)),
-        "not at rest by the end of their runs": open_ & (outcomes == OUTCOMES.index(UNSETTLED)),
+        f"{neither}at rest by the end of their runs": open_ & unsettled,
         "proved not to come to rest": false,
         **{
             f"ended early ({status})": open_ & (outcomes == code)
@@ -241,7 +245,7 @@ def _facts(members: Members, *, pooled: bool) -> tuple[tuple[str, str], ...]:
     settled, peak = settling_time(members), peak_displacement(members).values
     if pooled and np.isfinite(settled.values).any():
         (median,) = quantiles_of(settled.ranked, (0.5,))
-        facts["at rest from (median)"] = (
+        facts["at rest from (median of all)"] = (
             f"{number(median)} s" if math.isfinite(median) else "after the end"
         )
     if pooled and np.nanmax(peak, initial=0.0) > 0:

@@ -17,6 +17,8 @@ from cli.conftest import GOOD, Invoke
 from rbstab_cli.help_examples import EXAMPLES, FIRST_STEPS
 from rbstab_cli.main import COMMANDS, cli
 
+PAPER = Path(__file__).parents[2] / "configs" / "paper"
+
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_the_listed_help_is_the_commands_own(name: str) -> None:
@@ -198,6 +200,19 @@ def test_show_says_how_a_run_ended(folder: Path, rbstab: Invoke) -> None:
     assert "(0.1, 0.2, 0.3)" in shown.stdout
     for name in ("contact_displacement", "run_id", "numpy_version"):
         assert name in shown.stdout
+
+
+def test_show_compares_no_changed_case_with_the_paper(folder: Path, rbstab: Invoke) -> None:
+    for name, changes in {"own": [], "other": ["--set", "body.mass=42"]}.items():
+        words = ("run", str(PAPER / "case1_permanent.yaml"), "--no-prove", "-o", name, *changes)
+        assert rbstab(*words).exit_code == 0
+    own, other = (rbstab("show", f"{name}/case1_permanent.h5").stdout for name in ("own", "other"))
+    assert "(0.092, -0.1221, 0.0003)" in own
+    assert "not compared" not in own
+    assert "(0.092, -0.1221, 0.0003)" not in other
+    assert "not compared: this config is another case, by body.mass." in other
+    data = json.loads(rbstab("show", "other/case1_permanent.h5", "--json").stdout)
+    assert data["reference"]["changed"] == ["body.mass"]
 
 
 def test_show_as_json(folder: Path, rbstab: Invoke) -> None:

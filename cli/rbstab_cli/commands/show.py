@@ -1,7 +1,7 @@
 """`rbstab show`."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -99,18 +99,32 @@ def _print(path: Path, opened: "Result", *, as_json: bool, as_config: bool) -> N
         _print_tables(known)
 
 
-def _comparisons(result: "Result") -> tuple[str, list["ReferenceValue"]]:
-    """Return the source of the stored config's reference, and printed and computed values."""
+class _Reference(NamedTuple):
+    """What the stored config refers to.
+
+    source is empty if it refers to nothing. changed are the keys in which the config differs from
+    the case of its source: then printed values say nothing about it.
+    """
+
+    source: str
+    values: list["ReferenceValue"]
+    changed: list[str]
+
+
+def _reference(result: "Result") -> _Reference:
+    """Return the reference of the stored config, with printed and computed values."""
     from rbstab.experiment.stored_config import stored_config
     from rbstab.experiment.summary import reference_values_of
+    from rbstab.report.runs.paper_cases import changed_keys
 
     # The config is None if this version cannot read it; the rest is still shown.
-    config = stored_config(result).config
-    reference = config.reference if config is not None else None
-    if reference is None:
-        return "", []
+    stored = stored_config(result)
+    reference = stored.config.reference if stored.config is not None else None
+    if stored.config is None or reference is None:
+        return _Reference("", [], [])
     note = f" ({reference.note})" if reference.note else ""
-    return reference.source + note, reference_values_of(result, reference)
+    changed = list(changed_keys(stored.config, stored.data))
+    return _Reference(reference.source + note, reference_values_of(result, reference), changed)
 
 
 def _print_json(known: "KnownNow") -> None:
@@ -119,12 +133,16 @@ def _print_json(known: "KnownNow") -> None:
     from rbstab_cli.output.json_output import print_json
 
     result = known.result
-    source, comparisons = _comparisons(result)
+    found = _reference(result)
     arrays: dict[str, Any] = {
         name: {"dimensions": v.dimensions, "shape": v.data.shape, "units": v.unit}
         for name, v in result.variables.items()
     }
-    reference = {"source": source, "values": [c._asdict() for c in comparisons]}
+    reference = {
+        "source": found.source,
+        "changed": found.changed,
+        "values": [value._asdict() for value in found.values],
+    }
     more = {
         "certificate": certificate_checks(result),
         "final": _final_state(result),
@@ -240,12 +258,16 @@ def _print_reference(result: "Result") -> None:
     from rbstab.config.errors import printable
     from rbstab_cli.output.tables import add_row, new_table, print_table
 
-    source, comparisons = _comparisons(result)
-    if not comparisons:
+    found = _reference(result)
+    if not found.values:
         return
-    click.echo(f"Reference: {printable(source)}")
+    click.echo(f"Reference: {printable(found.source)}")
+    if found.changed:
+        keys = ", ".join(map(printable, found.changed))
+        click.echo(f"Printed values are not compared: this config is another case, by {keys}.")
+        return
     table = new_table("quantity", "printed", "computed", "exact motion")
-    for c in comparisons:
+    for c in found.values:
         exact = "the printed value does not follow, proved" if c.disproved else "-"
         add_row(table, f"{c.name} [{c.unit}]", _vector(c.printed), _vector(c.computed), exact)
     print_table(table)

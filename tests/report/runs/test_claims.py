@@ -120,11 +120,11 @@ def test_each_alone(bare, guarded, tmp_path):
     section = section_of(guarded)
     assert row(section) == ["every start converges: proved (6 N m)", "globally stable"]
     assert [head.label for head in section.blocks[0].heads] == [
-        *("body and controller", "with a barrier on θ2", "the paper's claim")
+        *("body and controller", "with a barrier on θ2", "the paper on this variant")
     ]
     section = section_of(bare)
     assert [head.label for head in section.blocks[0].heads] == [
-        *("body and controller", "without a barrier", "counterexample", "the paper's claim")
+        *("body and controller", "without a barrier", "counterexample", "the paper on this variant")
     ]
     assert row(section)[1:] == ["none known", "globally stable"]
 

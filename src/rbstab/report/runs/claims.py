@@ -29,7 +29,7 @@ HEADS = (
     Head("without a barrier"),
     Head("with a barrier on θ2"),
     Head("counterexample"),
-    Head("the paper's claim"),
+    Head("the paper on this variant"),
 )
 """What is known comes before what is claimed: a narrow page shows only the first columns."""
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from rbstab.report.model.figure import Figure, Level, Line, Mark, Panel, Points, Stack
 from rbstab.report.model.split_time import FIRST_SHARE, SplitTime
-from rbstab.report.writers.plotly_figures.layout import PanelGrid, axis_keys, axis_name
+from rbstab.report.writers.plotly_figures.panel_grid import PanelGrid, axis_keys, axis_name
 
 JSON = dict[str, Any]
 

@@ -116,6 +116,24 @@ def test_each_pair_stands_once_with_the_smaller_values_first(made):
     assert high > 0.6
 
 
+def test_a_matrix_has_all_pairs_at_one_glance(made):
+    values = (lambda p: 3.1 + 0.1 * p, lambda p: 3.0 + 0.0 * p, lambda p: 5.0 + 0.0 * p)
+    found = tables(settling_by_variant(made, values))
+    table = found["sweep-1-matrix-settling-time"]
+    # In the order of their medians: free 3, permanent 5, visco-elastic 5.55.
+    assert [head.label for head in table.heads] == [
+        *("row minus column", "permanent", "visco-elastic")
+    ]
+    first, second = table.rows
+    assert [cell.text for cell in (first[0], *second[:2])] == ["free", "permanent", ""]
+    assert [cell.value for cell in (*first[1:], second[2])] == pytest.approx([-2.0, -2.55, -0.6])
+    # Of the last pair, no difference is sure.
+    assert [cell.tone for cell in (*first[1:], second[2])] == ["good", "good", ""]
+    two = EACH | {"controller.variant": {"each": {"values": VARIANTS[:2]}}}
+    names = tables(sweep_sections(made(two, columns, **DRAWN)))
+    assert "sweep-1-matrix-settling-time" not in names
+
+
 def test_pairs_decide_which_condition_is_first_and_not_medians(made):
     """`free` has the larger median, but in 38 of 50 pairs it is smaller, by 0.1."""
     values = (

@@ -20,6 +20,7 @@ from rbstab.report.sweeps.conditions.ranking import (
     comparable,
     is_alike,
 )
+from rbstab.report.sweeps.distributions import quantiles_of
 from rbstab.report.sweeps.fractions import CONFIDENCE
 from rbstab.report.sweeps.quantities import MemberQuantity
 from rbstab.report.sweeps.table_entries import whole
@@ -40,6 +41,15 @@ SPREAD_NOTE = (
 PAIR_NOTE = (
     "The two members of a pair differ only in their condition. Pairs with equal values are "
     "counted, and have no part in the other columns."
+)
+
+
+MIN_MATRIX, MAX_MATRIX = 3, 8
+"""The numbers of conditions of a matrix: of two, one line says all; of more, it does not fit."""
+
+MATRIX_NOTE = (
+    "Median of the paired differences, the condition with the smallest median first. The mark says "
+    "that the difference matters, as in the table below, which has each pair with its interval."
 )
 
 
@@ -86,7 +96,7 @@ def difference_table(
 def pairs_tables(
     name: str, groups: PairedConditions, quantities: list[MemberQuantity], *, sampled: bool
 ) -> list[Table]:
-    """Return which of each two conditions has the smaller values, each pair once.
+    """Return which of each two conditions has the smaller values: a matrix, and each pair once.
 
     Args:
         name: The anchor of the sweep.
@@ -99,10 +109,13 @@ def pairs_tables(
     tables = [_pairs_table(name, groups, quantity, sampled=sampled) for quantity in shown]
     # The note of the first one holds for all.
     note = _naming_note(sampled=sampled)
-    return [
+    tables = [
         replace(table, note=f"{table.note if k else f'{table.note} {note}'}".strip())
         for k, table in enumerate(tables)
     ]
+    matrices = [_matrix(name, groups, quantity, sampled=sampled) for quantity in shown]
+    pairs = zip(matrices, tables, strict=True)
+    return [table for both in pairs for table in both if table is not None]
 
 
 def _naming_note(*, sampled: bool) -> str:
@@ -133,6 +146,33 @@ def _pairs_table(
     title = f"{quantity.axis.label}: all pairs of conditions"
     note = _zero_note(groups, quantity)
     return Table(f"{name}-all-pairs-{quantity.name}", title, heads, tuple(rows), note)
+
+
+def _matrix(
+    name: str, groups: PairedConditions, quantity: MemberQuantity, *, sampled: bool
+) -> Table | None:
+    """Return the median differences of all pairs at one glance; None for few or many conditions."""
+    assert groups.pairs is not None
+    values = quantity.ranked[groups.pairs]
+    medians = [quantiles_of(values[:, k], (0.5,))[0] for k in range(len(groups.labels))]
+    order = sorted(comparable(groups, quantity), key=lambda k: medians[k])
+    if not MIN_MATRIX <= len(order) <= MAX_MATRIX:
+        return None
+    rows = []
+    for place, row in enumerate(order[:-1]):
+        cells = [Cell("")] * place
+        for column in order[place + 1 :]:
+            found = _between(groups, quantity, row, column)
+            tone = "good" if found.median < 0 else "bad"
+            alike = is_alike(found, sampled=sampled)
+            cells.append(_difference(found.median)._replace(tone="" if alike else tone))
+        rows.append((Cell(groups.labels[row]), *cells))
+    heads = (
+        Head("row minus column", quantity.axis.unit),
+        *(Head(groups.labels[k], numbers=True) for k in order[1:]),
+    )
+    title = f"{quantity.axis.label}: matrix of all pairs"
+    return Table(f"{name}-matrix-{quantity.name}", title, heads, tuple(rows), MATRIX_NOTE)
 
 
 def _zero_note(groups: PairedConditions, quantity: MemberQuantity) -> str:

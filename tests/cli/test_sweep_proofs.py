@@ -26,7 +26,7 @@ def test_the_proved_members_are_counted(rbstab, monkeypatch):
     assert "2 of 4 members proved, " in done.stderr
     assert "3 of 4 members proved, " in done.stderr
     assert " members/s, " in done.stderr
-    (row,) = [line for line in done.stdout.splitlines() if "convergence to a rest state" in line]
+    (row,) = [line for line in done.stdout.splitlines() if "converge to a rest state" in line]
     assert "3 proved, 1 not decided" in row
     again = json.loads(rbstab(*SWEEP, "--json").stdout)
     assert again["convergence"] == {"proved": 3, "not decided": 1}

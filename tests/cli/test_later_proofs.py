@@ -96,7 +96,7 @@ def test_a_sweep_names_the_members_without_a_proof(folder: Path, rbstab: Invoke)
     )
     rbstab("sweep", "plan.yaml", "--no-prove", "-q")
     shown = words(rbstab("show", "results/plan").stdout)
-    assert "no proof: 1 of 1 members: the proof of their rest states was not made" in shown
+    assert "no proof: 1 of 1 members: the proof of their own body was not made" in shown
 
 
 def test_the_command_that_proves_them_works_wherever_the_sweep_is_now(
@@ -123,7 +123,7 @@ def test_the_command_that_proves_them_works_wherever_the_sweep_is_now(
     Path("alone").mkdir()
     shutil.copy("results/varied/sweep.h5", "alone/sweep.h5")
     (reason,) = member_answers(Path("alone/sweep.h5")).without_proof
-    assert reason.endswith("rbstab sweep PLAN --prove")
+    assert reason.endswith("rbstab sweep PLAN.yaml --prove")
     Path("my results").mkdir()
     kept = Path("results/varied").rename("my results/kept one")
     done = rbstab(*advised(str(kept)))

@@ -102,7 +102,7 @@ def test_bodies_that_the_budget_does_not_reach(
     assert "2 of the 2 members that were tried are proved to converge to a rest state" in shown
     assert "was not made, or ended early: members 1 to 2, 4. rbstab sweep " in shown
     command = shown.partition("members 1 to 2, 4. ")[2].partition(" makes it")[0]
-    assert command == "rbstab sweep results/bodies/plan.yaml -o results --prove"
+    assert command == "rbstab sweep results/bodies/plan.yaml --prove"
     # The next call goes on.
     again = json.loads(rbstab(*words, "--json").stdout)
     assert again["proofs"]["members_not_reached"] == [[1, 1]]

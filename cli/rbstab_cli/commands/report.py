@@ -76,6 +76,7 @@ def command(
     The formats html, md and pdf need the packages of `pip install 'rbstab[report]'`.
     """
     from rbstab.report.reading.sources import read_sources
+    from rbstab.store.disk.existence import path_is_dir
     from rbstab.store.errors import StoreError
 
     path, form = _target(output, form, as_json=as_json)
@@ -87,7 +88,7 @@ def command(
         if path is not None:
             # Fail before the work, not after it.
             _check_writable(path, form, force=force)
-        imports = _import_beside(sweeps=any(path.is_dir() for path in taken.paths))
+        imports = _import_beside(sweeps=any(map(path_is_dir, taken.paths)))
         sources = read_sources(taken.paths)
         imports.join()
         _print_unread(sources.unread)

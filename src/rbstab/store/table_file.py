@@ -95,9 +95,10 @@ def check_table(path: Path) -> CheckedTable:
     Raises:
         NotAResultError, NewerSchemaError, StoreError: As `read_table`.
     """
-    identity = _identity(path)
     check_unchanged(path)
     with open_hdf5(path) as file:
+        # Of the file that is read: another one may get its name meanwhile.
+        identity = _identity_of(os.fstat(file.raw_arrays.raw.fileno()))
         header, digests = _header(file)
         _check_digests(file, header, digests)
         for name, column in header.layout.items():
@@ -155,6 +156,10 @@ def _identity(path: Path) -> Identity:
         found = os.stat(path)  # noqa: PTH116
     except OSError as error:
         raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
+    return _identity_of(found)
+
+
+def _identity_of(found: os.stat_result) -> Identity:
     return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
 
 

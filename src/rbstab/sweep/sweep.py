@@ -228,7 +228,6 @@ def prove_members(  # noqa: PLR0913 (options by name)
         proofs = prove_bodies(
             *(plan, results, known),
             bodies=bodies,
-            covered=known is not stored,
             budget=None if budget is None else budget - (monotonic() - begin),
             processes=processes,
             progress=progress,

@@ -178,19 +178,30 @@ def test_a_proved_member_may_be_at_rest_after_its_end(members):
 
 
 def test_bodies_that_have_one_rest_state_are_counted(members):
-    def statements(levels):
+    def statements(levels, own, *, older=False):
         found = members(GRID, lambda a: {"settling_time": np.zeros(len(a["run"]))})
         assert found.box_levels.tolist() == [0.0] * 20
-        vars(found)["box_levels"] = np.array(levels)
+        vars(found)["box_levels"], vars(found)["have_own_bodies"] = np.array(levels), np.array(own)
+        if older:
+            del found.table.layout["rest_orientation"]
         return [one for one in card_of(found)[1].statements if "one rest state" in one.question]
 
-    assert statements([0.0] * 20) == []
-    (some,) = statements([0.0] * 5 + [617.5] * 15)
-    assert (some.word, some.tone) == ("15 of 20 proved", "")
-    assert some.sentence == (
-        "The bodies of 15 of 20 members have one rest state, a minimum: all their motions that "
-        "stay in the range converge to it. Those with v(0) below 617.5 J stay in it"
+    every, some = [True] * 20, [False] * 5 + [True] * 15
+    assert statements([0.0] * 20, every) == []
+    (part,) = statements([0.0] * 5 + [617.5] * 15, every)
+    assert (part.word, part.tone) == ("15 of 20 proved", "")
+    assert part.sentence == (
+        "In the range of the Euler angles, the bodies of 15 of 20 members have one rest state, a "
+        "minimum. Each of their motions that stays in the range, and keeps a distance from its end "
+        "in θ2, converges to it. So does each motion that starts in the range with v(0) below "
+        "617.5 J"
     )
-    (every,) = statements([617.5] * 10 + [480.0] * 10)
-    assert (every.word, every.tone) == ("proved", "good")
-    assert "below 480 J (of some bodies up to 617.5 J) stay" in every.sentence
+    # The members of another variant share one proof, and have no part in the question.
+    (own,) = statements([0.0] * 5 + [617.5] * 15, some)
+    assert (own.word, own.tone) == ("proved", "good")
+    assert "the bodies of 15 members whose bodies differ have one rest state" in own.sentence
+    (two,) = statements([617.5] * 10 + [480.0] * 10, every)
+    assert (two.word, two.tone) == ("proved", "good")
+    assert "below 480 J (of some bodies up to 617.5 J)" in two.sentence
+    (old,) = statements([617.5] * 20, every, older=True)
+    assert "v(0)" not in old.sentence

@@ -169,13 +169,13 @@ def many(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Sweep]:
 
 def test_members_get_what_the_box_says(many, tmp_path):
     plan, sweep = many
-    proofs = prove_members(plan, sweep)
+    proofs = prove_members(plan, sweep, budget=0.0)
     (box,) = proofs.boxes
     table = rbstab.open_sweep(tmp_path / "sweep")
     below = table["lyapunov_start"] < box.record.level
     assert below.tolist() == [True, False] * 5
-    assert table.words("convergence").tolist() == ["proved", "not proved"] * 5
-    assert proofs.reached_bodies == proofs.bodies == 5
+    # Outside of the region of all bodies, the own one of a body may say more: it was not tried.
+    assert table.words("convergence").tolist() == ["proved", "unknown"] * 5
     assert [path.name[:7] for path in (tmp_path / "proofs").iterdir()] == ["within-"]
 
 
@@ -185,7 +185,7 @@ def test_members_of_each_variant_get_what_their_box_says(tmp_path, monkeypatch):
     gains = {K_R: {"scale": {"linspace": [0.9, 1.1, 4]}}}
     plan = plan_of(variants | gains | {SPIN: {"values": [1.0, 15.0]}}, "visco-elastic")
     sweep = run_sweep(tmp_path / "sweep", plan, threads=1, factory=factory_for("scipy"))
-    boxes = {box.variant: box.record for box in prove_members(plan, sweep).boxes}
+    boxes = {box.variant: box.record for box in prove_members(plan, sweep, budget=0.0).boxes}
     table = rbstab.open_sweep(tmp_path / "sweep")
     words, start = table.words("convergence"), table["lyapunov_start"]
     certified = ProvedConvergence(plan, tmp_path)
@@ -195,23 +195,23 @@ def test_members_of_each_variant_get_what_their_box_says(tmp_path, monkeypatch):
         level = boxes[variant].level if variant in boxes else 0.0
         assert (levels[own] == level).all()
         if level:
-            below = np.where(start[own] < level, "proved", "not proved")
+            below = np.where(start[own] < level, "proved", "unknown")
             assert words[own].tolist() == below.tolist()
-            assert set(below) == {"proved", "not proved"}
+            assert set(below) == {"proved", "unknown"}
     assert set(boxes) >= {"permanent", "visco-elastic"}
     # A part of the members has the same levels.
     assert certified.box_levels(4, 20).tolist() == levels[4:20].tolist()
 
 
-def test_prove_goes_on_with_the_proof_of_each_body(many, tmp_path):
+def test_with_time_left_each_body_has_its_own_proof(many, tmp_path):
     """The region of a body may be larger than what holds for all."""
     plan, sweep = many
-    prove_members(plan, sweep)
     proofs = prove_members(plan, sweep, budget=None)
     assert proofs.reached_bodies == 5
     assert len(list((tmp_path / "proofs").iterdir())) == 6
-    stiffest = rbstab.open_sweep(tmp_path / "sweep").words("convergence")[8:]
-    assert stiffest.tolist() == ["proved", "proved"]
+    words = rbstab.open_sweep(tmp_path / "sweep").words("convergence")
+    assert words[8:].tolist() == ["proved", "proved"]
+    assert set(words) == {"proved", "not proved"}
 
 
 def test_few_bodies_have_their_own_proofs(many, tmp_path, monkeypatch):

@@ -15,7 +15,7 @@ from rbstab.report.sweeps.members import read_members
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs import robust
-from rbstab.sweep.proofs.columns import NOT_PROVED, PROVED
+from rbstab.sweep.proofs.columns import NO_PROOF, PROVED
 from rbstab.sweep.proofs.robust import START_COLUMNS, RobustProofs
 
 SHORT: dict[str, Any] = {"duration": 0.05, "samples": 3, "rtol": 1e-9}
@@ -45,7 +45,7 @@ def test_members_inside_the_box_and_below_its_level_are_proved(sweep):
     inside = np.repeat([True, True, True, False], 2)
     below = table["lyapunov_start"] < record.level
     assert below.tolist() == [True, False] * 4
-    expected = np.where(inside, np.where(below, "proved", "not proved"), "unknown")
+    expected = np.where(inside & below, "proved", "unknown")
     assert table.words("convergence").tolist() == expected.tolist()
     assert table["proved_rest_state"].tolist() == (inside & below).astype(int).tolist()
 
@@ -73,9 +73,9 @@ def test_a_member_that_approaches_a_state_outside_of_the_range_is_not_proved(swe
     levels = proofs.levels(values, plan.members)
     assert proofs.codes(values, columns, levels)[0] == PROVED
     columns["rest_orientation"][0] = [0, 2.0, 0]
-    assert proofs.codes(values, columns, levels)[0] == NOT_PROVED
+    assert proofs.codes(values, columns, levels)[0] == NO_PROOF
     columns["rest_orientation"][0] = np.nan
-    assert proofs.codes(values, columns, levels)[0] == NOT_PROVED
+    assert proofs.codes(values, columns, levels)[0] == NO_PROOF
 
 
 def test_the_load_is_that_of_each_member_although_the_base_has_none():

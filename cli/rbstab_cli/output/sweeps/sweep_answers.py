@@ -154,25 +154,34 @@ def _of_bodies(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) ->
 def _of_boxes(plan: "Plan", proofs: "BodyProofs") -> list[str]:
     """Return sentences on the proofs for many bodies at once; none if nothing is decided."""
     from rbstab.experiment.answers.rounded import rounded_down
-    from rbstab.experiment.robust.sentences import sentences_of
+    from rbstab.experiment.robust.sentences import sentences_of, vector
 
     found = []
     for variant in plan.variants:
         own = [proof for proof in proofs.boxes if proof.variant == variant]
         named = f" of variant {variant}" if len(plan.variants) > 1 else ""
+        between = f"{named} between the least and the greatest value of each number of the plan"
         for proof in own:
-            if proof.whole:
-                bodies = f"for every body{named} between the values of the plan"
-                found += [text.removesuffix(".") for text in sentences_of(bodies, proof.record)]
+            if proof.whole and proof.record.proved:
+                texts = sentences_of(f"for every body{between}", proof.record)
+                found += [text.removesuffix(".") for text in texts]
+            elif proof.whole:
+                states = " and ".join(vector(Theta) for Theta in proof.record.rest_states)
+                body = proof.record.body or {}
+                numbers = ", ".join(f"{key} = {value}" for key, value in body.items())
+                found.append(
+                    f"not every body{between} has one rest state, a minimum, proved: that with "
+                    f"{numbers} rests at Θ = {states} rad"
+                )
         parts = [proof for proof in own if not proof.whole]
         if parts:
             members = sum(len(proof.members) for proof in parts)
-            levels = [proof.record.level for proof in parts]
+            levels = [rounded_down(proof.record.level) for proof in parts]
+            ends = f"{min(levels, key=float)} J to {max(levels, key=float)} J"
             found.append(
                 f"for the bodies of {members} members{named}: one rest state, a minimum, proved in "
                 f"{_number(len(parts), 'box', 'boxes')} of bodies. Every motion with v(0) below "
-                f"the level of its box converges ({rounded_down(min(levels))} J to "
-                f"{rounded_down(max(levels))} J)"
+                f"the level of its box converges ({ends if len(parts) > 1 else f'{levels[0]} J'})"
             )
     return found
 

@@ -31,7 +31,7 @@ def sentences_of(bodies: str, record: BodiesRecord) -> list[str]:
         return [f"{bodies}: not decided{_why_undecided(record)} [{effort}]."]
     if not record.proved:
         numbers = _body(record)
-        rest = " and ".join(_vector(Theta) for Theta in record.rest_states)
+        rest = " and ".join(vector(Theta) for Theta in record.rest_states)
         if len(record.rest_states) > 1:
             return [
                 f"{bodies}: one rest state: false, proved. A body in the box can rest at "
@@ -108,5 +108,6 @@ def _count(number: int, one: str, many: str = "") -> str:
     return f"{number:,} {one if number == 1 else many or f'{one}s'}"
 
 
-def _vector(Theta: Sequence[float]) -> str:
+def vector(Theta: Sequence[float]) -> str:
+    """Return angles as text: `(0.1, 0, 1.5)`."""
     return "(" + ", ".join(f"{angle + 0.0:.4g}" for angle in Theta) + ")"

@@ -68,8 +68,12 @@ def content_of(file: Path) -> Result | CheckedTable:
     except NotAResultError as error:
         if not_a_sweep is not None:
             raise not_a_sweep from error
+        table = None
         with suppress(NotAResultError):
-            return _table_of(file)
+            table = check_table(file)
+        if table is not None:
+            _check_columns(file, table)
+            return table
         folder = file.absolute().parent.parent
         if path_is_file(folder / MANIFEST):
             raise StoreError(

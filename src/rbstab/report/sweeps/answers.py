@@ -134,16 +134,21 @@ def _only_state(members: Members) -> list[Statement]:
     levels = members.box_levels[members.box_levels > 0]
     if not len(levels):
         return []
-    total, least, most = len(members), rounded_down(levels.min()), rounded_down(levels.max())
+    total = int(np.count_nonzero(members.have_own_bodies))
     count = str(total) if len(levels) == total else f"{len(levels)} of {total}"
-    bound = f"{least} J" if least == most else f"{least} J (of some bodies up to {most} J)"
+    whose = "" if total == len(members) else " whose bodies differ"
     sentence = (
-        f"The bodies of {count} members have one rest state, a minimum: all their motions that "
-        f"stay in the range converge to it. Those with v(0) below {bound} stay in it"
+        f"In the range of the Euler angles, the bodies of {count} members{whose} have one rest "
+        "state, a minimum. Each of their motions that stays in the range, and keeps a distance "
+        "from its end in θ2, converges to it"
     )
+    if "rest_orientation" in members.table.layout:  # of older sweeps, v may count from elsewhere
+        least, most = rounded_down(levels.min()), rounded_down(levels.max())
+        bound = f"{least} J" if least == most else f"{least} J (of some bodies up to {most} J)"
+        sentence += f". So does each motion that starts in the range with v(0) below {bound}"
     proved = str(Sureness.PROVED)
     word, tone = (proved, "good") if len(levels) == total else (f"{count} {proved}", "")
-    return [Statement("Has each body one rest state?", word, sentence, tone)]
+    return [Statement("Has each body one rest state in the range?", word, sentence, tone)]
 
 
 def _by_condition(proved: Array, tried: Array, conditions: PairedConditions | None) -> str:

@@ -189,6 +189,13 @@ class Members:
         return self._proved.rest_states
 
     @cached_property
+    def have_own_bodies(self) -> Array:
+        """Whether a member is of a variant of several bodies that a theorem decides, (n,)."""
+        if self._certified is None:
+            return np.zeros(len(self), dtype=bool)
+        return self._certified.have_own_bodies(0, len(self))
+
+    @cached_property
     def box_levels(self) -> Array:
         """The level, J, that proofs for many bodies at once give for each member; 0: none, (n,)."""
         if self._certified is None:

@@ -25,7 +25,7 @@ MEANINGS = {
     FALSE: "does not come to rest: proved",
     NOT_DECIDED: "not decided",
     NOT_PROVED: "not proved at the start, motion not enclosed",
-    NO_PROOF: "no proof of the rest states, or one that ended early",
+    NO_PROOF: "no proof of its own body, or one that ended early",
 }
 """What each code of the column `convergence` says of a member, in the order of the table."""
 
@@ -142,7 +142,7 @@ def _sentence(members: Members, command: str) -> str:
     if untried.any():
         named = named_members(ranges_of(np.flatnonzero(untried).tolist()))
         sentences.append(
-            f"{np.count_nonzero(untried)} are not proved, because the proof of their rest states "
+            f"{np.count_nonzero(untried)} are not proved, because the proof of their own body "
             f"was not made, or ended early: {named}. {command} makes it"
         )
     return ". ".join(sentences) + "."

@@ -12,6 +12,7 @@ from rbstab.experiment.answers.words import Sureness
 from rbstab.files.shell_words import shell_word
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
+from rbstab.store.disk.existence import path_is_file
 from rbstab.store.table import RUN, Table
 from rbstab.store.table_file import read_table
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE
@@ -25,7 +26,7 @@ from rbstab.sweep.proofs.gathered import PROOF_COLUMNS, convergence_now, without
 MAX_COUNTED = 2_000_000
 """Members are compared with later proofs up to this number. A million take some 5 seconds."""
 
-NOT_MADE = "the proof of their rest states was not made, or ended early; make it: {}"
+NOT_MADE = "the proof of their own body was not made, or ended early; make it: {}"
 """Why there is no proof of members that one could cover, and the command that makes it."""
 
 
@@ -152,7 +153,7 @@ def proving_command(folder: Path) -> str:
     folder may have been given with `-o`, or the folder may have another name by now.
     """
     stored = folder / PLAN_FILE
-    if not stored.is_file():
+    if not path_is_file(stored):
         return "rbstab sweep PLAN.yaml --prove"
     # The command names the folder after that of the plan, and puts it into `results` by default.
     results = folder.parent

@@ -150,7 +150,7 @@ class ProvedConvergence:
             columns = {name: column[rows] for name, column in outcome.items()}
             new = proofs.codes(own, columns, levels[rows])
             rest_states[rows[(new == PROVED) & (codes[rows] != PROVED)]] = 1
-            codes[rows] = np.where((new == PROVED) | (codes[rows] == NO_PROOF), new, codes[rows])
+            codes[rows[new == PROVED]] = PROVED
         return MemberConvergence(codes, rest_states)
 
     def box_levels(self, start: int, stop: int) -> Array:
@@ -165,6 +165,13 @@ class ProvedConvergence:
                 found[rows] = proofs.levels(own, len(rows))
             self._levels = (start, stop), found
         return self._levels[1]
+
+    def have_own_bodies(self, start: int, stop: int) -> Array:
+        """Return which members are of a variant of several bodies that a theorem decides."""
+        found = np.zeros(stop - start, dtype=bool)
+        for _, rows, _ in self._robust_rows(start, stop):
+            found[rows] = True
+        return found
 
     def _robust_rows(
         self, start: int, stop: int

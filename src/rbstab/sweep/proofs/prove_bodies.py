@@ -26,7 +26,7 @@ from rbstab.processes.workers import worker_pool
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.bodies import Bodies, bodies_of
 from rbstab.sweep.proofs.boxes import BoxProof
-from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, NOT_PROVED, PROVED
+from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, PROVED
 from rbstab.sweep.proofs.convergence import MemberConvergence, is_known, outside_code
 from rbstab.sweep.proofs.starts import ProvedStarts
 
@@ -76,7 +76,6 @@ def prove_bodies(  # noqa: PLR0913 (options by name)
     stored: MemberConvergence,
     *,
     bodies: Bodies | None = None,
-    covered: bool = False,
     budget: float | None = BUDGET,
     processes: int = 1,
     progress: Progress = lambda _reached, _all: None,
@@ -94,9 +93,6 @@ def prove_bodies(  # noqa: PLR0913 (options by name)
         stored: What is known of the members. Bodies of whose members all are known are not proved
             again.
         bodies: The bodies of the plan, if they are known (`bodies_of`).
-        covered: Whether codes may come from a proof for many bodies, which says less of each than
-            its own. Then bodies of members that are `NOT_PROVED` are proved too, if there is no
-            budget.
         budget: The time, s; None: no limit.
         processes: The largest number of worker processes.
         progress: Called after each body.
@@ -109,8 +105,7 @@ def prove_bodies(  # noqa: PLR0913 (options by name)
     bodies = bodies_of(plan) if bodies is None else bodies
     known = np.ones(len(bodies), dtype=bool)
     decidable = bodies.of_member >= 0
-    open_codes = (NO_PROOF, NOT_PROVED) if covered and budget is None else (NO_PROOF,)
-    known[bodies.of_member[decidable & np.isin(stored.codes, open_codes)]] = False
+    known[bodies.of_member[decidable & (stored.codes == NO_PROOF)]] = False
     waiting = bodies.order[~known[bodies.order]].tolist()
     reached, found = known.copy(), _Answers(plan, bodies, stored)
     count, ended_early = int(known.sum()), 0

@@ -19,7 +19,7 @@ from rbstab.experiment.stored_proof.starts import OPEN_RANGE, ROUND_OFF
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.varied_numbers import varied_numbers
-from rbstab.sweep.proofs.columns import NO_PROOF, NOT_PROVED, PROVED
+from rbstab.sweep.proofs.columns import NO_PROOF, PROVED
 
 START_COLUMNS = ("lyapunov_start", "energy_at_rest", "rest_orientation")
 """The columns of a shard that are needed."""
@@ -61,6 +61,9 @@ class RobustProofs:
     ) -> Array:
         """Return what is proved of each member: its code in `CONVERGENCE`, shape (members,).
 
+        It is `PROVED` or `NO_PROOF`: outside of the region of all bodies in the box, the proof of
+        its own body may say more.
+
         A member in the box of a proof has one rest state in the range of eq. 5. So v counts from it
         if the rest state that the member approaches lies in this range.
 
@@ -80,8 +83,7 @@ class RobustProofs:
         error = ROUND_OFF * (np.abs(start) + np.abs(rest) + load)
         in_range = np.all(np.abs(outcome["rest_orientation"]) <= OPEN_RANGE, axis=-1)
         inside = in_range & (start + error < levels)
-        found: Array = np.where(inside, PROVED, np.where(levels > 0, NOT_PROVED, nothing))
-        return found.astype(np.int8)
+        return np.where(inside, PROVED, nothing)
 
 
 def _load_energies(base: Config, varied: Mapping[Path, Array], count: int) -> Array:

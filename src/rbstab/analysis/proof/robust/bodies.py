@@ -29,6 +29,7 @@ class BodiesOutcome(Enum):
     SEVERAL = "a body in the box has several rest states"
     NO_MINIMUM = "a rest state of a body in the box is not a minimum"
     PART_LIMIT = "the limit on the number of parts was reached"
+    UNDECIDED = "the bounds of the one energy of all bodies decide nothing"
     NO_ENERGY = "the energy has no form that can be bounded"
 
 
@@ -111,8 +112,7 @@ class _Search:
         if false is not None:
             return false
         if axis is None:  # inertia and damping only: all bodies have one U, and halves too
-            self.pending.append((part, near))
-            return self._ended(BodiesOutcome.PART_LIMIT)
+            return self._ended(BodiesOutcome.UNDECIDED)
         self._halve(part, axis, near)
         return None
 

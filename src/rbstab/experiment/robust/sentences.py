@@ -109,5 +109,5 @@ def _count(number: int, one: str, many: str = "") -> str:
 
 
 def vector(Theta: Sequence[float]) -> str:
-    """Return angles as text: `(0.1, 0, 1.5)`."""
-    return "(" + ", ".join(f"{angle + 0.0:.4g}" for angle in Theta) + ")"
+    """Return angles as text, without round-off: `(0.1, 0, 1.5)`."""
+    return "(" + ", ".join(f"{round(angle, 9) + 0.0:.4g}" for angle in Theta) + ")"

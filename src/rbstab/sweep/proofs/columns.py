@@ -5,7 +5,8 @@ from rbstab.store.table import Column
 CONVERGENCE = ("unknown", "not proved", "proved", "not decided", "false")
 """The values of the column `convergence`, in the order of their codes.
 
-unknown: there is no proof of the rest states. not proved: the member does not start in a certified
+unknown: there is no proof of its own body, and it does not start in a region that was proved for
+many bodies. not proved: the member does not start in a certified
 region, and its motion was not enclosed. not decided: its motion was enclosed, but convergence is
 neither proved nor refuted. false: there is no rest state, proved.
 """

@@ -71,3 +71,7 @@ def _members(what: str, plan: dict[str, Any], folder: Path) -> None:
 def _report(results: list[str], folder: Path) -> float:
     words = [*RBSTAB, "report", *results, "-o", str(folder / "report.html"), "--force", "-q"]
     return min(seconds_of(words) for _ in range(3))
+
+
+if __name__ == "__main__":
+    main()

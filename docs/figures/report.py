@@ -50,7 +50,7 @@ def report_of(folder: Path, names: Iterable[str]) -> Path:
 def report_of_sweep(folder: Path) -> Path:
     """Sweep five variants with 1,000 members each, and return the report."""
     plan = ROOT / "configs/sweeps/variants.yaml"
-    run("sweep", str(plan), "--no-prove", "-o", str(folder), "-q")
+    run("sweep", str(plan), "-o", str(folder), "-q")
     page = folder / "sweep.html"
     run("report", str(folder / plan.stem), "-o", str(page))
     return page

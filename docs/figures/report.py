@@ -23,7 +23,7 @@ SCREEN = {"width": 1400, "height": 900}
 """The part of a page that is seen without scrolling, px."""
 
 FIVE = ("case1_permanent", "case2_stiff", "case2_visco_elastic", "case3_embedded", "case1_guarded")
-TIME_FRACTION, COLOURS = 0.12, 48
+TIME_FRACTION, COLOURS = 0.12, 40
 """The time of the motions as a fraction of the run, and the colours of a picture."""
 
 

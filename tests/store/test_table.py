@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import xarray
 
-from rbstab.store import table_writer
+from rbstab.store import table_file, table_writer
 from rbstab.store.disk.atomic import write_at
 from rbstab.store.disk.lock import FolderInUseError, is_locked, locked
 from rbstab.store.disk.seal import SEAL_SIZE, add_seal, check_seal
@@ -23,7 +23,7 @@ from rbstab.store.hdf5_layout import Piece
 from rbstab.store.result import Variable
 from rbstab.store.run_file import open_result
 from rbstab.store.table import Column, TableHeader
-from rbstab.store.table_file import read_table
+from rbstab.store.table_file import check_table, read_table
 from rbstab.store.table_writer import write_table
 
 LAYOUT = {
@@ -229,6 +229,34 @@ def test_a_file_that_was_sealed_with_a_wrong_array_is_refused(sweep, name):
     for columns in (None, [], ["status"]):
         with pytest.raises(NotAResultError):
             read_table(sweep, columns)
+    with pytest.raises(NotAResultError):
+        check_table(sweep)
+
+
+def test_a_checked_file_is_not_compared_again(sweep, monkeypatch):
+    """Another process has done so. What it has checked is the file, and not its name."""
+    os.utime(sweep, (1, 1))
+    checked = check_table(sweep)
+    assert checked.layout.keys() == LAYOUT.keys()
+    compared = []
+    check_digests = table_file._check_digests
+
+    def counted(*parts):
+        compared.append(1)
+        check_digests(*parts)
+
+    monkeypatch.setattr(table_file, "_check_digests", counted)
+    assert checked.identity is not None
+    table_file.count_as_checked(checked.identity)
+    read_table(sweep)
+    assert compared == []
+    os.utime(sweep, (2, 2))
+    read_table(sweep)
+    assert compared == [1]
+
+
+def test_a_new_file_may_change_again_so_it_counts_as_not_checked(sweep):
+    assert check_table(sweep).identity is None
 
 
 def test_no_status_without_a_meaning_is_read(tmp_path):
@@ -236,6 +264,8 @@ def test_no_status_without_a_meaning_is_read(tmp_path):
     write_table(tmp_path / "t.h5", TableHeader(LAYOUT, 0, 4, {}), [arrays])
     with pytest.raises(NotAResultError, match="status has a flag without a meaning"):
         read_table(tmp_path / "t.h5")
+    with pytest.raises(NotAResultError, match="status has a flag without a meaning"):
+        check_table(tmp_path / "t.h5")
     assert read_table(tmp_path / "t.h5", ["steps"])["steps"].tolist() == [0, 1, 2, 3]
 
 

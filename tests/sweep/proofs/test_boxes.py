@@ -108,9 +108,10 @@ def test_bodies_with_several_rest_states_are_in_no_box(tmp_path):
 
 def test_a_whole_with_several_rest_states_is_named_with_a_body(tmp_path):
     weak = {"scale": {"linspace": [0.1, 0.3, 9]}}
-    first, *_ = prove_boxes(plan_of({K_R: weak}, gravity=[0.0, 0.0, -9.81]), tmp_path, LONG)
+    first, *others = prove_boxes(plan_of({K_R: weak}, gravity=[0.0, 0.0, -9.81]), tmp_path, LONG)
     assert first.whole
     assert first.record.proved is False
+    assert all(one.record.proved for one in others)
     assert len(first.record.rest_states) > 1
     assert first.record.body is not None
     assert first.record.parts <= PART_LIMIT

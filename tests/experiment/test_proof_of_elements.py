@@ -16,6 +16,7 @@ from support.config_elements import (
     config_data,
 )
 from support.pose import attitude
+from support.robust import robust_levels
 
 import rbstab
 from rbstab.config.load import load_config
@@ -23,7 +24,6 @@ from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.proof import prove
 from rbstab.experiment.robust.bodies import prove_within
 from rbstab.experiment.robust.cache import bodies_for
-from rbstab.experiment.robust.covering import robust_levels
 from rbstab.experiment.stored_proof.identity import proof_id
 
 RANGE_END = np.array([np.pi, np.pi / 2, np.pi])

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.bodies import config_of
+from support.robust import robust_levels
 
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.robust import covering
 from rbstab.experiment.robust.cache import bodies_file, bodies_for
-from rbstab.experiment.robust.covering import robust_levels
 from rbstab.store.document import write_document
 
 K_T = ("controller", "K_t", 0)

@@ -20,27 +20,6 @@ from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.mechanics.numbers import Array
 
 
-def robust_levels(folder: Path, config: Config, varied: Mapping[Any, Array], count: int) -> Array:
-    """Return the highest level, J, that a stored proof gives for each of some members, (count,).
-
-    Each motion of a member with v(0) below its level converges to its only rest state. The level is
-    0 where no stored proof has the member's body, gravity and controller in its box. The
-    comparison is one of exact decimals.
-
-    Args:
-        folder: The folder of results.
-        config: The config of the members, but for the varied numbers.
-        varied: The values of the varied numbers by path, such as `("controller", "K_r", 0)`, each
-            of shape (count,). Numbers of other sections than body, gravity and controller have no
-            effect. The numbers of a symmetric matrix are needed at both places.
-        count: The number of members.
-
-    Raises:
-        StoreError: The disk reports an error.
-    """
-    return levels_of(valid_proofs(folder, config), config, varied, count)
-
-
 def valid_proofs(folder: Path, config: Config) -> list[BodiesRecord]:
     """Return the stored proofs that give levels of bodies like that of a config.
 
@@ -61,7 +40,20 @@ def valid_proofs(folder: Path, config: Config) -> list[BodiesRecord]:
 def levels_of(
     records: Iterable[BodiesRecord], config: Config, varied: Mapping[Any, Array], count: int
 ) -> Array:
-    """Return the highest level, J, that some proofs give for each member, as `robust_levels`."""
+    """Return the highest level, J, that some proofs give for each of some members, (count,).
+
+    Each motion of a member with v(0) below its level converges to its only rest state. The level is
+    0 where no proof has the member's body, gravity and controller in its box. The comparison is one
+    of exact decimals.
+
+    Args:
+        records: The proofs, from `valid_proofs`.
+        config: The config of the members, but for the varied numbers.
+        varied: The values of the varied numbers by path, such as `("controller", "K_r", 0)`, each
+            of shape (count,). Numbers of other sections than body, gravity and controller have no
+            effect. The numbers of a symmetric matrix are needed at both places.
+        count: The number of members.
+    """
     levels = np.zeros(count)
     for record in records:
         inside = covered(record, config, varied, count)

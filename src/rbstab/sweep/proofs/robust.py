@@ -37,16 +37,6 @@ class RobustProofs:
     def __init__(self, plan: Plan, variant: str, results: FilePath) -> None:
         self.plan, self.variant, self.results = plan, variant, results
 
-    def _numbers(self, values: Mapping[str, Array]) -> tuple[Config, dict[Path, Array]]:
-        """Return the base of the members, and the values of its varied numbers by path."""
-        base, keys = self.plan.base_of(self.variant), self.plan.varied_keys_of(self.variant)
-        floats = {varied.key: values[varied.key].astype(float) for varied in keys}
-        return base, varied_numbers(base, keys, floats)
-
-    @cached_property
-    def _records(self) -> list[BodiesRecord]:
-        return valid_proofs(self.results, self.plan.base_of(self.variant))
-
     def levels(self, values: Mapping[str, Array], count: int) -> Array:
         """Return the level of v, J, below which each member converges; 0 where no proof covers it.
 
@@ -84,6 +74,16 @@ class RobustProofs:
         in_range = np.all(np.abs(outcome["rest_orientation"]) <= OPEN_RANGE, axis=-1)
         inside = in_range & (start + error < levels)
         return np.where(inside, PROVED, nothing)
+
+    def _numbers(self, values: Mapping[str, Array]) -> tuple[Config, dict[Path, Array]]:
+        """Return the base of the members, and the values of its varied numbers by path."""
+        base, keys = self.plan.base_of(self.variant), self.plan.varied_keys_of(self.variant)
+        floats = {varied.key: values[varied.key].astype(float) for varied in keys}
+        return base, varied_numbers(base, keys, floats)
+
+    @cached_property
+    def _records(self) -> list[BodiesRecord]:
+        return valid_proofs(self.results, self.plan.base_of(self.variant))
 
 
 def _load_energies(base: Config, varied: Mapping[Path, Array], count: int) -> Array:

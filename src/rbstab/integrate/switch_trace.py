@@ -8,8 +8,8 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 
 
-class Transition(StrEnum):
-    """A change of mode other than a crossing of the surface."""
+class StickSlip(StrEnum):
+    """A change of mode other than a crossing of the surface: sticking begins or ends."""
 
     STICK = "stick"
     RELEASE = "release"
@@ -39,7 +39,7 @@ class SwitchTrace(NamedTuple):
     discarded_energy: Array
     switch_times: Array
     switch_axes: Array
-    transitions: list[tuple[float, int, Transition]]
+    transitions: list[tuple[float, int, StickSlip]]
     trusted_until: float
 
     def until(self, time: float, samples: int) -> "SwitchTrace":

@@ -12,7 +12,7 @@ from rbstab.integrate.implicit.axis_modes import Modes, initial_modes, system_fo
 from rbstab.integrate.implicit.steps import Stepper, StepResult
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switch_trace import Transition
+from rbstab.integrate.switch_trace import StickSlip
 from rbstab.integrate.switching.switch_log import SwitchLog
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array
@@ -175,7 +175,7 @@ class ImplicitRun:
                 continue
             self.log.add_switch(time_reached, axis)
             if 0.0 in (old, new):
-                kind = Transition.STICK if new == 0.0 else Transition.RELEASE
+                kind = StickSlip.STICK if new == 0.0 else StickSlip.RELEASE
                 self.log.add_transition(time_reached, axis, kind)
         self.modes = modes
 

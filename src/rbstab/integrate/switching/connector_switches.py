@@ -9,7 +9,7 @@ import numpy as np
 
 from rbstab.elements.sliding_ties import AtContact
 from rbstab.integrate.problem import Problem, Switching
-from rbstab.integrate.switch_trace import SwitchTrace, Transition
+from rbstab.integrate.switch_trace import StickSlip, SwitchTrace
 from rbstab.integrate.switching.chatter import Chatter, Stick, most_axes_stick
 from rbstab.integrate.switching.switch_log import SwitchLog
 from rbstab.mechanics.numbers import Array
@@ -42,7 +42,7 @@ class ConnectorSwitches:
         """Store the axes that are held at the start, s, as axes that stick there."""
         for axis, held in enumerate(_held(system)):
             if held:
-                self._log.add_transition(t, axis, Transition.STICK)
+                self._log.add_transition(t, axis, StickSlip.STICK)
 
     def add_events(self, modes: list[int], t: float) -> None:
         """Count the events among modes that are those of axes of the connector.
@@ -90,7 +90,7 @@ class ConnectorSwitches:
         held, sticks = zip(_held(before), _held(after), strict=True), _connector(after).sticks
         for axis, (was, now) in enumerate(held):
             if was != now:
-                kind = Transition.STICK if now else Transition.RELEASE
+                kind = StickSlip.STICK if now else StickSlip.RELEASE
                 self._log.add_transition(t, axis, kind)
                 if was and axis not in events and sticks:
                     self._log.add_switch(t, axis)

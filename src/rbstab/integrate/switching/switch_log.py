@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from rbstab.integrate.switch_trace import Transition
+from rbstab.integrate.switch_trace import StickSlip
 
 MAX_TRANSITIONS = 100_000
 """At most this many sticks and releases are stored. The exact law makes a few; the implicit law may
@@ -34,7 +34,7 @@ class SwitchLog:
     last_time: float = 0.0
     times: list[float] = field(default_factory=list)
     axes: list[int] = field(default_factory=list)
-    transitions: list[tuple[float, int, Transition]] = field(default_factory=list)
+    transitions: list[tuple[float, int, StickSlip]] = field(default_factory=list)
 
     def add_switch(self, time: float, axis: int) -> bool:
         """Record a switch; return False if the limit is reached."""
@@ -56,7 +56,7 @@ class SwitchLog:
         self.counts = list(counts)
         del self.times[self.total :], self.axes[self.total :]
 
-    def add_transition(self, time: float, axis: int, kind: Transition) -> None:
+    def add_transition(self, time: float, axis: int, kind: StickSlip) -> None:
         """Record a stick or a release; only `add_switch` counts it as a switch."""
         if len(self.transitions) < MAX_TRANSITIONS:
             self.transitions.append((time, axis, kind))
@@ -65,7 +65,7 @@ class SwitchLog:
         """Record axes that stick to end a weak chatter."""
         for axis in axes:
             self.add_switch(time, axis)
-            self.add_transition(time, axis, Transition.STICK)
+            self.add_transition(time, axis, StickSlip.STICK)
 
     def schedule_stick_test(self) -> None:
         """Set the number of switches at which sticking is tested next, after a test."""

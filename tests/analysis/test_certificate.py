@@ -8,7 +8,9 @@ from support.problems import problem, solve
 from support.rest import system_of
 from support.systems import VARIANTS, random_Z
 
-from rbstab.analysis.certificate import Evidence, Verdict, audit_bound, checks_of, overall
+from rbstab.analysis.certificate.checks import checks_of
+from rbstab.analysis.certificate.evidence import Evidence, audit_bound
+from rbstab.analysis.certificate.verdict import Verdict, overall
 from rbstab.analysis.exact import ball
 from rbstab.analysis.lyapunov import audit_scale
 from rbstab.analysis.rest_state import nearest_rest_state

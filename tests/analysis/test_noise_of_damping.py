@@ -10,7 +10,7 @@ from support.evidence import (
     VIOLATED,
     check,
     evidence,
-    refuse,
+    refuse_exact_arithmetic,
     settled,
     state_of,
     states_of,
@@ -18,8 +18,9 @@ from support.evidence import (
 )
 from support.rest import K_C, paper_system, system_of
 
-from rbstab.analysis import certificate
-from rbstab.analysis.certificate import checks_of, overall
+from rbstab.analysis.certificate import rate_check
+from rbstab.analysis.certificate.checks import checks_of
+from rbstab.analysis.certificate.verdict import overall
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.visco_elastic import ViscoElasticConnector
 
@@ -124,9 +125,9 @@ def test_the_derivative_is_evaluated_at_51_samples(monkeypatch, samples, expecte
         rows.append(int(row))
         return 0.0, 1.0
 
-    monkeypatch.setattr(certificate, "_rate_error", record)
+    monkeypatch.setattr(rate_check, "_rate_error", record)
     run = replace(settled(), times=np.arange(float(samples)))
-    certificate._rate(run)
+    rate_check.rate(run)
     assert (len(rows), rows[0], rows[-1]) == (expected, 0, samples - 1)
     assert set(np.diff(rows)) <= {samples // expected, -(-samples // expected)}
 
@@ -140,7 +141,7 @@ def on_a_slope(system):
 
 @pytest.mark.parametrize("variant", ["free", "permanent", "visco-elastic", "embedded", "slope"])
 def test_an_ordinary_run_needs_no_exact_arithmetic(monkeypatch, variant):
-    monkeypatch.setattr(certificate, "in_balls", refuse)
+    refuse_exact_arithmetic(monkeypatch)
     slope = variant == "slope"
     system = on_a_slope(system_of("free")) if slope else system_of(variant)
     run = evidence(system, states_of(system), has_potential=not slope)

@@ -10,7 +10,7 @@ from support.evidence import (
     VIOLATED,
     check,
     evidence,
-    refuse,
+    refuse_exact_arithmetic,
     state_of,
     states_of,
     stretched,
@@ -18,8 +18,7 @@ from support.evidence import (
 from support.problems import bare_system
 from support.rest import DAMPING, K_C, K_R, K_T, paper_system, system_of
 
-from rbstab.analysis import certificate
-from rbstab.analysis.certificate import checks_of
+from rbstab.analysis.certificate.checks import checks_of
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
@@ -96,7 +95,7 @@ def test_a_body_that_nothing_damps_is_consistent():
 
 
 def test_a_body_at_rest_is_consistent(monkeypatch):
-    monkeypatch.setattr(certificate, "in_balls", refuse)
+    refuse_exact_arithmetic(monkeypatch)
     system = system_of("free")
     y = system.start(nearest_rest_state(system).motion, np.zeros(0))
     run = evidence(system, [y, y])

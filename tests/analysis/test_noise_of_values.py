@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from support.evidence import CONSISTENT, UNKNOWN, VIOLATED, check, settled
 
-from rbstab.analysis import certificate
-from rbstab.analysis.certificate import audit_bound
+from rbstab.analysis.certificate.evidence import audit_bound
+from rbstab.analysis.certificate.value_checks import decrease
 from rbstab.analysis.exact import ball
 
 
@@ -129,5 +129,5 @@ def test_the_bound_of_a_rise_grows_with_v(values):
     run = settled()
     value = np.array(values) * run.scale
     nothing = {"residual": np.zeros(3), "energy": np.zeros((3, 2)), "times": np.arange(3.0)}
-    bound = certificate._monotone(replace(run, value=value, **nothing)).bound
+    bound = decrease(replace(run, value=value, **nothing)).bound
     assert bound == pytest.approx(16 * np.finfo(float).eps * 1e6, rel=1e-6)

@@ -4,7 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from rbstab.analysis.certificate import Evidence, Verdict, checks_of
+from rbstab.analysis.certificate import damping_check, rate_check, value_checks
+from rbstab.analysis.certificate.checks import checks_of
+from rbstab.analysis.certificate.evidence import Evidence
+from rbstab.analysis.certificate.verdict import Verdict
 from rbstab.analysis.exact import exact_rest_energy
 from rbstab.analysis.lyapunov import audit_scale
 from rbstab.analysis.rest_state import nearest_rest_state
@@ -79,6 +82,11 @@ def settled(**changes):
     return evidence(system, [start, y], **changes)
 
 
-def refuse(_):
-    """Stand in for exact arithmetic where none is needed."""
-    raise AssertionError("exact arithmetic was used")
+def refuse_exact_arithmetic(monkeypatch):
+    """Let a test fail if a check uses exact arithmetic."""
+
+    def refuse(_):
+        raise AssertionError("exact arithmetic was used")
+
+    for module in (damping_check, rate_check, value_checks):
+        monkeypatch.setattr(module, "in_balls", refuse)

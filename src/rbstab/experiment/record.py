@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.analysis.approached_state import LyapunovZero, lyapunov_zero
-from rbstab.analysis.certificate import Check
+from rbstab.analysis.certificate.verdict import Check
 from rbstab.analysis.configuration import stored_energies
 from rbstab.analysis.lyapunov import lyapunov_trace
 from rbstab.analysis.rest_state import RestState, nearest_rest_state

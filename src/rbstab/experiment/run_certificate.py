@@ -5,15 +5,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rbstab.analysis.approached_state import LyapunovZero
-from rbstab.analysis.certificate import (
-    MAX_AUDIT_BOUND,
-    Check,
-    Evidence,
-    Supply,
-    Verdict,
-    audit_bound,
-    checks_of,
-)
+from rbstab.analysis.certificate.checks import checks_of
+from rbstab.analysis.certificate.evidence import MAX_AUDIT_BOUND, Evidence, Supply, audit_bound
+from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.analysis.configuration import as_at_rest
 from rbstab.analysis.exact import exact_rest_energy
 from rbstab.analysis.lyapunov import audit_scale

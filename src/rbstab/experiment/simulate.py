@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rbstab.analysis.certificate import overall
+from rbstab.analysis.certificate.verdict import overall
 from rbstab.config.build import config_warnings, problem_of
 from rbstab.config.load import load_config, resolved_yaml, run_id
 from rbstab.config.schema import Config

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import rbstab
-from rbstab.analysis.certificate import Verdict
+from rbstab.analysis.certificate.verdict import Verdict
 from rbstab.experiment.answers.check_words import comparison, word_of_check
 from rbstab.experiment.answers.run_answer import answer_beside, answer_of
 from rbstab.experiment.answers.words import MEANINGS, Sureness, run_words, word_of

@@ -9,7 +9,7 @@ import pytest
 from support.configs import PERMANENT, VISCO_ELASTIC, plain
 
 import rbstab
-from rbstab.analysis.certificate import Check, Verdict
+from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.config.schema import Config
 from rbstab.experiment.convergence import later_proof
 from rbstab.experiment.convergence.convergence import Enclose

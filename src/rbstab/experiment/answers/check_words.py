@@ -2,7 +2,7 @@
 
 import math
 
-from rbstab.analysis.certificate import Verdict
+from rbstab.analysis.certificate.verdict import Verdict
 from rbstab.experiment.answers.words import Sureness, word_of
 from rbstab.experiment.run_certificate import (
     CERTIFIED_REGION,

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from rbstab.analysis.certificate import Check, Verdict
+from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.rounded import rounded_down, rounded_up

@@ -2,7 +2,7 @@
 
 from enum import StrEnum
 
-from rbstab.analysis.certificate import Verdict
+from rbstab.analysis.certificate.verdict import Verdict
 from rbstab.store.result import WORDS_OF_VERDICTS
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.certificate import Check, Verdict
+from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Variable
 from rbstab.systems.quantities import quantities_with

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from rbstab.analysis.certificate import Check, Verdict
+from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code

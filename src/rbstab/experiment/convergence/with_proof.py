@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rbstab.analysis.certificate import Check, Verdict, overall
+from rbstab.analysis.certificate.verdict import Check, Verdict, overall
 from rbstab.config.schema import Config
 from rbstab.experiment.convergence.convergence import (
     ATTRIBUTE,

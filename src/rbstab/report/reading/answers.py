@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from rbstab.analysis.certificate import Verdict
+from rbstab.analysis.certificate.verdict import Verdict
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.run_answer import RunAnswer, answer_of
 from rbstab.experiment.convergence.convergence import Convergence, stored_convergence

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from rbstab.analysis.certificate import Verdict
+from rbstab.analysis.certificate.verdict import Verdict
 from rbstab.experiment.answers.check_words import comparison, word_of_check
 from rbstab.experiment.answers.words import word_of
 from rbstab.experiment.stored_certificate import CertificateLine

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from rbstab.analysis.certificate import Verdict
+from rbstab.analysis.certificate.verdict import Verdict
 from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.experiment.answers.run_answer import Answer
 from rbstab.experiment.answers.words import Sureness, word_of

@@ -1,0 +1,53 @@
+"""The check that no part adds energy to the motion."""
+
+import numpy as np
+
+from rbstab.analysis.certificate.evidence import ROUND_OFF, Evidence
+from rbstab.analysis.certificate.exact_repeats import Finding, confirmed, repeated
+from rbstab.analysis.certificate.verdict import Check, Verdict, verdict_of
+from rbstab.analysis.exact import exact_dissipation, in_balls, is_positive_definite
+
+
+def damping(run: Evidence) -> Check:
+    """Check that every damping matrix is positive definite, and that no part adds energy.
+
+    The second test does not use the declarations of gains. So it also finds an element that adds
+    energy to the motion but declares no dissipating gain.
+    """
+    adding = _adding_energy(run)
+    if adding is not None:
+        return adding
+    matrices = [
+        getattr(element, gain.name)
+        for element in run.systems[0].elements
+        for gain in element.gains
+        if gain.dissipates
+    ]
+    smallest = [float(np.linalg.eigvalsh(0.5 * (L + L.T))[0]) for L in matrices]
+    value = min(smallest, default=np.inf)
+    quantity = "smallest eigenvalue of the damping matrices"
+    verdict = verdict_of(value > 0)
+    if verdict is Verdict.VIOLATED and all(is_positive_definite(L) for L in matrices):
+        verdict = Verdict.UNKNOWN
+    return Check("damping", verdict, value, 0.0, np.nan, quantity)
+
+
+def _adding_energy(run: Evidence) -> Check | None:
+    """Return a check that is not consistent if a part adds energy, else None."""
+    # Ignore the non-finite values at the end of a diverged run.
+    dissipation = np.where(np.isfinite(run.dissipation), run.dissipation, 0.0)
+    least, parts = dissipation.min(axis=1), dissipation.argmin(axis=1)
+    rows = np.flatnonzero(least < -ROUND_OFF * float(np.abs(dissipation).max()))
+
+    if not len(rows):
+        return None
+
+    def repeat(row: int) -> Finding:
+        system, y, part = run.systems[row], run.states[row], int(parts[row])
+        t = float(run.times[row])
+        power = in_balls(lambda: exact_dissipation(system, y, part, t))
+        return Finding(confirmed(power is not None and power < 0), float(least[row]), row)
+
+    verdict, value, row = repeated(repeat, rows[least[rows].argsort(kind="stable")])
+    quantity = f"power dissipated by {run.systems[row].parts[int(parts[row])]}, W"
+    return Check("damping", verdict, value, 0.0, float(run.times[row]), quantity)

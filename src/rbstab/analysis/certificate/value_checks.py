@@ -1,0 +1,116 @@
+"""Checks of v: it balances with its rate, never rises by itself, and stays above that at rest."""
+
+import numpy as np
+
+from rbstab.analysis.certificate.evidence import (
+    ROUND_OFF,
+    SUM_ERROR,
+    Evidence,
+    Supply,
+    residual_bound,
+    rounding_of,
+)
+from rbstab.analysis.certificate.exact_repeats import Finding, confirmed, repeated
+from rbstab.analysis.certificate.verdict import Check, Verdict, verdict_of
+from rbstab.analysis.exact import Ball, ball, exact_energy, in_balls
+
+
+def audit(run: Evidence) -> Check:
+    """Check that |v(t) - v(0) - ∫v' dt| is small.
+
+    This check measures the accuracy of the stored v. So exact arithmetic is no excuse for it.
+    """
+    size = np.abs(run.residual) / run.scale
+    worst = int(size.argmax())
+    value, bound, time = float(size[worst]), residual_bound(run), float(run.times[worst])
+    return Check("audit", verdict_of(value <= bound), value, bound, time, "max |r| / v(0)")
+
+
+def decrease(run: Evidence) -> Check:
+    """Check that v never rises from sample to sample by more than its residual allows.
+
+    If the residual is above its own bound, a rise that only the residual allows is not decided.
+    """
+    rise = np.append(np.diff(run.value), -np.inf) / run.scale
+    worst = int(rise.argmax())
+    largest_change = float(np.abs(run.value - run.value[0]).max())
+    rounding = max(ROUND_OFF, SUM_ERROR * largest_change / run.scale)
+    bound = 2.0 * float(np.abs(run.residual).max()) / run.scale + rounding
+    value = max(float(rise[worst]), 0.0)
+    time = float(run.times[worst]) if value > 0 else np.nan
+    quantity = "largest rise of v between samples / v(0)"
+    verdict = verdict_of(value <= bound)
+    if verdict is Verdict.CONSISTENT and value > 2.0 * residual_bound(run) + rounding:
+        verdict = Verdict.UNKNOWN
+    return Check("decrease", verdict, value, bound, time, quantity)
+
+
+def rise(run: Evidence) -> Check:
+    """Say how much v rises between two samples, and where. It may: inputs supply power."""
+    rise = np.append(np.diff(run.value), -np.inf) / run.scale
+    worst = int(rise.argmax())
+    value = max(float(rise[worst]), 0.0)
+    time = float(run.times[worst]) if value > 0 else np.nan
+    quantity = "largest rise of v between samples / v(0); inputs supply power"
+    return Check("decrease", Verdict.DRIVEN, value, np.inf, time, quantity)
+
+
+def supplied(run: Evidence, supply: Supply) -> Check:
+    """Check that v never rises by more than is supplied, as far as the residual allows."""
+    excess = np.append(np.diff(run.value) - np.diff(supply.energy), -np.inf) / run.scale
+    worst = int(excess.argmax())
+    sizes = np.abs(run.value - run.value[0]) + np.abs(supply.energy)
+    rounding = max(ROUND_OFF, SUM_ERROR * float(sizes.max()) / run.scale)
+    bound = 2.0 * float(np.abs(run.residual).max()) / run.scale + rounding
+    value = max(float(excess[worst]), 0.0)
+    time = float(run.times[worst]) if value > 0 else np.nan
+    quantity = "largest rise of v beyond what is supplied / v(0)"
+    verdict = verdict_of(value <= bound)
+    if verdict is Verdict.CONSISTENT and value > 2.0 * residual_bound(run) + rounding:
+        verdict = Verdict.UNKNOWN
+    return Check("supply", verdict, value, bound, time, quantity)
+
+
+def breakpoints(supply: Supply) -> Check:
+    """Check that a step ended on every breakpoint: the audit does not see one that was missed."""
+    missed = np.setdiff1d(supply.breakpoints, supply.reached)
+    time = float(missed[0]) if len(missed) else np.nan
+    quantity = f"missed breakpoints of {len(supply.breakpoints)}"
+    return Check(
+        "breakpoints", verdict_of(not len(missed)), float(len(missed)), 0.0, time, quantity
+    )
+
+
+def positive(run: Evidence) -> Check:
+    """Check that v is nowhere below its value at rest."""
+    worst = int(run.value.argmin())
+    value, bound, verdict = float(run.value[worst]) / run.scale, -np.inf, Verdict.CONSISTENT
+    # v - ε has no lower bound.
+    if run.has_potential:
+        rounding = np.maximum(ROUND_OFF, rounding_of(run) / run.scale)
+        bound = -float(rounding[worst])
+        below = np.flatnonzero(~(run.value / run.scale >= -rounding))
+        if len(below) and run.supply is not None:
+            # Inputs may carry the motion from a lower rest state to a higher one.
+            verdict = Verdict.DRIVEN
+        elif len(below) and run.rest.is_at_rest and run.approached:
+            at_rest = in_balls(run.exact_rest_energy)
+
+            def repeat(row: int) -> Finding:
+                exact = in_balls(lambda: _exact_value(run, row, at_rest))
+                is_below = exact is not None and exact < -ROUND_OFF and run.rest.is_accurate
+                return Finding(confirmed(is_below), float(run.value[row]) / run.scale, row)
+
+            rows = below[run.value[below].argsort(kind="stable")]
+            verdict, value, worst = repeated(repeat, rows)
+        elif len(below) or not run.rest.is_at_rest:
+            verdict = Verdict.UNKNOWN
+    time = float(run.times[worst])
+    return Check("positive", verdict, value, bound, time, "min v / v(0)")
+
+
+def _exact_value(run: Evidence, row: int, energy_at_rest: Ball) -> Ball:
+    """Return v / scale at a sample as a ball."""
+    t = float(run.times[row])
+    value = exact_energy(run.systems[row], run.states[row], t) - energy_at_rest
+    return value / ball(run.scale)

@@ -125,6 +125,15 @@ def test_decimals():
     assert bounded_decimals(found)[0, 1] is found[0, 1]
 
 
+def test_products_with_one_and_zero_are_exact():
+    """Rotations about one axis have such entries."""
+    number = Bounded(np.array([0.1, -3.0]), np.array([1e-17, 0.0]))
+    assert 1.0 * number is number
+    assert number * 1 is number
+    assert number * 0 == 0.0
+    assert (number * 1.5).error[1] > 0
+
+
 @pytest.mark.parametrize(("variant", "with_gravity"), CASES)
 def test_energy_holds_the_exact_one(variant, with_gravity):
     spin, angles = (RANDOM.normal(size=3).tolist() for _ in range(2))

@@ -88,7 +88,9 @@ class Bounded:
         if type(other) is not Bounded:
             if isinstance(other, np.ndarray):
                 return NotImplemented
-            return 0.0 if other == 0 else self * _exact(other)
+            if other == 0:
+                return 0.0
+            return self if other == 1 else self * _exact(other)
         a, b, value = abs(self.value), abs(other.value), self.value * other.value
         error = a * other.error + self.error * (b + other.error) + UNIT * abs(value) + TINY
         return Bounded(value, error)

@@ -24,7 +24,12 @@ from rbstab.elements.spring import NO_LENGTH, Spring, squared_length
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.mechanics.algebra import ZERO, inverse
 from rbstab.mechanics.body import Body, triangle_violation
-from rbstab.mechanics.motion import motion_from_centre, motion_from_contact, motion_on_anchor
+from rbstab.mechanics.motion import (
+    Motion,
+    motion_from_centre,
+    motion_from_contact,
+    motion_on_anchor,
+)
 from rbstab.mechanics.numbers import Array, sqrt
 from rbstab.systems.coordinates import (
     CentreCoordinates,
@@ -263,6 +268,19 @@ def start_of(config: Config, system: System, numbers: Numbers = doubles) -> Arra
         system: Its system, built with the same kind of number.
         numbers: The kind of number of the initial state.
     """
+    return system.start(*start_motion(config, system, numbers))
+
+
+def start_motion(
+    config: Config, system: System, numbers: Numbers = doubles
+) -> tuple[Motion, Array]:
+    """Return the motion at the start of a config, and the own states of its elements.
+
+    Args:
+        config: The config.
+        system: Its system, built with the same kind of number.
+        numbers: The kind of number of the initial state.
+    """
     initial: Any = config.initial
 
     def vector(name: str) -> Array:
@@ -280,7 +298,7 @@ def start_of(config: Config, system: System, numbers: Numbers = doubles) -> Arra
         motion = motion_from_centre(system.body, system.anchor, Z)
     values = (value for element in system.elements for value in _initial_states(config, element))
     own = [numbers(np.array(value)) for value in values]
-    return system.start(motion, np.concatenate([np.zeros(0), *own]))
+    return motion, np.concatenate([np.zeros(0), *own])
 
 
 def springs_without_length(config: Config) -> dict[str, float]:

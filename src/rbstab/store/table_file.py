@@ -1,7 +1,6 @@
 """Reading tables of runs, which `table_writer` wrote."""
 
 import os
-import time
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
@@ -10,6 +9,7 @@ import h5py
 import numpy as np
 
 from rbstab.store.digest import digest_of_table
+from rbstab.store.disk.identity import Identity, identity_of, is_old
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.held_files import check_unchanged
 from rbstab.store.reading.hdf5_reader import Hdf5Reader
@@ -36,12 +36,6 @@ DIGEST = "digest"
 
 _BLOCK = 1 << 20
 
-_MIN_AGE = 2.0
-"""s; a file that was changed less than this time ago may change again with the same time stamp."""
-
-Identity = tuple[int, ...]
-"""Numbers that change when a file changes."""
-
 _verified: set[Identity] = set()
 """The files that this process has compared with their digests."""
 
@@ -65,7 +59,7 @@ def read_table(path: Path, names: Iterable[str] | None = None) -> Table:
         header, digests = _header(file)
         if identity not in _verified:
             _check_digests(file, header, digests)
-            if _is_old(path):
+            if is_old(path.stat()):
                 _verified.add(identity)
         wanted = [name for name in header.layout if names is None or name in names]
         layout = {name: header.layout[name] for name in wanted}
@@ -98,7 +92,7 @@ def check_table(path: Path) -> CheckedTable:
     check_unchanged(path)
     with open_hdf5(path) as file:
         # Of the file that is read: another one may get its name meanwhile.
-        identity = _identity_of(os.fstat(file.raw_arrays.raw.fileno()))
+        found = os.fstat(file.raw_arrays.raw.fileno())
         header, digests = _header(file)
         _check_digests(file, header, digests)
         for name, column in header.layout.items():
@@ -106,7 +100,7 @@ def check_table(path: Path) -> CheckedTable:
                 check_column(name, column, file.whole(file.array(name)), header.length)
             except ValueError as error:
                 raise NotAResultError(f"{path} is damaged: {error}") from error
-    return CheckedTable(header.layout, identity if _is_old(path) else None)
+    return CheckedTable(header.layout, identity_of(found) if is_old(found) else None)
 
 
 def count_as_checked(identity: Identity) -> None:
@@ -156,16 +150,7 @@ def _identity(path: Path) -> Identity:
         found = os.stat(path)  # noqa: PTH116
     except OSError as error:
         raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
-    return _identity_of(found)
-
-
-def _identity_of(found: os.stat_result) -> Identity:
-    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
-
-
-def _is_old(path: Path) -> bool:
-    """Whether a file cannot change again without a change of its identity."""
-    return time.time() - path.stat().st_mtime > _MIN_AGE
+    return identity_of(found)
 
 
 def _header(file: Hdf5Reader) -> tuple[TableHeader, dict[str, str]]:

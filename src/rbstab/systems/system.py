@@ -160,7 +160,10 @@ class System:
 
     def potential_energy(self, y: Array, time: Number = 0.0) -> Number:
         """Return the energy stored in all elements, J."""
-        motion = self.motion(y, time)
+        return self.stored_energy(self.motion(y, time), y)
+
+    def stored_energy(self, motion: Motion, y: Array) -> Number:
+        """Return the energy stored in all elements, J, of the motion at a state vector."""
         return sum(element.stored(motion, own) for element, own in self._with_states(y))
 
     def acting(self, y: Array, time: Number = 0.0) -> tuple[Motion, list[tuple[Element, Array]]]:

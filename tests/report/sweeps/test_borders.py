@@ -67,6 +67,14 @@ def test_drawn_members_of_one_variant_stay_together(members):
     assert all(variant[a] == variant[b] for a, b in pairs)
 
 
+def test_of_equal_values_the_first_members_are_notable(members):
+    def columns(a):
+        return {"smallest_regularity": np.where(a["run"] % 5 == 2, 0.25, 0.5)}
+
+    found = notable(members(GRID, columns))
+    assert [number for reason, number in found if "cos" in reason] == [2, 7]
+
+
 def test_the_smallest_cos_of_those_that_stay(members):
     def columns(a):
         left = a[X] < -0.5

@@ -1,10 +1,13 @@
 """Protects against damaged heaps of texts, on which HDF5 loops for ever."""
 
+import os
+
 import h5py
 import numpy as np
 import pytest
 
 from rbstab.store.errors import NotAResultError
+from rbstab.store.reading import text_heaps
 from rbstab.store.reading.opening import open_hdf5
 from rbstab.store.reading.text_heaps import find_texts
 
@@ -45,6 +48,35 @@ def test_heaps_of_hdf5_are_whole(tmp_path, content):
     assert free_spaces(content)
     assert is_whole(tmp_path, content)
     assert is_whole(tmp_path, np.arange(1000.0).tobytes())
+
+
+def test_a_file_is_searched_once_until_it_changes(tmp_path, content, monkeypatch):
+    """One that has just been written may change again with the same time stamp."""
+    path, searches = tmp_path / "texts.h5", []
+    search = text_heaps._searched
+    monkeypatch.setattr(text_heaps, "_known", {})
+    monkeypatch.setattr(text_heaps, "_searched", lambda file: searches.append(1) or search(file))
+
+    def found():
+        with path.open("rb") as file:
+            return find_texts(file)
+
+    def age(seconds):
+        os.utime(path, (path.stat().st_atime, path.stat().st_mtime - seconds))
+
+    path.write_bytes(content)
+    assert found() == found()
+    assert len(searches) == 2
+    age(60)
+    assert found() == found()
+    assert len(searches) == 3
+    # The same size and the same times, but another file.
+    other = tmp_path / "other.h5"
+    other.write_bytes(content[: free_spaces(content)[0]].ljust(len(content), b"\1"))
+    os.utime(other, (path.stat().st_atime, path.stat().st_mtime))
+    other.replace(path)
+    assert found() is None
+    assert len(searches) == 4
 
 
 @pytest.mark.parametrize("size", [0, 1, 8, 2**63])

@@ -14,11 +14,12 @@ from rbstab.report.model.document import Unread
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.answers import Answers, answers_of
 from rbstab.report.reading.untrusted import content_of, file_of
+from rbstab.store.disk.identity import Identity
 from rbstab.store.disk.isolated_reading import FILES_PER_WORKER, IsolatedReaders
 from rbstab.store.errors import StoreError
 from rbstab.store.reading.known_places import use_known_places
 from rbstab.store.result import Result
-from rbstab.store.table_file import CheckedTable, Identity
+from rbstab.store.table_file import CheckedTable
 
 MANY = 2 * FILES_PER_WORKER
 """From this many results on there are several workers, so that they save time."""

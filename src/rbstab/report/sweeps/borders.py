@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 from rbstab.mechanics.numbers import Array
 from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members
 
-MAX_SEARCHED = 20_000
+MAX_SEARCHED = 10_000
 """Maximum number of sampled members among which neighbours are searched."""
 
 NEIGHBOURS = 8
@@ -133,6 +133,9 @@ def _searched(members: Members) -> Array:
 
 def _smallest(values: Array) -> list[int]:
     finite = np.flatnonzero(np.isfinite(values))
+    if len(finite) > MAX_PER_REASON:
+        limit = np.partition(values[finite], MAX_PER_REASON - 1)[MAX_PER_REASON - 1]
+        finite = finite[values[finite] <= limit]
     smallest: list[int] = finite[
         np.argsort(values[finite], kind="stable")[:MAX_PER_REASON]
     ].tolist()

@@ -15,6 +15,9 @@ BINS = 20
 MIN_GROUP_SIZE = 25
 """Smallest average size of a group of sampled values; with fewer, chance looks like influence."""
 
+MAX_FOR_EDGES = 100_000
+"""Of more members, so many are drawn to find the ranges: these need not be of equal size."""
+
 ROUND_OFF = 1e-12
 """A ratio below this is round-off of sums of squares that are at most 1."""
 
@@ -47,7 +50,8 @@ class Influence:
                 quantities[quantity.axis.label] = quantity.values
         self.labels = tuple(quantities)
         self.groups = [groups_of(p, np.arange(len(members))) for p in self.parameters]
-        rows = [[correlation_ratio(g, y) for y in quantities.values()] for g in self.groups]
+        explained = [ExplainedVariance(y) for y in quantities.values()]
+        rows = [[one.by(g) for one in explained] for g in self.groups]
         self.ratios = np.array(rows).reshape(len(rows), len(quantities))
 
     @property
@@ -73,27 +77,39 @@ def _ratio(value: float) -> Cell:
     return number(0.0 if value < ROUND_OFF else value, 2)
 
 
-def correlation_ratio(groups: Array, values: Array) -> float:
-    """Return the variance of group means over the total variance, for finite values.
+class ExplainedVariance:
+    """The share of the variance of some values that groups explain; only finite values count.
 
     Args:
-        groups: The group of each value, integers from 0, shape (n,).
         values: Shape (n,).
-
-    Returns:
-        A ratio between 0 and 1; NaN if the values do not vary.
     """
-    finite = np.isfinite(values)
-    groups, values = groups[finite], values[finite]
-    if not varies(values):
-        return float("nan")
-    # Scaled to at most 1, so that squares do not overflow.
-    values = values / np.abs(values).max()
-    deviations = values - values.mean()
-    counts = np.bincount(groups)
-    sums = np.bincount(groups, weights=deviations)
-    between = float((sums[counts > 0] ** 2 / counts[counts > 0]).sum())
-    return between / float((deviations**2).sum())
+
+    def __init__(self, values: Array) -> None:
+        self._finite = np.isfinite(values)
+        self._deviations: Array | None = None
+        values = values[self._finite]
+        if varies(values):
+            # Scaled to at most 1, so that squares do not overflow.
+            values = values / np.abs(values).max()
+            self._deviations = values - values.mean()
+            self._total = float(self._deviations @ self._deviations)
+
+    def by(self, groups: Array) -> float:
+        """Return the variance of group means over the total variance (correlation ratio η²).
+
+        Args:
+            groups: The group of each value, integers from 0, shape (n,).
+
+        Returns:
+            A ratio between 0 and 1; NaN if the values do not vary.
+        """
+        if self._deviations is None:
+            return float("nan")
+        groups = groups[self._finite]
+        counts = np.bincount(groups)
+        sums = np.bincount(groups, weights=self._deviations)
+        between = float((sums[counts > 0] ** 2 / counts[counts > 0]).sum())
+        return between / self._total
 
 
 def groups_of(parameter: Parameter, chosen: Array, groups: int | None = None) -> Array:
@@ -111,5 +127,8 @@ def groups_of(parameter: Parameter, chosen: Array, groups: int | None = None) ->
     if parameter.listed and len(parameter.entries) <= BINS:
         return np.searchsorted(parameter.entries, values)
     bins = max(2, min(BINS, groups or len(values) // MIN_GROUP_SIZE))
-    edges = np.quantile(values, np.linspace(0, 1, bins + 1)[1:-1])
+    typical = values
+    if len(values) > MAX_FOR_EDGES:
+        typical = values[np.random.default_rng(0).integers(0, len(values), MAX_FOR_EDGES)]
+    edges = np.quantile(typical, np.linspace(0, 1, bins + 1)[1:-1])
     return np.searchsorted(edges, values, side="right")

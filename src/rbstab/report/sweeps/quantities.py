@@ -1,12 +1,12 @@
 """Quantities of members that maps, curves and distributions show."""
 
 from dataclasses import dataclass, replace
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis
+from rbstab.report.sweeps.kept import kept
 from rbstab.report.sweeps.members import UNSETTLED, Members
 
 LOG_AXIS_RATIO = 30.0
@@ -57,6 +57,7 @@ class MemberQuantity:
         )
 
 
+@kept
 def settling_time(members: Members) -> MemberQuantity:
     """Return the time from which v stays below v(0)/1000, for completed members that settled."""
     values = np.where(members.completed, members.column("settling_time"), np.nan)
@@ -68,6 +69,7 @@ def settling_time(members: Members) -> MemberQuantity:
     return replace(found, missing=UNSETTLED, later=later, end=float(end))
 
 
+@kept
 def peak_displacement(members: Members) -> MemberQuantity:
     """Return the largest |component of E| over time and axes, for completed members."""
     peaks = np.abs(members.column("peak_contact_displacement")).max(axis=1)
@@ -75,12 +77,14 @@ def peak_displacement(members: Members) -> MemberQuantity:
     return _quantity("peak-displacement", PEAK_LABEL, "m", values)
 
 
+@kept
 def regularity(members: Members) -> MemberQuantity:
     """Return the smallest cos θ2, also for members that left the range."""
     values = _finite(members.column("smallest_regularity"))
     return MemberQuantity("regularity", Axis("smallest cos θ2"), values)
 
 
+@kept
 def start_energy(members: Members) -> MemberQuantity:
     """Return v(0) of each member."""
     return _quantity("start-energy", "v(0)", "J", start_values(members))
@@ -94,6 +98,7 @@ def start_values(members: Members) -> Array:
     return np.where(np.abs(values) <= ROUND_OFF * largest, 0.0, values)
 
 
+@kept
 def start_over_level(members: Members) -> MemberQuantity | None:
     """Return v(0) / c*, where c* is the proved level; None if no level is known."""
     if members.level is None:
@@ -105,6 +110,7 @@ def start_over_level(members: Members) -> MemberQuantity | None:
     return replace(found, axis=replace(found.axis, middle=1.0), missing="no proof of c*")
 
 
+@kept
 def proved_time(members: Members) -> MemberQuantity | None:
     """Return when members are inside a certified region, proved; None without such a column."""
     if "proved_time" not in members.table.layout:
@@ -118,19 +124,14 @@ ROUND_OFF = 1e-12
 """v(0) is zero if it is smaller than this fraction of the largest v(end)."""
 
 
-def mapped(members: Members) -> list[MemberQuantity]:
+@kept
+def mapped(members: Members) -> tuple[MemberQuantity, ...]:
     """Return the quantities that maps and curves show, if they have finite values."""
-    if members not in _MAPPED:
-        found = [settling_time(members), peak_displacement(members), regularity(members)]
-        found.append(start_over_level(members) or start_energy(members))
-        proved = proved_time(members)
-        found += [] if proved is None else [proved]
-        _MAPPED[members] = [quantity for quantity in found if np.isfinite(quantity.values).any()]
-    return list(_MAPPED[members])
-
-
-_MAPPED: WeakKeyDictionary[Members, list[MemberQuantity]] = WeakKeyDictionary()
-"""Quantities of the sweeps in memory: five blocks of a report ask for them."""
+    found = [settling_time(members), peak_displacement(members), regularity(members)]
+    found.append(start_over_level(members) or start_energy(members))
+    proved = proved_time(members)
+    found += [] if proved is None else [proved]
+    return tuple(quantity for quantity in found if np.isfinite(quantity.values).any())
 
 
 def varies(values: Array) -> bool:

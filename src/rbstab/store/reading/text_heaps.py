@@ -1,8 +1,11 @@
 """The heaps in which HDF5 stores texts. On some damaged heaps HDF5 loops for ever."""
 
 import mmap
+import os
 import struct
 from typing import BinaryIO, NamedTuple
+
+from rbstab.store.disk.identity import Identity, identity_of, is_old
 
 _SIGNATURE = b"GCOL\x01\x00\x00\x00"
 """The first bytes of a heap: its name and its version."""
@@ -31,6 +34,13 @@ Texts = dict[tuple[int, int], Span]
 """Where texts are, by the first byte of their heap and their number in it."""
 
 
+MAX_KNOWN = 8
+"""Maximum number of files whose heaps are known: a report reads the file of a sweep twice."""
+
+_known: dict[Identity, Texts | None] = {}
+"""What was found in the files that this process has searched."""
+
+
 def find_texts(file: BinaryIO) -> Texts | None:
     """Find all texts in the heaps of an HDF5 file.
 
@@ -40,6 +50,19 @@ def find_texts(file: BinaryIO) -> Texts | None:
     Returns:
         Where they are; None if the entries of a heap do not fill it exactly.
     """
+    found = os.fstat(file.fileno())
+    identity = identity_of(found)
+    if identity in _known:
+        return _known[identity]
+    texts = _searched(file)
+    if is_old(found):
+        if len(_known) >= MAX_KNOWN:
+            _known.clear()
+        _known[identity] = texts
+    return texts
+
+
+def _searched(file: BinaryIO) -> Texts | None:
     texts: Texts = {}
     if not file.seek(0, 2):
         # An empty file cannot be mapped into memory.

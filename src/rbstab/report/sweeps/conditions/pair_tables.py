@@ -4,14 +4,13 @@ import math
 from dataclasses import replace
 from itertools import combinations
 
-from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Cell, Head, Table
 from rbstab.report.model.words import NO_VALUE, listed, number
 from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions
 from rbstab.report.sweeps.conditions.paired_difference import (
     MATTERS,
     PairedDifference,
-    paired_difference,
+    paired_values,
 )
 from rbstab.report.sweeps.conditions.ranking import (
     LARGER_IS_BETTER,
@@ -152,8 +151,7 @@ def _matrix(
     name: str, groups: PairedConditions, quantity: MemberQuantity, *, sampled: bool
 ) -> Table | None:
     """Return the median differences of all pairs at one glance; None for few or many conditions."""
-    assert groups.pairs is not None
-    values = quantity.ranked[groups.pairs]
+    values = paired_values(groups, quantity).values
     medians = [quantiles_of(values[:, k], (0.5,))[0] for k in range(len(groups.labels))]
     order = sorted(comparable(groups, quantity), key=lambda k: medians[k])
     if not MIN_MATRIX <= len(order) <= MAX_MATRIX:
@@ -200,9 +198,7 @@ def _between(
     groups: PairedConditions, quantity: MemberQuantity, first: int, second: int
 ) -> PairedDifference:
     """Return the differences between two conditions."""
-    assert groups.pairs is not None
-    values: Array = quantity.ranked[groups.pairs]
-    return paired_difference(values[:, first], values[:, second])
+    return paired_values(groups, quantity).difference(first, second)
 
 
 def _entries(found: PairedDifference, *, sampled: bool) -> tuple[Cell, ...]:

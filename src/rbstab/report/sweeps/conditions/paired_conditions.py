@@ -1,11 +1,13 @@
 """Conditions to compare: variants, and parameters marked `each` in the plan."""
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.config.entries import is_of_initial_state
 from rbstab.mechanics.numbers import Array
+from rbstab.report.sweeps.kept import kept
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.parameters import Parameter
 from rbstab.sweep.plan.plan import Plan
@@ -21,7 +23,8 @@ class Slice(NamedTuple):
     chosen: Array | None
 
 
-class PairedConditions(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class PairedConditions:
     """Groups of members with the same condition.
 
     labels are the names of the conditions, codes the condition of each member, shape (n,). Each row
@@ -37,6 +40,7 @@ class PairedConditions(NamedTuple):
     has_own_v: bool
 
 
+@kept
 def paired_conditions_of(members: Members) -> PairedConditions | None:
     """Return the conditions of a sweep; None if there are none, or too many."""
     plan = members.plan

@@ -12,7 +12,8 @@ from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions
 from rbstab.report.sweeps.conditions.paired_difference import (
     MATTERS,
     PairedDifference,
-    paired_difference,
+    PairedValues,
+    paired_values,
 )
 from rbstab.report.sweeps.distributions import quantiles_of
 from rbstab.report.sweeps.fractions import CONFIDENCE
@@ -66,9 +67,7 @@ def compared_sentence(groups: PairedConditions) -> str:
 
 def _sentence(groups: PairedConditions, quantity: MemberQuantity, *, sampled: bool) -> str:
     """Return a sentence on the best conditions; "" if there are no two to compare."""
-    assert groups.pairs is not None
-    values = quantity.ranked[groups.pairs]
-    order = comparable(groups, quantity)
+    values, order = paired_values(groups, quantity), comparable(groups, quantity)
     if len(order) < 2:
         return ""
     name, begin = _name(groups, quantity), ""
@@ -120,26 +119,25 @@ def comparable(groups: PairedConditions, quantity: MemberQuantity) -> list[int]:
 
 def best_of(groups: PairedConditions, quantity: MemberQuantity, *, sampled: bool) -> int | None:
     """Return the condition than which none is better in common cases; None if there is none."""
-    assert groups.pairs is not None
-    values, order = quantity.ranked[groups.pairs], comparable(groups, quantity)
+    values, order = paired_values(groups, quantity), comparable(groups, quantity)
     if quantity.name in LARGER_IS_BETTER:
-        values, order = -values, order[::-1]
+        values, order = PairedValues(-values.values), order[::-1]
     return _best(values, order, sampled=sampled)
 
 
 def _known(groups: PairedConditions, quantity: MemberQuantity) -> list[Array]:
     """Return the values of each condition that are known, or known to be later than the end."""
-    assert groups.pairs is not None
-    return [column[~np.isnan(column)] for column in quantity.ranked[groups.pairs].T]
+    columns = paired_values(groups, quantity).values.T
+    return [column[~np.isnan(column)] for column in columns]
 
 
-def _compared(values: Array, best: int, order: Sequence[int]) -> dict[int, PairedDifference]:
+def _compared(values: PairedValues, best: int, order: Sequence[int]) -> dict[int, PairedDifference]:
     """Return the differences of one condition from the others with which it shares cases."""
-    found = {k: paired_difference(values[:, best], values[:, k]) for k in order if k != best}
+    found = {k: values.difference(best, k) for k in order if k != best}
     return {k: one for k, one in found.items() if one.pairs or one.equal}
 
 
-def _best(values: Array, order: Sequence[int], *, sampled: bool) -> int | None:
+def _best(values: PairedValues, order: Sequence[int], *, sampled: bool) -> int | None:
     """Return the condition that none is better than in common cases; None if there is none."""
     for best in order:
         compared = _compared(values, best, order)

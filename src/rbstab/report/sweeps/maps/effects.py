@@ -12,12 +12,11 @@ from rbstab.report.model.document import Block
 from rbstab.report.model.figure import Axis, Band, Figure, Line, Mark, Panel
 from rbstab.report.model.words import listed
 from rbstab.report.sweeps.conditions.paired_conditions import Slice
-from rbstab.report.sweeps.distributions import quantiles_of
 from rbstab.report.sweeps.fractions import fraction
-from rbstab.report.sweeps.influence import correlation_ratio, groups_of
+from rbstab.report.sweeps.influence import ExplainedVariance, groups_of
 from rbstab.report.sweeps.maps.cell_values import counted_outcome
 from rbstab.report.sweeps.maps.colour_ranges import is_narrow, narrow_note
-from rbstab.report.sweeps.maps.grouped import Grouped
+from rbstab.report.sweeps.maps.grouped import Ascending, Grouped
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.parameters import Parameter
 from rbstab.report.sweeps.quantities import mapped, varies
@@ -74,7 +73,7 @@ def effect_figures(
         return []
     everyone = np.arange(len(members))
     parts = [(p.title, everyone if p.chosen is None else p.chosen) for p in slices]
-    groups = [[_Groups(p, chosen) for _, chosen in parts] for p in free]
+    groups = [_groups_of(p, [chosen for _, chosen in parts]) for p in free]
     blocks: list[Block] = []
     for shown in _shown(members):
         key, axis, values, is_share, note, _ = shown
@@ -82,14 +81,16 @@ def effect_figures(
         if not is_share and is_narrow(finite, axis):
             blocks.append(f"There is no figure of effects on {narrow_note(finite, axis)}")
             continue
-        effects = [_effect(p, own, parts, finite) for p, own in zip(free, groups, strict=True)]
+        explained = [ExplainedVariance(finite[chosen]) for _, chosen in parts]
+        effects = [_effect(p, own, explained) for p, own in zip(free, groups, strict=True)]
         order = np.argsort([-effect.ratio for effect in effects], kind="stable").tolist()
         seen = [k for k in order if effects[k].ratio > OVER_CHANCE * effects[k].chance]
         if not seen:
             names = listed(p.axis.label for p in free)
             blocks.append(f"{axis.label}: no parameter has an effect beyond chance ({names}).")
             continue
-        curves = [_curves(groups[k], parts, shown) for k in seen[:MAX_PANELS]]
+        each = [_Values(shown, title, chosen) for title, chosen in parts]
+        curves = [_curves(groups[k], each, shown.end) for k in seen[:MAX_PANELS]]
         count = len(curves[0])
         apart = count <= FEW_BANDS or not any(map(_cover, curves))
         most = MAX_PANELS if apart else max(1, SMALL_PANELS // count)
@@ -126,7 +127,7 @@ class _Groups:
     def __init__(self, parameter: Parameter, chosen: Array) -> None:
         wanted = max(MIN_GROUPS, len(chosen) // GROUP_SIZE)
         self.of_member = groups_of(parameter, chosen, wanted)
-        self._places = parameter.values[chosen]
+        self.of_parameter = parameter.values[chosen]
 
     @cached_property
     def sorted(self) -> Grouped:
@@ -136,8 +137,20 @@ class _Groups:
     @cached_property
     def places(self) -> Array:
         """The median of the parameter in each group that has members."""
-        medians = self.sorted.medians(self._places)
+        medians = self.sorted.medians(self.of_parameter)
         return medians[self.sorted.counts > 0]
+
+
+def _groups_of(parameter: Parameter, conditions: list[Array]) -> list[_Groups]:
+    """Return the groups along a parameter in each condition.
+
+    In most plans all conditions have the same values of it, and so the same groups.
+    """
+    found: list[_Groups] = []
+    for chosen in conditions:
+        is_alike = found and np.array_equal(found[-1].of_parameter, parameter.values[chosen])
+        found.append(found[-1] if is_alike else _Groups(parameter, chosen))
+    return found
 
 
 class _Shown(NamedTuple):
@@ -166,12 +179,12 @@ def _shown(members: Members) -> list[_Shown]:
 
 
 def _effect(
-    parameter: Parameter, groups: list[_Groups], parts: list[tuple[str, Array]], values: Array
+    parameter: Parameter, groups: list[_Groups], explained: list[ExplainedVariance]
 ) -> _Effect:
     """Return the effect of a parameter: that in the slice where it explains most."""
     ratios, chances = [0.0], [0.0]
-    for own, (_, chosen) in zip(groups, parts, strict=True):
-        ratio = correlation_ratio(own.of_member, values[chosen])
+    for own, variance in zip(groups, explained, strict=True):
+        ratio = variance.by(own.of_member)
         ratios.append(0.0 if np.isnan(ratio) else ratio)
         chances.append(own.of_member.max() / len(own.of_member))
     return _Effect(parameter, max(ratios), max(chances))
@@ -188,16 +201,36 @@ class _Curve(NamedTuple):
     high: Array
 
 
-def _curves(groups: list[_Groups], parts: list[tuple[str, Array]], shown: _Shown) -> list[_Curve]:
+class _Values:
+    """What is shown, of the members of one condition."""
+
+    def __init__(self, shown: _Shown, title: str, chosen: Array) -> None:
+        self.title = title
+        self.values = shown.values[chosen]
+        self.is_share = shown.is_share
+        self.is_known = not np.isnan(self.values).all()
+
+    @cached_property
+    def ascending(self) -> Ascending:
+        """The values in ascending order."""
+        return Ascending(self.values)
+
+    def along(self, groups: _Groups) -> Array:
+        """Return low, middle and high of the values in each group, shape (3, groups)."""
+        if not self.is_share:
+            return groups.sorted.quantiles(self.ascending, ORDERS)
+        shares = [fraction("", own > 0) for own in groups.sorted.split(self.values)]
+        return np.array([[share.low, share.value, share.high] for share in shares]).T
+
+
+def _curves(groups: list[_Groups], conditions: list[_Values], end: float) -> list[_Curve]:
     """Return the curve along a parameter of each condition that has values."""
     curves = []
-    for colour, (own, (title, chosen)) in enumerate(zip(groups, parts, strict=True)):
-        if np.isnan(shown.values[chosen]).all():
-            continue
-        spread = _along(own, shown.values[chosen], is_share=shown.is_share)
-        curves.append(
-            _Curve(title, colour, own.places, *np.where(np.isinf(spread), shown.end, spread))
-        )
+    for colour, (own, values) in enumerate(zip(groups, conditions, strict=True)):
+        if values.is_known:
+            spread = values.along(own)
+            drawn = np.where(np.isinf(spread), end, spread)
+            curves.append(_Curve(values.title, colour, own.places, *drawn))
     return curves
 
 
@@ -227,18 +260,6 @@ def _panels(curves: list[_Curve], x: Axis, shown: _Shown, *, apart: bool) -> lis
         return [Panel(x, shown.axis, (*bands, *lines))]
     of_each = zip(curves, bands, lines, strict=True)
     return [Panel(x, shown.axis, (band, line), own.title) for own, band, line in of_each]
-
-
-def _along(groups: _Groups, values: Array, *, is_share: bool) -> Array:
-    """Return low, middle and high of the values in each group, shape (3, groups)."""
-    rows = []
-    for own in groups.sorted.split(values):
-        if is_share:
-            found = fraction("", own > 0)
-            rows.append([found.low, found.value, found.high])
-        else:
-            rows.append(quantiles_of(own, ORDERS))
-    return np.array(rows).T
 
 
 def _caption(*, is_share: bool) -> str:

@@ -4,7 +4,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.sweeps.basins import basins_of
-from rbstab.report.sweeps.influence import correlation_ratio
+from rbstab.report.sweeps.influence import ExplainedVariance
 from rbstab.report.sweeps.maps.cell_grid import MIN_MEMBERS, MapGrid
 from rbstab.report.sweeps.maps.cell_values import counted_outcome
 from rbstab.report.sweeps.members import Members
@@ -36,7 +36,7 @@ def explained_by_cells(members: Members, grids: list[MapGrid]) -> dict[str, tupl
 
 def _explained(grid: MapGrid, values: Array) -> float:
     filled = (grid.counts >= MIN_MEMBERS)[grid.cells]
-    return correlation_ratio(grid.cells[filled], values[grid.chosen][filled])
+    return ExplainedVariance(values[grid.chosen][filled]).by(grid.cells[filled])
 
 
 def _mapped_values(members: Members) -> dict[str, tuple[str, Array]]:

@@ -77,6 +77,7 @@ def map_figures(
     quantities = [q for q in mapped(members) if varies(q.values) and q.name not in left_out]
     over = f"over {axes[0].axis.label} and {axes[1].axis.label}"
     by_slice = [_maps_of(members, grid, quantities, left_out) for grid in grids]
+    borders = [_Border(members, grid) for grid in grids]
     has_empty = any((grid.counts == 0).any() for grid in grids)
     blocks: list[Block] = list(_sentences(members, {q.name for q in quantities}))
 
@@ -90,7 +91,7 @@ def map_figures(
                 grids[0],
                 on_one_scale([cells])[0],
                 cells.scale.text,
-                _border(members, grids[0], key),
+                borders[0].marks(key),
                 marked=_is_marked(key, [cells]),
             )
             for key, cells in maps.items()
@@ -100,10 +101,10 @@ def map_figures(
     for key in by_slice[0]:
         unscaled = [maps[key] for maps in by_slice]
         marked = _is_marked(key, unscaled)
-        rows = zip(grids, on_one_scale(unscaled), slices, strict=True)
+        rows = zip(grids, on_one_scale(unscaled), slices, borders, strict=True)
         panels = [
-            _panel(grid, cells, part.title, _border(members, grid, key), marked=marked)
-            for grid, cells, part in rows
+            _panel(grid, cells, part.title, border.marks(key), marked=marked)
+            for grid, cells, part, border in rows
         ]
         label = unscaled[0].scale.label
         # Symbols such as v(0) are not capitalised.
@@ -174,15 +175,21 @@ def _maps_of(
     return maps
 
 
-def _border(members: Members, grid: MapGrid, key: str) -> list[Mark]:
-    """Return the curve on which v(0) = c* on a map, if there is one, and members that failed."""
-    level, failed = start_over_level(members), failed_points(members, grid)
-    # The map of proofs shows this border by its cells.
-    if level is None or key == "proofs":
-        return list(failed)
-    label = LEVEL if grid.is_single else MEDIAN_LEVEL
-    curve = contour_line(grid, level.values, 1.0, label)
-    return list(failed) if curve is None else [curve, *failed]
+class _Border:
+    """What all maps on a grid show: the curve on which v(0) = c*, and members that failed."""
+
+    def __init__(self, members: Members, grid: MapGrid) -> None:
+        self._failed: list[Mark] = list(failed_points(members, grid))
+        self._curve: list[Mark] = []
+        level = start_over_level(members)
+        if level is not None:
+            label = LEVEL if grid.is_single else MEDIAN_LEVEL
+            curve = contour_line(grid, level.values, 1.0, label)
+            self._curve = [] if curve is None else [curve]
+
+    def marks(self, key: str) -> list[Mark]:
+        """Return the marks on a map of a quantity; that of proofs shows the curve by its cells."""
+        return self._failed if key == "proofs" else self._curve + self._failed
 
 
 def _panel(grid: MapGrid, cells: Cells, title: str, border: list[Mark], *, marked: bool) -> Panel:

@@ -5,6 +5,22 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 
 
+class Ascending:
+    """Values in ascending order, without those that are NaN.
+
+    A stable sort by groups keeps this order in each group. So values are sorted once for all their
+    groupings.
+
+    Args:
+        values: Shape (n,).
+    """
+
+    def __init__(self, values: Array) -> None:
+        known = np.flatnonzero(~np.isnan(values))
+        self.members = known[np.argsort(values[known])]
+        self.values = values[self.members]
+
+
 class Grouped:
     """The order that puts members of one group beside one another.
 
@@ -19,7 +35,8 @@ class Grouped:
     def __init__(self, groups: Array, size: int) -> None:
         self.counts = np.bincount(groups, minlength=size)
         # Numbers of 16 bits are sorted in linear time.
-        self._order = np.argsort(groups.astype(np.min_scalar_type(size)), kind="stable")
+        self._groups = groups.astype(np.min_scalar_type(size))
+        self._order = np.argsort(self._groups, kind="stable")
         self._ends = np.cumsum(self.counts)
 
     def split(self, values: Array) -> list[Array]:
@@ -40,6 +57,35 @@ class Grouped:
             own.partition((low, high))
             found[group] = (own[low] + own[high]) / 2
         return found
+
+    def quantiles(self, values: Ascending, orders: tuple[float, ...]) -> Array:
+        """Return quantiles of each group that has members, shape (orders, groups).
+
+        They are those of `quantiles_of`: linear between two values, but if some values of a group
+        are infinite, no value lies between two others. A group without values is NaN.
+
+        Args:
+            values: The values of the members.
+            orders: The orders of the quantiles.
+        """
+        own = self._groups[values.members]
+        ordered = values.values[np.argsort(own, kind="stable")]
+        sizes = np.bincount(own, minlength=len(self.counts))
+        has_values = sizes > 0
+        starts, sizes = (np.cumsum(sizes) - sizes)[has_values], sizes[has_values]
+        found = np.full((len(orders), len(self.counts)), np.nan)
+        ends = ordered[starts], ordered[starts + sizes - 1]
+        is_finite = np.isfinite(ends).all(axis=0)
+        for row, order in zip(found, orders, strict=True):
+            place = order * (sizes - 1)
+            low = place.astype(int)
+            a, b = (ordered[starts + k] for k in (low, np.minimum(low + 1, sizes - 1)))
+            # The first value up to which at least this share of the values lies.
+            first = np.clip(np.ceil(order * sizes).astype(int) - 1, 0, None)
+            with np.errstate(invalid="ignore"):
+                between = a + (place - low) * (b - a)
+            row[has_values] = np.where(is_finite, between, ordered[starts + first])
+        return found[:, self.counts > 0]
 
     def _parts(self, values: Array, groups: Array) -> list[Array]:
         ordered, ends = values[self._order], self._ends[groups]

@@ -41,11 +41,19 @@ PLANS: dict[str, dict[str, Any]] = {
 }
 
 
+def _variants() -> dict[str, Any]:
+    """Return the plan of the packaged sweep of variants, without the sliding one, which is slow."""
+    plan: dict[str, Any] = yaml.safe_load(Path("configs/sweeps/variants.yaml").read_text())
+    variants = plan["vary"]["controller.variant"]["each"]["values"]
+    variants.remove("sliding")
+    return plan | {"members": MEMBERS // len(variants), "keep": "summary"}
+
+
 def main() -> None:
-    """Measure reports of visco-elastic runs and members."""
+    """Measure reports of visco-elastic runs and members, and of several variants."""
     with tempfile.TemporaryDirectory(dir="results") as folder:
         _runs(Path(folder))
-    for what, plan in PLANS.items():
+    for what, plan in (PLANS | {"four variants, nine numbers of the start": _variants()}).items():
         with tempfile.TemporaryDirectory(dir="results") as folder:
             _members(what, plan, Path(folder))
 

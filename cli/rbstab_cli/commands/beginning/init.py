@@ -62,14 +62,14 @@ def command(
         _write_element(element, force=force)
         return
     _check_unused(context, "init without --element", {"--force": "force"})
-    from rbstab.files.shell_words import shell_word
+    from rbstab.files.shell_words import in_folder
     from rbstab.packaged.first_steps import CONFIG_FILE, first_files
     from rbstab_cli.output.new_files import write_new_files
 
     chosen = "" if variant == DEFAULT_VARIANT else f" --variant {variant}"
     write_new_files(folder, first_files(variant), elsewhere=f"rbstab init FOLDER{chosen}")
-    go = "" if folder == Path() else f"cd {shell_word(folder)} && "
-    click.echo(f"Next: {go}rbstab run {CONFIG_FILE}", err=True)
+    run = f"rbstab run {CONFIG_FILE}"
+    click.echo(f"Next: {run if folder == Path() else in_folder(folder, run)}", err=True)
     raise click.exceptions.Exit(exit_codes.OK)
 
 

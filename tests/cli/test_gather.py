@@ -249,7 +249,7 @@ def test_without_distributed(rbstab, monkeypatch):
     monkeypatch.delitem(sys.modules, "rbstab.sweep.execution.dask_worker", raising=False)
     refused = rbstab(*SWEEP, "--dask", "tcp://127.0.0.1:9")
     assert refused.exit_code == 2
-    assert "pip install 'rbstab[cluster]'" in refused.stderr
+    assert 'pip install "rbstab[cluster]"' in refused.stderr
 
 
 @pytest.mark.usefixtures("plan")

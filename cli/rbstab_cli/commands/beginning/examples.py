@@ -65,10 +65,8 @@ def _copy(words: tuple[str, ...], output: Path) -> None:
         end = "" if str(error).endswith("?") else "."
         raise click.UsageError(f"{error}{end} `rbstab examples` lists them.") from error
     contents = {str(below): path.read_bytes() for below, path in files_of(wanted).items()}
-    again = " ".join(
-        ["rbstab examples", *(map(quoted, words) if words else ["--all"]), "-o FOLDER"]
-    )
-    write_new_files(output, contents, elsewhere=again, keep_equal=True)
+    of = " ".join(map(quoted, words)) if words else "--all"
+    write_new_files(output, contents, elsewhere=f"rbstab examples {of} -o FOLDER", keep_equal=True)
     first = described(wanted[0])
     following = ["sweep" if first.is_plan else "run", shell_word(output / f"{first.name}.yaml")]
     if needs_code(first.name):

@@ -54,7 +54,8 @@ def test_answers(monkeypatch):
 
 def test_a_wait_ends_again_and_again(monkeypatch):
     """Python on Windows looks for interrupts only between waits."""
-    task, waits = Future(), []
+    task: Future[str] = Future()
+    waits: list[float] = []
 
     def wait(futures, timeout=None):
         assert futures == [task]
@@ -69,7 +70,7 @@ def test_a_wait_ends_again_and_again(monkeypatch):
 
 
 def test_the_error_of_a_task_is_raised():
-    task = Future()
+    task: Future[None] = Future()
     task.set_exception(ZeroDivisionError("its error"))
     begin = time.monotonic()
     with pytest.raises(ZeroDivisionError, match="its error"):

@@ -2,11 +2,10 @@
 
 import shlex
 import sys
-from pathlib import PurePosixPath, PureWindowsPath
 
 import pytest
 
-from rbstab.files.shell_words import in_folder, quoted, shell_word
+from rbstab.files.shell_words import one_after_the_other, quoted, shell_word
 
 NAMES = ["results/a.h5", "my results/a.h5", "it's", "a&b", "a;b", "$HOME", "größe", "-o", "a(b)"]
 
@@ -67,9 +66,9 @@ def test_titles_on_windows(title, monkeypatch):
     assert read_by_windows(quoted(title)) == [title]
 
 
-def test_a_command_in_another_folder(monkeypatch):
+def test_two_commands(monkeypatch):
     monkeypatch.setattr(sys, "platform", "linux")
-    assert in_folder(PurePosixPath("my own"), "rbstab run x") == "cd 'my own' && rbstab run x"
+    assert one_after_the_other("cd 'my own'", "rbstab run x") == "cd 'my own' && rbstab run x"
     # `&&` is an error in the PowerShell of Windows, and `;` in `cmd`.
     monkeypatch.setattr(sys, "platform", "win32")
-    assert in_folder(PureWindowsPath("a/my own"), "rbstab") == 'cd "a\\my own", then rbstab'
+    assert one_after_the_other('cd "my own"', "rbstab run x") == 'cd "my own", then rbstab run x'

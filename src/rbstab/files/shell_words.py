@@ -34,10 +34,9 @@ def quoted(text: str) -> str:
     return '"' + _BEFORE_QUOTE.sub(r"\1\1", text).replace('"', r"\"") + '"'
 
 
-def in_folder(folder: PathLike[str], command: str) -> str:
-    """Return the text that says to run a command in another folder.
+def one_after_the_other(first: str, second: str) -> str:
+    """Return the text that says to run two commands.
 
-    The PowerShell that comes with Windows does not know `&&`.
+    The PowerShell that comes with Windows does not know `&&`, and `cmd` does not know `;`.
     """
-    between = " && " if sys.platform != "win32" else ", then "
-    return f"cd {shell_word(folder)}{between}{command}"
+    return f"{first} && {second}" if sys.platform != "win32" else f"{first}, then {second}"

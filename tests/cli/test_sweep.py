@@ -258,7 +258,7 @@ def test_without_heyoka(rbstab, monkeypatch):
     assert "cannot be used here" in refused.stderr
     # Of a wrong plan only the errors are printed.
     Path("plan.yaml").write_text(PLAN.replace("linspace", "linspcae"))
-    wrong = rbstab(*SWEEP)
+    wrong = rbstab(*SWEEP, "-o", "other")
     assert wrong.exit_code == 2
     assert "heyoka" not in wrong.stderr
 

@@ -176,9 +176,9 @@ def command(
                     name, is_slow = _engine(engine, folder, plan)
                     changes = (*changes, f"integration.engine={name}")
                     loaded = _load(plan, changes, allow_python=allow_python)
+                    check_results_folder(output, [folder])
                     if is_slow:
                         click.echo(WITHOUT_HEYOKA, err=True)
-                    check_results_folder(output, [folder])
                     if not dry_run:
                         import_module("rbstab.sweep.sweep")
                 from rbstab.sweep.options import SweepOptions

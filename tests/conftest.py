@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import settings
-from support import time_left
+from support import missing_heyoka, time_left
 from support.tiers import longest_first, mark_by_time, read_seconds
 
 # No deadline: on a busy machine a single example can take long.
@@ -24,10 +24,22 @@ def pytest_configure(config: pytest.Config) -> None:
     time_left.set_end(config)
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_runtest_setup() -> None:
-    """Skip a test, before its fixtures are made, if the time of the test run is over."""
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup() -> Iterator[None]:
+    """Skip a test, before its fixtures are made, if the time of the test run is over.
+
+    Skip it too if its fixtures need heyoka where that is not installed.
+    """
     time_left.skip_if_over()
+    with missing_heyoka.skipped():
+        yield
+
+
+@pytest.hookimpl(wrapper=True, trylast=True)
+def pytest_runtest_call() -> Iterator[None]:
+    """Skip a test that needs heyoka where it is not installed."""
+    with missing_heyoka.skipped():
+        yield
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)

@@ -26,6 +26,7 @@ PICTURES = PAGE.parent / "pictures" / "gallery"
 SHOWN_CONFIGS = {
     "paper": "paper/*.yaml",
     "examples": "examples/*.yaml",
+    "stability": "examples/stability/*.yaml",
     "sliding": "examples/sliding/*_2000.yaml",
 }
 """The configs of each part of the page, in `configs`."""

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from cli.conftest import start
+from support import missing_heyoka
 from support.sweeps import shard_files
 
 from rbstab.integrate.engines import EngineMissingError
@@ -76,6 +77,7 @@ def test_help_shows_only_the_new_name(rbstab):
     assert "--shard" not in words
 
 
+@missing_heyoka.NEEDED
 @pytest.mark.usefixtures("plan")
 def test_the_comparison_is_made_when_the_parts_are_joined(rbstab):
     options = ("sweep", "--no-prove", "plan.yaml", "--engine", "heyoka", "--shard-size", "10")
@@ -220,6 +222,7 @@ def test_gathering_what_is_none(rbstab):
     assert not Path("results").exists()
 
 
+@missing_heyoka.NEEDED
 @pytest.mark.usefixtures("plan")
 def test_gathering_without_the_engine(rbstab, monkeypatch):
     def missing(name):
@@ -249,7 +252,7 @@ def test_without_distributed(rbstab, monkeypatch):
     monkeypatch.delitem(sys.modules, "rbstab.sweep.execution.dask_worker", raising=False)
     refused = rbstab(*SWEEP, "--dask", "tcp://127.0.0.1:9")
     assert refused.exit_code == 2
-    assert "pip install 'rbstab[cluster]'" in refused.stderr
+    assert 'pip install "rbstab[cluster]"' in refused.stderr
 
 
 @pytest.mark.usefixtures("plan")

@@ -130,7 +130,7 @@ def test_a_figure_for_one_column_of_a_paper(run: Path, rbstab: Invoke) -> None:
     content = Path("a.svg").read_text()
     (width,) = re.findall(r'<svg [^>]*?width="([\d.]+)pt"', content)
     assert float(width) == pytest.approx(80 / 25.4 * 72, abs=0.01)
-    assert set(re.findall(r'<text style="font-size: ([\d.]+)px', content)) == {"8"}
+    assert set(re.findall(r'<text style="font(?:-size)?: ([\d.]+)px', content)) == {"8"}
 
 
 @pytest.mark.parametrize("options", [(), ("--figure", "runs-decay", "-o", "a.csv")])

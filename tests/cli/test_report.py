@@ -298,7 +298,7 @@ def test_a_plain_install_names_the_package_that_a_format_needs(
     done = plain_install(runs, "--format", form)
     assert done.returncode == 2
     assert package in done.stderr
-    assert "pip install 'rbstab[report]'" in done.stderr
+    assert 'pip install "rbstab[report]"' in done.stderr
     assert "Traceback" not in done.stderr
 
 

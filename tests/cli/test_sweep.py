@@ -252,10 +252,15 @@ def test_without_heyoka(rbstab, monkeypatch):
     monkeypatch.setattr("rbstab.sweep.members.engines.engine", missing)
     done = rbstab(*SWEEP)
     assert done.exit_code == 0
-    assert "heyoka is not installed: using scipy" in done.stderr
+    assert done.stderr.count("heyoka is not installed: using scipy") == 1
     refused = rbstab(*SWEEP, "--engine", "heyoka")
     assert refused.exit_code == 2
     assert "cannot be used here" in refused.stderr
+    # Of a wrong plan only the errors are printed.
+    Path("plan.yaml").write_text(PLAN.replace("linspace", "linspcae"))
+    wrong = rbstab(*SWEEP, "-o", "other")
+    assert wrong.exit_code == 2
+    assert "heyoka" not in wrong.stderr
 
 
 def test_lines_where_there_is_no_terminal(rbstab, use_fake_engine, monkeypatch):

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from rbstab.files.shell_words import quoted, shell_word
+from rbstab.files.shell_words import one_after_the_other, quoted, shell_word
 
 NAMES = ["results/a.h5", "my results/a.h5", "it's", "a&b", "a;b", "$HOME", "größe", "-o", "a(b)"]
 
@@ -57,7 +57,18 @@ def test_words_of_windows(path, word, monkeypatch):
     assert shell_word(path) == word
 
 
-@pytest.mark.parametrize("title", ['the "best" gains', "plain", "two words"])
+TITLES = ['the "best" gains', "plain", "two words", "two words\\", 'a\\"b c\\\\', ""]
+
+
+@pytest.mark.parametrize("title", TITLES)
 def test_titles_on_windows(title, monkeypatch):
     monkeypatch.setattr(sys, "platform", "win32")
     assert read_by_windows(quoted(title)) == [title]
+
+
+def test_two_commands(monkeypatch):
+    monkeypatch.setattr(sys, "platform", "linux")
+    assert one_after_the_other("cd 'my own'", "rbstab run x") == "cd 'my own' && rbstab run x"
+    # `&&` is an error in the PowerShell of Windows, and `;` in `cmd`.
+    monkeypatch.setattr(sys, "platform", "win32")
+    assert one_after_the_other('cd "my own"', "rbstab run x") == 'cd "my own", then rbstab run x'

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support import missing_heyoka
 from support.hang_guard import within
 from support.problems import ENGINES, METHODS, bare_system, problem, solve
 
@@ -23,8 +24,9 @@ TIME_LIMIT = 2.0
 @pytest.fixture(scope="module", autouse=True)
 def _compiled_before():
     # With an empty cache heyoka compiles for seconds; the time limit of the guard is for runs only.
-    still = np.zeros(12)
-    solve("heyoka", problem(bare_system(BODY), still, [0.0, 0.1], rtol=1e-9))
+    if missing_heyoka.INSTALLED:
+        still = np.zeros(12)
+        solve("heyoka", problem(bare_system(BODY), still, [0.0, 0.1], rtol=1e-9))
 
 
 def outcome(engine_name, method, system, start, times=(0.0, 1.0, 2.0), **limits):

@@ -37,6 +37,8 @@ from rbstab.processes.workers import WorkerDiedError
 
 MEBIBYTE = 1 << 20
 
+KILLS = [signal.SIGKILL] if sys.platform != "win32" else []
+
 ENOUGH = Limits(60.0, 500 * MEBIBYTE)
 
 PATIENCE = 60.0
@@ -109,7 +111,8 @@ def test_late_answer_is_not_taken_for_the_answer_of_the_next_call():
         assert call((2.0, "next"), ENOUGH) == "next"
 
 
-@pytest.mark.parametrize("number", [signal.SIGSEGV, signal.SIGABRT, signal.SIGKILL])
+# Windows has no SIGKILL.
+@pytest.mark.parametrize("number", [signal.SIGSEGV, signal.SIGABRT, *KILLS])
 def test_crash_leaves_this_process_unharmed(number, capfd):
     with IsolatedFunction(crash) as call:
         for _ in range(2):

@@ -168,7 +168,7 @@ def test_a_card_without_title() -> None:
 
 def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "xarray", None)
-    message = r"needs the package xarray. Run: pip install 'rbstab\[xarray\]'"
+    message = r'needs the package xarray. Run: pip install "rbstab\[xarray\]"'
     with pytest.raises(ImportError, match=message):
         result().to_xarray()
     with pytest.raises(ImportError, match=message):

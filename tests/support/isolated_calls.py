@@ -101,3 +101,13 @@ def fill_memory_on(_path):
 
 def is_in_worker(_path):
     return os.getpid()
+
+
+def serve_doubles(connection):
+    """Answer each number with its double, as the main function of a worker."""
+    while True:
+        connection.send(2 * connection.recv())
+
+
+def crash_at_once(connection):
+    os._exit(3)

@@ -2,11 +2,13 @@
 
 import errno
 import os
+import sys
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import psutil
 import pytest
 
 from rbstab.store.disk import atomic
@@ -16,6 +18,12 @@ DESCRIPTORS = "/dev/fd"
 
 NAMES = {"rename": 2, "replace": 2, "unlink": 1, "remove": 1}
 """Functions of `os` that change a name, and how many of their first arguments must be closed."""
+
+
+def open_descriptors() -> int:
+    """Return how many files this process has open."""
+    process = psutil.Process()
+    return int(process.num_handles() if sys.platform == "win32" else process.num_fds())
 
 
 def is_open(path: Any) -> bool:

@@ -143,7 +143,7 @@ def check_symbols(function, system, y):
 
     symbolic, _, count = symbols_of(system)
     unknowns = state_symbols(system.size)
-    expressions = [hy.expression(entry) for entry in function(symbolic, unknowns)]
+    expressions = [hy.expression(0.0) + entry for entry in function(symbolic, unknowns)]
     compiled = hy.cfunc(expressions, vars=list(unknowns))
     known = parameter_values(system)
     assert known.shape == (count,)

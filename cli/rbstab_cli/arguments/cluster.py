@@ -32,7 +32,7 @@ def connected_cluster(address: str, plan: "Plan") -> "Iterator[Executor]":
         from rbstab.sweep.execution.dask_executor import cluster
     except ModuleNotFoundError as error:
         raise click.UsageError(
-            f"--dask needs the package {error.name}. Run: pip install 'rbstab[cluster]'"
+            f'--dask needs the package {error.name}. Run: pip install "rbstab[cluster]"'
         ) from error
     with ExitStack() as stack:
         stack.enter_context(_logging_off())

@@ -90,7 +90,7 @@ def _check_matplotlib() -> None:
     if find_spec("matplotlib") is None:
         raise click.UsageError(
             "figures need matplotlib, which a plain install lacks. Run "
-            "`pip install 'rbstab[report]'`; a .csv file needs nothing more."
+            '`pip install "rbstab[report]"`; a .csv file needs nothing more.'
         )
 
 

@@ -73,7 +73,7 @@ def command(
     and notes beside them are left out, so results/* may be named. If a result cannot be read, the
     report gives the reason and shows the others; the exit code is then 4.
 
-    The formats html, md and pdf need the packages of `pip install 'rbstab[report]'`.
+    The formats html, md and pdf need the packages of `pip install "rbstab[report]"`.
     """
     from rbstab.report.reading.sources import read_sources
     from rbstab.store.disk.existence import path_is_dir

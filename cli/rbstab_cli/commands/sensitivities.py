@@ -40,8 +40,8 @@ def command(
     state.
 
     The derivatives are exact: they come from variational equations, which go through switches and
-    impacts. heyoka compiles these, also for a config with another engine. A motion without
-    derivatives, such as a chaotic one, is refused with the reason.
+    impacts. They need heyoka, also for a config with another engine. A motion without derivatives,
+    such as a chaotic one, is refused with the reason.
     """
     from rbstab_cli.motion_errors import motion_errors
     from rbstab_cli.output.text_file import check_target, write_text

@@ -173,10 +173,12 @@ def command(
                 folder = output / sweep_name(plan)
                 refuse_engine_change(changes)
                 with keep_imports():
-                    name = _engine(engine, folder, plan)
+                    name, is_slow = _engine(engine, folder, plan)
                     changes = (*changes, f"integration.engine={name}")
                     loaded = _load(plan, changes, allow_python=allow_python)
                     check_results_folder(output, [folder])
+                    if is_slow:
+                        click.echo(WITHOUT_HEYOKA, err=True)
                     if not dry_run:
                         import_module("rbstab.sweep.sweep")
                 from rbstab.sweep.options import SweepOptions
@@ -227,8 +229,14 @@ def _comparison_worker(stack: ExitStack) -> "Worker | None":
         return None
 
 
-def _engine(wanted: str | None, folder: Path, plan: Path) -> str:
+WITHOUT_HEYOKA = "heyoka is not installed: using scipy, which is much slower"
+
+
+def _engine(wanted: str | None, folder: Path, plan: Path) -> tuple[str, bool]:
     """Return the engine: the wanted one, or the one of the stored sweep, or the fastest.
+
+    Returns:
+        The name, and whether it is slow because heyoka is not installed.
 
     Raises:
         UsageError: The engine is not installed.
@@ -240,15 +248,13 @@ def _engine(wanted: str | None, folder: Path, plan: Path) -> str:
     name = wanted or engine_of(folder)
     if name is None and is_in_sweep_folder(plan):
         name = engine_of(plan.parent)
-    if name is None:
-        name = fastest_engine()
-        if name == "scipy":
-            click.echo("heyoka is not installed: using scipy, which is much slower", err=True)
+    is_slow = name is None and fastest_engine() == "scipy"
+    name = name or fastest_engine()
     try:
         factory_for(name)
     except EngineMissingError as error:
         raise click.UsageError(str(error)) from error
-    return name
+    return name, is_slow
 
 
 def _load(path: Path, changes: tuple[str, ...], *, allow_python: bool) -> "Plan":

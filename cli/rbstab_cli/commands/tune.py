@@ -75,7 +75,7 @@ def command(
     Samples configs within the bounds, then descends along exact gradients from the given config and
     from the best sample. Writes the best config found; if none is better than the given one, writes
     nothing. A run that does not complete or does not settle counts as worst; if no run completes
-    and settles, the exit code is 3.
+    and settles, the exit code is 3. Gradients need heyoka, also for a config with another engine.
     """
     from rbstab_cli.motion_errors import motion_errors
     from rbstab_cli.output.text_file import check_target, write_text

@@ -5,6 +5,7 @@ core schema of YAML 1.2, where `1e-9` is a number and `no` is text, unlike in YA
 anchors, tags and duplicate keys are errors.
 """
 
+import codecs
 import re
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
@@ -28,6 +29,9 @@ Path = tuple[str | int, ...]
 """The keys and list indices from the root of a document to a value."""
 
 BYTE_ORDER_MARK = "\ufeff"
+
+UTF_16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+"""The beginnings of files in UTF-16."""
 
 MAX_FILE_SIZE = 1 << 20
 """Largest size of a file, bytes."""
@@ -117,8 +121,11 @@ def read_source(path: FilePath) -> Source:
 def read_text(path: FilePath) -> str:
     """Return the text of a YAML file, with its byte order mark if it has one.
 
+    A file in UTF-16 has such a mark. The PowerShell of Windows writes `rbstab show --config > FILE`
+    in this encoding.
+
     Raises:
-        ConfigError: It is not a file, cannot be read, is larger than 1 MiB, or is not UTF-8.
+        ConfigError: It is not a file, cannot be read, is larger than 1 MiB, or is not text.
     """
     name = str(path)
     try:
@@ -136,6 +143,8 @@ def read_text(path: FilePath) -> str:
     if raw.startswith(HDF5):
         expected = "a YAML file; `rbstab show` prints a result, rbstab.open_result opens it"
         raise _config_error(Location(name), "is an HDF5 file, as results are", expected)
+    if raw.startswith(UTF_16_MARKS):
+        return BYTE_ORDER_MARK + _decoded_utf_16(raw, name)
     try:
         return raw.decode()
     except UnicodeDecodeError as error:
@@ -143,6 +152,16 @@ def read_text(path: FilePath) -> str:
         raise _config_error(
             _location_after(before, name), f"is not text: byte 0x{raw[error.start]:02x}", "UTF-8"
         ) from error
+
+
+def _decoded_utf_16(raw: bytes, name: str) -> str:
+    """Return the text of a file in UTF-16, without its byte order mark."""
+    try:
+        return raw.decode("utf-16")
+    except UnicodeDecodeError as error:
+        before = raw[: error.start].decode("utf-16")
+        where = _location_after(before, name)
+        raise _config_error(where, "is not text in UTF-16, as it begins", "UTF-8") from error
 
 
 BEGIN = "`rbstab init` writes a first one, `rbstab examples` lists others"

@@ -58,7 +58,9 @@ def _git(checkout: Path, *arguments: str) -> str:
         done = subprocess.run(
             ["git", "-C", str(checkout), *arguments],
             capture_output=True,
-            text=True,
+            # Names of branches are UTF-8 on every system.
+            encoding="utf-8",
+            errors="replace",
             timeout=5,
             check=True,
         )

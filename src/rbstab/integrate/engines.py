@@ -10,6 +10,9 @@ ENGINES = {
 }
 
 
+INSTALL_HEYOKA = "install heyoka from PyPI (Linux) or conda-forge (other systems)"
+
+
 class EngineMissingError(RuntimeError):
     """The package of an engine cannot be imported."""
 
@@ -27,8 +30,7 @@ def engine(name: str) -> Engine:
         module = import_module(ENGINES[name])
     except ImportError as error:
         raise EngineMissingError(
-            f"the engine '{name}' cannot be used here: {error}; "
-            "install heyoka from PyPI (Linux) or conda-forge (other systems), "
+            f"the engine '{name}' cannot be used here: {error}; {INSTALL_HEYOKA}, "
             "or use the engine 'scipy'"
         ) from error
     integrate: Engine = module.integrate

@@ -34,7 +34,7 @@ $ rbstab report results/experiment.h5
 `run` integrates the motion, stores it in `results/experiment.h5`, and proves what it can within
 some seconds: whether this motion comes to rest, and whether all others do. `show` prints what was
 found. `report` writes `results/report.html`, a page with figures of the motion; open it in a
-browser. It needs the packages of `pip install 'rbstab[report]'`; `--format text` prints without
+browser. It needs the packages of `pip install "rbstab[report]"`; `--format text` prints without
 them.
 
 ## Is it stable?
@@ -52,9 +52,9 @@ Edit `experiment.yaml`, or replace single values on the command line. Results ar
 by different ones, so give another folder:
 
 ```console
-$ rbstab run experiment.yaml --set controller.K_r=[40,40,32] -o softer
-$ rbstab run experiment.yaml --set initial.angular_velocity=[16,32,-16] -o faster
-$ rbstab run experiment.yaml --set gravity=[0,0,-9.81] -o heavy
+$ rbstab run experiment.yaml --set "controller.K_r=[40,40,32]" -o softer
+$ rbstab run experiment.yaml --set "initial.angular_velocity=[16,32,-16]" -o faster
+$ rbstab run experiment.yaml --set "gravity=[0,0,-9.81]" -o heavy
 $ rbstab report results/experiment.h5 softer/experiment.h5 faster/experiment.h5 heavy/experiment.h5
 ```
 

@@ -8,14 +8,19 @@ import os
 import pickle
 import signal
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor
+from concurrent.futures import Executor, Future, wait
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from multiprocessing.connection import Connection
-from typing import Any
+from typing import Any, TypeVar
 
 from rbstab.processes.imports import keep_imports
 from rbstab.processes.parent_watch import exit_with_parent, parent_watch
+
+POLL_INTERVAL = 0.1
+"""s; the longest wait for a task of a pool: Windows does not interrupt a wait."""
+
+T = TypeVar("T")
 
 _INTERRUPTS = {signal.SIGINT, signal.SIGTERM}
 
@@ -47,6 +52,17 @@ def worker_pool(
             yield pool
         finally:
             pool.shutdown(wait=True, kill_workers=True)
+
+
+def waited(future: "Future[T]") -> T:
+    """Wait for a task of a pool, and return its result; Ctrl-C ends the wait on every system.
+
+    Raises:
+        Exception: The task raised it.
+    """
+    while not future.done():
+        wait([future], timeout=POLL_INTERVAL)
+    return future.result()
 
 
 class Worker:
@@ -83,8 +99,15 @@ class Worker:
             worker_end.close()
 
     def has_answer(self, wait: float) -> bool:
-        """Return whether an answer has arrived; wait for it up to `wait` seconds."""
-        return bool(self._connection.poll(wait))
+        """Return whether an answer, or the end of the worker, has arrived; wait up to `wait` s.
+
+        `receive` then returns the answer, or says that the worker has ended.
+        """
+        try:
+            return bool(self._connection.poll(wait))
+        except BrokenPipeError:
+            # The pipes of Windows report the end of a worker so; others have something to read.
+            return True
 
     def send(self, request: Any) -> None:
         """Send a request.

@@ -90,7 +90,7 @@ def optional_module(name: str, extra: str) -> ModuleType:
         return import_module(name)
     except ModuleNotFoundError as error:
         raise ImportError(
-            f"this needs the package {error.name}. Run: pip install 'rbstab[{extra}]'",
+            f'this needs the package {error.name}. Run: pip install "rbstab[{extra}]"',
             name=error.name,
         ) from error
 

@@ -1,5 +1,7 @@
 """A file that is missing, too large or not text is refused with its place and the reason."""
 
+import codecs
+
 import pytest
 from support.configs import VISCO_ELASTIC, edited
 
@@ -72,7 +74,10 @@ NOT_UTF_8 = [
     (b"\xff\n", "1:1: is not text: byte 0xff (expected UTF-8)"),
     (b"a: 1\nb: 2\nccc: \x80\n", "3:6: is not text: byte 0x80 (expected UTF-8)"),
     (b"a: 1\r\n\xc3", "2:1: is not text: byte 0xc3 (expected UTF-8)"),
-    (VISCO_ELASTIC.encode("utf-16"), "1:1: is not text: byte 0xff (expected UTF-8)"),
+    (
+        "a: 1\nb: é".encode("utf-16") + b"\x00",
+        "2:5: is not text in UTF-16, as it begins (expected UTF-8)",
+    ),
     (b"a: \xed\xa0\x80\n", "1:4: is not text: byte 0xed (expected UTF-8)"),
     pytest.param(
         "title: é".encode() + b"\xff\n",
@@ -102,6 +107,16 @@ def test_byte_order_mark(load, complaints):
     assert found == ["1:1: titel: is unknown (did you mean title?)"]
     found = complaints(mark + b"{title: 5, " + b"x: 1}\n")
     assert "1:9: title: is 5 (expected a text)" in found
+
+
+@pytest.mark.parametrize("mark", [codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE])
+def test_utf_16(load, complaints, mark):
+    """PowerShell writes what a command prints in UTF-16."""
+    encoding = "utf-16-le" if mark == codecs.BOM_UTF16_LE else "utf-16-be"
+    text = edited("title: Case", "title: Über θ").replace("\n", "\r\n")
+    assert load(mark + text.encode(encoding)).title == "Über θ"
+    found = complaints(mark + edited("title:", "titel:").encode(encoding))
+    assert found == ["1:1: titel: is unknown (did you mean title?)"]
 
 
 @pytest.mark.parametrize("line_end", ["\n", "\r\n", "\r"])

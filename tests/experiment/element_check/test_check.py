@@ -7,6 +7,7 @@ below has one fault; the check must name the statement that has it, and the stat
 from pathlib import Path
 
 import pytest
+from support import missing_heyoka
 from support.user_code import CREEPING_TIE, HEAD, MAXWELL, ROPE, SPRING, element_text
 
 from rbstab.elements.registry import NAMED_ELEMENTS
@@ -268,6 +269,7 @@ def test_a_problem_shows_the_own_states():
     assert ", state = [" in problem
 
 
+@missing_heyoka.NEEDED
 def test_slow_elements_have_a_note():
     """numpy evaluates what Python code of single numbers cannot: here, a fractional power."""
     found = of(
@@ -283,6 +285,7 @@ def test_slow_elements_have_a_note():
     assert no_proof.startswith("no proof takes it into account: its code cannot be recorded: ")
 
 
+@missing_heyoka.NEEDED
 def test_a_force_that_jumps_has_a_note_unless_the_class_says_so():
     text = (Path(__file__).parents[3] / "configs" / "examples" / "counterweight.py").read_text()
     found = of(text.replace("class Counterweight", "class Mine"))
@@ -329,6 +332,7 @@ def test_kinked_is_true_or_false():
     assert "`kinked` is 'yes' (expected True or False)" in found.problems[0]
 
 
+@missing_heyoka.NEEDED
 def test_an_element_whose_damping_is_not_seen_to_be_one_has_a_note():
     """A proof would have to know that e^x - 1 has the sign of x."""
     found = of(

@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from support.open_files import open_descriptors
 from support.results import assert_equal, result
 
 from rbstab.store.disk import atomic
@@ -149,10 +150,10 @@ def test_the_synced_folder_is_the_files_own(tmp_path, monkeypatch):
 def test_no_descriptor_is_left_open(tmp_path):
     # Workers of other tests have descriptors until they are collected.
     gc.collect()
-    before = len(list(Path("/proc/self/fd").iterdir()))
+    before = open_descriptors()
     for index in range(5):
         write_atomically(tmp_path / f"{index}.h5", NEW)
-    assert len(list(Path("/proc/self/fd").iterdir())) == before
+    assert open_descriptors() == before
 
 
 def test_a_folder_that_cannot_be_synced_is_no_failure(tmp_path, monkeypatch):
@@ -347,13 +348,13 @@ def test_a_new_partial_file_that_another_writer_removes_is_made_again(tmp_path, 
         return try_lock(file)
 
     monkeypatch.setattr(atomic, "try_lock", remove_first)
-    before = len(list(Path("/proc/self/fd").iterdir()))
+    before = open_descriptors()
     # A file that is not closed is an error: see filterwarnings in pyproject.toml.
     write_atomically(tmp_path / "a.h5", NEW)
     assert others == []
     assert (tmp_path / "a.h5").read_bytes() == NEW
     assert names(tmp_path) == ["a.h5"]
-    assert len(list(Path("/proc/self/fd").iterdir())) == before
+    assert open_descriptors() == before
 
 
 @pytest.mark.parametrize(
@@ -411,12 +412,12 @@ def test_an_interruption_of_the_lock_leaves_nothing(tmp_path, monkeypatch):
     def interrupt(file):
         raise KeyboardInterrupt
 
-    before = len(list(Path("/proc/self/fd").iterdir()))
+    before = open_descriptors()
     monkeypatch.setattr(atomic, "try_lock", interrupt)
     with pytest.raises(KeyboardInterrupt):
         write_atomically(tmp_path / "a.h5", NEW)
     assert names(tmp_path) == []
-    assert len(list(Path("/proc/self/fd").iterdir())) == before
+    assert open_descriptors() == before
 
 
 @pytest.mark.parametrize("number", [errno.ENOLCK, errno.EIO])

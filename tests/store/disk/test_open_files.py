@@ -2,6 +2,7 @@
 
 import os
 import sys
+import threading
 
 import pytest
 from support.open_files import keep_open_files
@@ -12,6 +13,7 @@ from rbstab.store.disk.atomic import (
     PARTIAL_SUFFIX,
     atomic_file,
     move_aside,
+    remove_partial_files,
     write_all,
     write_atomically,
 )
@@ -118,3 +120,26 @@ def test_an_opened_result_can_be_replaced(tmp_path):
     opened = open_result(path)
     write_result(path, result(), replace=True)
     assert_equal(opened, result())
+
+
+def test_a_file_is_replaced_when_its_reader_has_ended(tmp_path):
+    """Virus scanners and other commands read a file for an instant."""
+    path = tmp_path / "a.h5"
+    write_atomically(path, b"old")
+    reader = path.open("rb")
+    ends = threading.Timer(0.1, reader.close)
+    ends.start()
+    write_atomically(path, b"new", replace=True)
+    ends.join()
+    assert path.read_bytes() == b"new"
+    assert names(tmp_path) == ["a.h5"]
+
+
+def test_an_open_partial_file_stays(tmp_path):
+    kept, left = (tmp_path / f".{name}{PARTIAL_SUFFIX}" for name in "ab")
+    left.touch()
+    with kept.open("wb"):
+        remove_partial_files(tmp_path, 0.0)
+    assert names(tmp_path) == [kept.name]
+    remove_partial_files(tmp_path, 0.0)
+    assert names(tmp_path) == []

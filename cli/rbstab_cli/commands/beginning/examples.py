@@ -1,6 +1,5 @@
 """`rbstab examples`."""
 
-import shlex
 from pathlib import Path
 
 import click
@@ -49,7 +48,7 @@ def _list() -> None:
 
 
 def _copy(words: tuple[str, ...], output: Path) -> None:
-    from rbstab.files.shell_words import shell_word
+    from rbstab.files.shell_words import quoted, shell_word
     from rbstab.packaged.examples import (
         UnknownExampleError,
         described,
@@ -66,8 +65,8 @@ def _copy(words: tuple[str, ...], output: Path) -> None:
         end = "" if str(error).endswith("?") else "."
         raise click.UsageError(f"{error}{end} `rbstab examples` lists them.") from error
     contents = {str(below): path.read_bytes() for below, path in files_of(wanted).items()}
-    again = shlex.join(["rbstab", "examples", *(words or ["--all"]), "-o", "FOLDER"])
-    write_new_files(output, contents, elsewhere=again, keep_equal=True)
+    of = " ".join(map(quoted, words)) if words else "--all"
+    write_new_files(output, contents, elsewhere=f"rbstab examples {of} -o FOLDER", keep_equal=True)
     first = described(wanted[0])
     following = ["sweep" if first.is_plan else "run", shell_word(output / f"{first.name}.yaml")]
     if needs_code(first.name):

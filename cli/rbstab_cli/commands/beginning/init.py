@@ -62,14 +62,16 @@ def command(
         _write_element(element, force=force)
         return
     _check_unused(context, "init without --element", {"--force": "force"})
-    from rbstab.files.shell_words import shell_word
+    from rbstab.files.shell_words import one_after_the_other, shell_word
     from rbstab.packaged.first_steps import CONFIG_FILE, first_files
     from rbstab_cli.output.new_files import write_new_files
 
     chosen = "" if variant == DEFAULT_VARIANT else f" --variant {variant}"
     write_new_files(folder, first_files(variant), elsewhere=f"rbstab init FOLDER{chosen}")
-    go = "" if folder == Path() else f"cd {shell_word(folder)} && "
-    click.echo(f"Next: {go}rbstab run {CONFIG_FILE}", err=True)
+    following = f"rbstab run {CONFIG_FILE}"
+    if folder != Path():
+        following = one_after_the_other(f"cd {shell_word(folder)}", following)
+    click.echo(f"Next: {following}", err=True)
     raise click.exceptions.Exit(exit_codes.OK)
 
 

@@ -37,7 +37,7 @@ from rbstab.experiment.start_sets.starts_record import (
 )
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics.numbers import Array
-from rbstab.processes.workers import worker_pool
+from rbstab.processes.workers import waited, worker_pool
 
 MAX_PARTS = 64
 """The most parts into which the starts are divided: a limit that is the same on every machine."""
@@ -200,7 +200,7 @@ def _all_followed(
         ):
             # `pool.map` would cancel its futures at an interrupt, and loky prints a traceback then.
             for future in [pool.submit(_follow, part.start) for part in parts]:
-                result = future.result()
+                result = waited(future)
                 yield left.pop(0), result
     follower = _Follower(config, proof) if left else None
     for part in left:

@@ -16,7 +16,7 @@ from rbstab.config.entries import Entry, entries_of
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
-from rbstab.integrate.engines import engine
+from rbstab.integrate.engines import INSTALL_HEYOKA, EngineMissingError, engine
 from rbstab.mechanics.numbers import Array
 from rbstab.store.cards import card, line
 from rbstab.systems.quantities import BY_NAME
@@ -192,7 +192,13 @@ def check_suited(config: Config) -> None:
         raise UnsuitedConfigError(
             "integration.coordinates: is 'manifold', which drifts (expected reduced)"
         )
-    engine("heyoka")
+    try:
+        engine("heyoka")
+    except EngineMissingError as error:
+        raise EngineMissingError(
+            f"derivatives of a run need heyoka, which cannot be used here: {error.__cause__}; "
+            f"{INSTALL_HEYOKA}"
+        ) from error
 
 
 @contextmanager

@@ -131,7 +131,8 @@ def _zeros(system: System, named: dict[str, Array] | None = None) -> tuple[int, 
 
 def _is_constant(event_function: Any) -> bool:
     """Return whether an event function has no symbol, so that it never reaches zero."""
-    expressions = [hy.expression(event_function)]
+    # A sum, because heyoka 7.10 makes no expression of an expression.
+    expressions = [hy.expression(0.0) + event_function]
     return not hy.get_variables(expressions) and not hy.get_params(expressions)
 
 

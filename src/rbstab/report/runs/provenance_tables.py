@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from rbstab.files.shell_words import shell_word
+from rbstab.files.shell_words import one_after_the_other, shell_word
 from rbstab.report.model.document import Block, Cell, Head, Section, Table
 from rbstab.report.model.words import NO_VALUE, listed, number, untrusted
 from rbstab.report.runs.facts import RunFacts
@@ -136,10 +136,8 @@ def _attribute(facts: RunFacts, name: str, digits: int) -> Cell:
 def _commands(facts: Sequence[RunFacts]) -> list[Block]:
     """Return the commands that repeat runs from their stored configs, in another folder."""
     if len(facts) > MAX_COMMANDS:
-        return [
-            "To repeat a run from its stored config: "
-            "rbstab show RESULT --config > NAME.yaml && rbstab run NAME.yaml -o again"
-        ]
+        show, run = "rbstab show RESULT --config > NAME.yaml", "rbstab run NAME.yaml -o again"
+        return [f"To repeat a run from its stored config: {one_after_the_other(show, run)}"]
     names = _names([entry.run.path for entry in facts])
     rows = tuple(
         (Cell(entry.run.label), Cell(repeat_command(entry.run.path, name)))
@@ -167,4 +165,5 @@ def repeat_command(path: Path, name: str) -> str:
     """
     # NAME.yaml may be the user's own config; the command must not overwrite it.
     file, config = shell_word(path), shell_word(Path(f"{name}-again.yaml"))
-    return untrusted(f"rbstab show {file} --config > {config} && rbstab run {config} -o again")
+    show, run = f"rbstab show {file} --config > {config}", f"rbstab run {config} -o again"
+    return untrusted(one_after_the_other(show, run))

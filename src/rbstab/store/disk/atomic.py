@@ -30,6 +30,12 @@ _LOCK_ATTEMPTS = 1000
 _LOCK_RETRY_INTERVAL = 1e-3
 """Time between two attempts, s."""
 
+_REPLACE_ATTEMPTS = 50
+"""Attempts to replace a file where open files cannot be replaced."""
+
+_REPLACE_RETRY_INTERVAL = 0.02
+"""Time between two attempts, s."""
+
 _NO_SYNC_ERRORS = (errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOSYS, errno.EBADF)
 """Errors of file systems that cannot sync a folder."""
 
@@ -88,7 +94,7 @@ def atomic_file(
                 _copy_access(path, partial)
             os.fsync(file.fileno())
         if replace:
-            partial.replace(path)
+            _replace(partial, path)
         else:
             _add_new_name(partial, path)
         _sync_folder(path.parent)
@@ -130,7 +136,8 @@ def remove_partial_files(folder: Path, older_than: float) -> None:
             all. Set it if other processes may be writing.
     """
     for partial in folder.glob(f".*{PARTIAL_SUFFIX}"):
-        with suppress(FileNotFoundError):
+        # Windows cannot remove an open file; a later call removes it.
+        with suppress(FileNotFoundError, PermissionError):
             if not older_than or time.time() - partial.stat().st_mtime > older_than:
                 partial.unlink()
 
@@ -224,6 +231,21 @@ def _is_same_file(path: Path, status: os.stat_result) -> bool:
     with suppress(FileNotFoundError):
         return os.path.samestat(path.stat(), status)
     return False
+
+
+def _replace(partial: Path, path: Path) -> None:
+    """Rename a partial file to a name that may exist."""
+    for _ in range(_REPLACE_ATTEMPTS - 1):
+        try:
+            partial.replace(path)
+        except PermissionError:
+            if RENAMES_OPEN_FILES:
+                raise
+            # Another process may be reading the old file, or a virus scanner either of them.
+            time.sleep(_REPLACE_RETRY_INTERVAL)
+        else:
+            return
+    partial.replace(path)
 
 
 def _add_new_name(old: Path, new: Path) -> None:

@@ -122,7 +122,8 @@ class Batch:
         more = f" and {len(without) - MAX_NAMED} more" if len(without) > MAX_NAMED else ""
         proofs = f"; the proofs of {names}{more} are missing" if without else ""
         click.echo(f"Interrupted: {done} of {count} runs are stored{proofs}.", err=True)
-        click.echo("Run the same command again to resume.", err=True)
+        resume = "again to resume" if done else "to start again from t = 0"
+        click.echo(f"Run the same command {resume}.", err=True)
         self.exit_code = exit_codes.INTERRUPTED
 
     def _has_stored_unfinished(self) -> bool:

@@ -58,6 +58,15 @@ class RunAnswer(NamedTuple):
     this_start: Answer
     whole_range: Answer
 
+    def naming(self, command: str) -> "RunAnswer":
+        """Return the same answers with another name of the command that makes a proof.
+
+        Args:
+            command: The command in place of `ASK_FOR_PROOF`, where it can be named better.
+        """
+        answers = (a._replace(sentence=a.sentence.replace(ASK_FOR_PROOF, command)) for a in self)
+        return RunAnswer(*answers)
+
 
 def answer_of(result: Result, proof: "Proof | None" = None) -> RunAnswer:
     """Return the answers of a run.

@@ -122,7 +122,8 @@ class Batch:
         more = f" and {len(without) - MAX_NAMED} more" if len(without) > MAX_NAMED else ""
         proofs = f"; the proofs of {names}{more} are missing" if without else ""
         click.echo(f"Interrupted: {done} of {count} runs are stored{proofs}.", err=True)
-        click.echo("Run the same command again to resume.", err=True)
+        resume = "again to resume" if done else "to start again from t = 0"
+        click.echo(f"Run the same command {resume}.", err=True)
         self.exit_code = exit_codes.INTERRUPTED
 
     def _has_stored_unfinished(self) -> bool:
@@ -170,16 +171,17 @@ class Batch:
 
     @staticmethod
     def _print_violations(label: str, run: "FiledRun") -> None:
+        from rbstab.experiment.answers.check_words import comparison
         from rbstab.experiment.run_certificate import CERTIFIED_REGION, GLOBAL_STABILITY
-        from rbstab_cli.output.certificate import VIOLATED, certificate_checks
+        from rbstab.experiment.stored_certificate import certificate_lines
+        from rbstab_cli.output.certificate import VIOLATED
 
         # What a proof refutes is no fault of the run; the answers say it.
         proved = {GLOBAL_STABILITY, CERTIFIED_REGION}
-        for check in certificate_checks(run.result):
-            if check["verdict"] == VIOLATED and check["check"] not in proved:
-                values = f"is {check['value']:.3g} (bound {check['bound']:.3g})"
+        for line in certificate_lines(run.result):
+            if line.verdict == VIOLATED and line.check not in proved:
                 click.echo(
                     f"{label}: the Lyapunov argument fails: "
-                    f"{check['check']}: {check['quantity']} {values}",
+                    f"{line.check}: {line.quantity}: {comparison(line)}",
                     err=True,
                 )

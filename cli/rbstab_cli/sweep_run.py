@@ -156,6 +156,7 @@ MAX_NAMED = 6
 def _print_missing(sweep: "Sweep") -> None:
     """Print which shards are missing, and the command that computes them."""
     from rbstab.sweep.folder.parts import parts_with_missing
+    from rbstab.sweep.folder.sweep_folder import resuming_command
 
     missing = sweep.inventory.missing
     ranges = [f"{first} to {stop - 1}" for first, stop in sweep.folder.ranges(missing)]
@@ -167,7 +168,8 @@ def _print_missing(sweep: "Sweep") -> None:
         err=True,
     )
     option = f" --part {parts[0]}, and so on" if parts else ""
-    click.echo(f"Run the command that started the sweep again: rbstab sweep PLAN{option}", err=True)
+    command = resuming_command(sweep.folder.path)
+    click.echo(f"Run the missing shards: {command}{option}", err=True)
 
 
 def _listed(names: list[str]) -> str:

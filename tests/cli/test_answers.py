@@ -52,6 +52,25 @@ def test_no_proof_on_request(folder: Path, rbstab: Invoke) -> None:
     assert "  This start:  not decided: the Lyapunov function v fell" in done.stdout
     assert "  Whole range: not decided: " in done.stdout
     assert not (folder / "results/proofs").exists()
+    assert "is stored; the same command with --prove makes it." in done.stdout
+    assert "CONFIG" not in done.stdout
+    proved = rbstab("run", "good.yaml", "--no-prove", "--prove")
+    assert "  This start:  proved: " in proved.stdout
+
+
+def test_a_run_that_is_interrupted_starts_again(
+    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("rbstab.experiment.run_to_file.run_to_file", interrupted)
+    done = rbstab("run", "good.yaml")
+    assert done.exit_code == 130
+    assert done.stderr.splitlines()[-2:] == [
+        "Interrupted: 0 of 1 runs are stored.",
+        "Run the same command to start again from t = 0.",
+    ]
 
 
 def test_the_answers_of_json(folder: Path, rbstab: Invoke) -> None:

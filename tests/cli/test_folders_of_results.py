@@ -90,7 +90,7 @@ def test_the_folder_above_the_results(mixed: Path, rbstab: Invoke) -> None:
     # The ages may differ by a second.
     plain, found = (_without_ages(done.stdout) for done in (rbstab("list"), dot))
     assert (dot.exit_code, found) == (0, plain)
-    assert "stored proofs in results/proofs" in dot.stdout
+    assert "results/proofs has 2 files; rbstab show results/proofs" in dot.stdout
     assert ".: 2 runs and 2 sweeps\n" in rbstab("plot", ".").stderr
 
 

@@ -1,6 +1,7 @@
 """Protects `rbstab sweep --part` and `rbstab gather`: several processes share one sweep."""
 
 import json
+import shlex
 import signal
 import sys
 import time
@@ -108,7 +109,7 @@ def test_missing_shards(rbstab):
     assert (
         "3 of 5 shards are missing, of part 2/3, 3/3: members 4 to 11, 16 to 19" in missing.stderr
     )
-    assert "rbstab sweep PLAN --part 2/3" in missing.stderr
+    assert "shards: rbstab sweep results/plan/plan.yaml --part 2/3, and so on" in missing.stderr
     found = json.loads(rbstab("gather", "results/plan", "--json", "-q").stdout)
     assert (found["finished"], found["missing"]) == (False, [[4, 12], [16, 20]])
     # Without the locks of its parts, a killed sweep has no record of them.
@@ -117,6 +118,24 @@ def test_missing_shards(rbstab):
     missing = rbstab("gather", "results/plan")
     assert "3 of 5 shards are missing: members 4 to 11, 16 to 19" in missing.stderr
     assert "--part" not in missing.stderr
+
+
+@pytest.mark.parametrize(
+    ("place", "sweep"),
+    [(".", "other place/plan"), ("other place", "plan"), ("other place/plan", ".")],
+)
+@pytest.mark.usefixtures("use_fake_engine")
+def test_the_command_that_resumes_a_sweep_works_as_typed(place, sweep, rbstab, monkeypatch):
+    rbstab(*SWEEP, "--part", "1/3", "-o", "other place")
+    file = Path("other place/plan/sweep.h5").absolute()
+    monkeypatch.chdir(place)
+    program, *words = shlex.split(rbstab("show", sweep).stderr.removeprefix("Next: "))
+    assert program == "rbstab"
+    refused = rbstab("report", sweep, "--format", "text").stderr
+    assert shlex.split(refused.partition("Resume it: ")[2].splitlines()[0])[1:] == words
+    assert not file.exists()
+    assert rbstab(*words, "--no-prove").exit_code == 0
+    assert file.exists()
 
 
 @pytest.mark.usefixtures("use_fake_engine")

@@ -119,3 +119,12 @@ def test_a_folder_stands_for_the_only_result_in_it(tmp_path: Path) -> None:
         (tmp_path / name).parent.mkdir(parents=True)
         shutil.copy(file, tmp_path / name)
     assert compare(tmp_path / "one", tmp_path / "other") == compare(file, file)
+
+
+def test_a_peak_between_samples_is_a_lower_bound(usual: Path, tmp_path: Path) -> None:
+    coarse = run_file(tmp_path, "coarse", "integration.duration=1", "integration.samples=3")
+    assert not summary_of(open_result(coarse)).displacement_resolved
+    row = named(compare(usual, coarse).outcomes)["largest |E| [m]"]
+    assert not row.first.startswith("≥")
+    assert row.second.startswith("≥ ")
+    assert row.ratio == ""

@@ -11,7 +11,7 @@ from typing import Any
 import h5py
 import pytest
 
-from rbstab.listing.folder import Entry, entries_of, proofs_in
+from rbstab.listing.folder import UNKNOWN, Entry, entries_of, proofs_in
 from rbstab.listing.kinds import Kind
 from rbstab.store.errors import StoreError
 from rbstab.store.run_file import open_result, write_result
@@ -171,3 +171,14 @@ def test_a_sweep_lists_itself(folder: Path) -> None:
 def test_no_folder(name: str, reason: str, folder: Path) -> None:
     with pytest.raises(StoreError, match=reason):
         entries_of(folder / name)
+
+
+def test_a_sweep_without_proofs_says_so(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    counts = {"status": {"completed": 20}, "convergence": {UNKNOWN: 20}}
+    monkeypatch.setattr("rbstab.listing.folder._counts", lambda _: counts)
+    # It is not counted what the proofs beside it cover.
+    monkeypatch.setattr("rbstab.listing.folder.MAX_COUNTED", 19)
+    assert by_name(folder)["finished_variants"].this_start == "-"
+    shutil.rmtree(folder / "proofs")
+    entry = by_name(folder)["finished_variants"]
+    assert (entry.converges, entry.this_start, entry.whole_range) == ("-", "not proved", "-")

@@ -130,3 +130,17 @@ def test_configs_and_plans_show_one_line(place: Path) -> None:
     assert str(config) == repr(config)
     plan = rbstab.load_plan("plan.yaml")
     assert repr(plan) == '<rbstab.Plan "untitled": 2 members, permanent, varies body.mass>'
+
+
+@pytest.mark.usefixtures("place")
+def test_arguments_of_another_type_are_named() -> None:
+    with pytest.raises(TypeError, match=r"proof: is the text 'x' \(expected what rbstab.prove"):
+        rbstab.simulate("a.yaml", proof="x")  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"enclose: is the text 'all' \(expected one of rbstab.Enc"):
+        rbstab.simulate("a.yaml", enclose="all")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"needs a proof \(expected proof=rbstab.prove\(config\)"):
+        rbstab.simulate("a.yaml", enclose=rbstab.Enclose.TO_END)
+    with pytest.raises(TypeError, match="the result is of type str"):
+        rbstab.write_result("b.h5", "a.yaml")  # type: ignore[arg-type]
+    with pytest.raises(rbstab.ConfigError, match="body: is an object"):
+        rbstab.simulate({"body": object()})

@@ -24,6 +24,9 @@ from rbstab_cli.arguments.options import (
 from rbstab_cli.arguments.outputs import check_results_folder
 from rbstab_cli.run_batch import MAX_NAMED, Batch, Finished
 
+REPEATED = "the same command with --prove"
+"""The command that makes a proof, as the answers of this command name it."""
+
 
 @click.command("run")
 @click.argument(
@@ -236,5 +239,8 @@ def _print_answers(runs: list[Finished], *, as_json: bool, quiet: bool) -> None:
     from rbstab.experiment.answers.run_answer import answer_beside
     from rbstab_cli.output.answers import print_answers
 
-    answers = [(f.run.path, answer_beside(f.run.result, f.config, f.proof)) for f in runs]
+    # CONFIG alone would leave out -o, --set and --member.
+    answers = [
+        (f.run.path, answer_beside(f.run.result, f.config, f.proof).naming(REPEATED)) for f in runs
+    ]
     print_answers(answers, warnings)

@@ -18,6 +18,7 @@ def report_entries(folder: Path, *, as_json: bool) -> int:
         StoreError: The folder cannot be read.
     """
     from rbstab.config.errors import printable
+    from rbstab.files.shell_words import shell_word
     from rbstab.listing.folder import entries_of, listed_folder, proofs_in
 
     entries = entries_of(folder)
@@ -35,7 +36,10 @@ def report_entries(folder: Path, *, as_json: bool) -> int:
     inside = listed_folder(folder)
     count = len(proofs_in(inside))
     if count:
-        click.echo(f"{count} stored proof{'s' if count > 1 else ''} in {inside / 'proofs'}")
+        # They may also say that nothing is proved.
+        proofs = inside / "proofs"
+        files = f"{count} file{'s' if count > 1 else ''}"
+        click.echo(f"{proofs} has {files}; rbstab show {shell_word(proofs)} prints what is proved.")
     return len(unread)
 
 

@@ -174,7 +174,11 @@ def describe(value: Any) -> str:
         return "a mapping"
     if isinstance(value, list | tuple):
         return f"a list of {len(value)}"
-    return _number(value) if isinstance(value, int | float) else f"a {type(value).__name__}"
+    return _number(value) if isinstance(value, int | float) else _with_article(type(value).__name__)
+
+
+def _with_article(name: str) -> str:
+    return f"{'an' if name[0].lower() in 'aeio' else 'a'} {name}"
 
 
 def _number(value: float) -> str:

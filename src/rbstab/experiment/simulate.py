@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from rbstab.analysis.certificate.verdict import overall
 from rbstab.config.build import config_warnings, problem_of
 from rbstab.config.load import load_config, resolved_yaml, run_id
+from rbstab.config.messages import describe
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
 from rbstab.experiment.convergence.convergence import Enclose
@@ -59,12 +60,29 @@ def simulate(
     Raises:
         ConfigError: The config is invalid.
         EngineMissingError: The engine's package is not installed.
+        TypeError: `proof` is no proof, or `enclose` no member of `Enclose`.
+        ValueError: The exact motion is to be enclosed, but no proof is given.
     """
+    _check_proof(proof, enclose)
     if not isinstance(config, Section):
         config = load_config(config, allow_python=allow_python)
     return simulate_problem(
         config, problem_of(config), progress=progress, proof=proof, enclose=enclose
     )
+
+
+def _check_proof(proof: object, enclose: object) -> None:
+    """Refuse arguments of `simulate` that are of another type, or do not fit together."""
+    # Imported late: few runs have a proof.
+    from rbstab.experiment.stored_proof.proof import Proof
+
+    if not (proof is None or isinstance(proof, Proof)):
+        raise TypeError(f"proof: is {describe(proof)} (expected what rbstab.prove returns)")
+    if enclose not in tuple(Enclose):
+        names = ", ".join(f"rbstab.Enclose.{member.name}" for member in Enclose)
+        raise TypeError(f"enclose: is {describe(enclose)} (expected one of {names})")
+    if enclose != Enclose.NOTHING and proof is None:
+        raise ValueError("enclose: needs a proof (expected proof=rbstab.prove(config))")
 
 
 def simulate_problem(

@@ -21,6 +21,9 @@ from rbstab.sweep.proofs.columns import CONVERGENCE, NO_PROOF
 
 NOT_KNOWN = "-"
 
+NOT_PROVED = "not proved"
+"""What a sweep says of its members if none is covered by a proof."""
+
 UNKNOWN = CONVERGENCE[NO_PROOF]
 
 MAX_COUNTED = 100_000
@@ -207,11 +210,12 @@ def _sweep(path: Path) -> _Said:
         return _Said(manifest.title, shards, *[NOT_KNOWN] * 4)
     counts = _counts(folder.sweep_file)
     completed = counts.get("status", {}).get(str(RunStatus.COMPLETED), 0)
-    converges = _proved_of(folder, counts.get("convergence", {}))
+    proved = _proved_of(folder, counts.get("convergence", {}))
+    converges = NOT_KNOWN if proved == NOT_PROVED else proved
     return _Said(
         manifest.title,
         f"{completed} of {manifest.members} completed",
-        *(NOT_KNOWN, converges, converges, NOT_KNOWN),
+        *(NOT_KNOWN, converges, proved, NOT_KNOWN),
     )
 
 
@@ -224,10 +228,12 @@ def _proved_of(folder: SweepFolder, gathered: dict[str, int]) -> str:
     """
     members = folder.manifest.members
     may_grow = UNKNOWN in gathered or not gathered
-    if may_grow and members <= MAX_COUNTED and proofs_in(folder.path.absolute().parent):
+    proofs = proofs_in(folder.path.absolute().parent)
+    if may_grow and members <= MAX_COUNTED and proofs:
         found = member_answers(folder.sweep_file, _columns)
-        return f"{found.proved} of {members} proved" if found.any_proof else NOT_KNOWN
+        return f"{found.proved} of {members} proved" if found.any_proof else NOT_PROVED
     if all(word == UNKNOWN for word in gathered):
-        return NOT_KNOWN
+        # Of very many members it is not counted what the proofs cover.
+        return NOT_KNOWN if proofs else NOT_PROVED
     proved = sum(count for word, count in gathered.items() if word.startswith("proved"))
     return f"{proved} of {members} proved"

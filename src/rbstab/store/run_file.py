@@ -34,8 +34,11 @@ def write_result(path: str | Path, result: Result, *, replace: bool = False) -> 
     Raises:
         ResultExistsError: The file exists and `replace` is not set.
         StoreError: The file cannot be written (full disk, no permission, ...).
+        TypeError: `result` is no result.
     """
     path = Path(path)
+    if not isinstance(result, Result):
+        raise TypeError(f"the result is of type {type(result).__name__} (expected a Result)")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(path, add_seal(_file_bytes(result)), replace=replace)

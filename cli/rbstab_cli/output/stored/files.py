@@ -55,7 +55,7 @@ def _show_sweep(folder: Path, *, as_json: bool) -> None:
     from rbstab.files.existence import is_file
     from rbstab.files.shell_words import shell_word
     from rbstab.sweep.folder.member_answers import member_answers
-    from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SWEEP_FILE, read_folder
+    from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, read_folder, resuming_command
     from rbstab_cli.output.sweeps.sweep_report import print_member_answers, report_status
 
     title = read_folder(folder).manifest.title
@@ -65,11 +65,9 @@ def _show_sweep(folder: Path, *, as_json: bool) -> None:
         click.echo(printable(title))
         print_member_answers(answers)
     report_status(folder, as_json=as_json, answers=answers)
-    following = (
-        f"report {shell_word(folder)}" if gathered else f"sweep {shell_word(folder / PLAN_FILE)}"
-    )
     if not as_json:
-        click.echo(f"Next: rbstab {following}", err=True)
+        report = f"rbstab report {shell_word(folder)}"
+        click.echo(f"Next: {report if gathered else resuming_command(folder)}", err=True)
 
 
 def _shard_facts(path: Path) -> Facts:

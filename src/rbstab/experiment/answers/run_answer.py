@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.config.schema import Config
+from rbstab.experiment.answers.check_words import comparison
 from rbstab.experiment.answers.rounded import rounded_down, rounded_up
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import (
@@ -57,6 +58,15 @@ class RunAnswer(NamedTuple):
 
     this_start: Answer
     whole_range: Answer
+
+    def naming(self, command: str) -> "RunAnswer":
+        """Return the same answers with another name of the command that makes a proof.
+
+        Args:
+            command: The command in place of `ASK_FOR_PROOF`, where it can be named better.
+        """
+        answers = (a._replace(sentence=a.sentence.replace(ASK_FOR_PROOF, command)) for a in self)
+        return RunAnswer(*answers)
 
 
 def answer_of(result: Result, proof: "Proof | None" = None) -> RunAnswer:
@@ -142,7 +152,7 @@ def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
         what = f"the check {line.check} of the computed run failed"
         if line.check == "damping":
             what = "the stored energy v is no Lyapunov function of this run"
-        why = f"{what}: {line.quantity} is {line.value:.3g} (bound {line.bound:.3g})"
+        why = f"{what}: {line.quantity}: {comparison(line)}"
     elif status == RunStatus.RANGE_LEFT:
         why = f"the computed motion left the range of θ2 at t = {end:.4g} s"
     elif status != RunStatus.COMPLETED:

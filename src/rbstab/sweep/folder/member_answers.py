@@ -9,13 +9,11 @@ import numpy as np
 from rbstab.config.errors import ConfigError
 from rbstab.config.source import parse_source
 from rbstab.experiment.answers.words import Sureness
-from rbstab.files.shell_words import shell_word
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
-from rbstab.store.disk.existence import path_is_file
 from rbstab.store.table import RUN, Table
 from rbstab.store.table_file import read_table
-from rbstab.sweep.folder.sweep_folder import PLAN_FILE
+from rbstab.sweep.folder.sweep_folder import resuming_command
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.plan.load import plan_to_read
 from rbstab.sweep.plan.plan import Plan
@@ -147,15 +145,5 @@ def _without_proof(plan: Plan | None, missing: Array, folder: Path) -> dict[str,
 
 
 def proving_command(folder: Path) -> str:
-    """Return the command that makes the missing proofs of a sweep.
-
-    It names the copy of the plan in the folder: the plan of the user may have changed, another
-    folder may have been given with `-o`, or the folder may have another name by now.
-    """
-    stored = folder / PLAN_FILE
-    if not path_is_file(stored):
-        return "rbstab sweep PLAN.yaml --prove"
-    # The command names the folder after that of the plan, and puts it into `results` by default.
-    results = folder.parent
-    place = "" if results == Path("results") else f" -o {shell_word(results)}"
-    return f"rbstab sweep {shell_word(stored)}{place} --prove"
+    """Return the command that makes the missing proofs of a sweep."""
+    return f"{resuming_command(folder)} --prove"

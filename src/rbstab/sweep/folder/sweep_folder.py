@@ -10,8 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.files.shell_words import shell_word
 from rbstab.mechanics.numbers import Array
-from rbstab.store.disk.existence import path_exists, path_is_dir
+from rbstab.store.disk.existence import path_exists, path_is_dir, path_is_file
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.motions_file import FileChecksum, check_motions, read_checksum, write_motions
 from rbstab.store.shard_file import DIGEST, SHARD_SUFFIX, read_shard, write_shard
@@ -266,8 +267,24 @@ def unfinished_error(folder: SweepFolder) -> StoreError:
     stored = len(folder.stored_shards())
     return StoreError(
         f"{folder.path} is a sweep that is not finished: {stored} of {folder.shards} shards are "
-        "stored. Run the same `rbstab sweep` command again to resume it"
+        f"stored. Resume it: {resuming_command(folder.path)}"
     )
+
+
+def resuming_command(folder: Path) -> str:
+    """Return the command that resumes the sweep in a folder, from any state.
+
+    It names the copy of the plan in the folder: the plan of the user may have changed, another
+    folder may have been given with `-o`, or the folder may have another name by now.
+    """
+    stored = folder / PLAN_FILE
+    if not path_is_file(stored):
+        return "rbstab sweep PLAN.yaml"
+    # The command names the folder after that of the plan, and puts it into `results` by default.
+    # The parent of "." and of ".." is not written as a part of the path.
+    results = folder.parent if folder.name not in ("", "..") else folder / ".."
+    place = "" if results == Path("results") else f" -o {shell_word(results)}"
+    return f"rbstab sweep {shell_word(stored)}{place}"
 
 
 def engine_of(path: Path) -> str | None:

@@ -282,8 +282,8 @@ def test_runs_that_ended_early_are_compared_first(members):
     sentences = failed(members, lambda point: point < 2, lambda point: point < 12)
     assert sentences[1:3] == [
         "Runs that ended early (range left): mass = 1 kg: 2 of 50; mass = 2 kg: 12 of 50.",
-        "In the same 50 cases, only mass = 2 kg ended early in 10, and only mass = 1 kg in 0: more than "
-        "chance makes (sign test, 95% confidence).",
+        "In the same 50 cases, only mass = 2 kg ended early in 10, and only mass = 1 kg in 0: "
+        "more than chance makes (sign test, 95% confidence).",
     ]
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from rbstab.config.errors import ConfigError
 from rbstab.config.source import parse_source
+from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.answers.words import Sureness
 from rbstab.files.shell_words import shell_word
 from rbstab.integrate.status import RunStatus
@@ -142,15 +143,19 @@ def _without_proof(plan: Plan | None, missing: Array, folder: Path) -> dict[str,
     for reason, uncovered in without_theorem(plan).items():
         found[reason] = _count(missing & uncovered)
         missing = missing & ~uncovered
-    found[NOT_MADE.format(proving_command(folder))] = _count(missing)
+    found[NOT_MADE.format(proving_command(folder, plan))] = _count(missing)
     return {reason: count for reason, count in found.items() if count}
 
 
-def proving_command(folder: Path) -> str:
+def proving_command(folder: Path, plan: Plan | None) -> str:
     """Return the command that makes the missing proofs of a sweep.
 
     It names the copy of the plan in the folder: the plan of the user may have changed, another
     folder may have been given with `-o`, or the folder may have another name by now.
+
+    Args:
+        folder: The folder of the sweep.
+        plan: Its plan; None if it cannot be read.
     """
     stored = folder / PLAN_FILE
     if not path_is_file(stored):
@@ -158,4 +163,6 @@ def proving_command(folder: Path) -> str:
     # The command names the folder after that of the plan, and puts it into `results` by default.
     results = folder.parent
     place = "" if results == Path("results") else f" -o {shell_word(results)}"
-    return f"rbstab sweep {shell_word(stored)}{place} --prove"
+    runs_code = plan is not None and any(map(has_code, plan.bases.values()))
+    permission = " --allow-python" if runs_code else ""
+    return f"rbstab sweep {shell_word(stored)}{place} --prove{permission}"

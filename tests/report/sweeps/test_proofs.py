@@ -86,7 +86,7 @@ def test_the_map_shows_what_is_proved(sections):
     expected = [MEANINGS[2].format(1)] * 7 + [MEANINGS[2].format(2)] * 3
     expected += [MEANINGS[3]] * 5 + [MEANINGS[4]] * 2 + [MEANINGS[1]] * 3
     assert words == expected
-    assert "inside a certified region from t = [s]" in panels
+    assert "time from which inside a certified region [s]" in panels
 
 
 def test_answers_have_the_colours_of_their_kind(members):

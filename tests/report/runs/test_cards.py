@@ -145,6 +145,7 @@ def test_a_race_says_where_each_run_has_its_own_v(change, says_so, tmp_path):
     """A thousandth of two energies is not the same; dampers do not change an energy."""
     other = made_file(tmp_path / "other.h5", made_config(change))
     _, sentence, _ = answer_blocks(facts(made_file(tmp_path / "a.h5"), other))
+    assert isinstance(sentence, str)
     assert sentence.endswith("; each run has its own v)." if says_so else "v(0)/1000).")
 
 

@@ -141,6 +141,7 @@ def test_a_cell_without_any_proof_has_no_share(members):
     cells = proof_cells(found, map_grid(first, second))
     assert np.isnan(cells.values[:, 4]).all()
     assert np.isfinite(cells.values[:, :4]).all()
+    assert cells.members is not None
     reasons = cells.members.reasons
     assert {reasons[code] for code in cells.members.gaps[:, 4]} == {NOT_TRIED}
     (mass,) = (binned(p) for p in found.parameters if "mass" in p.axis.label)

@@ -172,6 +172,16 @@ def test_a_run_that_ends_early_has_seen_nothing_of_its_end():
     assert "step limit" in this_start.sentence
 
 
+@pytest.mark.parametrize(("end", "says_so"), [(-0.02, True), (2.0, False)])
+def test_a_v_that_ends_below_zero_is_explained(end, says_so):
+    """The body of a sliding connector may rest beside the rest state from which v counts."""
+    result = rbstab.simulate(config_of(integration__duration=0.1))
+    result.variables["lyapunov"].data[-1] = end
+    sentence = answer_of(result).this_start.sentence
+    assert f" to {end:.4g} J along the computed run" in sentence
+    assert ("below that of the rest state from which v counts" in sentence) == says_so
+
+
 def test_a_run_that_leaves_the_range():
     config = config_of(
         controller__variant="free", initial__angular_velocity=[0, 32, 0],
@@ -248,6 +258,11 @@ def line(check, verdict, value, bound):
         (line("global stability", "violated", 3, 1), "false", "3 ≠ 1"),
         (line("global stability", "unknown", np.nan, 1), "not decided", "nothing is proved"),
         (line("certified region", "certified", 12.3, 50.0), "proved", "12.3 < 50"),
+        (
+            line("certified region", "certified", 12.3, math.inf),
+            "proved",
+            "12.3; every start converges",
+        ),
         (line("certified region", "unknown", 12.36, 4.935), "not decided", "12.36 ≥ 4.935"),
         (line("certified region", "unknown", np.nan, np.nan), "not decided", "nothing is proved"),
     ],

@@ -133,6 +133,22 @@ def test_who_is_at_rest_first_and_who_is_not(tmp_path):
     assert "; not by the end: late (v stays below v(0)/1000)." in sentence
 
 
+@pytest.mark.parametrize(
+    ("change", "says_so"),
+    [
+        ("controller.K_t=[1,2,3]", True),
+        ("gravity=[0,0,-1]", True),
+        ("controller.L_t=[9,9,9]", False),
+    ],
+)
+def test_a_race_says_where_each_run_has_its_own_v(change, says_so, tmp_path):
+    """A thousandth of two energies is not the same; dampers do not change an energy."""
+    other = made_file(tmp_path / "other.h5", made_config(change))
+    _, sentence, _ = answer_blocks(facts(made_file(tmp_path / "a.h5"), other))
+    assert isinstance(sentence, str)
+    assert sentence.endswith("; each run has its own v)." if says_so else "v(0)/1000).")
+
+
 def test_different_bodies_do_not_race(tmp_path):
     heavy = made_file(tmp_path / "heavy.h5", made_config("body.mass=99"))
     blocks = answer_blocks(facts(made_file(tmp_path / "light.h5"), heavy))

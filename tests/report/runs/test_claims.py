@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.made_runs import LARGEST_PITCH, V_START, made_config, made_file
+from support.made_runs import LARGEST_PITCH, V_START, made_config, made_file, made_result
 from support.proofs import parabola
 
 from rbstab.config.load import load_config
@@ -18,6 +18,7 @@ from rbstab.report.reading.sources import read_sources
 from rbstab.report.runs.claims import claims_section
 from rbstab.report.runs.facts import facts_of
 from rbstab.store.document import write_document
+from rbstab.store.run_file import write_result
 
 BARRIER = {"kind": "guard", "method": "barrier", "stiffness": 6.0}
 SECOND = (1.0, 1.1, -0.5)
@@ -163,6 +164,23 @@ def test_other_bodies_have_rows_of_their_own(bare, tmp_path):
     (table, figure) = section_of(bare, other).blocks
     assert [cells[0].text for cells in table.rows] == ["bare", "other"]
     assert [panel.title for panel in figure.panels] == ["bare", "other"]
+
+
+@pytest.mark.parametrize(("factor", "is_shared"), [(3.0, True), (30.0, False)])
+def test_bodies_that_are_compared_have_one_scale(factor, is_shared, bare, tmp_path):
+    """Panels of different bodies have their own only where one of them would be flat."""
+    text = config_text(False, "body.mass=50")
+    result = made_result(text)
+    result.variables["energy"].data[:] *= factor
+    write_result(tmp_path / "other.h5", result)
+    store_proof(tmp_path, config_text())
+    store_proof(tmp_path, text)
+    figure = figure_of(section_of(bare, tmp_path / "other.h5"))
+    assert figure.shared == ("xy" if is_shared else "")
+    first, other = figure.panels
+    assert first.title == "bare"
+    (motion,) = [m for m in other.marks if isinstance(m, Line) and m.label == "run without barrier"]
+    assert motion.y.max() == factor * V_START
 
 
 def test_the_curves_are_energies(bare, guarded, tmp_path):

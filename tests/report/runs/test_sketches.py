@@ -93,6 +93,18 @@ def test_round_off_is_not_drawn(tmp_path):
     assert np.isnan(points[202:, 1]).all()
 
 
+def test_a_v_below_zero_is_said_not_to_be_drawn(run, tmp_path):
+    def change(t, v):
+        v[t > 1.0] = -1e-6 * V_START
+        return v
+
+    below = with_v(tmp_path / "below.h5", change)
+    (sketch,) = sketches_of(below)
+    assert sketch.caption.endswith("Not drawn: values at or below zero.")
+    assert all(s.caption == sketch.caption for s in sketches_of(below, below))
+    assert "Not drawn" not in sketches_of(run)[0].caption
+
+
 @pytest.mark.parametrize("start", [0.0, math.nan, -1.0])
 def test_a_run_without_a_positive_start_has_no_picture(run, start, tmp_path):
     def change(_, v):

@@ -91,6 +91,8 @@ def test_the_peak_of_the_distance(path):
         ("unknown", (300.0, 200.0), "1.5", ""),
         ("unknown", (100.0, 0.0), "-", ""),
         ("unknown", (math.nan, math.nan), "-", ""),
+        # Every start converges: no level is exceeded, and none is named.
+        ("certified", (100.0, math.inf), "-", ""),
     ],
 )
 def test_the_margin_of_a_start(verdict, level, text, tone, tmp_path):

@@ -234,9 +234,9 @@ def test_a_number_of_each_point_is_a_condition_too(members):
     vary = EACH | {"body.mass": {"each": {"values": [1, 2]}}}
     groups = groups_of(members(vary, **DRAWN))
     assert groups.labels[:3] == (
-        "visco-elastic, mass = 1",
-        "visco-elastic, mass = 2",
-        "free, mass = 1",
+        "visco-elastic, mass = 1 kg",
+        "visco-elastic, mass = 2 kg",
+        "free, mass = 1 kg",
     )
     assert groups.pairs.shape == (50, 6)
 

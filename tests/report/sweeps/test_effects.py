@@ -102,7 +102,7 @@ def test_bands_that_cover_each_other_have_panels_of_their_own(made):
     figure = effect_of_spin(made, lambda a: a[SPUN] + a["controller_K_r"] + 0.1 * a["body_mass"])
     assert figure.small
     assert (figure.columns, figure.shared) == (5, "y")
-    names = [f"mass = {k}" for k in range(1, 6)]
+    names = [f"mass = {k} kg" for k in range(1, 6)]
     # A row of panels for each of both parameters.
     assert [panel.title for panel in figure.panels] == 2 * names
     assert len({panel.x.label for panel in figure.panels[:5]}) == 1
@@ -144,7 +144,7 @@ def test_a_condition_without_a_value_has_no_panel(made):
         **DESIGN | SMALL,
     )
     figure = figures_in(sweep_sections(sweep))["sweep-1-effect-regularity"]
-    assert [panel.title for panel in figure.panels[:4]] == [f"mass = {k}" for k in (1, 3, 4, 5)]
+    assert [panel.title for panel in figure.panels[:4]] == [f"mass = {k} kg" for k in (1, 3, 4, 5)]
     assert [marks_of(panel)[1][0].colour for panel in figure.panels[:4]] == [0, 2, 3, 4]
 
 

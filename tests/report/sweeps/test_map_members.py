@@ -109,12 +109,26 @@ def test_extremes_are_marked_where_they_are(made):
     )
 
 
+def test_an_extreme_that_several_cells_share_is_not_marked(made):
+    """The smallest value depends on X alone, apart from round-off; one cell has the largest."""
+
+    def columns(a):
+        alone = (a[X] == 2) & (a[Y] == 30)
+        return {"settling_time": (5 + a[X] + 0.5 * alone) * (1 + 1e-15 * a[Y])}
+
+    panel, _ = panel_of(sweep_sections(made(GRID, columns)), "settling time of v [s]")
+    marks = [mark for mark in panel.marks if isinstance(mark, Points)]
+    assert [(mark.label, mark.x.tolist(), mark.y.tolist()) for mark in marks] == [
+        ("largest value", [2], [30])
+    ]
+
+
 @pytest.mark.parametrize(("spread", "is_one"), [(0.9, True), (1.1, False)])
 def test_values_that_hardly_differ_have_one_colour(made, spread, is_one):
     """At 0.9 % apart the colours differ by less than 1 % of the scale, at 1.1 % they fill it."""
 
     def columns(a):
-        return {"settling_time": 0.0756 * (1 - ONE_COLOUR * spread * (a[X] + 2) / 4)}
+        return {"settling_time": 0.0756 * (1 - ONE_COLOUR * spread * a["run"] / 19)}
 
     sections = sweep_sections(made(GRID, columns))
     panel, cells = panel_of(sections, "settling time of v [s]")

@@ -10,10 +10,17 @@ from support.sections import check_sections, figures_in, sweep_sections, tables,
 from rbstab.report.model.figure import Cells
 from rbstab.report.model.palette import colour
 from rbstab.report.sweeps.maps.cell_grid import map_grid
-from rbstab.report.sweeps.maps.cell_values import proof_cells
+from rbstab.report.sweeps.maps.cell_values import NOT_TRIED, proof_cells
 from rbstab.report.sweeps.parameters import binned
 from rbstab.report.sweeps.proofs import MEANINGS, REASONS, proof_codes
-from rbstab.sweep.proofs.columns import CONVERGENCE, FIRST_UNDECIDED, MOTION_PROOFS
+from rbstab.sweep.proofs.columns import (
+    CONVERGENCE,
+    FIRST_UNDECIDED,
+    MOTION_PROOFS,
+    NO_PROOF,
+    NOT_PROVED,
+    PROVED,
+)
 from rbstab.sweep.proofs.convergence import MemberConvergence
 
 PROVE = {"prove": "motion"}
@@ -79,7 +86,7 @@ def test_the_map_shows_what_is_proved(sections):
     expected = [MEANINGS[2].format(1)] * 7 + [MEANINGS[2].format(2)] * 3
     expected += [MEANINGS[3]] * 5 + [MEANINGS[4]] * 2 + [MEANINGS[1]] * 3
     assert words == expected
-    assert "inside a certified region from t = [s]" in panels
+    assert "time from which inside a certified region [s]" in panels
 
 
 def test_answers_have_the_colours_of_their_kind(members):
@@ -115,6 +122,47 @@ def test_cells_with_several_members_show_the_share(members):
     (mass,) = (axis for label, axis in axes.items() if "mass" in label)
     half = proof_cells(found, map_grid(mass, second))
     assert half.values.ravel().tolist() == pytest.approx([0.4, 0.4] + [0.2, 0.2] * 3)
+
+
+def test_a_cell_without_any_proof_has_no_share(members):
+    """What was not tried is not 0 of 1000."""
+
+    def columns(arrays):
+        proved_or_not = np.where(arrays["run"] < 10, PROVED, NOT_PROVED)
+        return {"convergence": np.where(arrays["run"] < 32, proved_or_not, NO_PROOF)}
+
+    found = members(GRID | {"body.mass": {"values": [40, 41]}}, columns)
+    first, second = (
+        binned(p)
+        for k in (0, 1)
+        for p in found.parameters
+        if p.axis.label == f"initial angular_velocity[{k}]"
+    )
+    cells = proof_cells(found, map_grid(first, second))
+    assert np.isnan(cells.values[:, 4]).all()
+    assert np.isfinite(cells.values[:, :4]).all()
+    assert cells.members is not None
+    reasons = cells.members.reasons
+    assert {reasons[code] for code in cells.members.gaps[:, 4]} == {NOT_TRIED}
+    (mass,) = (binned(p) for p in found.parameters if "mass" in p.axis.label)
+    # Sixteen of twenty members of each mass have a proof, or eight of ten with one of the second.
+    half = proof_cells(found, map_grid(mass, second))
+    assert half.values.ravel().tolist() == pytest.approx([0.5, 0.5] + [0.25, 0.25] * 3)
+
+
+def test_a_share_that_is_the_same_for_all_explains_nothing(made):
+    """A map that has nothing to show is not "left out, explained: nan %"."""
+    vary = {f"initial.angular_velocity[{k}]": {"uniform": [-9, 9]} for k in (0, 1)}
+
+    def columns(arrays):
+        return {"convergence": np.where(arrays["run"] % 2, NOT_PROVED, NO_PROOF)}
+
+    found = sweep_sections(made(vary, columns, design="random", members=400, seed=1))
+    texts_ = [block for section in found for block in section.blocks if isinstance(block, str)]
+    assert not any("nan" in text for text in texts_)
+    assert not any(name.startswith("sweep-1-map-proofs") for name in figures_in(found))
+    panels = [p.title for name, f in figures_in(found).items() if "map" in name for p in f.panels]
+    assert "share proved to converge" not in panels
 
 
 def test_without_proofs_nothing_is_said(made):

@@ -281,9 +281,9 @@ def test_the_extremes_of_many_conditions_are_found_by_chance_too(members):
 def test_runs_that_ended_early_are_compared_first(members):
     sentences = failed(members, lambda point: point < 2, lambda point: point < 12)
     assert sentences[1:3] == [
-        "Runs that ended early (range left): mass = 1: 2 of 50; mass = 2: 12 of 50.",
-        "In the same 50 cases, only mass = 2 ended early in 10, and only mass = 1 in 0: more than "
-        "chance makes (sign test, 95% confidence).",
+        "Runs that ended early (range left): mass = 1 kg: 2 of 50; mass = 2 kg: 12 of 50.",
+        "In the same 50 cases, only mass = 2 kg ended early in 10, and only mass = 1 kg in 0: "
+        "more than chance makes (sign test, 95% confidence).",
     ]
 
 
@@ -291,7 +291,7 @@ def test_few_runs_that_ended_early_may_be_chance(members):
     """Five against none has the probability 2 (1/2)⁵ = 6 %: more than 5 %."""
     sentences = failed(members, lambda point: point < 0, lambda point: point < 5)
     assert sentences[2].endswith(
-        "in 5, and only mass = 1 in 0: which may be chance (sign test, 95% confidence)."
+        "in 5, and only mass = 1 kg in 0: which may be chance (sign test, 95% confidence)."
     )
     sentences = failed(members, lambda point: point < 0, lambda point: point < 6)
     assert "more than chance makes" in sentences[2]

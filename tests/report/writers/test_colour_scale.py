@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from rbstab.report.model.figure import Axis, Cells
+from rbstab.report.model.palette import DIVERGING
 from rbstab.report.writers.colour_scale import (
     bar_title,
     cell_edges,
     diverges,
+    diverging_colours,
     scale_ends,
     scale_ticks,
 )
@@ -70,13 +72,26 @@ def test_edges_are_halfway_on_their_axis():
     assert cell_edges(np.array([3.0]), Axis("x")).tolist() == [2.5, 3.5]
 
 
-@pytest.mark.parametrize(("log", "expected"), [(True, (0.02, 50.0)), (False, (-48.0, 50.0))])
-def test_a_diverging_scale_has_its_middle_in_the_middle(log, expected):
+@pytest.mark.parametrize("log", [True, False])
+def test_a_diverging_scale_is_white_in_its_middle_and_ends_where_its_values_end(log):
+    """A v(0) / c* below zero, which does not exist, has no place on the bar."""
     both = np.array([[0.1, 2.0], [np.nan, 50.0]])
     scale = Axis("v(0) / c*", log=log, middle=1.0)
     shown = Cells(np.arange(2.0), np.arange(2.0), both, scale)
     assert diverges(shown)
-    assert scale_ends(shown) == pytest.approx(expected)
+    assert scale_ends(shown) == pytest.approx((0.1, 50.0))
+    measure = np.log if log else np.array
+    low, middle, high = map(float, measure([0.1, 1.0, 50.0]))
+    stops = dict(diverging_colours(shown))
+    assert stops[(middle - low) / (high - low)] == DIVERGING[2]
+    # The side that reaches farther ends in its full colour, the other one as far from white as
+    # its end is from the middle.
+    assert sorted(stops) == list(stops)
+    assert (min(stops), max(stops)) == (0.0, 1.0)
+    assert stops[1.0] == DIVERGING[-1]
+    reds = [int(tone[1:3], 16) for tone in DIVERGING]
+    expected = np.interp(2 - 2 * (middle - low) / (high - middle), range(len(reds)), reds)
+    assert int(stops[0.0][1:3], 16) == pytest.approx(expected, abs=0.5)
     above = Cells(np.arange(2.0), np.arange(2.0), both + 1, scale)
     assert not diverges(above)
     assert scale_ends(above) == pytest.approx((1.1, 51.0))

@@ -13,10 +13,12 @@ from rbstab.config.user_code.permission import CodeNotAllowedError
 from rbstab.store.table_file import read_table
 from rbstab.sweep.execution.comparison_runs import ComparisonRuns
 from rbstab.sweep.folder.layout import varied_layout
+from rbstab.sweep.folder.member_answers import proving_command
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.dump import plan_data, plan_yaml
 from rbstab.sweep.plan.load import load_plan, plan_to_read
 from rbstab.sweep.plan.plan import plan_id
+from rbstab.sweep.proofs.gathered import without_theorem
 from rbstab.sweep.sweep import gather_folder, sweep_to_folder
 
 KEY = "elements.mine.parameters.k"
@@ -78,6 +80,17 @@ def test_the_plan_needs_no_file_and_gives_no_permission(folder):
     config = plan.config_of(5)
     assert run_id(read.config_of(5)) == run_id(config)
     assert config.elements["mine"].parameters == {"k": 4.0}
+
+
+def test_a_reader_without_permission_does_not_say_that_no_theorem_covers_the_members(folder):
+    """Proofs are made by the sweep, which may run the code: missing ones were not reached."""
+    (folder / "sweep").mkdir()
+    stored = folder / "sweep" / "plan.yaml"
+    stored.write_text(plan_yaml(plan_of()))
+    read = plan_to_read(stored)
+    assert without_theorem(read) == {}
+    assert proving_command(stored.parent, read).endswith(" --prove --allow-python")
+    assert proving_command(stored.parent, None).endswith(" --prove")
 
 
 def test_another_text_is_another_sweep(folder):

@@ -53,6 +53,8 @@ def comparison(line: CertificateLine) -> str:
     value = f"{line.value:.4g}"
     if compares_v_minus_work(line):
         return f"{value}; v - ε has no lower bound"
+    if line.check == CERTIFIED_REGION and line.bound == math.inf:
+        return f"{value}; every start converges"
     if not math.isfinite(line.bound) or line.check not in RELATIONS:
         return value
     holds, fails = RELATIONS[line.check]

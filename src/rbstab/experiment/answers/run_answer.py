@@ -169,6 +169,7 @@ def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
     else:
         v = lyapunov_function_of(result)
         begin, last = float(v[0]), float(v[-1])
+        lower = ", below that of the rest state from which v counts" if last < 0 else ""
         still = f"; it is not at rest by t = {end:.4g} s"
         if moves_on_in(result):
             still = (
@@ -176,7 +177,7 @@ def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
             )
         why = (
             f"the Lyapunov function v fell from {begin:.4g} J to {last:.4g} J along the computed "
-            f"run{still}"
+            f"run{lower}{still}"
         )
     return Answer(Sureness.NOT_DECIDED, why)
 

@@ -2,17 +2,15 @@
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import starmap
-from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.analysis.settling import SETTLED_FRACTION
-from rbstab.experiment.answers.run_answer import SAME_START, SETTLED, Answer
+from rbstab.experiment.answers.run_answer import SETTLED, Answer
 from rbstab.experiment.answers.words import Sureness, meanings, words_with_meanings
 from rbstab.experiment.convergence.convergence import EVERY_START
-from rbstab.experiment.convergence.zero_description import APPROACHED
 from rbstab.experiment.summary import at_least, lyapunov_function_of
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Block, Card, Cards, Sketch, Statement
@@ -20,6 +18,7 @@ from rbstab.report.model.words import NO_VALUE, counted, listed, number
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.config_tables import own_keys
 from rbstab.report.runs.facts import RunFacts
+from rbstab.report.runs.margin import counts_from_other_state, margin_of
 from rbstab.report.runs.sketches import decay_sketches
 from rbstab.report.runs.tables import ANSWER_TONES
 
@@ -65,9 +64,12 @@ SYMBOLS = {
 }
 """The symbols of the numbers on the cards, and their meanings."""
 
+DAMPERS = "L_"
+"""First letters of the keys of a controller that v does not depend on."""
+
 NOT_RESOLVED = (
     "≥",
-    "the motion turns too fast for its samples: between them the peak may be larger",
+    "the samples do not show the peak: between them the value may be larger",
 )
 """What stands before a peak of the samples, and its meaning."""
 
@@ -126,10 +128,24 @@ def _first_at_rest(facts: Sequence[RunFacts]) -> tuple[str, ...]:
     (first, label), (last, last_label) = settled[0], settled[-1]
     others = [label for time, label in times if math.isnan(time)]
     without = f"; not by the end: {listed(others)}" if others else ""
+    each = "" if _share_v(facts) else "; each run has its own v"
     return (
         f"At rest first: {label}, from {number(first)} s on; last: {last_label}, from "
-        f"{number(last)} s on{without} (v stays below v(0)/{1 / SETTLED_FRACTION:g}).",
+        f"{number(last)} s on{without} (v stays below v(0)/{1 / SETTLED_FRACTION:g}{each}).",
     )
+
+
+def _share_v(facts: Sequence[RunFacts]) -> bool:
+    """Return whether runs of one body have the same Lyapunov function: all but their dampers."""
+
+    def stored_energy(run: Run) -> list[object]:
+        controller = run.data.get("controller")
+        springs = dict(controller) if isinstance(controller, Mapping) else {}
+        kept = {key: value for key, value in springs.items() if not key.startswith(DAMPERS)}
+        return [kept, run.data.get("elements"), run.data.get("gravity")]
+
+    first, *others = (stored_energy(entry.run) for entry in facts)
+    return all(found == first for found in others)
 
 
 def _only(words: Counter[str]) -> str:
@@ -186,51 +202,18 @@ def largest_v(run: Run) -> str:
     return f"{number(v[place])} J at {number(run.result['time'][place])} s"
 
 
-class _Margin(NamedTuple):
-    """v(0) and the level of a certified region, J, both from the same rest state."""
-
-    start: float
-    level: float
-
-
-def _compared(facts: RunFacts) -> _Margin | None:
-    """Return v(0) and the level with which it is compared; None if no level is proved.
-
-    It is the region that contains the start, or that proves convergence (perhaps that of all θ1 and
-    θ3), or else that of the lowest rest state.
-    """
-    region, found = facts.region, facts.convergence
-    if region is not None and region.inside:
-        return _margin_of(region.start, region.level)
-    if found is None or not found.proved or found.bound is None:
-        return None if region is None else _margin_of(region.start, region.level)
-    if region is not None and found.rest_state == 1:
-        return _margin_of(region.start, found.bound)
-    # The stored v counts from the rest state that the motion approaches, if it says so.
-    if not facts.attribute("lyapunov_zero").startswith(APPROACHED):
-        return None
-    return _margin_of(facts.run.summary.lyapunov_start, found.bound)
-
-
-def _margin_of(start: float, level: float) -> _Margin | None:
-    return _Margin(start, level) if 0.0 < level < math.inf and math.isfinite(start) else None
-
-
 def _other_start(facts: RunFacts) -> str:
     """Return v(0) as it is compared with the certified region; "" if it is that of the run."""
-    margin, own = _compared(facts), facts.run.summary.lyapunov_start
-    if margin is None or math.isclose(margin.start, own, rel_tol=SAME_START):
+    margin = margin_of(facts)
+    if margin is None or not counts_from_other_state(margin, facts):
         return ""
     return f"{number(margin.start)} J"
 
 
 def _margin(facts: RunFacts) -> str:
-    """Return v(0) over the level c* of a certified region, or "" if no level is proved.
-
-    The start is inside the region where this is below 1. Above 1 nothing follows from it.
-    """
-    margin = _compared(facts)
-    return "" if margin is None else number(margin.start / margin.level)
+    """Return v(0) over the level c* of a certified region, or "" if no level is proved."""
+    margin = margin_of(facts)
+    return "" if margin is None else number(margin.ratio)
 
 
 def _statement(question: str, answer: Answer) -> Statement:

@@ -35,7 +35,8 @@ def decay_sketches(runs: Sequence[Run]) -> list[Sketch | None]:
     low = 0.0 if linear else float(np.nanmin(np.maximum(ratios, LOWEST)))
     settled = " Dot: at rest from there on." if any(decay.settled for decay in drawn) else ""
     shown = "v(t) over its largest value" if linear else "v(t)/v(0), logarithmic"
-    caption = f"{shown}, over time.{settled}"
+    below = " Not drawn: values at or below zero." if any(d.has_gaps for d in drawn) else ""
+    caption = f"{shown}, over time.{settled}{below}"
     # Two digits, as 1.6e-6: the picture has little room beside it.
     y_ends = f"{low:.2g}".replace("e-0", "e-"), number(high)
     x_ends = ("0 s", f"{number(end)} s")
@@ -72,11 +73,13 @@ class _Decay(NamedTuple):
     """v / v(0) of a run, or v over its largest value; NaN where v is not above zero.
 
     time counts from the start, s. settled is the time from which on the run is at rest, 0 if none.
+    has_gaps tells whether v is at or below zero somewhere.
     """
 
     time: Array
     ratio: Array
     settled: float
+    has_gaps: bool
 
 
 def _decay_of(run: Run, *, by_largest: bool) -> _Decay | None:
@@ -87,6 +90,7 @@ def _decay_of(run: Run, *, by_largest: bool) -> _Decay | None:
         return None
     with np.errstate(all="ignore"):
         ratio = v / unit
+    has_gaps = bool(np.any(ratio <= 0)) and not by_largest
     ratio = np.where(np.isfinite(ratio) & (ratio > 0), ratio, np.nan)
     settled = 0.0 if math.isnan(run.settling_time) else run.settling_time - float(time[0])
-    return _Decay(time - time[0], ratio, settled)
+    return _Decay(time - time[0], ratio, settled, has_gaps)

@@ -13,6 +13,7 @@ from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Cell, Head, Table
 from rbstab.report.model.words import NO_VALUE, number
 from rbstab.report.runs.facts import RunFacts
+from rbstab.report.runs.margin import margin_of
 
 CENTIMETRES = 100.0
 """Centimetres in a metre; reports give E in centimetres, as the paper does."""
@@ -132,12 +133,11 @@ def _row(facts: RunFacts) -> tuple[Cell, ...]:
 
 
 def _start_over_level(facts: RunFacts) -> Cell:
-    """Return a cell with v(0)/c*: the margin of the start in its certified region."""
-    region = facts.region
-    if region is None or not region.level > 0:
+    """Return a cell with v(0)/c*, as on the cards; there is none where every start converges."""
+    margin = margin_of(facts)
+    if margin is None:
         return Cell(NO_VALUE)
-    ratio = region.start / region.level
-    return Cell(number(ratio, 3), ratio, "good" if region.inside else "")
+    return Cell(number(margin.ratio, 3), margin.ratio, "good" if margin.ratio < 1 else "")
 
 
 def _peak_distance(facts: RunFacts) -> Cell:

@@ -17,8 +17,8 @@ MAX_STATES = 8
 
 
 DIFFERENT = (
-    "The rest states that members approach are not grouped: the members differ in more than their "
-    "starts, so each has its own."
+    "The rest states that members approach are not grouped: the plan varies more than their "
+    "starts, so each may have its own."
 )
 
 

@@ -89,6 +89,16 @@ def proof_codes(members: Members) -> ProofCodes:
     return ProofCodes(tuple(labels), codes, tuple(colours))
 
 
+def proved_shares(members: Members) -> Array:
+    """Return 1 for each member that is proved to converge, 0 for one that is not, shape (n,).
+
+    It is NaN for a member whose body has no proof, neither alone nor with many others: nothing was
+    tried, so that a share of 0 would be wrong.
+    """
+    tried = (members.convergence != NO_PROOF) | (members.box_levels > 0)
+    return np.where(tried, (members.convergence == PROVED).astype(float), np.nan)
+
+
 def proof_blocks(name: str, members: Members, command: str) -> list[Block]:
     """Return what is proved, in a sentence and a table; nothing if the sweep has no proofs.
 

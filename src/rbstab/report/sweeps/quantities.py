@@ -115,7 +115,7 @@ def proved_time(members: Members) -> MemberQuantity | None:
     """Return when members are inside a certified region, proved; None without such a column."""
     if "proved_time" not in members.table.layout:
         return None
-    label = "inside a certified region from t ="
+    label = "time from which inside a certified region"
     values = _finite(members.column("proved_time"))
     return MemberQuantity("proved-time", Axis(label, "s"), values, "not proved")
 

@@ -48,7 +48,7 @@ def sweep_part(sweep: SweepFile, *, alone: bool) -> SweepPart:
     """
     members = read_members(sweep.path)
     name = sweep.name
-    command = proof_command(sweep.path)
+    command = proof_command(sweep.path, members.plan)
     answer = answer_of(name, sweep.label, members, command)
     named = answer.card._replace(title=f"Sweep {sweep.label}")
     card = [cards_of(f"{name}-answer", [named])] if alone else []

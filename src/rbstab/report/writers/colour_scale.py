@@ -4,6 +4,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Cells
+from rbstab.report.model.palette import DIVERGING
 
 MIN_TICKS = 3
 """Smallest number of labels of a colour bar; between fewer, no value can be read."""
@@ -21,9 +22,6 @@ def scale_ends(cells: Cells) -> tuple[float, float]:
     shown = values[np.isfinite(values) & ((values > 0) | (not cells.scale.log))]
     low, high = (float(shown.min()), float(shown.max())) if len(shown) else (1.0, 10.0)
     low, high = cells.span or (low, high)
-    if diverges(cells):
-        assert cells.scale.middle is not None
-        return _around(cells.scale.middle, low, high, log=cells.scale.log)
     if low < high:
         return low, high
     if cells.scale.log:
@@ -41,13 +39,26 @@ def diverges(cells: Cells) -> bool:
     return bool(low < middle < high)
 
 
-def _around(middle: float, low: float, high: float, *, log: bool) -> tuple[float, float]:
-    """Return the ends of a scale with a value in its middle."""
-    if log:
-        ratio = max(high / middle, middle / low)
-        return middle / ratio, middle * ratio
-    reach = max(high - middle, middle - low)
-    return middle - reach, middle + reach
+def diverging_colours(cells: Cells) -> list[tuple[float, str]]:
+    """Return the colours of a map that diverges, with their places: 0 at the lower end, 1 above.
+
+    The middle of the scale is white. Values as far below it as above have colours as strong; the
+    side that reaches less far is cut off, so that the bar shows no values that do not occur.
+    """
+    middle = cells.scale.middle
+    assert middle is not None
+    ends = scale_ends(cells)
+    measure = np.log if cells.scale.log else np.asarray
+    low, centre, high = (float(measure(value)) for value in (ends[0], middle, ends[1]))
+    reach = max(high - centre, centre - low)
+    # Places of all colours on this scale; those beyond an end are replaced by the colour there.
+    places = centre + reach * np.linspace(-1.0, 1.0, len(DIVERGING))
+    inside = places[(places > low) & (places < high)]
+    shown = np.array([low, *inside.tolist(), high])
+    tones = np.array([[*bytes.fromhex(tone[1:])] for tone in DIVERGING], dtype=float)
+    mixed = np.column_stack([np.interp(shown, places, tone) for tone in tones.T]).round()
+    texts = [f"#{bytes(row).hex().upper()}" for row in mixed.astype(np.uint8)]
+    return list(zip(((shown - low) / (high - low)).tolist(), texts, strict=True))
 
 
 def bar_title(scale: Axis, *, titled: bool) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 
 from rbstab.config.errors import ConfigError
 from rbstab.config.source import parse_source
+from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.answers.words import Sureness
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
@@ -140,10 +141,16 @@ def _without_proof(plan: Plan | None, missing: Array, folder: Path) -> dict[str,
     for reason, uncovered in without_theorem(plan).items():
         found[reason] = _count(missing & uncovered)
         missing = missing & ~uncovered
-    found[NOT_MADE.format(proving_command(folder))] = _count(missing)
+    found[NOT_MADE.format(proving_command(folder, plan))] = _count(missing)
     return {reason: count for reason, count in found.items() if count}
 
 
-def proving_command(folder: Path) -> str:
-    """Return the command that makes the missing proofs of a sweep."""
-    return f"{resuming_command(folder)} --prove"
+def proving_command(folder: Path, plan: Plan | None) -> str:
+    """Return the command that makes the missing proofs of a sweep.
+
+    Args:
+        folder: The folder of the sweep.
+        plan: Its plan; None if it cannot be read.
+    """
+    runs_code = plan is not None and any(map(has_code, plan.bases.values()))
+    return f"{resuming_command(folder)} --prove{' --allow-python' if runs_code else ''}"

@@ -12,6 +12,7 @@ from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.entries import is_of_initial_state
 from rbstab.config.user_code.permission import has_code, may_run_code
 from rbstab.experiment.convergence.decisions import nothing_proved
+from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.experiment.proof_cache import cached_proof, proof_for
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import has_no_rest_state
@@ -253,7 +254,7 @@ def undecided_reason(plan: Plan, variant: str) -> str | None:
     base = plan.base_of(variant)
     if has_code(base) and not may_run_code(base):
         # It may be a stored plan, whose code must not run.
-        return "an element is code of a user, which may not run without --allow-python"
+        return CODE_NOT_RUN
     found = nothing_proved(plan.initial_value_problems[variant])
     return None if found is None else found.why
 

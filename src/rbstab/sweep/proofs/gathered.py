@@ -3,6 +3,7 @@
 import numpy as np
 
 from rbstab.config.source import key_of
+from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import RUN, Table
 from rbstab.sweep.plan.axes import VARIANT
@@ -16,12 +17,15 @@ PROOF_COLUMNS = (*GATHERED_COLUMNS, *START_COLUMNS)
 
 
 def without_theorem(plan: Plan) -> dict[str, Array]:
-    """Return the members that no theorem covers: a mask of shape (members,) by the reason."""
+    """Return the members that no theorem covers: a mask of shape (members,) by the reason.
+
+    Code of a user that may not run here is no such reason: the sweep that made the proofs ran it.
+    """
     variants = plan.values(0, plan.members, [key_of(VARIANT)]).get(key_of(VARIANT))
     found: dict[str, Array] = {}
     for variant in plan.variants:
         reason = undecided_reason(plan, variant)
-        if reason is not None:
+        if reason not in (None, CODE_NOT_RUN):
             own = np.ones(plan.members, bool) if variants is None else variants == variant
             found[reason] = found.get(reason, np.zeros(plan.members, bool)) | own
     return found

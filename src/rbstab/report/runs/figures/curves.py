@@ -86,8 +86,9 @@ def scalar(run: Run, name: str, *, magnitude: bool = False) -> Panel:
 
 
 WORK_NOTE = (
-    "ε is the work of the contact force on a surface s = F + κE. v decays to zero. v - ε (dotted) "
-    "is what the equations balance: its rate is v', and it does not end at zero."
+    "ε is the work of the contact force on a surface s = F + κE. v - ε (dotted) is what the "
+    "equations balance: its rate is v', and it does not end at zero. v need not fall all the time, "
+    "and may end below zero, beside the rest state from which it counts."
 )
 """What v - ε is, for captions."""
 

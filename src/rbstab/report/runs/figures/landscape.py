@@ -24,6 +24,9 @@ BARE, GUARDED = ("run without barrier", 1), ("run with barrier", 2)
 HEADROOM = 1.15
 """The figure ends at this multiple of the largest energy of a motion or of the border."""
 
+COMPARED = 4.0
+"""Panels have one scale if the largest of their energies is at most this multiple of the least."""
+
 CAPTION = (
     "Grey: the least stored energy at each angle θ2, over all real θ1 and θ3, without a barrier "
     "and with one. A motion has at least this energy, so it stays above the curve. Coloured: the "
@@ -52,23 +55,44 @@ class Landscape(NamedTuple):
     guarded_runs: Sequence[Run]
 
 
+class _Curves(NamedTuple):
+    """What is drawn of one body: energies above that of its lowest rest state, J.
+
+    top is the end of an axis that shows its motions and the border of the range.
+    """
+
+    profiles: list[tuple[Array, str]]
+    motions: list[Line]
+    states: Points
+    top: float
+
+
 def landscape_figure(landscapes: Sequence[Landscape]) -> Figure:
-    """Return the figure, with a panel for each body."""
+    """Return the figure, with a panel for each body.
+
+    The panels have one scale, unless one of the bodies would be flat on it.
+    """
+    found = [_curves(landscape) for landscape in landscapes]
+    largest = max(curves.top for curves in found)
+    has_one_scale = len(found) > 1 and largest <= COMPARED * min(curves.top for curves in found)
+    tops = [largest if has_one_scale else curves.top for curves in found]
+    panels = map(_panel, found, tops, [landscape.title for landscape in landscapes])
     return Figure(
         "energy-landscape",
         "Energy that is needed to reach θ2",
-        tuple(_panel(landscape) for landscape in landscapes),
+        tuple(panels),
         columns=min(3, len(landscapes)),
         caption=CAPTION,
+        shared="xy" if has_one_scale else "",
     )
 
 
-def _panel(landscape: Landscape) -> Panel:
-    """Return the curves of one body, its rest states, and its runs above the curves."""
+def _curves(landscape: Landscape) -> _Curves:
+    """Return the curves of one body, its rest states, and its runs."""
     known = landscape.bare or landscape.guarded
     assert known is not None
     zero = known.states[0].energy if known.states else 0.0
-    curves = [(y - zero, label) for y, label in _profiles(landscape)]
+    profiles = [(y - zero, label) for y, label in _profiles(landscape)]
     motions = [
         Line(run.result["orientation"][:, 1], _energies(run) - zero, label, colour)
         for runs, (label, colour) in (
@@ -77,17 +101,22 @@ def _panel(landscape: Landscape) -> Panel:
         )
         for run in runs
     ]
-    top = HEADROOM * max(_largest(curves[0][0]), *(_largest(line.y) for line in motions))
-    marks: list[Mark] = [
-        Line(PITCH, np.where(y <= top, y, np.nan), label, LEAST_COLOUR, dash)
-        for dash, (y, label) in enumerate(curves)
-    ]
-    marks += motions
     proofs = [proof for proof in (landscape.bare, landscape.guarded) if proof is not None]
     states = [state for proof in proofs for state in proof.states]
     at = np.array([(state.orientation[1], state.energy - zero) for state in states]).reshape(-1, 2)
-    marks.append(Points(at[:, 0], at[:, 1], "rest state", LEAST_COLOUR))
-    return Panel(Axis("angle θ2", "rad"), Axis("energy", "J"), tuple(marks), landscape.title)
+    marks = Points(at[:, 0], at[:, 1], "rest state", LEAST_COLOUR)
+    top = HEADROOM * max(_largest(profiles[0][0]), *(_largest(line.y) for line in motions))
+    return _Curves(profiles, motions, marks, top)
+
+
+def _panel(curves: _Curves, top: float, title: str) -> Panel:
+    """Return the least energies up to the top of the panel, and the runs above them."""
+    marks: list[Mark] = [
+        Line(PITCH, np.where(y <= top, y, np.nan), label, LEAST_COLOUR, dash)
+        for dash, (y, label) in enumerate(curves.profiles)
+    ]
+    marks += [*curves.motions, curves.states]
+    return Panel(Axis("angle θ2", "rad"), Axis("energy", "J"), tuple(marks), title)
 
 
 def _profiles(landscape: Landscape) -> list[tuple[Array, str]]:

@@ -86,7 +86,8 @@ def _change_v(plan: Plan, names: list[str]) -> bool:
 def _condition(parameter: Parameter, entry: float) -> str:
     if parameter.axis.categories:
         return parameter.axis.categories[int(entry)]
-    return f"{parameter.axis.label} = {entry:.4g}"
+    unit = parameter.axis.unit
+    return f"{parameter.axis.label} = {entry:.4g}" + (f" {unit}" if unit not in ("", "1") else "")
 
 
 def _pairs(members: Members, names: list[str]) -> Array | None:

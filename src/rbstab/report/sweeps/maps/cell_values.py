@@ -12,9 +12,11 @@ from rbstab.report.sweeps.maps.cell_grid import MapGrid
 from rbstab.report.sweeps.maps.cell_members import quantity_members, share_members
 from rbstab.report.sweeps.maps.grouped import Grouped
 from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members, outcome_colour
-from rbstab.report.sweeps.proofs import proof_codes
+from rbstab.report.sweeps.proofs import proof_codes, proved_shares
 from rbstab.report.sweeps.quantities import MemberQuantity
-from rbstab.sweep.proofs.columns import PROVED
+
+NOT_TRIED = "no proof of the bodies"
+"""Why a cell has no share of proved members."""
 
 
 def medians(grid: MapGrid, values: Array) -> Array:
@@ -37,10 +39,13 @@ def medians(grid: MapGrid, values: Array) -> Array:
 def shares(grid: MapGrid, fulfilled: Array) -> Array:
     """Return the share of members with some property in each cell, shape (rows, columns).
 
-    A cell with too few members is NaN.
+    A member whose property is NaN does not count. A cell with too few members is NaN.
     """
-    counts = grid.counts
-    positive = np.bincount(grid.cells, weights=fulfilled[grid.chosen], minlength=len(counts))
+    own = fulfilled[grid.chosen].astype(float)
+    known = np.isfinite(own)
+    size = grid.shape[0] * grid.shape[1]
+    counts = np.bincount(grid.cells[known], minlength=size)
+    positive = np.bincount(grid.cells[known], weights=own[known], minlength=size)
     with np.errstate(all="ignore"):
         result = np.where(counts >= grid.min_members, positive / counts, np.nan)
     return result.reshape(grid.shape)
@@ -94,12 +99,12 @@ def proof_cells(members: Members, grid: MapGrid) -> Cells:
     """Return a map of what is proved of the members.
 
     If a cell has more than one member, the map shows the share of those that are proved to
-    converge.
+    converge, of those whose body has a proof.
     """
     if not grid.is_single:
-        proved = members.convergence == PROVED
+        found_shares = shares(grid, proved_shares(members))
         scale = Axis("share proved to converge")
-        return replace(_cells(grid, shares(grid, proved), scale), span=(0.0, 1.0))
+        return replace(_cells(grid, found_shares, scale, NOT_TRIED), span=(0.0, 1.0))
     found = proof_codes(members)
     scale = Axis("convergence of the exact motion", categories=found.labels, colours=found.colours)
     return _cells(grid, medians(grid, found.codes.astype(float)), scale)

@@ -8,9 +8,8 @@ from rbstab.report.sweeps.influence import ExplainedVariance
 from rbstab.report.sweeps.maps.cell_grid import MIN_MEMBERS, MapGrid
 from rbstab.report.sweeps.maps.cell_values import counted_outcome
 from rbstab.report.sweeps.members import Members
-from rbstab.report.sweeps.proofs import proof_codes
+from rbstab.report.sweeps.proofs import proof_codes, proved_shares
 from rbstab.report.sweeps.quantities import mapped, varies
-from rbstab.sweep.proofs.columns import PROVED
 
 MIN_EXPLAINED = 0.5
 """Cells that explain less of the variance of a quantity leave more of it inside of them.
@@ -46,7 +45,7 @@ def _mapped_values(members: Members) -> dict[str, tuple[str, Array]]:
         label, fulfilled = counted_outcome(members)
         found["outcome"] = f"share {label}", fulfilled.astype(float)
     if len(proof_codes(members).labels) > 1:
-        found["proofs"] = "share proved", (members.convergence == PROVED).astype(float)
+        found["proofs"] = "share proved", proved_shares(members)
     basins = basins_of(members)
     if basins is not None:
         found["basins"] = "share that approaches rest state 1", (basins.codes == 0).astype(float)

@@ -35,8 +35,8 @@ NO_PROOF = (
 )
 
 NO_LEVEL = (
-    "The members differ in more than their initial state, so each would need its own proof of "
-    "c*, the level of v below which convergence is proved. The maps show v(0) and not v(0) / c*."
+    "The plan varies more than the initial state, so each member would need its own proof of c*, "
+    "the level of v below which convergence is proved. The maps show v(0) and not v(0) / c*."
 )
 
 

@@ -104,15 +104,17 @@ def _sample_maps(what: Mapped, free: list[Parameter]) -> list[Block]:
     cells = (binned(first, count), binned(second, count))
     explained = explained_by_cells(members, [map_grid(*cells, part.chosen) for part in slices])
     few = {n: found for n, found in explained.items() if not found[1] >= MIN_EXPLAINED}
-    if few:
-        blocks.append(_left_out((first, second), few))
+    # A share that is the same in all members has no map, and nothing to explain.
+    spread = {n: found for n, found in few.items() if not np.isnan(found[1])}
+    if spread:
+        blocks.append(_left_out((first, second), spread))
     left_out = {*few, *((START_ENERGY,) if len(slices) > 1 else ())}
     return blocks + map_figures(what, cells, caption, left_out=left_out)
 
 
 def _left_out(over: tuple[Parameter, Parameter], few: dict[str, tuple[str, float]]) -> str:
     """Return a sentence on the maps that would say little."""
-    what = "; ".join(f"{label} ({100 * share:.0f} %)" for label, share in few.values())
+    what = "; ".join(f"{label} ({share:.0%})" for label, share in few.values())
     axes = " and ".join(p.axis.label for p in over)
     return (
         f"A map over {axes} is left out where its cells explain less than {MIN_EXPLAINED:.0%} of "

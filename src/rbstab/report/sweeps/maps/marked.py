@@ -10,6 +10,9 @@ from rbstab.report.sweeps.members import OUTCOMES, SETTLED, UNSETTLED, Members
 
 SMALLEST, LARGEST = "smallest value", "largest value"
 
+ROUND_OFF = 1e-9
+"""Values that differ by less than this fraction of the range of a map are the same."""
+
 EXTREME_COLOUR, SQUARE, DIAMOND = 1, 2, 3
 """Red-orange open symbols: the colour map has neither that colour nor lines."""
 
@@ -17,7 +20,7 @@ EXTREME_COLOUR, SQUARE, DIAMOND = 1, 2, 3
 def extremes(cells: Cells, x: Axis, y: Axis) -> list[Points]:
     """Return points at the smallest and the largest value of a map of numbers.
 
-    Of several cells with the same value the first one is marked, row by row from below.
+    An extreme that several cells share is not marked: a mark would single out one of them.
 
     Args:
         cells: The map; without different values nothing is marked.
@@ -27,10 +30,13 @@ def extremes(cells: Cells, x: Axis, y: Axis) -> list[Points]:
     if cells.scale.categories or cells.members is None or not np.isfinite(cells.values).any():
         return []
     low, high = int(np.nanargmin(cells.values)), int(np.nanargmax(cells.values))
-    if cells.values.flat[low] == cells.values.flat[high]:
+    alike = ROUND_OFF * (cells.values.flat[high] - cells.values.flat[low])
+    if alike == 0:
         return []
     found = []
     for word, symbol, place in ((SMALLEST, SQUARE, low), (LARGEST, DIAMOND, high)):
+        if np.count_nonzero(np.abs(cells.values - cells.values.flat[place]) <= alike) > 1:
+            continue
         row, column = np.unravel_index(place, cells.values.shape)
         at = float(cells.x[column]), float(cells.y[row])
         value = value_text(cells.scale, float(cells.values[row, column]))

@@ -39,7 +39,6 @@ from rbstab.report.model.palette import (
     CASING,
     CASING_WIDTH,
     COLOURS,
-    DIVERGING,
     GREY,
     SCALE,
     area_colour,
@@ -51,6 +50,7 @@ from rbstab.report.writers.colour_scale import (
     bar_title,
     cell_edges,
     diverges,
+    diverging_colours,
     gap_label,
     scale_ends,
     scale_ticks,
@@ -208,7 +208,7 @@ def _cells(cells: Cells, axes: Axes, panel: Panel) -> dict[str, Artist]:
         }
         if words
         else {
-            "cmap": LinearSegmentedColormap.from_list("diverging", DIVERGING)
+            "cmap": LinearSegmentedColormap.from_list("diverging", diverging_colours(cells))
             if diverges(cells)
             else SCALE,
             "norm": _norm(cells),

@@ -24,7 +24,6 @@ from rbstab.report.model.palette import (
     CASED,
     CASING,
     CASING_WIDTH,
-    DIVERGING,
     GREY,
     SCALE,
     area_colour,
@@ -36,6 +35,7 @@ from rbstab.report.writers.colour_scale import (
     bar_title,
     cell_edges,
     diverges,
+    diverging_colours,
     gap_label,
     scale_ends,
     scale_ticks,
@@ -314,9 +314,7 @@ def colour_axis(mark: Mark, *, titled: bool = True) -> JSON:
     if scale.log:
         places, ends = _log10(places), _log10(ends)
     bar |= {"tickvals": places.tolist(), "ticktext": list(labels.values())}
-    count = len(DIVERGING) - 1
-    diverging = [[number / count, tone] for number, tone in enumerate(DIVERGING)]
-    colours = diverging if diverges(mark) else SCALE.capitalize()
+    colours = [*map(list, diverging_colours(mark))] if diverges(mark) else SCALE.capitalize()
     found: JSON = {"colorscale": colours, "colorbar": bar}
     return found | dict(zip(("cmin", "cmax"), ends.tolist(), strict=True))
 

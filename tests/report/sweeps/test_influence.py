@@ -1,13 +1,13 @@
 """Protects the influence of parameters on an outcome, for functions with a known answer."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from support.made_sweeps import SPIN
 from support.sections import figures_in, sweep_sections, tables, texts
 
+from rbstab.report.model.figure import Axis
 from rbstab.report.sweeps.influence import MAX_FOR_EDGES, ExplainedVariance, groups_of
+from rbstab.report.sweeps.parameters import Parameter
 
 VARY = {
     "body.mass": {"uniform": [1, 2]},
@@ -47,7 +47,7 @@ def test_groups_by_hand():
 def test_many_members_have_ranges_of_nearly_equal_size(rng):
     """Their ends are those of members that are drawn, wherever these are in the sweep."""
     values = np.sort(rng.normal(size=2 * MAX_FOR_EDGES))
-    parameter = SimpleNamespace(values=values, listed=False)
+    parameter = Parameter("x", "x", Axis("x"), values, listed=False)
     counts = np.bincount(groups_of(parameter, np.arange(len(values))))
     # The ends are quantiles of a sample: their order has a standard deviation of 0.16 % at most.
     assert counts / len(values) == pytest.approx(np.full(20, 0.05), abs=0.01)

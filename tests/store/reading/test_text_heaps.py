@@ -55,7 +55,12 @@ def test_a_file_is_searched_once_until_it_changes(tmp_path, content, monkeypatch
     path, searches = tmp_path / "texts.h5", []
     search = text_heaps._searched
     monkeypatch.setattr(text_heaps, "_known", {})
-    monkeypatch.setattr(text_heaps, "_searched", lambda file: searches.append(1) or search(file))
+
+    def counted(file):
+        searches.append(1)
+        return search(file)
+
+    monkeypatch.setattr(text_heaps, "_searched", counted)
 
     def found():
         with path.open("rb") as file:

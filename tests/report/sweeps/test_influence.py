@@ -6,7 +6,7 @@ from support.made_sweeps import SPIN
 from support.sections import figures_in, sweep_sections, tables, texts
 
 from rbstab.report.model.figure import Axis
-from rbstab.report.sweeps.influence import MAX_FOR_EDGES, ExplainedVariance, groups_of
+from rbstab.report.sweeps.maps.influence import MAX_FOR_EDGES, ExplainedVariance, groups_of
 from rbstab.report.sweeps.parameters import Parameter
 
 VARY = {

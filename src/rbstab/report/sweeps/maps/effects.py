@@ -13,10 +13,10 @@ from rbstab.report.model.figure import Axis, Band, Figure, Line, Mark, Panel
 from rbstab.report.model.words import listed
 from rbstab.report.sweeps.conditions.paired_conditions import Slice
 from rbstab.report.sweeps.fractions import fraction
-from rbstab.report.sweeps.influence import ExplainedVariance, groups_of
 from rbstab.report.sweeps.maps.cell_values import counted_outcome
 from rbstab.report.sweeps.maps.colour_ranges import is_narrow, narrow_note
 from rbstab.report.sweeps.maps.grouped import Ascending, Grouped
+from rbstab.report.sweeps.maps.influence import ExplainedVariance, groups_of
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.parameters import Parameter
 from rbstab.report.sweeps.quantities import mapped, varies

@@ -4,9 +4,9 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.sweeps.basins import basins_of
-from rbstab.report.sweeps.influence import ExplainedVariance
 from rbstab.report.sweeps.maps.cell_grid import MIN_MEMBERS, MapGrid
 from rbstab.report.sweeps.maps.cell_values import counted_outcome
+from rbstab.report.sweeps.maps.influence import ExplainedVariance
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.proofs import proof_codes, proved_shares
 from rbstab.report.sweeps.quantities import mapped, varies

@@ -7,12 +7,12 @@ import numpy as np
 from rbstab.report.model.document import Block
 from rbstab.report.model.figure import Figure
 from rbstab.report.sweeps.conditions.paired_conditions import Slice, paired_conditions_of
-from rbstab.report.sweeps.influence import Influence
 from rbstab.report.sweeps.maps.cell_grid import map_grid
 from rbstab.report.sweeps.maps.curves import curves
 from rbstab.report.sweeps.maps.effects import effect_figures
 from rbstab.report.sweeps.maps.explained import MIN_EXPLAINED, explained_by_cells
 from rbstab.report.sweeps.maps.figures import Mapped, map_figures, scatter_figure
+from rbstab.report.sweeps.maps.influence import Influence
 from rbstab.report.sweeps.members import OUTCOMES, Members
 from rbstab.report.sweeps.parameters import Parameter, binned
 

@@ -151,7 +151,7 @@ class _Boxes:
             if record is None:
                 continue
             whole = len(rows) == len(self.members)
-            if record.proved:
+            if record.proved is not None:
                 keep_bodies(results, record)
             if record.proved or (whole and record.proved is False):
                 yield BoxProof(self.variant, self.members[rows], whole, record)

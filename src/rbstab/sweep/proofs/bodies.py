@@ -92,8 +92,10 @@ def _distinct_rows(table: Array) -> tuple[Array, Array]:
         if count == len(table):
             break
         values, place = np.unique(column, return_inverse=True)
-        distinct, same = np.unique(same * len(values) + place.ravel(), return_inverse=True)
-        same, count = same.ravel(), len(distinct)
+        if count > 1:
+            pairs = same * len(values) + place.ravel()
+            values, place = np.unique(pairs, return_inverse=True)
+        same, count = place.ravel(), len(values)
     return np.unique(same, return_index=True)[1], same
 
 

@@ -71,6 +71,14 @@ class RobustProofs:
         found[are_counterexamples(self._records, config, varied, count)] = NOT_ONE_STATE
         return found
 
+    @property
+    def has_counterexamples(self) -> bool:
+        """Whether a stored proof names a body with several rest states, or one that is no minimum.
+
+        It may lie outside of the bounds of the plan.
+        """
+        return any(record.proved is False for record in self._records)
+
     def counterexample(self, values: Mapping[str, Array]) -> BodiesRecord | None:
         """Return a body between the bounds of the plan that has not one rest state, or None.
 

@@ -171,6 +171,22 @@ def test_a_counterexample_lies_between_the_ends_of_all_numbers(
     assert counterexample_between(records, light, ends) is None
 
 
+def test_of_several_counterexamples_that_of_the_widest_box_is_named(
+    several: tuple[Path, BodiesRecord],
+) -> None:
+    folder, record = several
+    config = heavy(80.0)
+    for radius in (1, 2, 7):
+        found = bodies_for(folder, config, tolerances_of(config, [f"controller.K_r[0]=±{radius}"]))
+        assert found.proved is False
+    records = valid_proofs(folder, config)
+    ends = {K_R: np.array([70.0, 90.0])}
+    for order in (records, records[::-1]):
+        assert counterexample_between(order, config, ends) == found
+    widths = [float(covering._width(one)) for one in (record, found)]
+    assert widths == [10.0, 14.0]
+
+
 def test_a_proof_without_a_level_is_one_of_one_rest_state(folder: Path) -> None:
     config = config_of("permanent")
     record = bodies_for(folder, config, tolerances_of(config, TEXTS))

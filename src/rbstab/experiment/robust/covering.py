@@ -102,12 +102,14 @@ def counterexample_between(
 ) -> BodiesRecord | None:
     """Return a counterexample between the least and the greatest of each varied number, or None.
 
+    Of several, it is that of the widest box: it stays the same when parts of the box are examined.
+
     Args:
         records: As for `levels_of`.
         config: As for `levels_of`.
         varied: As for `levels_of`.
     """
-    for record in records:
+    for record in sorted(records, key=_width, reverse=True):
         if record.proved is False and _body_lies_between(record, config, varied):
             return record
     return None
@@ -124,6 +126,8 @@ def covered(record: BodiesRecord, config: Config, varied: Mapping[Any, Array], c
         low, high = bounds[path]
         values = np.asarray(varied.get(path, value), dtype=float)
         inside &= (values >= _least_double(low)) & (values <= -_least_double(-high))
+        if not inside.any():
+            break
     return inside
 
 
@@ -139,6 +143,12 @@ def _body_lies_between(record: BodiesRecord, config: Config, varied: Mapping[Any
         if not next(ends) <= bounds[path][0] <= next(ends):
             return False
     return True
+
+
+def _width(record: BodiesRecord) -> Fraction:
+    """Return the sum of the widths of a box; no part of it has a larger one."""
+    ends = ((Fraction(one.low), Fraction(one.high)) for one in record.tolerances)
+    return sum((high - low for low, high in ends), Fraction(0))
 
 
 def _body_alone(record: BodiesRecord) -> BodiesRecord:

@@ -139,3 +139,38 @@ def test_members_beside_a_soft_guard(folder: Path, rbstab: Invoke) -> None:
     *_, proved, not_proved = done.stdout.splitlines()
     assert proved == "Convergence: proved for 1 of the members: they start in a certified region."
     assert not_proved.startswith("Convergence: not proved for 1 of the members: they start outside")
+
+
+def test_a_body_that_refutes_is_named_by_all_commands(
+    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """More bodies than the budget is for: many are proved at once, or a body refutes the claim."""
+    monkeypatch.setattr("rbstab.sweep.sweep.FEW", 3)
+    monkeypatch.setattr(prove_bodies, "BUDGET", 0.0)
+    text = Path("good.yaml").read_text().replace("variant: free", "variant: permanent")
+    Path("heavy.yaml").write_text(f"{text}gravity: [0, 0, -9.81]\n")
+    gains = "{scale: {linspace: [0.1, 0.3, 4]}}"
+    Path("weak.yaml").write_text(f"base: heavy.yaml\nvary: {{controller.K_r: {gains}}}\n")
+    done = rbstab("sweep", "weak.yaml", "--threads", "1")
+    assert done.exit_code == 0, done.output
+    first, second, *_ = [
+        line.removeprefix("Convergence: ").removesuffix(".")
+        for line in done.stdout.splitlines()
+        if line.startswith("Convergence: ")
+    ]
+    assert first.startswith("one rest state in the range of the Euler angles, a minimum: proved")
+    assert second.startswith("for every body between the least and the greatest value of each")
+    assert "one rest state, a minimum: false, proved. The body with controller.K_r = [" in second
+    shown = " ".join(rbstab("show", "results/weak").stdout.split())
+    report = " ".join(rbstab("report", "results/weak", "--format", "text").stdout.split())
+    for sentence in (first, second):
+        for output in (shown, report):
+            assert f"{sentence[0].upper()}{sentence[1:]}." in output
+    assert "Has each body between the bounds of the plan one rest state? false." in report
+    stored = json.loads(rbstab("show", "results/weak", "--json").stdout)["answers"]["one_state"]
+    again = json.loads(rbstab("sweep", "weak.yaml", "--json").stdout)
+    assert stored == again["answers"]["one_state"] == again["proofs"]["one_rest_state"]
+    assert stored["bodies"] == stored["proved"] + stored["false"] + stored["not_decided"] == 4
+    (counterexample,) = stored["counterexamples"]
+    assert counterexample["variant"] == "permanent"
+    assert len(counterexample["rest_states"]) > 1

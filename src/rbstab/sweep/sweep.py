@@ -53,6 +53,7 @@ from rbstab.sweep.proofs.bodies import bodies_of
 from rbstab.sweep.proofs.boxes import prove_boxes
 from rbstab.sweep.proofs.convergence import ProvedConvergence, keep_proofs
 from rbstab.sweep.proofs.gathered import PROOF_COLUMNS, convergence_now
+from rbstab.sweep.proofs.one_state import one_state_of
 from rbstab.sweep.proofs.prove_bodies import BUDGET, FEW, BodyProofs, Progress, prove_bodies
 
 
@@ -203,7 +204,8 @@ def prove_members(  # noqa: PLR0913 (options by name)
     If there are more than `FEW` bodies, it is first tried to prove many at once (`boxes`). This
     takes some seconds, and covers bodies that the budget does not reach.
 
-    The columns `convergence` and `proved_rest_state` of the sweep's file say it of each member.
+    The columns `convergence`, `proved_rest_state` and `one_rest_state` of the sweep's file say it
+    of each member.
 
     Args:
         plan: The plan.
@@ -233,8 +235,10 @@ def prove_members(  # noqa: PLR0913 (options by name)
             progress=progress,
             stop=stop,
         )
-        proofs = proofs._replace(budget=budget, seconds=monotonic() - begin, boxes=boxes)
-        if not np.array_equal(proofs.found.codes, stored.codes):
+        now = one_state_of(ProvedConvergence(plan, results), proofs.found)
+        seconds = monotonic() - begin
+        proofs = proofs._replace(budget=budget, seconds=seconds, boxes=boxes, one_state=now)
+        if not all(map(np.array_equal, proofs.found, stored)):
             digest = digest_of_shards(sweep.inventory)
             gather(plan, folder, digest, sweep.comparison, proofs.found)
     return proofs

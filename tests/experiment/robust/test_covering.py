@@ -7,12 +7,21 @@ import pytest
 from support.bodies import config_of
 from support.robust import robust_levels
 
+from rbstab.config.schema import Config
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.robust import covering
 from rbstab.experiment.robust.cache import bodies_file, bodies_for
+from rbstab.experiment.robust.covering import (
+    are_counterexamples,
+    counterexample_between,
+    have_one_state,
+    valid_proofs,
+)
+from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.store.document import write_document
 
 K_T = ("controller", "K_t", 0)
+K_R = ("controller", "K_r", 0)
 R_3 = ("body", "contact_point", 2)
 TEXTS = ["controller.K_t[0]=±10%", "body.contact_point[2]=±0.01"]
 
@@ -111,3 +120,81 @@ def test_an_entry_and_its_mirror_image_have_the_same_bounds(tmp_path: Path) -> N
 
 def test_a_folder_without_proofs_covers_nothing(tmp_path: Path) -> None:
     assert not np.any(robust_levels(tmp_path, config_of("permanent"), {}, 3))
+
+
+@pytest.fixture
+def several(tmp_path: Path) -> tuple[Path, BodiesRecord]:
+    """A folder with a body that has several rest states, in a box of weak stiffnesses."""
+    config = config_of("permanent", controller={"K_r": [80, 80, 64]}, gravity=[0.0, 0.0, -9.81])
+    record = bodies_for(tmp_path, config, tolerances_of(config, ["controller.K_r[0]=±5"]))
+    assert record.proved is False
+    assert len(record.rest_states) > 1
+    return tmp_path, record
+
+
+def heavy(K_r: float) -> Config:
+    return config_of("permanent", controller={"K_r": [K_r, 80, 64]}, gravity=[0.0, 0.0, -9.81])
+
+
+def test_a_counterexample_is_one_body_of_its_box(several: tuple[Path, BodiesRecord]) -> None:
+    folder, record = several
+    assert record.body is not None
+    (number,) = record.body.values()
+    config = heavy(200.0)
+    records = valid_proofs(folder, config)
+    assert records == [record]
+    values = {K_R: np.array([float(number), 76.0, np.nextafter(float(number), 0)])}
+    assert are_counterexamples(records, config, values, 3).tolist() == [True, False, False]
+    assert not have_one_state(records, config, values, 3).any()
+    assert not robust_levels(folder, config, values, 3).any()
+
+
+@pytest.mark.parametrize(
+    ("least", "most", "inside"), [(0, 1, True), (-1, 0, True), (1, 9, False), (-9, -1, False)]
+)
+def test_a_counterexample_lies_between_the_ends_of_all_numbers(
+    several: tuple[Path, BodiesRecord], least: int, most: int, *, inside: bool
+) -> None:
+    folder, record = several
+    number = float((record.body or {})["controller.K_r[0]"])
+    config = heavy(200.0)
+    records = valid_proofs(folder, config)
+    ends = {K_R: np.array([number + least, number + most])}
+    found = counterexample_between(records, config, ends)
+    assert (found == record) is inside
+    assert (found is None) is not inside
+    # The numbers that are not varied must be those of the body.
+    assert counterexample_between(records, heavy(200.0), {}) is None
+    other = ends | {("controller", "K_r", 1): np.array([81.0, 90.0])}
+    assert counterexample_between(records, config, other) is None
+    light = config_of("permanent", controller={"K_r": [200.0, 80, 64]})
+    assert counterexample_between(records, light, ends) is None
+
+
+def test_of_several_counterexamples_that_of_the_widest_box_is_named(
+    several: tuple[Path, BodiesRecord],
+) -> None:
+    folder, record = several
+    config = heavy(80.0)
+    for radius in (1, 2, 7):
+        found = bodies_for(folder, config, tolerances_of(config, [f"controller.K_r[0]=±{radius}"]))
+        assert found.proved is False
+    records = valid_proofs(folder, config)
+    ends = {K_R: np.array([70.0, 90.0])}
+    for order in (records, records[::-1]):
+        assert counterexample_between(order, config, ends) == found
+    widths = [float(covering._width(one)) for one in (record, found)]
+    assert widths == [10.0, 14.0]
+
+
+def test_a_proof_without_a_level_is_one_of_one_rest_state(folder: Path) -> None:
+    config = config_of("permanent")
+    record = bodies_for(folder, config, tolerances_of(config, TEXTS))
+    without = record.model_copy(update={"level": 0.0})
+    write_document(bodies_file(folder, record.id), without.model_dump(mode="json"))
+    values = {K_T: np.array([4000.0, 4600.0])}
+    assert not robust_levels(folder, config, values, 2).any()
+    found = have_one_state(valid_proofs(folder, config), config, values, 2)
+    assert found.tolist() == [True, False]
+    assert not are_counterexamples(valid_proofs(folder, config), config, values, 2).any()
+    assert counterexample_between(valid_proofs(folder, config), config, values) is None

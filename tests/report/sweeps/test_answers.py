@@ -5,9 +5,30 @@ from report.sweeps.cards import card_of
 from support.configs import VISCO_ELASTIC, plain
 from support.made_sweeps import GRID, SPIN, code
 
+from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.report.sweeps.answers import answer_of
 from rbstab.report.sweeps.proofs import proof_blocks
 from rbstab.sweep.proofs.columns import CONVERGENCE
+from rbstab.sweep.proofs.one_state import OneState
+
+COUNTEREXAMPLE = BodiesRecord(
+    id="0",
+    version=1,
+    outcome="a body in the box has several rest states",
+    proved=False,
+    level=0.0,
+    parts=1,
+    boxes=1,
+    why="",
+    seconds=0.1,
+    sections={},
+    tolerances=(),
+    body={
+        "body.mass": "40.5",
+        **{f"controller.K_r[{axis}]": text for axis, text in enumerate(("80", "80", "64"))},
+    },
+    rest_states=((0.0, 0.1, 0.0), (2.0, 1.5, 3.0)),
+)
 
 
 def sentence_of(members):
@@ -177,31 +198,70 @@ def test_a_proved_member_may_be_at_rest_after_its_end(members):
     )
 
 
-def test_bodies_that_have_one_rest_state_are_counted(members):
-    def statements(levels, own, *, older=False):
-        found = members(GRID, lambda a: {"settling_time": np.zeros(len(a["run"]))})
-        assert found.box_levels.tolist() == [0.0] * 20
-        vars(found)["box_levels"], vars(found)["have_own_bodies"] = np.array(levels), np.array(own)
-        if older:
-            del found.table.layout["rest_orientation"]
-        return [one for one in card_of(found)[1].statements if "one rest state" in one.question]
+def statements_of(members, one_state, *, older=False):
+    """Return what the card says of rest states, given which bodies have one."""
+    found = members(GRID, lambda a: {"settling_time": np.zeros(len(a["run"]))})
+    assert found.one_state == OneState()
+    vars(found)["one_state"] = one_state
+    if older:
+        del found.table.layout["rest_orientation"]
+    return [one for one in card_of(found)[1].statements if "one rest state" in one.question]
 
-    every, some = [True] * 20, [False] * 5 + [True] * 15
-    assert statements([0.0] * 20, every) == []
-    (part,) = statements([0.0] * 5 + [617.5] * 15, every)
+
+def test_bodies_that_have_one_rest_state_are_counted(members):
+    assert statements_of(members, OneState()) == []
+    (part,) = statements_of(members, OneState(20, 15, levels=[617.5] * 15))
     assert (part.word, part.tone) == ("15 of 20 proved", "")
     assert part.sentence == (
-        "In the range of the Euler angles, the bodies of 15 of 20 members have one rest state, a "
-        "minimum. Each of their motions that stays in the range, and keeps a distance from its end "
-        "in θ2, converges to it. So does each motion that starts in the range with v(0) below "
-        "617.5 J"
+        "One rest state in the range of the Euler angles, a minimum: proved for 15 of 20 distinct "
+        "bodies, not decided for 5. Each motion of a proved body that stays in the range, and "
+        "keeps a distance from its end in θ2, converges to its rest state. So does each motion "
+        "that starts in the range with v(0) below 617.5 J"
     )
-    # The members of another variant share one proof, and have no part in the question.
-    (own,) = statements([0.0] * 5 + [617.5] * 15, some)
-    assert (own.word, own.tone) == ("proved", "good")
-    assert "the bodies of 15 members whose bodies differ have one rest state" in own.sentence
-    (two,) = statements([617.5] * 10 + [480.0] * 10, every)
+    (two,) = statements_of(members, OneState(20, 20, levels=[617.5] * 10 + [480.0] * 10))
     assert (two.word, two.tone) == ("proved", "good")
     assert "below 480 J (of some bodies up to 617.5 J)" in two.sentence
-    (old,) = statements([617.5] * 20, every, older=True)
+    (old,) = statements_of(members, OneState(20, 20, levels=[617.5] * 20), older=True)
     assert "v(0)" not in old.sentence
+    (both,) = statements_of(members, OneState(20, 18, levels=[617.5] * 15))
+    assert "proved for 18 of 20 distinct bodies (15 of them many at once)" in both.sentence
+    assert ". Of those proved at once, so does each motion that starts" in both.sentence
+    (own,) = statements_of(members, OneState(20, 18))
+    assert "v(0)" not in own.sentence
+
+
+def test_a_body_with_several_rest_states_is_a_counterexample(members):
+    (found,) = statements_of(members, OneState(20, 15, false=[2, 3, 7]))
+    assert (found.word, found.tone) == ("false", "bad")
+    assert "false for 3 (members 2 to 3, 7), not decided for 2" in found.sentence
+
+
+def test_a_body_between_the_bounds_that_refutes_is_named(members):
+    """Nothing may be known of the bodies of the sweep itself."""
+    one_state = OneState(20, counterexamples={"permanent": COUNTEREXAMPLE})
+    of_bodies, between = statements_of(members, one_state)
+    assert (of_bodies.word, of_bodies.tone) == ("not decided", "")
+    assert "converges" not in of_bodies.sentence
+    assert (between.word, between.tone) == ("false", "bad")
+    assert between.sentence == (
+        "For every body between the least and the greatest value of each number of the plan: one "
+        "rest state, a minimum: false, proved. The body with body.mass = 40.5, controller.K_r = "
+        "[80, 80, 64] can rest at Θ = (0, 0.1, 0) and (2, 1.5, 3) rad"
+    )
+    _, of_variant = statements_of(members, one_state._replace(of_variants=True))
+    assert of_variant.sentence.startswith("For every body of variant permanent between the least")
+
+
+def test_the_section_on_proofs_says_it_too(members):
+    found = members(GRID)
+    assert proof_blocks("sweep-1", found, "COMMAND") == []
+    one_state = OneState(20, 15, [3], counterexamples={"permanent": COUNTEREXAMPLE})
+    vars(found)["one_state"] = one_state
+    (text,) = proof_blocks("sweep-1", found, "COMMAND")
+    assert text == (
+        "One rest state in the range of the Euler angles, a minimum: proved for 15 of 20 distinct "
+        f"bodies, false for 1 (members 3), not decided for 4. {one_state.refutations[0]}."
+    )
+    proved = members(GRID, lambda a: {"convergence": 2 + 0 * a["run"]})
+    vars(proved)["one_state"] = one_state
+    assert text in proof_blocks("sweep-1", proved, "COMMAND")

@@ -175,7 +175,7 @@ def test_proofs_of_other_variants_made_later_count(members):
     """When the sweep was gathered, one of its variants had a proof, and the other had none."""
     vary = {"controller.variant": {"values": ["free", "visco-elastic"]}} | GRID
     found = members(vary, lambda a: {"convergence": np.where(a["run"] < 20, 0, 1)})
-    now = MemberConvergence(np.where(np.arange(40) < 20, 2, 0), np.repeat([1, 0], 20))
+    now = MemberConvergence(np.where(np.arange(40) < 20, 2, 0), np.repeat([1, 0], 20), np.zeros(40))
     found.__dict__["_certified"] = SimpleNamespace(
         of=lambda *_members: now, within=lambda *arguments: arguments[-1]
     )

@@ -31,8 +31,7 @@ def plan_of(vary, **more):
 
 
 def nothing(plan):
-    codes = np.full(plan.members, NO_PROOF, dtype=np.int8)
-    return MemberConvergence(codes, np.zeros(plan.members, dtype=np.int32))
+    return MemberConvergence.nothing(plan.members)
 
 
 def proved(plan, results, **options):

@@ -15,9 +15,13 @@ import rbstab
 from rbstab.config.entries import value_at
 from rbstab.config.source import key_of
 from rbstab.experiment.proof_cache import proof_for
-from rbstab.experiment.robust.cache import bodies_for
+from rbstab.experiment.robust.bodies import bodies_id, prove_within, stored
+from rbstab.experiment.robust.cache import bodies_file, bodies_for
+from rbstab.experiment.robust.record import BodiesRecord
+from rbstab.store.document import read_model, write_document
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.proofs import boxes as boxes_module
 from rbstab.sweep.proofs import prove_bodies
 from rbstab.sweep.proofs.boxes import PART_LIMIT, BoxProof, _Boxes, prove_boxes
 from rbstab.sweep.proofs.convergence import ProvedConvergence
@@ -123,9 +127,98 @@ def test_a_stored_proof_that_failed_is_no_end(tmp_path):
     assert found
     shutil.rmtree(tmp_path / "proofs")
     boxes = _Boxes(plan, "permanent", np.arange(9), plan.values(0, 9))
-    assert not bodies_for(tmp_path, *boxes.box(np.arange(9))).proved
-    again = prove_boxes(plan, tmp_path, LONG)
+    failed = bodies_for(tmp_path, *boxes.box(np.arange(9)))
+    assert failed.proved is False  # it examined more parts
+    whole, *again = prove_boxes(plan, tmp_path, LONG)
+    assert whole.record == failed
     assert [one.members.tolist() for one in again] == [one.members.tolist() for one in found]
+
+
+UNDECIDED = {K_R: {"scale": {"geomspace": [0.02, 1.0, 5]}}}
+"""Bodies of which a few parts of their box decide nothing."""
+
+
+@pytest.fixture
+def undecided(tmp_path: Path) -> tuple[Any, Path]:
+    """A plan, and the file that says that the box of all its bodies is not decided."""
+    plan = plan_of(UNDECIDED, gravity=[0.0, 0.0, -9.81])
+    whole = box_of(plan)
+    prove_boxes(plan, tmp_path, LONG)
+    return plan, bodies_file(tmp_path, bodies_id(whole[0], stored(whole[1])))
+
+
+def box_of(plan):
+    """Return the box of all bodies of a plan of a permanent body, as it is examined."""
+    every = np.arange(plan.members)
+    return _Boxes(plan, "permanent", every, plan.values(0, plan.members)).box(every)
+
+
+def test_what_is_not_decided_is_not_examined_again(undecided, tmp_path, monkeypatch):
+    plan, file = undecided
+    record = read_model(file, BodiesRecord)
+    assert record.proved is None
+    assert record.brief
+    assert record.parts == PART_LIMIT
+    assert record.widest in {one.key for one in record.tolerances}
+    first = prove_boxes(plan, tmp_path, LONG)
+    monkeypatch.setattr(boxes_module, "prove_within", must_not_be_called)
+    again = prove_boxes(plan, tmp_path, LONG)
+    assert [one.members.tolist() for one in again] == [one.members.tolist() for one in first]
+    assert [one.record for one in again] == [one.record for one in first]
+
+
+def must_not_be_called(*_arguments: Any) -> Any:
+    raise AssertionError("it is examined again")
+
+
+def test_with_more_parts_it_is_examined_again(undecided, tmp_path, monkeypatch):
+    plan, file = undecided
+    monkeypatch.setattr(boxes_module, "PART_LIMIT", PART_LIMIT + 1)
+    prove_boxes(plan, tmp_path, LONG)
+    assert read_model(file, BodiesRecord).parts == PART_LIMIT + 1
+    found = bodies_for(tmp_path, *box_of(plan))
+    assert found.parts > PART_LIMIT + 1
+    assert not found.brief
+    assert read_model(file, BodiesRecord) == found
+    # That one is not replaced by a sweep, which examines fewer parts, and divides it all the same.
+    prove_boxes(plan, tmp_path, LONG)
+    assert read_model(file, BodiesRecord) == found
+
+
+def test_only_fewer_parts_than_usual_are_brief(tmp_path, monkeypatch):
+    monkeypatch.setattr("rbstab.analysis.proof.robust.bodies.PART_LIMIT", 2)
+    config, tolerances = box_of(plan_of(UNDECIDED, gravity=[0.0, 0.0, -9.81]))
+    usual, fewer = prove_within(config, tolerances), prove_within(config, tolerances, 1)
+    assert (usual.proved, usual.parts, usual.brief) == (None, 2, None)
+    assert (fewer.proved, fewer.parts, fewer.brief) == (None, 1, True)
+    assert usual.widest == fewer.widest
+
+
+@pytest.mark.parametrize("widest", [None, "controller.K_r", "body.mass"])
+def test_a_record_that_does_not_say_where_to_divide_is_made_again(undecided, tmp_path, widest):
+    """So do those of older versions; others may be damaged."""
+    plan, file = undecided
+    before = prove_boxes(plan, tmp_path, LONG)
+    record = read_model(file, BodiesRecord)
+    old = record.model_dump(mode="json") | {"widest": widest, "brief": None, "parts": 32}
+    if widest is None:
+        del old["widest"], old["brief"]
+    write_document(file, old)
+    again = prove_boxes(plan, tmp_path, LONG)
+    assert [one.members.tolist() for one in again] == [one.members.tolist() for one in before]
+    # More parts were examined for it than a sweep would.
+    assert read_model(file, BodiesRecord).parts == 32
+
+
+def test_a_box_whose_examination_fails_is_tried_again(tmp_path, monkeypatch):
+    def fail(*_arguments: Any) -> Any:
+        raise ArithmeticError("too large")
+
+    plan = plan_of({K_R: {"scale": {"values": [0.9, 1.1]}}})
+    with monkeypatch.context() as patched:
+        patched.setattr(boxes_module, "prove_within", fail)
+        assert prove_boxes(plan, tmp_path, LONG) == []
+    assert len(prove_boxes(plan, tmp_path, LONG)) == 1
 
 
 def test_start_and_damping_do_not_divide_a_box(tmp_path):

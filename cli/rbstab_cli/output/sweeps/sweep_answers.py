@@ -123,6 +123,7 @@ def _of_bodies(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) ->
         "seconds": round(proofs.seconds, 3),
         **_counts(counts, len(left)),
         "members_not_reached": ranges,
+        "one_rest_state": proofs.one_state.data,
         "boxes": [
             {
                 "variant": proof.variant,
@@ -134,6 +135,7 @@ def _of_bodies(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) ->
         ],
     }
     sentences = [
+        *(f"{text[:1].lower()}{text[1:]}" for text in proofs.one_state.sentences),
         *_of_boxes(plan, proofs),
         *_sentences(counts, len(left)),
         *_ended_early(proofs.brief),
@@ -152,9 +154,9 @@ def _of_bodies(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) ->
 
 
 def _of_boxes(plan: "Plan", proofs: "BodyProofs") -> list[str]:
-    """Return sentences on the proofs for many bodies at once; none if nothing is decided."""
+    """Return sentences on the proofs for many bodies at once; none if nothing is proved."""
     from rbstab.experiment.answers.rounded import rounded_down
-    from rbstab.experiment.robust.sentences import sentences_of, vector
+    from rbstab.experiment.robust.sentences import sentences_of
 
     found = []
     for variant in plan.variants:
@@ -165,14 +167,6 @@ def _of_boxes(plan: "Plan", proofs: "BodyProofs") -> list[str]:
             if proof.whole and proof.record.proved:
                 texts = sentences_of(f"for every body{between}", proof.record)
                 found += [text.removesuffix(".") for text in texts]
-            elif proof.whole:
-                states = " and ".join(vector(Theta) for Theta in proof.record.rest_states)
-                body = proof.record.body or {}
-                numbers = ", ".join(f"{key} = {value}" for key, value in body.items())
-                found.append(
-                    f"not every body{between} has one rest state, a minimum, proved: that with "
-                    f"{numbers} rests at Θ = {states} rad"
-                )
         parts = [proof for proof in own if not proof.whole]
         if parts:
             members = sum(len(proof.members) for proof in parts)

@@ -83,7 +83,7 @@ def counts_of(found: "MemberAnswers") -> str:
 
 def answers_data(found: "MemberAnswers") -> dict[str, Any]:
     """Return the answers about the members of a sweep as data for JSON."""
-    return found._asdict()
+    return found._asdict() | {"one_state": found.one_state.data}
 
 
 def print_member_answers(found: "MemberAnswers") -> None:
@@ -100,6 +100,8 @@ def print_member_answers(found: "MemberAnswers") -> None:
         if not count:
             continue
         click.echo(f"  {word + ':':<13}{count} of {found.members} members: {meanings[word]}.")
+    for sentence in found.one_state.sentences:
+        click.echo(f"  {'rest states:':<13}{sentence}.")
     which = f"{found.settled} of the {found.completed} that completed"
     click.echo(f"  {'settled:':<13}{which}: {SETTLED} to the end.")
     for why, count in found.without_proof.items():

@@ -52,29 +52,15 @@ def stored(tolerances: Iterable[Tolerance]) -> tuple[StoredTolerance, ...]:
     )
 
 
-def prove_within(config: Config, tolerances: Sequence[Tolerance]) -> BodiesRecord:
+def prove_within(
+    config: Config, tolerances: Sequence[Tolerance], part_limit: int | None = None
+) -> BodiesRecord:
     """Prove for all bodies within tolerances that they have one rest state, and bound their level.
 
     Args:
         config: The config; its initial state and its integration have no effect.
         tolerances: Tolerances of body, gravity and controller.
-    """
-    return examined_within(config, tolerances)[0]
-
-
-def examined_within(
-    config: Config, tolerances: Sequence[Tolerance], part_limit: int | None = None
-) -> tuple[BodiesRecord, Tolerance | None]:
-    """Return what is proved for all bodies within tolerances, and what could be halved for more.
-
-    Args:
-        config: As for `prove_within`.
-        tolerances: As for `prove_within`.
         part_limit: The number of parts of the box that are examined at most; default 32.
-
-    Returns:
-        The proof, and the number whose tolerance widens the bounds most where they decide nothing;
-        None if smaller tolerances would not help, or the box was proved whole.
     """
     # Imported late: a stored proof is usually read, and none is made.
     from rbstab.analysis.proof.reduced_energy import NoEnergyReason
@@ -90,7 +76,7 @@ def examined_within(
     }
     why = NoEnergyReason.CODE_OF_BODIES.value if has_code(config) else _undamped(config, tolerances)
     if why is not None:
-        record = BodiesRecord(
+        return BodiesRecord(
             outcome=NOT_DECIDED,
             proved=None,
             level=0.0,
@@ -100,7 +86,6 @@ def examined_within(
             seconds=time.perf_counter() - start,
             **facts,
         )
-        return record, None
     box = Part(tuple(one.middle for one in tolerances), tuple(one.radius for one in tolerances))
     with np.errstate(all="ignore"):
         limit = PART_LIMIT if part_limit is None else part_limit
@@ -111,7 +96,8 @@ def examined_within(
         facts["rest_states"] = proof.false.rest_states.tolist()
     proved = {BodiesOutcome.PROVED: True, BodiesOutcome.SEVERAL: False}
     proved[BodiesOutcome.NO_MINIMUM] = False
-    record = BodiesRecord(
+    limited = proof.outcome is BodiesOutcome.PART_LIMIT and limit < PART_LIMIT
+    return BodiesRecord(
         outcome=proof.outcome.value,
         proved=proved.get(proof.outcome),
         level=float(proof.level),
@@ -119,9 +105,10 @@ def examined_within(
         boxes=proof.boxes,
         why=proof.reason,
         seconds=time.perf_counter() - start,
+        widest=None if proof.axis is None else tolerances[proof.axis].entry.key,
+        brief=True if limited else None,
         **facts,
     )
-    return record, None if proof.axis is None else tolerances[proof.axis]
 
 
 def _undamped(config: Config, tolerances: Sequence[Tolerance]) -> str | None:

@@ -33,11 +33,13 @@ def cached_bodies(folder: Path, identity: str) -> BodiesRecord | None:
 def bodies_for(folder: Path, config: Config, tolerances: Sequence[Tolerance]) -> BodiesRecord:
     """Return the stored proof for tolerances of a config; if there is none, make and store it.
 
+    A brief one that decided nothing is made again.
+
     Raises:
         StoreError: The proof cannot be written, or the disk fails to read it.
     """
     found = kept_bodies(folder, config, tolerances)
-    if found is None:
+    if found is None or found.brief:
         found = prove_within(config, tolerances)
         keep_bodies(folder, found)
     return found

@@ -16,12 +16,12 @@ from rbstab.config.source import Path as KeyPath
 from rbstab.config.source import Source, key_of
 from rbstab.experiment.robust.bodies import bodies_id, sections_of
 from rbstab.experiment.robust.cache import all_bodies
-from rbstab.experiment.robust.record import BodiesRecord
+from rbstab.experiment.robust.record import BodiesRecord, StoredTolerance
 from rbstab.mechanics.numbers import Array
 
 
 def valid_proofs(folder: Path, config: Config) -> list[BodiesRecord]:
-    """Return the stored proofs that give levels of bodies like that of a config.
+    """Return the stored proofs and counterexamples that are about bodies like that of a config.
 
     Args:
         folder: The folder of results.
@@ -33,7 +33,7 @@ def valid_proofs(folder: Path, config: Config) -> list[BodiesRecord]:
     return [
         record
         for record in all_bodies(folder)
-        if record.proved and record.level > 0 and _is_valid(record, config)
+        if record.proved is not None and _is_valid(record, config)
     ]
 
 
@@ -61,21 +61,114 @@ def levels_of(
     return levels
 
 
+def have_one_state(
+    records: Iterable[BodiesRecord], config: Config, varied: Mapping[Any, Array], count: int
+) -> Array:
+    """Return whether some proof shows that the body of each member has one rest state, a minimum.
+
+    Args:
+        records: As for `levels_of`.
+        config: As for `levels_of`.
+        varied: As for `levels_of`.
+        count: The number of members.
+    """
+    found = np.zeros(count, dtype=bool)
+    for record in records:
+        if record.proved:
+            found |= covered(record, config, varied, count)
+    return found
+
+
+def are_counterexamples(
+    records: Iterable[BodiesRecord], config: Config, varied: Mapping[Any, Array], count: int
+) -> Array:
+    """Return whether each member has the body of a counterexample, shape (count,).
+
+    Args:
+        records: As for `levels_of`.
+        config: As for `levels_of`.
+        varied: As for `levels_of`.
+        count: The number of members.
+    """
+    found = np.zeros(count, dtype=bool)
+    for record in records:
+        if record.proved is False:
+            found |= covered(_body_alone(record), config, varied, count)
+    return found
+
+
+def counterexample_between(
+    records: Iterable[BodiesRecord], config: Config, varied: Mapping[Any, Array]
+) -> BodiesRecord | None:
+    """Return a counterexample between the least and the greatest of each varied number, or None.
+
+    Of several, it is that of the widest box: it stays the same when parts of the box are examined.
+
+    Args:
+        records: As for `levels_of`.
+        config: As for `levels_of`.
+        varied: As for `levels_of`.
+    """
+    for record in sorted(records, key=_width, reverse=True):
+        if record.proved is False and _body_lies_between(record, config, varied):
+            return record
+    return None
+
+
 def covered(record: BodiesRecord, config: Config, varied: Mapping[Any, Array], count: int) -> Array:
     """Return whether each member lies inside the box of a proof, shape (count,)."""
     inside = np.ones(count, dtype=bool)
-    numbers, settings = _leaves(sections_of(config))
-    middle, own_settings = _leaves(record.sections)
-    if settings != own_settings or numbers.keys() != middle.keys():
+    compared = _compared(record, config, varied)
+    if compared is None:
         return ~inside
-    bounds = _bounds_by_path(record, middle)
+    numbers, bounds = compared
     for path, value in numbers.items():
         low, high = bounds[path]
-        values = np.asarray(varied.get(path, np.full(count, value)), dtype=float)
+        values = np.asarray(varied.get(path, value), dtype=float)
         inside &= (values >= _least_double(low)) & (values <= -_least_double(-high))
+        if not inside.any():
+            break
+    return inside
+
+
+def _body_lies_between(record: BodiesRecord, config: Config, varied: Mapping[Any, Array]) -> bool:
+    """Return whether the body of a counterexample is between the ends of all varied numbers."""
+    compared = _compared(_body_alone(record), config, varied)
+    if compared is None:
+        return False
+    numbers, bounds = compared
+    for path, value in numbers.items():
+        values = np.asarray(varied.get(path, value), dtype=float)
+        ends = (Fraction(repr(float(end))) for end in (values.min(), values.max()))
+        if not next(ends) <= bounds[path][0] <= next(ends):
+            return False
+    return True
+
+
+def _width(record: BodiesRecord) -> Fraction:
+    """Return the sum of the widths of a box; no part of it has a larger one."""
+    ends = ((Fraction(one.low), Fraction(one.high)) for one in record.tolerances)
+    return sum((high - low for low, high in ends), Fraction(0))
+
+
+def _body_alone(record: BodiesRecord) -> BodiesRecord:
+    """Return a counterexample with the body that it names as its whole box."""
+    body = (record.body or {}).items()
+    alone = tuple(StoredTolerance(key=key, low=number, high=number) for key, number in body)
+    return record.model_copy(update={"tolerances": alone})
+
+
+def _compared(
+    record: BodiesRecord, config: Config, varied: Mapping[Any, Array]
+) -> tuple[dict[KeyPath, float], dict[KeyPath, tuple[Fraction, Fraction]]] | None:
+    """Return the numbers of a config, and the bounds of a proof on each; None if others differ."""
+    numbers, settings = _leaves(sections_of(config))
+    middle, own_settings = _leaves(record.sections)
     acting = (path for path in varied if not is_of_initial_state(path))
     known = {path for path in acting if path[0] in record.sections}
-    return inside if known <= numbers.keys() else np.zeros(count, dtype=bool)
+    if settings != own_settings or numbers.keys() != middle.keys() or not known <= numbers.keys():
+        return None
+    return numbers, _bounds_by_path(record, middle)
 
 
 def _is_valid(record: BodiesRecord, config: Config) -> bool:

@@ -1,6 +1,6 @@
 """A proof for all bodies within tolerances, as plain data."""
 
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt
 
@@ -37,6 +37,13 @@ class BodiesRecord(_Model):
 
     body has the numbers of a body that shows that the claim is false, as exact decimals by key, and
     rest_states are its proved rest states, Θ, rad.
+
+    widest is the key of the number whose tolerance widens the bounds of the whole box most: if they
+    decided nothing, both halves of its range may be decided. None if smaller tolerances would not
+    help, if the box was proved whole, and in records of older versions.
+
+    brief is True if it is not decided because a sweep asked, which examines fewer parts: `rbstab
+    stability --within` may decide more. None otherwise.
     """
 
     id: str
@@ -52,3 +59,5 @@ class BodiesRecord(_Model):
     tolerances: tuple[StoredTolerance, ...]
     body: dict[str, str] | None = None
     rest_states: tuple[Triple, ...] = ()
+    widest: str | None = None
+    brief: Literal[True] | None = None

@@ -54,6 +54,26 @@ def sentences_of(bodies: str, record: BodiesRecord) -> list[str]:
     return sentences
 
 
+def named_body(record: BodiesRecord) -> str:
+    """Return a sentence on the body of a counterexample, with all its numbers.
+
+    They are written as in a config: `controller.K_r = [80, 80, 64]`.
+    """
+    left = dict(record.body or {})
+    numbers = []
+    while left:
+        key = next(iter(left))
+        name = key.removesuffix("[0]")
+        axes = [f"{name}[{axis}]" for axis in range(3)]
+        if left.keys() >= {*axes}:
+            numbers.append(f"{name} = [{', '.join(left.pop(axis) for axis in axes)}]")
+        else:
+            numbers.append(f"{key} = {left.pop(key)}")
+    states = " and ".join(vector(Theta) for Theta in record.rest_states)
+    what = "can rest at" if len(record.rest_states) > 1 else "has a rest state that is no minimum,"
+    return f"The body with {', '.join(numbers)} {what} Θ = {states} rad"
+
+
 def _body(record: BodiesRecord) -> str:
     """Return the numbers of the named body that differ from those of the config."""
     middles = {one.key: (Fraction(one.low) + Fraction(one.high)) / 2 for one in record.tolerances}

@@ -20,6 +20,7 @@ from rbstab.report.sweeps.quantities import peak_displacement, settling_time
 from rbstab.report.sweeps.sketches import rest_sketch
 from rbstab.sweep.proofs.bodies import named_members, ranges_of
 from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, PROVED
+from rbstab.sweep.proofs.one_state import OneState
 
 SYMBOLS = (
     ("at rest", f"settled: {SETTLED_V} to the end of the run"),
@@ -28,6 +29,9 @@ SYMBOLS = (
     ("θ2", "the second Euler angle; its range ends at ±π/2 rad, a right angle"),
 )
 """The symbols on the card, and their meanings."""
+
+ONE_STATE = "Has each body one rest state in the range?"
+BETWEEN = "Has each body between the bounds of the plan one rest state?"
 
 NEAR = 0.1
 """rad; a member that comes this close to the end of the range of θ2 is named."""
@@ -57,7 +61,7 @@ def answer_of(name: str, label: str, members: Members, command: str) -> SweepAns
     conditions = paired_conditions_of(members)
     card = Card(
         label,
-        (_rest(members, conditions, command), *_only_state(members), _range(members)),
+        (_rest(members, conditions, command), *_one_state(members), _range(members)),
         _facts(members, pooled=conditions is None),
         target=name,
         sketch=rest_sketch(members, conditions),
@@ -126,29 +130,39 @@ def _rest(members: Members, conditions: PairedConditions | None, command: str) -
     return Statement(question, word, sentence[:1].upper() + sentence[1:], tone)
 
 
-def _only_state(members: Members) -> list[Statement]:
-    """Return for how many members it is proved that their body has one rest state.
+def _one_state(members: Members) -> list[Statement]:
+    """Return for how many bodies it is proved that they have one rest state.
 
-    Nothing is said where no proof for many bodies at once was made.
+    Nothing is said where it is decided of no body.
     """
-    levels = members.box_levels[members.box_levels > 0]
-    if not len(levels):
+    found = members.one_state
+    if not found.bodies:
         return []
-    total = int(np.count_nonzero(members.have_own_bodies))
-    count = str(total) if len(levels) == total else f"{len(levels)} of {total}"
-    whose = "" if total == len(members) else " whose bodies differ"
-    sentence = (
-        f"In the range of the Euler angles, the bodies of {count} members{whose} have one rest "
-        "state, a minimum. Each of their motions that stays in the range, and keeps a distance "
-        "from its end in θ2, converges to it"
-    )
-    if "rest_orientation" in members.table.layout:  # of older sweeps, v may count from elsewhere
-        least, most = rounded_down(levels.min()), rounded_down(levels.max())
-        bound = f"{least} J" if least == most else f"{least} J (of some bodies up to {most} J)"
-        sentence += f". So does each motion that starts in the range with v(0) below {bound}"
-    proved = str(Sureness.PROVED)
-    word, tone = (proved, "good") if len(levels) == total else (f"{count} {proved}", "")
-    return [Statement("Has each body one rest state in the range?", word, sentence, tone)]
+    tone = {str(Sureness.PROVED): "good", str(Sureness.FALSE): "bad"}.get(found.word, "")
+    sentence, *refutations = found.sentences
+    if found.proved:
+        sentence += (
+            ". Each motion of a proved body that stays in the range, and keeps a distance from its "
+            "end in θ2, converges to its rest state"
+            f"{_level(members, found)}"
+        )
+    statements = [Statement(ONE_STATE, found.word, sentence, tone)]
+    if refutations:
+        text = ". ".join(refutations)
+        statements.append(Statement(BETWEEN, str(Sureness.FALSE), text, "bad"))
+    return statements
+
+
+def _level(members: Members, found: OneState) -> str:
+    """Return below which v(0) motions of bodies that were proved among many converge."""
+    # Of older sweeps, v may count from elsewhere.
+    if not len(found.levels) or "rest_orientation" not in members.table.layout:
+        return ""
+    least, most = rounded_down(min(found.levels)), rounded_down(max(found.levels))
+    bound = f"{least} J" if least == most else f"{least} J (of some bodies up to {most} J)"
+    every = len(found.levels) == found.proved
+    whose = "So does each motion" if every else "Of those proved at once, so does each motion"
+    return f". {whose} that starts in the range with v(0) below {bound}"
 
 
 def _by_condition(proved: Array, tried: Array, conditions: PairedConditions | None) -> str:

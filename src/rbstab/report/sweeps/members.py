@@ -22,6 +22,7 @@ from rbstab.sweep.plan.load import plan_to_read
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence
 from rbstab.sweep.proofs.gathered import convergence_now, without_theorem
+from rbstab.sweep.proofs.one_state import OneState, one_state_of
 
 COLUMNS = (
     "run_id",
@@ -36,6 +37,7 @@ COLUMNS = (
     "displacement_settling_time",
     "convergence",
     "proved_rest_state",
+    "one_rest_state",
     "proved_time",
     "motion_proof",
     "steps",
@@ -46,7 +48,7 @@ COLUMNS = (
 
 OPTIONAL = (
     *("convergence", "energy_at_rest", "rest_orientation"),
-    *("proved_rest_state", "proved_time", "motion_proof"),
+    *("proved_rest_state", "one_rest_state", "proved_time", "motion_proof"),
 )
 """Columns that older sweeps do not have, or only sweeps with `prove` have."""
 
@@ -189,18 +191,11 @@ class Members:
         return self._proved.rest_states
 
     @cached_property
-    def have_own_bodies(self) -> Array:
-        """Whether a member is of a variant of several bodies that a theorem decides, (n,)."""
+    def one_state(self) -> OneState:
+        """Which distinct bodies have one rest state, by any proof."""
         if self._certified is None:
-            return np.zeros(len(self), dtype=bool)
-        return self._certified.have_own_bodies(0, len(self))
-
-    @cached_property
-    def box_levels(self) -> Array:
-        """The level, J, that proofs for many bodies at once give for each member; 0: none, (n,)."""
-        if self._certified is None:
-            return np.zeros(len(self))
-        return self._certified.box_levels(0, len(self))
+            return OneState()
+        return one_state_of(self._certified, self._proved)
 
     @cached_property
     def _proved(self) -> MemberConvergence:

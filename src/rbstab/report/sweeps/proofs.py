@@ -100,15 +100,16 @@ def proved_shares(members: Members) -> Array:
 
 
 def proof_blocks(name: str, members: Members, command: str) -> list[Block]:
-    """Return what is proved, in a sentence and a table; nothing if the sweep has no proofs.
+    """Return what is proved, in sentences and a table; nothing if the sweep has no proofs.
 
     Args:
         name: The anchor of the sweep.
         members: Its members.
         command: The command that makes proofs that are missing.
     """
+    of_bodies = _of_bodies(members)
     if not (members.convergence != NO_PROOF).any():
-        return []
+        return of_bodies
     found = proof_codes(members)
     rows = [
         (Cell(label), whole(int(np.count_nonzero(found.codes == k))))
@@ -120,7 +121,14 @@ def proof_blocks(name: str, members: Members, command: str) -> list[Block]:
     ]
     heads = (Head("convergence of the exact motion"), Head("members", numbers=True))
     title = "What is proved of the members"
-    return [_sentence(members, command), Table(f"{name}-proofs", title, heads, tuple(rows), NOTE)]
+    table = Table(f"{name}-proofs", title, heads, tuple(rows), NOTE)
+    return [_sentence(members, command), *of_bodies, table]
+
+
+def _of_bodies(members: Members) -> list[Block]:
+    """Return for how many bodies it is proved that they have one rest state; none if of no body."""
+    sentences = members.one_state.sentences
+    return [". ".join(sentences) + "."] if sentences else []
 
 
 def _sentence(members: Members, command: str) -> str:

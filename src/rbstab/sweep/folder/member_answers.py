@@ -21,6 +21,7 @@ from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, PROVED
 from rbstab.sweep.proofs.convergence import ProvedConvergence
 from rbstab.sweep.proofs.gathered import PROOF_COLUMNS, convergence_now, without_theorem
+from rbstab.sweep.proofs.one_state import OneState, one_state_of
 
 MAX_COUNTED = 2_000_000
 """Members are compared with later proofs up to this number. A million take some 5 seconds."""
@@ -41,6 +42,7 @@ class MemberAnswers(NamedTuple):
         settled: At rest by the end of their computed run, whether proved or not.
         completed: Those whose run completed.
         without_proof: By the reason: how many members no proof covers.
+        one_state: Which bodies have one rest state, by any proof.
         as_gathered: Whether proofs that were made after the sweep was gathered are not counted.
     """
 
@@ -52,6 +54,7 @@ class MemberAnswers(NamedTuple):
     settled: int
     completed: int
     without_proof: dict[str, int]
+    one_state: OneState = OneState()
     as_gathered: bool = False
 
     @property
@@ -95,7 +98,8 @@ def member_answers(file: Path, read: Callable[[Path], Table] = read_answers) -> 
     many = members > MAX_COUNTED
     later = plan is not None and not many
     proofs = ProvedConvergence(plan, file.absolute().parent.parent) if plan and later else None
-    codes = convergence_now(table, proofs).codes
+    found = convergence_now(table, proofs)
+    codes = found.codes
     completed = table["status"] == STATUSES.index(RunStatus.COMPLETED)
     settled = completed & np.isfinite(table["settling_time"])
     decided = (codes == PROVED) | (codes == FALSE)
@@ -108,6 +112,7 @@ def member_answers(file: Path, read: Callable[[Path], Table] = read_answers) -> 
         settled=_count(settled),
         completed=_count(completed),
         without_proof=_without_proof(plan, codes == NO_PROOF, file.parent),
+        one_state=OneState() if proofs is None else one_state_of(proofs, found),
         as_gathered=many,
     )
 

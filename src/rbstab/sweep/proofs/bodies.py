@@ -1,6 +1,6 @@
 """The distinct bodies of a plan: members that differ only in their initial state share a proof."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,28 +47,56 @@ class Bodies:
 
 def bodies_of(plan: Plan) -> Bodies:
     """Return the distinct bodies of a plan."""
-    names = {variant: own_keys(plan, variant) for variant in plan.variants}
-    keys = {varied.key for own in names.values() for varied in own}
-    values = plan.values(0, plan.members, [*keys, VARIANT_KEY])
-    variants = values.get(VARIANT_KEY)
     of_member = np.full(plan.members, -1)
     firsts: list[Array] = []
     orders: list[Array] = []
-    for variant, own in names.items():
-        if undecided_reason(plan, variant) is not None:
-            continue
-        rows = np.arange(plan.members) if variants is None else np.flatnonzero(variants == variant)
-        # One more row of zeros: a body of its own if nothing of it varies.
-        numbers = [np.zeros(len(rows)), *(values[one.key][rows].astype(float) for one in own)]
-        table = np.stack(numbers, axis=1)
-        distinct, first, inverse = np.unique(table, axis=0, return_index=True, return_inverse=True)
-        of_member[rows] = sum(map(len, firsts)) + inverse.ravel()
-        orders.append(sum(map(len, firsts)) + spread_order(distinct))
+    for rows, table in _numbers_of_bodies(plan, plan.variants):
+        first, inverse = _distinct_rows(table)
+        of_member[rows] = sum(map(len, firsts)) + inverse
+        orders.append(sum(map(len, firsts)) + spread_order(table[first]))
         firsts.append(rows[first])
     found = np.concatenate([np.zeros(0, dtype=int), *firsts])
     order = np.argsort(found)
     place = np.append(np.argsort(order), -1)  # the last entry stays -1
     return Bodies(place[of_member], found[order], place[alternated(orders)])
+
+
+def first_members(plan: Plan, variants: Iterable[str]) -> Array:
+    """Return the first member of each distinct body of some variants, ascending."""
+    firsts = [rows[_distinct_rows(table)[0]] for rows, table in _numbers_of_bodies(plan, variants)]
+    found: Array = np.sort(np.concatenate([np.zeros(0, dtype=int), *firsts]))
+    return found
+
+
+def _numbers_of_bodies(plan: Plan, variants: Iterable[str]) -> Iterator[tuple[Array, Array]]:
+    """Yield the members of each variant that a theorem decides, and the numbers of their bodies."""
+    own = {name: own_keys(plan, name) for name in variants if undecided_reason(plan, name) is None}
+    keys = {varied.key for some in own.values() for varied in some}
+    values = plan.values(0, plan.members, [*keys, VARIANT_KEY])
+    named = values.get(VARIANT_KEY)
+    for variant, varied in own.items():
+        rows = np.arange(plan.members) if named is None else np.flatnonzero(named == variant)
+        # One more column of zeros: all members have one body if nothing of it varies.
+        numbers = [np.zeros(len(rows)), *(values[one.key][rows].astype(float) for one in varied)]
+        yield rows, np.stack(numbers, axis=1)
+
+
+def _distinct_rows(table: Array) -> tuple[Array, Array]:
+    """Return the first one of each distinct row of a table, and which of these each row equals.
+
+    They are in the order of their numbers, as by `numpy.unique`, which takes several times as long.
+    """
+    same = np.zeros(len(table), dtype=int)
+    count = min(len(table), 1)
+    for column in table.T:
+        if count == len(table):
+            break
+        values, place = np.unique(column, return_inverse=True)
+        if count > 1:
+            pairs = same * len(values) + place.ravel()
+            values, place = np.unique(pairs, return_inverse=True)
+        same, count = place.ravel(), len(values)
+    return np.unique(same, return_index=True)[1], same
 
 
 def own_keys(plan: Plan, variant: str) -> tuple[VariedKey, ...]:

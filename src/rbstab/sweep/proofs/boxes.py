@@ -6,7 +6,6 @@ them. Where it fails, the members are divided in two along the number that widen
 
 from collections import deque
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path as FilePath
 from threading import Event
@@ -25,7 +24,7 @@ from rbstab.config.entries import (
 from rbstab.config.schema import Config
 from rbstab.config.source import Path
 from rbstab.config.tolerances import Tolerance
-from rbstab.experiment.robust.bodies import examined_within
+from rbstab.experiment.robust.bodies import prove_within
 from rbstab.experiment.robust.cache import keep_bodies, kept_bodies
 from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.mechanics.numbers import Array
@@ -38,7 +37,10 @@ SECONDS = 10.0
 """No box is begun after this time."""
 
 PART_LIMIT = 2
-"""A box is examined whole, then one half of it, only to find a body with several rest states."""
+"""A box is examined whole, then one half of it, only to find a body with several rest states.
+
+What it does not decide is stored too: the next call goes on with the halves.
+"""
 
 
 class BoxProof(NamedTuple):
@@ -128,6 +130,7 @@ class _Boxes:
                 entry = entries[path]
                 if path == entry.paths[0] and not is_of_initial_state(path):
                     self.numbers[path], self.entries[path] = numbers, entry
+        self.paths = {entry.key: path for path, entry in self.entries.items()}
 
     def proofs(self, results: FilePath, end: float, stop: Event) -> Iterator[BoxProof]:
         """Prove boxes until a point in time; yield the proved ones, and the whole if it is false.
@@ -141,22 +144,14 @@ class _Boxes:
             config, tolerances = self.box(rows)
             if not tolerances:
                 continue  # one body, whose own proof says more
-            widest: Tolerance | None = None
-            record = kept_bodies(results, config, tolerances)
-            if record is None or not record.proved:
-                # A stored proof that failed does not say where to divide the box. As with proofs
-                # of one body, what raises such an error is not decided.
-                with suppress(ArithmeticError, ValueError, LookupError, TypeError):
-                    record, widest = examined_within(config, tolerances, PART_LIMIT)
+            record = _examined(results, config, tolerances)
             if record is None:
                 continue
             whole = len(rows) == len(self.members)
-            if record.proved:
-                keep_bodies(results, record)
             if record.proved or (whole and record.proved is False):
                 yield BoxProof(self.variant, self.members[rows], whole, record)
-            if not record.proved and widest is not None:
-                numbers = self.numbers[widest.entry.paths[0]][rows]
+            if not record.proved and record.widest is not None:
+                numbers = self.numbers[self.paths[record.widest]][rows]
                 different = np.unique(numbers)
                 below = numbers < different[len(different) // 2]
                 waiting += [rows[below], rows[~below]]
@@ -173,6 +168,30 @@ class _Boxes:
             if low < high:
                 tolerances.append(_tolerance(entry, low, middle, high))
         return replaced(self.base, middles), tuple(tolerances)
+
+
+def _examined(
+    results: FilePath, config: Config, tolerances: tuple[Tolerance, ...]
+) -> BodiesRecord | None:
+    """Return what is proved of a box, or that it is not decided, and store it; None if it failed.
+
+    Raises:
+        StoreError: A proof cannot be written or read.
+    """
+    kept = kept_bodies(results, config, tolerances)
+    keys = {one.entry.key for one in tolerances}
+    if kept is not None and (kept.proved or kept.widest in keys):
+        more = kept.brief and kept.parts < PART_LIMIT
+        if not more:
+            return kept
+    try:
+        made = prove_within(config, tolerances, PART_LIMIT)
+    except (ArithmeticError, ValueError, LookupError, TypeError):
+        return kept  # as with proofs of one body, what raises such an error is not decided
+    # What another command has not decided is not replaced: it examined more parts.
+    if kept is None or kept.brief or made.proved is not None:
+        keep_bodies(results, made)
+    return made
 
 
 def _tolerance(entry: Entry, low: float, middle: float, high: float) -> Tolerance:

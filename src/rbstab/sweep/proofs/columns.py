@@ -40,7 +40,27 @@ REST_STATE = Column(
 )
 """The column `proved_rest_state` of a sweep."""
 
-GATHERED_COLUMNS: dict[str, Column] = {"convergence": COLUMN, "proved_rest_state": REST_STATE}
+ONE_STATE_WORDS = ("not decided", "proved", "false")
+"""The values of the column `one_rest_state`, in the order of their codes."""
+
+STATES_UNDECIDED, ONE_STATE, NOT_ONE_STATE = range(3)
+
+ONE_STATE_COLUMN = Column(
+    *(
+        (),
+        "i1",
+        "1",
+        "whether its body has one rest state in the range, by a proof of its own",
+    ),
+    ONE_STATE_WORDS,
+)
+"""The column `one_rest_state` of a sweep."""
+
+GATHERED_COLUMNS: dict[str, Column] = {
+    "convergence": COLUMN,
+    "proved_rest_state": REST_STATE,
+    "one_rest_state": ONE_STATE_COLUMN,
+}
 """The columns that every gathered sweep has beside those of its shards."""
 
 MOTION_COLUMNS: dict[str, Column] = {

@@ -14,6 +14,7 @@ from rbstab.config.user_code.permission import has_code, may_run_code
 from rbstab.experiment.convergence.decisions import nothing_proved
 from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.experiment.proof_cache import cached_proof, proof_for
+from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import has_no_rest_state
 from rbstab.mechanics.numbers import Array
@@ -24,8 +25,11 @@ from rbstab.sweep.proofs.columns import (
     MOTION_PROOFS,
     NO_PROOF,
     NOT_DECIDED,
+    NOT_ONE_STATE,
     NOT_PROVED,
+    ONE_STATE,
     PROVED,
+    STATES_UNDECIDED,
 )
 from rbstab.sweep.proofs.robust import RobustProofs
 from rbstab.sweep.proofs.starts import ProvedStarts
@@ -59,10 +63,13 @@ class MemberConvergence(NamedTuple):
     Attributes:
         codes: The code of each member in `CONVERGENCE`, shape (m,).
         rest_states: The number of the rest state, from 1 for the lowest; 0: not proved; shape (m,).
+        one_state: Whether its body has one rest state in the range, a minimum, by a proof of its
+            own: the code in `ONE_STATE_WORDS`, shape (m,).
     """
 
     codes: Array
     rest_states: Array
+    one_state: Array
 
     def beside(self, stored: "MemberConvergence") -> "MemberConvergence":
         """Return this with what is stored of members of which it says nothing, or less."""
@@ -70,6 +77,20 @@ class MemberConvergence(NamedTuple):
         return MemberConvergence(
             np.where(keep, stored.codes, self.codes),
             np.where(keep, stored.rest_states, self.rest_states),
+            np.where(self.one_state == STATES_UNDECIDED, stored.one_state, self.one_state),
+        )
+
+    def copy(self) -> "MemberConvergence":
+        """Return a copy whose arrays can be changed."""
+        return MemberConvergence(*(column.copy() for column in self))
+
+    @classmethod
+    def nothing(cls, count: int) -> "MemberConvergence":
+        """Return that nothing is proved of some members."""
+        return cls(
+            np.full(count, NO_PROOF, dtype=np.int8),
+            np.zeros(count, dtype=np.int32),
+            np.full(count, STATES_UNDECIDED, dtype=np.int8),
         )
 
 
@@ -111,18 +132,24 @@ class ProvedConvergence:
         """The number of proofs that ended early because nobody asked for them."""
         return sum(proof.brief is True for proof in self._proofs.values())
 
+    @property
+    def variants_of_bodies(self) -> tuple[str, ...]:
+        """The variants of several bodies that a theorem decides."""
+        return tuple(self._robust)
+
     def of(self, start: int, stop: int) -> MemberConvergence:
         """Return what is proved of the members from number `start` up to `stop`."""
-        codes = np.full(stop - start, NO_PROOF, dtype=np.int8)
-        rest_states = np.zeros(stop - start, dtype=np.int32)
+        found = MemberConvergence.nothing(stop - start)
         if not self._proofs:
-            return MemberConvergence(codes, rest_states)
+            return found
+        codes, rest_states, one_state = found
         values = self.plan.values(start, stop)
         variants = values.get("controller.variant")
         for variant in self._proofs:
             chosen = np.ones(len(codes), bool) if variants is None else variants == variant
             rows = np.flatnonzero(chosen)
             own = {key: entries[rows] for key, entries in values.items()}
+            one_state[rows] = one_state_code(self._proofs[variant])
             if has_no_rest_state(self._proofs[variant]):
                 codes[rows] = FALSE
                 continue
@@ -130,7 +157,7 @@ class ProvedConvergence:
             codes[rows] = np.where(
                 rest_states[rows] > 0, PROVED, outside_code(self._proofs[variant])
             )
-        return MemberConvergence(codes, rest_states)
+        return found
 
     def within(
         self, start: int, stop: int, outcome: Mapping[str, Array], found: MemberConvergence
@@ -146,13 +173,14 @@ class ProvedConvergence:
         levels = self.box_levels(start, stop)
         if not levels.any():
             return found
-        codes, rest_states = found.codes.copy(), found.rest_states.copy()
+        more = found.copy()
+        codes, rest_states, _ = more
         for proofs, rows, own in self._robust_rows(start, stop):
             columns = {name: column[rows] for name, column in outcome.items()}
             new = proofs.codes(own, columns, levels[rows])
             rest_states[rows[(new == PROVED) & (codes[rows] != PROVED)]] = 1
             codes[rows[new == PROVED]] = PROVED
-        return MemberConvergence(codes, rest_states)
+        return more
 
     def box_levels(self, start: int, stop: int) -> Array:
         """Return the level, J, that proofs for many bodies at once give for each member.
@@ -166,6 +194,33 @@ class ProvedConvergence:
                 found[rows] = proofs.levels(own, len(rows))
             self._levels = (start, stop), found
         return self._levels[1]
+
+    def one_state(self, own: Array) -> Array:
+        """Return whether the body of each member has one rest state, by any proof of it.
+
+        Args:
+            own: What proofs of single bodies say of all members, as `MemberConvergence.one_state`.
+
+        Returns:
+            The codes in `ONE_STATE_WORDS`, shape (members,).
+        """
+        found = own.copy()
+        for proofs, rows, values in self._robust_rows(0, len(own)):
+            of_boxes = proofs.one_state(values, len(rows))
+            decided = of_boxes != STATES_UNDECIDED
+            found[rows[decided]] = of_boxes[decided]
+        return found
+
+    def counterexamples(self) -> dict[str, BodiesRecord]:
+        """Return by variant a body between the bounds of the plan that has not one rest state."""
+        found: dict[str, BodiesRecord] = {}
+        if not any(proofs.has_counterexamples for proofs in self._robust.values()):
+            return found  # the values of a million members take a while
+        for proofs, _, values in self._robust_rows(0, self.plan.members):
+            record = proofs.counterexample(values)
+            if record is not None:
+                found[proofs.variant] = record
+        return found
 
     def have_own_bodies(self, start: int, stop: int) -> Array:
         """Return which members are of a variant of several bodies that a theorem decides."""
@@ -203,9 +258,10 @@ def proved_columns(starts: MemberConvergence, shard: Mapping[str, Array]) -> dic
         starts: What is proved of the starts of its members.
         shard: The columns of the shard, with `MOTION_COLUMNS` if the plan has `prove`.
     """
-    codes, rest_states = starts.codes.copy(), starts.rest_states.copy()
+    codes, rest_states, one_state = starts.copy()
+    known = {"proved_rest_state": rest_states, "one_rest_state": one_state}
     if "motion_proof" not in shard:
-        return {"convergence": codes, "proved_rest_state": rest_states}
+        return {"convergence": codes, **known}
     inside = rest_states > 0
     rest_states = np.where(inside, rest_states, shard["proved_rest_state"])
     codes[rest_states > 0] = PROVED
@@ -214,6 +270,7 @@ def proved_columns(starts: MemberConvergence, shard: Mapping[str, Array]) -> dic
     codes[~inside & (ended == MOTION_PROOFS.index("false"))] = FALSE
     return {
         "convergence": codes,
+        **known,
         "proved_rest_state": rest_states,
         "proved_time": np.where(inside, 0.0, shard["proved_time"]),
     }
@@ -265,6 +322,22 @@ def outside_code(proof: Proof) -> int:
     After a brief proof that ended early, that it is in none is not known.
     """
     return NO_PROOF if proof.brief else NOT_PROVED
+
+
+def one_state_code(proof: Proof) -> int:
+    """Return whether a body has one rest state in the range, a minimum, by its own proof.
+
+    Where a spring has no length, a tied body may have one more, of which the proof says nothing.
+    """
+    if sum(state.proved for state in proof.states) > 1:
+        return NOT_ONE_STATE
+    if proof.needs_lengths:
+        return STATES_UNDECIDED
+    if proof.globally_stable:
+        return ONE_STATE
+    none = proof.proved and not proof.states
+    no_minimum = proof.unique and proof.globally_stable is False
+    return NOT_ONE_STATE if none or no_minimum else STATES_UNDECIDED
 
 
 def is_known(proof: Proof) -> bool:

@@ -34,16 +34,19 @@ def without_theorem(plan: Plan) -> dict[str, Array]:
 def stored_convergence(table: Table) -> MemberConvergence:
     """Return what the columns of a table say, without later proofs.
 
-    Sweeps of older versions have no column of rest states. Their proved members converge to the
-    lowest one. Still older ones have neither column.
+    Sweeps of older versions do not say which bodies have one rest state. Still older ones have no
+    column of rest states: their proved members converge to the lowest one. The oldest have no such
+    column at all.
     """
-    codes = np.full(len(table[RUN]), NO_PROOF, dtype=np.int8)
+    codes, rest_states, one_state = MemberConvergence.nothing(len(table[RUN]))
     if "convergence" in table.layout:
         codes = table["convergence"]
-    rest_states = (codes == PROVED).astype(np.int32)
+        rest_states = (codes == PROVED).astype(np.int32)
     if "proved_rest_state" in table.layout:
         rest_states = table["proved_rest_state"]
-    return MemberConvergence(codes, rest_states)
+    if "one_rest_state" in table.layout:
+        one_state = table["one_rest_state"]
+    return MemberConvergence(codes, rest_states, one_state)
 
 
 def convergence_now(table: Table, proofs: ProvedConvergence | None) -> MemberConvergence:

@@ -26,8 +26,14 @@ from rbstab.processes.workers import worker_pool
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.bodies import Bodies, bodies_of
 from rbstab.sweep.proofs.boxes import BoxProof
-from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, PROVED
-from rbstab.sweep.proofs.convergence import MemberConvergence, is_known, outside_code
+from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, PROVED, STATES_UNDECIDED
+from rbstab.sweep.proofs.convergence import (
+    MemberConvergence,
+    is_known,
+    one_state_code,
+    outside_code,
+)
+from rbstab.sweep.proofs.one_state import OneState
 from rbstab.sweep.proofs.starts import ProvedStarts
 
 BUDGET = 30.0
@@ -58,6 +64,7 @@ class BodyProofs(NamedTuple):
         seconds: The time that was taken, s.
         brief: How many proofs ended early because nobody asked for them (`proof_for`).
         boxes: The proofs for many bodies at once.
+        one_state: Which bodies have one rest state, by any proof.
     """
 
     found: MemberConvergence
@@ -68,6 +75,7 @@ class BodyProofs(NamedTuple):
     seconds: float
     brief: int = 0
     boxes: Sequence[BoxProof] = ()
+    one_state: OneState = OneState()
 
 
 def prove_bodies(  # noqa: PLR0913 (options by name)
@@ -130,14 +138,19 @@ class _Answers:
     def __init__(self, plan: Plan, bodies: Bodies, stored: MemberConvergence) -> None:
         self.plan = plan
         self.bodies = bodies
-        self.answers = MemberConvergence(stored.codes.copy(), stored.rest_states.copy())
+        self.answers = stored.copy()
 
     def add(self, body: int, proof: Proof | None) -> None:
         """Add what the proof of a body says of its members."""
-        if proof is None or not is_known(proof):
+        if proof is None:
             return
         members = self.bodies.members(body)
-        codes, rest_states = self.answers
+        codes, rest_states, one_state = self.answers
+        code = one_state_code(proof)
+        if code != STATES_UNDECIDED:
+            one_state[members] = code
+        if not is_known(proof):
+            return
         if has_no_rest_state(proof):
             codes[members] = FALSE
             return
@@ -153,9 +166,9 @@ class _Answers:
         numbers = starts.find(values, len(members))
         # What is stored may be more: a proof for all bodies within tolerances.
         own_codes = np.where(numbers > 0, PROVED, outside_code(proof)).astype(codes.dtype)
-        new = MemberConvergence(own_codes, numbers)
-        merged = new.beside(MemberConvergence(codes[members], rest_states[members]))
-        codes[members], rest_states[members] = merged
+        new = MemberConvergence(own_codes, numbers, one_state[members])
+        merged = new.beside(MemberConvergence(*(column[members] for column in self.answers)))
+        codes[members], rest_states[members], _ = merged
 
     def _values(self, members: Array, keys: list[str]) -> dict[str, Array]:
         """Return the values of some keys of some members, which may be far apart."""

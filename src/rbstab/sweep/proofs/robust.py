@@ -13,13 +13,25 @@ from rbstab.config.schema import Config
 from rbstab.config.source import Path
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
-from rbstab.experiment.robust.covering import levels_of, valid_proofs
+from rbstab.experiment.robust.covering import (
+    are_counterexamples,
+    counterexample_between,
+    have_one_state,
+    levels_of,
+    valid_proofs,
+)
 from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.experiment.stored_proof.starts import OPEN_RANGE, ROUND_OFF
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.varied_numbers import varied_numbers
-from rbstab.sweep.proofs.columns import NO_PROOF, PROVED
+from rbstab.sweep.proofs.columns import (
+    NO_PROOF,
+    NOT_ONE_STATE,
+    ONE_STATE,
+    PROVED,
+    STATES_UNDECIDED,
+)
 
 START_COLUMNS = ("lyapunov_start", "energy_at_rest", "rest_orientation")
 """The columns of a shard that are needed."""
@@ -45,6 +57,35 @@ class RobustProofs:
             count: The number of members.
         """
         return levels_of(self._records, *self._numbers(values), count)
+
+    def one_state(self, values: Mapping[str, Array], count: int) -> Array:
+        """Return whether each body has one rest state: its code in `ONE_STATE_WORDS`, (count,).
+
+        Args:
+            values: As for `codes`.
+            count: The number of members.
+        """
+        config, varied = self._numbers(values)
+        found = np.full(count, STATES_UNDECIDED, dtype=np.int8)
+        found[have_one_state(self._records, config, varied, count)] = ONE_STATE
+        found[are_counterexamples(self._records, config, varied, count)] = NOT_ONE_STATE
+        return found
+
+    @property
+    def has_counterexamples(self) -> bool:
+        """Whether a stored proof names a body with several rest states, or one that is no minimum.
+
+        It may lie outside of the bounds of the plan.
+        """
+        return any(record.proved is False for record in self._records)
+
+    def counterexample(self, values: Mapping[str, Array]) -> BodiesRecord | None:
+        """Return a body between the bounds of the plan that has not one rest state, or None.
+
+        Args:
+            values: The values of all members of the variant.
+        """
+        return counterexample_between(self._records, *self._numbers(values))
 
     def codes(
         self, values: Mapping[str, Array], outcome: Mapping[str, Array], levels: Array

@@ -253,6 +253,53 @@ def test_parts_cover_the_box(monkeypatch):
     assert proof.level == examined.index(leaves[0]) + 1
 
 
+@pytest.fixture
+def nothing_proved(monkeypatch):
+    """Each part is called undecided, and no counterexample is found."""
+    from rbstab.analysis.proof.boxes import no_boxes
+    from rbstab.analysis.proof.robust import bodies
+    from rbstab.analysis.proof.robust.part import PartProof
+
+    undecided = PartProof(False, 0.0, 1, no_boxes(), np.zeros((0, 3)))
+    monkeypatch.setattr(bodies, "prove_part", lambda *_: undecided)
+    monkeypatch.setattr(bodies, "counterexample", lambda *_: None)
+    return bodies
+
+
+def test_the_axis_is_that_of_the_whole_box(nothing_proved, monkeypatch):
+    members, box = box_of(config_of("permanent"), "controller.K_r[0]=±8%", "controller.K_t[0]=±8%")
+    axes = iter([1, 0, 0])
+    monkeypatch.setattr(nothing_proved, "_axis", lambda *_: next(axes))
+    proof = prove_bodies(members, box, part_limit=3)
+    assert (proof.outcome, proof.parts) == (BodiesOutcome.PART_LIMIT, 3)
+    assert proof.axis == 1
+
+
+def test_a_box_of_inertias_is_not_halved(nothing_proved):
+    """All bodies of a held point have the same energy, and so have those of halves."""
+    members, box = box_of(config_of("permanent"), "body.inertia=±10%", "controller.L_r=±10%")
+    proof = prove_bodies(members, box)
+    assert (proof.outcome, proof.parts, proof.axis) == (BodiesOutcome.UNDECIDED, 1, None)
+
+
+def test_a_box_without_a_form_of_its_energy_is_halved_along_its_widest_number(monkeypatch):
+    from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
+    from rbstab.analysis.proof.robust import bodies
+    from rbstab.analysis.proof.robust.energies import energies_of
+
+    members, box = box_of(config_of("permanent"), "controller.K_r[0]=±2%", "controller.K_t[0]=±8%")
+    widest = box.radius.index(max(box.radius))
+
+    def of_halves(members, part):
+        if part.radius == box.radius:
+            raise NoReducedEnergy(next(iter(NoEnergyReason)))
+        return energies_of(members, part)
+
+    monkeypatch.setattr(bodies, "energies_of", of_halves)
+    proof = prove_bodies(members, box)
+    assert (proof.outcome, proof.parts, proof.axis) == (BodiesOutcome.PROVED, 3, widest)
+
+
 def test_two_proved_rest_states_are_no_proof(monkeypatch):
     """All bodies of this box have two rest states, each of them isolated for all bodies."""
     from rbstab.analysis.proof.robust.energies import energies_of

@@ -95,40 +95,37 @@ class _Search:
         return self._ended(BodiesOutcome.PROVED)
 
     def _examine(self, part: Part, near: Array) -> BodiesProof | None:
-        """Prove a part, or halve it; return a result if a body in it refutes the claim."""
+        """Prove a part, or halve it; return a result if this ends the proof."""
         try:
             energies = energies_of(self.members, part)
         except NoReducedEnergy:
-            self._halve(part, _widest(part), near)
-            return None
+            return self._halve(part, near, _widest(part))
         proof = prove_part(energies.family, near)
         self.boxes += proof.examined
         if proof.proved:
             self.level, self.proved = min(self.level, proof.level), self.proved + 1
             return None
-        axis = _axis(energies, proof) if energies.varied else None
-        self.axis = axis if self.axis is None else self.axis
-        false = self._false(part, proof)
-        if false is not None:
-            return false
-        if axis is None:  # inertia and damping only: all bodies have one U, and halves too
-            return self._ended(BodiesOutcome.UNDECIDED)
-        self._halve(part, axis, near)
-        return None
-
-    def _halve(self, part: Part, axis: int, near: Array) -> None:
-        self.axis = axis if self.axis is None else self.axis
-        self.pending += [(half, near) for half in part.halves(axis)]
-
-    def _false(self, part: Part, proof: PartProof) -> BodiesProof | None:
-        """Return a result if a body is found that has several rest states, or no minimum."""
         starts = np.concatenate([self.starts, proof.doubtful])
-        found = counterexample(self.members, part, starts)
-        if found is None:
-            return None
-        several = len(found.rest_states) > 1
-        outcome = BodiesOutcome.SEVERAL if several else BodiesOutcome.NO_MINIMUM
-        return self._ended(outcome, found)
+        false = counterexample(self.members, part, starts)
+        return self._halve(part, near, _axis(energies, proof), false)
+
+    def _halve(
+        self, part: Part, near: Array, axis: int | None, false: Counterexample | None = None
+    ) -> BodiesProof | None:
+        """Halve a part that is not proved; return a result if this ends the proof.
+
+        It does if a body in the part is `false`, or if halves would not help (`axis` is None).
+        """
+        if self.examined == 1:
+            self.axis = axis
+        if false is not None:
+            several = len(false.rest_states) > 1
+            outcome = BodiesOutcome.SEVERAL if several else BodiesOutcome.NO_MINIMUM
+            return self._ended(outcome, false)
+        if axis is None:
+            return self._ended(BodiesOutcome.UNDECIDED)
+        self.pending += [(half, near) for half in part.halves(axis)]
+        return None
 
     def _ended(self, outcome: BodiesOutcome, false: Counterexample | None = None) -> BodiesProof:
         level = self.level if outcome is BodiesOutcome.PROVED else 0.0
@@ -140,8 +137,13 @@ class _Search:
         return BodiesProof(outcome, level, self.examined, self.boxes, reason, false, self.axis)
 
 
-def _axis(energies: Energies, proof: PartProof) -> int:
-    """Return the index of the number along which a part is halved."""
+def _axis(energies: Energies, proof: PartProof) -> int | None:
+    """Return the index of the number along which a part is halved; None if it does not matter.
+
+    If only inertia and damping vary, all bodies have one energy U, and those of halves have too.
+    """
+    if not energies.varied:
+        return None
     place = most_disturbing(energies.family, proof)
     return energies.varied[place] if place < len(energies.varied) else energies.varied[0]
 

@@ -1,0 +1,190 @@
+"""Each distinct body of a sweep counts once, by a proof of its own or by one for many bodies."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.paper_runs import paper_config
+from support.sweeping import run_sweep
+
+import rbstab
+from rbstab.experiment.proof_cache import proof_for
+from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.report.sweeps.members import read_members
+from rbstab.sweep.folder.member_answers import member_answers
+from rbstab.sweep.members.engines import factory_for
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.proofs.bodies import _distinct_rows, first_members
+from rbstab.sweep.proofs.columns import NOT_ONE_STATE, ONE_STATE, STATES_UNDECIDED
+from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, one_state_code
+from rbstab.sweep.proofs.one_state import OneState, one_state_of
+from rbstab.sweep.sweep import prove_members
+
+SHORT: dict[str, Any] = {"duration": 0.05, "samples": 3, "rtol": 1e-9}
+K_R, SPIN = "controller.K_r", "initial.angular_velocity[0]"
+
+
+def plan_of(vary: dict[str, Any], variant: str = "permanent", **changes: Any) -> Plan:
+    base = paper_config(variant, initial={"angular_velocity": [0, 0, 0]}, **SHORT)
+    return load_plan({"base": base | changes, "vary": vary})
+
+
+def swept(folder: Path, plan: Plan, **options: Any) -> OneState:
+    """Return what is found when the bodies of a sweep are proved, in the folder `sweep`."""
+    sweep = run_sweep(folder / "sweep", plan, threads=1, factory=factory_for("scipy"))
+    return prove_members(plan, sweep, **options).one_state
+
+
+def stored(folder: Path) -> OneState:
+    """Return the same as the report and `show` read it later, which agree."""
+    file = folder / "sweep" / "sweep.h5"
+    found = member_answers(file).one_state
+    assert found == read_members(file).one_state
+    return found
+
+
+def test_bodies_count_once_by_either_proof(tmp_path, monkeypatch):
+    """The first four bodies lie in a box; then each of them has a proof of its own too."""
+    monkeypatch.setattr("rbstab.sweep.sweep.FEW", 3)
+    plan = plan_of({K_R: {"scale": {"linspace": [0.9, 1.1, 5]}}, SPIN: {"values": [1.0, 11.0]}})
+    boxes = swept(tmp_path, plan, budget=0.0)
+    assert (boxes.bodies, boxes.proved, boxes.not_decided) == (5, 5, 0)
+    assert len(boxes.levels) == 5
+    assert boxes.word == "proved"
+    assert boxes.counts == "proved for 5 of 5 distinct bodies"
+    assert stored(tmp_path) == boxes
+    assert not rbstab.open_sweep(tmp_path / "sweep")["one_rest_state"].any()
+    both = swept(tmp_path, plan, budget=None)
+    assert (both.bodies, both.proved) == (5, 5)
+    assert stored(tmp_path) == both
+    words = rbstab.open_sweep(tmp_path / "sweep").words("one_rest_state")
+    assert set(words) == {"proved"}
+
+
+def test_a_body_may_be_false_by_its_own_proof(tmp_path):
+    plan = plan_of(
+        {K_R: {"scale": {"values": [0.1, 1.0]}}, SPIN: {"values": [0.1, 0.2]}},
+        gravity=[0.0, 0.0, -9.81],
+    )
+    found = swept(tmp_path, plan, budget=None)
+    assert (found.bodies, found.proved, list(found.false)) == (2, 1, [0])
+    assert found.counts == "proved for 1 of 2 distinct bodies, false for 1 (members 0)"
+    assert found.word == "false"
+    assert found.counterexamples == {}
+    assert stored(tmp_path) == found
+    words = rbstab.open_sweep(tmp_path / "sweep").words("one_rest_state")
+    assert words.tolist() == ["false"] * 2 + ["proved"] * 2
+
+
+def test_a_body_between_the_bounds_may_refute_what_holds_for_those_of_the_sweep(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setattr("rbstab.sweep.sweep.FEW", 3)
+    weak = {K_R: {"scale": {"linspace": [0.1, 0.3, 4]}}}
+    found = swept(tmp_path, plan_of(weak, gravity=[0.0, 0.0, -9.81]), budget=0.0)
+    record = found.counterexamples["permanent"]
+    assert record.proved is False
+    assert len(record.rest_states) > 1
+    (sentence,) = found.refutations
+    assert sentence.startswith("For every body between the least and the greatest value")
+    assert " one rest state, a minimum: false, proved. The body with controller.K_r = [" in sentence
+    assert found.sentences[1:] == [sentence]
+    assert stored(tmp_path) == found
+    assert found.data["counterexamples"][0]["body"] == record.body
+
+
+def test_the_body_of_a_counterexample_may_be_one_of_the_sweep(tmp_path, monkeypatch):
+    monkeypatch.setattr("rbstab.sweep.sweep.FEW", 3)
+    weak = {K_R: {"scale": {"linspace": [0.1, 0.3, 5]}}, SPIN: {"values": [0.1, 0.2]}}
+    found = swept(tmp_path, plan_of(weak, gravity=[0.0, 0.0, -9.81]), budget=0.0)
+    assert (found.counterexamples["permanent"].body or {})[f"{K_R}[0]"] == "80"
+    assert list(found.false) == [4]  # the third of five bodies, each with two members
+
+
+def test_the_column_is_stored_also_if_nothing_else_is_new(tmp_path, monkeypatch):
+    """As where a proof ended early, and does not say which members start in a region."""
+    monkeypatch.setattr("rbstab.sweep.proofs.prove_bodies.is_known", lambda _: False)
+    plan = plan_of({K_R: {"scale": {"values": [0.9, 1.1]}}})
+    assert swept(tmp_path, plan, budget=None).proved == 2
+    table = rbstab.open_sweep(tmp_path / "sweep")
+    assert table.words("one_rest_state").tolist() == ["proved"] * 2
+    assert set(table.words("convergence")) == {"unknown"}
+
+
+def test_without_an_answer_for_any_body_nothing_is_said(tmp_path):
+    plan = plan_of({K_R: {"scale": {"values": [0.9, 1.1]}}})
+    found = swept(tmp_path, plan, budget=0.0)
+    assert found == OneState()
+    assert found.sentences == []
+    # All members of a sweep share one body: the report shows its rest states.
+    shared = plan_of({SPIN: {"values": [1.0, 2.0]}})
+    proof_for(tmp_path, shared.config_of(0))
+    proofs = ProvedConvergence(shared, tmp_path)
+    of_members = proofs.of(0, 2)
+    assert of_members.one_state.tolist() == [ONE_STATE] * 2
+    assert one_state_of(proofs, of_members) == OneState()
+
+
+def test_sweeps_without_the_column_have_what_boxes_say(tmp_path, monkeypatch):
+    monkeypatch.setattr("rbstab.sweep.sweep.FEW", 3)
+    swept(tmp_path, plan_of({K_R: {"scale": {"linspace": [0.9, 1.1, 5]}}}), budget=None)
+    members = read_members(tmp_path / "sweep" / "sweep.h5")
+    layout: Any = members.table.layout
+    del layout["one_rest_state"]
+    assert (members.one_state.bodies, members.one_state.proved) == (5, 5)
+
+
+@pytest.mark.parametrize(
+    ("scale", "gravity", "expected"),
+    [(1.0, 0.0, ONE_STATE), (0.1, -9.81, NOT_ONE_STATE)],
+)
+def test_codes_of_proofs(tmp_path, scale, gravity, expected):
+    vary = {K_R: {"scale": {"values": [scale]}}}
+    proof = proof_for(tmp_path, plan_of(vary, gravity=[0.0, 0.0, gravity]).config_of(0))
+    assert one_state_code(proof) == expected
+
+    def changed(**changes: Any) -> Proof:
+        return proof.model_copy(update=changes)
+
+    unknown = changed(proved=False, unique=None, states=proof.states[:1])
+    assert one_state_code(unknown) == STATES_UNDECIDED
+    # With a certain second one, the search need not have ended.
+    several = changed(proved=False, unique=None, states=proof.states[:1] * 2)
+    assert one_state_code(several) == NOT_ONE_STATE
+    none = {"unique": False, "states": (), "region": None}
+    assert one_state_code(changed(proved=True, **none)) == NOT_ONE_STATE
+    assert one_state_code(changed(proved=False, **none)) == STATES_UNDECIDED
+    saddle = proof.states[0].model_copy(update={"index": 1})
+    assert one_state_code(changed(unique=True, states=(saddle,))) == NOT_ONE_STATE
+
+
+def test_what_a_later_proof_says_replaces_nothing_that_is_known():
+    count = 3
+    codes, states, _ = MemberConvergence.nothing(count)
+    new = MemberConvergence(codes, states, np.array([STATES_UNDECIDED, ONE_STATE, NOT_ONE_STATE]))
+    known = MemberConvergence(codes, states, np.array([ONE_STATE, STATES_UNDECIDED, NOT_ONE_STATE]))
+    assert new.beside(known).one_state.tolist() == [ONE_STATE, ONE_STATE, NOT_ONE_STATE]
+
+
+@pytest.mark.parametrize(
+    ("shape", "kinds"),
+    [((1000, 3), 4), ((1000, 2), 1000), ((500, 4), 2), ((7, 1), 1), ((0, 3), 2), ((1, 2), 1)],
+)
+def test_distinct_rows_are_those_of_numpy(shape, kinds):
+    table = np.random.default_rng(0).integers(0, kinds, shape).astype(float)
+    first, same = _distinct_rows(table)
+    expected = np.unique(table, axis=0, return_index=True, return_inverse=True)
+    assert first.tolist() == expected[1].tolist()
+    assert same.tolist() == expected[2].ravel().tolist()
+
+
+def test_the_first_members_of_bodies():
+    vary = {
+        "controller.variant": {"values": ["permanent", "free"]},
+        K_R: {"scale": {"values": [1, 2]}},
+    }
+    plan = plan_of(vary | {SPIN: {"values": [1.0, 2.0]}})
+    assert first_members(plan, ["permanent", "free"]).tolist() == [0, 2, 4, 6]
+    assert first_members(plan, ["free"]).tolist() == [4, 6]

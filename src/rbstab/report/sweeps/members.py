@@ -197,6 +197,13 @@ class Members:
             return OneState()
         return one_state_of(self._certified, self._proved)
 
+    @property
+    def box_levels(self) -> Array:
+        """The level, J, that proofs for many bodies at once give for each member; 0: none, (n,)."""
+        if self._certified is None:
+            return np.zeros(len(self))
+        return self._certified.box_levels(0, len(self))
+
     @cached_property
     def _proved(self) -> MemberConvergence:
         """What is proved of the members: the stored columns, and more by proofs made since."""

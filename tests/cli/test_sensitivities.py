@@ -99,4 +99,4 @@ def test_without_heyoka_the_command_says_so(
     monkeypatch.setitem(sys.modules, "rbstab.integrate.heyoka.engine", None)
     done = rbstab("sensitivities", "good.yaml")
     assert done.exit_code == 2
-    assert "the engine 'heyoka' cannot be used here" in done.stderr
+    assert "need heyoka, which cannot be used here" in done.stderr

@@ -24,26 +24,16 @@ from rbstab.report.model.palette import (
     CASED,
     CASING,
     CASING_WIDTH,
-    GREY,
-    SCALE,
     area_colour,
     colour,
     contrast,
-    gap_opacity,
 )
-from rbstab.report.writers.colour_scale import (
-    bar_title,
-    cell_edges,
-    diverges,
-    diverging_colours,
-    gap_label,
-    scale_ends,
-    scale_ticks,
-)
+from rbstab.report.writers.plotly_figures.cells import cell_traces
 from rbstab.report.writers.plotly_figures.text import (
     escaped,
+    legend_entry,
     packed_array,
-    packed_integers,
+    translucent,
 )
 
 JSON = dict[str, Any]
@@ -153,7 +143,7 @@ def _(mark: Bars, panel: Panel) -> list[JSON]:
         trace
         | {
             "fill": "tozeroy",
-            "fillcolor": _translucent(tint),
+            "fillcolor": translucent(tint),
             "text": texts,
             "hoverinfo": "text+name",
         }
@@ -194,7 +184,7 @@ def _(mark: Band, panel: Panel) -> list[JSON]:
         tint = colour(mark.colour)
         line = {"width": 0, "color": tint}
         trace = _scatter(mark.label, x, _positive_on_log(panel.y, y), mode="lines", line=line)
-        fill = {"fill": "toself", "fillcolor": _translucent(tint, 0.25), "hoverinfo": "skip"}
+        fill = {"fill": "toself", "fillcolor": translucent(tint, 0.25), "hoverinfo": "skip"}
         traces.append(trace | fill)
     return traces
 
@@ -214,7 +204,7 @@ def _(mark: Shares, panel: Panel) -> list[JSON]:
                 "x": packed_array(mark.values[:, number]),
                 "y": places,
                 "width": 0.7,
-                **_legend_entry(label),
+                **legend_entry(label),
                 "marker": {"color": colour(mark.colours[number])},
                 "text": [str(count) if count else "" for count in counts],
                 "textposition": "inside",
@@ -230,93 +220,7 @@ def _(mark: Shares, panel: Panel) -> list[JSON]:
 
 @_traces.register
 def _(mark: Cells, panel: Panel) -> list[JSON]:
-    values = np.asarray(mark.values, dtype=float)
-    shown = _log10(values) if mark.scale.log else values
-    edges: JSON = {
-        "type": "heatmap",
-        "x": packed_array(cell_edges(mark.x, panel.x)),
-        "y": packed_array(cell_edges(mark.y, panel.y)),
-    }
-    # The script of the page shows what a cell holds; texts of all cells would need megabytes.
-    cells = edges | {"z": packed_array(shown), "hoverinfo": "none"}
-    return [cells, *_gaps(mark, edges), *_words(mark)]
-
-
-def _words(mark: Cells) -> list[JSON]:
-    """Return traces without points, for the legend entries of the words of a map."""
-    if not mark.scale.categories:
-        return []
-    present = np.unique(mark.values[np.isfinite(mark.values)]).astype(int)
-    tones = _tones(mark.scale)
-    return [
-        {
-            "type": "scatter",
-            "x": [None],
-            "y": [None],
-            "mode": "markers",
-            **_legend_entry(word),
-            "fillcolor": tones[number],
-            "marker": {"color": tones[number], "symbol": "square", "size": 10},
-            "hoverinfo": "skip",
-        }
-        for number, word in enumerate(mark.scale.categories)
-        if number in present
-    ]
-
-
-def _tones(scale: Axis) -> list[str]:
-    """Return the colours of the words of a map."""
-    return [colour(number) for number in scale.colours or range(len(scale.categories))]
-
-
-def _gaps(mark: Cells, edges: JSON) -> list[JSON]:
-    """Return a trace of the cells without a value for each reason."""
-    if mark.members is None:
-        return []
-    gaps = mark.members.gaps
-    return [
-        edges
-        | _legend_entry(gap_label(reason))
-        | {
-            "z": packed_integers((gaps == number).astype(int)),
-            "colorscale": [[0, "rgba(0,0,0,0)"], [1, _translucent(GREY, gap_opacity(number))]],
-            "zmin": 0,
-            "zmax": 1,
-            "showscale": False,
-            "hoverinfo": "skip",
-        }
-        for number, reason in enumerate(mark.members.reasons)
-        if (gaps == number).any()
-    ]
-
-
-def colour_axis(mark: Mark, *, titled: bool = True) -> JSON:
-    """Return the colour axis of a map; {} for all other marks.
-
-    Args:
-        mark: The mark.
-        titled: Whether the colour bar has a title.
-    """
-    if not isinstance(mark, Cells):
-        return {}
-    scale = mark.scale
-    if scale.categories:
-        # The legend has the words; beside a bar, long ones have no room.
-        tones = _tones(scale)
-        count = len(tones)
-        steps = [[end / count, tones[n]] for n in range(count) for end in (n, n + 1)]
-        return {"colorscale": steps, "cmin": -0.5, "cmax": count - 0.5, "showscale": False}
-    title = escaped(bar_title(scale, titled=titled))
-    bar: JSON = {"title": {"text": title, "side": "right"}, "outlinewidth": 0}
-    low, high = scale_ends(mark)
-    labels = scale_ticks(low, high, log=scale.log)
-    places, ends = np.array(list(labels)), np.array([low, high])
-    if scale.log:
-        places, ends = _log10(places), _log10(ends)
-    bar |= {"tickvals": places.tolist(), "ticktext": list(labels.values())}
-    colours = [*map(list, diverging_colours(mark))] if diverges(mark) else SCALE.capitalize()
-    found: JSON = {"colorscale": colours, "colorbar": bar}
-    return found | dict(zip(("cmin", "cmax"), ends.tolist(), strict=True))
+    return cell_traces(mark, panel)
 
 
 def level_shape(mark: Level) -> JSON:
@@ -330,7 +234,7 @@ def level_shape(mark: Level) -> JSON:
         f"{across}1": mark.value,
         "line": {"color": LEVEL_COLOUR, "width": 1.2, "dash": "dash"},
     }
-    return shape | _legend_entry(mark.label)
+    return shape | legend_entry(mark.label)
 
 
 def _scatter(label: str, x: Array, y: Array, **options: Any) -> JSON:
@@ -338,13 +242,9 @@ def _scatter(label: str, x: Array, y: Array, **options: Any) -> JSON:
         "type": "scatter",
         "x": packed_array(x),
         "y": packed_array(y),
-        **_legend_entry(label),
+        **legend_entry(label),
         **options,
     }
-
-
-def _legend_entry(label: str) -> JSON:
-    return {"name": escaped(label), "legendgroup": label} if label else {"name": ""}
 
 
 def _positive_on_log(axis: Axis, values: Array) -> Array:
@@ -352,13 +252,3 @@ def _positive_on_log(axis: Axis, values: Array) -> Array:
     if not axis.log:
         return values
     return np.where(np.asarray(values) > 0, values, np.nan)
-
-
-def _log10(values: Array) -> Array:
-    positive = np.where(values > 0, values, np.nan)
-    return np.log10(positive)
-
-
-def _translucent(tint: str, opacity: float = 0.35) -> str:
-    red, green, blue = (int(tint[begin : begin + 2], 16) for begin in (1, 3, 5))
-    return f"rgba({red}, {green}, {blue}, {opacity})"

@@ -5,8 +5,9 @@ from typing import Any
 from rbstab.report.model.figure import Cells, Figure, Level, Line, Panel, Points
 from rbstab.report.model.palette import CASING, colour
 from rbstab.report.writers.decimate import decimate
+from rbstab.report.writers.plotly_figures.cells import colour_axis
 from rbstab.report.writers.plotly_figures.layout import panel_layout
-from rbstab.report.writers.plotly_figures.marks import colour_axis, level_shape, traces
+from rbstab.report.writers.plotly_figures.marks import level_shape, traces
 from rbstab.report.writers.plotly_figures.page_data import page_data
 from rbstab.report.writers.plotly_figures.panel_grid import (
     PanelGrid,

@@ -1,4 +1,4 @@
-"""Encode texts and arrays for plotly."""
+"""Encode texts, arrays and colours for plotly."""
 
 import base64
 import re
@@ -82,6 +82,17 @@ def packed_integers(array: Array) -> dict[str, Any]:
     if values.ndim == 2:
         packed["shape"] = ", ".join(str(length) for length in values.shape)
     return packed
+
+
+def legend_entry(label: str) -> dict[str, Any]:
+    """Return the name of a trace, and the group of the entry in the legend that hides it."""
+    return {"name": escaped(label), "legendgroup": label} if label else {"name": ""}
+
+
+def translucent(tint: str, opacity: float = 0.35) -> str:
+    """Return a colour that lets through what is behind it; tint is #RRGGBB."""
+    red, green, blue = (int(tint[begin : begin + 2], 16) for begin in (1, 3, 5))
+    return f"rgba({red}, {green}, {blue}, {opacity})"
 
 
 def _fits_single(values: Array) -> bool:

@@ -20,7 +20,7 @@ from rbstab.report.model.figure import (
 )
 from rbstab.report.model.split_time import SplitTime
 from rbstab.report.writers.plotly_figures.renderer import plotly_data
-from rbstab.report.writers.plotly_figures.text import tick_lines
+from rbstab.report.writers.plotly_figures.tick_words import tick_lines
 
 
 def test_times_zoom_together_and_equal_axes_are_equal() -> None:

@@ -8,7 +8,8 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Bars, Cells, Intervals, Line, Panel, Points
 from rbstab.report.writers.colour_scale import cell_edges
-from rbstab.report.writers.plotly_figures.text import escaped, tick_label, tick_lines
+from rbstab.report.writers.plotly_figures.text import escaped
+from rbstab.report.writers.plotly_figures.tick_words import tick_label, tick_lines
 
 JSON = dict[str, Any]
 

@@ -1,17 +1,19 @@
 """The grid of the panels of a figure on a page: their places, and the room of their words."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 from rbstab.report.model.figure import Cells, Figure, Mark, Panel, Shares
 from rbstab.report.writers.plotly_figures.axes import TICK_SIZE, TITLE_FONT
-from rbstab.report.writers.plotly_figures.text import (
-    MAX_TICK_LENGTH,
-    escaped,
-    tick_label,
+from rbstab.report.writers.plotly_figures.text import escaped
+from rbstab.report.writers.plotly_figures.tick_words import (
+    LETTER,
+    LINE,
+    TICKS,
+    TickWords,
     tick_lines,
+    tick_words,
 )
 
 JSON = dict[str, Any]
@@ -19,8 +21,8 @@ JSON = dict[str, Any]
 LEFT, RIGHT, TOP = 72, 12, 10
 """Margins, px: left for the labels of the vertical axis, right for the last tick label, top."""
 
-TITLE, TICKS, LABEL, COLORBAR = 24, 24, 22, 96
-"""Space for a panel title, for ticks, for a horizontal axis label, for a colour bar, px."""
+TITLE, LABEL, COLORBAR = 24, 22, 96
+"""Space for a panel title, for a horizontal axis label, for a colour bar, px."""
 
 BAR_TITLE, BAR_ABOVE = 28, 70
 """Space for the title of a colour bar, and for a colour bar above the panels, px."""
@@ -43,9 +45,6 @@ MAX_SQUARE = 420
 BAR, BETWEEN_BARS = 30, 12
 """Height of a bar of shares with the space below it, and more space for all of them, px."""
 
-LETTER, LINE = 6, 14
-"""Width of a letter of a tick label, and height of a line, px."""
-
 TITLE_LETTER, MAX_TITLE_LINES = 6.5, 3
 """Width of a letter of the title of an axis, px, and the largest number of its lines."""
 
@@ -54,42 +53,6 @@ NARROWEST = 0.75
 
 PHONE = 400
 """A layout of at most this width is not used for a narrower figure, px."""
-
-MAX_TICK_LINES = 5
-"""Maximum number of lines of a tick label."""
-
-
-class TickWords(NamedTuple):
-    """The labels of a horizontal axis of categories.
-
-    texts are their lines, escaped. angle is that of the labels, degrees, and height the space that
-    they need, px.
-    """
-
-    texts: tuple[str, ...]
-    angle: int
-    height: int
-
-
-def tick_words(labels: Sequence[str], room: int) -> TickWords:
-    """Lay out the labels of categories: in lines if their words fit, or else upright.
-
-    Args:
-        labels: The labels.
-        room: Characters that fit between two categories.
-    """
-    lines = [tick_lines(label, min(room, MAX_TICK_LENGTH), MAX_TICK_LINES) for label in labels]
-    upright = max(len(line) for label in lines for line in label) > room + 1
-    if upright:
-        most = 2 if room * LETTER >= 2 * LINE else 1
-        length = MAX_TICK_LENGTH // most
-        lines = [tick_lines(label, length, most) for label in labels]
-        longest = max(len(line) for label in lines for line in label)
-        height = 10 + LETTER * min(longest, MAX_TICK_LENGTH)
-    else:
-        height = TICKS + LINE * (max(map(len, lines)) - 1)
-    texts = tuple("<br>".join(map(tick_label, label)) for label in lines)
-    return TickWords(texts, 90 if upright else 0, height)
 
 
 def axis_name(letter: str, number: int) -> str:

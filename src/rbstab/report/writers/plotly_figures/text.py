@@ -1,18 +1,11 @@
 """Encode texts, arrays and colours for plotly."""
 
 import base64
-import re
 from typing import Any
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-
-JOINTS = re.compile(r"(?<= )|(?<=\w[-_])(?=[A-Za-z])|(?<=[A-Za-z]\.)(?=[A-Za-z])")
-"""Where a tick label may be broken: at spaces, hyphens and underscores, and dots between words."""
-
-MAX_TICK_LENGTH = 28
-"""Maximum number of characters of a tick label; plotly lays out longer labels badly."""
 
 SINGLE = np.finfo(np.float32)
 
@@ -20,29 +13,6 @@ SINGLE = np.finfo(np.float32)
 def escaped(text: str) -> str:
     """Escape a text, so that plotly does not interpret it as HTML."""
     return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
-
-
-def tick_label(text: str) -> str:
-    """Escape a tick label, and cut it if it is too long."""
-    return escaped(text if len(text) <= MAX_TICK_LENGTH else f"{text[: MAX_TICK_LENGTH - 1]}…")
-
-
-def tick_lines(text: str, room: int, most: int) -> list[str]:
-    """Break a tick label into lines, as few as possible.
-
-    Args:
-        text: The label, not escaped.
-        room: Characters that a line has room for. A longer word has a line of its own.
-        most: Maximum number of lines; what is left of the text is cut.
-    """
-    lines: list[str] = []
-    for piece in JOINTS.split(text):
-        if lines and len((lines[-1] + piece).rstrip()) <= room:
-            lines[-1] += piece
-        else:
-            lines.append(piece)
-    lines = [line.rstrip() for line in lines]
-    return lines if len(lines) <= most else [*lines[: most - 1], f"{lines[most - 1]} …"]
 
 
 def packed_array(array: Array) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from report.sweeps.cards import card_of
+from scipy.stats import binom
 from support.made_sweeps import SPIN, code
 
 from rbstab.report.sweeps.conditions.paired_conditions import paired_conditions_of
@@ -179,6 +180,21 @@ def test_the_interval_of_the_median_holds_as_often_as_it_says():
     # The binomial is discrete: the interval is at least as wide as asked. With 40 pairs the exact
     # probability is 0.9615; 2000 trials spread by 0.0043.
     assert 0.95 < np.mean(inside) < 0.975
+
+
+@pytest.mark.parametrize("count", [9, 21, 51, 101, 2001])
+def test_the_interval_is_that_of_a_bootstrap_with_infinitely_many_draws(count):
+    """The median of n drawn values is at most the k-th if more than half of them are.
+
+    Each is, with probability k/n. The ends of the bootstrap are the ranks at which 2.5 % and 97.5 %
+    of the medians are reached.
+    """
+    found = paired_difference(np.arange(1.0, count + 1.0), np.zeros(count))
+    ranks = np.arange(1, count + 1)
+    reached = binom.sf(count // 2, count, ranks / count)
+    low = int(ranks[np.searchsorted(reached, 0.025)])
+    assert 0 <= low - found.low <= 1
+    assert found.high == count + 1 - found.low
 
 
 @pytest.mark.parametrize("count", [0, 3])

@@ -99,6 +99,10 @@ def paired_difference(first: Array, second: Array) -> PairedDifference:
     than k of the differences are on one side of it; that number is binomial with p = 1/2. As in the
     sign test, pairs with equal values are left out.
 
+    A bootstrap of the pairs would draw n of them again and again, and take the quantiles of the
+    medians. With infinitely many draws its interval has ends at the same ranks, or at the next ones
+    inside: so the interval is that of the paired bootstrap, exact and without random numbers.
+
     Args:
         first: The quantity of the members of one condition, shape (n,).
         second: That of their partners.

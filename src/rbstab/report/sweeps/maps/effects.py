@@ -101,7 +101,7 @@ def effect_figures(
             for panel in _panels(own, x, shown, apart=apart)
         ]
         without = [free[k].axis.label for k in order if k not in seen]
-        caption = f"{_caption(is_share=is_share)} {note}".strip()
+        caption = f"{_caption(is_share=is_share, conditions=len(slices))} {note}".strip()
         if len(seen) > most:
             largest = "parameter with the largest effect is"
             if most > 1:
@@ -262,9 +262,14 @@ def _panels(curves: list[_Curve], x: Axis, shown: _Shown, *, apart: bool) -> lis
     return [Panel(x, shown.axis, (band, line), own.title) for own, band, line in of_each]
 
 
-def _caption(*, is_share: bool) -> str:
+def _caption(*, is_share: bool, conditions: int) -> str:
     line, area = ("share", INTERVAL) if is_share else ("median", BETWEEN)
+    where = (
+        ", in the condition where it explains most (the table above has all members together)"
+        if conditions > 1
+        else ""
+    )
     return (
         f"The members are divided into groups along each parameter; the {line} ({area}: the band) "
-        "of each is drawn. The parameter that explains most is first."
+        f"of each is drawn. The parameter that explains most is first{where}."
     )

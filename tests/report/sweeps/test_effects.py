@@ -5,7 +5,9 @@ import pytest
 from support.made_sweeps import SPIN
 from support.sections import figures_in, sweep_sections
 
-from rbstab.report.model.figure import Band, Line
+from rbstab.report.model.figure import Axis, Band, Line
+from rbstab.report.sweeps.maps.effects import _groups_of
+from rbstab.report.sweeps.parameters import Parameter
 
 VARY = {
     "body.mass": {"uniform": [1, 2]},
@@ -169,3 +171,11 @@ def test_chance_and_small_differences_are_no_effect(made):
 def test_few_members_have_no_effects(made):
     sweep = made(VARY, lambda a: {"settling_time": a["body_mass"]}, **(DESIGN | {"members": 64}))
     assert not [name for name in figures_in(sweep_sections(sweep)) if "-effect-" in name]
+
+
+def test_conditions_share_the_groups_of_equal_values_only():
+    values = np.concatenate([np.arange(400.0), np.arange(400.0), np.arange(400.0)[::-1]])
+    parameter = Parameter("x", "x", Axis("x"), values, listed=False)
+    first, second, third = _groups_of(parameter, np.arange(1200).reshape(3, 400))
+    assert first is second
+    assert third.of_member.tolist() == first.of_member[::-1].tolist()

@@ -40,6 +40,8 @@ def test_groups_by_hand():
     # The group means are 2 (three values) and 8 (one), the mean is 3.5: 3 * 1.5² + 4.5² = 27 of 29.
     assert ExplainedVariance(values).by(groups) == pytest.approx(27 / 29)
     assert ExplainedVariance(groups.astype(float)).by(groups) == pytest.approx(1)
+    # Squares of such values would overflow.
+    assert ExplainedVariance(1e200 * values).by(groups) == pytest.approx(27 / 29)
     assert np.isnan(ExplainedVariance(np.ones(6)).by(groups))
     assert np.isnan(ExplainedVariance(np.full(6, np.nan)).by(groups))
 

@@ -176,6 +176,6 @@ def test_few_members_have_no_effects(made):
 def test_conditions_share_the_groups_of_equal_values_only():
     values = np.concatenate([np.arange(400.0), np.arange(400.0), np.arange(400.0)[::-1]])
     parameter = Parameter("x", "x", Axis("x"), values, listed=False)
-    first, second, third = _groups_of(parameter, np.arange(1200).reshape(3, 400))
+    first, second, third = _groups_of(parameter, list(np.arange(1200).reshape(3, 400)))
     assert first is second
     assert third.of_member.tolist() == first.of_member[::-1].tolist()

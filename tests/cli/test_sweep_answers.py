@@ -45,7 +45,7 @@ def test_members_that_start_in_a_region(folder: Path, rbstab: Invoke) -> None:
     assert not_proved.startswith("Convergence: not proved for 1 of the members: they start outside")
     # So it is in the report, which makes no proofs.
     shown = rbstab("report", "results/plan", "--format", "text")
-    assert "2 of 3 are proved to converge to a rest state" in " ".join(shown.stdout.split())
+    assert "2 of 3 members are proved to converge to a rest state" in " ".join(shown.stdout.split())
 
 
 @pytest.mark.usefixtures("plan")
@@ -66,7 +66,7 @@ def test_members_with_bodies_of_their_own(folder: Path, rbstab: Invoke) -> None:
     assert "for at most 30 s" in done.stderr
     assert len(list((folder / "results/proofs").iterdir())) == 2
     shown = rbstab("report", "results/bodies", "--format", "text")
-    assert "2 of 2 are proved to converge to a rest state" in " ".join(shown.stdout.split())
+    assert "2 of 2 members are proved to converge to a rest state" in " ".join(shown.stdout.split())
 
 
 def test_bodies_that_the_budget_does_not_reach(

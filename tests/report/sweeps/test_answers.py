@@ -66,7 +66,7 @@ def test_proved_is_said_only_of_all_members(members):
     assert (whole.word, whole.tone) == ("proved", "good")
     assert (part.word, part.tone) == ("10 of 20 proved", "")
     assert part.sentence.startswith(
-        "10 of 20 are proved to converge to a rest state; of the 10 others, "
+        "10 of 20 members are proved to converge to a rest state; of the 10 others, "
     )
 
 

@@ -12,7 +12,7 @@ from rbstab.report.model.palette import colour
 from rbstab.report.sweeps.maps.cell_grid import map_grid
 from rbstab.report.sweeps.maps.cell_values import NOT_TRIED, proof_cells
 from rbstab.report.sweeps.parameters import binned
-from rbstab.report.sweeps.proofs import MEANINGS, REASONS, proof_codes
+from rbstab.report.sweeps.proofs import MEANINGS, REASONS, proof_codes, tried_members
 from rbstab.sweep.proofs.columns import (
     CONVERGENCE,
     FIRST_UNDECIDED,
@@ -122,6 +122,12 @@ def test_cells_with_several_members_show_the_share(members):
     (mass,) = (axis for label, axis in axes.items() if "mass" in label)
     half = proof_cells(found, map_grid(mass, second))
     assert half.values.ravel().tolist() == pytest.approx([0.4, 0.4] + [0.2, 0.2] * 3)
+
+
+@pytest.mark.parametrize(("untried", "of"), [(0, "20"), (3, "the 17"), (20, "20")])
+def test_what_was_not_tried_is_not_0_of_1000(untried, of):
+    codes = np.where(np.arange(20) < untried, NO_PROOF, NOT_PROVED)
+    assert tried_members(codes) == f"{of} members{' that were tried' if 'the' in of else ''}"
 
 
 def test_a_cell_without_any_proof_has_no_share(members):

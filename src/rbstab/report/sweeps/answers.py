@@ -16,6 +16,7 @@ from rbstab.report.sweeps.conditions.comparison import RANGE_LEFT, compared_quan
 from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions, paired_conditions_of
 from rbstab.report.sweeps.distributions import quantiles_of
 from rbstab.report.sweeps.members import OUTCOMES, SETTLED, UNSETTLED, Members
+from rbstab.report.sweeps.proofs import tried_members
 from rbstab.report.sweeps.quantities import peak_displacement, settling_time
 from rbstab.report.sweeps.sketches import rest_sketch
 from rbstab.sweep.proofs.bodies import named_members, ranges_of
@@ -103,13 +104,11 @@ def _rest(members: Members, conditions: PairedConditions | None, command: str) -
     question = "Do the members come to rest?"
     total, convergence = len(members), members.convergence
     proved, false = convergence == PROVED, convergence == FALSE
-    tried = int(np.count_nonzero(convergence != NO_PROOF))
     parts = []
-    if proved.any() or tried:
-        which = f"the {tried} members that were tried" if tried < total else str(total)
+    if (convergence != NO_PROOF).any():
         parts.append(
-            f"{np.count_nonzero(proved)} of {which} are proved to converge to a rest state"
-            f"{_by_condition(proved, convergence != NO_PROOF, conditions)}"
+            f"{np.count_nonzero(proved)} of {tried_members(convergence)} are proved to converge to "
+            f"a rest state{_by_condition(proved, convergence != NO_PROOF, conditions)}"
         )
         untried = convergence == NO_PROOF
         uncovered = {why: int((own & untried).sum()) for why, own in members.undecidable.items()}

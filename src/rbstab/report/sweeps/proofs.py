@@ -89,6 +89,15 @@ def proof_codes(members: Members) -> ProofCodes:
     return ProofCodes(tuple(labels), codes, tuple(colours))
 
 
+def tried_members(convergence: Array) -> str:
+    """Return of how many members a count of proved ones is: those with a proof of their body.
+
+    What was not tried is not 0 of 1000.
+    """
+    tried, total = int(np.count_nonzero(convergence != NO_PROOF)), len(convergence)
+    return f"the {tried} members that were tried" if 0 < tried < total else f"{total} members"
+
+
 def proved_shares(members: Members) -> Array:
     """Return 1 for each member that is proved to converge, 0 for one that is not, shape (n,).
 
@@ -134,9 +143,8 @@ def _of_bodies(members: Members) -> list[Block]:
 def _sentence(members: Members, command: str) -> str:
     convergence = members.convergence
     count = {code: int(np.count_nonzero(convergence == code)) for code in MEANINGS}
-    sentences = [
-        f"{count[PROVED]} of {len(members)} members are proved to converge to a rest state"
-    ]
+    of = tried_members(convergence)
+    sentences = [f"{count[PROVED]} of {of} are proved to converge to a rest state"]
     if "proved_time" in members.table.layout:
         later = int(((convergence == PROVED) & (members.column("proved_time") > 0)).sum())
         if later:

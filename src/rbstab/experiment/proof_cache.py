@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from rbstab.config.schema import Config
 from rbstab.integrate.problem import Problem
+from rbstab.store.disk.identity import identity_of
 from rbstab.store.document import Model, read_model, write_document
 from rbstab.store.errors import NotAResultError, StoreError
 
@@ -101,7 +102,7 @@ def _read(file: Path) -> "Proof | None":
     except (OSError, ValueError):
         return stored_model(file, Proof)  # it raises the error
     # A proof appears by a rename, so a new one is another file.
-    identity = found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+    identity = identity_of(found)
     if identity not in _known:
         if len(_known) >= MAX_KNOWN:
             _known.clear()

@@ -17,7 +17,7 @@ import pytest
 
 SECONDS_FILE = Path(__file__).parents[1] / "data" / "seconds.json"
 
-LIMITS = {"slow": 0.4, "heavy": 1.25}
+LIMITS = {"slow": 0.3, "heavy": 1.25}
 """s: by marker, the longest time of all cases of a test without it."""
 
 LONGEST = 5.0

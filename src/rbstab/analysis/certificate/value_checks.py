@@ -13,6 +13,7 @@ from rbstab.analysis.certificate.evidence import (
 from rbstab.analysis.certificate.exact_repeats import Finding, confirmed, repeated
 from rbstab.analysis.certificate.verdict import Check, Verdict, verdict_of
 from rbstab.analysis.exact import Ball, ball, exact_energy, in_balls
+from rbstab.mechanics.numbers import Array
 
 
 def audit(run: Evidence) -> Check:
@@ -31,44 +32,51 @@ def decrease(run: Evidence) -> Check:
 
     If the residual is above its own bound, a rise that only the residual allows is not decided.
     """
-    rise = np.append(np.diff(run.value), -np.inf) / run.scale
-    worst = int(rise.argmax())
-    largest_change = float(np.abs(run.value - run.value[0]).max())
-    rounding = max(ROUND_OFF, SUM_ERROR * largest_change / run.scale)
-    bound = 2.0 * float(np.abs(run.residual).max()) / run.scale + rounding
-    value = max(float(rise[worst]), 0.0)
-    time = float(run.times[worst]) if value > 0 else np.nan
+    sizes = np.abs(run.value - run.value[0])
     quantity = "largest rise of v between samples / v(0)"
-    verdict = verdict_of(value <= bound)
-    if verdict is Verdict.CONSISTENT and value > 2.0 * residual_bound(run) + rounding:
-        verdict = Verdict.UNKNOWN
-    return Check("decrease", verdict, value, bound, time, quantity)
+    return _bounded_rise(run, "decrease", np.diff(run.value), sizes, quantity)
 
 
 def rise(run: Evidence) -> Check:
     """Say how much v rises between two samples, and where. It may: inputs supply power."""
-    rise = np.append(np.diff(run.value), -np.inf) / run.scale
-    worst = int(rise.argmax())
-    value = max(float(rise[worst]), 0.0)
-    time = float(run.times[worst]) if value > 0 else np.nan
+    value, time = _largest(run, np.diff(run.value))
     quantity = "largest rise of v between samples / v(0); inputs supply power"
     return Check("decrease", Verdict.DRIVEN, value, np.inf, time, quantity)
 
 
 def supplied(run: Evidence, supply: Supply) -> Check:
     """Check that v never rises by more than is supplied, as far as the residual allows."""
-    excess = np.append(np.diff(run.value) - np.diff(supply.energy), -np.inf) / run.scale
-    worst = int(excess.argmax())
+    rises = np.diff(run.value) - np.diff(supply.energy)
     sizes = np.abs(run.value - run.value[0]) + np.abs(supply.energy)
+    quantity = "largest rise of v beyond what is supplied / v(0)"
+    return _bounded_rise(run, "supply", rises, sizes, quantity)
+
+
+def _bounded_rise(run: Evidence, name: str, rises: Array, sizes: Array, quantity: str) -> Check:
+    """Check that no rise is above what the residual allows.
+
+    Args:
+        run: The run.
+        name: The name of the check.
+        rises: The rise from each sample to the next, shape (n - 1,), J.
+        sizes: The sizes of the numbers that they are differences of, shape (n,), J.
+        quantity: What is compared.
+    """
+    value, time = _largest(run, rises)
     rounding = max(ROUND_OFF, SUM_ERROR * float(sizes.max()) / run.scale)
     bound = 2.0 * float(np.abs(run.residual).max()) / run.scale + rounding
-    value = max(float(excess[worst]), 0.0)
-    time = float(run.times[worst]) if value > 0 else np.nan
-    quantity = "largest rise of v beyond what is supplied / v(0)"
     verdict = verdict_of(value <= bound)
     if verdict is Verdict.CONSISTENT and value > 2.0 * residual_bound(run) + rounding:
         verdict = Verdict.UNKNOWN
-    return Check("supply", verdict, value, bound, time, quantity)
+    return Check(name, verdict, value, bound, time, quantity)
+
+
+def _largest(run: Evidence, rises: Array) -> tuple[float, float]:
+    """Return the largest rise / scale, 0 if there is none, and its time, s; NaN without one."""
+    relative = np.append(rises, -np.inf) / run.scale
+    worst = int(relative.argmax())
+    value = max(float(relative[worst]), 0.0)
+    return value, float(run.times[worst]) if value > 0 else np.nan
 
 
 def breakpoints(supply: Supply) -> Check:

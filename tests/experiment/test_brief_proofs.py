@@ -10,6 +10,7 @@ from click.testing import CliRunner
 from support.config_elements import CONTROLLER, config_data
 
 from rbstab.analysis.proof.branch_and_bound import SearchOutcome
+from rbstab.analysis.proof.searches import limits
 from rbstab.analysis.proof.tied import rest_states, search
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
@@ -41,6 +42,7 @@ SPRING = {
 }
 DATA = config_data({"strut": SPRING}, TIED, integration={"duration": 0.02, "samples": 3})
 GOES_ON = "rbstab run CONFIG --prove goes on"
+IN_RUN = "the same command with --prove goes on"
 
 
 @pytest.fixture(autouse=True)
@@ -109,6 +111,25 @@ def test_a_brief_proof_may_end_with_its_region(monkeypatch):
     assert [text for text in statements_of(brief) if "Certified region" in text and GOES_ON in text]
 
 
+def test_a_brief_proof_of_a_body_without_springs_ends_early_too(monkeypatch):
+    data = config_data({}, TIED)
+    full = module.prove(data)
+    assert (full.proved, full.brief) == (True, None)
+    assert full.unwrapped is not None
+    # The boxes end in the range of eq. 5, or after it: then its region is proved.
+    for limit, proved in ((100, False), (full.examined, True)):
+        monkeypatch.setattr(limits, "BRIEF_BOX_LIMIT", limit)
+        brief = module.prove(data, brief=True)
+        assert (brief.proved, brief.brief) == (proved, True)
+        assert brief.region is not None
+        assert brief.region.proved == proved
+        assert brief.unwrapped is not None
+        assert not brief.unwrapped.proved
+    monkeypatch.setattr(limits, "BRIEF_BOX_LIMIT", full.examined + full.unwrapped.examined)
+    brief = module.prove(data, brief=True)
+    assert brief.model_copy(update={"seconds": full.seconds}) == full
+
+
 def test_a_brief_proof_does_not_replace_one_that_was_stored_in_the_meantime(tmp_path, monkeypatch):
     config = load_config(DATA)
     whole = no_proof(proof_id(config), "found elsewhere", 0.0)
@@ -159,10 +180,10 @@ def test_the_command_that_is_named_goes_on(command, tmp_path, made, monkeypatch)
     for _ in range(2):
         text = printed("run", "x.yaml", "-q")
         assert "not decided" in text
-        assert GOES_ON in text
+        assert IN_RUN in text
     assert made == [True]
     asked = ["run", "x.yaml", "-q", "--prove"] if command == "run" else ["stability", "x.yaml"]
-    assert GOES_ON not in printed(*asked)
+    assert "goes on" not in printed(*asked)
     assert made == [True, False]
     text = printed("run", "x.yaml", "-q")
     assert "not decided" not in text

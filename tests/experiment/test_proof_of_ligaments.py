@@ -162,7 +162,7 @@ def test_with_a_barrier_every_start_converges():
 
 
 def test_a_brief_search_says_so_and_has_no_region(monkeypatch):
-    monkeypatch.setattr(limits, "BRIEF_BOX_LIMIT", 100)
+    monkeypatch.setattr(limits, "BRIEF_LIGAMENT_BOX_LIMIT", 100)
     config = load_config(FREE)
     short = prove(config, brief=True)
     assert (short.brief, short.proved, short.region) == (True, False, None)
@@ -174,9 +174,9 @@ def test_a_brief_search_says_so_and_has_no_region(monkeypatch):
 
 def test_a_brief_search_for_all_real_angles_says_so(monkeypatch):
     """The range of eq. 5 is proved, and no box is left for the wider one."""
-    config = load_config(FREE)
+    config = load_config(config_data({"band": BAND}, CONTROLLER | {"K_r": [100.0] * 3}))
     examined = prove(config).examined
-    monkeypatch.setattr(limits, "BRIEF_BOX_LIMIT", examined + 1)
+    monkeypatch.setattr(limits, "BRIEF_LIGAMENT_BOX_LIMIT", examined + 1)
     short = prove(config, brief=True)
     assert (short.brief, short.proved) == (True, True)
     assert short.unwrapped is not None

@@ -51,9 +51,8 @@ def prove(
             its initial state and its integration.
         problem: The initial value problem of the config, if it is built already.
         search_only: Whether to search for the rest states without proving anything.
-        brief: Whether the proof may take some five seconds at most. Of a body with springs or
-            ligaments that is not held, the searches then stop at a `BRIEF_BOX_LIMIT`; no other
-            proof takes longer.
+        brief: Whether the proof may take some five seconds at most. The searches then stop at
+            fewer boxes, such as `BRIEF_BOX_LIMIT`, the same number on each machine.
 
     Returns:
         The rest states and their regions. If nothing can be proved, `Proof.proved` is False and
@@ -63,12 +62,12 @@ def prove(
         ConfigError: The config is invalid.
     """
     # Imported late: a run usually reads a stored proof and makes none.
-    from rbstab.analysis.proof.branch_and_bound import BOX_LIMIT, SearchOutcome
+    from rbstab.analysis.proof.branch_and_bound import SearchOutcome
     from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
     from rbstab.analysis.proof.rest_states import rest_states
-    from rbstab.analysis.proof.searches.limits import box_limit
+    from rbstab.analysis.proof.searches.limits import search_limit
     from rbstab.analysis.proof.searches.rest_states import searched_rest_states
-    from rbstab.analysis.proof.unwrapped import unwrapped_rest_states
+    from rbstab.analysis.proof.unwrapped import box_limit_of, unwrapped_rest_states
 
     start_time = time.perf_counter()
 
@@ -85,18 +84,22 @@ def prove(
             system = smooth_rest_system(problem or problem_of(config))
             # Code of users is recorded in doubles; it need not accept other numbers.
             exact_system = partial(system_of, without_code(config))
-            limit = box_limit(system, brief=brief)
-            rest = rest_states(system, exact_system, proof=not search_only, box_limit=limit)
-            if limit < BOX_LIMIT and rest.outcome is SearchOutcome.BOX_LIMIT:
+            limit = search_limit(system, brief=brief)
+            rest = rest_states(system, exact_system, proof=not search_only, box_limit=limit.boxes)
+            stopped = rest.outcome is SearchOutcome.BOX_LIMIT
+            if limit.slow and stopped:
                 # Undecided boxes cover most of the range, so no region is left.
                 record = proof_record(identity, _without_regions(rest), None, seconds())
                 return record.model_copy(update={"brief": brief or None})
-            left = limit - rest.examined if brief and limit < BOX_LIMIT else None
-            wide = None if search_only else unwrapped_rest_states(rest, left)
+            left = limit.boxes - rest.examined
+            wide = None
+            if not search_only:
+                wide = unwrapped_rest_states(rest, left if brief else None)
             # Where every start converges, no region is needed: it is all of the range.
             every_start = rest.closed or (wide is not None and wide.every_start)
             regions_of = _without_regions if every_start else _regions_of
-            found, unwrapped = regions_of(rest), None if wide is None else regions_of(wide)
+            found = regions_of(rest)
+            unwrapped = found if wide is rest else None if wide is None else regions_of(wide)
     except NoReducedEnergy as error:
         if error.reason is not NoEnergyReason.SIX_VARIABLES:
             return _no_energy(identity, system, error, start_time)
@@ -104,7 +107,9 @@ def prove(
             return searched_record(identity, searched_rest_states(system), seconds())
         return _tied_proof(identity, system, exact_system, start_time, brief=brief)
     record = proof_record(identity, found, unwrapped, seconds())
-    ended_early = left is not None and wide is not None and wide.outcome is SearchOutcome.BOX_LIMIT
+    wide_stopped = wide is not None and wide.outcome is SearchOutcome.BOX_LIMIT
+    by_limit = stopped or (left < box_limit_of(rest.energy.form) and wide_stopped)
+    ended_early = brief and by_limit
     return record.model_copy(update={"brief": True}) if ended_early else record
 
 
@@ -130,7 +135,7 @@ def _tied_proof(
         wide, left = None, None if total is None else total - rest.boxes
         # The wider range takes longer still.
         if rest.outcome is not SearchOutcome.BOX_LIMIT:
-            wide = unwrapped_tied_states(energy, total=left)
+            wide = unwrapped_tied_states(energy, rest, total=left)
     except NoReducedEnergy as error:
         return _no_energy(identity, system, error, start_time)
     ended_early = brief and (rest.stopped or (wide is not None and wide.stopped))

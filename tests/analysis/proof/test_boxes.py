@@ -109,6 +109,24 @@ def test_hulls_cover_every_box(rng):
     assert np.all(np.any(covered, axis=0))
 
 
+def test_hulls_of_boxes_that_fill_a_part_of_the_range():
+    """Halves of halves, as a search leaves them, in any order; one of them lies apart."""
+    parts = Boxes(np.array([[0.0, 0.0, 0.0]]), np.array([[4.0, 2.0, 1.0]]))
+    for axis in (0, 1, 2, 0, 1):
+        parts = parts.halves(np.full(len(parts), axis))
+    away = Boxes(np.array([[5.0, 0.0, 0.0]]), np.array([[6.0, 1.0, 1.0]]))
+    order = np.random.default_rng(0).permutation(len(parts) + 1)
+    found = hulls(joined([parts, away])[order])
+    along = found.low[:, 0].argsort()
+    np.testing.assert_array_equal(found.low[along], [[0, 0, 0], [5, 0, 0]])
+    np.testing.assert_array_equal(found.high[along], [[4, 2, 1], [6, 1, 1]])
+
+
+def test_hulls_do_not_join_rows_that_only_overlap_along_one_axis():
+    low = np.array([[0, 0, 0], [1, 3, 0], [0, 0, 3]], dtype=float)
+    assert len(hulls(Boxes(low, low + 1))) == 3
+
+
 def test_inner_radius_stays_in_the_box(rng):
     """Also where the centre is rounded: then the two sides of a box differ by the last digit."""
     low = rng.uniform(-3, 3, size=(1000, 3))

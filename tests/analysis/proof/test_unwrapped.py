@@ -55,6 +55,15 @@ def test_rest_states_of_a_turning_pendulum():
     assert found.end[0] > max(np.abs(expected))
 
 
+def test_the_same_box_is_not_searched_twice():
+    """Nothing of a stiff body is at rest beyond a half turn, so the range of eq. 5 has all."""
+    stiff = rest_states(inverted_pendulum([400.0, 400.0, 400.0], 100.0))
+    np.testing.assert_array_equal(stiff.end, RANGE_END)
+    assert unwrapped_rest_states(stiff) is stiff
+    soft = rest_states(inverted_pendulum([12.0, 400.0, 400.0], 100.0))
+    assert unwrapped_rest_states(soft) is not soft
+
+
 def test_half_turn_does_not_bound_a_region_without_wrapping():
     rest = rest_states(inverted_pendulum([30.0, 1e3, 1e3], 100.0))
     found = unwrapped(inverted_pendulum([30.0, 1e3, 1e3], 100.0))

@@ -103,6 +103,8 @@ def no_boxes() -> Boxes:
 
 def hulls(boxes: Boxes) -> Boxes:
     """Merge boxes that touch into their hull; the hulls cover all given boxes."""
+    for axis in range(3):
+        boxes = _rows_joined(boxes, axis)
     found = []
     while len(boxes):
         hull, members = boxes[:1], boxes.intersects(boxes[:1])
@@ -113,3 +115,19 @@ def hulls(boxes: Boxes) -> Boxes:
             members = boxes.intersects(hull)
         found.append(hull)
     return joined([no_boxes(), *found])
+
+
+def _rows_joined(boxes: Boxes, axis: int) -> Boxes:
+    """Return one box for each row of boxes along an axis that touch and are equal in the others.
+
+    A search leaves thousands of boxes that fill a part of the range; few remain.
+    """
+    others = [k for k in range(3) if k != axis]
+    across = np.hstack([boxes.low[:, others], boxes.high[:, others]])
+    order = np.lexsort([boxes.low[:, axis], *across.T])
+    low, high, across = boxes.low[order], boxes.high[order], across[order]
+    goes_on = np.all(across[1:] == across[:-1], axis=1) & (low[1:, axis] <= high[:-1, axis])
+    starts = np.flatnonzero(np.concatenate([[True], ~goes_on])[: len(low)])
+    if not len(starts):
+        return boxes
+    return Boxes(low[starts], np.maximum.reduceat(high, starts, axis=0))

@@ -23,7 +23,7 @@ from rbstab.analysis.proof.guards.kinks import (
 )
 from rbstab.analysis.proof.traced.held import surface_at, surfaces
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
-from rbstab.analysis.proof.zero import Zero, isolated_zero, newton
+from rbstab.analysis.proof.zero import SHORT_NEWTON_STEPS, Zero, isolated_zero, newton
 from rbstab.mechanics.numbers import Array
 
 BATCH = 2048
@@ -228,5 +228,5 @@ def _classified(
 
 
 def _converged_points(form: TrigonometricForm, starts: Array) -> Array:
-    Theta, last = newton(form, starts)
+    Theta, last = newton(form, starts, SHORT_NEWTON_STEPS)
     return Theta[last < CONVERGED_STEP]

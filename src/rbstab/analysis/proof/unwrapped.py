@@ -41,8 +41,9 @@ def unwrapped_rest_states(rest: RestStates, box_limit: int | None = None) -> Res
         box_limit: The number of boxes at which the proof stops, if it is less than by default.
 
     Returns:
-        The rest states in the box `RestStates.end`, beyond which there are none; None if there is
-        no such bound, or if it is too large, or if a barrier closes the range of θ1 and θ3.
+        The rest states in the box `RestStates.end`, beyond which there are none: `rest` itself if
+        its box is this one. None if there is no such bound, or if it is too large, or if a barrier
+        closes the range of θ1 and θ3.
     """
     form = rest.energy.form
     if form.guard is not None and form.guard.outer is not None:
@@ -53,14 +54,19 @@ def unwrapped_rest_states(rest: RestStates, box_limit: int | None = None) -> Res
     if end is None or not np.all(end < MAX_END):
         return None
     end = end_of_rest_states(form, end)
+    if np.array_equal(end, rest.end):
+        return rest
     # The centres of boxes and their zeros lie in the box.
     wide = replace(form, reach=max(form.reach, float(end.max())))
     energy = replace(rest.energy, form=wide)
     known = [point.Theta for point in rest.states if point.proved]
-    limit = BOX_LIMIT_WITH_LINES if form.lines else BOX_LIMIT
-    if box_limit is not None:
-        limit = min(limit, box_limit)
+    limit = box_limit_of(form) if box_limit is None else min(box_limit_of(form), box_limit)
     return proved_rest_states(energy, end, [*known, *search(wide, end=end)], limit)
+
+
+def box_limit_of(form: TrigonometricForm) -> int:
+    """Return the number of boxes at which the proof for all θ1 and θ3 stops."""
+    return BOX_LIMIT_WITH_LINES if form.lines else BOX_LIMIT
 
 
 def unwrapped_end(form: TrigonometricForm) -> Array | None:

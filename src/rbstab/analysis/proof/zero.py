@@ -11,6 +11,10 @@ from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array
 
 NEWTON_STEPS = 40
+SHORT_NEWTON_STEPS = 12
+"""The number of steps from a point that is near a zero, if there is one: a search tries again when
+the boxes are smaller, and of most points that need more steps nothing comes."""
+
 MAX_STEP = 0.5
 """rad: longer Newton steps are cut to this, because the linear model fails so far away."""
 
@@ -50,12 +54,15 @@ class Zero:
 
 
 @np.errstate(all="ignore")
-def newton(form: TrigonometricForm, starts: Array) -> tuple[Array, Array]:
+def newton(
+    form: TrigonometricForm, starts: Array, steps: int = NEWTON_STEPS
+) -> tuple[Array, Array]:
     """Run Newton's method for ∇U = 0 from many points at once.
 
     Args:
         form: U.
         starts: Shape (m, 3), rad.
+        steps: The largest number of steps.
 
     Returns:
         The end points, shape (m, 3), and the last steps, shape (m,), rad. The last step is
@@ -63,7 +70,7 @@ def newton(form: TrigonometricForm, starts: Array) -> tuple[Array, Array]:
     """
     Theta = starts
     last = np.full(len(starts), np.inf)
-    for _ in range(NEWTON_STEPS):
+    for _ in range(steps):
         _, gradient, hessian = form.approximate(Theta, 2)
         step = np.einsum("mkl,ml->mk", inverses(hessian), gradient)
         last = np.abs(step).max(axis=1)

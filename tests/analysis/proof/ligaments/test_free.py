@@ -20,7 +20,7 @@ from rbstab.analysis.proof.ligaments import free_bounds
 from rbstab.analysis.proof.lines.intervals import Intervals, exact
 from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy, reduced_energy
 from rbstab.analysis.proof.rest_states import rest_states
-from rbstab.analysis.proof.searches.limits import BRIEF_BOX_LIMIT, box_limit
+from rbstab.analysis.proof.searches.limits import BRIEF_LIGAMENT_BOX_LIMIT, search_limit
 from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
 
 seeds = st.integers(0, 2**32)
@@ -217,10 +217,12 @@ def test_springs_beside_ligaments_need_six_variables():
 
 
 def test_more_ligaments_are_searched_with_fewer_boxes():
-    assert box_limit(tied_system([ligament_of()]), brief=True) == BRIEF_BOX_LIMIT
+    one = search_limit(tied_system([ligament_of()]), brief=True)
+    assert one.boxes == BRIEF_LIGAMENT_BOX_LIMIT
     three = tied_system(random_ligaments(np.random.default_rng(0), 3))
-    assert box_limit(three, brief=True) == BRIEF_BOX_LIMIT // 3
-    assert box_limit(three, brief=False) > 10 * box_limit(three, brief=True)
+    few, many = search_limit(three, brief=True), search_limit(three, brief=False)
+    assert (few.boxes, few.slow) == (BRIEF_LIGAMENT_BOX_LIMIT // 3, True)
+    assert many.boxes > 10 * few.boxes
 
 
 @np.errstate(all="ignore")

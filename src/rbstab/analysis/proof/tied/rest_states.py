@@ -152,18 +152,24 @@ def _limit(box_limit: int, total: int | None, examined: int) -> int:
 
 
 def unwrapped_tied_states(
-    energy: TiedEnergy, box_limit: int = BOX_LIMIT_WITH_LINES, total: int | None = None
+    energy: TiedEnergy,
+    rest: TiedRestStates,
+    box_limit: int = BOX_LIMIT_WITH_LINES,
+    total: int | None = None,
 ) -> TiedRestStates | None:
     """Prove the rest states with |θ2| < π/2 and any θ1 and θ3; None without bounds for them.
 
     Args:
         energy: W.
+        rest: Those in the range of eq. 5. They are returned if there are none beyond it.
         box_limit: The number of boxes at which each search stops.
         total: As in `tied_rest_states`.
     """
     end = tied_end(energy)
     if end is None or not np.all(end < MAX_END):
         return None
+    if np.array_equal(end, RANGE_END):
+        return rest
     return tied_rest_states(energy, end, box_limit, total)
 
 

@@ -19,6 +19,7 @@ from rbstab.analysis.proof.tied.bounds import ANGLES, SHIFT, Pose
 from rbstab.analysis.proof.tied.energy import TiedEnergy
 from rbstab.analysis.proof.tied.extent import scale_of
 from rbstab.analysis.proof.tied.krawczyk import Image, image, inverses
+from rbstab.analysis.proof.zero import SHORT_NEWTON_STEPS
 from rbstab.mechanics.numbers import Array
 
 BATCH = 512
@@ -85,9 +86,9 @@ class _Search:
     ambiguous: list[Boxes] = field(default_factory=list)
     failed: list[Array] = field(default_factory=list)
 
-    def add_zeros_near(self, starts: Array) -> None:
+    def add_zeros_near(self, starts: Array, steps: int = NEWTON_STEPS) -> None:
         """Add the zeros to which Newton's method leads, if they are not known yet."""
-        for y in newton(self.energy, starts):
+        for y in newton(self.energy, starts, steps):
             if y is None or self._is_known(y):
                 continue
             zero = isolated_zero(self.energy, y, self.scale)
@@ -126,7 +127,7 @@ class _Search:
         small = found.box
         left = ~np.any(small.low > small.high, axis=1)
         near = left & np.all(np.abs(found.step.middle) <= 2 * boxes.radius, axis=1)
-        self.add_zeros_near(boxes.centre[near][:MAX_STARTS])
+        self.add_zeros_near(boxes.centre[near][:MAX_STARTS], SHORT_NEWTON_STEPS)
         left &= self.outside_domains(small)
         small, residual = small[left], found.residual[left]
         return small, self._axes(small, residual)
@@ -206,7 +207,7 @@ def image_of(pose: Pose, boxes: Boxes) -> Image:
     return image(boxes, at_centre.gradient, at_centre.hessian.middle, over.hessian)
 
 
-def newton(energy: TiedEnergy, starts: Array) -> list[Array | None]:
+def newton(energy: TiedEnergy, starts: Array, steps: int = NEWTON_STEPS) -> list[Array | None]:
     """Return the zeros of ∇W to which Newton's method leads from points, each from its own.
 
     All starts are followed at once, which takes little longer than one of them.
@@ -214,6 +215,7 @@ def newton(energy: TiedEnergy, starts: Array) -> list[Array | None]:
     Args:
         energy: W.
         starts: The points [Θ, z], shape (m, 6).
+        steps: The largest number of steps.
 
     Returns:
         For each start the zero, or None.
@@ -221,7 +223,7 @@ def newton(energy: TiedEnergy, starts: Array) -> list[Array | None]:
     y = starts.copy()
     last = np.full(len(y), np.inf)
     left = np.arange(len(y))
-    for _ in range(NEWTON_STEPS):
+    for _ in range(steps):
         if not len(left):
             break
         Theta = Boxes(y[left, ANGLES], y[left, ANGLES])

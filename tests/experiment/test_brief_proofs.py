@@ -8,10 +8,12 @@ import pytest
 import yaml
 from click.testing import CliRunner
 from support.config_elements import CONTROLLER, config_data
+from support.tied_springs import spring_of, tied_system
 
 from rbstab.analysis.proof.branch_and_bound import SearchOutcome
 from rbstab.analysis.proof.searches import limits
 from rbstab.analysis.proof.tied import rest_states, search
+from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.experiment import proof as module
@@ -84,6 +86,13 @@ def test_a_brief_proof_is_not_repeated_and_blocks_no_other(tmp_path, made):
     # What was asked for is kept by a later run that asks for nothing.
     assert proof_for(tmp_path, config, brief=True) == full
     assert made == [True, False]
+
+
+@pytest.mark.parametrize(("springs", "boxes"), [(0, 1000), (1, 1000), (2, 1000), (4, 500)])
+def test_each_box_of_a_body_with_more_springs_takes_longer(springs, boxes):
+    tied = tied_system([spring_of(point=(0.1, 0.02 * i, 0.3)) for i in range(springs)])
+    energy = tied_energy_of_doubles(tied)
+    assert search.brief_box_limit(energy) == boxes
 
 
 def test_the_outcome_is_that_of_a_search_that_stops():

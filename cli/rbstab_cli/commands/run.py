@@ -50,9 +50,9 @@ REPEATED = "the same command with --prove"
     default=None,
     help="After the runs, the rest states and their regions are proved, or read from DIR/proofs; "
     "then each exact motion is enclosed until convergence is proved, for at most 150 steps (some "
-    "five seconds). For a tied body with springs, the first proof ends after 40,000 boxes. "
-    "--prove: at most 2000 steps, and 300,000 boxes. --no-prove: only a proof in DIR/proofs is "
-    "used.",
+    "five seconds). The first proof ends after some five seconds too: after a number of boxes that "
+    "is the same on each machine. --prove: at most 2000 steps, and many more boxes. "
+    "--no-prove: only a proof in DIR/proofs is used.",
 )
 @click.option(
     "--to-end",

@@ -30,10 +30,10 @@ BOX_LIMIT = 300_000
 
 BRIEF_BOX_LIMIT = 40_000
 """The number of boxes at which all searches of a brief proof stop together, those for regions among
-them: 10,000 to 20,000 of them a second with one spring, 5,000 with four."""
+them, with one spring or two: some five seconds. With more springs, each box takes longer."""
 
 FORMULA_BOX_LIMIT, BRIEF_FORMULA_BOX_LIMIT = 100_000, 20_000
-"""The same two limits for one formula of a user: some 2,000 boxes a second."""
+"""The same two limits for one formula of a user: some 4,000 boxes a second."""
 
 MIN_RADIUS = 1e-7
 """rad, and the same part of the box of z: narrower boxes are not halved again."""
@@ -148,8 +148,9 @@ def box_limit(energy: TiedEnergy, most: int = BOX_LIMIT) -> int:
 
 def brief_box_limit(energy: TiedEnergy) -> int:
     """Return the number of boxes at which all searches of a brief proof stop together."""
-    count = len(energy.formulas)
-    return BRIEF_FORMULA_BOX_LIMIT // count if count else BRIEF_BOX_LIMIT
+    formulas, lines = len(energy.formulas), len(energy.lines) + len(energy.ligaments)
+    of_lines = 2 * BRIEF_BOX_LIMIT // max(2, lines)
+    return min(of_lines, BRIEF_FORMULA_BOX_LIMIT // formulas) if formulas else of_lines
 
 
 def part(boxes: Boxes, entries: slice) -> Boxes:

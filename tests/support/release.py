@@ -1,0 +1,54 @@
+"""What a tag must agree with before a release is made of it; and the notes of the release.
+
+`python -m support.release TAG` prints the notes, or what disagrees, with exit code 1.
+"""
+
+import re
+import sys
+import tomllib
+from pathlib import Path
+
+import click
+import yaml
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def problems(tag: str, root: Path = ROOT) -> list[str]:
+    """Return what disagrees with a tag such as v1.2.3; nothing if a release may be made of it."""
+    version = tag.removeprefix("v")
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation = yaml.safe_load((root / "CITATION.cff").read_text(encoding="utf-8"))
+    found = [] if tag.startswith("v") else [f"the tag {tag} does not begin with v"]
+    for file, stated in (("pyproject.toml", project), ("CITATION.cff", citation)):
+        if str(stated["version"]) != version:
+            found.append(f"{file} has version {stated['version']}, and the tag is {tag}")
+    if "date-released" not in citation:
+        found.append("CITATION.cff has no date-released")
+    if not notes(tag, root):
+        found.append(f"CHANGELOG.md has no section {version} with changes")
+    return found
+
+
+def notes(tag: str, root: Path = ROOT) -> str:
+    """Return the part of the changelog that belongs to a tag; empty if there is none."""
+    changes = (root / "CHANGELOG.md").read_text(encoding="utf-8")
+    version = re.escape(tag.removeprefix("v"))
+    section = re.search(
+        rf"^## {version}(?![\w.])[^\n]*\n(.*?)(?=^## |\Z)", changes, re.DOTALL | re.MULTILINE
+    )
+    return section[1].strip() if section else ""
+
+
+def main(tag: str) -> int:
+    """Print the notes of a tag, or what disagrees with it; return the exit code."""
+    found = problems(tag)
+    for problem in found:
+        click.echo(problem, err=True)
+    if not found:
+        click.echo(notes(tag))
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1]))

@@ -2,14 +2,10 @@
 
     V(Θ) = min over z of W,    W = ½ z'Sz + Σ Φ_j(ℓ_j),    ℓ_j² = |z + r_j(Θ)|²
 
-Over a box of Θ with centre m and δ = Θ - m, let z = ẑ + Cδ + ζ. The six variables δ and ζ are
-numbered from 0 to 5. Derivatives of ℓ by them follow from ℓ² = |e|²:
-
-    ℓ ℓ_a = e'e_a        ℓ ℓ_ab = e_a'e_b + e'e_ab - ℓ_a ℓ_b
-
-so that Φ has the second derivatives (Φ'/ℓ)(e_a'e_b + e'e_ab) + (Φ'' - Φ'/ℓ)ℓ_aℓ_b. With the blocks
-P, Q and H of those of W (δδ, δζ and ζζ), V has the Hessian P - Q H⁻¹ Q' where ∂W/∂ζ = 0. ẑ, C and
-the matrix B below are computed in doubles: all that is concluded holds for any of them.
+Over a box of Θ with centre m and δ = Θ - m, let z = ẑ + Cδ + ζ, as in `free_ligament.py`. With the
+blocks P, Q and H of the second derivatives of W (δδ, δζ and ζζ), V has the Hessian P - Q H⁻¹ Q'
+where ∂W/∂ζ = 0. ẑ, C and the matrix B below are computed in doubles: all that is concluded holds
+for any of them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,7 +14,14 @@ from typing import Any
 from flint import arb, arb_mat
 
 from rbstab.analysis.proof_check.boxes import AXES
-from rbstab.analysis.proof_check.lengths.ligaments import LigamentLaw
+from rbstab.analysis.proof_check.lengths.free_ligament import (
+    SIX,
+    FreeLigament,
+    LigamentOver,
+    Place,
+    dot,
+    offset_over,
+)
 from rbstab.analysis.proof_check.lengths.small_matrices import (
     Rows,
     inverse,
@@ -27,10 +30,7 @@ from rbstab.analysis.proof_check.lengths.small_matrices import (
 )
 from rbstab.analysis.proof_check.lowest_point import lowest_point, norm
 from rbstab.analysis.proof_check.trigonometric import (
-    Axes,
     Ball,
-    TrigonometricSum,
-    axes_of,
     rounded,
     square,
 )
@@ -39,38 +39,6 @@ NEWTON_STEPS = 60
 
 ROOM = 2
 """The bound that is tried for ζ is so many times what is expected of it."""
-
-SIX = range(6)
-SHIFT = range(3, 6)
-
-
-class FreeLigament:
-    """A ligament: its law, and the entries of r.
-
-    Args:
-        data: The numbers of the law, and offset, the coefficients of the three entries of r, m.
-    """
-
-    def __init__(self, data: Mapping[str, Any]) -> None:
-        self.law = LigamentLaw(data)
-        self.offset = [TrigonometricSum(one) for one in data["offset"]]
-        stiffness, length, toe = (data[key] for key in ("stiffness", "slack_length", "toe_strain"))
-        self._doubles = (stiffness, length, toe)
-
-    def pull(self, e: Sequence[float]) -> tuple[list[float], Rows]:
-        """Return ∂Φ/∂e and ∂²Φ/∂e² in doubles."""
-        k, slack, toe = self._doubles
-        length = sum(one * one for one in e) ** 0.5
-        strain = length / slack - 1
-        if strain <= 0:
-            return [0.0] * 3, [[0.0] * 3 for _ in AXES]
-        inside = strain < 2 * toe
-        tension = k * strain**2 / (4 * toe) if inside else k * (strain - toe)
-        rate = k * (strain / (2 * toe) if inside else 1.0) / slack
-        u = [one / length for one in e]
-        across = tension / length
-        rows = [[across * (i == j) + (rate - across) * u[i] * u[j] for j in AXES] for i in AXES]
-        return [tension * one for one in u], rows
 
 
 class FreeLigaments:
@@ -121,11 +89,11 @@ class FreeLigaments:
 
     def energy_at(self, Theta: Sequence[Ball], z: Sequence[Ball]) -> Ball:
         """Return ½ z'Sz + Σ Φ_j at any z."""
-        found = _dot([_dot(row, z) for row in self.stiffness], z) / 2
+        found = dot([dot(row, z) for row in self.stiffness], z) / 2
         for ligament in self.ligaments:
             r = [entry.derivatives(Theta)[()] for entry in ligament.offset]
             e = [one + other for one, other in zip(r, z, strict=True)]
-            found += ligament.law.derivatives(_dot(e, e).sqrt())[0]
+            found += ligament.law.derivatives(dot(e, e).sqrt())[0]
         return found
 
     def over(self, centre: Sequence[Ball], step: Sequence[Ball]) -> "Over":
@@ -180,16 +148,16 @@ class Over:
     """
 
     def __init__(self, V: FreeLigaments, centre: Sequence[Ball], step: Sequence[Ball]) -> None:
-        self.V, self.step = V, step
+        self.V = V
         whole = [point + ball for point, ball in zip(centre, step, strict=True)]
-        self.r = [_offset(one, centre, whole, step) for one in V.ligaments]
+        self.r = [offset_over(one, centre, whole, step) for one in V.ligaments]
         middle = [[float(entry[0][()].mid()) for entry in r] for r in self.r]
         z, bend = V.shift(middle)
-        self.z = [arb(one) for one in z]
-        self.C, self.B = self._chosen(z, bend)
+        C, self.B = self._chosen(z, bend)
+        self.place = Place([arb(one) for one in z], C, step)
         pairs = list(zip(V.ligaments, self.r, strict=True))
-        at_centre = [_Line(one, r, self, [arb(0)] * 3, 0) for one, r in pairs]
-        pulled = [_dot(row, self.z) for row in V.stiffness]
+        at_centre = [LigamentOver(one, r, self.place, [arb(0)] * 3, 0) for one, r in pairs]
+        pulled = [dot(row, self.place.z) for row in V.stiffness]
         self.slope = [
             pulled[k] + sum((line.slopes[3 + k] for line in at_centre), arb(0)) for k in AXES
         ]
@@ -198,8 +166,8 @@ class Over:
         self.soft_least = _least(self.soft, V.stiffness)
         size = norm(self._lengths(self.soft, self.slope)) / self.soft_least
         near = self._in_ball(self.soft, size)
-        about = [_Line(one, r, self, near, 0) for one, r in pairs]
-        stored = sum((a * b for a, b in zip(pulled, self.z, strict=True)), arb(0)) / 2
+        about = [LigamentOver(one, r, self.place, near, 0) for one, r in pairs]
+        stored = sum((a * b for a, b in zip(pulled, self.place.z, strict=True)), arb(0)) / 2
         value = stored + sum((line.energy for line in at_centre), arb(0))
         self.value = value + arb(0).union(-(size * size / 2).abs_upper())
         self.gradient = [sum((line.turned[i] for line in about), arb(0)) for i in AXES]
@@ -247,7 +215,7 @@ class Over:
             total = sum((B[k][m] * self.slope[k] for k in AXES), arb(0))
             for i in AXES:
                 rate = sum((B[k][m] * rows[3 + k][i] for k in AXES), arb(0))
-                total += rate * self.step[i]
+                total += rate * self.place.step[i]
             found.append(total.abs_upper())
         return found
 
@@ -267,7 +235,7 @@ class Over:
 
     def _second(self, zeta: Sequence[Ball]) -> list[list[Ball]]:
         """Return the second derivatives of W over the box, with ζ in balls: a 6x6 matrix."""
-        S, C = self.V.stiffness, self.C
+        S, C = self.V.stiffness, self.place.C
         SC = [[sum((S[k][m] * C[m][i] for m in AXES), arb(0)) for i in AXES] for k in AXES]
         rows = [[arb(0)] * 6 for _ in SIX]
         for i in AXES:
@@ -277,7 +245,7 @@ class Over:
                 rows[3 + i][j] = SC[i][j]
                 rows[j][3 + i] = SC[i][j]
         for one, r in zip(self.V.ligaments, self.r, strict=True):
-            line = _Line(one, r, self, zeta, 1)
+            line = LigamentOver(one, r, self.place, zeta, 1)
             for a, b, bend in line.bends():
                 rows[a][b] += bend
                 if a != b:
@@ -297,87 +265,6 @@ class Over:
         return [[arb(-one) for one in row] for row in C], scaling(bend)
 
 
-Offsets = list[tuple[Mapping[Axes, Ball], Mapping[Axes, Ball]]]
-"""Each entry of r with its derivatives up to order 2: at the centre, and over the box."""
-
-
-def _offset(
-    ligament: FreeLigament, centre: Sequence[Ball], whole: Sequence[Ball], step: Sequence[Ball]
-) -> Offsets:
-    found: Offsets = []
-    for entry in ligament.offset:
-        at_centre, over = entry.derivatives(centre), dict(entry.derivatives(whole))
-        for axes in sorted(over, key=len, reverse=True):
-            if len(axes) < 3:
-                slopes = (over[axes_of(*axes, k)] * step[k] for k in AXES)
-                sharper = sum(slopes, at_centre[axes])
-                if sharper.rad() < over[axes].rad():
-                    over[axes] = sharper
-        found.append((at_centre, over))
-    return found
-
-
-class _Line:
-    """The energy Φ of one ligament with its derivatives by δ and ζ.
-
-    Args:
-        ligament: The ligament.
-        r: Its offset.
-        over: The box, with ẑ and C.
-        zeta: Balls of ζ.
-        where: 0: at the centre; 1: over the box.
-    """
-
-    def __init__(
-        self, ligament: FreeLigament, r: Offsets, over: Over, zeta: Sequence[Ball], where: int
-    ) -> None:
-        self.r, self.where = r, where
-        step = over.step if where else [arb(0)] * 3
-        start = [r[k][0][()] + over.z[k] + zeta[k] for k in AXES]
-        by_angle = [[r[k][where][i,] + over.C[k][i] for k in AXES] for i in AXES]
-        e = [start[k] + sum((by_angle[i][k] * step[i] for i in AXES), arb(0)) for k in AXES]
-        # The slopes of e by δ and by ζ, and those of ℓ² divided by 2.
-        self.rates = [*by_angle, *[[arb(int(k == m)) for k in AXES] for m in AXES]]
-        half = [_dot(e, by_angle[i]) for i in AXES]
-        squared = sum((square(one) for one in e), arb(0))
-        if where:
-            by_slopes = sum((square(one) for one in start), arb(0))
-            by_slopes += 2 * sum((half[i] * step[i] for i in AXES), arb(0))
-            squared = squared.intersection(by_slopes)
-        law = ligament.law
-        self.slack = bool(squared < square(law.slack_length))
-        self.slopes, self.turned, self.energy = [arb(0)] * 6, [arb(0)] * 3, arb(0)
-        if self.slack:
-            return
-        # Where it is slack, all derivatives are 0; they are those at ℓ₀ too.
-        length = squared.max(square(law.slack_length)).sqrt()
-        self.energy, self.first, _, _ = law.derivatives(length)
-        self.across, self.excess = law.across_and_excess(length)
-        u = [_in_unit(one / length) for one in e]
-        self.e = e
-        along = [_dot(u, by_angle[i]) for i in AXES]
-        self.along = [*along, *u]
-        self.slopes = [self.first * one for one in self.along]
-        # ∂Φ/∂θ_i at constant z, which is the derivative at constant ζ where ∂W/∂ζ = 0.
-        plain = [[r[k][where][i,] for k in AXES] for i in AXES]
-        self.turned = [self.first * _dot(u, plain[i]) for i in AXES]
-
-    def bends(self) -> "list[tuple[int, int, Ball]]":
-        """Return the second derivatives of Φ with a >= b; none where it is slack."""
-        if self.slack:
-            return []
-        found = []
-        for a in SIX:
-            for b in range(a + 1):
-                outer = self.along[a] * self.along[b]
-                half = _dot(self.rates[a], self.rates[b])
-                if a < 3:
-                    bent = [self.r[k][self.where][axes_of(a, b)] for k in AXES]
-                    half += _dot(self.e, bent)
-                found.append((a, b, self.across * half + self.excess * outer))
-        return found
-
-
 def _least(B: Rows, S: Sequence[Sequence[Ball]]) -> Ball:
     """Return a lower bound of the eigenvalues of B'SB, which is 1 to round-off; else no number."""
     most = arb(0)
@@ -389,13 +276,3 @@ def _least(B: Rows, S: Sequence[Sequence[Ball]]) -> Ball:
         most = most.max(total)
     least = (1 - most).lower()
     return arb(least) if least > 0 else arb("nan")
-
-
-def _dot(one: Sequence[Ball], other: Sequence[Ball]) -> Ball:
-    return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
-
-
-def _in_unit(ball: Ball) -> Ball:
-    """Return a ball within [-1, 1]; the number is known to lie there."""
-    unit = arb(0, 1)
-    return ball.intersection(unit) if ball.overlaps(unit) else unit

@@ -20,7 +20,7 @@ from rbstab.analysis.proof_check.energy import Energy
 from rbstab.analysis.proof_check.formulas import series
 from rbstab.analysis.proof_check.formulas.series import Series
 from rbstab.analysis.proof_check.guards import SwitchingGuard
-from rbstab.analysis.proof_check.lengths.free_ligaments import FreeLigament
+from rbstab.analysis.proof_check.lengths.free_ligament import FreeLigament
 from rbstab.analysis.proof_check.taylor import symmetric
 from rbstab.analysis.proof_check.tied.formula import FreeFormula, Orders
 from rbstab.analysis.proof_check.trigonometric import (

@@ -145,8 +145,8 @@ def test_the_shift_of_the_position_is_bounded(seed, radius, stiffest):
         found = over._near(over._second([arb(0)] * 3))
         if found is None:
             return
-        C = np.array([[float(one.mid()) for one in row] for row in over.C])
-        z = np.array([float(one.mid()) for one in over.z])
+        C = np.array([[float(one.mid()) for one in row] for row in over.place.C])
+        z = np.array([float(one.mid()) for one in over.place.z])
         for _ in range(6):
             step = rng.uniform(-radius, radius, size=3)
             zeta = free.shift((centre + step)[np.newaxis])[0] - z - C @ step

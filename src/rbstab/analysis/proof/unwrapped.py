@@ -143,8 +143,7 @@ def _steepest(form: TrigonometricForm, confinement: _Confinement) -> Array:
     """Bound the slopes of the periodic part by θ1 and θ3, shape (2,), J/rad."""
     if not form.lines:
         return form.steepest[[0, 2]]
-    pairs = zip((0, 2), confinement.enough, strict=True)
-    return np.array([steepest_periodic(form, axis, float(one)) for axis, one in pairs])
+    return steepest_periodic(form, (0, 2), confinement.enough)
 
 
 def _compliance(block: Array) -> Array | None:

@@ -6,6 +6,7 @@ from typing import Any
 import click
 
 from rbstab_cli import exit_codes
+from rbstab_cli.output.stored.unread_proofs import print_unread_proofs
 
 Facts = dict[str, Any]
 
@@ -60,6 +61,8 @@ def _show_sweep(folder: Path, *, as_json: bool) -> None:
 
     title = read_folder(folder).manifest.title
     gathered = is_file(folder / SWEEP_FILE)
+    if gathered:
+        print_unread_proofs([folder.parent])
     answers = member_answers(folder / SWEEP_FILE) if gathered else None
     if answers is not None and not as_json:
         click.echo(printable(title))

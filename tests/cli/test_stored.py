@@ -132,7 +132,12 @@ def test_show_of_other_kinds(path: str, expected: list[str], rbstab: Invoke) -> 
 @pytest.mark.parametrize(
     ("path", "command"),
     [
-        ("finished_map", "Next: rbstab report results/finished_map\n"),
+        (
+            "finished_map",
+            "Next: rbstab report results/finished_map\n"
+            "Or try to prove a member that is only seen: "
+            "rbstab run results/finished_map/plan.yaml --member 2 --prove\n",
+        ),
         ("begun_map", "Next: rbstab sweep results/begun_map/plan.yaml\n"),
     ],
 )

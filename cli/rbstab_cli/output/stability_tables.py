@@ -94,7 +94,13 @@ def _print_modes(stability: "Stability") -> None:
         cells = (
             number(mode[key]) for key in ("natural_frequency", "damping_ratio", "time_constant")
         )
-        add_row(table, str(index), eigenvalue_text(complex(*mode["eigenvalue"])), *cells, mode["largest"])
+        add_row(
+            table,
+            str(index),
+            eigenvalue_text(complex(*mode["eigenvalue"])),
+            *cells,
+            mode["largest"],
+        )
     print_table(table)
 
 

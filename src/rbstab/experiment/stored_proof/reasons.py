@@ -4,9 +4,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator
 
-UNDECIDED = (
-    "in some small parts of the range it could not be decided whether there is a rest state"
-)
+UNDECIDED = "in some small parts of the range it could not be decided whether there is a rest state"
 """The outcome of a search with boxes left (`SearchOutcome.UNDECIDED`), whose module loads slowly."""
 
 NOT_DAMPED = "some motions may lose no energy, because no damper acts on them"

@@ -152,7 +152,9 @@ def _titles(drawn: Sequence[Roots]) -> dict[bool, str]:
 
 def _lengths(values: Array) -> Array:
     """Return the lengths of both axes of a panel: zero, the border of stability, is on it."""
-    found: Array = np.array([np.ptp(np.append(part, 0.0)) for part in (values.real, _imaginary(values))])
+    found: Array = np.array(
+        [np.ptp(np.append(part, 0.0)) for part in (values.real, _imaginary(values))]
+    )
     return found
 
 

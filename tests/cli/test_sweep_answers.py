@@ -1,13 +1,13 @@
 """`rbstab sweep` says unasked how many members are proved to converge, after it has stored them."""
 
 import json
-import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from cli.conftest import GOOD, Invoke
+from support.printed_paths import printed, words_of
 
 from rbstab.sweep.proofs import prove_bodies
 
@@ -69,7 +69,7 @@ def test_show_names_the_command_that_proves_a_member(
     assert "seen:        1 of 3 members" in done.stdout
     head, _, command = done.stderr.splitlines()[-1].partition(": rbstab ")
     assert head == "Or try to prove a member that is only seen"
-    words = shlex.split(command)
+    words = words_of(command)
     assert words[-3:] == ["--member", "2", "--prove"]
     assert "This start:  proved" in rbstab(*words).stdout
     assert Path(place, "plan-member2.h5").exists()
@@ -140,7 +140,7 @@ def test_bodies_that_the_budget_does_not_reach(
     assert "2 of the 2 members that were tried are proved to converge to a rest state" in shown
     assert "was not made, or ended early: members 1 to 2, 4. rbstab sweep " in shown
     command = shown.partition("members 1 to 2, 4. ")[2].partition(" makes it")[0]
-    assert command == "rbstab sweep results/bodies/plan.yaml --prove"
+    assert command == printed("rbstab sweep results/bodies/plan.yaml --prove")
     # The next call goes on.
     again = json.loads(rbstab(*words, "--json").stdout)
     assert again["proofs"]["members_not_reached"] == [[1, 1]]

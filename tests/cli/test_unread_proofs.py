@@ -1,7 +1,6 @@
 """Stored proofs that cannot be read do not hide the results; a run tries their folder first."""
 
 import json
-import os
 import shutil
 from pathlib import Path
 
@@ -120,7 +119,7 @@ def test_the_folder_of_proofs_is_tried_before_the_work(
         assert done.stderr.endswith(
             ". Nothing was run; -o names another folder, --no-prove makes no proofs.\n"
         )
-        assert os.listdir("results") == ["proofs"]
+        assert list(Path("results").iterdir()) == [PROOFS]
     assert rbstab(*words, "--engine", "scipy", "--no-prove").exit_code == 0
 
 

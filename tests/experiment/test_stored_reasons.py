@@ -24,7 +24,7 @@ OLD = {
 
 def test_the_reason_of_a_search_is_that_of_the_search() -> None:
     """Its module is not imported to read a file."""
-    assert UNDECIDED == SearchOutcome.UNDECIDED.value
+    assert SearchOutcome.UNDECIDED.value == UNDECIDED
 
 
 @pytest.mark.parametrize("old", OLD)

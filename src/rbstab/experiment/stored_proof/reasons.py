@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import AfterValidator
 
 UNDECIDED = "in some small parts of the range it could not be decided whether there is a rest state"
-"""The outcome of a search with boxes left (`SearchOutcome.UNDECIDED`), whose module loads slowly."""
+"""The outcome of a search with boxes left: `SearchOutcome.UNDECIDED`, without its slow import."""
 
 NOT_DAMPED = "some motions may lose no energy, because no damper acts on them"
 """Why nothing is proved of a body that may move without losing energy."""

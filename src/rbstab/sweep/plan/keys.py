@@ -17,7 +17,6 @@ from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.problems import ProblemCollector
 from rbstab.sweep.plan.read_vary import VARIED_SECTIONS
 
-
 NAMED_SECTIONS = ("body", "controller", "initial")
 """The sections with the same names of keys in all configs of a variant."""
 

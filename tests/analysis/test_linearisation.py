@@ -9,7 +9,7 @@ from support.rest import system_of
 from support.systems import VARIANTS, random_system
 
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.linearisation import linearise
+from rbstab.analysis.linearisation import are_real, eigenvalue_text, linearise
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.elements.gravity import Gravity
 from rbstab.mechanics.body import Body
@@ -148,3 +148,34 @@ def test_an_unstable_rest_state_is_told():
     assert sorted(found.eigenvalues.real)[-2:] == pytest.approx(sorted(expected))
     assert np.isinf(found.time_constants[:2]).all()
     assert (found.damping_ratios[:2] < 0).all()
+
+
+@pytest.mark.parametrize(
+    ("eigenvalue", "text"),
+    [
+        (-9.93 + 0j, "-9.93"),
+        (0j, "0"),
+        (-24.42 + 2.919e-14j, "-24.42 (twice)"),
+        (24.42 + 1e-8j, "24.42 (twice)"),
+        # The imaginary part may be more than round-off.
+        (-24.42 + 1e-5j, "-24.42 ± 1e-05i"),
+        (-2.927 + 7.506j, "-2.927 ± 7.506i"),
+        # Slow motions that oscillate, however weakly they are damped.
+        (-1e-12 + 8.0j, "-1e-12 ± 8i"),
+        (-1e-12 + 1e-12j, "-1e-12 ± 1e-12i"),
+        (2e-9j, "0 ± 2e-09i"),
+    ],
+)
+def test_round_off_is_not_written_as_an_oscillation(eigenvalue, text):
+    assert eigenvalue_text(eigenvalue) == text
+
+
+@pytest.mark.parametrize("frequency", [1e-3, 24.42, 5e4])
+def test_a_double_eigenvalue_is_real_and_a_damped_oscillation_is_not(frequency):
+    """ω = √(K/m) and ζ = 1: the matrix [0 1; -ω² -2ω] has one eigenvalue, twice."""
+    for damping, is_real in ((1.0, True), (1.0 - 1e-12, False), (1e-12, False)):
+        matrix = np.array([[0.0, 1.0], [-(frequency**2), -2 * damping * frequency]])
+        assert are_real(np.linalg.eigvals(matrix)).tolist() == [is_real] * 2
+        # What counts as real has no oscillation that a damping ratio could show.
+        found = np.array([complex(-damping, np.sqrt(1 - damping**2)) * frequency])
+        assert are_real(found).tolist() == [is_real]

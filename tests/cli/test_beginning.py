@@ -1,12 +1,13 @@
 """Protects `rbstab init` and `rbstab examples`: what they write works; nothing is overwritten."""
 
-import shlex
 from pathlib import Path
 
 import pytest
 from cli.conftest import Invoke
+from support.printed_paths import printed, words_of
 
 from rbstab.config.load import load_config
+from rbstab.files.shell_words import one_after_the_other, shell_word
 
 FILES = ["README.md", "experiment.yaml", "sweep.yaml"]
 
@@ -19,7 +20,7 @@ def working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def contents(folder: str) -> dict[str, str]:
-    return {str(p): p.read_text() for p in sorted(Path(folder).rglob("*")) if p.is_file()}
+    return {p.as_posix(): p.read_text() for p in sorted(Path(folder).rglob("*")) if p.is_file()}
 
 
 def test_init_here(rbstab: Invoke) -> None:
@@ -36,7 +37,9 @@ def test_init_here(rbstab: Invoke) -> None:
 def test_init_of_a_variant_elsewhere(variant: str, rbstab: Invoke) -> None:
     done = rbstab("init", "my first/one", "--variant", variant)
     assert done.exit_code == 0
-    assert done.stderr.endswith("Next: cd 'my first/one' && rbstab run experiment.yaml\n")
+    second = "rbstab run experiment.yaml\n"
+    both = one_after_the_other(f"cd {shell_word(Path('my first/one'))}", second)
+    assert done.stderr.endswith(f"Next: {both}")
     assert load_config(Path("my first/one/experiment.yaml")).controller.variant == variant
 
 
@@ -70,7 +73,7 @@ def test_init_below_a_file(rbstab: Invoke) -> None:
     Path("file").write_text("mine")
     done = rbstab("init", "file/folder")
     assert done.exit_code == 4
-    assert "file/folder/experiment.yaml cannot be written: Not a directory" in done.stderr
+    assert printed("file/folder/experiment.yaml cannot be written: ") in done.stderr
 
 
 def test_the_list_of_examples(rbstab: Invoke) -> None:
@@ -90,14 +93,14 @@ def test_a_copied_example_runs(rbstab: Invoke) -> None:
     assert done.exit_code == 0
     assert list(contents(".")) == ["configs/paper/case1_permanent.yaml"]
     line = done.stderr.splitlines()[-1].removeprefix("Next: rbstab ")
-    assert rbstab(*shlex.split(line)).exit_code == 0
+    assert rbstab(*words_of(line)).exit_code == 0
     assert Path("results/case1_permanent.h5").is_file()
 
 
 def test_a_copied_plan_finds_its_base(rbstab: Invoke) -> None:
     done = rbstab("examples", "strut_stiffness", "-o", "my plans")
-    words = shlex.split(done.stderr.splitlines()[-1].removeprefix("Next: rbstab "))
-    assert words == ["sweep", "my plans/sweeps/strut_stiffness.yaml"]
+    words = words_of(done.stderr.splitlines()[-1].removeprefix("Next: rbstab "))
+    assert words == ["sweep", printed("my plans/sweeps/strut_stiffness.yaml")]
     assert rbstab(*words, "--dry-run", "--engine", "scipy").exit_code == 0
 
 
@@ -107,8 +110,8 @@ def test_a_copied_example_with_code_names_the_option_that_runs_it(
 ) -> None:
     name = {"run": "examples/cubic_spring", "sweep": "sweeps/cubic_spring"}[command]
     done = rbstab("examples", name)
-    words = shlex.split(done.stderr.splitlines()[-1].removeprefix("Next: rbstab "))
-    assert words == [command, f"configs/{name}.yaml", "--allow-python"]
+    words = words_of(done.stderr.splitlines()[-1].removeprefix("Next: rbstab "))
+    assert words == [command, printed(f"configs/{name}.yaml"), "--allow-python"]
     assert rbstab("check", *words[1:]).exit_code == 0
 
 
@@ -116,7 +119,7 @@ def test_copies_that_exist(rbstab: Invoke) -> None:
     rbstab("examples", "elements")
     done = rbstab("examples", "strut_stiffness")
     assert done.exit_code == 0
-    assert "configs/examples/elements.yaml is there already\n" in done.stderr
+    assert printed("configs/examples/elements.yaml is there already\n") in done.stderr
     before = contents(".")
     changed = Path("configs/examples/elements.yaml")
     changed.write_text(changed.read_text() + "# mine\n")

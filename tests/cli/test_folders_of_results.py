@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from cli.conftest import Invoke
+from support.printed_paths import printed
 
 STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
 
@@ -27,7 +28,7 @@ def test_a_report_takes_the_results_in_a_folder(mixed: Path, rbstab: Invoke) -> 
     done = rbstab("report", "mixed", "--format", "text")
     assert (done.exit_code, done.stderr) == (
         0,
-        "mixed: 2 runs and 2 sweeps\nLeft out, not finished: mixed/begun_map\n",
+        printed("mixed: 2 runs and 2 sweeps\nLeft out, not finished: mixed/begun_map\n"),
     )
     assert "rbstab report mixed --format text" in done.stdout
     data = json.loads(rbstab("report", "mixed", "--json").stdout)
@@ -77,7 +78,7 @@ def test_a_folder_of_unfinished_sweeps_says_so(folder: Path, rbstab: Invoke) -> 
     shutil.copytree(STORED / "sweeps/begun_map", "begun/begun_map")
     done = rbstab("report", "begun")
     assert done.exit_code == 4
-    assert "begun/begun_map: is a sweep that is not finished" in done.stderr
+    assert printed("begun/begun_map") + ": is a sweep that is not finished" in done.stderr
 
 
 def _without_ages(text: str) -> list[str]:
@@ -90,7 +91,7 @@ def test_the_folder_above_the_results(mixed: Path, rbstab: Invoke) -> None:
     # The ages may differ by a second.
     plain, found = (_without_ages(done.stdout) for done in (rbstab("list"), dot))
     assert (dot.exit_code, found) == (0, plain)
-    assert "results/proofs has 2 files; rbstab show results/proofs" in dot.stdout
+    assert printed("results/proofs has 2 files; rbstab show results/proofs") in dot.stdout
     assert ".: 2 runs and 2 sweeps\n" in rbstab("plot", ".").stderr
 
 
@@ -107,9 +108,9 @@ def test_a_folder_of_proofs(mixed: Path, rbstab: Invoke) -> None:
     (mixed / "proofs" / name).write_text("{")
     table = rbstab("show", "mixed/proofs")
     assert table.exit_code == 0
-    assert table.stdout.startswith("mixed/proofs: stored proofs\n")
+    assert table.stdout.startswith(printed("mixed/proofs: stored proofs\n"))
     assert f"{name} is damaged" in table.stdout
-    assert "It has stored proofs: rbstab show mixed/proofs.\n" in (
+    assert printed("It has stored proofs: rbstab show mixed/proofs.\n") in (
         rbstab("list", "mixed/proofs").stderr
     )
 

@@ -1,7 +1,6 @@
 """Protects `rbstab sweep --part` and `rbstab gather`: several processes share one sweep."""
 
 import json
-import shlex
 import signal
 import sys
 import time
@@ -10,6 +9,7 @@ from pathlib import Path
 import pytest
 from cli.conftest import start
 from support import missing_heyoka
+from support.printed_paths import words_of
 from support.sweeps import shard_files
 
 from rbstab.integrate.engines import EngineMissingError
@@ -109,7 +109,9 @@ def test_missing_shards(rbstab):
     assert (
         "3 of 5 shards are missing, of part 2/3, 3/3: members 4 to 11, 16 to 19" in missing.stderr
     )
-    assert "shards: rbstab sweep results/plan/plan.yaml --part 2/3, and so on" in missing.stderr
+    assert "shards: rbstab sweep results/plan/plan.yaml --part 2/3, and so on" in (
+        missing.stderr.replace("\\", "/")
+    )
     found = json.loads(rbstab("gather", "results/plan", "--json", "-q").stdout)
     assert (found["finished"], found["missing"]) == (False, [[4, 12], [16, 20]])
     # Without the locks of its parts, a killed sweep has no record of them.
@@ -129,10 +131,10 @@ def test_the_command_that_resumes_a_sweep_works_as_typed(place, sweep, rbstab, m
     rbstab(*SWEEP, "--part", "1/3", "-o", "other place")
     file = Path("other place/plan/sweep.h5").absolute()
     monkeypatch.chdir(place)
-    program, *words = shlex.split(rbstab("show", sweep).stderr.removeprefix("Next: "))
+    program, *words = words_of(rbstab("show", sweep).stderr.removeprefix("Next: "))
     assert program == "rbstab"
     refused = rbstab("report", sweep, "--format", "text").stderr
-    assert shlex.split(refused.partition("Resume it: ")[2].splitlines()[0])[1:] == words
+    assert words_of(refused.partition("Resume it: ")[2].splitlines()[0])[1:] == words
     assert not file.exists()
     assert rbstab(*words, "--no-prove").exit_code == 0
     assert file.exists()

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from cli.conftest import GOOD
+from support.printed_paths import printed
 
 from rbstab import open_result
 from rbstab.store.table_file import read_table
@@ -72,12 +73,12 @@ def test_proofs_of_runs(folder: Path, number: int) -> None:
         *("run", "good.yaml", "other.yaml"),
     )
     assert code == CODES[signal.Signals(number)]
-    lost = "the proofs of results/other.h5 are missing"
+    lost = printed("the proofs of results/other.h5 are missing")
     assert f"Interrupted: 2 of 2 runs are stored; {lost}.\n" in stderr
     assert stderr.endswith("Run the same command again to resume.\n")
     assert open_result("results/good.h5").attributes["convergence"] == "proved"
     assert open_result("results/other.h5").status == "completed"
-    assert "results/good.h5" in stdout
+    assert printed("results/good.h5") in stdout
     assert "This start:" in stdout
 
 
@@ -85,7 +86,7 @@ def test_proofs_of_runs_as_json(folder: Path) -> None:
     function = "rbstab.experiment.run_to_file.prove_run"
     code, stdout, _ = interrupted(function, 1, signal.SIGINT, "run", "good.yaml", "--json")
     assert code == 130
-    assert json.loads(stdout)[0]["file"] == "results/good.h5"
+    assert json.loads(stdout)[0]["file"] == printed("results/good.h5")
 
 
 @pytest.mark.parametrize("number", CODES)

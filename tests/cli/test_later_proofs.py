@@ -1,12 +1,12 @@
 """Every command says the same of a stored result, also if its proof was made after it."""
 
 import json
-import shlex
 import shutil
 from pathlib import Path
 
 import pytest
 from cli.conftest import GOOD, Invoke
+from support.printed_paths import printed, words_of
 
 from rbstab.sweep.folder.member_answers import member_answers
 
@@ -113,11 +113,11 @@ def test_the_command_that_proves_them_works_wherever_the_sweep_is_now(
             for line in rbstab("show", stored).stdout.splitlines()
             if line.strip().startswith("no proof:")
         ]
-        program, *arguments = shlex.split(line.partition("make it: ")[2].removesuffix("."))
+        program, *arguments = words_of(line.partition("make it: ")[2].removesuffix("."))
         assert program == "rbstab"
         return arguments
 
-    assert advised("results/varied") == ["sweep", "results/varied/plan.yaml", "--prove"]
+    assert advised("results/varied") == ["sweep", printed("results/varied/plan.yaml"), "--prove"]
     assert advised(str(Path("results/varied").absolute()))[2] == "-o"
     # Without the copy of the plan, the plan of the user is needed.
     Path("alone").mkdir()

@@ -1,8 +1,11 @@
 """`rbstab stability --along` says where a gain has no effect, and which modes its table omits."""
 
+import re
 from pathlib import Path
 
 from cli.conftest import Invoke
+
+CONFIGS = Path(__file__).parents[2] / "configs"
 
 LAW = "K_s: [20000, 20000, 20000]\n  surface: {slope: 20}\n  law: exact\n  K_t"
 SHORT = ("--no-run", "--search-only")
@@ -25,3 +28,13 @@ def test_a_gain_with_an_effect_has_a_row_for_each_factor(folder: Path, rbstab: I
     table = done.stdout.partition("Along controller.K_r")[2]
     assert len([line for line in table.splitlines() if line.strip()]) == 1 + 1 + 5
     assert "Not listed" not in done.stdout
+
+
+def test_round_off_is_not_printed_as_an_oscillation(rbstab: Invoke) -> None:
+    """A damper gives two axes of this body the same two real eigenvalues."""
+    config = str(CONFIGS / "examples" / "real_body.yaml")
+    done = rbstab("stability", config, *SHORT, "--along", "controller.K_r=0.5:2:3")
+    assert done.exit_code == 0, done.output
+    assert "-24.42" in done.stdout
+    assert " ± " in done.stdout.partition("Along")[2]
+    assert not re.search(r"e-\d+i", done.stdout)

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+from support.printed_paths import printed
 
 import rbstab as api
 from rbstab.config.load import run_id
@@ -132,4 +133,4 @@ def test_two_members_of_one_name_are_refused(rbstab, folder):
     (folder / "sub/spins.yaml").write_text(PLAN.replace("good", "../good"))
     done = rbstab("run", "--no-prove", "spins.yaml", "sub/spins.yaml", "--member", "1")
     assert done.exit_code == 2
-    assert "spins.yaml, member 1 would both write results/spins-member1.h5" in done.stderr
+    assert printed("spins.yaml, member 1 would both write results/spins-member1.h5") in done.stderr

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from cli.conftest import GOOD, Invoke, invoke
 from click.testing import Result
+from support.printed_paths import printed
 
 OUTSIDE = (
     *("--set", "controller.variant=permanent", "--set", "body.inertia=[10,8,0.4]"),
@@ -120,5 +121,5 @@ def test_equal_sentences_are_printed_once(folder: Path, rbstab: Invoke) -> None:
     Path("other.yaml").write_text(text)
     done = rbstab("run", "good.yaml", "other.yaml", "--prove")
     lines = done.stdout.splitlines()
-    assert lines.count("results/good.h5, results/other.h5") == 1
+    assert lines.count(printed("results/good.h5, results/other.h5")) == 1
     assert sum("This start:  proved" in line for line in lines) == 1

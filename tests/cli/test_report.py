@@ -1,7 +1,6 @@
 """Protects `rbstab report`: formats, unreadable files, hostile texts, files it may not replace."""
 
 import json
-import shlex
 import shutil
 import subprocess
 import sys
@@ -13,6 +12,7 @@ import pytest
 import yaml
 from cli.conftest import Invoke
 from support.made_runs import PEAKS, made_config, made_file
+from support.printed_paths import printed, words_of
 from support.sweeps import FakeEngine, plan_of
 
 from rbstab.sweep.options import SweepOptions
@@ -55,7 +55,7 @@ def test_a_page_by_default(runs: list[str], rbstab: Invoke) -> None:
     done = rbstab("report", *runs)
     assert done.exit_code == 0, done.stderr
     assert done.stdout == ""
-    assert done.stderr == "-> results/report.html\n"
+    assert done.stderr == printed("-> results/report.html\n")
     page = Path("results/report.html").read_text().replace("<wbr>", "")
     for word in ("light", "heavy", "body.mass", "rbstab report light.h5 heavy.h5"):
         assert word in page
@@ -119,7 +119,7 @@ def test_the_command_makes_the_same_report_again(folder: Path, rbstab: Invoke) -
     made_file(Path("-a b.h5"))
     for arguments in (("--json",), ("--json", "-o", "r.md"), ("--json", "--title", "It's")):
         made = json.loads(rbstab("report", "./-a b.h5", *arguments).stdout)
-        words = shlex.split(made["command"])
+        words = words_of(made["command"])
         assert words[0] == "rbstab"
         again = json.loads(rbstab(*words[1:]).stdout)
         assert again["command"] == made["command"]

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from cli.conftest import GOOD, Invoke, start
+from support.printed_paths import printed
 
 import rbstab as api
 from rbstab.experiment import run_to_file
@@ -22,24 +23,24 @@ def test_a_run_leaves_a_file_and_a_table(folder: Path, rbstab: Invoke) -> None:
     assert api.open_result("results/good.h5").status == "completed"
     header, line = done.stdout.splitlines()[:2]
     assert header.split()[:2] == ["file", "status"]
-    assert line.split()[:2] == ["results/good.h5", "completed"]
+    assert line.split()[:2] == [printed("results/good.h5"), "completed"]
     # The motion is not at rest after 0.1 s.
     assert line.split()[5] == "-"
     assert "At rest: v stays below v(0)/1000 from then on; -: not in this run." in done.stdout
-    assert "Next: rbstab show results/good.h5" in done.stderr
+    assert printed("Next: rbstab show results/good.h5") in done.stderr
 
 
 def test_quiet_says_nothing_but_the_table(folder: Path, rbstab: Invoke) -> None:
     done = rbstab("run", "--no-prove", "good.yaml", "-q")
     assert done.stderr == ""
-    assert "results/good.h5" in done.stdout
+    assert printed("results/good.h5") in done.stdout
 
 
 def test_json_holds_the_facts(folder: Path, rbstab: Invoke) -> None:
     done = rbstab("run", "--no-prove", "good.yaml", "--json", "-o", "elsewhere")
     (facts,) = json.loads(done.stdout)
     result = api.open_result("elsewhere/good.h5")
-    assert facts["file"] == "elsewhere/good.h5"
+    assert facts["file"] == printed("elsewhere/good.h5")
     assert facts["run_id"] == result.run_id
     assert facts["lyapunov_start"] == result["lyapunov"][0]
     assert facts["end_time"] == 0.1
@@ -152,7 +153,7 @@ def test_a_result_that_cannot_be_written_does_not_stop_the_others(
     Path("results/good.h5").mkdir(parents=True)
     done = rbstab("run", "--no-prove", "good.yaml", "other.yaml")
     assert done.exit_code == 4
-    assert "results/good.h5" in done.stderr
+    assert printed("results/good.h5") in done.stderr
     assert api.open_result("results/other.h5").status == "completed"
 
 
@@ -232,7 +233,7 @@ def test_the_warnings_of_results_follow_their_answers(warned: list[str], rbstab:
     """Each once for each result; what is said of the config is not repeated."""
     done = rbstab("run", "--no-prove", *warned)
     own = [line for line in done.stderr.splitlines() if line.startswith("warning: results")]
-    assert own == [f"warning: results/{name}.h5: {WARNING}" for name in ("a", "b")]
+    assert own == [f"warning: {Path('results', name)}.h5: {WARNING}" for name in ("a", "b")]
     assert WARNING not in done.stdout
     *_, whole_range, first, _, next_line = done.output.splitlines()
     assert whole_range.startswith("  Whole range: ")

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from cli.conftest import Invoke
 from support.hang_guard import time_limit
+from support.printed_paths import printed
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no such files there")
 
@@ -153,7 +154,7 @@ def test_a_pipe_with_the_name_of_a_result(
     with time_limit(60):
         done = rbstab("run", "--no-prove", "good.yaml", *force)
     assert done.exit_code == 4
-    assert "results/good.h5" in done.stderr
+    assert printed("results/good.h5") in done.stderr
     assert "pipe" in done.stderr
     assert stat.S_ISFIFO(Path("results/good.h5").lstat().st_mode)
 

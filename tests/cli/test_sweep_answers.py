@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from cli.conftest import Invoke
+from cli.conftest import GOOD, Invoke
+from support.printed_paths import printed, words_of
 
 from rbstab.sweep.proofs import prove_bodies
 
@@ -53,6 +54,43 @@ def test_nothing_is_proved_on_request(folder: Path, rbstab: Invoke) -> None:
     done = rbstab("sweep", "plan.yaml", "--no-prove")
     assert "Convergence" not in done.stdout
     assert not (folder / "results/proofs").exists()
+
+
+@pytest.mark.usefixtures("plan")
+@pytest.mark.parametrize("place", ["results", "other place"])
+def test_show_names_the_command_that_proves_a_member(
+    place: str, folder: Path, rbstab: Invoke
+) -> None:
+    """The motion of the last member enters the region, outside of which it starts."""
+    Path("good.yaml").write_text(GOOD.replace("duration: 0.1", "duration: 6"))
+    assert rbstab("sweep", "plan.yaml", "--engine", "scipy", "-o", place).exit_code == 0
+    sweep = str(Path(place, "plan"))
+    done = rbstab("show", sweep)
+    assert "seen:        1 of 3 members" in done.stdout
+    head, _, command = done.stderr.splitlines()[-1].partition(": rbstab ")
+    assert head == "Or try to prove a member that is only seen"
+    words = words_of(command)
+    assert words[-3:] == ["--member", "2", "--prove"]
+    assert "This start:  proved" in rbstab(*words).stdout
+    assert Path(place, "plan-member2.h5").exists()
+    shown = json.loads(rbstab("show", sweep, "--json").stdout)["answers"]
+    assert (shown["seen"], shown["provable"]) == (1, 2)
+
+
+@pytest.mark.usefixtures("plan")
+def test_no_command_is_named_where_none_proves_more(folder: Path, rbstab: Invoke) -> None:
+    """No motion of a sliding connector can be enclosed; and the others are proved, or not seen."""
+    assert rbstab("sweep", "plan.yaml", "--engine", "scipy").exit_code == 0
+    assert "Or try to prove" not in rbstab("show", "results/plan").stderr
+    law = "variant: sliding\n  surface: {slope: 20}\n  law: exact\n  K_s: [20000, 20000, 20000]"
+    text = GOOD.replace("duration: 0.1", "duration: 6").replace("variant: free", law)
+    Path("good.yaml").write_text(text)
+    Path("slides.yaml").write_text(PLAN.replace(", 60", ""))
+    done = rbstab("sweep", "slides.yaml", "--engine", "scipy", "--no-prove")
+    assert done.exit_code == 0, done.output
+    done = rbstab("show", "results/slides")
+    assert "seen:        2 of 2 members" in done.stdout
+    assert "Or try to prove" not in done.stderr
 
 
 def test_members_with_bodies_of_their_own(folder: Path, rbstab: Invoke) -> None:
@@ -102,7 +140,7 @@ def test_bodies_that_the_budget_does_not_reach(
     assert "2 of the 2 members that were tried are proved to converge to a rest state" in shown
     assert "was not made, or ended early: members 1 to 2, 4. rbstab sweep " in shown
     command = shown.partition("members 1 to 2, 4. ")[2].partition(" makes it")[0]
-    assert command == "rbstab sweep results/bodies/plan.yaml --prove"
+    assert command == printed("rbstab sweep results/bodies/plan.yaml --prove")
     # The next call goes on.
     again = json.loads(rbstab(*words, "--json").stdout)
     assert again["proofs"]["members_not_reached"] == [[1, 1]]

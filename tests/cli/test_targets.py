@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from cli.conftest import GOOD, Invoke
+from support.printed_paths import printed
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="other limits of names there")
 
@@ -118,7 +119,7 @@ def test_a_folder_that_does_not_exist(command: str, folder: Path, rbstab: Invoke
     more = ("--objective", "energy", "--over", "controller.K_t") if command == "tune" else ()
     done = rbstab(command, "good.yaml", *more, "-o", "no/out")
     assert done.exit_code == 4
-    assert done.stderr == "no/out: cannot be written: the folder no does not exist\n"
+    assert done.stderr == printed("no/out: cannot be written: the folder no does not exist\n")
 
 
 @pytest.mark.usefixtures("no_work")

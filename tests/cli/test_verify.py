@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from cli.conftest import Invoke
+from support.printed_paths import printed
 
 from rbstab.analysis.proof_check.findings import Finding
 from rbstab.experiment.stored_proof.proof import Proof
@@ -110,10 +111,10 @@ def test_all_proofs_of_a_folder_are_checked(proof: Path, rbstab: Invoke) -> None
     (proof.parent / "0.json").write_text("{}")
     done = rbstab("verify", "results")
     assert done.exit_code == 4
-    assert f"results/proofs/{proof.name}: REFUSED\n" in done.stdout
-    assert f"results/proofs/{other.name}: verified\n" in done.stdout
+    assert f"{Path('results/proofs', proof.name)}: REFUSED\n" in done.stdout
+    assert f"{Path('results/proofs', other.name)}: verified\n" in done.stdout
     assert "results: 1 of 3 proofs verified" in done.stdout
-    assert "results/proofs/0.json is damaged" in done.stderr
+    assert printed("results/proofs/0.json is damaged") in done.stderr
 
 
 def test_a_folder_without_proofs(proof: Path, rbstab: Invoke) -> None:
@@ -138,7 +139,7 @@ def test_many_proofs_are_counted_and_faults_are_told_in_full(
     data["region"]["lower_bound"] *= 1.01
     write_document(proof, data)
     few = rbstab("verify", "results").stdout
-    assert "results/proofs/a.json: verified\nresults/proofs/b.json: verified\n" in few
+    assert printed("results/proofs/a.json: verified\nresults/proofs/b.json: verified\n") in few
     assert "  The range of eq. 5\n    Rest states: checked. 1 of 1" in few  # of the refused one
     assert few.count("1 of 1 are isolated") == 2
     assert "    The range of eq. 5: region of rest state N: 2 (" in few
@@ -146,7 +147,7 @@ def test_many_proofs_are_counted_and_faults_are_told_in_full(
     monkeypatch.setattr("rbstab_cli.output.verified.MAX_LISTED", 1)
     many = rbstab("verify", "results").stdout
     assert "a.json" not in many
-    assert f"results/proofs/{proof.name}: REFUSED\n" in many
+    assert f"{Path('results/proofs', proof.name)}: REFUSED\n" in many
     assert "Certified region: REFUSED" in many
     assert few.splitlines()[-1] == many.splitlines()[-1]
 

@@ -2,11 +2,13 @@
 it is and name the command that takes it.
 """
 
-import shlex
 from pathlib import Path
 
 import pytest
 from cli.conftest import GOOD, Invoke
+from support.printed_paths import words_of
+
+from rbstab.files.shell_words import shell_word
 
 PLAN = """\
 title: Two members
@@ -41,7 +43,7 @@ def test_a_config_in_place_of_a_result(
     others = ["results/good.h5"] if command == ["compare"] else []
     done = rbstab(*words, file, *others)
     assert done.exit_code in (2, 4)
-    assert f"is {what}, not a result. Run it: rbstab {verb} {shlex.quote(file)}" in done.stderr
+    assert f"is {what}, not a result. Run it: rbstab {verb} {shell_word(Path(file))}" in done.stderr
     assert "damaged" not in done.stderr
 
 
@@ -90,7 +92,7 @@ def test_a_folder_of_configs_names_them_by_a_pattern(files: Path, rbstab: Invoke
 
 def test_the_named_command_works(files: Path, rbstab: Invoke) -> None:
     message = rbstab("plot", f"{BLANK}/good.yaml").stderr
-    _, *words = shlex.split(message.partition("Run it: ")[2])
+    _, *words = words_of(message.partition("Run it: ")[2])
     assert rbstab(*words, "--no-prove", "-q").exit_code == 0
 
 
@@ -109,11 +111,12 @@ def test_a_result_in_place_of_a_config(
     files: Path, rbstab: Invoke, command: str, wanted: str
 ) -> None:
     rbstab("run", "good.yaml", "--no-prove", "-q", "-o", BLANK)
-    done = rbstab(command, f"{BLANK}/good.h5")
+    file = Path(BLANK, "good.h5")
+    done = rbstab(command, str(file))
     assert done.exit_code == 2
     assert done.stderr == (
-        f"{BLANK}/good.h5:1:1: is the file of a result (expected a {wanted}; look at it: "
-        f"rbstab show '{BLANK}/good.h5')\n"
+        f"{file}:1:1: is the file of a result (expected a {wanted}; look at it: "
+        f"rbstab show {shell_word(file)})\n"
     )
 
 
@@ -130,7 +133,10 @@ def test_a_proof_in_place_of_a_result(files: Path, rbstab: Invoke) -> None:
     [
         ("good.yaml", "is a config, not a proof. Prove it: rbstab stability good.yaml. Proofs are"),
         ("plan.yaml", "is the plan of a sweep, not a proof. Proofs are the files in DIR/proofs"),
-        ("results/good.h5", "results/good.h5 is a result, not a proof. Proofs are the files in"),
+        (
+            "results/good.h5",
+            f"{Path('results/good.h5')} is a result, not a proof. Proofs are the files in",
+        ),
     ],
 )
 def test_what_is_no_proof(files: Path, rbstab: Invoke, file: str, message: str) -> None:

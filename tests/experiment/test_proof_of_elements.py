@@ -25,6 +25,7 @@ from rbstab.experiment.proof import prove
 from rbstab.experiment.robust.bodies import prove_within
 from rbstab.experiment.robust.cache import bodies_for
 from rbstab.experiment.stored_proof.identity import proof_id
+from rbstab.experiment.stored_proof.reasons import NOT_DAMPED
 
 RANGE_END = np.array([np.pi, np.pi / 2, np.pi])
 
@@ -175,10 +176,10 @@ UNDAMPED: dict[str, Any] = {
 def test_where_not_every_motion_is_damped_nothing_is_ever_proved(name, gravity):
     config = load_config(config_data(UNDAMPED[name], None, gravity=gravity))
     proof = prove(config)
-    assert proof.outcome == "no elements damp every motion"
+    assert proof.outcome == NOT_DAMPED
     assert (proof.proved, proof.unique, proof.states, proof.region) == (False, None, (), None)
     within = prove_within(config, tolerances_of(config, ["body.mass=±1%"]))
-    assert within.why == "no elements damp every motion"
+    assert within.why == NOT_DAMPED
     assert (within.proved, within.level) == (None, 0.0)
 
 

@@ -20,7 +20,8 @@ from rbstab.experiment.convergence.convergence import Enclose, Undecided
 from rbstab.experiment.convergence.exact_motion import convergence_at_start, prove_convergence
 from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate
-from rbstab.experiment.stored_proof.proof import NOT_DAMPED, Proof
+from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.stored_proof.reasons import NOT_DAMPED
 from rbstab.experiment.verification.verify import verify
 
 POINT = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 0.1]}

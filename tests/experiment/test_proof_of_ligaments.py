@@ -24,6 +24,7 @@ from rbstab.experiment.robust.bodies import prove_within
 from rbstab.experiment.stability import stability_of
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.stored_proof.reasons import NOT_DAMPED
 from rbstab.experiment.stored_proof.starts import _in_modes, enclosed_start, start_state
 from rbstab.experiment.tuning.kept_range import NotDecidedError, unguarded
 from rbstab.experiment.verification.verify import verify
@@ -252,4 +253,4 @@ def test_elements_that_damp_every_motion_need_no_controller():
 @pytest.mark.parametrize("names", [["tie"], ["upright"], []])
 def test_one_of_them_is_not_enough(names):
     proof = prove(config_data({name: JOINED[name] for name in names} | {"band": BAND}, None))
-    assert proof.outcome == "no elements damp every motion"
+    assert proof.outcome == NOT_DAMPED

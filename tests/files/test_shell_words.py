@@ -4,34 +4,11 @@ import shlex
 import sys
 
 import pytest
+from support.printed_paths import read_by_windows
 
 from rbstab.files.shell_words import one_after_the_other, quoted, shell_word
 
 NAMES = ["results/a.h5", "my results/a.h5", "it's", "a&b", "a;b", "$HOME", "größe", "-o", "a(b)"]
-
-
-def read_by_windows(line):
-    """Return the words that a program of Windows receives: the rules of its C library."""
-    words, word, in_quotes, backslashes = [], "", False, 0
-    for letter in f"{line} ":
-        if letter == "\\":
-            backslashes += 1
-            continue
-        if letter == '"':
-            word += "\\" * (backslashes // 2)
-            if backslashes % 2:
-                word += '"'
-            else:
-                in_quotes = not in_quotes
-        else:
-            word += "\\" * backslashes
-            if letter == " " and not in_quotes:
-                words.append(word)
-                word = ""
-            else:
-                word += letter
-        backslashes = 0
-    return words
 
 
 @pytest.mark.parametrize("name", NAMES)

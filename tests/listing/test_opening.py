@@ -114,6 +114,28 @@ def test_other_things_in_place_of_a_config(place: Path) -> None:
         rbstab.load_plan(5)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("text", [CONFIG, CONFIG * 100, "body: {mass: 41}", "a:\n  b\n"])
+def test_the_text_of_a_config_is_not_taken_for_a_path(place: Path, text: str) -> None:
+    expected = (
+        ":1:1: is a text that looks like YAML, and not the path of a file (expected the path of a "
+        "YAML file, or a dictionary, as from yaml.safe_load(text))"
+    )
+    for kind, function in (
+        *(("config", one) for one in (rbstab.simulate, rbstab.prove, rbstab.load_config)),
+        ("plan", rbstab.load_plan),
+    ):
+        with pytest.raises(rbstab.ConfigError) as caught:
+            function(text)
+        assert str(caught.value) == f"{kind}{expected}"
+
+
+def test_unusual_paths_are_paths(place: Path) -> None:
+    Path("a: b").write_text(CONFIG)
+    assert rbstab.load_config("a: b").title == "A body"
+    with pytest.raises(rbstab.ConfigError, match="cannot be read: No such file"):
+        rbstab.load_config("a: c.yaml")
+
+
 def test_a_loaded_plan_is_loaded_again_with_changes(place: Path) -> None:
     plan = rbstab.load_plan("plan.yaml")
     assert rbstab.load_plan(plan) is plan

@@ -94,4 +94,5 @@ def test_files_that_are_named_by_named_files_come_too_and_no_others(
     )
     monkeypatch.setattr(examples, "examples_folder", lambda: folder)
     found = files_of(["sweeps/plan"])
-    assert list(map(str, found)) == ["config.yaml", "data/push.csv", "sweeps/plan.yaml"]
+    names_found = [path.as_posix() for path in found]
+    assert names_found == ["config.yaml", "data/push.csv", "sweeps/plan.yaml"]

@@ -3,11 +3,11 @@ with its unit, and every command of their page works.
 """
 
 import re
-import shlex
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from support.printed_paths import words_of
 
 from rbstab.config.build import config_warnings
 from rbstab.config.load import load_config
@@ -94,6 +94,6 @@ def test_every_command_of_the_page_works(tmp_path: Path, monkeypatch: pytest.Mon
     commands = re.findall(r"^\$ rbstab (.*)$", files["README.md"], flags=re.MULTILINE)
     assert len(commands) == 14
     for line in commands:
-        done = CliRunner().invoke(cli, shlex.split(line))
+        done = CliRunner().invoke(cli, words_of(line))
         assert done.exit_code == 0, f"{line}\n{done.output}"
     assert Path("results/sweep.html").is_file()

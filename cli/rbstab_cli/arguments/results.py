@@ -126,7 +126,10 @@ def _is_unfinished(path: Path) -> bool:
     from rbstab.files.existence import is_dir, is_file
     from rbstab.sweep.folder.sweep_folder import SWEEP_FILE
 
-    return is_dir(path) and not is_file(path / SWEEP_FILE)
+    try:
+        return is_dir(path) and not is_file(path / SWEEP_FILE)
+    except PermissionError:
+        return False  # reading it says so
 
 
 def _stands_beside_results(path: Path) -> bool:

@@ -11,6 +11,7 @@ import click
 from rbstab_cli import exit_codes
 from rbstab_cli.arguments.choice import Choice
 from rbstab_cli.arguments.results import results_among, with_folders
+from rbstab_cli.output.stored.unread_proofs import print_unread_proofs, results_folder_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -92,6 +93,7 @@ def command(
         sources = read_sources(taken.paths)
         imports.join()
         _print_unread(sources.unread)
+        print_unread_proofs(map(results_folder_of, taken.paths))
         made_by = _command(results, output, form, title, force=force, as_json=as_json)
 
         def write(report: "Report") -> None:

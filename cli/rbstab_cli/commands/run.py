@@ -21,7 +21,11 @@ from rbstab_cli.arguments.options import (
     quiet_option,
     results_folder,
 )
-from rbstab_cli.arguments.outputs import check_results_folder
+from rbstab_cli.arguments.outputs import (
+    check_proofs_folder,
+    check_results_folder,
+    has_all_proofs,
+)
 from rbstab_cli.run_batch import MAX_NAMED, Batch, Finished
 
 REPEATED = "the same command with --prove"
@@ -107,7 +111,11 @@ def command(
         )
         _import_engines({config.integration.engine for config in loaded.values()})
     targets = _targets(loaded, output)
-    check_results_folder(output, targets.values())
+    tried = check_results_folder(output, targets.values(), force=force)
+    if tried and prove is not False:
+        check_proofs_folder(
+            output, lambda: has_all_proofs(output, loaded.values(), brief=prove is None)
+        )
     batch = Batch(output, force=force, prove=prove, to_end=to_end, quiet=quiet)
     printed = as_json
     try:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from rbstab_cli import exit_codes
+from rbstab_cli.output.stored.unread_proofs import print_unread_proofs
 
 if TYPE_CHECKING:
     from rbstab.experiment.convergence.later_proof import KnownNow
@@ -92,6 +93,7 @@ def _print(path: Path, opened: "Result", *, as_json: bool, as_config: bool) -> N
     from rbstab.experiment.convergence.later_proof import known_now
 
     # Every line is that of the result together with the proof that lies beside it now.
+    print_unread_proofs([path.parent])
     known = known_now(path, opened)
     if as_json:
         _print_json(known)

@@ -15,7 +15,7 @@ from rbstab_cli.arguments.choice import Choice
 from rbstab_cli.arguments.configs import exit_on_problems
 from rbstab_cli.arguments.engine import refuse_engine_change
 from rbstab_cli.arguments.options import ALLOW_PYTHON, AS_JSON, CHANGES, QUIET, results_folder
-from rbstab_cli.arguments.outputs import check_results_folder
+from rbstab_cli.arguments.outputs import check_proofs_folder, check_results_folder
 from rbstab_cli.arguments.plans import is_in_sweep_folder, sweep_name
 
 if TYPE_CHECKING:
@@ -176,7 +176,9 @@ def command(
                     name, is_slow = _engine(engine, folder, plan)
                     changes = (*changes, f"integration.engine={name}")
                     loaded = _load(plan, changes, allow_python=allow_python)
-                    check_results_folder(output, [folder])
+                    proves = prove is not False and loaded.prove is None
+                    if check_results_folder(output, [folder]) and proves and not (dry_run or part):
+                        check_proofs_folder(output, lambda: False)
                     if is_slow:
                         click.echo(WITHOUT_HEYOKA, err=True)
                     if not dry_run:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rbstab_cli.output.stored.unread_proofs import print_unread_proofs, results_folder_of
+
 if TYPE_CHECKING:
     from rbstab.listing.folder import Entry
 
@@ -22,6 +24,7 @@ def report_entries(folder: Path, *, as_json: bool) -> int:
     from rbstab.listing.folder import entries_of, listed_folder, proofs_in
 
     entries = entries_of(folder)
+    print_unread_proofs([results_folder_of(folder)])
     unread = [entry for entry in entries if entry.problem]
     if as_json:
         from rbstab_cli.output.json_output import print_json

@@ -81,6 +81,7 @@ def _print_rest_states(stability: "Stability") -> None:
 
 def _print_modes(stability: "Stability") -> None:
     """Print the modes of the lowest rest state, if it has any, one row for each conjugate pair."""
+    from rbstab.analysis.linearisation import eigenvalue_text
     from rbstab_cli.output.stability_report import mode_data
     from rbstab_cli.output.tables import add_row, new_table, number, print_table
 
@@ -90,12 +91,16 @@ def _print_modes(stability: "Stability") -> None:
     numbers = ("λ [1/s]", "|λ| [rad/s]", "ζ", "τ [s]")
     table = new_table("mode", *numbers, "moves most", numbers=numbers)
     for index, mode in enumerate(modes, start=1):
-        real, imaginary = mode["eigenvalue"]
-        conjugates = f" ± {imaginary:.4g}i" if imaginary else ""
         cells = (
             number(mode[key]) for key in ("natural_frequency", "damping_ratio", "time_constant")
         )
-        add_row(table, str(index), f"{real:.4g}{conjugates}", *cells, mode["largest"])
+        add_row(
+            table,
+            str(index),
+            eigenvalue_text(complex(*mode["eigenvalue"])),
+            *cells,
+            mode["largest"],
+        )
     print_table(table)
 
 
@@ -118,6 +123,7 @@ def _print_undecided(stability: "Stability") -> None:
 
 
 def _print_locus(along: "Along", points: "list[LocusPoint]") -> None:
+    from rbstab.analysis.linearisation import eigenvalue_text
     from rbstab_cli.output.tables import add_row, new_table, number, print_table
 
     numbers = ("factor", "largest Re λ [1/s]", "smallest ζ", "growing")
@@ -132,8 +138,7 @@ def _print_locus(along: "Along", points: "list[LocusPoint]") -> None:
             add_row(table, number(factor), "-", "-", "-", "no rest state in the range")
             continue
         values = linear.eigenvalues
-        upper = [f"{v.real:.4g}{v.imag:+.4g}i" if v.imag else f"{v.real:.4g}" for v in values]
-        shown = [text for text, v in zip(upper, values, strict=True) if v.imag >= 0]
+        shown = [eigenvalue_text(value) for value in values.tolist() if value.imag >= 0]
         add_row(
             table,
             number(factor),

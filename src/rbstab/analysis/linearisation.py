@@ -18,6 +18,12 @@ BODY_STATES = ("orientation", "angular_velocity", "position", "velocity")
 """The names of the body's vectors in Z; a held body has the first two."""
 
 
+ROUND_OFF = float(np.sqrt(2 * np.finfo(float).eps))
+"""Eigenvalues whose imaginary part is at most this share of their size count as real: the damping
+ratio ζ of such a pair is 1 to the last digit. A double real eigenvalue is computed as such a pair,
+with an imaginary part that grows as the root of the errors of the matrix."""
+
+
 @dataclass(frozen=True, eq=False)
 class Linearisation:
     """ẏ = A (y - y*) near a rest state y*, with the slowest mode first.
@@ -65,6 +71,25 @@ class Linearisation:
 
 class NoDerivativesError(ArithmeticError):
     """The equations have no derivatives at a rest state, as where a spring has no length."""
+
+
+def are_real(eigenvalues: Array) -> Array:
+    """Return for each eigenvalue whether it is real to round-off; booleans of the same shape.
+
+    Whatever oscillates before it decays is not: its imaginary part is a large share of its size.
+    """
+    return np.asarray(np.abs(eigenvalues.imag) <= ROUND_OFF * np.abs(eigenvalues))
+
+
+def eigenvalue_text(eigenvalue: complex) -> str:
+    """Return an eigenvalue with Im λ ≥ 0 and its conjugate as text: `-2.927 ± 7.506i`.
+
+    A pair that is real to round-off is written as a double eigenvalue.
+    """
+    real = f"{eigenvalue.real:.4g}"
+    if not are_real(np.asarray(eigenvalue)):
+        return f"{real} ± {abs(eigenvalue.imag):.4g}i"
+    return f"{real} (twice)" if eigenvalue.imag else real
 
 
 def linearise(system: System, rest: Motion, own: Array) -> Linearisation:

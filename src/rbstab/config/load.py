@@ -22,13 +22,14 @@ from rbstab.config.schema import (
     model_of,
     variant_of,
 )
-from rbstab.config.source import MAX_DEPTH, Source, key_of, read_source
+from rbstab.config.source import MAX_DEPTH, YAML, Source, key_of, read_source
 from rbstab.config.user_code.files import embed_files
 from rbstab.config.user_code.permission import check_code, may_run_code, without_code
 from rbstab.config.user_code.section import ALLOW, PARAMETERS
 from rbstab.config.user_code.section import KIND as PYTHON
 from rbstab.elements.declarations import is_initial
 from rbstab.elements.registry import OWN_STATES
+from rbstab.files.existence import is_file
 
 FALLBACK_VARIANT = "visco-elastic"
 """The variant used to check the common keys of a config whose variant is unknown."""
@@ -161,6 +162,10 @@ def source_of(
         source = document
     elif isinstance(document, Mapping):
         source = Source(_plain_data(document, MAX_DEPTH), {(): Location(name)})
+    elif isinstance(document, str) and _is_yaml_text(document):
+        problem = "is a text that looks like YAML, and not the path of a file"
+        expected = "expected the path of a YAML file, or a dictionary, as from yaml.safe_load(text)"
+        raise ConfigError([ConfigProblem(Location(name), "", problem, expected)])
     elif isinstance(document, str | PathLike):
         source = read_source(FilePath(document))
     else:
@@ -174,6 +179,16 @@ def source_of(
         found = f"is {describe(source.data)}"
         raise ConfigError([ConfigProblem(source.location(()), "", found, "expected a mapping")])
     return source
+
+
+def _is_yaml_text(document: str) -> bool:
+    """Whether a text is no path of a file, but has what YAML has and paths do not have."""
+    if "\n" not in document and (": " not in document or document.lower().endswith(YAML)):
+        return False
+    try:
+        return not is_file(FilePath(document))
+    except OSError:
+        return True
 
 
 def validated(source: Source, *, allow_python: bool = False) -> Config:

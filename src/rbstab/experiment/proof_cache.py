@@ -4,10 +4,12 @@ All runs with the same body, gravity and controller share one proof.
 """
 
 import errno
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rbstab.config.schema import Config
+from rbstab.files.existence import exists
 from rbstab.integrate.problem import Problem
 from rbstab.store.disk.identity import identity_of
 from rbstab.store.document import Model, read_model, write_document
@@ -126,6 +128,44 @@ def stored_model(file: Path, model: type[Model]) -> Model | None:
         return None
 
 
+def sufficient_proof(folder: Path, config: Config, *, brief: bool) -> "Proof | None":
+    """Return the cached proof of a config if it need not be made again; None otherwise.
+
+    Args:
+        folder: The folder of results.
+        config: The config.
+        brief: Whether a proof that ended early will do.
+
+    Raises:
+        StoreError: The disk fails to read it.
+    """
+    from rbstab.experiment.stored_proof.identity import PROOF_VERSION
+
+    found = _cached(folder, config, PROOF_VERSION)
+    return found if found is not None and (brief or not found.brief) else None
+
+
+def why_unreadable(folder: Path) -> str:
+    """Return why the proofs in a folder of results cannot be read; empty if they can be.
+
+    A folder that may be entered but not listed, or listed but not entered, counts as unreadable.
+
+    Args:
+        folder: The folder of results.
+    """
+    proofs = folder / PROOFS
+    try:
+        with os.scandir(proofs) as files:
+            next(files, None)
+        exists(proofs / PROOFS)
+    except FileNotFoundError:
+        return ""
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        return f"the stored proofs in {proofs} cannot be read: {reason}"
+    return ""
+
+
 def proof_for(
     folder: Path, config: Config, problem: Problem | None = None, *, brief: bool = False
 ) -> "Proof":
@@ -146,8 +186,8 @@ def proof_for(
     from rbstab.experiment.proof import prove
     from rbstab.experiment.stored_proof.identity import PROOF_VERSION
 
-    found = _cached(folder, config, PROOF_VERSION)
-    if found is not None and (brief or not found.brief):
+    found = sufficient_proof(folder, config, brief=brief)
+    if found is not None:
         return found
     made = prove(config, problem, brief=brief)
     if made.brief:

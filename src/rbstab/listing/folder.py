@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from rbstab.experiment.answers.run_answer import answer_of
 from rbstab.experiment.convergence.later_proof import known_now
-from rbstab.experiment.proof_cache import PROOFS
+from rbstab.experiment.proof_cache import PROOFS, why_unreadable
 from rbstab.files.shell_words import shell_word
 from rbstab.integrate.status import RunStatus
 from rbstab.listing.kinds import Kind, kind_of
@@ -100,7 +100,7 @@ def listed_folder(folder: Path) -> Path:
         StoreError: As `results_in`.
     """
     inner = folder / RESULTS
-    return inner if kind_of(inner) is Kind.FOLDER and not _results_in(folder) else folder
+    return inner if _kind(inner) is Kind.FOLDER and not _results_in(folder) else folder
 
 
 def _results_in(folder: Path) -> list[Path]:
@@ -110,12 +110,25 @@ def _results_in(folder: Path) -> list[Path]:
         raise StoreError(f"{folder} cannot be read: {error.strerror}; {FIRST}") from error
     except OSError as error:
         raise StoreError(f"{folder} cannot be read: {error.strerror or error}") from error
-    kinds = {path: kind_of(path) for path in sorted(paths)}
+    kinds = {path: _kind(path) for path in sorted(paths)}
     return [
         path
         for path, kind in kinds.items()
         if kind is Kind.SWEEP or (kind is Kind.RUN and path.suffix == RUN_SUFFIX)
     ]
+
+
+def _kind(path: Path) -> Kind:
+    """Return the kind of a path in a folder; one that cannot be tested does not hide the others.
+
+    It may be a result. Reading it gives the reason.
+    """
+    try:
+        return kind_of(path)
+    except StoreError:
+        if path.name == PROOFS:
+            return Kind.FOLDER
+        return Kind.RUN if path.suffix == RUN_SUFFIX else Kind.SWEEP
 
 
 def only_result(path: Path) -> Path:
@@ -151,7 +164,7 @@ def entries_of(folder: Path) -> list[Entry]:
         raise StoreError(
             f"{folder} is a file. List the folder it is in: rbstab list {shell_word(folder.parent)}"
         )
-    kinds = {path: kind_of(path) for path in results_in(folder)}
+    kinds = {path: _kind(path) for path in results_in(folder)}
     runs = [path for path, kind in kinds.items() if kind is Kind.RUN]
     found = list(_runs.map(lambda path, read: _entry(path, Kind.RUN, read), runs))
     found += [_entry(path, Kind.SWEEP) for path, kind in kinds.items() if kind is Kind.SWEEP]
@@ -226,14 +239,14 @@ def _proved_of(folder: SweepFolder, gathered: dict[str, int]) -> str:
         folder: The folder of the sweep.
         gathered: The number of members with each word of the column `convergence`.
     """
-    members = folder.manifest.members
+    members, results = folder.manifest.members, folder.path.absolute().parent
     may_grow = UNKNOWN in gathered or not gathered
-    proofs = proofs_in(folder.path.absolute().parent)
+    proofs = proofs_in(results)
     if may_grow and members <= MAX_COUNTED and proofs:
         found = member_answers(folder.sweep_file, _columns)
         return f"{found.proved} of {members} proved" if found.any_proof else NOT_PROVED
     if all(word == UNKNOWN for word in gathered):
         # Of very many members it is not counted what the proofs cover.
-        return NOT_KNOWN if proofs else NOT_PROVED
+        return NOT_KNOWN if proofs or why_unreadable(results) else NOT_PROVED
     proved = sum(count for word, count in gathered.items() if word.startswith("proved"))
     return f"{proved} of {members} proved"

@@ -171,6 +171,16 @@ def test_an_eigenvalue_that_is_far_away_is_named_and_does_not_squeeze_the_others
     assert "λ = -5.321e+04 1/s (g0)" in figure.caption
 
 
+def test_eigenvalues_that_are_real_to_round_off_are_drawn_as_real(monkeypatch):
+    pair, far = -24.42 + 2.919e-14j, -53210 + 1e-11j
+    given_spectra(monkeypatch, [-30, -40, -50, -60, pair, pair.conjugate(), far, far.conjugate()])
+    figure = blocks_of(run_of("free"))[0]["runs-eigenvalues"]
+    (points,) = points_of(figure.panels[0]).values()
+    assert not points.y.any()
+    assert "λ = -24.42 1/s, ζ = 1" in points.texts
+    assert "λ = -5.321e+04 (twice) 1/s (free)" in figure.caption
+
+
 def test_the_modes_of_a_sliding_surface_are_said_to_be_missing():
     _, text = blocks_of(run_of("sliding"), run_of("free", 1))
     assert "exp(-κt)" in text

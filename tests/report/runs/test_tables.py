@@ -2,7 +2,6 @@
 
 import json
 import math
-import shlex
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from support.made_runs import (
     made_file,
     made_result,
 )
+from support.printed_paths import words_of
 
 from rbstab.experiment.summary import ReferenceValue, half_unit
 from rbstab.report.model.document import Cell, Section, Table
@@ -338,7 +338,7 @@ def test_the_commands_that_repeat_runs_do_not_get_in_each_others_way(tmp_path):
         place.parent.mkdir()
     paths = [made_file(place) for place in (*places, tmp_path / "z.h5")]
     table = table_of(provenance_section(facts(*paths)), "commands")
-    found = [shlex.split(row[1].text) for row in table.rows]
+    found = [words_of(row[1].text) for row in table.rows]
     configs = ["./-x y-1-again.yaml", "./-x y-2-again.yaml", "z-again.yaml"]
     assert [words[2] for words in found] == [str(path) for path in paths]
     # Not `z.yaml`, which may be a file of the user.

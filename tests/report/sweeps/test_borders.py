@@ -1,11 +1,11 @@
 """Protects the list of notable members: at a border, near the range's end, near a proved level."""
 
-import shlex
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from support.made_sweeps import GRID, SPIN, code
+from support.printed_paths import words_of
 from support.sections import sweep_sections, tables, texts
 
 from rbstab.report.sweeps.borders import border_pairs, notable
@@ -151,7 +151,7 @@ def test_the_command_is_quoted(tmp_path, folder):
     plan = tmp_path / folder / "plan.yaml"
     plan.write_text("")
     command = f"{member_command(tmp_path / folder / 'sweep.h5')} 7"
-    assert shlex.split(command) == ["rbstab", "run", str(plan), "--member", "7"]
+    assert words_of(command) == ["rbstab", "run", str(plan), "--member", "7"]
 
 
 def test_distances_are_those_of_scaled_parameters(members):

@@ -460,6 +460,35 @@ def test_everything_at_once(complaints):
     assert [message.split(":")[0] for message in complaints(text)] == ["1", "2", "3", "4", "5"]
 
 
+@pytest.mark.parametrize("base", ["nowhere.yaml", "wrong.yaml", "[]"])
+def test_a_wrong_base_does_not_hide_what_else_is_wrong(complaints, tmp_path, base):
+    (tmp_path / "wrong.yaml").write_text(edited("mass: 41.0", "mass: -1"))
+    keys = (
+        "  body.mass: {values: [40, 50]}\n  controller.K_rr[0]: {values: [1, 2]}\n"
+        "  controller.K_r[0]: {values: [1]}\n  elements.rope.any: {values: [2]}\n"
+        "  gravity[2]: {values: [1]}\n  initial.orientation[0]: {values: [0]}\n"
+    )
+    text = edited("  body.mass: {values: [40, 50]}\n", keys, PLAN)
+    text = edited("visco-elastic.yaml", base, text)
+    place = "wrong.yaml:3:9: body.mass: " if base == "wrong.yaml" else "2:7: base: "
+    key = "5:3: vary.controller.K_rr[0]: is in no config (did you mean controller.K_r?)"
+    kept = edited("visco-elastic.yaml", base, edited("summary", "{traces: [0, 7]}", PLAN))
+    number = "6:20: keep.traces[1]: is 7 (expected a member below 2)"
+    for plan, expected in ((text, key), (kept, number)):
+        found = complaints(plan)
+        assert len(found) == 2
+        assert expected in found
+        assert any(line.startswith(place) for line in found)
+
+
+def test_another_error_does_not_hide_those_of_members(complaints):
+    text = edited("[40, 50]", "[-40, 50]", edited("title: Plan", "titel: Plan", PLAN))
+    assert [line.partition(" (")[0] for line in complaints(text)] == [
+        "1:1: titel: is unknown",
+        "4:3: vary.body.mass: at member 0 body.mass is -40",
+    ]
+
+
 def test_more_keys_than_a_config_has(complaints):
     lines = "".join(f"  body.x{i}: {{values: [1]}}\n" for i in range(201))
     assert complaints(edited("  body.mass: {values: [40, 50]}\n", lines, PLAN)) == [

@@ -7,6 +7,7 @@ import click
 
 from rbstab_cli import exit_codes
 from rbstab_cli.arguments.options import AS_JSON
+from rbstab_cli.output.stored.unread_proofs import print_unread_proofs, results_folder_of
 
 if TYPE_CHECKING:
     from rbstab.listing.comparison import Comparison, Row
@@ -31,6 +32,7 @@ def command(first: Path, second: Path, as_json: bool) -> None:
     except StoreError as error:
         click.echo(f"error: {error}", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
+    print_unread_proofs(map(results_folder_of, (first, second)))
     if as_json:
         from rbstab_cli.output.json_output import print_json
 

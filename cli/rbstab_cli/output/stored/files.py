@@ -6,6 +6,7 @@ from typing import Any
 import click
 
 from rbstab_cli import exit_codes
+from rbstab_cli.output.stored.unread_proofs import print_unread_proofs
 
 Facts = dict[str, Any]
 
@@ -55,11 +56,18 @@ def _show_sweep(folder: Path, *, as_json: bool) -> None:
     from rbstab.files.existence import is_file
     from rbstab.files.shell_words import shell_word
     from rbstab.sweep.folder.member_answers import member_answers
-    from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, read_folder, resuming_command
+    from rbstab.sweep.folder.sweep_folder import (
+        SWEEP_FILE,
+        proving_member,
+        read_folder,
+        resuming_command,
+    )
     from rbstab_cli.output.sweeps.sweep_report import print_member_answers, report_status
 
     title = read_folder(folder).manifest.title
     gathered = is_file(folder / SWEEP_FILE)
+    if gathered:
+        print_unread_proofs([folder.parent])
     answers = member_answers(folder / SWEEP_FILE) if gathered else None
     if answers is not None and not as_json:
         click.echo(printable(title))
@@ -68,6 +76,9 @@ def _show_sweep(folder: Path, *, as_json: bool) -> None:
     if not as_json:
         report = f"rbstab report {shell_word(folder)}"
         click.echo(f"Next: {report if gathered else resuming_command(folder)}", err=True)
+    if answers is not None and answers.provable is not None and not as_json:
+        command = proving_member(folder, answers.provable)
+        click.echo(f"Or try to prove a member that is only seen: {command}", err=True)
 
 
 def _shard_facts(path: Path) -> Facts:

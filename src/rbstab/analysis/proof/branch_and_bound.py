@@ -67,7 +67,9 @@ class SearchOutcome(Enum):
     """How a search for all zeros ended; the value is the text to show."""
 
     PROVED = "every zero in the range is known"
-    UNDECIDED = "some boxes could be neither emptied nor shown to hold one zero"
+    UNDECIDED = (
+        "in some small parts of the range it could not be decided whether there is a rest state"
+    )
     BOX_LIMIT = "the limit on the number of boxes was reached"
     SEARCHED = "looked for, not proved"
 

@@ -7,6 +7,7 @@ from enum import IntEnum, StrEnum
 from typing import Any
 
 from rbstab.experiment.answers.rounded import rounded_down, rounded_up
+from rbstab.experiment.stored_proof.reasons import in_new_words
 
 METHOD_VERSION = 1
 """To be increased when a change of the method changes what it proves."""
@@ -203,7 +204,7 @@ def stored_convergence(attributes: Mapping[str, Any]) -> Convergence | None:
         time=entry("time", float),
         energy=None if low is None or high is None else (low, high),
         bound=entry("bound", float),
-        why=entry("reason", str) or "",
+        why=in_new_words(entry("reason", str) or ""),
         steps=entry("steps", int) or 0,
         seconds=entry("wall_time", float) or 0.0,
         enclosed=Enclose((entry("enclosed", int) or 0) if is_current else 0),

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
-from rbstab.experiment.proof_cache import stored_model
+from rbstab.experiment.proof_cache import NO_FILE_ERRORS, stored_model
 from rbstab.experiment.robust.bodies import bodies_id, prove_within, stored
 from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.store.document import write_document
@@ -75,9 +75,9 @@ def all_bodies(folder: Path) -> list[BodiesRecord]:
     """
     try:
         files = [path.name for path in (folder / "proofs").iterdir()]
-    except (FileNotFoundError, NotADirectoryError):
-        return []
     except OSError as error:
+        if error.errno in NO_FILE_ERRORS:
+            return []  # as a single proof there
         raise StoreError(f"{folder} cannot be read: {error.strerror or error}") from error
     names = sorted(name for name in files if name.startswith(PREFIX) and name.endswith(".json"))
     found = [cached_bodies(folder, name[len(PREFIX) : -len(".json")]) for name in names]

@@ -4,6 +4,8 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt
 
+from rbstab.experiment.stored_proof.reasons import Reason
+
 Triple = tuple[float, float, float]
 
 
@@ -53,7 +55,7 @@ class BodiesRecord(_Model):
     level: NonNegativeFloat
     parts: NonNegativeInt
     boxes: NonNegativeInt
-    why: str
+    why: Reason
     seconds: float
     sections: dict[str, Any]
     tolerances: tuple[StoredTolerance, ...]

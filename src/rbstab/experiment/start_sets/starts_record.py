@@ -20,6 +20,7 @@ from rbstab.experiment.answers.rounded import LEVEL_DIGITS, rounded_down, rounde
 from rbstab.experiment.convergence.convergence import EVERY_START, PROVED
 from rbstab.experiment.robust.record import StoredTolerance
 from rbstab.experiment.stored_proof.identity import proof_id
+from rbstab.experiment.stored_proof.reasons import Reason
 
 VERSION = 1
 """To be increased when a change of the method changes its results. Older files are not used."""
@@ -60,7 +61,7 @@ class StartsProof(_Model):
     fraction: NonNegativeFloat
     examined: NonNegativeInt
     steps: NonNegativeInt
-    why: str
+    why: Reason
     seconds: NonNegativeFloat
 
     @property

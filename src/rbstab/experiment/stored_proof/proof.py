@@ -7,6 +7,7 @@ from pydantic import NonNegativeInt, PositiveInt, model_validator
 from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF
 from rbstab.experiment.stored_proof.energies import ProvedEnergy, ProvedTiedEnergy
 from rbstab.experiment.stored_proof.entries import Entry, Triple
+from rbstab.experiment.stored_proof.reasons import Reason
 from rbstab.store.cards import card, line
 
 NO_LENGTH = "a spring without length"
@@ -105,7 +106,7 @@ class ProvedStates(Entry):
     order of the states.
     """
 
-    outcome: str
+    outcome: Reason
     proved: bool
     unique: bool | None
     examined: NonNegativeInt
@@ -273,9 +274,6 @@ class Proof(ProvedStates):
         energy = self.reduced_energy or self.tied_energy
         return energy is not None and energy.outer_barrier is not None
 
-
-NOT_DAMPED = "no elements damp every motion"
-"""Why nothing is proved of a body that may move without losing energy."""
 
 SUPPLIES = "an input supplies power"
 """Why nothing is proved of a config with inputs."""

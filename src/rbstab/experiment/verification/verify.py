@@ -12,6 +12,7 @@ from rbstab.config.user_code.permission import has_code, may_run_code, without_c
 from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.experiment.stored_proof.identity import PROOF_VERSION, proof_id
 from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.stored_proof.reasons import NOT_DAMPED
 from rbstab.experiment.stored_proof.written_energies import energy_of, tied_energy_of
 
 if TYPE_CHECKING:
@@ -92,7 +93,7 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     if indefinite is not None:
         text = f"{indefinite} is not positive definite."
     elif not damped:
-        text = "No elements damp every motion."
+        text = f"{NOT_DAMPED[:1].upper()}{NOT_DAMPED[1:]}."
     yield Finding(CONFIG, "hypotheses", indefinite is None and damped, text)
     try:
         compare = _same_energy if proof.reduced_energy else _same_tied_energy

@@ -10,6 +10,7 @@ from rbstab.config.errors import ConfigError
 from rbstab.config.source import parse_source
 from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.answers.words import Sureness
+from rbstab.experiment.convergence.decisions import not_enclosed
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import RUN, Table
@@ -18,9 +19,14 @@ from rbstab.sweep.folder.sweep_folder import resuming_command
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.plan.load import plan_to_read
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, PROVED
+from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, NOT_PROVED, PROVED
 from rbstab.sweep.proofs.convergence import ProvedConvergence
-from rbstab.sweep.proofs.gathered import PROOF_COLUMNS, convergence_now, without_theorem
+from rbstab.sweep.proofs.gathered import (
+    PROOF_COLUMNS,
+    convergence_now,
+    members_of_variant,
+    without_theorem,
+)
 from rbstab.sweep.proofs.one_state import OneState, one_state_of
 
 MAX_COUNTED = 2_000_000
@@ -44,6 +50,8 @@ class MemberAnswers(NamedTuple):
         without_proof: By the reason: how many members no proof covers.
         one_state: Which bodies have one rest state, by any proof.
         as_gathered: Whether proofs that were made after the sweep was gathered are not counted.
+        provable: The first member that is only seen, and whose exact motion was not enclosed, but
+            can be: a single run may prove it. None if there is none.
     """
 
     members: int
@@ -56,6 +64,7 @@ class MemberAnswers(NamedTuple):
     without_proof: dict[str, int]
     one_state: OneState = OneState()
     as_gathered: bool = False
+    provable: int | None = None
 
     @property
     def any_proof(self) -> bool:
@@ -103,6 +112,8 @@ def member_answers(file: Path, read: Callable[[Path], Table] = read_answers) -> 
     completed = table["status"] == STATUSES.index(RunStatus.COMPLETED)
     settled = completed & np.isfinite(table["settling_time"])
     decided = (codes == PROVED) | (codes == FALSE)
+    # A proof of their body exists, so that a proof of their motion takes least time.
+    first, then = (_first_enclosable(plan, settled & (codes == c)) for c in (NOT_PROVED, NO_PROOF))
     return MemberAnswers(
         members=members,
         proved=_count(codes == PROVED),
@@ -114,6 +125,7 @@ def member_answers(file: Path, read: Callable[[Path], Table] = read_answers) -> 
         without_proof=_without_proof(plan, codes == NO_PROOF, file.parent),
         one_state=OneState() if proofs is None else one_state_of(proofs, found),
         as_gathered=many,
+        provable=then if first is None else first,
     )
 
 
@@ -128,6 +140,24 @@ def _plan_of(table: Table, members: int) -> Plan | None:
     except (ConfigError, KeyError):
         return None
     return plan if plan.members == members else None
+
+
+def _first_enclosable(plan: Plan | None, members: Array) -> int | None:
+    """Return the first of some members whose exact motion can be enclosed; None if there is none.
+
+    Args:
+        plan: The plan; None if it cannot be read.
+        members: Which members are asked for, shape (members,).
+    """
+    if plan is None:
+        return None
+    for variant in plan.variants:
+        smooth = not has_code(plan.base_of(variant)) and not not_enclosed(
+            plan.initial_value_problems[variant]
+        )
+        if not smooth:
+            members = members & ~members_of_variant(plan, variant)
+    return int(np.flatnonzero(members)[0]) if members.any() else None
 
 
 def _without_proof(plan: Plan | None, missing: Array, folder: Path) -> dict[str, int]:

@@ -277,14 +277,27 @@ def resuming_command(folder: Path) -> str:
     It names the copy of the plan in the folder: the plan of the user may have changed, another
     folder may have been given with `-o`, or the folder may have another name by now.
     """
+    return f"rbstab sweep {_plan_words(folder)}"
+
+
+def proving_member(folder: Path, member: int) -> str:
+    """Return the command that runs a member of a sweep alone, and proves where its motion ends.
+
+    Its result is beside the folder of the sweep, with the proofs.
+    """
+    return f"rbstab run {_plan_words(folder)} --member {member} --prove"
+
+
+def _plan_words(folder: Path) -> str:
+    """Return the plan of a sweep as a word of a command, and its folder of results as `-o`."""
     stored = folder / PLAN_FILE
     if not path_is_file(stored):
-        return "rbstab sweep PLAN.yaml"
+        return "PLAN.yaml"
     # The command names the folder after that of the plan, and puts it into `results` by default.
     # The parent of "." and of ".." is not written as a part of the path.
     results = folder.parent if folder.name not in ("", "..") else folder / ".."
     place = "" if results == Path("results") else f" -o {shell_word(results)}"
-    return f"rbstab sweep {shell_word(stored)}{place}"
+    return f"{shell_word(stored)}{place}"
 
 
 def engine_of(path: Path) -> str | None:

@@ -9,13 +9,16 @@ from rbstab.config.elements import declarations_of
 from rbstab.config.errors import ConfigProblem, Location, closest, closest_keys, did_you_mean
 from rbstab.config.messages import describe
 from rbstab.config.overrides import parse_key
-from rbstab.config.schema import Config
+from rbstab.config.schema import VARIANTS, Config
 from rbstab.config.source import Path, key_of
-from rbstab.sweep.plan.axes import VARIANT, VariedKey, value_at
+from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey, value_at
 from rbstab.sweep.plan.distributions import FiniteList, MemberNumber
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.problems import ProblemCollector
 from rbstab.sweep.plan.read_vary import VARIED_SECTIONS
+
+NAMED_SECTIONS = ("body", "controller", "initial")
+"""The sections with the same names of keys in all configs of a variant."""
 
 
 def check_keys(problems: ProblemCollector, plan: Plan) -> None:
@@ -32,6 +35,27 @@ def check_keys(problems: ProblemCollector, plan: Plan) -> None:
         for problem in dict.fromkeys(found):
             if problem is not None:
                 problems.add(varied.place, *problem, of_key=True)
+
+
+def check_names(problems: ProblemCollector, axes: Iterable[Axis]) -> None:
+    """Add a problem for each varied key that no config has; the base, which is wrong, is not used.
+
+    The keys of elements have names that only the base tells.
+    """
+    known = {
+        section: {
+            name
+            for model in VARIANTS.values()
+            for name in getattr(model.model_fields[section].annotation, "model_fields", ())
+        }
+        for section in NAMED_SECTIONS
+    }
+    keys = [f"{section}.{name}" for section, names in known.items() for name in sorted(names)]
+    for varied in (varied for axis in axes for varied in axis.varied_keys):
+        section, name = varied.path[0], varied.path[1] if len(varied.path) > 1 else None
+        if section in NAMED_SECTIONS and name is not None and name not in known[str(section)]:
+            expected = did_you_mean(closest_keys(varied.key, keys)) or "expected a key of a config"
+            problems.add(varied.place, "is in no config", expected, of_key=True)
 
 
 def check_changes(problems: ProblemCollector, plan: Plan, changes: Iterable[str]) -> None:

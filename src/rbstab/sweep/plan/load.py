@@ -12,7 +12,7 @@ from rbstab.sweep.plan.axes import VARIANT, Axis
 from rbstab.sweep.plan.bases import Code, read_bases
 from rbstab.sweep.plan.designs import DESIGNS, Design, RandomDesign
 from rbstab.sweep.plan.distributions import Values
-from rbstab.sweep.plan.keys import check_changes, check_keys
+from rbstab.sweep.plan.keys import check_changes, check_keys, check_names
 from rbstab.sweep.plan.plan import (
     MAX_MEMBERS,
     MAX_TITLE_LENGTH,
@@ -27,6 +27,9 @@ from rbstab.sweep.plan.validity import problems_of_members
 
 KEYS = ("schema_version", "title", "base", "vary", "design", "members", "seed", "keep", "prove")
 """The keys of a plan."""
+
+MEMBER_KEYS = ("vary", "design", "members", "seed")
+"""The keys from which the members follow, apart from their base."""
 
 GRID = "grid"
 
@@ -120,12 +123,21 @@ def _loaded(plan: str | FilePath | Mapping[str, Any], changes: Iterable[str], co
     if bases:
         check_keys(problems, loaded)
         check_changes(problems, loaded, changes)
-    if not problems.found:
+    else:
+        check_names(problems, axes)
+    if _knows_members(problems):
         _check_members_with_traces(problems, loaded)
-        problems.found += problems_of_members(loaded, problems.source)
+        if bases:
+            problems.found += problems_of_members(loaded, problems.source)
     if problems.found:
         raise ConfigError(problems.found, complete=not problems.is_full)
     return loaded
+
+
+def _knows_members(problems: ProblemCollector) -> bool:
+    """Whether nothing is wrong that the members follow from, apart from their base."""
+    wrong = {problem.key.partition(".")[0] for problem in problems.found}
+    return not problems.source.problems and wrong.isdisjoint(MEMBER_KEYS)
 
 
 def _check_version(problems: ProblemCollector) -> None:

@@ -21,14 +21,19 @@ def without_theorem(plan: Plan) -> dict[str, Array]:
 
     Code of a user that may not run here is no such reason: the sweep that made the proofs ran it.
     """
-    variants = plan.values(0, plan.members, [key_of(VARIANT)]).get(key_of(VARIANT))
     found: dict[str, Array] = {}
     for variant in plan.variants:
         reason = undecided_reason(plan, variant)
         if reason not in (None, CODE_NOT_RUN):
-            own = np.ones(plan.members, bool) if variants is None else variants == variant
+            own = members_of_variant(plan, variant)
             found[reason] = found.get(reason, np.zeros(plan.members, bool)) | own
     return found
+
+
+def members_of_variant(plan: Plan, variant: str) -> Array:
+    """Return which members have a variant, shape (members,)."""
+    variants = plan.values(0, plan.members, [key_of(VARIANT)]).get(key_of(VARIANT))
+    return np.ones(plan.members, bool) if variants is None else np.asarray(variants == variant)
 
 
 def stored_convergence(table: Table) -> MemberConvergence:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from rbstab.analysis.linearisation import are_real, eigenvalue_text
 from rbstab.config.errors import ConfigError
 from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.locus import linearised_at_rest, root_locus
@@ -151,8 +152,15 @@ def _titles(drawn: Sequence[Roots]) -> dict[bool, str]:
 
 def _lengths(values: Array) -> Array:
     """Return the lengths of both axes of a panel: zero, the border of stability, is on it."""
-    found: Array = np.array([np.ptp(np.append(part, 0.0)) for part in (values.real, values.imag)])
+    found: Array = np.array(
+        [np.ptp(np.append(part, 0.0)) for part in (values.real, _imaginary(values))]
+    )
     return found
+
+
+def _imaginary(values: Array) -> Array:
+    """Return imaginary parts as they are drawn: zero for eigenvalues that are real to round-off."""
+    return np.asarray(np.where(are_real(values), 0.0, values.imag))
 
 
 def _outside(groups: list[tuple[Roots, str]], far: float) -> str:
@@ -162,9 +170,7 @@ def _outside(groups: list[tuple[Roots, str]], far: float) -> str:
         # One of a pair is enough.
         own = [value for value in values[0][is_far(values[0], far)].tolist() if value.imag >= 0]
         if own:
-            named = " and ".join(
-                f"{v.real:.4g} ± {v.imag:.4g}i" if v.imag else f"{v.real:.4g}" for v in own
-            )
+            named = " and ".join(map(eigenvalue_text, own))
             found.append(f"λ = {named} 1/s ({label})")
     return "; ".join(found)
 
@@ -178,7 +184,7 @@ def _crosses(spectra: Sequence[tuple[Roots, str]], *, slow: bool) -> list[Points
         marks.append(
             Points(
                 eigenvalues.real,
-                eigenvalues.imag,
+                _imaginary(eigenvalues),
                 label,
                 colour=run.number,
                 symbol=SYMBOLS[run.number % len(SYMBOLS)],
@@ -200,7 +206,8 @@ def _slow(values: Array, nominal: Array) -> NDArray[np.bool_]:
 
 def _described(value: complex) -> str:
     damping = -value.real / abs(value) if value else float("nan")
-    return f"λ = {value.real:.5g} {value.imag:+.5g}i 1/s, ζ = {damping:.4g}"
+    imaginary = f" {value.imag:+.5g}i" if not are_real(np.asarray(value)) else ""
+    return f"λ = {value.real:.5g}{imaginary} 1/s, ζ = {damping:.4g}"
 
 
 def _locus(roots: Roots) -> Figure:
@@ -234,15 +241,15 @@ def _branches(roots: Roots, *, slow: bool) -> list[Mark]:
         (-1, highest, 3, 3),
     ):
         marked = values[index]
-        marks.append(Points(marked.real, marked.imag, label, colour=colour, symbol=symbol))
+        marks.append(Points(marked.real, _imaginary(marked), label, colour=colour, symbol=symbol))
     return marks
 
 
 def _with_gaps(branch: Array) -> tuple[Array, Array]:
     """Return a branch as x and y, with gaps between real and complex eigenvalues."""
-    real = branch.imag == 0
+    real = are_real(branch)
     leaves = np.flatnonzero(real[1:] != real[:-1]) + 1
-    return np.insert(branch.real, leaves, np.nan), np.insert(branch.imag, leaves, np.nan)
+    return np.insert(branch.real, leaves, np.nan), np.insert(_imaginary(branch), leaves, np.nan)
 
 
 def _sentences(runs: Sequence[Run], readable: list[Run], spectra: list[Roots]) -> list[Block]:

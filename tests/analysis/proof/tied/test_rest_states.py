@@ -23,7 +23,7 @@ from rbstab.analysis.proof.branch_and_bound import SearchOutcome
 from rbstab.analysis.proof.certified_region import Face
 from rbstab.analysis.proof.rest_states import rest_states
 from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
-from rbstab.analysis.proof.tied.rest_states import tied_rest_states
+from rbstab.analysis.proof.tied.rest_states import tied_rest_states, unwrapped_tied_states
 from rbstab.analysis.proof.tied.search import prove
 
 BENT = spring_of((0.0, 0.0, 0.5), (0.1, 0.05, 1.3), 6000.0, 1.3)
@@ -161,6 +161,20 @@ def test_a_limit_of_boxes_ends_the_search_undecided():
     rest = tied_rest_states(W, box_limit=1500)
     assert (rest.proved, rest.region) == (False, None)
     assert rest.unique is not True
+
+
+def test_the_same_box_is_not_searched_twice():
+    """Nothing is at rest beyond a half turn if the stabilizers are stiff enough."""
+    stiff, soft = (
+        tied_energy_of_doubles(tied_system([spring_of()], factor)) for factor in (50.0, 1.0)
+    )
+    rest = tied_rest_states(stiff, box_limit=100)
+    assert unwrapped_tied_states(stiff, rest) is rest
+    wide = unwrapped_tied_states(soft, rest, box_limit=100)
+    assert wide is not None
+    assert wide is not rest
+    assert np.all(wide.end >= rest.end)
+    assert np.any(wide.end > rest.end)
 
 
 def test_held_energies_agree_where_the_tie_is_not_stretched():

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable
 
 from rbstab.config.errors import printable
+from rbstab.files.counts import grouped
 
 MAX_LENGTH = 1000
 """Maximum length of an untrusted text in a report; texts of a config are no longer than this."""
@@ -35,12 +36,12 @@ def vector(values: Iterable[float], digits: int = 4) -> str:
 
 
 def counted(count: int, singular: str, plural: str = "") -> str:
-    """Format a count with its noun: "1 run", "2 runs"."""
-    return f"{count} {singular if count == 1 else plural or f'{singular}s'}"
+    """Format a count with its noun: "1 run", "2 runs", "10,000 runs"."""
+    return f"{grouped(count)} {singular if count == 1 else plural or f'{singular}s'}"
 
 
 def listed(words: Iterable[str], max_items: int = 6) -> str:
     """Join the first words by commas, and add the number of the omitted ones."""
     every = list(words)
-    more = f" and {len(every) - max_items} more" if len(every) > max_items else ""
+    more = f" and {grouped(len(every) - max_items)} more" if len(every) > max_items else ""
     return ", ".join(every[:max_items]) + more

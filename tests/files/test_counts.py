@@ -17,4 +17,4 @@ def test_separators(count, text):
 
 def test_a_count_is_a_whole_number():
     with pytest.raises(TypeError):
-        grouped(10_000.5)
+        grouped(10_000.5)  # type: ignore[arg-type]

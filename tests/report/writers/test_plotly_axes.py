@@ -105,7 +105,8 @@ def test_words_of_categories_are_lines_with_room_below() -> None:
     axis, below = category_axis("narrow", *labels)
     assert axis["tickangle"] == 0
     assert [text.replace("<br>", " ") for text in axis["ticktext"]] == [
-        *labels[:3],
+        *labels[:2],
+        "|E| below 1\u00a0mm from some time on",
         "visco- elastic",
     ]
     lines = [text.split("<br>") for text in axis["ticktext"]]

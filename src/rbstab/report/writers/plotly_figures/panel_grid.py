@@ -132,7 +132,7 @@ class PanelGrid:
         common = self.has_common_bar and not self.bar_is_above
         pitch = (inner + gap - (COLORBAR if common else 0)) / self.columns
         begin = (number % self.columns) * pitch
-        end = begin + pitch - gap - (0 if self.figure.shares_scale else self._bar_width(number))
+        end = begin + pitch - gap - (0 if self.figure.shares_scale else self._bar_width)
         return [begin / inner, end / inner]
 
     def words(self, number: int) -> TickWords | None:
@@ -228,10 +228,10 @@ class PanelGrid:
     def _panels(self, row: int) -> tuple[Panel, ...]:
         return self.figure.panels[row * self.columns : (row + 1) * self.columns]
 
-    def _bar_width(self, number: int) -> int:
-        """Return the space for colour bars beside the panels of a column, px; all are aligned."""
-        column = self.figure.panels[number % self.columns :: self.columns]
-        marks = [(mark, panel) for panel in column for mark in panel.marks]
+    @cached_property
+    def _bar_width(self) -> int:
+        """The space for a colour bar beside each panel, px: all panels are equally wide."""
+        marks = [(mark, panel) for panel in self.figure.panels for mark in panel.marks]
         maps = [one for one in marks if isinstance(one[0], Cells) and not _is_of_words(one[0])]
         if not maps:
             return 0

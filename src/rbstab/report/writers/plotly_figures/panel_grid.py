@@ -140,11 +140,13 @@ class PanelGrid:
         labels = self.figure.panels[number].x.categories
         if not labels:
             return None
+        return tick_words(labels, int(self.panel_width(number) / len(labels) / LETTER))
+
+    def panel_width(self, number: int) -> float:
+        """Return the least width of a panel, px."""
         begin, end = self.x_domain(number)
-        width = (end - begin) * (self.width - LEFT - RIGHT)
         # The narrow layout is as wide as a small phone; a wide one may be scaled down.
-        width *= self._narrowest
-        return tick_words(labels, int(width / len(labels) / LETTER))
+        return (end - begin) * (self.width - LEFT - RIGHT) * self._narrowest
 
     def y_domain(self, number: int) -> list[float]:
         """Return the vertical domain of a panel, in fractions of the height inside the margins."""
@@ -186,8 +188,7 @@ class PanelGrid:
         beside = self.has_gap or (letter == "y" and self.rows > 1)
         if not low and not (beside and letter in self.titles):
             return [text]
-        begin, end = self.x_domain(number)
-        width = (end - begin) * (self.width - LEFT - RIGHT) * self._narrowest
+        width = self.panel_width(number)
         # Above each panel, a title has the height of the panel's own title.
         height = self._square_height(number) if panel.square else self._natural_height
         room = width if letter == "x" else height + TITLE

@@ -1,4 +1,4 @@
-"""One unit for one quantity: cards, tables and figures of a page give lengths in the same unit."""
+"""A page with a run and a sweep: one unit for one quantity, and each word explained once."""
 
 import re
 
@@ -45,3 +45,15 @@ def test_lengths_have_one_unit(report):
     for where in ("peak |E|", "peak E1", "peak contact displacement", "contact displacement |E|"):
         assert any(text.startswith(where) for text in found), where
     assert any(text.startswith("largest |E1|, |E2| or |E3|: ") for text in found)
+
+
+def test_a_word_on_cards_of_runs_and_sweeps_is_explained_once(report):
+    cards = [block for section in report.sections for block in section.blocks if is_cards(block)]
+    assert len(cards) == 2
+    words = [word for block in cards for word, _ in block.words]
+    assert {"proved", "seen", "v(0)", "E1, E2, E3"} <= set(words)
+    assert len(words) == len(set(words))
+
+
+def is_cards(block):
+    return isinstance(block, Cards)

@@ -148,6 +148,15 @@ def test_rows_that_are_empty_in_the_shown_columns_are_hidden(opened: Opened) -> 
     expect(shown).to_have_count(4)
 
 
+def test_a_digest_does_not_push_its_table_beyond_the_edge_of_a_phone(opened: Opened) -> None:
+    facts = Table(
+        "t", "Facts", (Head("property"), Head("value")), ((Cell("digest"), Cell("0a1b2c3d" * 8)),)
+    )
+    section = Section("facts", "Facts", (facts,))
+    page = opened(Report("Facts", "2026-01-02", "rbstab report", (section,)), **PHONE)
+    assert page.locator(".scroll").evaluate("box => box.scrollWidth <= box.clientWidth + 1")
+
+
 def test_sentences_in_a_table_are_seen_whole_on_a_phone(opened: Opened) -> None:
     """A table of facts, folded: its sentences break, and the mark that unfolds it is seen."""
     sentence = "the rest state that the motion approaches; proved to be the only one in the range"

@@ -21,7 +21,7 @@ _WHOLE = re.compile(
     rf"(?<=[\d)]) {_UNITS}(?![\w/])|\[(?:1/)?{_UNITS}\]"
     # What a number or a short symbol is equal to, or compared with: "= 20", "t = ", "v(0) < ".
     r"|(?<=[=<>≤≥≈]) (?=[-+±(]?[\dπ])"
-    r"|(?<![^\s(])[|(]?[^\W\d_]\d?(?:\(\w\))?\|? [=<>≤≥≈](?= )"
+    r"|(?<![^\s(])\(?[^\W\d_]\d?(?:\(\w\))? [=<>≤≥≈](?= )"
 )
 """What stays on one line."""
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 import click
 
+from rbstab.files.counts import grouped
 from rbstab_cli import exit_codes
 
 if TYPE_CHECKING:
@@ -77,7 +78,7 @@ def run_task(
 def _exit_without_proofs(sweep: "Sweep", missing: str) -> NoReturn:
     """End the command after an interrupt of its proofs: all results are stored."""
     click.echo(
-        f"Interrupted: all {sweep.folder.manifest.members} members are stored in "
+        f"Interrupted: all {grouped(sweep.folder.manifest.members)} members are stored in "
         f"{sweep.folder.sweep_file}; missing: {missing}.",
         err=True,
     )
@@ -111,7 +112,8 @@ def _exit_code(sweep: "Sweep", *, fail_fast: bool, interrupted: bool) -> int:
 
 def _print_end(sweep: "Sweep", *, fail_fast: bool, interrupted: bool, quiet: bool) -> None:
     """Print how the sweep ended; if it did not finish, the next command."""
-    stored = f"{sweep.inventory.members} of {sweep.folder.manifest.members} members are stored."
+    members = grouped(sweep.folder.manifest.members)
+    stored = f"{grouped(sweep.inventory.members)} of {members} members are stored."
     if sweep.finished:
         if not quiet:
             click.echo(f"-> {sweep.folder.sweep_file}", err=True)

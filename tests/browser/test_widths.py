@@ -126,6 +126,37 @@ def test_shared_titles_do_not_cover_tick_labels(
         assert covered == 0, box.get_attribute("data-name")
 
 
+def test_rows_that_are_empty_in_the_shown_columns_are_hidden(opened: Opened) -> None:
+    """The last rows of a matrix of pairs have values in its last columns only."""
+    names = [f"a condition with a long name {k}" for k in range(5)]
+    heads = (Head("row minus column"), *(Head(name, numbers=True) for name in names[1:]))
+    rows = [
+        (Cell(name), *[Cell("")] * k, *(Cell(f"{k}{j}", float(j)) for j in range(k, 4)))
+        for k, name in enumerate(names[:-1])
+    ]
+    table = Table("t-matrix", "Matrix", heads, tuple(rows))
+    section = Section("facts", "Facts", (table,))
+    page = opened(Report("Facts", "2026-01-02", "rbstab report", (section,)), **PHONE)
+    button = page.locator(".columns button")
+    expect(button).to_have_text("Show all 5 columns")
+    shown = page.locator("tbody tr:visible")
+    last = page.locator("thead th:visible").count() - 1
+    assert 0 < last < 4
+    expect(shown).to_have_count(last)
+    assert all(row.locator("td:visible").last.inner_text() for row in shown.all())
+    button.click()
+    expect(shown).to_have_count(4)
+
+
+def test_a_digest_does_not_push_its_table_beyond_the_edge_of_a_phone(opened: Opened) -> None:
+    facts = Table(
+        "t", "Facts", (Head("property"), Head("value")), ((Cell("digest"), Cell("0a1b2c3d" * 8)),)
+    )
+    section = Section("facts", "Facts", (facts,))
+    page = opened(Report("Facts", "2026-01-02", "rbstab report", (section,)), **PHONE)
+    assert page.locator(".scroll").evaluate("box => box.scrollWidth <= box.clientWidth + 1")
+
+
 def test_sentences_in_a_table_are_seen_whole_on_a_phone(opened: Opened) -> None:
     """A table of facts, folded: its sentences break, and the mark that unfolds it is seen."""
     sentence = "the rest state that the motion approaches; proved to be the only one in the range"

@@ -96,7 +96,7 @@ def test_text_goes_to_stdout_in_80_columns(runs: list[str], rbstab: Invoke) -> N
     done = rbstab("report", *runs, "--format", "text")
     assert done.exit_code == 0
     assert max(map(len, done.stdout.splitlines())) <= 80
-    assert f"{100 * PEAKS[0]:g}" in done.stdout
+    assert f"{PEAKS[0]:g}" in done.stdout
     assert not Path("results").exists()
 
 
@@ -110,8 +110,8 @@ def test_json(runs: list[str], rbstab: Invoke) -> None:
     labels = [column["label"] for column in found["runs"]["columns"]]
     units = [column["unit"] for column in found["runs"]["columns"]]
     at = labels.index("peak E1")
-    assert units[at] == "cm"
-    assert [row[at] for row in found["runs"]["rows"]] == pytest.approx([100 * PEAKS[0]] * 2)
+    assert units[at] == "m"
+    assert [row[at] for row in found["runs"]["rows"]] == pytest.approx([PEAKS[0]] * 2)
     assert found["differences"]["rows"] == [["body.mass [kg]", 40.0, 50.0]]
 
 

@@ -9,7 +9,9 @@ import pytest
 from cli.conftest import GOOD, Invoke
 from support.printed_paths import printed, words_of
 
+from rbstab.sweep.folder.member_answers import MemberAnswers
 from rbstab.sweep.proofs import prove_bodies
+from rbstab_cli.output.sweeps.sweep_report import answers_data, counts_of, print_member_answers
 
 PLAN = """\
 base: good.yaml
@@ -212,3 +214,15 @@ def test_a_body_that_refutes_is_named_by_all_commands(
     (counterexample,) = stored["counterexamples"]
     assert counterexample["variant"] == "permanent"
     assert len(counterexample["rest_states"]) > 1
+
+
+def test_counts_of_many_members_have_separators(capsys: pytest.CaptureFixture[str]) -> None:
+    found = MemberAnswers(30_000, 9999, 0, 12_000, 8001, 21_999, 30_000, {"why": 20_001})
+    print_member_answers(found)
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("  proved:      9999 of 30,000 members: ")
+    assert lines[1].startswith("  seen:        12,000 of 30,000 members: ")
+    assert lines[3].startswith("  settled:     21,999 of the 30,000 that completed")
+    assert lines[4] == "  no proof:    20,001 of 30,000 members: why."
+    assert counts_of(found) == "9999 proved, 12,000 seen, 8001 not decided"
+    assert answers_data(found)["members"] == 30_000

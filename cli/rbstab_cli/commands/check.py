@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from rbstab.files.counts import grouped
 from rbstab_cli import exit_codes
 from rbstab_cli.arguments.configs import load_all
 from rbstab_cli.arguments.options import ALLOW_PYTHON, CHANGES
@@ -81,7 +82,7 @@ def _checked_plans(
         except ConfigError as error:
             problems.update(dict.fromkeys(plan_problem_lines(path, error)))
             continue
-        members = f"{plan.members:,} member{'' if plan.members == 1 else 's'}"
+        members = f"{grouped(plan.members)} member{'' if plan.members == 1 else 's'}"
         facts[path] = f"{PLAN}, {members}, {', '.join(plan.variants)}, sweep id {plan_id(plan)}"
     return facts, list(problems)
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from rbstab.files.counts import grouped
+
 if TYPE_CHECKING:
     from rbstab.experiment.verification.verify import Verification
 
@@ -25,7 +27,7 @@ def print_verification(path: Path, found: "Verification") -> None:
         if finding.about != about:
             about = finding.about
             click.echo(f"\n  {about[0].upper()}{about[1:]}")
-        boxes = f" ({finding.boxes:,} boxes)" if finding.boxes else ""
+        boxes = f" ({grouped(finding.boxes)} boxes)" if finding.boxes else ""
         verdict = "checked" if finding.verified else "REFUSED"
         claim = finding.claim[0].upper() + finding.claim[1:]
         click.echo(f"    {claim}: {verdict}{boxes}. {finding.text}")
@@ -76,7 +78,7 @@ def _print_claims(found: "Iterable[Verification]") -> None:
             boxes[kind] += finding.boxes
     click.echo("\n  Checked")
     for kind, count in claims.items():
-        examined = f" ({boxes[kind]:,} boxes)" if boxes[kind] else ""
+        examined = f" ({grouped(boxes[kind])} boxes)" if boxes[kind] else ""
         click.echo(f"    {kind[0].upper()}{kind[1:]}: {count}{examined}")
 
 

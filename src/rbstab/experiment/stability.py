@@ -18,6 +18,7 @@ from rbstab.experiment.stored_proof.proof import (
     ProvedStates,
 )
 from rbstab.experiment.stored_proof.starts import start_level, start_state
+from rbstab.files.counts import grouped
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.motion import Motion, motion_from_centre
@@ -127,7 +128,7 @@ def kind_of(state: ProvedState) -> str:
 def _rest_state_sentences(proof: Proof) -> list[str]:
     if not proof.states and not proof.proved:
         return [f"Rest states: not decided ({proof.ended})."]
-    count, boxes = len(proof.states), f"{proof.examined} boxes"
+    count, boxes = len(proof.states), f"{grouped(proof.examined)} boxes"
     number = f"{count or 'no'} rest state{'s' if count > 1 else ''}"
     if proof.proved:
         every = " to be all" if count else ""
@@ -244,7 +245,7 @@ def _unwrapped_sentences(proof: Proof) -> list[str]:
     count = len(found.states)
     first = (
         f"{UNWRAPPED}: {count or 'no'} rest state{'s' if count > 1 else ''}, proved "
-        f"({found.examined} boxes)"
+        f"({grouped(found.examined)} boxes)"
     )
     if proof.every_start:
         where = "within the stop" if proof.kept_by == STOP else "with |θ2| < π/2"

@@ -1,1 +1,1 @@
-"""Files that users name: whether they exist, opening them, and their names in messages."""
+"""Files that users name: whether they exist, opening them, their names in messages; and counts."""

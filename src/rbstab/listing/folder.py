@@ -7,6 +7,7 @@ from typing import NamedTuple
 from rbstab.experiment.answers.run_answer import answer_of
 from rbstab.experiment.convergence.later_proof import known_now
 from rbstab.experiment.proof_cache import PROOFS, why_unreadable
+from rbstab.files.counts import grouped
 from rbstab.files.shell_words import shell_word
 from rbstab.integrate.status import RunStatus
 from rbstab.listing.kinds import Kind, kind_of
@@ -219,7 +220,9 @@ def _sweep(path: Path) -> _Said:
     folder = read_folder(path)
     manifest = folder.manifest
     if not path_is_file(folder.sweep_file):
-        shards = f"{len(folder.stored_shards())} of {folder.shards} shards are stored"
+        shards = (
+            f"{grouped(len(folder.stored_shards()))} of {grouped(folder.shards)} shards are stored"
+        )
         return _Said(manifest.title, shards, *[NOT_KNOWN] * 4)
     counts = _counts(folder.sweep_file)
     completed = counts.get("status", {}).get(str(RunStatus.COMPLETED), 0)
@@ -227,7 +230,7 @@ def _sweep(path: Path) -> _Said:
     converges = NOT_KNOWN if proved == NOT_PROVED else proved
     return _Said(
         manifest.title,
-        f"{completed} of {manifest.members} completed",
+        f"{grouped(completed)} of {grouped(manifest.members)} completed",
         *(NOT_KNOWN, converges, proved, NOT_KNOWN),
     )
 
@@ -244,9 +247,13 @@ def _proved_of(folder: SweepFolder, gathered: dict[str, int]) -> str:
     proofs = proofs_in(results)
     if may_grow and members <= MAX_COUNTED and proofs:
         found = member_answers(folder.sweep_file, _columns)
-        return f"{found.proved} of {members} proved" if found.any_proof else NOT_PROVED
+        return (
+            f"{grouped(found.proved)} of {grouped(members)} proved"
+            if found.any_proof
+            else NOT_PROVED
+        )
     if all(word == UNKNOWN for word in gathered):
         # Of very many members it is not counted what the proofs cover.
         return NOT_KNOWN if proofs or why_unreadable(results) else NOT_PROVED
     proved = sum(count for word, count in gathered.items() if word.startswith("proved"))
-    return f"{proved} of {members} proved"
+    return f"{grouped(proved)} of {grouped(members)} proved"

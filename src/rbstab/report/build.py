@@ -1,11 +1,12 @@
 """Build a report from results."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 from rbstab.integrate.status import RunStatus
-from rbstab.report.model.document import Block, Report, Section
+from rbstab.report.model.document import Block, Cards, Report, Section
 from rbstab.report.model.words import counted, listed, untrusted
 from rbstab.report.reading.sources import Run, Sources
 from rbstab.report.runs.answers import answer_blocks
@@ -100,7 +101,11 @@ def _with_sweeps(
         sentences[0] = f"Run {facts[0].run.label}: {sentences[0]}"
     sentences += [f"Sweep {p.answer.card.title}: {p.answer.sentences[0]}" for p in sweeps]
     cards = [block for block in of_runs if not isinstance(block, str)]
-    return [*sentences, *cards, cards_of("sweeps-answers", [p.answer.card for p in sweeps])]
+    of_sweeps = cards_of("sweeps-answers", [p.answer.card for p in sweeps])
+    # A word means the same on both, and is explained once.
+    known = {word for block in cards if isinstance(block, Cards) for word, _ in block.words}
+    words = tuple((word, meaning) for word, meaning in of_sweeps.words if word not in known)
+    return [*sentences, *cards, replace(of_sweeps, words=words)]
 
 
 def _present(*sections: Section | None) -> Iterable[Section]:

@@ -67,8 +67,8 @@ def test_the_numbers_of_a_run(path):
     # two samples is late by less than h² DECAY / 8.
     assert value["at rest from"] == pytest.approx(math.log(1000) / DECAY, abs=0.005**2 * DECAY / 8)
     for axis, peak in enumerate(PEAKS):
-        assert unit[f"peak E{axis + 1}"] == "cm"
-        assert value[f"peak E{axis + 1}"] == pytest.approx(100 * peak, rel=1e-6)
+        assert unit[f"peak E{axis + 1}"] == "m"
+        assert value[f"peak E{axis + 1}"] == pytest.approx(peak, rel=1e-6)
 
 
 def test_the_deciding_columns_are_first(path):
@@ -81,7 +81,7 @@ def test_the_deciding_columns_are_first(path):
 def test_the_peak_of_the_distance(path):
     """All components of the made motion peak at the same time."""
     cell = column(summary_table(facts(path)), "peak |E|")["made"]
-    assert cell.value == pytest.approx(100 * np.linalg.norm(PEAKS), rel=1e-6)
+    assert cell.value == pytest.approx(np.linalg.norm(PEAKS), rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -271,11 +271,11 @@ def test_printed_and_computed_values(tmp_path):
     assert [cell.text for cell in final][:3] == ["a", "final orientation [rad]", "(0.1, 0.2, 0.3)"]
     assert [cell.text for cell in peak] == [
         "a",
-        "peak contact displacement [cm]",
-        "(-4, 3, 6)",
+        "peak contact displacement [m]",
+        "(-0.04, 0.03, 0.06)",
         "-",
-        "(-5, 2, 4)",
-        "(-1, -1, -2)",
+        "(-0.05, 0.02, 0.04)",
+        "(-0.01, -0.01, -0.02)",
     ]
 
 

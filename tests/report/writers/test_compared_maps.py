@@ -115,3 +115,23 @@ def test_a_long_symbol_is_not_broken_for_its_unit():
     for axes in drawing.axes[:5]:
         for title in (axes.get_xlabel(), axes.get_ylabel()):
             assert not title or "angular_velocity[0]" in title
+
+
+def test_all_panels_of_maps_are_equally_wide() -> None:
+    """Whether a colour bar has a title, has none, or a map of words has no colour bar."""
+    values = np.outer(X, X)
+    scales = (
+        (Axis("a", "s"), "a [s]"),
+        (Axis("b", "m"), "of one condition"),
+        (Axis("words", categories=("x", "y")), "words"),
+        (Axis("c", log=True), "c"),
+    )
+    panels = tuple(
+        Panel(Axis("across"), Axis("up"), (Cells(X, X, np.round(values / 4), scale),), title)
+        for scale, title in scales
+    )
+    for columns in (1, 2, 3):
+        found = plotly_data(Figure("maps", "Maps", panels, columns))
+        for name in ("layout", "narrow"):
+            domains = [found[name][f"xaxis{n or ''}"]["domain"] for n in ("", 2, 3, 4)]
+            assert np.ptp(domains, axis=1) == pytest.approx(np.ptp(domains[0]))

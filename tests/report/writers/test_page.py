@@ -17,6 +17,7 @@ from rbstab.report.model.document import (
     Report,
     Section,
     Sketch,
+    Statement,
     Table,
 )
 from rbstab.report.writers.html import page
@@ -163,3 +164,20 @@ def test_the_words_on_cards_are_a_list_of_meanings() -> None:
     text = page(Report("t", "c", "c", (Section("s", "S", (cards,)),)))
     assert "<dt>seen:</dt> <dd>held along the run</dd>" in text
     assert "<dt>E:</dt> <dd>a &lt;length&gt;</dd>" in text
+
+
+def test_numbers_keep_their_units_and_commands_their_options() -> None:
+    """Spaces that do not break, and options as one word; a command to copy stays as it is."""
+    text = "At 20 N m, see rbstab run plan.yaml --allow-python"
+    cells = (Cell("gust 20 N m"), Cell("7", 7.0, command="rbstab run 'a 5 s' --member 7"))
+    blocks = (
+        text,
+        Table("t", "Title: 20 N m", (Head("a"), Head("b")), (cells,), f"Note: {text}"),
+        Cards("c", (Card("a", (Statement("q", "seen", text),), (("peak", "20 N m"),)),)),
+    )
+    found = page(Report("R", "2026-01-02", "rbstab --x 5 s", (Section("s", "S", blocks),)))
+    assert found.count("20\u00a0N\u00a0m") == 6
+    assert "20 N m" not in found
+    assert found.count('<span class="whole">--allow-python</span>') == 3
+    assert 'data-command="rbstab run &#39;a 5 s&#39; --member 7"' in found
+    assert "<code>rbstab --x 5 s</code>" in found

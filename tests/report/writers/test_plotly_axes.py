@@ -11,6 +11,7 @@ from support.pages import figures
 from rbstab.report.model.figure import (
     Axis,
     Bars,
+    Cells,
     Figure,
     Level,
     Line,
@@ -88,6 +89,25 @@ def test_labels_between_powers_of_ten_are_whole_numbers(low: float, written_out:
     assert layout["yaxis"].get("tickformat") == ("~g" if written_out else None)
 
 
+@pytest.mark.parametrize(("low", "formats"), [(1e-2, "~g"), (1e-14, "~e")])
+def test_a_narrow_panel_has_labels_at_powers_of_ten_only(low: float, formats: str) -> None:
+    """Between them, labels as 0.01 and 0.02 would overlap; a wide panel has room for them."""
+    x = Axis("x", log=True)
+    values = np.outer(np.arange(3.0), np.arange(5.0))
+    cells = Cells(np.geomspace(low, 100 * low, 5), np.arange(3.0), values, Axis("z"))
+    bars = Bars(np.geomspace(0.3 * low, 200 * low, 6), np.arange(5.0))
+    for mark in (cells, bars):
+        found = drawing_of(mark, x=x)
+        wide, narrow = found["layout"]["xaxis"], found["narrow"]["xaxis"]
+        assert wide["tickformat"] == narrow["tickformat"] == formats
+        assert "dtick" not in wide
+        assert (narrow["tick0"], narrow["dtick"]) == (0, 1)
+        assert narrow["range"][0] < np.log10(low) < np.log10(low) + 2 < narrow["range"][1]
+    # Where a power of ten is alone, the labels beside it are needed.
+    short = Bars(np.geomspace(0.2 * low, 8 * low, 6), np.arange(5.0))
+    assert "dtick" not in drawing_of(short, x=x)["narrow"]["xaxis"]
+
+
 def category_axis(name: str, *labels: str) -> tuple[dict[str, Any], int]:
     """Return a horizontal axis of categories in a layout, and the space below the panel, px."""
     points = Points(np.arange(float(len(labels))), np.zeros(len(labels)))
@@ -105,7 +125,8 @@ def test_words_of_categories_are_lines_with_room_below() -> None:
     axis, below = category_axis("narrow", *labels)
     assert axis["tickangle"] == 0
     assert [text.replace("<br>", " ") for text in axis["ticktext"]] == [
-        *labels[:3],
+        *labels[:2],
+        "|E| below 1\u00a0mm from some time on",
         "visco- elastic",
     ]
     lines = [text.split("<br>") for text in axis["ticktext"]]

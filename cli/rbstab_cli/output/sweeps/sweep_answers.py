@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
+from rbstab.files.counts import grouped
+
 if TYPE_CHECKING:
     from rbstab.sweep.plan.plan import Plan
     from rbstab.sweep.proofs.prove_bodies import BodyProofs
@@ -173,25 +175,27 @@ def _of_boxes(plan: "Plan", proofs: "BodyProofs") -> list[str]:
             levels = [rounded_down(proof.record.level) for proof in parts]
             ends = f"{min(levels, key=float)} J to {max(levels, key=float)} J"
             found.append(
-                f"for the bodies of {members} members{named}: one rest state, a minimum, proved in "
-                f"{_number(len(parts), 'box', 'boxes')} of bodies. Every motion with v(0) below "
-                f"the level of its box converges ({ends if len(parts) > 1 else f'{levels[0]} J'})"
+                f"for the bodies of {grouped(members)} members{named}: one rest state, a minimum, "
+                f"proved in {_number(len(parts), 'box', 'boxes')} of bodies. Every motion with "
+                f"v(0) below the level of its box converges "
+                f"({ends if len(parts) > 1 else f'{levels[0]} J'})"
             )
     return found
 
 
 def _bodies_left(proofs: "BodyProofs") -> str:
     left = proofs.bodies - proofs.reached_bodies
-    return f"{left} of {_number(proofs.bodies, 'distinct body', 'distinct bodies')}"
+    return f"{grouped(left)} of {_number(proofs.bodies, 'distinct body', 'distinct bodies')}"
 
 
 def _not_reached(count: int, ranges: list[tuple[int, int]], proofs: "BodyProofs") -> str:
     from rbstab.sweep.proofs.bodies import named_members
 
     budget = "the proofs" if proofs.budget is None else f"the budget of {proofs.budget:g} s"
+    bodies = _number(proofs.bodies, "distinct body", "distinct bodies")
     return (
-        f"not proved for {count} of the members: {budget} reached {proofs.reached_bodies} of "
-        f"{_number(proofs.bodies, 'distinct body', 'distinct bodies')}, and not those of "
+        f"not proved for {grouped(count)} of the members: {budget} reached "
+        f"{grouped(proofs.reached_bodies)} of {bodies}, and not those of "
         f"{named_members(ranges)}. Run the same command again to go on; with --prove it goes on "
         "to the last body"
     )
@@ -201,12 +205,12 @@ def _ended_early(count: int) -> list[str]:
     """Return a sentence on brief proofs that ended early, if there are some."""
     if not count:
         return []
-    proofs = "one proof" if count == 1 else f"{count} proofs"
+    proofs = "one proof" if count == 1 else f"{grouped(count)} proofs"
     return [f"{proofs} of rest states ended at the limit on the number of boxes; --prove goes on"]
 
 
 def _number(count: int, one: str, many: str) -> str:
-    return f"{count} {one if count == 1 else many}"
+    return f"{grouped(count)} {one if count == 1 else many}"
 
 
 def _counts(counts: "Counter[int]", not_reached: int) -> dict[str, Any]:
@@ -241,4 +245,4 @@ def _sentences(counts: "Counter[int]", not_reached: int) -> list[str]:
     }
     shown = counts.copy()
     shown[NO_PROOF] -= not_reached
-    return [text.format(shown[code]) for code, text in sentences.items() if shown[code]]
+    return [text.format(grouped(shown[code])) for code, text in sentences.items() if shown[code]]

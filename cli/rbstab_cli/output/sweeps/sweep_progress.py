@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rbstab.files.counts import grouped
+
 if TYPE_CHECKING:
     from rich.progress import Progress
 
@@ -116,7 +118,7 @@ class ProgressPrinter:
                 "the peaks of the members of before may be wrong if the motion is fast."
             )
         if self._done and not self.quiet:
-            self._print(f"{self._done} of {self._total} members are already done")
+            self._print(f"{grouped(self._done)} of {grouped(self._total)} members are already done")
         if self._bar is not None:
             self._task = self._bar.add_task("", total=self._total, completed=self._done)
 
@@ -133,7 +135,7 @@ class ProgressPrinter:
         if self._bar is not None:
             self._bar.update(self._task, completed=self._done, description=self._facts(rate))
         else:
-            counted = f"{self._done} of {self._total} members"
+            counted = f"{grouped(self._done)} of {grouped(self._total)} members"
             click.echo(f"{now - self._begin:.0f} s: {counted}, {self._facts(rate)}", err=True)
 
     def _facts(self, rate: float) -> str:
@@ -146,11 +148,11 @@ class ProgressPrinter:
 
         by_status = counts_by_status(self._inventory.counts)
         by_status.pop(RunStatus.COMPLETED, None)
-        others = [f"{count} {status}" for status, count in by_status.items()]
+        others = [f"{grouped(count)} {status}" for status, count in by_status.items()]
         left = (self._total - self._done) / rate if rate else 0.0
         speed = [f"{rate:.3g}/s"]
         if self._proves:
-            proved = f"{self._inventory.proved} of {self._total} members proved"
+            proved = f"{grouped(self._inventory.proved)} of {grouped(self._total)} members proved"
             speed = [proved, f"{rate:.3g} members/s"]
         return ", ".join([*speed, *others, f"{duration(left)} left"])
 

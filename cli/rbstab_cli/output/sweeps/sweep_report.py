@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rbstab.files.counts import grouped
+
 if TYPE_CHECKING:
     from rbstab.sweep.folder.member_answers import MemberAnswers
     from rbstab.sweep.options import SweepOptions
@@ -59,7 +61,7 @@ def report_sweep(
 
     completed = by_status.get("completed", 0)
     rows = {
-        "settled": f"{summary.settled} of {completed} ({SETTLED} to the end)",
+        "settled": f"{grouped(summary.settled)} of {grouped(completed)} ({SETTLED} to the end)",
         "settling time, median": (
             f"{number(summary.settling_median)} s, of those settled" if summary.settled else "-"
         ),
@@ -77,7 +79,7 @@ def report_sweep(
 def counts_of(found: "MemberAnswers") -> str:
     """Return for how many members each answer holds: "3143 proved, 857 seen"."""
     note = " (without proofs made after gathering)" if found.as_gathered else ""
-    counts = (f"{count} {word}" for word, count in found.by_word.items() if count)
+    counts = (f"{grouped(count)} {word}" for word, count in found.by_word.items() if count)
     return ", ".join(counts) + note
 
 
@@ -96,16 +98,17 @@ def print_member_answers(found: "MemberAnswers") -> None:
         "seen": "at rest by the end of their computed run, not proved",
         "not decided": "neither proved, nor at rest by the end of their computed run",
     }
+    members = grouped(found.members)
     for word, count in found.by_word.items():
         if not count:
             continue
-        click.echo(f"  {word + ':':<13}{count} of {found.members} members: {meanings[word]}.")
+        click.echo(f"  {word + ':':<13}{grouped(count)} of {members} members: {meanings[word]}.")
     for sentence in found.one_state.sentences:
         click.echo(f"  {'rest states:':<13}{sentence}.")
-    which = f"{found.settled} of the {found.completed} that completed"
+    which = f"{grouped(found.settled)} of the {grouped(found.completed)} that completed"
     click.echo(f"  {'settled:':<13}{which}: {SETTLED} to the end.")
     for why, count in found.without_proof.items():
-        click.echo(f"  {'no proof:':<13}{count} of {found.members} members: {why}.")
+        click.echo(f"  {'no proof:':<13}{grouped(count)} of {members} members: {why}.")
     if found.as_gathered:
         click.echo("  Proofs made after the sweep was gathered are not counted.")
 
@@ -163,10 +166,10 @@ def report_status(path: Path, *, as_json: bool, answers: "MemberAnswers | None" 
         "title": manifest.title,
         "plan": manifest.plan_id[:8],
         "engine": manifest.engine,
-        "members": str(manifest.members),
-        "done": f"{inventory.members} ({inventory.members / manifest.members:.1%})",
+        "members": grouped(manifest.members),
+        "done": f"{grouped(inventory.members)} ({inventory.members / manifest.members:.1%})",
         "shards": f"{len(inventory.done)} of {folder.shards}, {len(damaged)} damaged",
-        "traces": f"of {kept} members when all are done" if kept else "none",
+        "traces": f"of {grouped(kept)} members when all are done" if kept else "none",
         "running": ", ".join(f"part {part}" for part in parts) or ("yes" if running else "no"),
         "gathered": f"{folder.sweep_file}" if gathered else "no",
     }
@@ -203,9 +206,10 @@ def report_estimate(plan: "Plan", path: Path, options: "SweepOptions", *, as_jso
     rows = {
         "folder": str(path),
         "engine": f"{plan.engine}, {threads} threads",
-        "members": " x ".join(map(str, plan.dimensions.values())) + f" = {plan.members}",
-        **({f"of part {options.part}": str(members)} if options.part is not None else {}),
-        "done": str(done),
+        "members": " x ".join(map(grouped, plan.dimensions.values()))
+        + f" = {grouped(plan.members)}",
+        **({f"of part {options.part}": grouped(members)} if options.part is not None else {}),
+        "done": grouped(done),
         "time": f"about {duration(found.seconds)}{_few_members_note(found.calibrated)}",
         "comparison with scipy": f"about {duration(found.check_seconds)}",
         "disk": f"{size(found.bytes)} of {size(free)} free",
@@ -271,7 +275,7 @@ def _print_statuses(by_status: dict[str, int], members: int) -> None:
     rows = by_status | ({"not done": remaining} if remaining else {})
     for status, count in rows.items():
         style = None if status == RunStatus.COMPLETED else "yellow"
-        add_row(table, status, str(count), f"{count / members:.2%}", style=style)
+        add_row(table, status, grouped(count), f"{count / members:.2%}", style=style)
     print_table(table)
 
 

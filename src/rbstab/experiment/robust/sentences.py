@@ -7,6 +7,7 @@ from rbstab.config.tolerances import decimal_text
 from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.experiment.robust.largest import Largest
 from rbstab.experiment.robust.record import BodiesRecord
+from rbstab.files.counts import grouped
 
 
 def within_sentences(texts: Sequence[str], record: BodiesRecord) -> list[str]:
@@ -125,7 +126,7 @@ def tolerance_names(texts: Sequence[str]) -> str:
 
 
 def _count(number: int, one: str, many: str = "") -> str:
-    return f"{number:,} {one if number == 1 else many or f'{one}s'}"
+    return f"{grouped(number)} {one if number == 1 else many or f'{one}s'}"
 
 
 def vector(Theta: Sequence[float]) -> str:

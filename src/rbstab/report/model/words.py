@@ -1,15 +1,32 @@
 """Numbers, lists and untrusted texts as plain text that is safe to show anywhere."""
 
 import math
+import re
 from collections.abc import Iterable
 
 from rbstab.config.errors import printable
+from rbstab.files.counts import grouped
 
 MAX_LENGTH = 1000
 """Maximum length of an untrusted text in a report; texts of a config are no longer than this."""
 
 NO_VALUE = "-"
 """Shown where there is no value."""
+
+_UNIT = r"(?:[kcmµ]?[mNJWs]|kg|Hz|rad|deg|%)(?:[²³]|\^-?\d)?"
+_UNITS = rf"{_UNIT}(?:[ /]{_UNIT})*"
+
+_WHOLE = re.compile(
+    # A number, or numbers in parentheses, with a unit; a unit in brackets.
+    rf"(?<=[\d)]) {_UNITS}(?![\w/])|\[(?:1/)?{_UNITS}\]"
+    # What a number or a short symbol is equal to, or compared with: "= 20", "t = ", "v(0) < ".
+    r"|(?<=[=<>≤≥≈]) (?=[-+±(]?[\dπ])"
+    r"|(?<![^\s(])\(?[^\W\d_]\d?(?:\(\w\))? [=<>≤≥≈](?= )"
+)
+"""What stays on one line."""
+
+_HINT = re.compile(r"[\d)] |[=<>≤≥≈[]")
+"""A text without this has nothing of it; most entries of tables are such texts."""
 
 
 def untrusted(text: object, max_length: int = MAX_LENGTH) -> str:
@@ -35,12 +52,19 @@ def vector(values: Iterable[float], digits: int = 4) -> str:
 
 
 def counted(count: int, singular: str, plural: str = "") -> str:
-    """Format a count with its noun: "1 run", "2 runs"."""
-    return f"{count} {singular if count == 1 else plural or f'{singular}s'}"
+    """Format a count with its noun: "1 run", "2 runs", "10,000 runs"."""
+    return f"{grouped(count)} {singular if count == 1 else plural or f'{singular}s'}"
 
 
 def listed(words: Iterable[str], max_items: int = 6) -> str:
     """Join the first words by commas, and add the number of the omitted ones."""
     every = list(words)
-    more = f" and {len(every) - max_items} more" if len(every) > max_items else ""
+    more = f" and {grouped(len(every) - max_items)} more" if len(every) > max_items else ""
     return ", ".join(every[:max_items]) + more
+
+
+def unbroken(text: str) -> str:
+    """Keep a number with its unit on one line, by spaces that do not break: "20 N m", "t = 4 s"."""
+    if _HINT.search(text) is None:
+        return text
+    return _WHOLE.sub(lambda found: found[0].replace(" ", "\u00a0"), text)

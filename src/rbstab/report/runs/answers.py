@@ -126,13 +126,14 @@ def _first_at_rest(facts: Sequence[RunFacts]) -> tuple[str, ...]:
     if len(settled) < 2 or any(body != bodies[0] for body in bodies):
         return ()
     (first, label), (last, last_label) = settled[0], settled[-1]
+    named = f"At rest first: {label}, from {number(first)} s on; last: {last_label}, from"
+    if number(first) == number(last):
+        named = f"At rest at the same time: {listed(label for _, label in settled)}, from"
     others = [label for time, label in times if math.isnan(time)]
     without = f"; not by the end: {listed(others)}" if others else ""
     each = "" if _share_v(facts) else "; each run has its own v"
-    return (
-        f"At rest first: {label}, from {number(first)} s on; last: {last_label}, from "
-        f"{number(last)} s on{without} (v stays below v(0)/{1 / SETTLED_FRACTION:g}{each}).",
-    )
+    settled_v = f"v stays below v(0)/{1 / SETTLED_FRACTION:g}{each}"
+    return (f"{named} {number(last)} s on{without} ({settled_v}).",)
 
 
 def _share_v(facts: Sequence[RunFacts]) -> bool:

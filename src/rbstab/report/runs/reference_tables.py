@@ -9,7 +9,6 @@ from rbstab.report.model.words import NO_VALUE, listed, number, untrusted, vecto
 from rbstab.report.runs.config_tables import value_text
 from rbstab.report.runs.facts import RunFacts
 from rbstab.report.runs.paper_cases import changed_keys
-from rbstab.report.runs.tables import CENTIMETRES
 
 HEADS = (
     Head("run"),
@@ -103,15 +102,11 @@ def _stopped(facts: Sequence[RunFacts]) -> list[str]:
 
 
 def _row(label: str, comparison: ReferenceValue) -> tuple[Cell, ...]:
-    # Reports give the displacement of the contact point in centimetres.
-    of_contact = comparison.name == "peak contact_displacement"
-    factor, unit = (CENTIMETRES, "cm") if of_contact else (1.0, comparison.unit)
-    printed = [factor * value for value in comparison.printed]
-    computed = [factor * value for value in comparison.computed]
+    computed, printed = comparison.computed, comparison.printed
     differences = [c - p for c, p in zip(computed, printed, strict=True)]
     return (
         Cell(label),
-        Cell(f"{comparison.name.replace('_', ' ')} [{unit}]"),
+        Cell(f"{comparison.name.replace('_', ' ')} [{comparison.unit}]"),
         Cell(vector(printed)),
         _exact(comparison),
         *(Cell(vector(values)) for values in (computed, differences)),

@@ -15,20 +15,17 @@ from rbstab.report.model.words import NO_VALUE, number
 from rbstab.report.runs.facts import RunFacts
 from rbstab.report.runs.margin import margin_of
 
-CENTIMETRES = 100.0
-"""Centimetres in a metre; reports give E in centimetres, as the paper does."""
-
 HEADS = (
     Head("run"),
     Head("this start"),
     Head("whole range"),
     Head("v(0)/c*", numbers=True),
     Head("at rest from", "s", numbers=True),
-    Head("peak |E|", "cm", numbers=True),
+    Head("peak |E|", "m", numbers=True),
     Head("status"),
-    Head("peak E1", "cm", numbers=True),
-    Head("peak E2", "cm", numbers=True),
-    Head("peak E3", "cm", numbers=True),
+    Head("peak E1", "m", numbers=True),
+    Head("peak E2", "m", numbers=True),
+    Head("peak E3", "m", numbers=True),
     Head("peak |θ2|", "rad", numbers=True),
     Head("v(0)", "J", numbers=True),
     Head("v(end)", "J", numbers=True),
@@ -121,7 +118,7 @@ def _row(facts: RunFacts) -> tuple[Cell, ...]:
         number_cell(facts.run.settling_time),
         _peak_distance(facts),
         Cell(status if completed else f"{status} at {number(s.end_time)} s", tone=_tone(completed)),
-        *(number_cell(CENTIMETRES * peak) for peak in s.peak_contact_displacement),
+        *(number_cell(peak) for peak in s.peak_contact_displacement),
         Cell(at_least(s.pitch_resolved) + number(s.largest_pitch), s.largest_pitch),
         *(_lyapunov_cell(v, facts) for v in (s.lyapunov_start, s.lyapunov_end)),
         _rest_states(facts.proof),
@@ -142,8 +139,7 @@ def _start_over_level(facts: RunFacts) -> Cell:
 
 def _peak_distance(facts: RunFacts) -> Cell:
     s = facts.run.summary
-    peak = CENTIMETRES * s.peak_distance
-    return Cell(at_least(s.displacement_resolved) + number(peak), peak)
+    return Cell(at_least(s.displacement_resolved) + number(s.peak_distance), s.peak_distance)
 
 
 def _lyapunov_cell(value: float, facts: RunFacts) -> Cell:

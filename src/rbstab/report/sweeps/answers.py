@@ -9,6 +9,7 @@ import numpy as np
 from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.experiment.answers.run_answer import SETTLED as SETTLED_V
 from rbstab.experiment.answers.words import Sureness, words_with_meanings
+from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Card, Cards, Statement
 from rbstab.report.model.words import counted, number
@@ -95,7 +96,9 @@ def _sentence(members: Members) -> str:
             if code > OUTCOMES.index(UNSETTLED)
         },
     }
-    counts = [f"{np.count_nonzero(own)} {word}" for word, own in groups.items() if own.any()]
+    counts = [
+        f"{grouped(np.count_nonzero(own))} {word}" for word, own in groups.items() if own.any()
+    ]
     return f"{counted(len(members), 'member')}: {', '.join(counts)}."
 
 
@@ -107,18 +110,20 @@ def _rest(members: Members, conditions: PairedConditions | None, command: str) -
     parts = []
     if (convergence != NO_PROOF).any():
         parts.append(
-            f"{np.count_nonzero(proved)} of {tried_members(convergence)} are proved to converge to "
-            f"a rest state{_by_condition(proved, convergence != NO_PROOF, conditions)}"
+            f"{grouped(np.count_nonzero(proved))} of {tried_members(convergence)} are proved to "
+            f"converge to a rest state{_by_condition(proved, convergence != NO_PROOF, conditions)}"
         )
         untried = convergence == NO_PROOF
         uncovered = {why: int((own & untried).sum()) for why, own in members.undecidable.items()}
-        parts += [f"{count} have no proof: {why}" for why, count in uncovered.items() if count]
+        parts += [
+            f"{grouped(count)} have no proof: {why}" for why, count in uncovered.items() if count
+        ]
     elif members.driven:
         parts.append("not proved: an input supplies power, so v may rise")
     else:
         parts.append(_never_tried(members, command))
     if false.any():
-        parts.append(f"{np.count_nonzero(false)} are proved not to come to rest")
+        parts.append(f"{grouped(np.count_nonzero(false))} are proved not to come to rest")
     others = ~proved & ~false
     if others.any():
         who = "others" if proved.any() or false.any() else "members"
@@ -172,7 +177,11 @@ def _by_condition(proved: Array, tried: Array, conditions: PairedConditions | No
     for k, label in enumerate(conditions.labels):
         own = conditions.codes == k
         count = np.count_nonzero(tried & own)
-        found = f"{np.count_nonzero(proved & own)} of {count}" if count else "not tried"
+        found = (
+            f"{grouped(np.count_nonzero(proved & own))} of {grouped(count)}"
+            if count
+            else "not tried"
+        )
         parts.append(f"{label}: {found}")
     return f" ({'; '.join(parts)})"
 
@@ -200,15 +209,15 @@ def _others(who: str, members: Members, chosen: Array) -> str:
     count = int(np.count_nonzero(chosen))
     settled = int(np.count_nonzero(chosen & (members.outcomes == OUTCOMES.index(SETTLED))))
     early = int(np.count_nonzero(chosen & ~members.completed))
-    some = f"of the {count} {who},"
+    some = f"of the {grouped(count)} {who},"
     end = "at rest by the end of their computed run"
     if settled == count:
         return f"{some} all were {end}"
     still = count - settled - early
-    parts = [f"{settled or 'none'} {'was' if settled <= 1 else 'were'} {end}"]
+    parts = [f"{grouped(settled) if settled else 'none'} {'was' if settled <= 1 else 'were'} {end}"]
     if settled:
-        parts += [f"{still} {'was' if still == 1 else 'were'} not"] if still else []
-    parts += [f"{early} ended early"] if early else []
+        parts += [f"{grouped(still)} {'was' if still == 1 else 'were'} not"] if still else []
+    parts += [f"{grouped(early)} ended early"] if early else []
     return f"{some} {', '.join(parts)}"
 
 
@@ -218,10 +227,14 @@ def _word(total: int, proved: int, false: int, seen: int) -> tuple[str, str]:
     if false:
         return str(Sureness.FALSE), "bad"
     if proved:
-        return f"{proved} of {total} {Sureness.PROVED}", ""
+        return f"{grouped(proved)} of {grouped(total)} {Sureness.PROVED}", ""
     if seen == total:
         return str(Sureness.SEEN), ""
-    return (f"{seen} of {total} {Sureness.SEEN}" if seen else str(Sureness.NOT_DECIDED)), ""
+    return (
+        f"{grouped(seen)} of {grouped(total)} {Sureness.SEEN}"
+        if seen
+        else str(Sureness.NOT_DECIDED)
+    ), ""
 
 
 def _range(members: Members) -> Statement:
@@ -230,7 +243,7 @@ def _range(members: Members) -> Statement:
     left = np.flatnonzero(members.outcomes == OUTCOMES.index(RANGE_LEFT))
     if len(left):
         named = named_members(ranges_of(left.tolist()))
-        word = f"{len(left)} of {len(members)} left it"
+        word = f"{grouped(len(left))} of {grouped(len(members))} left it"
         return Statement(question, word, f"As computed: {named}", "bad")
     failed = sum(members.outcome_counts.tolist()[2:])
     sentence = "No computed motion left it"
@@ -255,11 +268,11 @@ def _facts(members: Members, *, pooled: bool) -> tuple[tuple[str, str], ...]:
     """Return a few numbers of all members; quantities only if there are no conditions to pool."""
     counts = members.outcome_counts.tolist()
     facts = {
-        "members": str(len(members)),
-        "at rest by the end": str(counts[OUTCOMES.index(SETTLED)]),
-        "not at rest by the end": str(counts[OUTCOMES.index(UNSETTLED)]),
+        "members": grouped(len(members)),
+        "at rest by the end": grouped(counts[OUTCOMES.index(SETTLED)]),
+        "not at rest by the end": grouped(counts[OUTCOMES.index(UNSETTLED)]),
     }
-    facts |= {status: str(n) for status, n in zip(OUTCOMES[2:], counts[2:], strict=True) if n}
+    facts |= {status: grouped(n) for status, n in zip(OUTCOMES[2:], counts[2:], strict=True) if n}
     settled, peak = settling_time(members), peak_displacement(members).values
     if pooled and np.isfinite(settled.values).any():
         (median,) = quantiles_of(settled.ranked, (0.5,))

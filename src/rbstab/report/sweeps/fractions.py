@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.model.figure import Axis, Figure, Intervals, Panel, Shares
@@ -148,7 +149,7 @@ def _bars(name: str, members: Members) -> list[Block]:
     if np.count_nonzero(counts) < 2:
         return []
     groups = paired_conditions_of(members)
-    labels = [f"{len(members)} members"] if groups is None else list(groups.labels)
+    labels = [f"{grouped(len(members))} members"] if groups is None else list(groups.labels)
     codes = np.zeros(len(members), dtype=int) if groups is None else groups.codes
     table = np.zeros((len(labels), len(OUTCOMES)), dtype=int)
     np.add.at(table, (codes, members.outcomes), 1)
@@ -159,7 +160,8 @@ def _bars(name: str, members: Members) -> list[Block]:
     words = [", ".join(OUTCOMES[code] for code in own) for own in parts.values()]
     if groups is None:
         words = [
-            f"{word}: {counts[own].sum()}" for word, own in zip(words, parts.values(), strict=True)
+            f"{word}: {grouped(counts[own].sum())}"
+            for word, own in zip(words, parts.values(), strict=True)
         ]
     of_parts = np.column_stack([table[:, own].sum(axis=1) for own in parts.values()])
     # The first one is the highest.

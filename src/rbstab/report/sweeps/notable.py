@@ -11,7 +11,7 @@ from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions, 
 from rbstab.report.sweeps.members import OUTCOMES, SETTLED, UNSETTLED, Members
 from rbstab.report.sweeps.parameters import shortened
 from rbstab.report.sweeps.quantities import PEAK_LABEL, start_values
-from rbstab.report.sweeps.table_entries import number, whole
+from rbstab.report.sweeps.table_entries import number
 from rbstab.sweep.folder.layout import safe_name
 from rbstab.sweep.members.outcome import STATUSES
 
@@ -55,7 +55,7 @@ def notable_blocks(name: str, members: Members, path: Path) -> list[Block]:
 
 def _member(command: str, k: int) -> Cell:
     """Return the number of a member, with the command that runs it."""
-    return whole(k)._replace(command=f"{command} {k}")
+    return Cell(str(k), float(k), command=f"{command} {k}")
 
 
 def _row(
@@ -65,8 +65,8 @@ def _row(
     peak = float(np.abs(members.column("peak_contact_displacement")[k]).max())
     columns = {name: members.column(name) for name in NUMBER_COLUMNS}
     columns["lyapunov_start"] = start_values(members)
-    # That v has not settled by the end is no alarm.
-    tone = {SETTLED: "good", UNSETTLED: ""}.get(OUTCOMES[members.outcomes[k]], "bad")
+    # Green is for what is proved; that v has not settled by the end is no alarm.
+    tone = "" if OUTCOMES[members.outcomes[k]] in (SETTLED, UNSETTLED) else "bad"
     return (
         *([] if conditions is None else [Cell(conditions.labels[conditions.codes[k]])]),
         Cell(reason),

@@ -2,12 +2,13 @@
 
 from pathlib import Path
 
+from rbstab.files.counts import grouped
 from rbstab.files.existence import is_file
 from rbstab.files.shell_words import shell_word
 from rbstab.report.model.document import Cell, Head, Table
-from rbstab.report.model.words import counted, untrusted
+from rbstab.report.model.words import NO_VALUE, counted, untrusted
 from rbstab.report.sweeps.members import Members
-from rbstab.report.sweeps.table_entries import facts, number
+from rbstab.report.sweeps.table_entries import facts, whole
 from rbstab.store.table import Table as Columns
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE
 from rbstab.sweep.plan.axes import Axis
@@ -47,7 +48,7 @@ def varied_table(name: str, plan: Plan) -> Table:
                 (
                     Cell(column.key),
                     Cell(f"base value times {values}" if column.scale else values),
-                    number(axis.length or float("nan"), 9),
+                    whole(axis.length) if axis.length else Cell(NO_VALUE),
                     Cell(_varies(axis)),
                 )
             )
@@ -69,15 +70,15 @@ def _argument(argument: float | str) -> str:
 
 def _members(members: Members) -> str:
     if members.plan is None or len(members.plan.dimensions) < 2:
-        return str(len(members))
-    lengths = " x ".join(map(str, members.plan.dimensions.values()))
-    return f"{lengths} = {len(members)}"
+        return grouped(len(members))
+    lengths = " x ".join(map(grouped, members.plan.dimensions.values()))
+    return f"{lengths} = {grouped(len(members))}"
 
 
 def _design(plan: Plan | None, word: str) -> str:
     if plan is None or plan.design is None:
         return word
-    return f"{word}, {plan.design.points} points, seed {plan.design.seed}"
+    return f"{word}, {grouped(plan.design.points)} points, seed {plan.design.seed}"
 
 
 def _comparison(table: Columns) -> str:
@@ -86,7 +87,7 @@ def _comparison(table: Columns) -> str:
     if not checked:
         return "no member"
     unlike = int(table.attributes.get("checked_unlike", 0))
-    summary = f"{counted(checked, 'member')}, {unlike} differ"
+    summary = f"{counted(checked, 'member')}, {grouped(unlike)} differ"
     if "check_difference" not in table.extras:
         return summary
     differences, columns = table["check_difference"], table["check_column"]

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.model.palette import BAD, GOOD, OPEN, SECOND, THIRD, UNKNOWN, UNTRIED
@@ -95,7 +96,11 @@ def tried_members(convergence: Array) -> str:
     What was not tried is not 0 of 1000.
     """
     tried, total = int(np.count_nonzero(convergence != NO_PROOF)), len(convergence)
-    return f"the {tried} members that were tried" if 0 < tried < total else f"{total} members"
+    return (
+        f"the {grouped(tried)} members that were tried"
+        if 0 < tried < total
+        else f"{grouped(total)} members"
+    )
 
 
 def proved_shares(members: Members) -> Array:
@@ -144,32 +149,34 @@ def _sentence(members: Members, command: str) -> str:
     convergence = members.convergence
     count = {code: int(np.count_nonzero(convergence == code)) for code in MEANINGS}
     of = tried_members(convergence)
-    sentences = [f"{count[PROVED]} of {of} are proved to converge to a rest state"]
+    sentences = [f"{grouped(count[PROVED])} of {of} are proved to converge to a rest state"]
     if "proved_time" in members.table.layout:
         later = int(((convergence == PROVED) & (members.column("proved_time") > 0)).sum())
         if later:
-            some = "all" if later == count[PROVED] else str(later)
+            some = "all" if later == count[PROVED] else grouped(later)
             sentences[0] += f", {some} of them by an enclosure of their exact motion"
     if count[FALSE]:
-        sentences.append(f"{count[FALSE]} are proved not to come to rest")
+        sentences.append(f"{grouped(count[FALSE])} are proved not to come to rest")
     if count[NOT_DECIDED]:
-        sentences.append(f"{count[NOT_DECIDED]} are not decided; the table has the reasons")
+        sentences.append(
+            f"{grouped(count[NOT_DECIDED])} are not decided; the table has the reasons"
+        )
     if count[NOT_PROVED]:
         sentences.append(
-            f"{count[NOT_PROVED]} start outside of every certified region, and their motion was "
-            "not enclosed"
+            f"{grouped(count[NOT_PROVED])} start outside of every certified region, and their "
+            "motion was not enclosed"
         )
     untried = convergence == NO_PROOF
     for reason, own in members.undecidable.items():
         chosen = untried & own
         if chosen.any():
-            sentences.append(f"{np.count_nonzero(chosen)} have no proof: {reason}")
+            sentences.append(f"{grouped(np.count_nonzero(chosen))} have no proof: {reason}")
             untried = untried & ~own
     if untried.any():
         named = named_members(ranges_of(np.flatnonzero(untried).tolist()))
         sentences.append(
-            f"{np.count_nonzero(untried)} are not proved, because the proof of their own body "
-            f"was not made, or ended early: {named}. {command} makes it"
+            f"{grouped(np.count_nonzero(untried))} are not proved, because the proof of their own "
+            f"body was not made, or ended early: {named}. {command} makes it"
         )
     return ". ".join(sentences) + "."
 

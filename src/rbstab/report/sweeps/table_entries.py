@@ -2,6 +2,7 @@
 
 import math
 
+from rbstab.files.counts import grouped
 from rbstab.report.model import words
 from rbstab.report.model.document import Cell, Head, Table
 
@@ -17,8 +18,8 @@ def number(value: float, digits: int = 4) -> Cell:
 
 
 def whole(value: int) -> Cell:
-    """Return a cell with an integer."""
-    return Cell(str(value), float(value))
+    """Return a cell with a count."""
+    return Cell(grouped(value), float(value))
 
 
 def facts(name: str, title: str, rows: dict[str, str], note: str = "") -> Table:

@@ -18,6 +18,7 @@ from markupsafe import Markup, escape
 from rbstab.report.model.document import MARKS, Animation, Cards, Cell, Head, Report, Table
 from rbstab.report.model.figure import Figure
 from rbstab.report.model.palette import colour
+from rbstab.report.model.words import unbroken
 from rbstab.report.writers.plotly_figures.renderer import JSON, plotly_data
 from rbstab.report.writers.plotly_figures.text import packed_array
 from rbstab.report.writers.sketches import svg_of_each
@@ -31,6 +32,9 @@ SCRIPTS = (
 
 JOINTS = re.compile(r"(?<=_)|(?<=[A-Za-z]\.)(?=[A-Za-z])")
 """Where a name may be broken: after an underscore, or a dot between words."""
+
+OPTION = re.compile(r"(?<!\S)--[a-z][a-z-]*")
+"""An option of a command, in a sentence."""
 
 COPY = Markup(
     ' <button type="button" class="copy" data-command="{}" aria-label="{}" hidden>Copy</button>'
@@ -57,6 +61,7 @@ def page(report: Report) -> str:
     environment.tests["figure"] = lambda block: isinstance(block, Figure)
     environment.tests["cards"] = lambda block: isinstance(block, Cards)
     environment.filters["breakable"] = _breakable
+    environment.filters["prose"] = _prose
     environment.globals["pictures"] = _pictures(report)
     environment.globals["sketch_colour"] = colour
     environment.globals["rows"] = _rows
@@ -97,9 +102,15 @@ def _pictures(report: Report) -> dict[str, list[Markup]]:
 
 def _breakable(text: str) -> Markup:
     """Return a text whose names may be broken at their joints, rather than anywhere."""
-    parts = JOINTS.split(text)
+    parts = JOINTS.split(unbroken(text))
     # `join` escapes the parts. Most texts of a table have one part.
-    return Markup("<wbr>").join(parts) if len(parts) > 1 else escape(text)
+    return Markup("<wbr>").join(parts) if len(parts) > 1 else escape(parts[0])
+
+
+def _prose(text: str) -> Markup:
+    """Return a sentence in which numbers keep their units, and options of commands stay whole."""
+    marked = OPTION.sub(r'<span class="whole">\g<0></span>', str(escape(unbroken(text))))
+    return Markup(marked)  # noqa: S704  (escaped above)
 
 
 def _rows(table: Table) -> Markup:

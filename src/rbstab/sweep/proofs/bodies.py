@@ -7,6 +7,7 @@ import numpy as np
 
 from rbstab.config.entries import is_of_initial_state
 from rbstab.config.source import key_of
+from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.axes import VARIANT, VariedKey
 from rbstab.sweep.plan.plan import Plan
@@ -120,5 +121,5 @@ def named_members(ranges: Sequence[tuple[int, int]]) -> str:
     """Return ranges of members as words: `members 3 to 7, 9`; many are cut."""
     names = [str(first) if first == last else f"{first} to {last}" for first, last in ranges]
     left = sum(last - first + 1 for first, last in ranges[MAX_NAMED:])
-    more = f" and {left} more" if left else ""
+    more = f" and {grouped(left)} more" if left else ""
     return f"members {', '.join(names[:MAX_NAMED])}{more}"

@@ -11,6 +11,7 @@ import numpy as np
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.experiment.robust.sentences import named_body
+from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.proofs.bodies import first_members, named_members, ranges_of
 from rbstab.sweep.proofs.columns import NOT_ONE_STATE, ONE_STATE
@@ -52,21 +53,21 @@ class OneState(NamedTuple):
             return str(Sureness.FALSE)
         if self.proved == self.bodies:
             return str(Sureness.PROVED)
-        count = f"{self.proved} of {self.bodies} {Sureness.PROVED}"
+        count = f"{grouped(self.proved)} of {grouped(self.bodies)} {Sureness.PROVED}"
         return count if self.proved else str(Sureness.NOT_DECIDED)
 
     @property
     def counts(self) -> str:
         """The number of bodies with each answer: `proved for 3 of 4 distinct bodies, ...`."""
         what = "distinct body" if self.bodies == 1 else "distinct bodies"
-        shown = [f"{Sureness.PROVED} for {self.proved} of {self.bodies} {what}"]
+        shown = [f"{Sureness.PROVED} for {grouped(self.proved)} of {grouped(self.bodies)} {what}"]
         if len(self.levels) and len(self.levels) < self.proved:
-            shown[0] += f" ({len(self.levels)} of them many at once)"
+            shown[0] += f" ({grouped(len(self.levels))} of them many at once)"
         if self.false:
             named = named_members(ranges_of(self.false))
-            shown.append(f"{Sureness.FALSE} for {len(self.false)} ({named})")
+            shown.append(f"{Sureness.FALSE} for {grouped(len(self.false))} ({named})")
         if self.not_decided:
-            shown.append(f"{Sureness.NOT_DECIDED} for {self.not_decided}")
+            shown.append(f"{Sureness.NOT_DECIDED} for {grouped(self.not_decided)}")
         return ", ".join(shown)
 
     @property

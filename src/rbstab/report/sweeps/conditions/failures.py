@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.words import counted
 from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions
@@ -31,7 +32,7 @@ def failure_sentences(members: Members, groups: PairedConditions, *, sampled: bo
     of_each = [failed[groups.codes == k] for k in range(len(groups.labels))]
     counts = [int(np.count_nonzero(own)) for own in of_each]
     parts = [
-        f"{label}: {count} of {len(own)}"
+        f"{label}: {grouped(count)} of {grouped(len(own))}"
         for label, count, own in zip(groups.labels, counts, of_each, strict=True)
     ]
     sentences = [f"{name}: {'; '.join(parts)}."]
@@ -58,8 +59,8 @@ def _in_the_same_cases(names: tuple[str, str], best: Array, worst: Array, pairs:
     only_worst = int(np.count_nonzero(worst & ~best))
     only_best = int(np.count_nonzero(best & ~worst))
     text = (
-        f"In the same {counted(len(best), 'case')}, only {names[1]} ended early in {only_worst}, "
-        f"and only {names[0]} in {only_best}"
+        f"In the same {counted(len(best), 'case')}, only {names[1]} ended early in "
+        f"{grouped(only_worst)}, and only {names[0]} in {grouped(only_best)}"
     )
     if pairs is None:
         return f"{text}."

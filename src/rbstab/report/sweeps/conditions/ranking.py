@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.words import counted, listed, number
 from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions
@@ -174,7 +175,7 @@ class _Sentence(NamedTuple):
         first, other = self.groups.labels[self.best], self.groups.labels[second]
         cases = counted(found.pairs, "case")
         smaller = round(found.negative * found.pairs)
-        often = f"all {cases}" if smaller == found.pairs > 1 else f"{smaller} of {cases}"
+        often = f"all {cases}" if smaller == found.pairs > 1 else f"{grouped(smaller)} of {cases}"
         interval = ""
         if self.sampled:
             low, high = self._text(-found.high), self._text(-found.low)
@@ -204,7 +205,7 @@ class _Sentence(NamedTuple):
         left_out = self._left_out(found)
         if found.equal > found.pairs:
             common = counted(found.equal + found.pairs, "case")
-            all_of = "all" if not found.pairs else f"{found.equal} of"
+            all_of = "all" if not found.pairs else f"{grouped(found.equal)} of"
             return f"{begin}: it is the same in {all_of} {common}{left_out}."
         tail = f"{self._equal(found)}{left_out}."
         cases = counted(found.pairs, "case")
@@ -236,4 +237,8 @@ class _Sentence(NamedTuple):
         why = "a run ended early"
         if self.quantity.name == SETTLING:
             why = "neither run was at rest by its end, or one ended early"
-        return f"; {count} of {total} cases are left out, where {why}" if count else ""
+        return (
+            f"; {grouped(count)} of {grouped(total)} cases are left out, where {why}"
+            if count
+            else ""
+        )

@@ -19,6 +19,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
+from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import (
     Axis,
@@ -190,9 +191,9 @@ def _shares(shares: Shares, axes: Axes, _panel: Panel) -> dict[str, Artist]:
             places, begin, widths, shares.counts[:, number].tolist(), strict=True
         ):
             # A narrow part has no room for its count.
-            if width > COUNT_WIDTH * len(str(count)):
+            if width > COUNT_WIDTH * len(grouped(count)):
                 style = {"color": contrast(shares.colours[number]), "ha": "center", "va": "center"}
-                axes.text(left + width / 2, float(place), str(count), style)
+                axes.text(left + width / 2, float(place), grouped(count), style)
         begin = begin + widths
     return handles
 

@@ -9,6 +9,7 @@ from matplotlib.ticker import FixedLocator, FormatStrFormatter, MaxNLocator
 
 from rbstab.report.model.figure import Axis, Panel
 from rbstab.report.model.split_time import FIRST_SHARE, SplitTime
+from rbstab.report.model.words import unbroken
 from rbstab.report.writers.matplotlib_figures.log_labels import FewMinorLabels
 
 TICK_PITCH = 0.45
@@ -73,7 +74,7 @@ def _set_category_ticks(axes: Axes, name: str, axis: Axis, width: float) -> None
         return
     room = int(width / len(labels) / letter) - 1
     if max(len(word) for category in axis.categories for word in category.split()) <= room:
-        wrapped = [textwrap.fill(category, room) for category in axis.categories]
+        wrapped = [textwrap.fill(unbroken(category), room) for category in axis.categories]
         matplotlib_axis.set_ticklabels([escape_math(label) for label in wrapped])
     else:
         for label in matplotlib_axis.get_ticklabels():

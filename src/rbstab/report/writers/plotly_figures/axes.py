@@ -25,6 +25,9 @@ The same holds in `figures.js` after a zoom."""
 WRITTEN_OUT = ({"tickformat": "~g", "nticks": 3}, {"tickformat": "~e", "nticks": 3})
 """Settings of such an axis: for numbers of any size, and for those with many zeros, as 2e-6."""
 
+DECADE = {"~g": 95, "~e": 135}
+"""The least width of a decade with labels at 1, 2 and 5, px, by the format of the labels."""
+
 MANY_ZEROS = (1e-4, 1e6)
 """Numbers below the first and above the second have many zeros."""
 
@@ -80,6 +83,28 @@ def few_ticks(panel: Panel) -> JSON:
     ends = step * np.array([np.floor(low / step), np.ceil(high / step)])
     near = np.abs(ends - [low, high]) <= NEAR_TICK * (high - low)
     return {"range": np.where(near, ends, [low, high]).tolist(), "tick0": 0, "dtick": step}
+
+
+def only_powers(panel: Panel, settings: JSON, width: float) -> JSON:
+    """Return settings with which only powers of ten are labelled, where other labels would overlap.
+
+    After a zoom, `figures.js` lets plotly choose the ticks; it needs the ends of the whole axis.
+
+    Args:
+        panel: The panel of a map or a histogram.
+        settings: The settings of its horizontal axis.
+        width: The width of the panel, px.
+    """
+    if "tickformat" not in settings:
+        return {}
+    edges = [np.log10(mark.edges[[0, -1]]) for mark in panel.marks if isinstance(mark, Bars)]
+    ends = settings.get("range") or (edges[0].tolist() if edges else None)
+    if ends is None:
+        return {}
+    powers = np.floor(ends[1]) - np.ceil(ends[0]) + 1
+    if powers < 2 or width / (ends[1] - ends[0]) >= DECADE[settings["tickformat"]]:
+        return {}
+    return {"range": ends, "tick0": 0, "dtick": 1}
 
 
 def _ends(panel: Panel, letter: str) -> tuple[float, float] | None:

@@ -3,7 +3,12 @@
 from collections.abc import Sequence
 
 from rbstab.report.model.figure import Panel, Shares
-from rbstab.report.writers.plotly_figures.axes import TITLE_FONT, axis_settings, few_ticks
+from rbstab.report.writers.plotly_figures.axes import (
+    TITLE_FONT,
+    axis_settings,
+    few_ticks,
+    only_powers,
+)
 from rbstab.report.writers.plotly_figures.panel_grid import (
     JSON,
     LEFT,
@@ -30,6 +35,8 @@ def panel_layout(grid: PanelGrid) -> JSON:
             shown = grid.figure.panels if letter in grid.figure.shared else (panel,)
             layout[key] = axis_settings(panel, letter, shown)
             layout[key] |= _position(grid, panel, number, letter)
+            if letter == "x":
+                layout[key] |= only_powers(panel, layout[key], grid.panel_width(number))
         words = grid.words(number)
         if words:
             key = f"xaxis{number + 1 if number else ''}"

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import (
     Axis,
@@ -206,12 +207,15 @@ def _(mark: Shares, panel: Panel) -> list[JSON]:
                 "width": 0.7,
                 **legend_entry(label),
                 "marker": {"color": colour(mark.colours[number])},
-                "text": [str(count) if count else "" for count in counts],
+                "text": [grouped(count) if count else "" for count in counts],
                 "textposition": "inside",
                 "insidetextanchor": "middle",
                 "insidetextfont": {"color": contrast(mark.colours[number])},
                 "textangle": 0,
-                "hovertext": [escaped(f"{name}: {n} of {total}") for name, n, total in of_each],
+                "hovertext": [
+                    escaped(f"{name}: {grouped(n)} of {grouped(total)}")
+                    for name, n, total in of_each
+                ],
                 "hoverinfo": "text+name",
             }
         )

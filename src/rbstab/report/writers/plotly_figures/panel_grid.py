@@ -132,7 +132,7 @@ class PanelGrid:
         common = self.has_common_bar and not self.bar_is_above
         pitch = (inner + gap - (COLORBAR if common else 0)) / self.columns
         begin = (number % self.columns) * pitch
-        end = begin + pitch - gap - (0 if self.figure.shares_scale else self._bar_width(number))
+        end = begin + pitch - gap - (0 if self.figure.shares_scale else self._bar_width)
         return [begin / inner, end / inner]
 
     def words(self, number: int) -> TickWords | None:
@@ -140,11 +140,13 @@ class PanelGrid:
         labels = self.figure.panels[number].x.categories
         if not labels:
             return None
+        return tick_words(labels, int(self.panel_width(number) / len(labels) / LETTER))
+
+    def panel_width(self, number: int) -> float:
+        """Return the least width of a panel, px."""
         begin, end = self.x_domain(number)
-        width = (end - begin) * (self.width - LEFT - RIGHT)
         # The narrow layout is as wide as a small phone; a wide one may be scaled down.
-        width *= self._narrowest
-        return tick_words(labels, int(width / len(labels) / LETTER))
+        return (end - begin) * (self.width - LEFT - RIGHT) * self._narrowest
 
     def y_domain(self, number: int) -> list[float]:
         """Return the vertical domain of a panel, in fractions of the height inside the margins."""
@@ -186,8 +188,7 @@ class PanelGrid:
         beside = self.has_gap or (letter == "y" and self.rows > 1)
         if not low and not (beside and letter in self.titles):
             return [text]
-        begin, end = self.x_domain(number)
-        width = (end - begin) * (self.width - LEFT - RIGHT) * self._narrowest
+        width = self.panel_width(number)
         # Above each panel, a title has the height of the panel's own title.
         height = self._square_height(number) if panel.square else self._natural_height
         room = width if letter == "x" else height + TITLE
@@ -228,10 +229,10 @@ class PanelGrid:
     def _panels(self, row: int) -> tuple[Panel, ...]:
         return self.figure.panels[row * self.columns : (row + 1) * self.columns]
 
-    def _bar_width(self, number: int) -> int:
-        """Return the space for colour bars beside the panels of a column, px; all are aligned."""
-        column = self.figure.panels[number % self.columns :: self.columns]
-        marks = [(mark, panel) for panel in column for mark in panel.marks]
+    @cached_property
+    def _bar_width(self) -> int:
+        """The space for a colour bar beside each panel, px: all panels are equally wide."""
+        marks = [(mark, panel) for panel in self.figure.panels for mark in panel.marks]
         maps = [one for one in marks if isinstance(one[0], Cells) and not _is_of_words(one[0])]
         if not maps:
             return 0

@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from rbstab.report.model.words import unbroken
 from rbstab.report.writers.plotly_figures.text import escaped
 
 JOINTS = re.compile(r"(?<= )|(?<=\w[-_])(?=[A-Za-z])|(?<=[A-Za-z]\.)(?=[A-Za-z])")
@@ -36,7 +37,7 @@ def tick_lines(text: str, room: int, most: int) -> list[str]:
         most: Maximum number of lines; what is left of the text is cut.
     """
     lines: list[str] = []
-    for piece in JOINTS.split(text):
+    for piece in JOINTS.split(unbroken(text)):
         if lines and len((lines[-1] + piece).rstrip()) <= room:
             lines[-1] += piece
         else:

@@ -54,7 +54,7 @@ function cellAt(name, panel, row, column) {
   if (map.counts === undefined) return { lines, member: -1, role: "" };
   const [count, member, gap] = ["counts", "shown", "gaps"].map((key) => numbersOf(arrays[map[key]])[place]);
   if (gap >= 0) lines.push(`${map.scale.label}: no value, ${map.reasons[gap]}`);
-  const role = count > 1 ? `${map.role} of ${count} members` : "";
+  const role = count > 1 ? `${map.role} of ${count < 10000 ? count : count.toLocaleString("en-US")} members` : "";
   lines.push(count === 0 ? "no member" : `member ${member}${role && `, ${role}`}`);
   return { lines, member, role };
 }

@@ -4,7 +4,11 @@ const LEAST_COLUMNS = 2;
 const columnRules = document.createElement("style");
 const hiddenFrom = new Set();
 
-/** Show only the first columns of a table; its style needs one rule for each number of columns. */
+/**
+ * Show only the first columns of a table; its style needs two rules for each number of columns.
+ *
+ * A row that is empty in all of these columns is hidden too, as the last ones of a matrix of pairs.
+ */
 function showColumns(table, count, total) {
   if (count >= total) {
     delete table.dataset.columns;
@@ -12,8 +16,10 @@ function showColumns(table, count, total) {
   }
   if (!hiddenFrom.has(count)) {
     hiddenFrom.add(count);
+    const rows = `[data-columns="${count}"] tr`;
     columnRules.append(
-      `@media screen { [data-columns="${count}"] tr > :nth-child(n + ${count + 1}) { display: none; } }\n`,
+      `@media screen { ${rows} > :nth-child(n + ${count + 1}) { display: none; } }\n`,
+      `@media screen { ${rows}:not(:has(> :nth-child(n + 2):nth-child(-n + ${count}):not(:empty))) { display: none; } }\n`,
     );
     if (!columnRules.isConnected) document.head.append(columnRules);
   }

@@ -127,19 +127,20 @@ function drawNow(name, figure) {
   Plotly.newPlot(place, data, layoutOf(name, figure), settings(name, title));
   if (drawings[name].layout.meta.time) followTime(figure);
   followPointer(name, figure);
-  place.on("plotly_relayout", () => writeOut(name, place));
+  place.on("plotly_relayout", () => writeOut(name, figure, place));
 }
 
 const FEW_DECADES = 3;
 
 /** Write numbers out on the logarithmic axes that show few powers of ten, as `axes.py` does: 0.2 and not 2. After a zoom, choose other ticks. */
-function writeOut(name, place) {
+function writeOut(name, figure, place) {
+  const drawn = drawings[name][figure.narrow ? "narrow" : "layout"];
   const changes = {};
-  for (const key of drawings[name].layout.meta.axes) {
+  for (const key of drawn.meta.axes) {
     const { type, range, tickformat, tickmode } = place._fullLayout[key];
-    const { range: whole, dtick } = drawings[name].layout[key];
+    const { range: whole, dtick } = drawn[key];
     if (whole && dtick) {
-      // The ticks of a small panel are those of its whole axis.
+      // The ticks of a small or narrow panel are those of its whole axis.
       const mode = range.every((end, k) => end === whole[k]) ? "linear" : "auto";
       if (mode !== tickmode) changes[`${key}.tickmode`] = mode;
     }

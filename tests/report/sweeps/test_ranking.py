@@ -262,7 +262,7 @@ def test_cases_that_are_equal_are_counted(members):
 def test_all_conditions_that_are_alike_are_named(members):
     alike = (lambda point: 1.0 + point, lambda point: 1.0 + point + 1e-7 * (point - 9.5))
     sentence = peaks(members, (*alike, alike[0]))
-    assert sentence.endswith("no difference that matters between visco-elastic, permanent, free.")
+    assert sentence.endswith("no difference that matters between visco-elastic, permanent and free.")
     sentence = peaks(members, (*alike, lambda point: 9.0 + point))
     assert "between visco-elastic, free, which have the smallest values" in sentence
 
@@ -290,7 +290,7 @@ def test_the_extremes_of_many_conditions_are_found_by_chance_too(members):
         vary = {"body.mass": {"each": {"values": [1, 2, 3, 4]}}, f"{SPIN}[0]": {"normal": [0, 6]}}
         return card_of(members(vary, columns, design="random", members=50, seed=4))[0][2]
 
-    assert "which may be chance (sign test, 95% confidence, these two chosen from 6" in sentence(7)
+    assert "this may be chance (sign test, 95% confidence, these two chosen from 6" in sentence(7)
     assert "more than chance makes" in sentence(8)
 
 
@@ -298,7 +298,7 @@ def test_runs_that_ended_early_are_compared_first(members):
     sentences = failed(members, lambda point: point < 2, lambda point: point < 12)
     assert sentences[1:3] == [
         "Runs that ended early (range left): mass = 1 kg: 2 of 50; mass = 2 kg: 12 of 50.",
-        "In the same 50 cases, only mass = 2 kg ended early in 10, and only mass = 1 kg in 0: "
+        "In 10 of the same 50 cases only mass = 2 kg ended early, in 0 only mass = 1 kg: "
         "more than chance makes (sign test, 95% confidence).",
     ]
 
@@ -307,7 +307,7 @@ def test_few_runs_that_ended_early_may_be_chance(members):
     """Five against none has the probability 2 (1/2)⁵ = 6 %: more than 5 %."""
     sentences = failed(members, lambda point: point < 0, lambda point: point < 5)
     assert sentences[2].endswith(
-        "in 5, and only mass = 1 kg in 0: which may be chance (sign test, 95% confidence)."
+        "ended early, in 0 only mass = 1 kg: this may be chance (sign test, 95% confidence)."
     )
     sentences = failed(members, lambda point: point < 0, lambda point: point < 6)
     assert "more than chance makes" in sentences[2]
@@ -328,7 +328,7 @@ def test_conditions_may_have_a_function_v_of_their_own(members, key, own):
 
 def test_most_cases_decide_whether_conditions_are_alike(members):
     sentence = smaller_from(members, 40)
-    assert "no difference that matters between visco-elastic, free" in sentence
+    assert "no difference that matters between visco-elastic and free" in sentence
     assert sentence.endswith("it is the same in 40 of 50 cases.")
 
 

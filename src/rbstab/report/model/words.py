@@ -56,11 +56,15 @@ def counted(count: int, singular: str, plural: str = "") -> str:
     return f"{grouped(count)} {singular if count == 1 else plural or f'{singular}s'}"
 
 
-def listed(words: Iterable[str], max_items: int = 6) -> str:
-    """Join the first words by commas, and add the number of the omitted ones."""
+def listed(words: Iterable[str], max_items: int = 6, last: str = ", ") -> str:
+    """Join the first words by commas, and add the number of the omitted ones.
+
+    If none is omitted, the last two are joined by `last`, such as " and ".
+    """
     every = list(words)
-    more = f" and {grouped(len(every) - max_items)} more" if len(every) > max_items else ""
-    return ", ".join(every[:max_items]) + more
+    if len(every) > max_items:
+        return f"{', '.join(every[:max_items])} and {grouped(len(every) - max_items)} more"
+    return last.join([part for part in (", ".join(every[:-1]), *every[-1:]) if part])
 
 
 def unbroken(text: str) -> str:

@@ -59,8 +59,8 @@ def _in_the_same_cases(names: tuple[str, str], best: Array, worst: Array, pairs:
     only_worst = int(np.count_nonzero(worst & ~best))
     only_best = int(np.count_nonzero(best & ~worst))
     text = (
-        f"In the same {counted(len(best), 'case')}, only {names[1]} ended early in "
-        f"{grouped(only_worst)}, and only {names[0]} in {grouped(only_best)}"
+        f"In {grouped(only_worst)} of the same {counted(len(best), 'case')} only {names[1]} ended "
+        f"early, in {grouped(only_best)} only {names[0]}"
     )
     if pairs is None:
         return f"{text}."
@@ -68,6 +68,6 @@ def _in_the_same_cases(names: tuple[str, str], best: Array, worst: Array, pairs:
     from scipy.stats import binomtest
 
     chance = pairs * binomtest(only_best, only_best + only_worst, 0.5).pvalue
-    sure = "more than chance makes" if chance < 1.0 - CONFIDENCE else "which may be chance"
+    sure = "more than chance makes" if chance < 1.0 - CONFIDENCE else "this may be chance"
     chosen = f", these two chosen from {pairs} pairs" if pairs > 1 else ""
     return f"{text}: {sure} (sign test, {CONFIDENCE:.0%} confidence{chosen})."

@@ -59,7 +59,7 @@ def compared_sentence(groups: PairedConditions) -> str:
     assert groups.pairs is not None
     cases, count = groups.pairs.shape
     kind = "variants" if all(p.axis.categories for p in groups.parameters) else "conditions"
-    where = f"the same {cases} cases" if cases > 1 else "the same case"
+    where = f"the same {counted(cases, 'case')}" if cases > 1 else "the same case"
     return (
         f"This sweep compares {count} {kind}: {listed(groups.labels)}. Each of them ran in "
         f"{where}, that is, from the same start and with the same numbers otherwise."
@@ -194,7 +194,7 @@ class _Sentence(NamedTuple):
     def on_alike(self, alike: list[int], compared: Mapping[int, PairedDifference]) -> str:
         """Return the sentence if other conditions have no difference from the best that matters."""
         labels = self.groups.labels
-        names = listed(labels[k] for k in (self.best, *alike))
+        names = listed((labels[k] for k in (self.best, *alike)), last=" and ")
         others = [k for k in compared if k not in alike]
         smallest = ", which have the smallest values" if others else ""
         name = "" if self.name == OTHERS else f"{self.name}: "

@@ -264,7 +264,7 @@ def test_all_conditions_that_are_alike_are_named(members):
     sentence = peaks(members, (*alike, alike[0]))
     assert sentence.endswith("no difference that matters between visco-elastic, permanent and free.")
     sentence = peaks(members, (*alike, lambda point: 9.0 + point))
-    assert "between visco-elastic, free, which have the smallest values" in sentence
+    assert "between visco-elastic and free, which have the smallest values" in sentence
 
 
 def failed(members, of_first, of_second):

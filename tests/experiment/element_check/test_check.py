@@ -286,6 +286,19 @@ def test_slow_elements_have_a_note():
 
 
 @missing_heyoka.NEEDED
+def test_a_rope_that_stiffens_does_not_jump_at_its_switch(monkeypatch):
+    # At a switch its tension is round-off, and of one mode only: its size elsewhere tells.
+    monkeypatch.setattr(check, "STATES", 100)
+    stiff = "(1e3 * {0} + 1e5 * {0} * {0} * {0})".format("(along.length - self.k)")
+    text = ROPE.replace("self.mode[0] * (along.length - self.k)", f"self.mode[0] * {stiff}")
+    energy = "(5e2 * extension * extension + 2.5e4 * extension * extension * extension * extension)"
+    text = text.replace("0.5 * self.mode[0] * extension * extension", f"self.mode[0] * {energy}")
+    found = of(text)
+    assert found.problems == ()
+    assert not [note for note in found.notes if "jumps" in note]
+
+
+@missing_heyoka.NEEDED
 def test_a_force_that_jumps_has_a_note_unless_the_class_says_so():
     text = (Path(__file__).parents[3] / "configs" / "examples" / "counterweight.py").read_text()
     found = of(text.replace("class Counterweight", "class Mine"))

@@ -117,6 +117,10 @@ def _print_undecided(stability: "Stability") -> None:
         click.echo(f"  undecided: and {len(undecided) - 10} more boxes")
 
 
+NOT_FOUND = "none: a descent in energy from Θ = 0 found no smooth rest state in the range"
+"""Where a point of a root locus has no eigenvalues. Other searches may find rest states."""
+
+
 def _print_locus(along: "Along", points: "list[LocusPoint]") -> None:
     from rbstab_cli.output.tables import add_row, new_table, number, print_table
 
@@ -129,7 +133,7 @@ def _print_locus(along: "Along", points: "list[LocusPoint]") -> None:
         points = points[:1]
     for factor, _, linear in points:
         if linear is None:
-            add_row(table, number(factor), "-", "-", "-", "no rest state in the range")
+            add_row(table, number(factor), "-", "-", "-", NOT_FOUND)
             continue
         values = linear.eigenvalues
         upper = [f"{v.real:.4g}{v.imag:+.4g}i" if v.imag else f"{v.real:.4g}" for v in values]

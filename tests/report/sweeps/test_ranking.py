@@ -264,7 +264,7 @@ def test_all_conditions_that_are_alike_are_named(members):
     sentence = peaks(members, (*alike, alike[0]))
     assert sentence.endswith("no difference that matters between visco-elastic, permanent, free.")
     sentence = peaks(members, (*alike, lambda point: 9.0 + point))
-    assert "between visco-elastic, free, which have the smallest values" in sentence
+    assert "between visco-elastic and free, which have the smallest values" in sentence
 
 
 def failed(members, of_first, of_second):
@@ -328,7 +328,7 @@ def test_conditions_may_have_a_function_v_of_their_own(members, key, own):
 
 def test_most_cases_decide_whether_conditions_are_alike(members):
     sentence = smaller_from(members, 40)
-    assert "no difference that matters between visco-elastic, free" in sentence
+    assert "no difference that matters between visco-elastic and free" in sentence
     assert sentence.endswith("it is the same in 40 of 50 cases.")
 
 

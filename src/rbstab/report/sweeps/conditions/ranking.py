@@ -194,6 +194,8 @@ class _Sentence(NamedTuple):
         """Return the sentence if other conditions have no difference from the best that matters."""
         labels = self.groups.labels
         names = listed(labels[k] for k in (self.best, *alike))
+        if len(alike) == 1:
+            names = f"{labels[self.best]} and {labels[alike[0]]}"
         others = [k for k in compared if k not in alike]
         smallest = ", which have the smallest values" if others else ""
         name = "" if self.name == OTHERS else f"{self.name}: "

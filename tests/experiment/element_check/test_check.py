@@ -164,7 +164,8 @@ WRONG = {
     ),
     "branch": (
         force("-self.k * (motion.X if motion.X[0] > 0 else motion.X)"),
-        "heyoka's expressions fail",
+        "heyoka's expressions fail (it compares values, as max does; a force with a corner needs "
+        "an element that switches, with `mode_count` and `guards`)",
     ),
     "numpy's exp": (
         RIGHT["exponential"].replace(" exp(", " np.exp("),

@@ -75,6 +75,22 @@ def test_the_only_rest_state_is_named_if_it_is_not_upright(weight, leaning):
         assert f"Θ = ({', '.join(f'{angle:.4g}' for angle in Theta)}) rad: it" in str(this_start)
 
 
+@pytest.mark.parametrize(("own", "other"), [(None, 2), (1, 2), (2, 1), (3, 2)])
+def test_the_body_can_also_rest_elsewhere_than_this_start_ends(own, other):
+    config = config_of(**SOFT)
+    proof = prove(config)
+    result = rbstab.simulate(config, proof=proof)
+    attributes = dict(result.attributes)
+    attributes.pop("convergence_rest_state", None)
+    if own is not None:
+        attributes |= {"convergence": "proved", "convergence_rest_state": own}
+    changed = dataclasses.replace(result, attributes=attributes)
+    _, whole_range = answer_of(changed, proof)
+    Theta = [0.0 if abs(angle) < 1e-9 else angle for angle in proof.states[other - 1].orientation]
+    angles = ", ".join(f"{angle:.4g}" for angle in Theta)
+    assert f"also rest at Θ = ({angles}) rad" in str(whole_range)
+
+
 def test_a_longer_search_may_know_rest_states_that_a_descent_did_not_find():
     # Its weight turns it about θ2 only, past π/2. Those at which it leans aside are not met.
     config = rbstab.load_config(

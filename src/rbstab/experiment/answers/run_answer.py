@@ -245,7 +245,8 @@ def _whole_range(
             keeps = "that stays in the range, away from θ2 = ±π/2 and from springs without length,"
         return Answer(Sureness.PROVED, f"every motion {keeps} converges to the only rest state")
     if line.verdict == Verdict.VIOLATED:
-        return Answer(Sureness.FALSE, _counterexample(line, proof))
+        own = None if found is None else found.rest_state
+        return Answer(Sureness.FALSE, _counterexample(line, proof, own))
     count = int(line.value)
     found_states = f"{count or 'no'} rest state{'' if count == 1 else 's'}"
     reason = f" ({proof.ended})" if proof is not None else ""
@@ -253,13 +254,17 @@ def _whole_range(
     return Answer(Sureness.NOT_DECIDED, why)
 
 
-def _counterexample(line: CertificateLine, proof: "Proof | None") -> str:
+def _counterexample(line: CertificateLine, proof: "Proof | None", own: int | None) -> str:
+    """Return why not all motions end in one rest state; `own` is the one of this start."""
     count = int(line.value)
     if count == 0:
         return "no motion that stays in the range comes to rest: it has no rest state"
     if count == 1:
         return "the only rest state is not stable"
-    others = [] if proof is None else [state for state in proof.states[1:] if state.proved]
+    states = [] if proof is None else list(proof.states)
+    # The second lowest, unless this start ends there: then the lowest.
+    states = states[:1] if own == 2 else states[1:]
+    others = [state for state in states if state.proved]
     where = f" at Θ = {_angles(others[0].orientation)} rad" if others else " elsewhere"
     least, found = "", ""
     if line.quantity == LEAST_REST_STATES:

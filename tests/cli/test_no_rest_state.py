@@ -55,6 +55,8 @@ def test_tables_are_printed_without_rest_states(config: str, rbstab: Invoke) -> 
     assert done.exit_code == 0
     assert "Globally stable: false" in done.stdout
     assert "no rest state in the range" in done.stdout
+    # A descent does not show that there is none.
+    assert done.stdout.count("none: a descent in energy from Θ = 0 found no smooth rest state") == 2
 
 
 def test_a_run_says_so_too(config: str, rbstab: Invoke) -> None:

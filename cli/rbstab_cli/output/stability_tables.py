@@ -122,6 +122,10 @@ def _print_undecided(stability: "Stability") -> None:
         click.echo(f"  undecided: and {len(undecided) - 10} more boxes")
 
 
+NOT_FOUND = "none: a descent in energy from Θ = 0 found no smooth rest state in the range"
+"""Where a point of a root locus has no eigenvalues. Other searches may find rest states."""
+
+
 def _print_locus(along: "Along", points: "list[LocusPoint]") -> None:
     from rbstab.analysis.linearisation import eigenvalue_text
     from rbstab_cli.output.tables import add_row, new_table, number, print_table
@@ -135,7 +139,7 @@ def _print_locus(along: "Along", points: "list[LocusPoint]") -> None:
         points = points[:1]
     for factor, _, linear in points:
         if linear is None:
-            add_row(table, number(factor), "-", "-", "-", "no rest state in the range")
+            add_row(table, number(factor), "-", "-", "-", NOT_FOUND)
             continue
         values = linear.eigenvalues
         shown = [eigenvalue_text(value) for value in values.tolist() if value.imag >= 0]

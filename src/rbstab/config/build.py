@@ -46,6 +46,10 @@ Numbers = Callable[[Array], Array]
 """A function that converts an array of doubles to an array of a kind of number, in its shape."""
 
 
+FAR_ANCHOR = 10.0
+"""m: no body of this program sags so far on springs K_t that shall carry it."""
+
+
 def doubles(values: Array) -> Array:
     """Return the values: the kind of number of all runs."""
     return values
@@ -125,6 +129,15 @@ def config_warnings(config: Config) -> list[str]:
             f"body.inertia: no real body has the principal moments {large:g}, {middle:g}, {small:g}"
             f" kg m²: {large:g} > {middle:g} + {small:g} breaks the triangle inequality"
         )
+    if getattr(config.controller, "anchor", "origin") == "equilibrium":
+        with np.errstate(all="ignore"):
+            X_a = system_of(without_code(config)).anchor
+        if float(np.linalg.norm(X_a)) > FAR_ANCHOR:
+            position = ", ".join(f"{coordinate:.3g}" for coordinate in X_a)
+            warnings.append(
+                f"controller.anchor: `equilibrium` is where K_t alone carries the weight, X = "
+                f"({position}) m; if the contact point carries it, take `origin`"
+            )
     law = getattr(config.controller, "law", None)
     if isinstance(law, Implicit):
         spacing = config.integration.duration / (config.integration.samples - 1)

@@ -9,6 +9,9 @@ from rbstab.config.errors import ConfigError, ConfigProblem, Location, shortened
 from rbstab.config.schema import NO_VARIANT, VARIANTS, model_of, variant_of
 from rbstab.config.source import MAX_DEPTH, Path, Source, key_of, parse_source
 
+DEGREES = "deg"
+"""The key of angles in degrees: `{deg: [30, 0, 0]}`."""
+
 _KEY_PART = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)|\[([0-9]{1,6})\]")
 
 
@@ -50,7 +53,10 @@ def _assign(source: Source, text: str) -> None:
     last = path[-1]
     in_list = isinstance(container, list) and isinstance(last, int) and last < len(container)
     if not (in_list or (isinstance(container, dict) and isinstance(last, str))):
-        raise _error(name, 1, key, "does not exist", "expected a key of the config")
+        expected = "expected a key of the config"
+        if isinstance(container, dict) and DEGREES in container:
+            expected = f"given in degrees: {key_of((*path[:-1], DEGREES, last))}"
+        raise _error(name, 1, key, "does not exist", expected)
     source.remove_locations(path, container[last] if in_list else container.get(last))
     container[last] = parsed.data
     source.keys[path] = Location(name)

@@ -51,6 +51,9 @@ TOO_DEEP = "is nested too deeply", f"at most {MAX_DEPTH} levels"
 LIBRARY_TOO_DEEP = "maximum nesting depth"
 """What libyaml says of 1,000 levels. It reads so many brackets before it reports the first one."""
 
+INDENTING_TAB = "begins with a tab", "spaces: YAML is not indented with tabs"
+"""The problem of a line that cannot be read and begins with a tab, and what is expected."""
+
 MAX_KEYS = 1000
 """Largest number of keys of a mapping. No config or plan has so many; unknown keys cost time."""
 
@@ -217,10 +220,20 @@ def parse_source(text: str, name: str, column_offset: int = 0) -> Source:
         problem, expected = error.problem or "is not YAML", "YAML"
         if LIBRARY_TOO_DEEP in problem:
             problem, expected = TOO_DEEP
+        elif _has_indenting_tab(text, where):
+            problem, expected = INDENTING_TAB
         parser.problems.append(_problem(where, problem, expected))
     else:
         return parser.source
     raise ConfigError(parser.problems)
+
+
+def _has_indenting_tab(text: str, where: Location) -> bool:
+    """Return whether the line of a location begins with white space that has a tab."""
+    # As libyaml counts: the other line ends of Unicode are none of YAML's here.
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    line = lines[where.line - 1] if 0 < where.line <= len(lines) else ""
+    return "\t" in line[: len(line) - len(line.lstrip(" \t"))]
 
 
 class _UnreadableError(Exception):

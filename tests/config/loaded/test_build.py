@@ -235,6 +235,18 @@ def test_the_triangle_is_judged_by_principal_moments():
     assert "10 > 8 + 0.4" in warning
 
 
+@pytest.mark.parametrize(("stiffness", "warned"), [(1e-6, True), (40.0, True), (50.0, False)])
+def test_an_anchor_far_from_the_origin_has_a_warning(stiffness, warned):
+    weight = ["body.mass=41", "gravity=[0,0,-10]", "body.inertia=[1,1,1]"]  # sags by 410/K_t m
+    gains = f"controller.K_t=[{stiffness},{stiffness},{stiffness}]"
+    at_origin = config_of(VISCO_ELASTIC, gains, *weight)
+    assert config_warnings(at_origin) == []
+    found = config_warnings(
+        config_of(VISCO_ELASTIC, gains, *weight, "controller.anchor=equilibrium")
+    )
+    assert [line.partition(":")[0] for line in found] == ["controller.anchor"] * warned
+
+
 @pytest.mark.parametrize("inertia", ["[1, 1, 1]", "[3, 2, 1]", "[1, 3, 2]", "[5, 4, 3]"])
 def test_a_body_that_exists_gets_no_warning(inertia):
     assert config_warnings(config_of(VISCO_ELASTIC, f"body.inertia={inertia}")) == []

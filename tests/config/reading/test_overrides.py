@@ -110,6 +110,12 @@ def test_wrong_value(complaints, change, expected):
     assert message.startswith(expected)
 
 
+def test_an_angle_that_the_config_gives_in_degrees_has_another_key(complaints):
+    degrees = "initial.orientation={deg: [30, 0, 0]}"
+    (message,) = complaints(VISCO_ELASTIC, degrees, "initial.orientation[0]=0.3")
+    assert message.endswith("does not exist (given in degrees: initial.orientation.deg[0])")
+
+
 WRONG_KEYS = [
     ("body.mas=5", "--set body.mas:1:1: body.mas: is unknown (did you mean mass?)"),
     ("bodi.mass=5", "--set bodi.mass:1:1: bodi: is unknown (did you mean body?)"),

@@ -87,7 +87,6 @@ def test_very_deep_nesting_ends_early(complaints, text):
 
 BROKEN = [
     (edited("0.4]", "0.4"), "5:16:"),
-    (edited("  mass", "\tmass"), "3:1:"),
     (edited("mass: 41.0", "mass: a: b"), "3:10:"),
     (edited("title: Case", 'title: "\\q"'), "1:9:"),
     (edited("title: Case", "title: @x"), "1:8:"),
@@ -101,6 +100,13 @@ def test_no_yaml(complaints, text, place):
     (message,) = complaints(text)
     assert message.split(":")[0] == place.split(":")[0]
     assert message.endswith("(expected YAML)")
+
+
+@pytest.mark.parametrize("indent", ["\t", "  \t"])
+def test_a_tab_at_the_begin_of_a_line_is_named(complaints, indent):
+    (message,) = complaints(edited("  mass", f"{indent}mass"))
+    assert message.startswith("3:")
+    assert message.endswith("begins with a tab (expected spaces: YAML is not indented with tabs)")
 
 
 def test_lists_of_problems_are_bounded(complaints):

@@ -60,6 +60,76 @@ def test_a_start_inside_of_the_certified_region():
     assert "that stays in the range" in whole_range.sentence
 
 
+@pytest.mark.parametrize(("weight", "leaning"), [(0.0, ""), (-9.81, ", Θ = (0.")])
+def test_the_only_rest_state_is_named_if_it_is_not_upright(weight, leaning):
+    """C is beside the centre of gravity and holds some weight, so the body rests turned."""
+    config = rbstab.load_config(config_of(), [f"gravity=[0,0,{weight}]"])
+    proof = prove(config)
+    result = rbstab.simulate(config, proof=proof)
+    this_start, _ = answer_of(result, proof)
+    begin = "the exact motion converges to the only rest state"
+    assert this_start.sureness is Sureness.PROVED
+    assert this_start.sentence.startswith(f"{begin}{leaning or ': it starts'}")
+    if leaning:
+        Theta = proof.states[0].orientation
+        assert f"Θ = ({', '.join(f'{angle:.4g}' for angle in Theta)}) rad: it" in str(this_start)
+
+
+@pytest.mark.parametrize(("own", "other"), [(None, 2), (1, 2), (2, 1), (3, 2)])
+def test_the_body_can_also_rest_elsewhere_than_this_start_ends(own, other):
+    config = config_of(**SOFT)
+    proof = prove(config)
+    result = rbstab.simulate(config, proof=proof)
+    attributes = dict(result.attributes)
+    attributes.pop("convergence_rest_state", None)
+    if own is not None:
+        attributes |= {"convergence": "proved", "convergence_rest_state": own}
+    changed = dataclasses.replace(result, attributes=attributes)
+    _, whole_range = answer_of(changed, proof)
+    Theta = [0.0 if abs(angle) < 1e-9 else angle for angle in proof.states[other - 1].orientation]
+    angles = ", ".join(f"{angle:.4g}" for angle in Theta)
+    assert f"also rest at Θ = ({angles}) rad" in str(whole_range)
+
+
+def test_a_longer_search_may_know_rest_states_that_a_descent_did_not_find():
+    # Its weight turns it about θ2 only, past π/2. Those at which it leans aside are not met.
+    config = rbstab.load_config(
+        {
+            "body": {
+                "mass": 2.1,
+                "inertia": [0.012, 0.010, 0.004],
+                "contact_point": [-0.04, 0, -0.09],
+            },
+            "gravity": [0, 0, -9.81],
+            "controller": {
+                "variant": "visco-elastic",
+                "K_t": [1e-6, 1e-6, 1e-6],
+                "L_t": [1e-6, 1e-6, 1e-6],
+                "K_r": [1, 1, 1],
+                "L_r": [0.2, 0.2, 0.2],
+                "K_c": [2000, 2000, 4000],
+                "L_c": [30, 30, 60],
+            },
+            "initial": {"orientation": [0.5, 0.5, 0], "angular_velocity": [0, 0, 2]},
+            "integration": {"duration": 0.1, "samples": 3},
+        }
+    )
+    proof = prove(config, brief=True)
+    alone, beside = rbstab.simulate(config), rbstab.simulate(config, proof=proof)
+    none = "no rest state was found in the range of eq. 5"
+    assert len(proof.states) == 5
+    for result, told in (
+        (alone, none),
+        (
+            beside,
+            f"{none} by a descent in energy from the unloaded position; a longer search knows 5, "
+            "and v counts from none of them",
+        ),
+    ):
+        assert result.attributes["lyapunov_zero"] == told
+        assert str(result.attributes["warnings"]).splitlines() == [told]
+
+
 def test_a_start_outside_is_seen_until_its_motion_is_enclosed():
     config = config_of(initial__angular_velocity=[16, 32, -16])
     proof = prove(config)

@@ -164,7 +164,8 @@ WRONG = {
     ),
     "branch": (
         force("-self.k * (motion.X if motion.X[0] > 0 else motion.X)"),
-        "heyoka's expressions fail",
+        "heyoka's expressions fail (it compares values, as max does; a force with a corner needs "
+        "an element that switches, with `mode_count` and `guards`)",
     ),
     "numpy's exp": (
         RIGHT["exponential"].replace(" exp(", " np.exp("),
@@ -283,6 +284,19 @@ def test_slow_elements_have_a_note():
     slow, no_proof = found.notes
     assert "15 times slower" in slow
     assert no_proof.startswith("no proof takes it into account: its code cannot be recorded: ")
+
+
+@missing_heyoka.NEEDED
+def test_a_rope_that_stiffens_does_not_jump_at_its_switch(monkeypatch):
+    # At a switch its tension is round-off, and of one mode only: its size elsewhere tells.
+    monkeypatch.setattr(check, "STATES", 100)
+    stiff = "(1e3 * {0} + 1e5 * {0} * {0} * {0})".format("(along.length - self.k)")
+    text = ROPE.replace("self.mode[0] * (along.length - self.k)", f"self.mode[0] * {stiff}")
+    energy = "(5e2 * extension * extension + 2.5e4 * extension * extension * extension * extension)"
+    text = text.replace("0.5 * self.mode[0] * extension * extension", f"self.mode[0] * {energy}")
+    found = of(text)
+    assert found.problems == ()
+    assert not [note for note in found.notes if "jumps" in note]
 
 
 @missing_heyoka.NEEDED

@@ -262,7 +262,9 @@ def test_cases_that_are_equal_are_counted(members):
 def test_all_conditions_that_are_alike_are_named(members):
     alike = (lambda point: 1.0 + point, lambda point: 1.0 + point + 1e-7 * (point - 9.5))
     sentence = peaks(members, (*alike, alike[0]))
-    assert sentence.endswith("no difference that matters between visco-elastic, permanent and free.")
+    assert sentence.endswith(
+        "no difference that matters between visco-elastic, permanent and free."
+    )
     sentence = peaks(members, (*alike, lambda point: 9.0 + point))
     assert "between visco-elastic and free, which have the smallest values" in sentence
 

@@ -1,7 +1,7 @@
 """The answer of a run: does this start come to rest, and every motion that stays in the range?"""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from rbstab.analysis.certificate.verdict import Check, Verdict
@@ -17,7 +17,7 @@ from rbstab.experiment.convergence.convergence import (
     Enclose,
     stored_convergence,
 )
-from rbstab.experiment.convergence.zero_description import A_LOWER_ONE
+from rbstab.experiment.convergence.zero_description import A_LOWER_ONE, is_approached
 from rbstab.experiment.run_certificate import (
     CERTIFIED_REGION,
     GLOBAL_STABILITY,
@@ -29,10 +29,16 @@ from rbstab.integrate.status import RunStatus
 from rbstab.store.result import Result
 
 if TYPE_CHECKING:
-    from rbstab.experiment.stored_proof.proof import Proof, ProvedState
+    from rbstab.experiment.stored_proof.proof import Proof
 
 SAME_START = 1e-6
 """Two values of v(0) with a smaller relative difference count from the same rest state."""
+
+UPRIGHT = 1e-3
+"""rad: a body whose angles at rest are smaller rests upright, and needs no numbers."""
+
+ROUND_OFF = 1e-9
+"""rad: a smaller angle is printed as zero."""
 
 SETTLED = f"v stays below v(0)/{1 / SETTLED_FRACTION:g}"
 """What "at rest" means for a computed run."""
@@ -110,7 +116,7 @@ def _this_start(
     if found is not None and found.proved is not None:
         if not found.proved:
             return Answer(Sureness.FALSE, f"the exact motion never comes to rest: {found.why}")
-        return Answer(Sureness.PROVED, _proved(found, _rest_states(lines)))
+        return Answer(Sureness.PROVED, _proved(found, _rest_states(lines), _leaning(result)))
     if result.attributes.get("verdict") == Verdict.CERTIFIED:
         # So it is in results of before the attribute `convergence`.
         return Answer(Sureness.PROVED, "the exact motion comes to rest")
@@ -120,8 +126,19 @@ def _this_start(
     return Answer(seen.sureness, f"{seen.sentence}. Not proved: {reason}")
 
 
-def _proved(found: Convergence, count: int | None) -> str:
-    which = "the only rest state" if count == 1 else f"rest state {found.rest_state} of {count}"
+def _leaning(result: Result) -> str:
+    """Return at which angles the body rests where v is zero, if it is not upright there."""
+    if "rest_orientation" not in result or not is_approached(result):
+        return ""
+    Theta = result["rest_orientation"]
+    leans = bool((abs(Theta) >= UPRIGHT).any())
+    return f", Θ = {_angles(Theta)} rad" if leans else ""
+
+
+def _proved(found: Convergence, count: int | None, leaning: str) -> str:
+    which = f"rest state {found.rest_state} of {count}"
+    if count == 1:
+        which = f"the only rest state{leaning}"
     if count is None:
         which = f"rest state {found.rest_state}"
     if found.bound == math.inf:
@@ -228,7 +245,8 @@ def _whole_range(
             keeps = "that stays in the range, away from θ2 = ±π/2 and from springs without length,"
         return Answer(Sureness.PROVED, f"every motion {keeps} converges to the only rest state")
     if line.verdict == Verdict.VIOLATED:
-        return Answer(Sureness.FALSE, _counterexample(line, proof))
+        own = None if found is None else found.rest_state
+        return Answer(Sureness.FALSE, _counterexample(line, proof, own))
     count = int(line.value)
     found_states = f"{count or 'no'} rest state{'' if count == 1 else 's'}"
     reason = f" ({proof.ended})" if proof is not None else ""
@@ -236,14 +254,18 @@ def _whole_range(
     return Answer(Sureness.NOT_DECIDED, why)
 
 
-def _counterexample(line: CertificateLine, proof: "Proof | None") -> str:
+def _counterexample(line: CertificateLine, proof: "Proof | None", own: int | None) -> str:
+    """Return why not all motions end in one rest state; `own` is the one of this start."""
     count = int(line.value)
     if count == 0:
         return "no motion that stays in the range comes to rest: it has no rest state"
     if count == 1:
         return "the only rest state is not stable"
-    others = [] if proof is None else [state for state in proof.states[1:] if state.proved]
-    where = f" at Θ = {_angles(others[0])} rad" if others else " elsewhere"
+    states = [] if proof is None else list(proof.states)
+    # The second lowest, unless this start ends there: then the lowest.
+    states = states[:1] if own == 2 else states[1:]
+    others = [state for state in states if state.proved]
+    where = f" at Θ = {_angles(others[0].orientation)} rad" if others else " elsewhere"
     least, found = "", ""
     if line.quantity == LEAST_REST_STATES:
         least = "at least "
@@ -251,8 +273,10 @@ def _counterexample(line: CertificateLine, proof: "Proof | None") -> str:
     return f"the body can also rest{where}; it has {least}{count} rest states in the range{found}"
 
 
-def _angles(state: "ProvedState") -> str:
-    return "(" + ", ".join(f"{angle:.4g}" for angle in state.orientation) + ")"
+def _angles(Theta: Iterable[float]) -> str:
+    # Round-off is no angle, and zero has no sign.
+    rounded = (0.0 if abs(angle) < ROUND_OFF else angle for angle in Theta)
+    return "(" + ", ".join(f"{angle:.4g}" for angle in rounded) + ")"
 
 
 def _rest_states(lines: dict[str, CertificateLine]) -> int | None:

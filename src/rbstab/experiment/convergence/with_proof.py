@@ -23,7 +23,7 @@ from rbstab.experiment.convergence.enclosed_samples import (
     enclosure_variables,
 )
 from rbstab.experiment.convergence.enclosed_samples import GROUP as ENCLOSURE
-from rbstab.experiment.convergence.zero_description import described_by_proof
+from rbstab.experiment.convergence.zero_description import NO_REST_STATE, described_by_proof
 from rbstab.experiment.run_certificate import GROUP as CERTIFICATE
 from rbstab.experiment.run_certificate import (
     certificate_variables,
@@ -120,4 +120,10 @@ def attributes_with_proof(
         return changed  # an older result does not say from which state its v counts
     zero = str(changed["lyapunov_zero"])
     Theta = result["rest_orientation"].astype(np.float64)
-    return changed | {"lyapunov_zero": described_by_proof(zero, Theta, proof)}
+    described = described_by_proof(zero, Theta, proof)
+    if zero.startswith(NO_REST_STATE):
+        # The warning says the same, so that both are true beside the rest states of the proof.
+        lines = str(changed.get("warnings", "")).splitlines()
+        lines = [described if line.startswith(NO_REST_STATE) else line for line in lines]
+        changed["warnings"] = "\n".join(lines)
+    return changed | {"lyapunov_zero": described}

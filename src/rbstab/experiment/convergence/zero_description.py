@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 from rbstab.analysis.approached_state import LyapunovZero
 from rbstab.mechanics.numbers import Array
+from rbstab.store.result import Result
 from rbstab.systems.system import System
 
 if TYPE_CHECKING:
@@ -16,6 +17,10 @@ NO_REST_STATE = "no rest state was found in the range of eq. 5"
 
 APPROACHED = "the rest state that the motion approaches"
 """The begin of the text if the motion approaches the state."""
+
+
+OUTSIDE = ", outside the range of eq. 5"
+"""Follows if this state has other angles."""
 
 
 def zero_description(zero: LyapunovZero, *, driven: bool = False) -> str:
@@ -32,9 +37,15 @@ def zero_description(zero: LyapunovZero, *, driven: bool = False) -> str:
             "the rest state nearest to the unloaded position; none was found that the motion "
             "approaches"
         )
-    outside = "" if zero.rest.found else ", outside the range of eq. 5"
+    outside = "" if zero.rest.found else OUTSIDE
     name = "the rest state without inputs, below the end of the motion" if driven else APPROACHED
     return f"{name}{outside}; {'no lower one is known' if zero.is_lowest else A_LOWER_ONE}"
+
+
+def is_approached(result: Result) -> bool:
+    """Return whether v of a run is zero at the rest state, in the range, that it approaches."""
+    text = str(result.attributes.get("lyapunov_zero"))
+    return text.startswith(APPROACHED) and OUTSIDE not in text
 
 
 def no_rest_state_warning(system: System) -> str:
@@ -47,6 +58,16 @@ def no_rest_state_warning(system: System) -> str:
     return f"{NO_REST_STATE} ({', '.join(names)}: {hint}; `rbstab check --element` tells)"
 
 
+def none_found(text: str, known: int) -> str:
+    """Return a text that begins with `NO_REST_STATE`, where a longer search knows rest states."""
+    if not known:
+        return text
+    return (
+        f"{NO_REST_STATE} by a descent in energy from the unloaded position; a longer search knows "
+        f"{known}, and v counts from none of them"
+    )
+
+
 def described_by_proof(text: str, Theta: Array, proof: "Proof | None") -> str:
     """Return a text of `zero_description` with what a proof says about the state.
 
@@ -55,6 +76,8 @@ def described_by_proof(text: str, Theta: Array, proof: "Proof | None") -> str:
         Theta: Θ of the state, shape (3,), rad.
         proof: The proof of the config, if there is one.
     """
+    if proof is not None and text.startswith(NO_REST_STATE):
+        return none_found(text, len(proof.states))
     if proof is None or not text.startswith(APPROACHED):
         return text
     # Imported late: most runs have no proof.

@@ -29,6 +29,10 @@ SAME_SLOPE = 1e-6
 NO_STATE = np.zeros(0)
 
 HINT = "use sin, cos, tan, atan, sqrt, exp, log, sinh, cosh, tanh and power of rbstab.elements"
+COMPARED = (
+    "it compares values, as max does; a force with a corner needs an element that switches, with "
+    "`mode_count` and `guards`"
+)
 BRANCH = "does a statement branch on a value, or use abs, max, sign or where?"
 
 
@@ -97,7 +101,8 @@ def heyoka_problems(samples: Sequence[Sample], code: UserCode) -> Iterator[str]:
     try:
         probe = Probe(first.system, values)
     except Exception as error:
-        yield f"heyoka's expressions fail ({HINT}): {failure(code, error)}"
+        hint = COMPARED if "not supported between" in str(error) else HINT
+        yield f"heyoka's expressions fail ({hint}): {failure(code, error)}"
         return
     for sample in samples:
         if not _same(probe.values(sample.system, sample.y), values(sample.system, sample.y)):

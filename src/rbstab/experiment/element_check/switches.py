@@ -54,20 +54,10 @@ def force_jumps(one: Sample, other: Sample) -> bool:
         y = _switch_between(one, one.y, other.y, index)
         if y is None:
             continue
-        y[OMEGA], y[V_OF_Z] = 0.0, 0.0
-        motion, own = one.system.motion(y), own_in(one.system, y)
-        g = guards_at(one.system, y)
-        sides = []
-        for mode in (0.0, 1.0):
-            modes = (g > 0).astype(float)
-            modes[index] = mode
-            fixed = with_modes(one, modes)
-            if one.element.state_size:
-                slopes = jacobian(partial(_stored_at, fixed), y)
-                sides.append(np.concatenate([slopes[THETA], slopes[X_OF_Z]]))
-            else:
-                sides.append(np.concatenate(fixed.element.wrench(motion, own)))
-        size = np.abs(sides).max() + TOLERANCE
+        sides = _forces_at_rest(one, y, index)
+        # At the switch both may be zero to round-off, so what counts is their size on both ways.
+        ends = [_forces_at_rest(one, z, index) for z in (one.y, other.y)]
+        size = np.abs([sides, *ends]).max() + TOLERANCE
         if not np.abs(sides[1] - sides[0]).max() <= JUMP * size:
             return True
     return False
@@ -98,6 +88,24 @@ def jump_problems(one: Sample, other: Sample) -> Iterator[str]:
                 f"`stored` jumps where event function {index + 1} is 0: {energies[0]:.6g} J with "
                 f"mode 0, {energies[1]:.6g} J with mode 1"
             )
+
+
+def _forces_at_rest(sample: Sample, y: Array, index: int) -> Array:
+    """Return the forces on a body at rest in a pose, with mode 0 and with mode 1, one in a row."""
+    y = y.copy()
+    y[OMEGA], y[V_OF_Z] = 0.0, 0.0
+    modes = (guards_at(sample.system, y) > 0).astype(float)
+    found = []
+    for mode in (0.0, 1.0):
+        modes[index] = mode
+        fixed = with_modes(sample, modes.copy())
+        if sample.element.state_size:
+            slopes = jacobian(partial(_stored_at, fixed), y)
+            found.append(np.concatenate([slopes[THETA], slopes[X_OF_Z]]))
+        else:
+            motion, own = sample.system.motion(y), own_in(sample.system, y)
+            found.append(np.concatenate(fixed.element.wrench(motion, own)))
+    return np.array(found)
 
 
 def _stored_at(sample: Sample, y: Array) -> Number:

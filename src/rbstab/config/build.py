@@ -50,6 +50,10 @@ FAR_ANCHOR = 10.0
 """m: no body of this program sags so far on springs K_t that shall carry it."""
 
 
+FAR_CONTACT = 100.0
+"""So many radii of gyration from the centre of mass, a contact point is most likely one in mm."""
+
+
 def doubles(values: Array) -> Array:
     """Return the values: the kind of number of all runs."""
     return values
@@ -128,6 +132,13 @@ def config_warnings(config: Config) -> list[str]:
         warnings.append(
             f"body.inertia: no real body has the principal moments {large:g}, {middle:g}, {small:g}"
             f" kg m²: {large:g} > {middle:g} + {small:g} breaks the triangle inequality"
+        )
+    gyration = float(np.sqrt(np.linalg.norm(_matrix(config.body.inertia), 2) / config.body.mass))
+    distance = float(np.linalg.norm(config.body.contact_point))
+    if distance > FAR_CONTACT * gyration:
+        warnings.append(
+            f"body.contact_point: it is {distance:.4g} m from the centre of mass of a body with a "
+            f"radius of gyration of {gyration:.2g} m; are lengths in m, masses in kg?"
         )
     if getattr(config.controller, "anchor", "origin") == "equilibrium":
         with np.errstate(all="ignore"):

@@ -1,5 +1,6 @@
 """Building the initial value problem of a config, in doubles or any other kind of number."""
 
+import math
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -133,8 +134,10 @@ def config_warnings(config: Config) -> list[str]:
             f"body.inertia: no real body has the principal moments {large:g}, {middle:g}, {small:g}"
             f" kg m²: {large:g} > {middle:g} + {small:g} breaks the triangle inequality"
         )
-    gyration = float(np.sqrt(np.linalg.norm(_matrix(config.body.inertia), 2) / config.body.mass))
-    distance = float(np.linalg.norm(config.body.contact_point))
+    distance = math.hypot(*np.array(config.body.contact_point).tolist())
+    with np.errstate(all="ignore"):
+        largest = float(np.linalg.norm(_matrix(config.body.inertia), 2))
+    gyration = math.sqrt(largest / config.body.mass)
     if distance > FAR_CONTACT * gyration:
         warnings.append(
             f"body.contact_point: it is {distance:.4g} m from the centre of mass of a body with a "

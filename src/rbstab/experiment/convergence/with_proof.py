@@ -122,8 +122,10 @@ def attributes_with_proof(
     Theta = result["rest_orientation"].astype(np.float64)
     described = described_by_proof(zero, Theta, proof)
     if zero.startswith(NO_REST_STATE):
-        # The warning says the same, so that both are true beside the rest states of the proof.
-        lines = str(changed.get("warnings", "")).splitlines()
-        lines = [described if line.startswith(NO_REST_STATE) else line for line in lines]
+        # The warning begins with the same words, and goes on with what may be the reason.
+        lines = [
+            f"{described}{line.removeprefix(zero)}" if line.startswith(zero) else line
+            for line in str(changed.get("warnings", "")).splitlines()
+        ]
         changed["warnings"] = "\n".join(lines)
     return changed | {"lyapunov_zero": described}

@@ -21,11 +21,11 @@ from support.robust import robust_levels
 import rbstab
 from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of
+from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.proof import prove
 from rbstab.experiment.robust.bodies import prove_within
 from rbstab.experiment.robust.cache import bodies_for
 from rbstab.experiment.stored_proof.identity import proof_id
-from rbstab.experiment.stored_proof.reasons import NOT_DAMPED
 
 RANGE_END = np.array([np.pi, np.pi / 2, np.pi])
 

@@ -16,12 +16,12 @@ from rbstab.analysis.configuration import configurations
 from rbstab.analysis.proof_check.equations import agrees_with_equations
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
+from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.convergence.convergence import Enclose, Undecided
 from rbstab.experiment.convergence.exact_motion import convergence_at_start, prove_convergence
 from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.experiment.stored_proof.reasons import NOT_DAMPED
 from rbstab.experiment.verification.verify import verify
 
 POINT = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 0.1]}

@@ -17,6 +17,7 @@ from rbstab.analysis.proof.searches import limits
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of
+from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.convergence.convergence import Enclose, Undecided
 from rbstab.experiment.convergence.exact_motion import convergence_at_start, prove_convergence
 from rbstab.experiment.proof import prove
@@ -24,7 +25,6 @@ from rbstab.experiment.robust.bodies import prove_within
 from rbstab.experiment.stability import stability_of
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.experiment.stored_proof.reasons import NOT_DAMPED
 from rbstab.experiment.stored_proof.starts import _in_modes, enclosed_start, start_state
 from rbstab.experiment.tuning.kept_range import NotDecidedError, unguarded
 from rbstab.experiment.verification.verify import verify

@@ -14,13 +14,13 @@ from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code, may_run_code, without_code
+from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import (
     SUPPLIES,
     Proof,
     no_proof,
 )
-from rbstab.experiment.stored_proof.reasons import NOT_DAMPED
 from rbstab.experiment.stored_proof.reduced import Found, proof_record, searched_record
 from rbstab.experiment.stored_proof.tied import tied_record
 from rbstab.integrate.problem import Problem

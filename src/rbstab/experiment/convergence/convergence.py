@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from typing import Any
 
+from rbstab.experiment.answers.reasons import in_new_words
 from rbstab.experiment.answers.rounded import rounded_down, rounded_up
-from rbstab.experiment.stored_proof.reasons import in_new_words
 
 METHOD_VERSION = 1
 """To be increased when a change of the method changes what it proves."""

@@ -18,9 +18,9 @@ from rbstab.config.load import acting_sections
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance, decimal_text
 from rbstab.config.user_code.permission import has_code, without_code
+from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.robust.record import BodiesRecord, StoredTolerance
 from rbstab.experiment.stored_proof.proof import SUPPLIES
-from rbstab.experiment.stored_proof.reasons import NOT_DAMPED
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 

@@ -4,7 +4,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt
 
-from rbstab.experiment.stored_proof.reasons import Reason
+from rbstab.experiment.answers.reasons import Reason
 
 Triple = tuple[float, float, float]
 

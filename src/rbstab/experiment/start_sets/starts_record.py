@@ -16,11 +16,11 @@ from rbstab.config.load import initial_sections
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
 from rbstab.config.user_code.permission import without_code
+from rbstab.experiment.answers.reasons import Reason
 from rbstab.experiment.answers.rounded import LEVEL_DIGITS, rounded_down, rounded_up
 from rbstab.experiment.convergence.convergence import EVERY_START, PROVED
 from rbstab.experiment.robust.record import StoredTolerance
 from rbstab.experiment.stored_proof.identity import proof_id
-from rbstab.experiment.stored_proof.reasons import Reason
 
 VERSION = 1
 """To be increased when a change of the method changes its results. Older files are not used."""

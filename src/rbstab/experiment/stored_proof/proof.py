@@ -4,10 +4,10 @@ from typing import Literal, Self
 
 from pydantic import NonNegativeInt, PositiveInt, model_validator
 
+from rbstab.experiment.answers.reasons import Reason
 from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF
 from rbstab.experiment.stored_proof.energies import ProvedEnergy, ProvedTiedEnergy
 from rbstab.experiment.stored_proof.entries import Entry, Triple
-from rbstab.experiment.stored_proof.reasons import Reason
 from rbstab.store.cards import card, line
 
 NO_LENGTH = "a spring without length"

@@ -9,10 +9,10 @@ from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code, may_run_code, without_code
+from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.experiment.stored_proof.identity import PROOF_VERSION, proof_id
 from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.experiment.stored_proof.reasons import NOT_DAMPED
 from rbstab.experiment.stored_proof.written_energies import energy_of, tied_energy_of
 
 if TYPE_CHECKING:

@@ -32,6 +32,16 @@ integration:
 """
 """Tests of error locations rely on the line numbers: add new lines at the end."""
 
+PLAN = """\
+title: Plan
+base: visco-elastic.yaml
+vary:
+  body.mass: {values: [40, 50]}
+design: grid
+keep: summary
+"""
+"""A plan of two members, beside the config in `visco-elastic.yaml`."""
+
 _CONNECTOR = "  K_c: [12300, 12300, 9840]\n  L_c: [600, 600, 420]\n"
 _OWN_STATE = "  K_d: [12300, 12300, 9840]\n  L_d: [1200, 1200, 840]\n"
 

@@ -3,7 +3,10 @@
 import pytest
 from support.configs import FREE, PERMANENT, VISCO_ELASTIC, edited
 
-ROOT = "body, controller, desired, elements, gravity, initial, integration, reference, schema_version, title"
+ROOT = (
+    "body, controller, desired, elements, gravity, initial, integration, reference, "
+    "schema_version, title"
+)
 
 MISSPELT = [
     ("title:", "titel:", "1:1: titel: is unknown (did you mean title?)"),

@@ -14,6 +14,7 @@ from rbstab.analysis.configuration import stored_energies
 from rbstab.analysis.lyapunov import lyapunov_trace
 from rbstab.analysis.rest_state import RestState, nearest_rest_state
 from rbstab.analysis.rest_system import smooth_rest_system
+from rbstab.analysis.settling import value_round_off
 from rbstab.elements.registry import NAMED_ELEMENTS
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
@@ -229,6 +230,9 @@ def recorded(
         "energy_residual": trace.residual,
         "contact_work": trajectory.contact_work,
         "energy_at_rest": np.array(rest.energy),
+        "energy_round_off": value_round_off(
+            lambda y: system.observe(y).energy, trajectory.states[0]
+        ),
         "rest_orientation": rest.motion.Theta,
         "rest_position": rest.motion.X,
     }

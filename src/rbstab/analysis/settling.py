@@ -76,7 +76,7 @@ def settling_times(
 
     A time is NaN if the member is not at rest at the end: v is not below this bound, or is
     negative, or an angle is farther than `SETTLED_ANGLE` from that of the rest state. It is also
-    NaN if v is not finite at some sample.
+    NaN if v is not finite at some sample, or there is a single one.
 
     Args:
         times: Shape (n,), s.
@@ -91,7 +91,8 @@ def settling_times(
     if supplied is not None:
         settling = np.maximum(settling, _last_supplied(times, value, supplied, bound))
     at_rest = ends_near_rest(value[:, -1], np.abs(value).max(axis=1), from_rest, round_off)
-    return np.where(np.isfinite(value).all(axis=1) & at_rest, settling, np.nan)
+    shown = np.isfinite(value).all(axis=1) & (len(times) > 1)
+    return np.where(shown & at_rest, settling, np.nan)
 
 
 def moves_on(times: Array, value: Array, kinetic: Array, round_off: float) -> bool:

@@ -245,9 +245,14 @@ def motion_warnings(trajectory: Trajectory) -> list[str]:
     """Return warnings about a motion.
 
     θ1 or θ3 may leave the range of eq. 5; no equation becomes singular then. `trusted_until` may be
-    unknown, or earlier than the end.
+    unknown, or earlier than the end. Numbers of a config may overflow or underflow in the rates.
     """
     warnings = []
+    if trajectory.status is RunStatus.DIVERGED and len(trajectory.times) == 1:
+        warnings.append(
+            "numbers of the config are too small or too large: its rates underflow or overflow in "
+            "double precision"
+        )
     for index, name in ((0, "θ1"), (2, "θ3")):
         outside = np.abs(trajectory.states[:, index]) > math.pi
         if outside.any():

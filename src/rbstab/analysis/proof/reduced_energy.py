@@ -42,7 +42,7 @@ from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.modes import has_modes
-from rbstab.systems.parameters import map_parameters, parameters
+from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
 
 if TYPE_CHECKING:
@@ -303,9 +303,7 @@ def reject_unsmooth(system: System) -> None:
     take ligaments, soft guards and stops into account, although they switch.
     """
     held = configurations(system).held
-    for name, value in parameters(system).items():
-        if not has_size(value):
-            raise NoReducedEnergy(NoEnergyReason.NOT_FINITE, f"{name} is {value.tolist()}")
+    map_parameters(system, _reject_sizes)
     if not all(in_proofs(one) for one in system.elements if one.from_user):
         raise NoReducedEnergy(NoEnergyReason.USER_CODE)
     if system.supplies:
@@ -322,6 +320,13 @@ def reject_unsmooth(system: System) -> None:
             raise NoReducedEnergy(
                 NoEnergyReason.NOT_SMOOTH if on_position else NoEnergyReason.NO_POTENTIAL
             )
+
+
+def _reject_sizes(name: str, value: Array) -> Array:
+    """Return a parameter; raise `NoReducedEnergy` if it is too small or too large for proofs."""
+    if not has_size(value):
+        raise NoReducedEnergy(NoEnergyReason.NOT_FINITE, f"{name} is {value.tolist()}")
+    return value
 
 
 def eliminated(energy: Polynomial) -> tuple[Polynomial, list[Polynomial]]:

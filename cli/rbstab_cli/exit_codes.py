@@ -14,6 +14,9 @@ NOT_COMPLETED = 3
 STORAGE = 4
 """At least one result could not be written or read, or a proof was refused by `rbstab verify`."""
 
+TOO_LONG = 5
+"""`rbstab verify` refused no proof, but the check of one takes too long."""
+
 INTERRUPTED = 130
 """Ctrl-C; finished runs and shards are stored."""
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from rbstab.analysis.lyapunov import lyapunov_trace, relative_residual
+from rbstab.analysis.lyapunov import energy_scale, lyapunov_trace
+from rbstab.analysis.settling import value_round_off
 
 
 def damped_oscillator(times):
@@ -48,18 +49,27 @@ def test_residual_is_what_the_integral_misses():
     np.testing.assert_array_equal(trace.residual, [0.0, -0.25])
 
 
-def test_relative_residual_is_counted_against_the_first_value():
-    residual, value = np.array([0.0, -0.5, 0.25]), np.array([4.0, 2.0, 10.0])
-    assert relative_residual(residual, value, np.full((3, 2), 2.0)) == 0.125
+@pytest.mark.parametrize(
+    ("value", "supplied", "round_off", "expected"),
+    [
+        # v(0), which is the largest v of a motion that nothing drives.
+        ([4.0, 2.0, 1.0], None, 1e-16, 4.0),
+        # A knock at rest: not v(0) and not v at the end, but the largest v, or what is supplied.
+        ([0.0, 0.2, 1e-20], [0.0, 0.1, 0.1], 1e-16, 0.2),
+        ([0.0, 0.2, 1e-20], [0.0, 0.25, 0.25], 1e-16, 0.25),
+        # What inputs take counts as well.
+        ([5.0, 1.0, 0.0], [0.0, -7.0, -7.0], 1e-16, 7.0),
+        # Close to a rest state under a load: v has few digits.
+        ([0.0, -1e-14, 1e-14], None, 5e-14, 5e-6),
+        # A motion that diverges.
+        ([3.0, np.inf, np.nan], None, 1e-16, 3.0),
+    ],
+)
+def test_errors_are_relative_to_the_largest_energy(value, supplied, round_off, expected):
+    supplied = None if supplied is None else np.array(supplied)
+    assert energy_scale(np.array(value), round_off, supplied) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize("start", [0.0, -1e-16, 1e-14])
-def test_relative_residual_of_a_motion_that_starts_at_rest(start):
-    """v(0) is round-off of energies that cancel, so it cannot be the scale."""
-    residual, value = np.array([0.0, -1e-14]), np.array([start, 0.0])
-    assert relative_residual(residual, value, np.array([[0.0, -50.0], [0.0, 50.0]])) == 2e-12
-
-
-def test_relative_residual_where_there_is_no_energy_at_all():
-    nothing = np.zeros((2, 3))
-    assert relative_residual(np.array([0.0, -0.5]), np.zeros(2), nothing) == 0.5
+def test_the_largest_energy_is_never_zero():
+    nothing = np.zeros(3)
+    assert energy_scale(nothing, value_round_off(lambda _: nothing, nothing), nothing) > 0

@@ -3,15 +3,25 @@
 import numpy as np
 import pytest
 
-from rbstab.analysis.settling import moves_on, settling_times
+from rbstab.analysis.settling import moves_on, settling_times, value_round_off
 
 TIMES = np.linspace(0, 20, 20001)
 DECAY = 5.0 * np.exp(-TIMES)
 NEAR = np.array([[0.09, -0.09, 0.0]])
 
 
-def settling(value, from_rest=NEAR):
-    return settling_times(TIMES, value[np.newaxis], np.asarray(from_rest))[0]
+ROUND_OFF = 1e-15
+
+
+def settling(value, from_rest=NEAR, round_off=ROUND_OFF):
+    return settled_at(TIMES, value, from_rest, None, round_off)
+
+
+def settled_at(times, value, from_rest=NEAR, supplied=None, round_off=ROUND_OFF):
+    """Return the settling time of one motion."""
+    driven = None if supplied is None else supplied[np.newaxis]
+    noise = np.array([round_off])
+    return settling_times(times, value[np.newaxis], np.asarray(from_rest), noise, driven)[0]
 
 
 def test_v_has_to_stay_below_a_thousandth():
@@ -37,25 +47,25 @@ def test_an_undamped_oscillation_moves_on():
     With the rate 1/s of v, a tenth of 20 s takes e^-2 of it.
     """
     moving = 1e-3 * np.sin(7.0 * TIMES) ** 2
-    assert moves_on(TIMES, DECAY + 1e-3, moving)
-    assert not moves_on(TIMES, DECAY, DECAY * np.sin(7.0 * TIMES) ** 2)
+    assert moves_on(TIMES, DECAY + 1e-3, moving, ROUND_OFF)
+    assert not moves_on(TIMES, DECAY, DECAY * np.sin(7.0 * TIMES) ** 2, ROUND_OFF)
 
 
 def test_a_body_at_rest_above_the_lowest_energy_does_not_move_on():
     """As one that a sliding connector holds: v stays, without kinetic energy."""
-    assert not moves_on(TIMES, DECAY + 1e-3, DECAY)
+    assert not moves_on(TIMES, DECAY + 1e-3, DECAY, ROUND_OFF)
 
 
 def test_a_weakly_damped_motion_falls_and_does_not_move_on():
     """v falls by a hundredth over the last tenth of 20 s: that is ten times as much as counts."""
     slow = 1e-3 * np.exp(-0.005 * TIMES)
-    assert not moves_on(TIMES, DECAY + slow, slow)
+    assert not moves_on(TIMES, DECAY + slow, slow, ROUND_OFF)
     slower = 1e-3 * np.exp(-0.0001 * TIMES)
-    assert moves_on(TIMES, DECAY + slower, slower)
+    assert moves_on(TIMES, DECAY + slower, slower, ROUND_OFF)
 
 
 def test_round_off_does_not_move_on():
-    assert not moves_on(TIMES, DECAY + 1e-10, np.full(len(TIMES), 1e-10))
+    assert not moves_on(TIMES, DECAY + 1e-10, np.full(len(TIMES), 1e-10), ROUND_OFF)
 
 
 def test_v_below_zero_counts_from_a_state_that_is_not_approached():
@@ -71,15 +81,12 @@ def test_v_has_to_be_a_number_everywhere():
 def test_a_driven_motion_is_compared_with_its_largest_value():
     """v rises to 1 J at 1 s, and falls as exp(-(t - 1)): it has settled at 1 + ln 1000."""
     times = np.linspace(0.0, 20.0, 20_001)
-    v = np.where(times < 1.0, times, np.exp(1.0 - times))[np.newaxis]
-    near = np.zeros((1, 3))
-    assert np.isnan(settling_times(times, v, near)[0])
-    supplied = np.minimum(times, 1.0)[np.newaxis]
-    assert settling_times(times, v, near, supplied)[0] == pytest.approx(1 + np.log(1000), abs=1e-6)
-    falling, nothing = np.exp(-times)[np.newaxis], np.zeros((1, len(times)))
-    assert (
-        settling_times(times, falling, near, nothing)[0] == settling_times(times, falling, near)[0]
-    )
+    v = np.where(times < 1.0, times, np.exp(1.0 - times))
+    assert np.isnan(settled_at(times, v))
+    supplied = np.minimum(times, 1.0)
+    assert settled_at(times, v, supplied=supplied) == pytest.approx(1 + np.log(1000), abs=1e-6)
+    falling, nothing = np.exp(-times), np.zeros(len(times))
+    assert settled_at(times, falling, supplied=nothing) == settled_at(times, falling)
 
 
 @pytest.mark.parametrize("energy", [1e-4, 0.5, 3.0])
@@ -91,8 +98,7 @@ def test_a_pulse_between_samples_is_not_overlooked(energy):
         return np.exp(-times) + pulse
 
     def settled(times):
-        supplied = np.where(times < 30.2, 0.0, energy)[np.newaxis]
-        return settling_times(times, v(times)[np.newaxis], np.zeros((1, 3)), supplied)[0]
+        return settled_at(times, v(times), supplied=np.where(times < 30.2, 0.0, energy))
 
     coarse, fine = settled(np.arange(0.0, 61.0)), settled(np.linspace(0.0, 60.0, 600_001))
     if energy < 1e-3:
@@ -102,3 +108,54 @@ def test_a_pulse_between_samples_is_not_overlooked(energy):
     else:
         # The true time is in the interval of the pulse; its end is what the samples can say.
         assert 30.2 < fine <= coarse == 31.0
+
+
+NOISE = 1e-17 * np.cos(1e3 * TIMES)
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        (np.zeros(len(TIMES)), 0.0),
+        (np.full(len(TIMES), 1e-17), 0.0),
+        (NOISE, 0.0),
+        (-NOISE, 0.0),
+        # It moves: v stays above round-off.
+        (np.full(len(TIMES), 1e-14), np.nan),
+        # It comes to rest where v is round-off, which may be above v(0)/1000.
+        (1e-13 * np.exp(-TIMES) + NOISE, np.log(100)),
+        (np.append(NOISE[1:], 1.0), np.nan),
+    ],
+)
+def test_a_motion_whose_v_is_round_off_is_at_rest(value, expected):
+    assert settling(value) == pytest.approx(expected, abs=1e-2, nan_ok=True)
+
+
+def test_a_single_sample_shows_no_rest():
+    assert np.isnan(settled_at(np.zeros(1), np.zeros(1)))
+
+
+def test_round_off_is_that_of_the_energies_and_of_the_forces():
+    """A load of 100 N and a spring of 1e6 N/m: ½ (100 N)²/k = 5 mJ, but v is known to 100 N x eps.
+
+    So a stiffer spring does not make v more accurate.
+    """
+
+    def energies(x, stiffness):
+        return np.array([0.5 * stiffness * x[0] ** 2, -100.0 * x[0], 0.5 * x[1] ** 2])
+
+    for stiffness in (1e4, 1e6, 1e8):
+        rest = np.array([100.0 / stiffness, 0.0])
+        found = value_round_off(lambda x, k=stiffness: energies(x, k), rest)
+        assert 100.0 * np.finfo(float).eps < found < 1000.0 * np.finfo(float).eps
+
+
+def test_round_off_is_never_zero_and_grows_with_the_energies():
+    start = np.zeros(4)
+    kinetic = [
+        value_round_off(lambda y, m=mass: np.array([0.5 * m * (y @ y)]), start)
+        for mass in (1.0, 1e-100, 1e100)
+    ]
+    assert kinetic[0] > 0
+    assert kinetic == pytest.approx([kinetic[0], 1e-100 * kinetic[0], 1e100 * kinetic[0]])
+    assert value_round_off(lambda _: np.zeros(3), start) > 0

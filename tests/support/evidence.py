@@ -9,8 +9,9 @@ from rbstab.analysis.certificate.checks import checks_of
 from rbstab.analysis.certificate.evidence import Evidence
 from rbstab.analysis.certificate.verdict import Verdict
 from rbstab.analysis.exact import exact_rest_energy
-from rbstab.analysis.lyapunov import audit_scale
+from rbstab.analysis.lyapunov import energy_scale
 from rbstab.analysis.rest_state import nearest_rest_state
+from rbstab.analysis.settling import value_round_off
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import motion_from_centre
 from support.rest import HEAVY, paper_system
@@ -42,11 +43,16 @@ def evidence(system, states, **changes):
         "rest": rest,
         "approached": True,
         "exact_rest_energy": lambda: exact_rest_energy(system, rest),
-        "scale": audit_scale(value[order], energy),
+        "scale": float(energy_scale(value, round_off(system, states[order[0]]))),
         "has_potential": True,
         "audit_bound": 1e-8,
     }
     return Evidence(**(given | changes))
+
+
+def round_off(system, start):
+    """Return the energy below which v is round-off, J."""
+    return value_round_off(lambda y: system.observe(y).energy, np.asarray(start))
 
 
 def check(run, name):

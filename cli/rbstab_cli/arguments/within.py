@@ -1,5 +1,6 @@
 """The options --within and --largest-within of `rbstab stability`."""
 
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -143,6 +144,7 @@ def proved_within(
     tolerances: "tuple[Tolerance, ...]",
     largest: tuple[str, ...],
     progress: "Progress | None",
+    time_limit: float,
 ) -> Within | None:
     """Prove the tolerances of the options for one config; None without these options.
 
@@ -153,18 +155,28 @@ def proved_within(
         tolerances: Their tolerances, from `checked_tolerances`.
         largest: The values of --largest-within.
         progress: Called during a proof for all starts, see `prove_starts`.
+        time_limit: The wall time for the tolerances, and for each key of `largest`, s.
     """
     from rbstab.experiment.robust.largest import largest_within, proving
 
     if not texts and not largest:
         return None
     if are_of_starts(tolerances):
-        starts = _proved_starts(config, results, tolerances, progress)
+        starts = _proved_starts(config, results, tolerances, progress, _late_after(time_limit))
         return Within(texts, None, (), starts)
-    prove = _prove(config, results)
-    record = prove(tolerances) if texts else None
-    found = [largest_within(proving(config, prove), key, texts) for key in largest]
+    record = _prove(config, results, _late_after(time_limit))(tolerances) if texts else None
+    found = []
+    for key in largest:
+        is_late = _late_after(time_limit)
+        prove = proving(config, _prove(config, results, is_late))
+        found.append(largest_within(prove, key, texts, is_late))
     return Within(texts, record, tuple(found))
+
+
+def _late_after(time_limit: float) -> "Callable[[], bool]":
+    """Return a function that tells whether some seconds from now are over."""
+    end = time.monotonic() + time_limit
+    return lambda: time.monotonic() > end
 
 
 def _proved_starts(
@@ -172,12 +184,18 @@ def _proved_starts(
     results: Path,
     tolerances: "tuple[Tolerance, ...]",
     progress: "Progress | None",
+    is_late: "Callable[[], bool]",
 ) -> "StartsProof":
     from rbstab.experiment.start_sets.cache import starts_for
     from rbstab.processes.processors import processor_count
 
     found, problem = starts_for(
-        results, config, tolerances, processes=processor_count(), progress=progress
+        results,
+        config,
+        tolerances,
+        processes=processor_count(),
+        progress=progress,
+        is_late=is_late,
     )
     if problem is not None:
         # Print the proof although it cannot be read or stored.
@@ -185,18 +203,20 @@ def _proved_starts(
     return found
 
 
-def _prove(config: "Config", results: Path) -> "Callable[[Sequence[Tolerance]], BodiesRecord]":
+def _prove(
+    config: "Config", results: Path, is_late: "Callable[[], bool]"
+) -> "Callable[[Sequence[Tolerance]], BodiesRecord]":
     from rbstab.experiment.robust.bodies import prove_within
     from rbstab.experiment.robust.cache import bodies_for
     from rbstab.store.errors import StoreError
 
     def prove(tolerances: "Sequence[Tolerance]") -> "BodiesRecord":
         try:
-            return bodies_for(results, config, tolerances)
+            return bodies_for(results, config, tolerances, is_late)
         except StoreError as error:
             # Print the proof although it cannot be read or stored.
             click.echo(f"warning: {error}; the proof is not stored", err=True)
-            return prove_within(config, tolerances)
+            return prove_within(config, tolerances, is_late=is_late)
 
     return prove
 
@@ -209,6 +229,7 @@ def _largest_data(found: "Largest") -> dict[str, Any]:
 
     return {
         "key": found.key,
+        "time_limit_reached": found.late,
         "percent": text(found.percent),
         "proof": None if found.record is None else found.record.model_dump(mode="json"),
         "not_proved_percent": text(found.not_proved),

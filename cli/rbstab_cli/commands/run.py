@@ -188,6 +188,7 @@ def _run_data(finished: Finished) -> dict[str, Any]:
 
 def _print_table(runs: list[Finished]) -> None:
     """Print the numbers of runs: a row for each."""
+    from rbstab.analysis.lyapunov import ENERGY_SCALE
     from rbstab.experiment.answers.run_answer import SETTLED
     from rbstab.experiment.outcome import outcome_of
     from rbstab.experiment.summary import (
@@ -202,7 +203,7 @@ def _print_table(runs: list[Finished]) -> None:
     if not runs:
         return
     numbers = (
-        *("v(0) [J]", "v(end) [J]", "|r|/v(0)", "at rest from [s]"),
+        *("v(0) [J]", "v(end) [J]", f"|r|/{ENERGY_SCALE}", "at rest from [s]"),
         *("max|E| [m]", "max|θ2| [rad]", "time [s]"),
     )
     table = new_table(

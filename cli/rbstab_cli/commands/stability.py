@@ -51,6 +51,15 @@ if TYPE_CHECKING:
     help="Find the largest percentage p for which KEY=±p% is proved, beside the tolerances of "
     "--within. Repeatable: each KEY by itself.",
 )
+@click.option(
+    "--time-limit",
+    default=600.0,
+    show_default=True,
+    metavar="SECONDS",
+    type=click.FloatRange(min=0.0, min_open=True),
+    help="Wall time for the proof of --within, and for each --largest-within; what is proved by "
+    "then is printed. A part that is begun is finished first.",
+)
 @CHANGES
 @ALLOW_PYTHON
 @click.option(
@@ -72,6 +81,7 @@ def command(
     alongs: tuple[str, ...],
     withins: tuple[str, ...],
     largest: tuple[str, ...],
+    time_limit: float,
     changes: tuple[str, ...],
     allow_python: bool,
     results: Path,
@@ -110,7 +120,9 @@ def command(
     reports = []
     for path, config in loaded.items():
         with _shown(path.name, tolerances[path], largest, quiet=quiet) as progress:
-            within = proved_within(config, results, withins, tolerances[path], largest, progress)
+            within = proved_within(
+                config, results, withins, tolerances[path], largest, progress, time_limit
+            )
         problem = problem_of(config)
         with working(f"{path.name}: rest states", wanted=not quiet):
             proof = _proof(config, problem, results, search_only=search_only)

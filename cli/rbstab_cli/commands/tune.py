@@ -118,7 +118,7 @@ def _report(found: "Tuned", target: Path, *, as_json: bool) -> None:
         number(value) if math.isfinite(value) else "not in this run"
         for value in (found.given, found.value)
     )
-    ratio = number(found.value / found.given) if math.isfinite(found.given) else "-"
+    ratio = "-" if found.given in {0.0, math.inf} else number(found.value / found.given)
     add_row(table, f"{objective.name} {objective.symbol} [{objective.unit}]", given, tuned, ratio)
     for scaling, factor in zip(found.scalings, found.factors, strict=True):
         for entry in scaling.entries:

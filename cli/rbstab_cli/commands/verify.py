@@ -11,6 +11,8 @@ from rbstab_cli.arguments.configs import load_all
 from rbstab_cli.arguments.options import ALLOW_PYTHON, AS_JSON, CHANGES, QUIET, REPLACE_FILE
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rbstab.config.schema import Config
     from rbstab.experiment.stored_proof.proof import Proof
     from rbstab.experiment.verification.verify import Verification
@@ -60,7 +62,8 @@ def command(
 
     The rest states of a proof and the region of each minimum are checked. The checker shares no
     bounds and no arithmetic with the program that made the proof: it computes all of them anew, in
-    balls of 128 bits. If a claim is wrong or cannot be confirmed, the exit code is 4.
+    balls of 128 bits. If a claim is wrong or cannot be confirmed, the exit code is 4. If no claim
+    is refused, but a check takes too long (more than 3,000,000 evaluations of the energy), it is 5.
     """
     from rbstab.files.existence import is_dir
     from rbstab_cli.arguments.proofs import is_other_proof, proofs_of_folder
@@ -109,8 +112,15 @@ def command(
         from rbstab_cli.output.text_file import write_text
 
         write_text(certificate, as_json_text(_certificate(stored, found)) + "\n", force=force)
-    if not found.verified:
-        raise click.exceptions.Exit(exit_codes.STORAGE)
+    _exit_unless_verified([found])
+
+
+def _exit_unless_verified(found: "Sequence[Verification]") -> None:
+    """End the command with the exit code of a proof that is refused, or takes too long."""
+    left = [one for one in found if not one.verified]
+    if left:
+        all_late = all(one.takes_too_long for one in left)
+        raise click.exceptions.Exit(exit_codes.TOO_LONG if all_late else exit_codes.STORAGE)
 
 
 def _check_several(
@@ -165,6 +175,7 @@ def _check_several(
             f"; {empty} {'file claims' if empty == 1 else 'files claim'} nothing" if empty else ""
         )
         click.echo(f"{where}{verified} of {proofs} proofs verified{without}{not_checked}")
+    _exit_unless_verified(results)
     if verified < proofs or not verified:
         raise click.exceptions.Exit(exit_codes.STORAGE)
 
@@ -221,6 +232,7 @@ def _data(path: Path, proof: "Proof", found: "Verification") -> dict[str, Any]:
         "proof": str(path),
         "id": proof.id,
         "verified": found.verified,
+        "too_long": found.takes_too_long,
         "findings": [
             {
                 "about": finding.about,

@@ -21,14 +21,15 @@ _NUMBER = re.compile(r"\b\d+\b")
 
 def print_verification(path: Path, found: "Verification") -> None:
     """Print all findings on a proof."""
-    click.echo(f"{path}: {'verified' if found.verified else 'REFUSED'}")
+    click.echo(f"{path}: {found.outcome}")
     about = None
     for finding in found.findings:
         if finding.about != about:
             about = finding.about
             click.echo(f"\n  {about[0].upper()}{about[1:]}")
         boxes = f" ({grouped(finding.boxes)} boxes)" if finding.boxes else ""
-        verdict = "checked" if finding.verified else "REFUSED"
+        refused = "not decided" if found.takes_too_long else "REFUSED"
+        verdict = "checked" if finding.verified else refused
         claim = finding.claim[0].upper() + finding.claim[1:]
         click.echo(f"    {claim}: {verdict}{boxes}. {finding.text}")
     _print_unchecked(Counter(found.unchecked), 1)

@@ -1,7 +1,6 @@
 """The Lyapunov function along a motion, by part, and the check of its energy balance."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -47,54 +46,35 @@ def lyapunov_trace(
     return LyapunovTrace(value, rate, value - value[0] - rate_integral)
 
 
-MIN_START_FRACTION = 1e-4
-"""If v(0) is below this fraction of the largest energy part, it has lost digits to round-off."""
+ENERGY_SCALE = "largest energy"
+"""The name of `energy_scale`."""
+
+DIGITS = 1e8
+"""An energy scale is at least this many times the round-off of v: below it, v has few digits."""
+
+ENERGY_SCALE_NOTE = (
+    f"The {ENERGY_SCALE} is the largest |v| or supplied energy of the motion; or {DIGITS:g} times "
+    "the round-off of v if that is larger, as for a start close to a rest state under a load."
+)
 
 
-def relative_residual(
-    residual: Array, value: Array, energy: Array, supplied: Array | None = None
-) -> float:
-    """Return the largest |r| divided by `audit_scale`.
+def energy_scale(value: Array, round_off: Array | float, supplied: Array | None = None) -> Array:
+    """Return the energy by which errors of v are divided, shape (...), J; it is never zero.
 
-    Args:
-        residual: r, shape (samples,), J.
-        value: v, shape (samples,), J.
-        energy: By part, shape (samples, parts), J.
-        supplied: What is supplied up to each sample, shape (samples,), J; None if nothing is.
-    """
-    return float(np.abs(residual).max()) / audit_scale(value, energy, supplied)
-
-
-class Scale(NamedTuple):
-    """An energy, J, by which errors of v are divided, and what it is, in words."""
-
-    energy: float
-    name: str
-
-
-def audit_scale(value: Array, energy: Array, supplied: Array | None = None) -> float:
-    """Return the energy by which errors of v are divided, J, see `named_scale`."""
-    return named_scale(value, energy, supplied).energy
-
-
-def named_scale(value: Array, energy: Array, supplied: Array | None = None) -> Scale:
-    """Return the energy by which errors of v are divided, with its name.
-
-    It is v(0), or a ten thousandth of the largest energy part if that is larger, as for a motion
-    that starts close to the rest state, or what is supplied if that is larger. If there is no
-    energy at all, it is 1 J. In stored certificates all of them are called v(0).
+    It is the largest |v| along the motion, or the largest supplied energy if that is larger. For
+    motions close to a rest state under a load it is at least `DIGITS` times the round-off of v.
 
     Args:
-        value: v, shape (samples,), J.
-        energy: By part, shape (samples, parts), J.
-        supplied: What is supplied up to each sample, shape (samples,), J; None if nothing is.
+        value: v, shape (..., samples), J.
+        round_off: `settling.value_round_off`, shape (...), J.
+        supplied: What is supplied up to each sample, shape (..., samples), J; None if nothing is.
     """
-    most = 0.0 if supplied is None else float(np.abs(supplied).max())
-    largest = MIN_START_FRACTION * float(np.abs(energy).max())
-    scales = (
-        Scale(float(value[0]), "v(0)"),
-        Scale(largest, f"({MIN_START_FRACTION:g} of the largest energy)"),
-        Scale(most, "largest supplied energy"),
-    )
-    found = max(scales, key=lambda scale: scale.energy)
-    return found if found.energy else Scale(1.0, "1 J")
+    largest = _largest(value)
+    if supplied is not None:
+        largest = np.maximum(largest, _largest(supplied))
+    return np.maximum(largest, DIGITS * np.asarray(round_off))
+
+
+def _largest(energy: Array) -> Array:
+    """Return the largest finite |energy| of the samples: v of a diverged motion overflows."""
+    return np.abs(np.where(np.isfinite(energy), energy, 0.0)).max(axis=-1)

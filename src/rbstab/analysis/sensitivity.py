@@ -17,7 +17,12 @@ import numpy as np
 from rbstab.analysis.approached_state import lyapunov_zero
 from rbstab.analysis.rest_state import RestState, nearest_rest_state
 from rbstab.analysis.rest_system import smooth_rest_system
-from rbstab.analysis.settling import SETTLED_FRACTION, ends_near_rest
+from rbstab.analysis.settling import (
+    SETTLED_FRACTION,
+    ends_near_rest,
+    settling_level,
+    value_round_off,
+)
 from rbstab.integrate.heyoka.variational.course import course_of
 from rbstab.integrate.heyoka.variational.equations import (
     TOLERANCE,
@@ -110,8 +115,8 @@ def baseline(problem: Problem) -> Baseline:
     coarse = _completed(compiled.integrate(problem, course, span, Levels(rest.energy)))
     rest = _approached(problem, coarse.states[-1], rest)
     largest_at, value = _largest_value(problem, course, compiled, rest, coarse)
-    level = Levels(rest.energy, SETTLED_FRACTION * value)
-    coarse = _completed(compiled.integrate(problem, course, span, level))
+    level = float(settling_level(value, _round_off(course.first, problem.start)))
+    coarse = _completed(compiled.integrate(problem, course, span, Levels(rest.energy, level)))
     impacts = [one.time for one in course.transitions if one.impact]
     times = np.unique(np.concatenate([span, *coarse.turning_times, coarse.crossings, impacts]))
     trajectory = _completed(compiled.integrate(problem, course, times, Levels(rest.energy)))
@@ -178,14 +183,27 @@ def _settling_time(
     trajectory: VariationalTrajectory,
     value: float,
 ) -> float:
-    """Return the last time at which v falls below its fraction of v(0), or NaN if there is none."""
+    """Return the last time at which v falls below its fraction of v(0), or NaN if there is none.
+
+    It is the start of a motion that begins at rest.
+    """
+    round_off = _round_off(course.first, problem.start)
+    level = float(settling_level(value, round_off))
     last = trajectory.states[-1]
     end = np.array([_value(course.systems[-1], last, rest.energy)])
     from_rest = problem.system.motion(last).Theta - rest.motion.Theta
-    near = ends_near_rest(end, np.array([abs(value)]), from_rest[np.newaxis])[0]
-    settled = rest.is_at_rest and near and end[0] < SETTLED_FRACTION * value
-    crossings = trajectory.crossings
-    return float(crossings[-1]) if settled and len(crossings) > 0 else np.nan
+    largest, noise = np.array([abs(value)]), np.array([round_off])
+    near = ends_near_rest(end, largest, from_rest[np.newaxis], noise)[0]
+    if not (rest.is_at_rest and near and end[0] < level):
+        return np.nan
+    begin = [problem.times[0]] if value < level else []
+    times = [*begin, *trajectory.crossings]
+    return float(times[-1]) if times else np.nan
+
+
+def _round_off(system: System, start: Array) -> float:
+    """Return the energy below which v is round-off, J."""
+    return float(value_round_off(lambda y: system.observe(y).energy, start))
 
 
 def derivative_along(base: Baseline, shifted: Shifted) -> Outcome:
@@ -277,7 +295,8 @@ def _settling_derivative(
     rest_slope: float,
 ) -> float:
     time, largest_at = base.outcome.settling_time, float(base.evaluation_times[LARGEST_VALUE])
-    if np.isnan(time):
+    # A motion that begins at rest has no derivative: any change of its start delays it at once.
+    if np.isnan(time) or time == base.problem.times[0]:
         return np.nan
     if time in passages and passages[time].impact:
         return passages[time].delay

@@ -1,5 +1,7 @@
 """When a motion has settled: it is at its rest state, and stays there."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
@@ -25,36 +27,75 @@ ROUND_OFF = 1e-9
 """v may be this far below zero, relative to the largest |v|: it is a sum of larger energies, and so
 it has round-off."""
 
+DIGITS_LOST = 2 * float(np.finfo(float).eps)
+"""The round-off of v, relative to the energies and to the forces that it is made of."""
+
+SHIFT = 1e-8
+"""A change of a state, in SI units, that shows the slopes of energies. A body that is displaced and
+moves by 1e-12 only is then at rest."""
+
+
+def value_round_off(energies: Callable[[Array], Array], start: Array) -> Array:
+    """Return the energy below which v is round-off, shape () or (m,), J; it is never zero.
+
+    It is the round-off of the energies at the start, and the work of each force along the round-off
+    of 1 m or 1 rad.
+
+    Args:
+        energies: Returns the energy of each part at a state, shape (parts,) or (parts, m), J.
+        start: The state at the start, shape (states,) or (states, m).
+    """
+    # Uneven changes, because an even one may be at right angles to the weight.
+    shift = SHIFT * np.linspace(1.0, 2.0, len(start))
+    with np.errstate(all="ignore"):
+        here = energies(start)
+        slopes = (energies((start.T + shift).T) - here) / SHIFT
+        size = np.abs(here).sum(axis=0) + np.abs(slopes).sum(axis=0)
+    finite = np.where(np.isfinite(size), size, 0.0)
+    return np.maximum(DIGITS_LOST * finite, np.finfo(float).tiny)
+
+
+def settling_level(largest: Array | float, round_off: Array | float) -> Array:
+    """Return the value of v below which a motion has settled, J; it is never zero."""
+    return np.maximum(SETTLED_FRACTION * np.asarray(largest), round_off)
+
 
 def settling_times(
-    times: Array, value: Array, from_rest: Array, supplied: Array | None = None
+    times: Array,
+    value: Array,
+    from_rest: Array,
+    round_off: Array,
+    supplied: Array | None = None,
 ) -> Array:
     """Return the times after which v stays below `SETTLED_FRACTION` v(0), shape (m,), s.
 
-    Where inputs supply power, a motion may start at rest, and v may rise. Then the largest v of the
+    A motion has also settled where v is round-off: one that starts at rest, from t = 0. Where
+    inputs supply power, a motion may start at rest, and v may rise. Then the largest v of the
     motion takes the place of v(0): without inputs, v(0) is the largest. v may also rise and fall
     between two samples: by as much as is supplied there.
 
     A time is NaN if the member is not at rest at the end: v is not below this bound, or is
     negative, or an angle is farther than `SETTLED_ANGLE` from that of the rest state. It is also
-    NaN if v is not finite at some sample.
+    NaN if v is not finite at some sample, or there is a single one.
 
     Args:
         times: Shape (n,), s.
         value: v of each member, shape (m, n), J.
         from_rest: Θ at the end minus Θ of the rest state, shape (m, 3), rad.
+        round_off: `value_round_off`, shape (m,), J.
         supplied: ∫supplied dt, shape (m, n), J, if inputs supply power.
     """
     begin = value[:, 0] if supplied is None else value.max(axis=1)
-    bound = SETTLED_FRACTION * begin
+    bound = settling_level(begin, round_off)
     settling = last_above(times, value, bound)
     if supplied is not None:
         settling = np.maximum(settling, _last_supplied(times, value, supplied, bound))
-    at_rest = ends_near_rest(value[:, -1], np.abs(value).max(axis=1), from_rest)
-    return np.where(np.isfinite(value).all(axis=1) & at_rest, settling, np.nan)
+    at_rest = ends_near_rest(value[:, -1], np.abs(value).max(axis=1), from_rest, round_off)
+    shown = np.isfinite(value).all(axis=1) & (len(times) > 1)
+    return np.where(shown & at_rest, settling, np.nan)
 
 
-def moves_on(times: Array, value: Array, kinetic: Array) -> bool:
+def moves_on(times: Array, value: Array, kinetic: Array, round_off: float) -> bool:
     """Return whether the body moves on without damping: v stays, and is not that of a body at rest.
 
     A body may move in a direction that nothing damps, with a v that is small but does not fall. One
@@ -65,10 +106,11 @@ def moves_on(times: Array, value: Array, kinetic: Array) -> bool:
         times: Shape (n,), s.
         value: v, shape (n,), J.
         kinetic: The kinetic energy, shape (n,), J.
+        round_off: `value_round_off`, J.
     """
     begin = times[-1] - LAST_PART * (times[-1] - times[0])
     before, end = float(np.interp(begin, times, value)), float(value[-1])
-    if not end > ROUND_OFF * float(np.abs(value).max()):
+    if not end > max(ROUND_OFF * float(np.abs(value).max()), round_off):
         return False
     is_moving = float(kinetic[times >= begin].max()) >= MOVING * before
     return is_moving and before - end < LEAST_FALL * before
@@ -87,7 +129,7 @@ def _last_supplied(times: Array, value: Array, supplied: Array, bound: Array) ->
     return np.where(reached.any(axis=1), times[last], 0.0)
 
 
-def ends_near_rest(end: Array, largest: Array, from_rest: Array) -> Array:
+def ends_near_rest(end: Array, largest: Array, from_rest: Array, round_off: Array) -> Array:
     """Return whether motions end near their rest states, shape (m,): v not negative, angles close.
 
     The caller checks that v is small.
@@ -96,9 +138,10 @@ def ends_near_rest(end: Array, largest: Array, from_rest: Array) -> Array:
         end: v at the end, shape (m,), J.
         largest: The largest |v|, shape (m,), J.
         from_rest: Θ at the end minus Θ of the rest state, shape (m, 3), rad.
+        round_off: `value_round_off`, shape (m,), J.
     """
     near: Array = np.abs(from_rest).max(axis=1) <= SETTLED_ANGLE
-    return near & (end >= -ROUND_OFF * largest)
+    return near & (end >= -np.maximum(ROUND_OFF * largest, round_off))
 
 
 def last_above(times: Array, values: Array, bound: Array) -> Array:

@@ -14,6 +14,7 @@ from rbstab.analysis.configuration import stored_energies
 from rbstab.analysis.lyapunov import lyapunov_trace
 from rbstab.analysis.rest_state import RestState, nearest_rest_state
 from rbstab.analysis.rest_system import smooth_rest_system
+from rbstab.analysis.settling import value_round_off
 from rbstab.elements.registry import NAMED_ELEMENTS
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
@@ -229,6 +230,9 @@ def recorded(
         "energy_residual": trace.residual,
         "contact_work": trajectory.contact_work,
         "energy_at_rest": np.array(rest.energy),
+        "energy_round_off": value_round_off(
+            lambda y: system.observe(y).energy, trajectory.states[0]
+        ),
         "rest_orientation": rest.motion.Theta,
         "rest_position": rest.motion.X,
     }
@@ -241,9 +245,14 @@ def motion_warnings(trajectory: Trajectory) -> list[str]:
     """Return warnings about a motion.
 
     θ1 or θ3 may leave the range of eq. 5; no equation becomes singular then. `trusted_until` may be
-    unknown, or earlier than the end.
+    unknown, or earlier than the end. Numbers of a config may overflow or underflow in the rates.
     """
     warnings = []
+    if trajectory.status is RunStatus.DIVERGED and len(trajectory.times) == 1:
+        warnings.append(
+            "numbers of the config are too small or too large: its rates underflow or overflow in "
+            "double precision"
+        )
     for index, name in ((0, "θ1"), (2, "θ3")):
         outside = np.abs(trajectory.states[:, index]) > math.pi
         if outside.any():

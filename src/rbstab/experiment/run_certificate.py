@@ -10,7 +10,7 @@ from rbstab.analysis.certificate.evidence import MAX_AUDIT_BOUND, Evidence, Supp
 from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.analysis.configuration import as_at_rest
 from rbstab.analysis.exact import exact_rest_energy
-from rbstab.analysis.lyapunov import audit_scale
+from rbstab.analysis.lyapunov import energy_scale
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.experiment.switching_record import has_no_potential
 from rbstab.integrate.problem import Problem, Trajectory
@@ -45,11 +45,12 @@ def certificate_of(
         zero: The rest state at which v is zero.
     """
     systems = trajectory.systems or (problem.system,) * len(trajectory.times)
+    v, supplied = arrays["lyapunov"], trajectory.supplied_energy
     evidence = Evidence(
         times=trajectory.times,
         states=trajectory.states,
         systems=systems,
-        value=arrays["lyapunov"],
+        value=v,
         rate=arrays["lyapunov_rate"],
         dissipation=arrays["dissipation"],
         residual=arrays["energy_residual"],
@@ -57,7 +58,7 @@ def certificate_of(
         rest=zero.rest,
         approached=zero.approached and as_at_rest(problem.system) is problem.system,
         exact_rest_energy=lambda: exact_rest_energy(smooth_rest_system(problem), zero.rest),
-        scale=audit_scale(arrays["lyapunov"], arrays["energy"], trajectory.supplied_energy),
+        scale=float(energy_scale(v, arrays["energy_round_off"], supplied)),
         has_potential=not has_no_potential(problem.system),
         audit_bound=computed_audit_bound(problem),
         supply=_supply_of(problem, trajectory, arrays),

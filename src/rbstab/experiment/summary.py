@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.lyapunov import relative_residual
+from rbstab.analysis.lyapunov import energy_scale
 from rbstab.analysis.peak_search import (
     ABSOLUTE,
     STEPS_PER_INTERVAL,
@@ -32,7 +32,7 @@ KINETIC = "kinetic"
 class Summary(NamedTuple):
     """A run in a few numbers.
 
-    They are v at both ends, J; the largest energy residual |r| over `audit_scale`; the largest
+    They are v at both ends, J; the largest energy residual |r| over `energy_scale`; the largest
     |E|, m; the value of E farthest from zero by axis, m; the largest |θ2|, rad; and the last time
     reached, s. Peaks between the samples are included where the samples show them. Where they do
     not, because the motion is too fast for them, a peak is the sample farthest from zero, and
@@ -63,8 +63,7 @@ def at_least(resolved: bool) -> str:
 def summary_of(result: Result) -> Summary:
     """Return the summary of a result, from its stored arrays only."""
     t, v = result["time"], result["lyapunov"]
-    is_driven = "supplied_energy" in result
-    supplied = result["supplied_energy"] if is_driven else None
+    supplied = result["supplied_energy"] if is_driven(result) else None
     E, F = result["contact_displacement"], result["contact_velocity"]
     Theta, Omega = result["orientation"], result["angular_velocity"]
     with np.errstate(all="ignore"):
@@ -74,10 +73,11 @@ def summary_of(result: Result) -> Summary:
         rates = np.array([*F.T, distance_rate, angle_rates(Theta, Omega)[:, 1]])
         (x, y, z, farthest, pitch), shown = _peaks(t, values, rates, _has_fast_steps(result))
     largest_pitch, at_stop = _largest_pitch(result, abs(pitch))
+    scale = energy_scale(v, _round_off(result), supplied)
     return Summary(
         float(v[0]),
         float(v[-1]),
-        relative_residual(result["energy_residual"], v, result["energy"], supplied),
+        float(np.abs(result["energy_residual"]).max() / scale),
         abs(farthest),
         (x, y, z),
         largest_pitch,
@@ -156,9 +156,10 @@ def stores_v_minus_work(result: Result) -> bool:
 def settling_time_of(result: Result) -> float:
     """Return the time from which v stays below v(0)/1000, s; NaN if the run has not settled.
 
-    It has not if the body moves on without damping, however small v is. If inputs supply power,
-    the largest v takes the place of v(0). Then v may have been above this bound within the interval
-    before that time: by what was supplied there.
+    A run that starts at rest has settled from t = 0 on. A run has not settled if the body moves on
+    without damping, however small v is. If inputs supply power, the largest v takes the place of
+    v(0). Then v may have been above this bound within the interval before that time: by what was
+    supplied there.
     """
     with np.errstate(all="ignore"):
         v, last = lyapunov_function_of(result), result["orientation"][-1]
@@ -167,7 +168,8 @@ def settling_time_of(result: Result) -> float:
         rest = result["rest_orientation"] if is_known else last
         away = (last - rest)[np.newaxis]
         supplied = result["supplied_energy"][np.newaxis] if is_driven(result) else None
-        found = settling_times(result["time"], v[np.newaxis], away, supplied)
+        round_off = np.array([_round_off(result)])
+        found = settling_times(result["time"], v[np.newaxis], away, round_off, supplied)
     return np.nan if moves_on_in(result) else float(found[0])
 
 
@@ -177,7 +179,14 @@ def moves_on_in(result: Result) -> bool:
     if is_driven(result) or KINETIC not in parts:
         return False
     kinetic = result["energy"][:, parts.index(KINETIC)]
-    return moves_on(result["time"], lyapunov_function_of(result), kinetic)
+    v, round_off = lyapunov_function_of(result), _round_off(result)
+    return moves_on(result["time"], v, kinetic, round_off)
+
+
+def _round_off(result: Result) -> float:
+    """Return the energy below which v is round-off, J; runs before layout version 4 have none."""
+    name = "energy_round_off"
+    return float(result[name]) if name in result else float(np.finfo(float).tiny)
 
 
 def is_driven(result: Result) -> bool:

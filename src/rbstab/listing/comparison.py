@@ -4,6 +4,7 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from rbstab.analysis.lyapunov import ENERGY_SCALE
 from rbstab.config.errors import ConfigError
 from rbstab.config.source import parse_source
 from rbstab.experiment.answers.run_answer import answer_of
@@ -54,7 +55,9 @@ SYSTEM = ("body", "gravity", "controller", "elements")
 
 V_ROWS = ("v(0) [J]", "v(end) [J]")
 
-NO_RATIO = ("reached [s]", "largest |r| / v(0)")
+RESIDUAL = f"largest |r| / {ENERGY_SCALE}"
+
+NO_RATIO = ("reached [s]", RESIDUAL)
 """Numbers whose ratio says nothing."""
 
 
@@ -141,7 +144,7 @@ def _of_run(run: Run) -> Outcome:
         "v below v(0)/1000 from [s]": run.settling_time,
         "largest |E| [m]": _peak(s.peak_distance, resolved=s.displacement_resolved),
         "largest |θ2| [rad]": _peak(s.largest_pitch, resolved=s.pitch_resolved),
-        "largest |r| / v(0)": s.relative_residual,
+        RESIDUAL: s.relative_residual,
     }
 
 
@@ -161,7 +164,7 @@ def _of_sweep(sweep: SweepFile) -> Outcome:
         },
         "members that settled": str(found.settled),
         "settling time, median [s]": found.settling_median,
-        "largest |r| / v(0)": found.worst_residual,
+        RESIDUAL: found.worst_residual,
     }
 
 

@@ -29,7 +29,7 @@ class Quantity(NamedTuple):
     since: int = 1
 
 
-LAYOUT_VERSION = 3
+LAYOUT_VERSION = 4
 """The newest layout version. Increase it for each new quantity, and set its `since` to the new
 version. Then older files without the quantity stay valid."""
 
@@ -263,6 +263,7 @@ QUANTITIES = (
         since=3,
     ),
     Quantity("energy_at_rest", "-h", "J", (), "stored energy of the rest state (eq. 28)"),
+    Quantity("energy_round_off", "-", "J", (), "v below this energy is round-off", since=4),
     Quantity(
         "rest_orientation",
         "Θ*",

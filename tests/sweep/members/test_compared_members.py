@@ -104,26 +104,29 @@ def test_infinite_numbers_hide_no_difference(ours, theirs, expected):
 
 
 @pytest.mark.parametrize(
-    ("ours", "theirs", "expected"),
+    ("name", "scale", "values", "expected"),
     [
-        # At rest both are round-off of the energies, which are 8 J.
-        ([4e-16, -1e-15], [-4e-16, 0.0], 1e-15 / 8e-6),
-        # Not yet at rest: a wrong end is seen.
-        ([1e-3, 1e-4], [2e-3, 1e-4], 0.5),
+        # At rest both are round-off: of 8 J, of a peak of 2 rad/s, or where nothing ever moved.
+        ("lyapunov_end", "energy_scale", (4e-16, -4e-16, 8.0), 1e-16),
+        ("energy_residual", "energy_scale", (4e-15, 0.0, 8.0), 5e-16),
+        ("lyapunov_start", "energy_scale", (0.0, 1e-17, 8.0), 1e-17 / 8),
+        ("final_velocity", "largest_velocity", (1e-12, -1e-12, 2.0), 1e-12),
+        ("final_velocity", "largest_velocity", (1e-17, -1e-17, 1e-17), 2e-9),
+        # A wrong end is seen.
+        ("lyapunov_end", "energy_scale", (1e-3, 2e-3, 8.0), 1.25e-4),
+        ("final_velocity", "largest_velocity", (0.1, 0.2, 2.0), 0.05),
     ],
 )
-def test_round_off_of_v_at_rest_is_no_difference(ours, theirs, expected):
+def test_differences_are_relative_to_a_peak(name, scale, values, expected):
+    ours, theirs, size = values
+    shape = (2, 3) if name.startswith("final") else (2,)
     columns = [
-        {
-            "status": np.zeros(2),
-            "lyapunov_start": np.array([8.0, 8.0]),
-            "lyapunov_end": np.array(values),
-        }
-        for values in (ours, theirs)
+        {"status": np.zeros(2), name: np.full(shape, value), scale: np.full(shape, size)}
+        for value in (ours, theirs)
     ]
     unlike, differences = compare(*columns)
     assert unlike == 0
-    assert differences["lyapunov_end"] == pytest.approx(expected)
+    assert differences[name] == pytest.approx(expected)
 
 
 # Broken engines
@@ -142,7 +145,7 @@ TOLERANCE = 1e-9
 @pytest.fixture(scope="module")
 def theirs():
     """The outcomes of all members by single runs of SciPy, which are right."""
-    return SingleRuns(FEW, "scipy").compute(0, FEW.members).outcome
+    return SingleRuns(FEW, "scipy", with_largest=True).compute(0, FEW.members).outcome
 
 
 def difference(theirs, members):

@@ -35,6 +35,7 @@ def trajectories_of(members):
         lyapunov=value,
         energy_residual=residual,
         energy_at_rest=np.zeros(len(members)),
+        energy_round_off=np.full(len(members), 1e-15),
         rest_orientation=Theta[:, -1],
     )
 
@@ -83,6 +84,7 @@ def test_ends_and_residuals():
     assert found["lyapunov_start"] == pytest.approx([20.0, 10.0])
     assert found["lyapunov_end"] == pytest.approx([20 * np.exp(-10), 10 * np.exp(-10)])
     assert found["energy_residual"] == pytest.approx([2e-10, 1e-10], rel=1e-3)
+    assert found["energy_scale"] == pytest.approx([20.0, 10.0])
     assert np.isnan(found["final_connector_state"]).all()
     assert set(found) == set(COLUMNS) - {"run_id", "status", "steps"}
 

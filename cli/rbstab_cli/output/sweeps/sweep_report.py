@@ -56,6 +56,7 @@ def report_sweep(
     _print_statuses(by_status, member_count(sweep))
     if summary is None:
         return
+    from rbstab.analysis.lyapunov import ENERGY_SCALE
     from rbstab.experiment.answers.run_answer import SETTLED
     from rbstab_cli.output.tables import number
 
@@ -65,7 +66,7 @@ def report_sweep(
         "settling time, median": (
             f"{number(summary.settling_median)} s, of those settled" if summary.settled else "-"
         ),
-        f"worst |r| / {summary.residual_scale}": number(summary.worst_residual, 2),
+        f"worst |r| / {ENERGY_SCALE}": number(summary.worst_residual, 2),
     }
     if not proofs_follow:
         found = member_answers(sweep.folder.sweep_file)

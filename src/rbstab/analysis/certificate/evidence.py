@@ -59,7 +59,7 @@ class Evidence:
         approached: Whether the motion approaches `rest` and the energy rises away from it; if not,
             v may fall below zero.
         exact_rest_energy: Returns the energy of `rest` as a ball; call it by `in_balls`.
-        scale: The energy by which errors are divided, J (`audit_scale`).
+        scale: The energy by which errors are divided, J (`energy_scale`).
         has_potential: Whether the contact force is the gradient of an energy; if not, v - ε
             replaces v.
         audit_bound: The largest allowed |residual| / scale.

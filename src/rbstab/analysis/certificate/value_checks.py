@@ -13,6 +13,7 @@ from rbstab.analysis.certificate.evidence import (
 from rbstab.analysis.certificate.exact_repeats import Finding, confirmed, repeated
 from rbstab.analysis.certificate.verdict import Check, Verdict, verdict_of
 from rbstab.analysis.exact import Ball, ball, exact_energy, in_balls
+from rbstab.analysis.lyapunov import ENERGY_SCALE
 from rbstab.mechanics.numbers import Array
 
 
@@ -24,7 +25,9 @@ def audit(run: Evidence) -> Check:
     size = np.abs(run.residual) / run.scale
     worst = int(size.argmax())
     value, bound, time = float(size[worst]), residual_bound(run), float(run.times[worst])
-    return Check("audit", verdict_of(value <= bound), value, bound, time, "max |r| / v(0)")
+    return Check(
+        "audit", verdict_of(value <= bound), value, bound, time, f"max |r| / {ENERGY_SCALE}"
+    )
 
 
 def decrease(run: Evidence) -> Check:
@@ -33,14 +36,14 @@ def decrease(run: Evidence) -> Check:
     If the residual is above its own bound, a rise that only the residual allows is not decided.
     """
     sizes = np.abs(run.value - run.value[0])
-    quantity = "largest rise of v between samples / v(0)"
+    quantity = f"largest rise of v between samples / {ENERGY_SCALE}"
     return _bounded_rise(run, "decrease", np.diff(run.value), sizes, quantity)
 
 
 def rise(run: Evidence) -> Check:
     """Say how much v rises between two samples, and where. It may: inputs supply power."""
     value, time = _largest(run, np.diff(run.value))
-    quantity = "largest rise of v between samples / v(0); inputs supply power"
+    quantity = f"largest rise of v between samples / {ENERGY_SCALE}; inputs supply power"
     return Check("decrease", Verdict.DRIVEN, value, np.inf, time, quantity)
 
 
@@ -48,7 +51,7 @@ def supplied(run: Evidence, supply: Supply) -> Check:
     """Check that v never rises by more than is supplied, as far as the residual allows."""
     rises = np.diff(run.value) - np.diff(supply.energy)
     sizes = np.abs(run.value - run.value[0]) + np.abs(supply.energy)
-    quantity = "largest rise of v beyond what is supplied / v(0)"
+    quantity = f"largest rise of v beyond what is supplied / {ENERGY_SCALE}"
     return _bounded_rise(run, "supply", rises, sizes, quantity)
 
 
@@ -114,7 +117,7 @@ def positive(run: Evidence) -> Check:
         elif len(below) or not run.rest.is_at_rest:
             verdict = Verdict.UNKNOWN
     time = float(run.times[worst])
-    return Check("positive", verdict, value, bound, time, "min v / v(0)")
+    return Check("positive", verdict, value, bound, time, f"min v / {ENERGY_SCALE}")
 
 
 def _exact_value(run: Evidence, row: int, energy_at_rest: Ball) -> Ball:

@@ -8,8 +8,13 @@ import numpy as np
 
 from rbstab.analysis.proof.polynomial import Polynomial, fraction
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
+from rbstab.mechanics.numbers import Array
 
 Exponents = tuple[int, ...]
+
+SMALLEST, LARGEST = 1e-90, 1e90
+"""The smallest and the largest number but zero with which proofs compute, in SI units. Products of
+three, as in determinants, then neither underflow nor overflow."""
 
 
 class NotTrigonometric(Exception):
@@ -25,6 +30,7 @@ def form_of(polynomial: Polynomial) -> TrigonometricForm:
 
     Raises:
         NotTrigonometric: The polynomial has a term that a form cannot contain.
+        OverflowError: A coefficient is too small or too large for proofs.
     """
     terms = [(polynomial.ring.split(powers), value) for powers, value in polynomial.terms()]
     highest_multiple = max(
@@ -42,14 +48,32 @@ def form_of(polynomial: Polynomial) -> TrigonometricForm:
         elif sum(angles) > 2 or any(sines + cosines):
             raise NotTrigonometric
         elif sum(angles) == 1:
-            linear[angles.index(1)] = float(coefficient)
+            linear[angles.index(1)] = in_doubles(coefficient)
         else:
             i, j = [axis for axis in range(3) for _ in range(angles[axis])]
-            quadratic[i, j] = quadratic[j, i] = float(coefficient * (2 if i == j else 1))
+            quadratic[i, j] = quadratic[j, i] = in_doubles(coefficient * (2 if i == j else 1))
     coefficients = np.zeros([2 * highest_multiple + 1] * 3)
     for place, coefficient in exact.items():
-        coefficients[place] = float(coefficient)
+        coefficients[place] = in_doubles(coefficient)
     return TrigonometricForm(quadratic, linear, coefficients)
+
+
+def has_size(numbers: Array | float) -> bool:
+    """Return whether proofs can compute with all of these numbers."""
+    sizes = np.abs(numbers)
+    return bool(np.all((sizes == 0) | ((sizes >= SMALLEST) & (sizes <= LARGEST))))
+
+
+def in_doubles(number: Fraction) -> float:
+    """Return a number, rounded once.
+
+    Raises:
+        OverflowError: It is too small or too large for proofs.
+    """
+    found = float(number)
+    if number and not (found and has_size(found)):
+        raise OverflowError(f"{found:g}")
+    return found
 
 
 def _add_product(

@@ -19,7 +19,13 @@ from rbstab.analysis.proof.ligaments.separate import laws_of, ligaments_apart, s
 from rbstab.analysis.proof.lines.line import LinePart
 from rbstab.analysis.proof.lines.separate import lengths_apart, separated_lines, trimmed
 from rbstab.analysis.proof.lines.shortest import NoLength
-from rbstab.analysis.proof.multiple_angles import NotTrigonometric, form_of
+from rbstab.analysis.proof.multiple_angles import (
+    LARGEST,
+    SMALLEST,
+    NotTrigonometric,
+    form_of,
+    has_size,
+)
 from rbstab.analysis.proof.polynomial import Polynomial, Ring, fraction
 from rbstab.analysis.proof.tied.position import offset, position_spring
 from rbstab.analysis.proof.traced.separate import (
@@ -58,7 +64,10 @@ class NoEnergyReason(Enum):
     CODE_OF_BODIES = "no proof for all bodies within tolerances takes code of a user into account"
     NOT_HELD = "nothing holds the position: the energy has no single minimum over X and D"
     NOT_QUADRATIC = "the energy is not a quadratic function of X and D with constant stiffness"
-    NOT_FINITE = "the energy is too large for double precision"
+    NOT_FINITE = (
+        f"a number of the energy is too small or too large: proofs take {SMALLEST:g} to {LARGEST:g}"
+        " in SI units"
+    )
     NOT_TRIGONOMETRIC = (
         "the energy is not a quadratic function of Θ plus a polynomial in its sines and cosines"
     )
@@ -288,10 +297,13 @@ def _without_lengths(energy: Polynomial) -> Polynomial:
 def reject_unsmooth(system: System) -> None:
     """Raise `NoReducedEnergy` if an element is not smooth, supplies power, or is not in proofs.
 
+    It is also raised if a number of the system is too small or too large for proofs.
+
     Not smooth are elements that switch or slide, and a damped spring without a rest length. Proofs
     take ligaments, soft guards and stops into account, although they switch.
     """
     held = configurations(system).held
+    map_parameters(system, _reject_sizes)
     if not all(in_proofs(one) for one in system.elements if one.from_user):
         raise NoReducedEnergy(NoEnergyReason.USER_CODE)
     if system.supplies:
@@ -308,6 +320,13 @@ def reject_unsmooth(system: System) -> None:
             raise NoReducedEnergy(
                 NoEnergyReason.NOT_SMOOTH if on_position else NoEnergyReason.NO_POTENTIAL
             )
+
+
+def _reject_sizes(name: str, value: Array) -> Array:
+    """Return a parameter; raise `NoReducedEnergy` if it is too small or too large for proofs."""
+    if not has_size(value):
+        raise NoReducedEnergy(NoEnergyReason.NOT_FINITE, f"{name} is {value.tolist()}")
+    return value
 
 
 def eliminated(energy: Polynomial) -> tuple[Polynomial, list[Polynomial]]:

@@ -16,6 +16,7 @@ from rbstab.analysis.proof_check.cover import cover
 from rbstab.analysis.proof_check.energy import Energy, TooLongError
 from rbstab.analysis.proof_check.findings import (
     IN_RANGE,
+    TIME,
     UNWRAPPED,
     Finding,
     Range,
@@ -74,7 +75,7 @@ def check(
                 progress(finding)
         except TooLongError as error:
             about = findings[-1].about if findings else IN_RANGE
-            findings.append(Finding(about, "time", False, f"{error}."))
+            findings.append(Finding(about, TIME, False, f"{error}."))
     return findings
 
 

@@ -13,6 +13,9 @@ from rbstab.analysis.proof_check.trigonometric import Ball
 IN_RANGE = "the range of eq. 5"
 UNWRAPPED = "all θ1 and θ3"
 
+TIME = "time"
+"""The claim of a finding that the check takes too long: then the proof is not refused."""
+
 
 class Finding(NamedTuple):
     """One claim of a proof, and whether it was verified.

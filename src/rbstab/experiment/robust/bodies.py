@@ -54,7 +54,10 @@ def stored(tolerances: Iterable[Tolerance]) -> tuple[StoredTolerance, ...]:
 
 
 def prove_within(
-    config: Config, tolerances: Sequence[Tolerance], part_limit: int | None = None
+    config: Config,
+    tolerances: Sequence[Tolerance],
+    part_limit: int | None = None,
+    is_late: Callable[[], bool] = lambda: False,
 ) -> BodiesRecord:
     """Prove for all bodies within tolerances that they have one rest state, and bound their level.
 
@@ -62,6 +65,7 @@ def prove_within(
         config: The config; its initial state and its integration have no effect.
         tolerances: Tolerances of body, gravity and controller.
         part_limit: The number of parts of the box that are examined at most; default 32.
+        is_late: Returns whether no further part is to be examined.
     """
     # Imported late: a stored proof is usually read, and none is made.
     from rbstab.analysis.proof.reduced_energy import NoEnergyReason
@@ -90,14 +94,15 @@ def prove_within(
     box = Part(tuple(one.middle for one in tolerances), tuple(one.radius for one in tolerances))
     with np.errstate(all="ignore"):
         limit = PART_LIMIT if part_limit is None else part_limit
-        proof = prove_bodies(members_of(config, tolerances), box, limit)
+        proof = prove_bodies(members_of(config, tolerances), box, limit, is_late)
     if proof.false is not None:
         pairs = zip(tolerances, proof.false.numbers, strict=True)
         facts["body"] = {one.entry.key: decimal_text(number) for one, number in pairs}
         facts["rest_states"] = proof.false.rest_states.tolist()
     proved = {BodiesOutcome.PROVED: True, BodiesOutcome.SEVERAL: False}
     proved[BodiesOutcome.NO_MINIMUM] = False
-    limited = proof.outcome is BodiesOutcome.PART_LIMIT and limit < PART_LIMIT
+    fewer = proof.outcome is BodiesOutcome.PART_LIMIT and limit < PART_LIMIT
+    limited = fewer or proof.outcome is BodiesOutcome.TIME_LIMIT
     return BodiesRecord(
         outcome=proof.outcome.value,
         proved=proved.get(proof.outcome),

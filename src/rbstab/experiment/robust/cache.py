@@ -1,6 +1,6 @@
 """Stored proofs for all bodies within tolerances, in a folder of results."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from rbstab.config.schema import Config
@@ -30,17 +30,28 @@ def cached_bodies(folder: Path, identity: str) -> BodiesRecord | None:
     return found if found is not None and found.id == identity else None
 
 
-def bodies_for(folder: Path, config: Config, tolerances: Sequence[Tolerance]) -> BodiesRecord:
+def bodies_for(
+    folder: Path,
+    config: Config,
+    tolerances: Sequence[Tolerance],
+    is_late: Callable[[], bool] = lambda: False,
+) -> BodiesRecord:
     """Return the stored proof for tolerances of a config; if there is none, make and store it.
 
     A brief one that decided nothing is made again.
+
+    Args:
+        folder: The folder of results.
+        config: The config.
+        tolerances: Tolerances of body, gravity and controller.
+        is_late: As for `prove_within`.
 
     Raises:
         StoreError: The proof cannot be written, or the disk fails to read it.
     """
     found = kept_bodies(folder, config, tolerances)
     if found is None or found.brief:
-        found = prove_within(config, tolerances)
+        found = prove_within(config, tolerances, is_late=is_late)
         keep_bodies(folder, found)
     return found
 

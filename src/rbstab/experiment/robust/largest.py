@@ -32,6 +32,7 @@ class Largest:
         record: Its proof; None if no percentage is proved.
         not_proved: The smallest percentage that was tried and is not proved; None if there is none.
         why: The proof that failed there; None if the bounds of that percentage are not valid.
+        late: Whether a limit of time ended the bisection.
     """
 
     key: str
@@ -39,6 +40,7 @@ class Largest:
     record: BodiesRecord | None
     not_proved: Fraction | None
     why: BodiesRecord | None
+    late: bool = False
 
 
 Prove = Callable[[Sequence[str]], BodiesRecord | None]
@@ -63,7 +65,9 @@ def proving(config: Config, prove: Callable[..., BodiesRecord]) -> Prove:
     return proved
 
 
-def largest_within(prove: Prove, key: str, fixed: Sequence[str]) -> Largest:
+def largest_within(
+    prove: Prove, key: str, fixed: Sequence[str], is_late: Callable[[], bool] = lambda: False
+) -> Largest:
     """Return the largest percentage p such that KEY=±p% is proved, by bisection to 1 % of p.
 
     A smaller box is part of a larger one. So if a percentage is not proved, no larger one is tried.
@@ -72,6 +76,7 @@ def largest_within(prove: Prove, key: str, fixed: Sequence[str]) -> Largest:
         prove: Proves the tolerances of some texts.
         key: The key.
         fixed: The texts of other tolerances, which stay.
+        is_late: Returns whether no further percentage is to be tried.
     """
     low: Fraction | None = None
     high: Fraction | None = None
@@ -79,6 +84,8 @@ def largest_within(prove: Prove, key: str, fixed: Sequence[str]) -> Largest:
     failed: BodiesRecord | None = None
     percent = FIRST
     while LEAST <= percent <= HIGHEST:
+        if is_late():
+            return Largest(key, low, best, high, failed, late=True)
         record = prove([*fixed, f"{key}=±{decimal_text(percent)}%"])
         if record is not None and record.proved:
             low, best = percent, record

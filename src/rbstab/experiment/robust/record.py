@@ -44,8 +44,8 @@ class BodiesRecord(_Model):
     decided nothing, both halves of its range may be decided. None if smaller tolerances would not
     help, if the box was proved whole, and in records of older versions.
 
-    brief is True if it is not decided because a sweep asked, which examines fewer parts: `rbstab
-    stability --within` may decide more. None otherwise.
+    brief is True if it is not decided because a sweep asked, which examines fewer parts, or because
+    of a limit of time: `rbstab stability --within` may decide more. None otherwise.
     """
 
     id: str

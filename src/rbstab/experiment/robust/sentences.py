@@ -89,7 +89,8 @@ def _body(record: BodiesRecord) -> str:
 def largest_sentences(found: Largest, fixed: Sequence[str]) -> list[str]:
     """Return sentences on the largest percentage of a key."""
     beside = f", with {tolerance_names(fixed)}" if fixed else ""
-    what = f"Largest tolerance of {found.key}{beside}"
+    by = " found by the time limit" if found.late else ""
+    what = f"Largest tolerance of {found.key}{beside}{by}"
     if found.percent is None or found.record is None:
         return [f"{what}: none is proved.{_limit(found)}"]
     first = f"{what}: ±{decimal_text(found.percent)} %, proved.{_limit(found)}"

@@ -48,6 +48,9 @@ FUNCTIONS_OF_USERS = (
     "sets of starts are not followed with code of a user that has other functions than sin and cos"
 )
 
+TIME_LIMIT = "the time limit was reached"
+"""Why a proof is not complete that is not stored: with more time, it may be."""
+
 Progress = Callable[[float, int], None]
 """Called with the fraction of the starts that is proved, and the number of parts to be followed."""
 
@@ -86,6 +89,7 @@ def prove_starts(  # noqa: PLR0913 (options by name)
     max_parts: int = MAX_PARTS,
     processes: int = 1,
     progress: Progress | None = None,
+    is_late: Callable[[], bool] = lambda: False,
 ) -> StartsProof:
     """Prove that the motions from all starts within tolerances converge.
 
@@ -99,6 +103,7 @@ def prove_starts(  # noqa: PLR0913 (options by name)
         max_parts: The most parts.
         processes: The largest number of worker processes.
         progress: Called after each part that is decided.
+        is_late: Returns whether no further part is to be followed.
     """
     begin = time.perf_counter()
     problem = problem_of(config)
@@ -110,9 +115,9 @@ def prove_starts(  # noqa: PLR0913 (options by name)
     parts: list[ProvedPart] = []
     examined, steps, given_up = 0, 0, 0
     waiting, why = ([], refused.why) if refused is not None else _all_starts(config, tolerances)
-    while waiting and len(parts) + len(waiting) + given_up <= max_parts:
+    while waiting and len(parts) + len(waiting) + given_up <= max_parts and not is_late():
         halves: list[Part] = []
-        for part, result in _all_followed(config, proof, waiting, processes):
+        for part, result in _all_followed(config, proof, waiting, processes, is_late):
             examined, steps = examined + 1, steps + result.steps
             if result.decision is not None:
                 parts.append(_proved_part(part, result))
@@ -127,7 +132,9 @@ def prove_starts(  # noqa: PLR0913 (options by name)
             if progress is not None:
                 progress(_fraction(parts), len(waiting) + len(halves))
         waiting = halves
-    if waiting:
+    if is_late() and _fraction(parts) < 1.0:
+        why = TIME_LIMIT
+    elif waiting:
         why = f"more than {max_parts} parts would be needed"
     return StartsProof(
         id=starts_id(config, tolerances, max_parts),
@@ -188,9 +195,12 @@ def _fraction(parts: list[ProvedPart]) -> float:
 
 
 def _all_followed(
-    config: Config, proof: Proof, parts: list[Part], processes: int
+    config: Config, proof: Proof, parts: list[Part], processes: int, is_late: Callable[[], bool]
 ) -> Iterator[tuple[Part, Followed]]:
-    """Follow parts, in worker processes if there are several; yield them in their order."""
+    """Follow parts, in worker processes if there are several; yield them in their order.
+
+    The parts that are left when it is late are not yielded.
+    """
     left = list(parts)
     if processes > 1 and len(parts) > 1:
         # If a worker dies (out of memory, say), its pool breaks: the rest runs in this process.
@@ -202,8 +212,12 @@ def _all_followed(
             for future in [pool.submit(_follow, part.start) for part in parts]:
                 result = waited(future)
                 yield left.pop(0), result
+                if is_late():
+                    return
     follower = _Follower(config, proof) if left else None
     for part in left:
+        if is_late():
+            return
         assert follower is not None
         yield part, follower.follow(part.start)
 

@@ -78,11 +78,14 @@ def starts_inside(problem: Problem, proof: Proof) -> bool:
 def start_state(problem: Problem, proof: Proof) -> int | None:
     """Return the number of the rest state to which the motion of a problem converges, proved.
 
-    The energy and Θ at the start are enclosed for the exact numbers of the config.
+    The energy and Θ at the start are enclosed for the exact numbers of the config. A start whose
+    energy is no number in doubles is never inside.
 
     Returns:
         The number, from 1 for the lowest; None if it is not proved.
     """
+    if not np.isfinite(_start_energies(problem).sum()):
+        return None
     if not proof.has_energy or problem.exact is None:
         return 1 if _starts_below(problem, proof) else None
     start = in_balls(partial(enclosed_start, problem.exact))
@@ -99,13 +102,16 @@ def reached_state(proof: Proof, energy: float, low: Array, high: Array) -> int |
 
     Args:
         proof: The proof.
-        energy: An upper bound of kinetic plus stored energy, J.
+        energy: An upper bound of kinetic plus stored energy, J. Nothing is proved if it is not
+            finite.
         low: The lower corner of the box of Θ, shape (3,), rad.
         high: The upper corner.
 
     Returns:
         The number, from 1 for the lowest; None if it is not proved.
     """
+    if not np.isfinite(energy):
+        return None
     if proof.every_start and proof.within_barriers:
         inside = np.all(low >= -OPEN_RANGE) and np.all(low <= high) and np.all(high <= OPEN_RANGE)
         return 1 if inside else None

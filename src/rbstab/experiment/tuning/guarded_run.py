@@ -7,12 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.settling import settling_times
 from rbstab.config.build import system_of
 from rbstab.config.load import changed_config, plain_data
 from rbstab.config.schema import Config
 from rbstab.elements.element import NO_STATE
-from rbstab.experiment.summary import lyapunov_function_of, summary_of
+from rbstab.experiment.summary import settling_time_of, summary_of
 from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.algebra import ZERO
@@ -54,14 +53,11 @@ def outcome_of(result: Result, config: Config, name: str) -> RunOutcome:
         config: Its config.
         name: The name of the guard, if the config has it.
     """
-    v = lyapunov_function_of(result)
-    from_rest = result["orientation"][-1] - result["rest_orientation"]
-    settled = settling_times(result["time"], v[np.newaxis], from_rest[np.newaxis])
     summary = summary_of(result)
     pitch = summary.largest_pitch
     couple = couple_at(config, name, pitch) if name in config.elements else 0.0
     return RunOutcome(
-        RunStatus(result.status), pitch, float(settled[0]), couple, summary.pitch_resolved
+        RunStatus(result.status), pitch, settling_time_of(result), couple, summary.pitch_resolved
     )
 
 

@@ -38,6 +38,21 @@ class Verification(NamedTuple):
         """Whether all claims that were checked are verified."""
         return all(finding.verified for finding in self.findings)
 
+    @property
+    def takes_too_long(self) -> bool:
+        """Whether no claim is refused, but the check ended before all were verified."""
+        from rbstab.analysis.proof_check.findings import TIME
+
+        left = [finding for finding in self.findings if not finding.verified]
+        return bool(left) and all(finding.claim == TIME for finding in left)
+
+    @property
+    def outcome(self) -> str:
+        """The result in words."""
+        if self.verified:
+            return "verified"
+        return "not decided: the check takes too long" if self.takes_too_long else "REFUSED"
+
 
 def verify(
     proof: Proof,

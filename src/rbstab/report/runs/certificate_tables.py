@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from rbstab.analysis.certificate.verdict import Verdict
+from rbstab.analysis.lyapunov import ENERGY_SCALE_NOTE
 from rbstab.experiment.answers.check_words import comparison, word_of_check
 from rbstab.experiment.answers.words import word_of
 from rbstab.experiment.stored_certificate import CertificateLine
@@ -74,8 +75,7 @@ def _matrix(facts: Sequence[RunFacts]) -> Table:
     note = (
         "The last column puts the checks of the computed run together; global stability and the "
         "certified region have no part in it, because they speak of the exact motion. A start "
-        f"outside of the certified region decides nothing. {driven}Numbers are divided by v(0), "
-        "or by what is larger: a ten thousandth of the largest energy, or the energy supplied."
+        f"outside of the certified region decides nothing. {driven}{ENERGY_SCALE_NOTE}"
     )
     return Table("certificate-matrix", "Checks of each run", heads, tuple(rows), note)
 

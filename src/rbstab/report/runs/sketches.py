@@ -21,8 +21,8 @@ def decay_sketches(runs: Sequence[Run]) -> list[Sketch | None]:
 
     All have the same scales, so that they can be compared: logarithmic in v. If inputs supply power
     to a run, v need not decay, and v(0) may be zero: then each v is divided by its largest value,
-    on a linear scale. There is None for a run whose v is never above zero, or not at the start, or
-    that has fewer than two samples.
+    on a linear scale. There is None for a run that starts at rest, or whose v is never above zero,
+    or not at the start, or that has fewer than two samples.
     """
     linear = any(run.is_driven for run in runs)
     decays = [_decay_of(run, by_largest=linear) for run in runs]
@@ -86,7 +86,8 @@ def _decay_of(run: Run, *, by_largest: bool) -> _Decay | None:
     time = np.asarray(run.result["time"], dtype=float)
     v = np.asarray(lyapunov_function_of(run.result), dtype=float)
     unit = np.max(v, where=np.isfinite(v), initial=0.0) if by_largest else v[:1].sum()
-    if len(time) < 2 or not (np.isfinite(unit) and unit > 0 and time[-1] > time[0]):
+    has_decay = run.settling_time != 0.0 and np.isfinite(unit) and unit > 0
+    if len(time) < 2 or not (has_decay and time[-1] > time[0]):
         return None
     with np.errstate(all="ignore"):
         ratio = v / unit

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from rbstab.analysis.certificate.verdict import Verdict
+from rbstab.analysis.lyapunov import ENERGY_SCALE, ENERGY_SCALE_NOTE
 from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.experiment.answers.run_answer import Answer
 from rbstab.experiment.answers.words import Sureness, word_of
@@ -32,7 +33,7 @@ HEADS = (
     Head("rest states", numbers=True),
     Head("in certified region"),
     Head("variant"),
-    Head("|r|/v(0)", numbers=True),
+    Head(f"|r|/{ENERGY_SCALE}", numbers=True),
     Head("checks"),
 )
 """The deciding columns are first: a page shows as many as fit."""
@@ -46,10 +47,9 @@ NOTE = (
     "count from the rest state of the region. "
     "E is the displacement of the contact point from its anchor; peak E1, E2 and E3 are its values "
     "farthest from zero, by axis. "
-    "v is the Lyapunov function, and r = v(t) - v(0) - ∫v' dt is the energy residual. |r| is "
-    "divided by v(0), or by a ten thousandth of the largest energy if that is larger. Rest states "
-    "are those in the range of the Euler angles; they and the certified region "
-    "need a proof beside the result (rbstab run makes it). Checks: what the "
+    "v is the Lyapunov function, and r = v(t) - v(0) - ∫v' dt is the energy residual. "
+    f"{ENERGY_SCALE_NOTE} Rest states are those in the range of the Euler angles; they and the "
+    "certified region need a proof beside the result (rbstab run makes it). Checks: what the "
     "checks of the computed run found together."
 )
 
@@ -62,7 +62,7 @@ WORK_NOTE = (
 DRIVEN_NOTE = (
     "Where inputs supply power, a body may start at rest: it is at rest again from the time after "
     f"which v stays below {SETTLED_FRACTION:g} of its largest value. While an input goes on, it is "
-    "not. |r| is divided by the energy supplied if that is larger than v(0)."
+    "not."
 )
 """Added to the note if inputs act on a body."""
 

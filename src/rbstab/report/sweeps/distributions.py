@@ -6,6 +6,7 @@ depend on how many members of each condition the plan has. Each condition has a 
 
 import numpy as np
 
+from rbstab.analysis.lyapunov import ENERGY_SCALE
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.model.figure import SHARE_ENDS, Axis, Bars, Figure, Line, Panel
@@ -13,11 +14,14 @@ from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions, 
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.quantities import MemberQuantity, regularity, settling_time, varies
 from rbstab.report.sweeps.table_entries import number, whole
+from rbstab.sweep.folder.gather import relative_residuals
 
 QUANTILES = (0.5, 0.05, 0.95, 0.0, 1.0)
 """Orders of the quantiles; the median comes first: a narrow page shows only the first columns."""
 
 NOTE = "Only completed members count. The smallest cos θ2 includes members that left the range."
+
+RESIDUAL_AXIS = Axis(f"max |r| / {ENERGY_SCALE}", log=True)
 
 MAX_BARS = 60
 
@@ -97,15 +101,10 @@ def _curves(quantity: MemberQuantity, groups: PairedConditions) -> tuple[Line, .
 
 def distributed(members: Members) -> list[MemberQuantity]:
     """Return the quantities to show; each has at least one finite value."""
-    completed = members.completed
+    completed, residuals = members.completed, relative_residuals(members.table)
     peaks, angles = (
         members.column(name) for name in ("peak_contact_displacement", "peak_orientation")
     )
-    # v is largest at the start, unless inputs supply power.
-    size = np.fmax(members.column("lyapunov_start"), members.column("lyapunov_end"))
-    with np.errstate(all="ignore"):
-        relative = members.column("energy_residual") / np.where(size > 0, size, np.nan)
-    residual = f"max |r| / {'the larger of v(0), v(end)' if members.driven else 'v(0)'}"
     quantities = [
         settling_time(members),
         *(
@@ -116,7 +115,7 @@ def distributed(members: Members) -> list[MemberQuantity]:
         ),
         regularity(members),
         MemberQuantity("pitch", Axis("largest |θ2|", "rad"), _masked(completed, angles[:, 1])),
-        MemberQuantity("residual", Axis(residual, log=True), _masked(completed, relative)),
+        MemberQuantity("residual", RESIDUAL_AXIS, _masked(completed, residuals)),
         MemberQuantity(
             "steps", Axis("accepted steps", whole=True), _masked(completed, members.column("steps"))
         ),

@@ -30,6 +30,7 @@ COLUMNS = (
     "lyapunov_start",
     "lyapunov_end",
     "energy_residual",
+    "energy_scale",
     "peak_contact_displacement",
     "peak_orientation",
     "smallest_regularity",
@@ -47,7 +48,7 @@ COLUMNS = (
 """Columns to read besides the parameters; all columns of a sweep could need too much memory."""
 
 OPTIONAL = (
-    *("convergence", "energy_at_rest", "rest_orientation"),
+    *("convergence", "energy_at_rest", "rest_orientation", "energy_scale"),
     *("proved_rest_state", "one_rest_state", "proved_time", "motion_proof"),
 )
 """Columns that older sweeps do not have, or only sweeps with `prove` have."""

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rbstab.analysis.lyapunov import DIGITS
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis
 from rbstab.report.sweeps.kept import kept
@@ -92,10 +93,12 @@ def start_energy(members: Members) -> MemberQuantity:
 
 def start_values(members: Members) -> Array:
     """Return v(0) of each member, shape (n,), J; zero where it is round-off."""
-    values, ends = (members.column(f"lyapunov_{which}") for which in ("start", "end"))
-    # A driven body may start at rest: v(0) would then show its round-off.
-    largest = np.nanmax(np.abs(ends), initial=0.0, where=np.isfinite(ends))
-    return np.where(np.abs(values) <= ROUND_OFF * largest, 0.0, values)
+    values = members.column("lyapunov_start")
+    if "energy_scale" not in members.table.layout:
+        return values
+    # A body may start at rest: v(0) would then show its round-off.
+    scale = members.column("energy_scale")
+    return np.where(np.abs(values) <= scale / DIGITS, 0.0, values)
 
 
 @kept
@@ -118,10 +121,6 @@ def proved_time(members: Members) -> MemberQuantity | None:
     label = "time from which inside a certified region"
     values = _finite(members.column("proved_time"))
     return MemberQuantity("proved-time", Axis(label, "s"), values, "not proved")
-
-
-ROUND_OFF = 1e-12
-"""v(0) is zero if it is smaller than this fraction of the largest v(end)."""
 
 
 @kept

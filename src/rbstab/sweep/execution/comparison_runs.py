@@ -88,7 +88,7 @@ class ComparisonRuns:
             if member is None:
                 self._wait()
                 continue
-            singles = singles or SingleRuns(self.plan, ENGINE)
+            singles = singles or SingleRuns(self.plan, ENGINE, with_largest=True)
             self.outcomes[member] = singles.compute(member, member + 1).outcome
         return None
 

@@ -19,7 +19,7 @@ def start_comparison_worker() -> Worker:
     """Start a worker process.
 
     Its first request is a `Plan`, and its first answer is None. Each later request is the number of
-    a member, and its answer is the outcome of this member (`Shard.outcome`).
+    a member, and its answer is the outcome of this member, with `largest_of_finals`.
 
     Raises:
         WorkerDiedError: The system cannot start another process.
@@ -46,7 +46,7 @@ def _run(connection: Connection, requests: "SimpleQueue[Any]") -> None:
 
             from rbstab.sweep.members.scipy_comparison import ENGINE
             from rbstab.sweep.members.single import SingleRuns
-        singles = SingleRuns(requests.get(), ENGINE)
+        singles = SingleRuns(requests.get(), ENGINE, with_largest=True)
         connection.send(None)
         while True:
             member = requests.get()

@@ -153,9 +153,8 @@ class SweepSummary(NamedTuple):
         by_status: The number of members with each status that occurs.
         settled: The number of completed members that settled.
         settling_median: The median of their settling times, s.
-        worst_residual: The largest |r|/v(0) of the completed members; over v at the end if that is
-            larger than v(0), as where inputs supply power. NaN if neither is above 0.
-        residual_scale: By what |r| was divided, in words.
+        worst_residual: The largest |r| of the completed members over their largest energy; NaN if
+            none completed, or an older version stored no largest energy.
         convergence: The number of members with each word of the column `convergence` that occurs;
             empty if it is unknown of all members.
     """
@@ -165,7 +164,6 @@ class SweepSummary(NamedTuple):
     settled: int
     settling_median: float
     worst_residual: float
-    residual_scale: str
     convergence: dict[str, int]
 
 
@@ -175,23 +173,31 @@ def sweep_summary(path: Path) -> SweepSummary:
     Raises:
         StoreError: The file cannot be read, or is damaged.
     """
-    names = ("status", "settling_time", "energy_residual", "lyapunov_start", "lyapunov_end")
-    table = read_table(path, (*names, "convergence"))
-    status, settling, residual, start, end = (table[name] for name in names)
-    scale = np.fmax(start, end)
+    table = read_table(path, ("status", "settling_time", *RELATIVE_RESIDUAL, "convergence"))
+    status, settling = table["status"], table["settling_time"]
     completed = status == STATUSES.index(RunStatus.COMPLETED)
     settled = settling[completed & np.isfinite(settling)]
-    moving = completed & (scale > 0)
-    relative = residual[moving] / scale[moving]
+    relative = relative_residuals(table)[completed]
     return SweepSummary(
         len(status),
         counts_by_status(np.bincount(status, minlength=len(STATUSES))),
         len(settled),
         float(np.median(settled)) if len(settled) else float("nan"),
         float(relative.max()) if len(relative) else float("nan"),
-        "the larger of v(0), v(end)" if np.any(end[moving] > start[moving]) else "v(0)",
         _counts_of_convergence(table),
     )
+
+
+RELATIVE_RESIDUAL = ("energy_residual", "energy_scale")
+"""The columns that `relative_residuals` needs."""
+
+
+def relative_residuals(table: Table) -> Array:
+    """Return the largest |r| of each member over its largest energy; NaN in older sweeps."""
+    if "energy_scale" not in table.layout:
+        return np.full(len(table["energy_residual"]), np.nan)
+    with np.errstate(all="ignore"):
+        return np.asarray(table["energy_residual"] / table["energy_scale"])
 
 
 def _counts_of_convergence(table: Table) -> dict[str, int]:

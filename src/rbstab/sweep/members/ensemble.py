@@ -10,6 +10,7 @@ integration does not complete, the member is computed by a single run.
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ import numpy as np
 from rbstab.analysis.approached_state import lyapunov_zero
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.rest_state import nearest_rest_state
+from rbstab.analysis.settling import value_round_off
 from rbstab.config.build import problem_of
 from rbstab.config.entries import is_of_initial_state
 from rbstab.integrate.heyoka.compiled_map import SIMD
@@ -197,7 +199,11 @@ class _VariantEngine:
         rest = self._rest_states(values, parameters, last, positions.X[..., -1])
         energy = observed.energy - rest.energy[:, np.newaxis]
         residual = energy - energy[:, :1] - trajectories.lyapunov_change
-        members = self._members(trajectories, observed, positions, energy, residual, rest)
+        energies = partial(self.ensemble.scales.energies, parameters)
+        round_off = value_round_off(energies, starts)
+        members = self._members(
+            trajectories, observed, positions, energy, residual, round_off, rest
+        )
         with np.errstate(all="ignore"):
             peaks = self.peaks.find(parameters, starts, trajectories, observed)
             outcome = outcome_of(members, peaks)
@@ -261,6 +267,7 @@ class _VariantEngine:
         positions: ObservedPositions,
         energy: Array,
         residual: Array,
+        round_off: Array,
         rest: RestStatesOfMembers,
     ) -> MemberTrajectories:
         def along(rows: Array) -> Array:
@@ -279,6 +286,7 @@ class _VariantEngine:
             lyapunov=energy,
             energy_residual=residual,
             energy_at_rest=rest.energy,
+            energy_round_off=round_off,
             rest_orientation=rest.orientation,
             own_states={name: along(states[place]) for name, place in own_states.items()},
             supplied_energy=trajectories.supplied_energy,

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from rbstab.analysis.lyapunov import ENERGY_SCALE, energy_scale
 from rbstab.analysis.peak_search import Peaks, Samples, find_peaks
 from rbstab.analysis.settling import last_above, settling_times
 from rbstab.elements.declarations import OwnState
@@ -21,6 +22,12 @@ SETTLED_DISTANCE = 1e-3
 
 E_ROWS, THETA_ROWS = slice(0, 3), slice(3, 6)
 """The rows of E and of Θ in `Peaks`."""
+
+FINAL = ("orientation", "angular_velocity", "position", "velocity")
+"""The quantities of `MemberTrajectories` whose final values are columns."""
+
+FINAL_PREFIX, LARGEST_PREFIX = "final_", "largest_"
+"""A quantity at the end, and the largest of its samples."""
 
 STATUSES = tuple(RunStatus)
 """The statuses in the order of their codes in the column `status`."""
@@ -62,6 +69,7 @@ COLUMNS: dict[str, Column] = {
     "energy_at_rest": _number("f8", "J", "stored energy of the rest state at which v is zero"),
     "rest_orientation": _vector("rad", "Θ of that rest state; NaN: the member approaches none"),
     "energy_residual": _number("f8", "J", "the largest |r| of the samples"),
+    "energy_scale": _number("f8", "J", f"the {ENERGY_SCALE}: |r| is divided by it"),
     "peak_contact_displacement": _vector("m", "E farthest from 0, by axis"),
     "peak_time": _vector("s", "when it is there"),
     "peak_orientation": _vector("rad", "the largest |Θ|, by axis"),
@@ -119,6 +127,7 @@ class MemberTrajectories:
         lyapunov: v, shape (m, n), J.
         energy_residual: r, shape (m, n), J.
         energy_at_rest: The stored energy of the rest state at which v is zero, shape (m,), J.
+        energy_round_off: The energy below which v is round-off, shape (m,), J.
         rest_orientation: Θ of that rest state, shape (m, 3), rad.
         own_states: The own states of the elements by name, each of shape (m, n, size).
         contact_work: ε, shape (m, n), J, if `lyapunov` is v - ε (for s = F + κE); otherwise None.
@@ -137,6 +146,7 @@ class MemberTrajectories:
     lyapunov: Array
     energy_residual: Array
     energy_at_rest: Array
+    energy_round_off: Array
     rest_orientation: Array
     own_states: dict[str, Array] = field(default_factory=dict)
     contact_work: Array | None = None
@@ -152,12 +162,7 @@ def outcome_of(members: MemberTrajectories, peaks: Peaks | None = None) -> dict[
     """
     peaks = peaks or find_peaks(peak_samples(members))
     times, count = members.time, len(members.lyapunov)
-    last = {
-        "final_orientation": members.orientation[:, -1],
-        "final_angular_velocity": members.angular_velocity[:, -1],
-        "final_position": members.position[:, -1],
-        "final_velocity": members.velocity[:, -1],
-    }
+    last = {FINAL_PREFIX + name: getattr(members, name)[:, -1] for name in FINAL}
     for state in OWN_STATES.values():
         last[f"final_{state.name}"] = np.full((count, state.size), np.nan)
     for name, values in members.own_states.items():
@@ -174,6 +179,9 @@ def outcome_of(members: MemberTrajectories, peaks: Peaks | None = None) -> dict[
         "energy_at_rest": members.energy_at_rest,
         "rest_orientation": members.rest_orientation,
         "energy_residual": np.abs(members.energy_residual).max(axis=1),
+        "energy_scale": energy_scale(
+            members.lyapunov, members.energy_round_off, members.supplied_energy
+        ),
         "peak_contact_displacement": peak,
         "peak_time": peaks.time[E_ROWS].T,
         "peak_orientation": angles,
@@ -184,9 +192,21 @@ def outcome_of(members: MemberTrajectories, peaks: Peaks | None = None) -> dict[
             times,
             value,
             members.orientation[:, -1] - members.rest_orientation,
+            members.energy_round_off,
             members.supplied_energy,
         ),
         "displacement_settling_time": last_above(times, distance, np.full(count, SETTLED_DISTANCE)),
+    }
+
+
+def largest_of_finals(members: MemberTrajectories) -> dict[str, Array]:
+    """Return the largest sample, by component, of each quantity whose final value is a column.
+
+    A motion that comes to rest ends with round-off, which is no scale for differences.
+    """
+    quantities = {name: getattr(members, name) for name in FINAL} | members.own_states
+    return {
+        LARGEST_PREFIX + name: np.abs(values).max(axis=1) for name, values in quantities.items()
     }
 
 

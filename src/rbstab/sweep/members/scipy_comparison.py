@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.sweep.members.outcome import COLUMNS
+from rbstab.sweep.members.outcome import COLUMNS, FINAL_PREFIX, LARGEST_PREFIX
 from rbstab.systems.quantities import is_element_state
 
 ENGINE = "scipy"
@@ -15,21 +15,19 @@ _NOT_COMPARED = (
     *("peak_contact_displacement_error", "peak_orientation_error"),
 )
 
-_ENERGIES = ("lyapunov_start", "lyapunov_end")
-
 _SCALE = {
-    "energy_residual": _ENERGIES,
-    "energy_at_rest": _ENERGIES,
-    "lyapunov_start": _ENERGIES,
-    "rest_orientation": ("peak_orientation",),
+    "energy_residual": "energy_scale",
+    "energy_at_rest": "energy_scale",
+    "lyapunov_start": "energy_scale",
+    "lyapunov_end": "energy_scale",
+    "rest_orientation": "peak_orientation",
 }
-"""For a column whose values may all be round-off: the columns whose largest absolute value divides
-its differences. v is largest at the start, unless inputs supply power."""
+"""For a column whose values may all be round-off: the column whose largest absolute value divides
+its differences. The final values of a quantity are divided by its largest samples."""
 
-
-_LEAST_SHARE = {"lyapunov_end": ("lyapunov_start", 1e-6)}
-"""For a column that ends at zero: another column, and the share of its largest absolute value by
-which differences are divided at least. Otherwise round-off would be compared with round-off."""
+LEAST_SCALE = 1e-8
+"""Differences of vectors are divided by at least this, in SI units. A body at rest has nothing but
+round-off, which would be compared with round-off."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +38,8 @@ class ScipyComparison:
         shards_digest: The digest of the compared shards.
         members: The members.
         unlike: The number of members whose status, or whose NaNs, differ from the single run.
-        differences: For each column, the largest difference divided by the largest absolute value.
+        differences: For each column, the largest difference divided by the largest energy, by the
+            largest sample of the quantity, or by the largest absolute value of the column.
     """
 
     shards_digest: str
@@ -54,7 +53,7 @@ def compare(ours: dict[str, Array], theirs: dict[str, Array]) -> tuple[int, dict
 
     Args:
         ours: The columns of some members.
-        theirs: The same columns of their single runs.
+        theirs: The same columns of their single runs, and the largest samples of `FINAL`.
 
     Returns:
         `unlike` and `differences` of a `ScipyComparison`.
@@ -67,24 +66,21 @@ def compare(ours: dict[str, Array], theirs: dict[str, Array]) -> tuple[int, dict
         alike &= same.reshape(len(same), -1).all(axis=1)
     differences = {}
     for name in columns:
-        a, b, *scales = (
+        a, b, scale = (
             np.where(np.isnan(values), 0.0, values)[alike]
-            for values in (
-                ours[name],
-                theirs[name],
-                *(theirs[one] for one in _SCALE.get(name, (name,)) if one in theirs),
-            )
+            for values in (ours[name], theirs[name], theirs[_scale_of(name)])
         )
-        scale = np.concatenate([values.ravel() for values in scales])
         # Infinite numbers come from diverged motions. It is enough that both motions diverge.
         finite = np.isfinite(a) & np.isfinite(b)
-        largest = float(np.abs(scale[np.isfinite(scale)]).max(initial=0.0))
-        if name in _LEAST_SHARE:
-            other, share = _LEAST_SHARE[name]
-            values = theirs[other][alike]
-            largest = max(
-                largest, share * float(np.abs(values[np.isfinite(values)]).max(initial=0))
-            )
+        least = LEAST_SCALE if a.ndim > 1 else 0.0
+        largest = float(np.abs(scale[np.isfinite(scale)]).max(initial=least))
         difference = float(np.abs(a[finite] - b[finite]).max(initial=0.0))
         differences[name] = difference / largest if largest else difference
     return int((~alike).sum()), differences
+
+
+def _scale_of(name: str) -> str:
+    """Return the column by whose largest absolute value the differences of a column are divided."""
+    if name.startswith(FINAL_PREFIX):
+        return LARGEST_PREFIX + name.removeprefix(FINAL_PREFIX)
+    return _SCALE.get(name, name)

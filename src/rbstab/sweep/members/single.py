@@ -20,8 +20,11 @@ from rbstab.mechanics.numbers import Array
 from rbstab.sweep.members.engine import Shard, columns_of_failed
 from rbstab.sweep.members.identity import run_ids
 from rbstab.sweep.members.outcome import (
+    FINAL_PREFIX,
+    LARGEST_PREFIX,
     STATUSES,
     MemberTrajectories,
+    largest_of_finals,
     outcome_columns,
     outcome_of,
     peak_samples,
@@ -40,16 +43,24 @@ class SingleRuns:
     Args:
         plan: The plan.
         name: The name of the engine; default the engine of the plan.
+        with_largest: Whether `largest_of_finals` are columns, too.
 
     Raises:
         EngineMissingError: The package of the engine is not installed.
     """
 
-    def __init__(self, plan: Plan, name: str | None = None) -> None:
+    def __init__(self, plan: Plan, name: str | None = None, *, with_largest: bool = False) -> None:
         self._plan = plan
         self._engine = name or plan.engine
         self._layout = layout_of(plan)
         self._columns = outcome_columns(plan)
+        self._with_largest = with_largest
+        if with_largest:
+            self._columns |= {
+                LARGEST_PREFIX + name.removeprefix(FINAL_PREFIX): column
+                for name, column in self._columns.items()
+                if name.startswith(FINAL_PREFIX)
+            }
         # A sample of a motion that is kept takes twice as long: some microseconds too.
         self._recording_time = _OncePerSystem(partial(recording_time, only_outcome=True))
         self._rest_state = _OncePerSystem(rest_state_of)
@@ -114,7 +125,8 @@ class SingleRuns:
             with np.errstate(all="ignore"):
                 member = trajectory_of(problem, quantities)
                 search = SinglePeaks(problem, self._engine, deadline)
-                return outcome_of(member, search.find(trajectory, peak_samples(member)))
+                outcome = outcome_of(member, search.find(trajectory, peak_samples(member)))
+                return outcome | (largest_of_finals(member) if self._with_largest else {})
         except Exception:
             # A motion with a single sample has no outcome; its columns keep their defaults.
             return {}
@@ -154,7 +166,8 @@ def trajectory_of(problem: Problem, quantities: dict[str, Array]) -> MemberTraje
     return MemberTrajectories(
         time=quantities[TIME],
         orientation_rate=rates[np.newaxis],
-        energy_at_rest=quantities["energy_at_rest"][np.newaxis],
+        energy_at_rest=arrays["energy_at_rest"],
+        energy_round_off=arrays["energy_round_off"],
         rest_orientation=arrays["rest_orientation"],
         own_states={name: arrays[name] for name in problem.system.own_states},
         contact_work=arrays["contact_work"] if has_no_potential(problem.system) else None,

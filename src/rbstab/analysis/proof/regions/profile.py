@@ -60,7 +60,9 @@ def _descended(form: TrigonometricForm, Theta: Array) -> Array:
         values, vectors = np.linalg.eigh(block)
         along = np.einsum("mji,mj->mi", vectors, gradient[:, OUTER])
         # Where the energy is not convex, the size of its curvature still gives a way down.
-        step = np.einsum("mij,mj->mi", vectors, along / np.maximum(np.abs(values), 1e-12))
+        sizes = np.abs(values)
+        least = np.maximum(1e-12 * sizes.max(axis=1, keepdims=True), np.finfo(float).tiny)
+        step = np.einsum("mij,mj->mi", vectors, along / np.maximum(sizes, least))
         moved = Theta.copy()
         moved[:, OUTER] -= length[:, np.newaxis] * step
         found = form.value(moved)

@@ -4,6 +4,7 @@ Where the bounds of a box of bodies decide nothing, it is halved along the numbe
 most. The proof is complete when it holds for all parts.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
@@ -29,6 +30,7 @@ class BodiesOutcome(Enum):
     SEVERAL = "a body in the box has several rest states"
     NO_MINIMUM = "a rest state of a body in the box is not a minimum"
     PART_LIMIT = "the limit on the number of parts was reached"
+    TIME_LIMIT = "the time limit was reached"
     UNDECIDED = "the bounds of the one energy of all bodies decide nothing"
     NO_ENERGY = "the energy has no form that can be bounded"
 
@@ -53,19 +55,25 @@ class BodiesProof:
     axis: int | None = None
 
 
-def prove_bodies(members: Members, box: Part, part_limit: int = PART_LIMIT) -> BodiesProof:
+def prove_bodies(
+    members: Members,
+    box: Part,
+    part_limit: int = PART_LIMIT,
+    is_late: Callable[[], bool] = lambda: False,
+) -> BodiesProof:
     """Prove that each body in a box has one rest state, a minimum, and bound its level.
 
     Args:
         members: Builds the system of a member.
         box: The box of bodies.
         part_limit: The number of parts that are examined at most.
+        is_late: Returns whether no further part is to be examined.
     """
     try:
         search_ = _Search(members, box)
     except NoReducedEnergy as error:
         return BodiesProof(BodiesOutcome.NO_ENERGY, 0.0, 0, 0, str(error))
-    return search_.run(part_limit)
+    return search_.run(part_limit, is_late)
 
 
 class _Search:
@@ -76,17 +84,19 @@ class _Search:
         # If the body in the middle has no energy of the right form, smaller boxes do not help.
         middle = energies_of(members, box.centre).family
         self.starts = search(middle)
-        self.pending = [
-            (relevant(members, box), self.starts[0] if len(self.starts) else np.zeros(3))
-        ]
+        self.whole = relevant(members, box)
+        self.pending = [(self.whole, self.starts[0] if len(self.starts) else np.zeros(3))]
         self.level, self.proved, self.examined, self.boxes = np.inf, 0, 0, 0
+        self.share = Fraction(0)
         self.axis: int | None = None
 
-    def run(self, part_limit: int) -> BodiesProof:
-        """Examine the parts until all are proved, one is false, or the limit is reached."""
+    def run(self, part_limit: int, is_late: Callable[[], bool]) -> BodiesProof:
+        """Examine the parts until all are proved, one is false, or a limit is reached."""
         while self.pending:
             if self.examined == part_limit:
                 return self._ended(BodiesOutcome.PART_LIMIT)
+            if is_late():
+                return self._ended(BodiesOutcome.TIME_LIMIT)
             part, near = self.pending.pop()
             self.examined += 1
             false = self._examine(part, near)
@@ -104,6 +114,7 @@ class _Search:
         self.boxes += proof.examined
         if proof.proved:
             self.level, self.proved = min(self.level, proof.level), self.proved + 1
+            self.share += part.share_of(self.whole)
             return None
         starts = np.concatenate([self.starts, proof.doubtful])
         false = counterexample(self.members, part, starts)
@@ -130,10 +141,15 @@ class _Search:
     def _ended(self, outcome: BodiesOutcome, false: Counterexample | None = None) -> BodiesProof:
         level = self.level if outcome is BodiesOutcome.PROVED else 0.0
         reason = ""
-        if outcome is BodiesOutcome.PART_LIMIT:
-            reason = (
-                f"{len(self.pending)} of {len(self.pending) + self.proved} parts are not proved"
-            )
+        if outcome in {BodiesOutcome.PART_LIMIT, BodiesOutcome.TIME_LIMIT}:
+            parts = len(self.pending) + self.proved
+            reason = f"{len(self.pending)} of {parts} parts are not proved"
+            if self.proved:
+                percent = float(100 * self.share)
+                reason += f"; the claim is proved for {percent:.4g} % of the tolerances"
+                if self.level > 0:
+                    level = np.nextafter(self.level * (1 - 1e-5), 0)
+                    reason += f", with v(0) < {level:.4g} J"
         return BodiesProof(outcome, level, self.examined, self.boxes, reason, false, self.axis)
 
 

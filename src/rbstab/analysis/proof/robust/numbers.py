@@ -1,5 +1,6 @@
 """The numbers of a box of bodies, and polynomials in them."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -46,6 +47,11 @@ class Part:
             middle[axis] += sign * radius[axis]
             found.append(Part(tuple(middle), tuple(radius)))
         return found[0], found[1]
+
+    def share_of(self, whole: "Part") -> Fraction:
+        """Return the volume of this part over that of the box of which it is a part."""
+        pairs = zip(self.radius, whole.radius, strict=True)
+        return math.prod((own / of_whole for own, of_whole in pairs if of_whole), start=Fraction(1))
 
     @property
     def centre(self) -> "Part":

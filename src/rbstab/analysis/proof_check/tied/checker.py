@@ -17,6 +17,7 @@ from rbstab.analysis.proof_check.cover import cover
 from rbstab.analysis.proof_check.energy import TooLongError
 from rbstab.analysis.proof_check.findings import (
     IN_RANGE,
+    TIME,
     UNWRAPPED,
     Finding,
     Range,
@@ -58,7 +59,7 @@ def check_tied(
                 progress(finding)
         except TooLongError as error:
             about = findings[-1].about if findings else IN_RANGE
-            findings.append(Finding(about, "time", False, f"{error}."))
+            findings.append(Finding(about, TIME, False, f"{error}."))
         except ValueError as error:
             findings.append(Finding(IN_RANGE, "energy", False, f"{error}."))
     return findings

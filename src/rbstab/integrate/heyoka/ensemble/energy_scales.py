@@ -28,7 +28,7 @@ class EnergyScales:
             parameters: Shape (parameters, m), in the order of `parameter_values`.
             starts: Shape (states, m).
         """
-        size = self._initial_energies(parameters, starts)
+        size = self._sizes_at_start(parameters, starts)
         return np.where((size > 0) & (size < np.inf), size, 1.0)
 
     def fitting(self, parameters: Array, starts: Array, scales: Array, audits: Array) -> Array:
@@ -42,13 +42,16 @@ class EnergyScales:
             scales: The scales of the runs, shape (m,), J.
             audits: The largest audit state of each run, in units of its scale, shape (m,).
         """
-        sizes = self._initial_energies(parameters, starts) + audits * scales
+        sizes = self._sizes_at_start(parameters, starts) + audits * scales
         misfits = (sizes > LARGEST_MISFIT * scales) | (sizes < scales / LARGEST_MISFIT)
         return np.where(misfits & (sizes > 0) & np.isfinite(sizes), sizes, scales)
 
-    def _initial_energies(self, parameters: Array, starts: Array) -> Array:
+    def energies(self, parameters: Array, states: Array) -> Array:
+        """Return the energy of each part of each member at a state, shape (parts, m), J."""
+        chosen = self._compiled.open_parameters(parameters, self._energies)
+        return np.asarray(evaluate_compiled(self._energies, states, chosen))
+
+    def _sizes_at_start(self, parameters: Array, starts: Array) -> Array:
         """Return the sum of the absolute energies of each member at its start, shape (m,), J."""
         with np.errstate(all="ignore"):
-            chosen = self._compiled.open_parameters(parameters, self._energies)
-            energies = evaluate_compiled(self._energies, starts, chosen)
-            return np.asarray(np.abs(energies).sum(axis=0))
+            return np.asarray(np.abs(self.energies(parameters, starts)).sum(axis=0))

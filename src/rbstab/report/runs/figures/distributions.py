@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rbstab.analysis.lyapunov import ENERGY_SCALE, ENERGY_SCALE_NOTE
 from rbstab.experiment.summary import lyapunov_function_of
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Bars, Figure, Panel
@@ -13,7 +14,7 @@ MAX_BARS = 40
 
 
 def distribution_figure(runs: Sequence[Run]) -> Figure:
-    """Return histograms of settling time, peak |E|, v(end)/v(0) and |r|/v(0).
+    """Return histograms of settling time, peak |E|, v(end)/v(0) and the relative |r|.
 
     A quantity that no run has a value of is left out, and the caption says so.
     """
@@ -21,12 +22,16 @@ def distribution_figure(runs: Sequence[Run]) -> Figure:
     with np.errstate(all="ignore"):
         # Not what a result may store in place of v: v - ε does not end at zero.
         values_of_v = [lyapunov_function_of(run.result) for run in runs]
-        decay = [v[-1] / v[0] for v in values_of_v]
+        # A run that starts at rest does not decay.
+        decay = [
+            v[-1] / v[0] if run.settling_time != 0.0 else np.nan
+            for run, v in zip(runs, values_of_v, strict=True)
+        ]
     outcomes = (
         (Axis("settling time", "s"), [run.settling_time for run in runs]),
         (Axis("peak |E|", "m"), [s.peak_distance for s in summaries]),
         (Axis("v(end) / v(0)", log=True), decay),
-        (Axis("largest |r| / v(0)", log=True), [s.relative_residual for s in summaries]),
+        (Axis(f"largest |r| / {ENERGY_SCALE}", log=True), [s.relative_residual for s in summaries]),
     )
     panels, missing = [], []
     for axis, values in outcomes:
@@ -37,8 +42,7 @@ def distribution_figure(runs: Sequence[Run]) -> Figure:
             missing.append(f"{axis.label}: {len(runs) - len(shown)}")
     caption = (
         "A run has settled when v stays below v(0)/1000. Between samples v is interpolated "
-        "linearly. |r| is divided by v(0), or by a ten thousandth of the largest energy if that is "
-        "larger."
+        f"linearly. {ENERGY_SCALE_NOTE}"
     )
     if missing:
         caption += f" Number of runs without a value to draw: {'; '.join(missing)}."

@@ -253,4 +253,4 @@ def test_elements_that_damp_every_motion_need_no_controller():
 @pytest.mark.parametrize("names", [["tie"], ["upright"], []])
 def test_one_of_them_is_not_enough(names):
     proof = prove(config_data({name: JOINED[name] for name in names} | {"band": BAND}, None))
-    assert proof.outcome == NOT_DAMPED
+    assert NOT_DAMPED in proof.outcome

@@ -82,6 +82,10 @@ def prove(
     try:
         with np.errstate(all="ignore"):
             system = smooth_rest_system(problem or problem_of(config))
+            why_not = _no_theorem(config)
+            if why_not is not None:
+                why = f"no proof was tried, as {why_not}"
+                return _searched(identity, system, why, start_time)
             # Code of users is recorded in doubles; it need not accept other numbers.
             exact_system = partial(system_of, without_code(config))
             limit = search_limit(system, brief=brief)
@@ -144,35 +148,44 @@ def _tied_proof(
 
 
 def _no_energy(identity: str, system: System, error: "NoReducedEnergy", start_time: float) -> Proof:
+    """Return the rest states of a body whose energy is in no proof, with the reason."""
+    from rbstab.analysis.proof.reduced_energy import SEARCHED_INSTEAD
+
+    if error.reason not in SEARCHED_INSTEAD:
+        return no_proof(identity, str(error), time.perf_counter() - start_time)
+    return _searched(identity, system, str(error), start_time)
+
+
+def _searched(identity: str, system: System, why_not: str, start_time: float) -> Proof:
     """Return the rest states that a search finds, and why nothing is proved of them."""
     from rbstab.analysis.descents.kinked import has_kinks
     from rbstab.analysis.proof.guards.separate import has_switching_guards
-    from rbstab.analysis.proof.reduced_energy import SEARCHED_INSTEAD
     from rbstab.analysis.proof.searches.rest_states import searched_minima, searched_rest_states
 
     # A root search finds no state where a force that jumps, or a stop, holds the body.
     may_hold = has_switching_guards(system) or has_kinks(system)
-    search = searched_minima if may_hold else searched_rest_states
-    states = search(system) if error.reason in SEARCHED_INSTEAD else []
-    seconds = time.perf_counter() - start_time
-    return searched_record(identity, states, seconds, outcome=str(error))
+    states = (searched_minima if may_hold else searched_rest_states)(system)
+    return searched_record(identity, states, time.perf_counter() - start_time, outcome=why_not)
 
 
 def _no_search(config: Config) -> str | None:
     """Return why rest states are not searched for, or None; code of users only builds elements."""
-    from rbstab.analysis.proof.definite import damps_every_motion, indefinite_parameter
-    from rbstab.analysis.proof.traced.separate import damping_of_users
-
     if has_code(config) and not may_run_code(config):
         return CODE_NOT_RUN
-    system = system_of(config)
-    if system.supplies:
-        return SUPPLIES
-    exact = system_of(without_code(config), decimals)
-    if not damps_every_motion(exact, damping_of_users(system)):
-        return NOT_DAMPED
+    return SUPPLIES if system_of(config).supplies else None
+
+
+def _no_theorem(config: Config) -> str | None:
+    """Return which hypothesis of all theorems does not hold, or None."""
+    from rbstab.analysis.proof.definite import indefinite_parameter, why_not_damped
+    from rbstab.analysis.proof.traced.separate import damping_of_users
+
+    system, exact = system_of(config), system_of(without_code(config), decimals)
     indefinite = indefinite_parameter(exact)
-    return None if indefinite is None else f"{indefinite} is not positive definite"
+    if indefinite is not None:
+        return f"{indefinite} is not positive definite"
+    undamped = why_not_damped(exact, damping_of_users(system))
+    return None if undamped is None else f"{NOT_DAMPED}: {undamped}"
 
 
 def _without_regions(rest: "RestStates") -> Found:

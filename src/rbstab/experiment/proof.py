@@ -18,11 +18,13 @@ from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import (
     SUPPLIES,
+    TOO_FEW,
     Proof,
     no_proof,
 )
 from rbstab.experiment.stored_proof.reduced import Found, proof_record, searched_record
 from rbstab.experiment.stored_proof.tied import tied_record
+from rbstab.files.counts import grouped
 from rbstab.integrate.problem import Problem
 from rbstab.systems.system import System
 
@@ -30,6 +32,17 @@ if TYPE_CHECKING:
     from rbstab.analysis.proof.reduced_energy import ExactSystem, NoReducedEnergy
     from rbstab.analysis.proof.rest_states import RestStates
 
+
+ENOUGH = 0.5
+"""The share of the range that a search would decide with the most boxes of any proof, at its rate
+so far: with less, more boxes will not help."""
+
+MANY = 8_000
+"""The boxes after which this rate is known well enough."""
+
+TIES_OF_C = ("visco-elastic", "embedded")
+
+HELD_INSTEAD = "the same body held at C (variant: permanent) may be proved in its place"
 
 CODE_NOT_RUN = "an element is code of a user, which may not run without --allow-python"
 
@@ -62,59 +75,91 @@ def prove(
         ConfigError: The config is invalid.
     """
     # Imported late: a run usually reads a stored proof and makes none.
-    from rbstab.analysis.proof.branch_and_bound import SearchOutcome
     from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
-    from rbstab.analysis.proof.rest_states import rest_states
-    from rbstab.analysis.proof.searches.limits import search_limit
     from rbstab.analysis.proof.searches.rest_states import searched_rest_states
-    from rbstab.analysis.proof.unwrapped import box_limit_of, unwrapped_rest_states
 
     start_time = time.perf_counter()
-
-    def seconds() -> float:
-        return time.perf_counter() - start_time
-
     config = load_config(config)
     identity = proof_id(config)
     why_not = _no_search(config)
     if why_not is not None:
-        return no_proof(identity, why_not, seconds())
+        return no_proof(identity, why_not, time.perf_counter() - start_time)
+    system = smooth_rest_system(problem or problem_of(config))
+    # Code of users is recorded in doubles; it need not accept other numbers.
+    exact_system = partial(system_of, without_code(config))
+    why_not = _no_theorem(config)
     try:
         with np.errstate(all="ignore"):
-            system = smooth_rest_system(problem or problem_of(config))
-            why_not = _no_theorem(config)
             if why_not is not None:
                 why = f"no proof was tried, as {why_not}"
                 return _searched(identity, system, why, start_time)
-            # Code of users is recorded in doubles; it need not accept other numbers.
-            exact_system = partial(system_of, without_code(config))
-            limit = search_limit(system, brief=brief)
-            rest = rest_states(system, exact_system, proof=not search_only, box_limit=limit.boxes)
-            stopped = rest.outcome is SearchOutcome.BOX_LIMIT
-            if limit.slow and stopped:
-                # Undecided boxes cover most of the range, so no region is left.
-                record = proof_record(identity, _without_regions(rest), None, seconds())
-                return record.model_copy(update={"brief": brief or None})
-            left = limit.boxes - rest.examined
-            wide = None
-            if not search_only:
-                wide = unwrapped_rest_states(rest, left if brief else None)
-            # Where every start converges, no region is needed: it is all of the range.
-            every_start = rest.closed or (wide is not None and wide.every_start)
-            regions_of = _without_regions if every_start else _regions_of
-            found = regions_of(rest)
-            unwrapped = found if wide is rest else None if wide is None else regions_of(wide)
+            proof = partial(_reduced_proof, config, identity, system, exact_system, start_time)
+            return proof(search_only=search_only, brief=brief)
     except NoReducedEnergy as error:
         if error.reason is not NoEnergyReason.SIX_VARIABLES:
             return _no_energy(identity, system, error, start_time)
         if search_only:
-            return searched_record(identity, searched_rest_states(system), seconds())
+            seconds = time.perf_counter() - start_time
+            return searched_record(identity, searched_rest_states(system), seconds)
         return _tied_proof(identity, system, exact_system, start_time, brief=brief)
+
+
+def _reduced_proof(  # noqa: PLR0913, PLR0917 (as `prove`, with what it has computed)
+    config: Config,
+    identity: str,
+    system: System,
+    exact_system: "ExactSystem",
+    start_time: float,
+    *,
+    search_only: bool,
+    brief: bool,
+) -> Proof:
+    """Prove the rest states of a body by an energy of Θ alone."""
+    from rbstab.analysis.proof.branch_and_bound import SearchOutcome
+    from rbstab.analysis.proof.rest_states import rest_states
+    from rbstab.analysis.proof.searches.limits import search_limit
+    from rbstab.analysis.proof.unwrapped import box_limit_of, unwrapped_rest_states
+
+    def seconds() -> float:
+        return time.perf_counter() - start_time
+
+    limit = search_limit(system, brief=brief)
+    rest = rest_states(system, exact_system, proof=not search_only, box_limit=limit.boxes)
+    stopped = rest.outcome is SearchOutcome.BOX_LIMIT
+    most = search_limit(system, brief=False).boxes
+    rate_known = stopped and rest.examined >= MANY
+    too_few = rate_known and rest.covered * most < ENOUGH * rest.examined
+    if stopped and (limit.slow or too_few):
+        # Undecided boxes cover most of the range, so no region is left.
+        record = proof_record(identity, _without_regions(rest), None, seconds())
+        changes: dict[str, Any] = {"brief": brief or None}
+        if too_few:
+            changes["outcome"] = _too_few(config, system, rest, most)
+        return record.model_copy(update=changes)
+    left = limit.boxes - rest.examined
+    wide = None
+    if not search_only:
+        wide = unwrapped_rest_states(rest, left if brief else None)
+    # Where every start converges, no region is needed: it is all of the range.
+    every_start = rest.closed or (wide is not None and wide.every_start)
+    regions_of = _without_regions if every_start else _regions_of
+    found = regions_of(rest)
+    unwrapped = found if wide is rest else None if wide is None else regions_of(wide)
     record = proof_record(identity, found, unwrapped, seconds())
     wide_stopped = wide is not None and wide.outcome is SearchOutcome.BOX_LIMIT
     by_limit = stopped or (left < box_limit_of(rest.energy.form) and wide_stopped)
-    ended_early = brief and by_limit
-    return record.model_copy(update={"brief": True}) if ended_early else record
+    return record.model_copy(update={"brief": True}) if brief and by_limit else record
+
+
+def _too_few(config: Config, system: System, rest: "RestStates", most: int) -> str:
+    """Return how a search ended that needs far more boxes than any; with a near model, if any."""
+    from rbstab.analysis.proof.ligaments.separate import ligaments_apart
+
+    share = f"{grouped(rest.examined)} of them decide {100 * rest.covered:.2g} % of the range"
+    text = f"{TOO_FEW}: {share}, and no proof tries more than {grouped(most)}"
+    if config.controller.variant in TIES_OF_C and ligaments_apart(system)[1]:
+        text += f"; {HELD_INSTEAD}"
+    return text
 
 
 def _tied_proof(

@@ -191,7 +191,7 @@ def _region_sentences(stability: Stability) -> list[str]:
     where = f"on {region.face}" if region.face else "at another rest state"
     if region.face == NO_LENGTH:
         where = f"at {NO_LENGTH}"
-    goes_on = f"; {GOES_ON}" if stability.proof.brief else ""
+    goes_on = f"; {GOES_ON}" if stability.proof.goes_on else ""
     if region.lower_bound > 0:
         sentences = [
             f"Certified region: every motion with v(0) < {rounded_down(region.lower_bound)} J "
@@ -236,8 +236,8 @@ def _unwrapped_sentences(proof: Proof) -> list[str]:
     found = proof.unwrapped
     if proof.within_barriers:
         return []
-    if found is None and proof.brief:
-        return [f"{UNWRAPPED}: not decided ({GOES_ON})."]
+    if found is None and (proof.brief or not proof.proved):
+        return [f"{UNWRAPPED}: not decided{f' ({GOES_ON})' if proof.goes_on else ''}."]
     if found is None:
         return [f"{UNWRAPPED}: not decided; rest states may have angles too large for a proof."]
     if not found.proved:

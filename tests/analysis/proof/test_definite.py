@@ -184,7 +184,8 @@ def test_dampings_of_several_elements_are_summed():
     """Each alone leaves a direction."""
     system = system_of(system_with([attitude([1, 1, 1]), attitude([1, 1, 1]), AT_C]), decimals)
     *others, first, second, tied = system.elements
-    parts = (*others, replace(first, L=np.diag([1, 0, 0])), replace(second, L=np.diag([0, 1, 1])), tied)
+    halves = replace(first, L=np.diag([1, 0, 0])), replace(second, L=np.diag([0, 1, 1]))
+    parts = (*others, *halves, tied)
     assert why_not_damped(replace(system, elements=parts)) is None
     left = replace(tied, L_c=np.diag([0, 1, 1]))
     why = why_not_damped(replace(system, elements=(*parts[:-1], left)))

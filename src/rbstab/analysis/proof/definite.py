@@ -24,6 +24,7 @@ OF_ROTATION = {RotationalStabilizer: "L_r", AttitudeSpring: "L"}
 OF_POINTS = {TranslationalStabilizer: "L_t", ViscoElasticConnector: "L_c", EmbeddedConnector: "L_c"}
 """Those that dissipate V'LV, or F'LF with the velocity F of a point of the body."""
 
+
 class _Dampers(NamedTuple):
     """The dampers of a body.
 

@@ -14,7 +14,6 @@ from rbstab.experiment.convergence.convergence import (
     ASK_FOR_PROOF,
     EVERY_START,
     Convergence,
-    Enclose,
     stored_convergence,
 )
 from rbstab.experiment.convergence.zero_description import A_LOWER_ONE, is_approached
@@ -213,8 +212,6 @@ def _why_not_proved(found: Convergence | None, region: CertificateLine | None, s
             f"v(0) = {region.value:.4g} J{counted} is not below c* = {level} J, the level of the "
             f"certified region; "
         )
-        if found.enclosed is Enclose.NOTHING:
-            return f"{margin}{ASK_FOR_PROOF} follows the exact motion"
     return f"{margin}{found.why}"
 
 

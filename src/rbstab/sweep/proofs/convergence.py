@@ -129,8 +129,8 @@ class ProvedConvergence:
 
     @property
     def brief(self) -> int:
-        """The number of proofs that ended early because nobody asked for them."""
-        return sum(proof.brief is True for proof in self._proofs.values())
+        """The number of proofs that ended early, and may prove more with more boxes."""
+        return sum(proof.goes_on for proof in self._proofs.values())
 
     @property
     def variants_of_bodies(self) -> tuple[str, ...]:

@@ -73,7 +73,7 @@ def test_a_start_in_the_region_is_proved_to_converge(proved):
     for enclose in (Enclose.BRIEFLY, Enclose.TO_END):
         found = prove_convergence(config, problem, proof, enclose).convergence
         assert (found.proved, found.rest_state) == (True, 1)
-    assert any("is inside" in one for one in stability_of(problem, proof).statements)
+    assert any(", inside;" in one for one in stability_of(problem, proof).statements)
 
 
 def test_a_start_outside_is_not_decided_because_the_ligament_switches(proved):

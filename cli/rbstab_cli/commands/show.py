@@ -166,10 +166,11 @@ def _print_tables(known: "KnownNow") -> None:
     from rbstab.config.errors import printable
     from rbstab.experiment.answers.run_answer import answer_of
     from rbstab.experiment.answers.words import run_words
+    from rbstab.experiment.rest_frequencies import rest_frequencies
     from rbstab.experiment.convergence.convergence import ATTRIBUTE, stored_convergence
     from rbstab.experiment.stored_certificate import scale_of
     from rbstab.experiment.summary import at_least, summary_of
-    from rbstab_cli.output.answers import print_answer
+    from rbstab_cli.output.answers import listed, print_answer
     from rbstab_cli.output.certificate import print_certificate
     from rbstab_cli.output.tables import add_row, new_table, number, print_table
 
@@ -189,6 +190,9 @@ def _print_tables(known: "KnownNow") -> None:
     if "lyapunov_zero" in attributes:
         add_row(table, "v = 0 at", str(attributes["lyapunov_zero"]))
         add_row(table, "", f"Θ = {_vector(result['rest_orientation'])} rad")
+        frequencies = rest_frequencies(result, known.config)
+        if frequencies:
+            add_row(table, "natural frequencies", f"{listed(frequencies)} rad/s there")
     add_row(table, f"max |r| / {scale_of(result).name}", number(s.relative_residual, 2))
     peak = "peak E by axis" if s.displacement_resolved else "largest sample of E by axis"
     add_row(table, peak, _vector(s.peak_contact_displacement) + " m")

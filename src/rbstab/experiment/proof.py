@@ -104,7 +104,7 @@ def prove(
         return _tied_proof(identity, system, exact_system, start_time, brief=brief)
 
 
-def _reduced_proof(  # noqa: PLR0913, PLR0917 (as `prove`, with what it has computed)
+def _reduced_proof(  # noqa: PLR0913 (as `prove`, with what it has computed)
     config: Config,
     identity: str,
     system: System,

@@ -4,6 +4,7 @@ What is damped is compared with the smallest eigenvalue of the summed damping at
 """
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -67,7 +68,7 @@ def attitude(L):
     return {"kind": "attitude", "K": [1, 1, 1], "L": L}
 
 
-SPRING = {"kind": "spring", "point": [0, 0, 0.1], "anchor": [0, 0, 0.3]}
+SPRING: dict[str, Any] = {"kind": "spring", "point": [0, 0, 0.1], "anchor": [0, 0, 0.3]}
 SPRING |= {"stiffness": 10, "rest_length": 0.1}
 MOUNTS = [tie(x, y, -0.15) for x in (0.3, -0.3) for y in (0.2, -0.2)]
 AT_C = tie(0, 0, -0.15)
@@ -161,17 +162,21 @@ def with_matrices(system, **matrices):
 
 
 LEFT = (
-    "only translational stabilizer may damp a rotation about body y, and perhaps not at every pose"
+    "only translational stabilizer may damp a rotation about body y, and perhaps not at every pose "
+    "(L_t is singular and L_r is singular)"
 )
 
 
 @pytest.mark.parametrize(
     ("matrices", "expected"),
     [
-        ({"L_r": [1, 1, 0]}, "no damper acts on a rotation about body z"),
+        ({"L_r": [1, 1, 0]}, "no damper acts on a rotation about body z (L_r is singular)"),
         ({"L_r": [0, 0, 1]}, None),
         ({"L_t": [0, 1, 1], "L_r": [1, 0, 1]}, LEFT),
-        ({"L_t": [0, 0, 0], "L_r": [0, 0, 0]}, "no damper acts on the body"),
+        (
+            {"L_t": [0, 0, 0], "L_r": [0, 0, 0]},
+            "no damper acts on the body (L_t is 0 and L_r is 0)",
+        ),
     ],
 )
 def test_what_damps_a_held_body(matrices, expected):
@@ -183,7 +188,8 @@ def test_what_damps_a_held_body(matrices, expected):
 def test_dampings_of_several_elements_are_summed():
     """Each alone leaves a direction."""
     system = system_of(system_with([attitude([1, 1, 1]), attitude([1, 1, 1]), AT_C]), decimals)
-    *others, first, second, tied = system.elements
+    elements: list[Any] = list(system.elements)
+    *others, first, second, tied = elements
     halves = replace(first, L=np.diag([1, 0, 0])), replace(second, L=np.diag([0, 1, 1]))
     parts = (*others, *halves, tied)
     assert why_not_damped(replace(system, elements=parts)) is None

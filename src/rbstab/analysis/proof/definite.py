@@ -70,10 +70,10 @@ def why_not_damped(
         names = [name for p in dampers.points if p not in counted for name in dampers.names[p]]
         nothing = len(left) == 6 - 3 * held
         motion = "the body" if nothing else _rotation(*np.split(turning[0], 2), held=held)
-        return _reason(motion, [*names, *dampers.others])
+        return _reason(motion, [*names, *dampers.others]) + _singular(system)
     free = [] if held or of_users.moving else kernel(sum(dampers.points.values(), 0 * IDENTITY))
     along = "" if len(free) > 1 else f" along {_direction(free[0])}" if free else ""
-    return _reason(f"a translation{along}", dampers.others) if free else None
+    return _reason(f"a translation{along}", dampers.others) + _singular(system) if free else None
 
 
 def _dampers(system: System) -> _Dampers:
@@ -111,6 +111,19 @@ def _reason(motion: str, others: list[str]) -> str:
     if not others:
         return f"no damper acts on {motion}"
     return f"only {' and '.join(others)} may damp {motion}, and perhaps not at every pose"
+
+
+def _singular(system: System) -> str:
+    """Return which dampings of the stabilizers are singular, as the end of a reason."""
+    stabilizers = (TranslationalStabilizer, RotationalStabilizer)
+    gains = [
+        f"{gain.name} is {'singular' if np.any(getattr(one, gain.name) != 0) else '0'}"
+        for one in system.elements
+        if isinstance(one, stabilizers)
+        for gain in one.gains
+        if gain.dissipates and not is_positive_definite(getattr(one, gain.name))
+    ]
+    return f" ({' and '.join(gains)})" if gains else ""
 
 
 def _rotation(W: Array, Omega: Array, *, held: bool) -> str:

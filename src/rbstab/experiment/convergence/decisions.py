@@ -51,7 +51,7 @@ def refusal(problem: Problem, proof: "Proof | None") -> Convergence | None:
     if reason is not None:
         return reason
     if proof is None:
-        why = f"no proof of the rest states is stored; {ASK_FOR_PROOF} makes it"
+        why = f"no proof of the rest states is stored; {ASK_FOR_PROOF} tries to make it"
         return Convergence(None, why=why, reason=Undecided.NO_REGION)
     # Imported late: most runs have no proof.
     from rbstab.experiment.convergence.region_bounds import region_energies

@@ -220,7 +220,7 @@ def _classified(
     inside = [zero for zero in search.zeros if zero.enclosure.within(whole)[0]]
     outside = [zero for zero in search.zeros if not zero.enclosure.intersects(whole)[0]]
     straddling = [zero.enclosure for zero in search.zeros if zero not in [*inside, *outside]]
-    covered = 1.0 - float(np.prod(undecided.radius / whole.radius, axis=1).sum())
+    covered = max(0.0, 1.0 - float(np.prod(undecided.radius / whole.radius, axis=1).sum()))
     undecided = joined([undecided, *straddling, *search.ambiguous])
     outcome = SearchOutcome.UNDECIDED if len(undecided) else SearchOutcome.PROVED
     return Zeros(

@@ -224,8 +224,9 @@ def _at_start(problem: Problem, proof: Proof | None, refused: Convergence) -> Co
         return refused
     inside = start_in_region(problem, proof)
     if inside is None and proof is not None and not region_energies(proof):
-        ended = "" if proof.proved else f" ({proof.ended})"
-        why = f"{NO_REGION}{ended}. Only a region could decide: {refused.why}"
+        why = NO_REGION if proof.proved else f"{NO_REGION} ({proof.ended})"
+        if proof.has_energy:
+            why = f"{why}. Only a region could decide: {refused.why}"
         return Convergence(None, why=why, reason=Undecided.NO_REGION)
     return inside or refused
 

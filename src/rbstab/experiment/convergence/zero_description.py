@@ -99,14 +99,13 @@ def described_by_proof(
     # Imported late: most runs have no proof.
     from rbstab.experiment.stored_proof.starts import number_of
 
+    if reached is not None:
+        away = np.abs(Theta - proof.states[reached - 1].orientation).max()
+        text = text.replace(BELOW_END, APPROACHED) if away < SAME_STATE else text
     number = number_of(proof, Theta)
     if number is None:
         return text
     name, count = text.partition(";")[0], len(proof.states)
-    if number == reached:
-        name = name.replace(BELOW_END, APPROACHED)
     if count == 1:
-        known = "proved to be the only one" if proof.unique else "the only one known"
-        return f"{name}; {known} in the range of eq. 5"
-    known = "" if proof.proved else " known"
-    return f"{name}; number {number} of the {count}{known} in the range of eq. 5, the lowest first"
+        return f"{name}; proved to be the only one in the range of eq. 5"
+    return f"{name}; number {number} of the {count} in the range of eq. 5, the lowest first"

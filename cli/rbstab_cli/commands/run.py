@@ -248,8 +248,8 @@ def _print_answers(runs: list[Finished], *, as_json: bool, quiet: bool) -> None:
         for path, own in warnings.items():
             print_result_warnings(path, own)
         return
+    from rbstab.experiment.answers.rest_frequencies import rest_frequencies
     from rbstab.experiment.answers.run_answer import answer_beside
-    from rbstab.experiment.rest_frequencies import rest_frequencies
     from rbstab_cli.output.answers import print_answers, print_frequencies
 
     # CONFIG alone would leave out -o, --set and --member.

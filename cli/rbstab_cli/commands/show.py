@@ -244,7 +244,7 @@ def _ends_of_v(result: "Result") -> dict[str, str]:
 
 def _zero_of_v(known: "KnownNow") -> list[tuple[str, str]]:
     """Return the rest state at which v is zero, and the natural frequencies there."""
-    from rbstab.experiment.rest_frequencies import rest_frequencies
+    from rbstab.experiment.answers.rest_frequencies import rest_frequencies
     from rbstab_cli.output.answers import listed
 
     result = known.result

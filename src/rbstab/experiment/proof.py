@@ -129,13 +129,11 @@ def _reduced_proof(  # noqa: PLR0913 (as `prove`, with what it has computed)
     most = search_limit(system, brief=False).boxes
     rate_known = stopped and rest.examined >= MANY
     too_few = rate_known and rest.covered * most < ENOUGH * rest.examined
-    if stopped and (limit.slow or too_few):
+    changes = {"outcome": _too_few(config, system, rest, most)} if too_few else {}
+    if limit.slow and stopped:
         # Undecided boxes cover most of the range, so no region is left.
         record = proof_record(identity, _without_regions(rest), None, seconds())
-        changes: dict[str, Any] = {"brief": brief or None}
-        if too_few:
-            changes["outcome"] = _too_few(config, system, rest, most)
-        return record.model_copy(update=changes)
+        return record.model_copy(update={**changes, "brief": brief or None})
     left = limit.boxes - rest.examined
     wide = None
     if not search_only:
@@ -148,7 +146,7 @@ def _reduced_proof(  # noqa: PLR0913 (as `prove`, with what it has computed)
     record = proof_record(identity, found, unwrapped, seconds())
     wide_stopped = wide is not None and wide.outcome is SearchOutcome.BOX_LIMIT
     by_limit = stopped or (left < box_limit_of(rest.energy.form) and wide_stopped)
-    return record.model_copy(update={"brief": True}) if brief and by_limit else record
+    return record.model_copy(update={**changes, "brief": True if brief and by_limit else None})
 
 
 def _too_few(config: Config, system: System, rest: "RestStates", most: int) -> str:

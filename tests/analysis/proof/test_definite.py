@@ -4,6 +4,7 @@ What is damped is compared with the smallest eigenvalue of the summed damping at
 """
 
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -151,11 +152,17 @@ def test_points_that_vary_prove_nothing():
     assert why_not_damped(exact, points_vary=True) is None
 
 
+def exact(entries):
+    """Return a matrix of decimals as rational numbers; from its rows, or from its diagonal."""
+    numbers = np.array([Fraction(one) for one in np.ravel(np.array(entries, dtype=object))])
+    return np.diag(numbers) if len(numbers) == 3 else numbers.reshape(3, 3)
+
+
 def with_matrices(system, **matrices):
     return replace(
         system,
         elements=tuple(
-            replace(one, **{k: np.diag(v) for k, v in matrices.items() if hasattr(one, k)})
+            replace(one, **{k: exact(v) for k, v in matrices.items() if hasattr(one, k)})
             for one in system.elements
         ),
     )
@@ -172,6 +179,11 @@ LEFT = (
     [
         ({"L_r": [1, 1, 0]}, "no damper acts on a rotation about body z (L_r is singular)"),
         ({"L_r": [0, 0, 1]}, None),
+        (
+            {"L_t": [0, 0, 0], "L_r": [["0.1", "0.3", 0], ["0.3", "0.9", 0], [0, 0, 1]]},
+            "no damper acts on a rotation about body (1, -0.3333, 0) "
+            "(L_t is 0 and L_r is singular)",
+        ),
         ({"L_t": [0, 1, 1], "L_r": [1, 0, 1]}, LEFT),
         (
             {"L_t": [0, 0, 0], "L_r": [0, 0, 0]},

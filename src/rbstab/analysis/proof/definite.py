@@ -25,6 +25,10 @@ OF_POINTS = {TranslationalStabilizer: "L_t", ViscoElasticConnector: "L_c", Embed
 """Those that dissipate V'LV, or F'LF with the velocity F of a point of the body."""
 
 
+NO_DAMPING = np.full((3, 3), Fraction(0))
+"""Zeros that leave rational numbers exact in a sum: 0.0 would round them."""
+
+
 class _Dampers(NamedTuple):
     """The dampers of a body.
 
@@ -60,7 +64,7 @@ def why_not_damped(
         points_vary: Whether the points of the body are not known.
     """
     dampers, held = _dampers(system), system.coordinates.holds_contact
-    rows = [np.hstack([0 * IDENTITY, IDENTITY if of_users.turning else dampers.rotation])]
+    rows = [np.hstack([NO_DAMPING, IDENTITY if of_users.turning else dampers.rotation])]
     counted = [p for p, L in dampers.points.items() if is_positive_definite(L) and not points_vary]
     fixed = [*counted, *([system.body.contact_point] if held else [])]
     rows += [np.hstack([IDENTITY, -cross_matrix(np.array(p, dtype=object))]) for p in fixed]
@@ -71,13 +75,13 @@ def why_not_damped(
         nothing = len(left) == 6 - 3 * held
         motion = "the body" if nothing else _rotation(*np.split(turning[0], 2), held=held)
         return _reason(motion, [*names, *dampers.others]) + _singular(system)
-    free = [] if held or of_users.moving else kernel(sum(dampers.points.values(), 0 * IDENTITY))
+    free = [] if held or of_users.moving else kernel(sum(dampers.points.values(), NO_DAMPING))
     along = "" if len(free) > 1 else f" along {_direction(free[0])}" if free else ""
     return _reason(f"a translation{along}", dampers.others) + _singular(system) if free else None
 
 
 def _dampers(system: System) -> _Dampers:
-    rotation, others = 0 * IDENTITY, list[str]()
+    rotation, others = NO_DAMPING, list[str]()
     points: dict[tuple[Fraction, ...], Array] = {}
     names: dict[tuple[Fraction, ...], list[str]] = {}
     for element in system.elements:
@@ -89,7 +93,7 @@ def _dampers(system: System) -> _Dampers:
             rotation = rotation + of_rotation[0]
         elif of_point and np.any(of_point[0] != 0):
             p = tuple(_point_of(element, system))
-            points[p] = points.get(p, 0) + of_point[0]
+            points[p] = points.get(p, NO_DAMPING) + of_point[0]
             names[p] = [*names.get(p, []), element.name]
         elif not of_point and _may_dissipate(element):
             others.append(element.name)
@@ -136,7 +140,7 @@ def _rotation(W: Array, Omega: Array, *, held: bool) -> str:
 def _direction(vector: Array) -> str:
     """Return the name of an axis, or the components of another direction."""
     axes = [name for name, entry in zip("xyz", vector, strict=True) if entry]
-    return axes[0] if len(axes) == 1 else _numbers(vector / abs(vector).max())
+    return axes[0] if len(axes) == 1 else _numbers(vector / max(vector, key=abs))
 
 
 def _numbers(vector: Array) -> str:

@@ -319,9 +319,9 @@ def undecided_reason(plan: Plan, variant: str) -> str | None:
 def outside_code(proof: Proof) -> int:
     """Return the code of a member that starts in no region of a proof.
 
-    After a brief proof that ended early, that it is in none is not known.
+    After a brief proof that may find more with more boxes, that it is in none is not known.
     """
-    return NO_PROOF if proof.brief else NOT_PROVED
+    return NO_PROOF if proof.goes_on else NOT_PROVED
 
 
 def one_state_code(proof: Proof) -> int:

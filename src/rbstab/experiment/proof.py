@@ -17,6 +17,7 @@ from rbstab.config.user_code.permission import has_code, may_run_code, without_c
 from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import (
+    STOPPED,
     SUPPLIES,
     TOO_FEW,
     Proof,
@@ -84,7 +85,8 @@ def prove(
     why_not = _no_search(config)
     if why_not is not None:
         return no_proof(identity, why_not, time.perf_counter() - start_time)
-    system = smooth_rest_system(problem or problem_of(config))
+    with np.errstate(all="ignore"):
+        system = smooth_rest_system(problem or problem_of(config))
     # Code of users is recorded in doubles; it need not accept other numbers.
     exact_system = partial(system_of, without_code(config))
     why_not = _no_theorem(config)
@@ -93,19 +95,19 @@ def prove(
             if why_not is not None:
                 why = f"no proof was tried, as {why_not}"
                 return _searched(identity, system, why, start_time)
-            proof = partial(_reduced_proof, config, identity, system, exact_system, start_time)
-            return proof(search_only=search_only, brief=brief)
+            options = {"search_only": search_only, "brief": brief}
+            proof = _reduced_proof(identity, system, exact_system, start_time, **options)
     except NoReducedEnergy as error:
         if error.reason is not NoEnergyReason.SIX_VARIABLES:
             return _no_energy(identity, system, error, start_time)
         if search_only:
             seconds = time.perf_counter() - start_time
             return searched_record(identity, searched_rest_states(system), seconds)
-        return _tied_proof(identity, system, exact_system, start_time, brief=brief)
+        proof = _tied_proof(identity, system, exact_system, start_time, brief=brief)
+    return _with_near_model(config, system, proof)
 
 
 def _reduced_proof(  # noqa: PLR0913 (as `prove`, with what it has computed)
-    config: Config,
     identity: str,
     system: System,
     exact_system: "ExactSystem",
@@ -129,7 +131,7 @@ def _reduced_proof(  # noqa: PLR0913 (as `prove`, with what it has computed)
     most = search_limit(system, brief=False).boxes
     rate_known = stopped and rest.examined >= MANY
     too_few = rate_known and rest.covered * most < ENOUGH * rest.examined
-    changes = {"outcome": _too_few(config, system, rest, most)} if too_few else {}
+    changes = {"outcome": _too_few(rest, most)} if too_few else {}
     if limit.slow and stopped:
         # Undecided boxes cover most of the range, so no region is left.
         record = proof_record(identity, _without_regions(rest), None, seconds())
@@ -149,15 +151,20 @@ def _reduced_proof(  # noqa: PLR0913 (as `prove`, with what it has computed)
     return record.model_copy(update={**changes, "brief": True if brief and by_limit else None})
 
 
-def _too_few(config: Config, system: System, rest: "RestStates", most: int) -> str:
-    """Return how a search ended that needs far more boxes than any; with a near model, if any."""
+def _too_few(rest: "RestStates", most: int) -> str:
+    """Return how a search ended that needs far more boxes than any proof tries."""
+    share = f"{grouped(rest.examined)} of them decide {100 * rest.covered:.2g} % of the range"
+    return f"{TOO_FEW}: {share}, and no proof tries more than {grouped(most)}"
+
+
+def _with_near_model(config: Config, system: System, proof: Proof) -> Proof:
+    """Return a proof that names the held body, if no number of boxes is enough for a tied one."""
     from rbstab.analysis.proof.ligaments.separate import ligaments_apart
 
-    share = f"{grouped(rest.examined)} of them decide {100 * rest.covered:.2g} % of the range"
-    text = f"{TOO_FEW}: {share}, and no proof tries more than {grouped(most)}"
-    if config.controller.variant in TIES_OF_C and ligaments_apart(system)[1]:
-        text += f"; {HELD_INSTEAD}"
-    return text
+    stopped = proof.outcome.startswith((STOPPED, TOO_FEW)) and not proof.goes_on
+    if stopped and config.controller.variant in TIES_OF_C and ligaments_apart(system)[1]:
+        return proof.model_copy(update={"outcome": f"{proof.ended}; {HELD_INSTEAD}"})
+    return proof
 
 
 def _tied_proof(

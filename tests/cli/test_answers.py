@@ -57,7 +57,7 @@ def test_no_proof_on_request(folder: Path, rbstab: Invoke) -> None:
     assert "  This start:  not decided: the Lyapunov function v fell" in done.stdout
     assert "  Whole range: not decided: " in done.stdout
     assert not (folder / "results/proofs").exists()
-    assert "is stored; the same command with --prove makes it." in done.stdout
+    assert "is stored; the same command with --prove tries to make it." in done.stdout
     assert "CONFIG" not in done.stdout
     proved = rbstab("run", "good.yaml", "--no-prove", "--prove")
     assert "  This start:  proved: " in proved.stdout

@@ -31,7 +31,7 @@ def test_show_says_one_thing(proved_later: Path, rbstab: Invoke) -> None:
     assert "This start: proved" in shown
     assert "Whole range: proved" in shown
     assert "global stability proved rest states in the range 1 = 1" in shown
-    assert "certified region proved v(0), J" in shown
+    assert "certified region proved start above rest state 1, J" in shown
     assert "proved to be the only one in the range" in shown
     assert "nothing is proved" not in shown
     assert "no lower one is known" not in shown

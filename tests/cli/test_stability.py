@@ -16,7 +16,7 @@ def test_what_is_said_of_a_good_config(folder: Path, rbstab: Invoke) -> None:
     assert text.startswith("good.yaml: A short run\n")
     assert "1 rest state in the range of eq. 5, proved to be all" in text
     assert "Globally stable: proved. Every motion that stays in the range, and keeps a " in text
-    assert "is inside; convergence is proved" in text
+    assert ", inside; convergence is proved" in text
     assert "Checks of the computed run: seen." in text
     for word in ("stable", "ζ", "derivative", "certified region"):
         assert word in text

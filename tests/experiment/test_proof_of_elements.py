@@ -176,10 +176,10 @@ UNDAMPED: dict[str, Any] = {
 def test_where_not_every_motion_is_damped_nothing_is_ever_proved(name, gravity):
     config = load_config(config_data(UNDAMPED[name], None, gravity=gravity))
     proof = prove(config)
-    assert proof.outcome == NOT_DAMPED
+    assert NOT_DAMPED in proof.outcome
     assert (proof.proved, proof.unique, proof.states, proof.region) == (False, None, (), None)
     within = prove_within(config, tolerances_of(config, ["body.mass=±1%"]))
-    assert within.why == NOT_DAMPED
+    assert NOT_DAMPED in within.why
     assert (within.proved, within.level) == (None, 0.0)
 
 

@@ -124,7 +124,7 @@ def test_elements_of_users_alone_damp_a_body_without_a_controller(folder):
     assert proof.region.lower_bound > 0
     (folder / "mine.py").write_text(SPRING)
     undamped = load({"one": mine(k=30.0), "upright": UPRIGHT}, NONE)
-    assert prove(undamped).outcome == NOT_DAMPED
+    assert NOT_DAMPED in prove(undamped).outcome
 
 
 def test_beside_a_spring_of_a_free_body(folder):

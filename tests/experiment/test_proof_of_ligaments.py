@@ -73,7 +73,7 @@ def test_a_start_in_the_region_is_proved_to_converge(proved):
     for enclose in (Enclose.BRIEFLY, Enclose.TO_END):
         found = prove_convergence(config, problem, proof, enclose).convergence
         assert (found.proved, found.rest_state) == (True, 1)
-    assert any("is inside" in one for one in stability_of(problem, proof).statements)
+    assert any(", inside;" in one for one in stability_of(problem, proof).statements)
 
 
 def test_a_start_outside_is_not_decided_because_the_ligament_switches(proved):
@@ -169,7 +169,7 @@ def test_a_brief_search_says_so_and_has_no_region(monkeypatch):
     assert (short.brief, short.proved, short.region) == (True, False, None)
     found = prove_convergence(config, problem_of(config), short, Enclose.BRIEFLY).convergence
     assert (found.proved, found.reason) == (None, Undecided.NO_REGION)
-    assert "rbstab run CONFIG --prove goes on). Only a region could decide: an element" in found.why
+    assert "--prove tries more). Only a region could decide: an element" in found.why
     assert prove(config).proved
 
 
@@ -253,4 +253,4 @@ def test_elements_that_damp_every_motion_need_no_controller():
 @pytest.mark.parametrize("names", [["tie"], ["upright"], []])
 def test_one_of_them_is_not_enough(names):
     proof = prove(config_data({name: JOINED[name] for name in names} | {"band": BAND}, None))
-    assert proof.outcome == NOT_DAMPED
+    assert NOT_DAMPED in proof.outcome

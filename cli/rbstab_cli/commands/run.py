@@ -1,6 +1,5 @@
 """`rbstab run`."""
 
-import math
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
@@ -189,12 +188,13 @@ def _run_data(finished: Finished) -> dict[str, Any]:
 def _print_table(runs: list[Finished]) -> None:
     """Print the numbers of runs: a row for each."""
     from rbstab.analysis.lyapunov import ENERGY_SCALE
-    from rbstab.experiment.answers.run_answer import SETTLED
+    from rbstab.experiment.answers.run_answer import SETTLED, SETTLED_DRIVEN
     from rbstab.experiment.outcome import outcome_of
     from rbstab.experiment.summary import (
         at_least,
+        at_rest_from,
+        is_driven,
         lyapunov_function_of,
-        settling_time_of,
         summary_of,
     )
     from rbstab.integrate.status import RunStatus
@@ -209,13 +209,12 @@ def _print_table(runs: list[Finished]) -> None:
     table = new_table(
         "file", "outcome", "status", *numbers, words=("outcome", "status"), numbers=numbers
     )
-    settling: list[float] = []
+    settling: list[str] = []
     for finished in runs:
         run = finished.run
         s, result = summary_of(run.result), run.result
         completed = result.status == RunStatus.COMPLETED
-        settled = settling_time_of(result)
-        settling.append(settled)
+        settling.append(at_rest_from(result))
         add_row(
             table,
             str(run.path),
@@ -225,14 +224,19 @@ def _print_table(runs: list[Finished]) -> None:
             # The result may store v - ε, which does not end at zero; this column is v.
             number(float(lyapunov_function_of(result)[-1])),
             number(s.relative_residual, 2),
-            "-" if math.isnan(settled) else number(settled),
+            settling[-1] or "-",
             at_least(s.displacement_resolved) + number(s.peak_distance),
             at_least(s.pitch_resolved) + number(s.largest_pitch),
             number(float(result.attributes["wall_time"]), 3),
             style=None if completed else "yellow",
         )
-    never = "; -: not in this run" if any(map(math.isnan, settling)) else ""
-    print_table(table, f"At rest: {SETTLED} from then on{never}.")
+    driven = {is_driven(finished.run.result) for finished in runs}
+    meaning = SETTLED_DRIVEN if driven == {True} else SETTLED
+    if len(driven) > 1:
+        meaning += f"; where inputs supply power, {SETTLED_DRIVEN}"
+    before = "; ≤: not later, the samples do not show it better" if "≤" in "".join(settling) else ""
+    never = "" if all(settling) else "; -: not in this run"
+    print_table(table, f"At rest: {meaning} from then on{before}{never}.")
 
 
 def _print_answers(runs: list[Finished], *, as_json: bool, quiet: bool) -> None:
@@ -250,8 +254,9 @@ def _print_answers(runs: list[Finished], *, as_json: bool, quiet: bool) -> None:
         for path, own in warnings.items():
             print_result_warnings(path, own)
         return
+    from rbstab.experiment.answers.rest_frequencies import rest_frequencies
     from rbstab.experiment.answers.run_answer import answer_beside
-    from rbstab_cli.output.answers import print_answers
+    from rbstab_cli.output.answers import print_answers, print_frequencies
 
     # CONFIG alone would leave out -o, --set and --member.
     answers = [
@@ -259,3 +264,5 @@ def _print_answers(runs: list[Finished], *, as_json: bool, quiet: bool) -> None:
         for f in runs
     ]
     print_answers(answers, warnings)
+    if len(runs) == 1:
+        print_frequencies(rest_frequencies(runs[0].run.result, runs[0].config))

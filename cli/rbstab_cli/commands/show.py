@@ -193,9 +193,8 @@ def _print_tables(known: "KnownNow") -> None:
         add_row(table, "exact motion", convergence.sentence)
     for name, ends in _ends_of_v(result).items():
         add_row(table, name, ends)
-    if "lyapunov_zero" in attributes:
-        add_row(table, "v = 0 at", str(attributes["lyapunov_zero"]))
-        add_row(table, "", f"Θ = {_vector(result['rest_orientation'])} rad")
+    for name, text in _zero_of_v(known):
+        add_row(table, name, text)
     add_row(table, f"max |r| / {ENERGY_SCALE}", number(s.relative_residual, 2))
     peak = "peak E by axis" if s.displacement_resolved else "largest sample of E by axis"
     add_row(table, peak, _vector(s.peak_contact_displacement) + " m")
@@ -248,6 +247,22 @@ def _ends_of_v(result: "Result") -> dict[str, str]:
     if not stores_v_minus_work(result):
         return v
     return v | {"v - ε at 0 and at the end": ends(result["lyapunov"])}
+
+
+def _zero_of_v(known: "KnownNow") -> list[tuple[str, str]]:
+    """Return the rest state at which v is zero, and the natural frequencies there."""
+    from rbstab.experiment.answers.rest_frequencies import rest_frequencies
+    from rbstab_cli.output.answers import listed
+
+    result = known.result
+    if "lyapunov_zero" not in result.attributes:
+        return []
+    rows = [("v = 0 at", str(result.attributes["lyapunov_zero"]))]
+    rows.append(("", f"Θ = {_vector(result['rest_orientation'])} rad"))
+    frequencies = rest_frequencies(result, known.config)
+    if frequencies:
+        rows.append(("natural frequencies", f"{listed(frequencies)} rad/s there"))
+    return rows
 
 
 def _impacts(result: "Result") -> str:

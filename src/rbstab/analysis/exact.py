@@ -155,13 +155,14 @@ def fraction_ball(number: Fraction) -> Ball:
     return arb(fmpq(number.numerator, number.denominator))
 
 
-def is_positive_definite(matrix: Array) -> bool:
+def is_positive_definite(matrix: Array, *, or_semi: bool = False) -> bool:
     """Return whether the symmetric part of a square matrix is positive definite.
 
     Its pivots are computed in rational numbers, without round-off.
 
     Args:
         matrix: The matrix, of doubles or of rational numbers, shape (n, n).
+        or_semi: Whether a semidefinite one will do.
     """
     exact = [[Fraction(x) for x in row] for row in matrix.tolist()]
     # Twice the symmetric part.
@@ -170,10 +171,40 @@ def is_positive_definite(matrix: Array) -> bool:
     ]
     while rows:
         pivot, *row = rows[0]
-        if pivot <= 0:
+        if pivot < 0 or (pivot == 0 and (not or_semi or any(row))):
             return False
         rows = [
-            [entry - row[i] * row[j] / pivot for j, entry in enumerate(rest)]
+            [entry - (row[i] * row[j] / pivot if pivot else 0) for j, entry in enumerate(rest)]
             for i, (_, *rest) in enumerate(rows[1:])
         ]
     return True
+
+
+def kernel(matrix: Array) -> list[Array]:
+    """Return a basis of the x with Mx = 0, in rational numbers.
+
+    Each vector of it has one entry 1 where all others have 0, as far behind as possible.
+
+    Args:
+        matrix: M, of doubles or of rational numbers, shape (m, n).
+    """
+    rows = np.array([[Fraction(x) for x in row] for row in matrix.tolist()], dtype=object)
+    pivots: list[int] = []
+    for column in range(matrix.shape[1]):
+        done = len(pivots)
+        chosen = next((i for i in range(done, len(rows)) if rows[i, column]), None)
+        if chosen is None:
+            continue
+        rows[[done, chosen]] = rows[[chosen, done]]
+        rows[done] /= rows[done, column]
+        for i in range(len(rows)):
+            if i != done:
+                rows[i] = rows[i] - rows[i, column] * rows[done]
+        pivots.append(column)
+    basis = []
+    for free in sorted(set(range(matrix.shape[1])) - set(pivots)):
+        vector = np.array([Fraction(0)] * matrix.shape[1], dtype=object)
+        vector[free] = Fraction(1)
+        vector[pivots] = -rows[: len(pivots), free]
+        basis.append(vector)
+    return basis

@@ -17,12 +17,15 @@ from rbstab.config.user_code.permission import has_code, may_run_code, without_c
 from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import (
+    STOPPED,
     SUPPLIES,
+    TOO_FEW,
     Proof,
     no_proof,
 )
 from rbstab.experiment.stored_proof.reduced import Found, proof_record, searched_record
 from rbstab.experiment.stored_proof.tied import tied_record
+from rbstab.files.counts import grouped
 from rbstab.integrate.problem import Problem
 from rbstab.systems.system import System
 
@@ -30,6 +33,17 @@ if TYPE_CHECKING:
     from rbstab.analysis.proof.reduced_energy import ExactSystem, NoReducedEnergy
     from rbstab.analysis.proof.rest_states import RestStates
 
+
+ENOUGH = 0.5
+"""The share of the range that a search would decide with the most boxes of any proof, at its rate
+so far: with less, more boxes will not help."""
+
+MANY = 8_000
+"""The boxes after which this rate is known well enough."""
+
+TIES_OF_C = ("visco-elastic", "embedded")
+
+HELD_INSTEAD = "the same body held at C (variant: permanent) may be proved in its place"
 
 CODE_NOT_RUN = "an element is code of a user, which may not run without --allow-python"
 
@@ -62,55 +76,95 @@ def prove(
         ConfigError: The config is invalid.
     """
     # Imported late: a run usually reads a stored proof and makes none.
-    from rbstab.analysis.proof.branch_and_bound import SearchOutcome
     from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
-    from rbstab.analysis.proof.rest_states import rest_states
-    from rbstab.analysis.proof.searches.limits import search_limit
     from rbstab.analysis.proof.searches.rest_states import searched_rest_states
-    from rbstab.analysis.proof.unwrapped import box_limit_of, unwrapped_rest_states
 
     start_time = time.perf_counter()
-
-    def seconds() -> float:
-        return time.perf_counter() - start_time
-
     config = load_config(config)
     identity = proof_id(config)
     why_not = _no_search(config)
     if why_not is not None:
-        return no_proof(identity, why_not, seconds())
+        return no_proof(identity, why_not, time.perf_counter() - start_time)
+    with np.errstate(all="ignore"):
+        system = smooth_rest_system(problem or problem_of(config))
+    # Code of users is recorded in doubles; it need not accept other numbers.
+    exact_system = partial(system_of, without_code(config))
+    why_not = _no_theorem(config)
     try:
         with np.errstate(all="ignore"):
-            system = smooth_rest_system(problem or problem_of(config))
-            # Code of users is recorded in doubles; it need not accept other numbers.
-            exact_system = partial(system_of, without_code(config))
-            limit = search_limit(system, brief=brief)
-            rest = rest_states(system, exact_system, proof=not search_only, box_limit=limit.boxes)
-            stopped = rest.outcome is SearchOutcome.BOX_LIMIT
-            if limit.slow and stopped:
-                # Undecided boxes cover most of the range, so no region is left.
-                record = proof_record(identity, _without_regions(rest), None, seconds())
-                return record.model_copy(update={"brief": brief or None})
-            left = limit.boxes - rest.examined
-            wide = None
-            if not search_only:
-                wide = unwrapped_rest_states(rest, left if brief else None)
-            # Where every start converges, no region is needed: it is all of the range.
-            every_start = rest.closed or (wide is not None and wide.every_start)
-            regions_of = _without_regions if every_start else _regions_of
-            found = regions_of(rest)
-            unwrapped = found if wide is rest else None if wide is None else regions_of(wide)
+            if why_not is not None:
+                why = f"no proof was tried, as {why_not}"
+                return _searched(identity, system, why, start_time)
+            options = {"search_only": search_only, "brief": brief}
+            proof = _reduced_proof(identity, system, exact_system, start_time, **options)
     except NoReducedEnergy as error:
         if error.reason is not NoEnergyReason.SIX_VARIABLES:
             return _no_energy(identity, system, error, start_time)
         if search_only:
-            return searched_record(identity, searched_rest_states(system), seconds())
-        return _tied_proof(identity, system, exact_system, start_time, brief=brief)
+            seconds = time.perf_counter() - start_time
+            return searched_record(identity, searched_rest_states(system), seconds)
+        proof = _tied_proof(identity, system, exact_system, start_time, brief=brief)
+    return _with_near_model(config, system, proof)
+
+
+def _reduced_proof(  # noqa: PLR0913 (as `prove`, with what it has computed)
+    identity: str,
+    system: System,
+    exact_system: "ExactSystem",
+    start_time: float,
+    *,
+    search_only: bool,
+    brief: bool,
+) -> Proof:
+    """Prove the rest states of a body by an energy of Θ alone."""
+    from rbstab.analysis.proof.branch_and_bound import SearchOutcome
+    from rbstab.analysis.proof.rest_states import rest_states
+    from rbstab.analysis.proof.searches.limits import search_limit
+    from rbstab.analysis.proof.unwrapped import box_limit_of, unwrapped_rest_states
+
+    def seconds() -> float:
+        return time.perf_counter() - start_time
+
+    limit = search_limit(system, brief=brief)
+    rest = rest_states(system, exact_system, proof=not search_only, box_limit=limit.boxes)
+    stopped = rest.outcome is SearchOutcome.BOX_LIMIT
+    most = search_limit(system, brief=False).boxes
+    rate_known = stopped and rest.examined >= MANY
+    too_few = rate_known and rest.covered * most < ENOUGH * rest.examined
+    changes = {"outcome": _too_few(rest, most)} if too_few else {}
+    if limit.slow and stopped:
+        # Undecided boxes cover most of the range, so no region is left.
+        record = proof_record(identity, _without_regions(rest), None, seconds())
+        return record.model_copy(update={**changes, "brief": brief or None})
+    left = limit.boxes - rest.examined
+    wide = None
+    if not search_only:
+        wide = unwrapped_rest_states(rest, left if brief else None)
+    # Where every start converges, no region is needed: it is all of the range.
+    every_start = rest.closed or (wide is not None and wide.every_start)
+    regions_of = _without_regions if every_start else _regions_of
+    found = regions_of(rest)
+    unwrapped = found if wide is rest else None if wide is None else regions_of(wide)
     record = proof_record(identity, found, unwrapped, seconds())
     wide_stopped = wide is not None and wide.outcome is SearchOutcome.BOX_LIMIT
     by_limit = stopped or (left < box_limit_of(rest.energy.form) and wide_stopped)
-    ended_early = brief and by_limit
-    return record.model_copy(update={"brief": True}) if ended_early else record
+    return record.model_copy(update={**changes, "brief": True if brief and by_limit else None})
+
+
+def _too_few(rest: "RestStates", most: int) -> str:
+    """Return how a search ended that needs far more boxes than any proof tries."""
+    share = f"{grouped(rest.examined)} of them decide {100 * rest.covered:.2g} % of the range"
+    return f"{TOO_FEW}: {share}, and no proof tries more than {grouped(most)}"
+
+
+def _with_near_model(config: Config, system: System, proof: Proof) -> Proof:
+    """Return a proof that names the held body, if no number of boxes is enough for a tied one."""
+    from rbstab.analysis.proof.ligaments.separate import ligaments_apart
+
+    stopped = proof.outcome.startswith((STOPPED, TOO_FEW)) and not proof.goes_on
+    if stopped and config.controller.variant in TIES_OF_C and ligaments_apart(system)[1]:
+        return proof.model_copy(update={"outcome": f"{proof.ended}; {HELD_INSTEAD}"})
+    return proof
 
 
 def _tied_proof(
@@ -144,35 +198,44 @@ def _tied_proof(
 
 
 def _no_energy(identity: str, system: System, error: "NoReducedEnergy", start_time: float) -> Proof:
+    """Return the rest states of a body whose energy is in no proof, with the reason."""
+    from rbstab.analysis.proof.reduced_energy import SEARCHED_INSTEAD
+
+    if error.reason not in SEARCHED_INSTEAD:
+        return no_proof(identity, str(error), time.perf_counter() - start_time)
+    return _searched(identity, system, str(error), start_time)
+
+
+def _searched(identity: str, system: System, why_not: str, start_time: float) -> Proof:
     """Return the rest states that a search finds, and why nothing is proved of them."""
     from rbstab.analysis.descents.kinked import has_kinks
     from rbstab.analysis.proof.guards.separate import has_switching_guards
-    from rbstab.analysis.proof.reduced_energy import SEARCHED_INSTEAD
     from rbstab.analysis.proof.searches.rest_states import searched_minima, searched_rest_states
 
     # A root search finds no state where a force that jumps, or a stop, holds the body.
     may_hold = has_switching_guards(system) or has_kinks(system)
-    search = searched_minima if may_hold else searched_rest_states
-    states = search(system) if error.reason in SEARCHED_INSTEAD else []
-    seconds = time.perf_counter() - start_time
-    return searched_record(identity, states, seconds, outcome=str(error))
+    states = (searched_minima if may_hold else searched_rest_states)(system)
+    return searched_record(identity, states, time.perf_counter() - start_time, outcome=why_not)
 
 
 def _no_search(config: Config) -> str | None:
     """Return why rest states are not searched for, or None; code of users only builds elements."""
-    from rbstab.analysis.proof.definite import damps_every_motion, indefinite_parameter
-    from rbstab.analysis.proof.traced.separate import damping_of_users
-
     if has_code(config) and not may_run_code(config):
         return CODE_NOT_RUN
-    system = system_of(config)
-    if system.supplies:
-        return SUPPLIES
-    exact = system_of(without_code(config), decimals)
-    if not damps_every_motion(exact, damping_of_users(system)):
-        return NOT_DAMPED
+    return SUPPLIES if system_of(config).supplies else None
+
+
+def _no_theorem(config: Config) -> str | None:
+    """Return which hypothesis of all theorems does not hold, or None."""
+    from rbstab.analysis.proof.definite import indefinite_parameter, why_not_damped
+    from rbstab.analysis.proof.traced.separate import damping_of_users
+
+    system, exact = system_of(config), system_of(without_code(config), decimals)
     indefinite = indefinite_parameter(exact)
-    return None if indefinite is None else f"{indefinite} is not positive definite"
+    if indefinite is not None:
+        return f"{indefinite} is not positive definite"
+    undamped = why_not_damped(exact, damping_of_users(system))
+    return None if undamped is None else f"{NOT_DAMPED}: {undamped}"
 
 
 def _without_regions(rest: "RestStates") -> Found:

@@ -29,6 +29,10 @@ REST_STATES = "rest states in the range"
 LEAST_REST_STATES = f"{REST_STATES}, at least"
 """The same where the search was not complete: there may be more."""
 
+ABOVE = "start above rest state 1, J"
+"""What is compared with the level of the region of the lowest rest state. v(0) is not this number:
+it counts from the rest state below the end of the motion."""
+
 GROUP = "certificate"
 """Name of the group of a result file that holds the certificate."""
 
@@ -111,7 +115,7 @@ def proved_checks(problem: Problem, proof: "Proof | None") -> list[Check]:
     The first concerns all motions, the second the start of the problem.
     """
     stable = rest_state_check(proof)
-    region = Check(CERTIFIED_REGION, Verdict.UNKNOWN, np.nan, np.nan, np.nan, "v(0), J")
+    region = Check(CERTIFIED_REGION, Verdict.UNKNOWN, np.nan, np.nan, np.nan, ABOVE)
     if proof is None or not (proof.states or proof.proved):
         return [stable, region]
     # Imported late: most runs have no proof.
@@ -120,11 +124,11 @@ def proved_checks(problem: Problem, proof: "Proof | None") -> list[Check]:
 
     level, number = start_level(problem, proof), start_state(problem, proof)
     if level is not None and number is not None:
-        # v(0) counts from the rest state of the region.
         energy = level + proof.states[0].energy
         value = energy - proof.states[number - 1].energy
         bound = level_of(proof, number, energy)
-        region = region._replace(verdict=Verdict.CERTIFIED, value=value, bound=bound)
+        quantity = ABOVE.replace("1", str(number))
+        region = Check(CERTIFIED_REGION, Verdict.CERTIFIED, value, bound, np.nan, quantity)
     elif level is not None and proof.region is not None:
         region = region._replace(value=level, bound=proof.region.lower_bound)
     return [stable, region]

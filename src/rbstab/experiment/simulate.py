@@ -103,6 +103,7 @@ def simulate_problem(
     wall_time = time.perf_counter() - begin
     record = record_of(problem, trajectory, rest, deadline)
     trajectory = record.trajectory
+    arrays = Result(record.variables, {"variant": config.controller.variant}, "")
     attributes: dict[str, str | int | float] = {
         "title": config.title,
         "variant": config.controller.variant,
@@ -117,7 +118,7 @@ def simulate_problem(
                 *resolution_warnings(config.integration, trajectory, record.variables),
             ]
         ),
-        "lyapunov_zero": zero_description(record.zero, driven=problem.system.supplies),
+        "lyapunov_zero": zero_description(record.zero, arrays),
         "verdict": str(overall(record.checks)),
         "run_id": run_id(config),
         "layout_version": LAYOUT_VERSION,

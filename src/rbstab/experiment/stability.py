@@ -43,7 +43,7 @@ class Stability:
         proof: The rest states, lowest first, and the region.
         linearisations: The linearisation at each rest state, in the same order; None where the
             equations have no derivatives.
-        start: v(0) relative to the lowest rest state, J; None if no rest state is known.
+        start: The energy of the start above the lowest rest state, J; None if none is known.
         reached: The number of the rest state to which the motion from this start converges, proved;
             None: nothing is proved for this start.
         convergence: What is proved of the exact motion from this start; None if that was not asked.
@@ -191,21 +191,22 @@ def _region_sentences(stability: Stability) -> list[str]:
     where = f"on {region.face}" if region.face else "at another rest state"
     if region.face == NO_LENGTH:
         where = f"at {NO_LENGTH}"
-    goes_on = f"; {GOES_ON}" if stability.proof.brief else ""
+    goes_on = f"; {GOES_ON}" if stability.proof.goes_on else ""
     if region.lower_bound > 0:
         sentences = [
-            f"Certified region: every motion with v(0) < {rounded_down(region.lower_bound)} J "
-            f"converges to the lowest rest state, proved (c* is attained {where})."
+            f"Certified region: every motion that starts less than "
+            f"{rounded_down(region.lower_bound)} J above the lowest rest state converges to it, "
+            f"proved (c* is attained {where})."
         ]
     elif region.level > 0:
         sentences = [
-            f"Certified region: v < {region.level:.6g} J, from a search, not proved "
-            f"(c* is attained {where}){goes_on}."
+            f"Certified region: less than {region.level:.6g} J above the lowest rest state, from a "
+            f"search, not proved (c* is attained {where}){goes_on}."
         ]
     elif stability.proof.regions:
         sentences = [
-            "Certified region: no level of v(0) is enough, as other rest states lie as low as the "
-            "lowest. Each has a region of its own."
+            "Certified region: no level above the lowest rest state is enough, as others lie as "
+            "low. Each has a region of its own."
         ]
     else:
         sentences = ["Certified region: empty."]
@@ -236,8 +237,8 @@ def _unwrapped_sentences(proof: Proof) -> list[str]:
     found = proof.unwrapped
     if proof.within_barriers:
         return []
-    if found is None and proof.brief:
-        return [f"{UNWRAPPED}: not decided ({GOES_ON})."]
+    if found is None and (proof.brief or not proof.proved):
+        return [f"{UNWRAPPED}: not decided{f' ({GOES_ON})' if proof.goes_on else ''}."]
     if found is None:
         return [f"{UNWRAPPED}: not decided; rest states may have angles too large for a proof."]
     if not found.proved:
@@ -258,28 +259,25 @@ def _unwrapped_sentences(proof: Proof) -> list[str]:
     sentences, region = [f"{first}."], found.region
     if region is not None and region.lower_bound > 0:
         sentences.append(
-            f"{UNWRAPPED}: every motion with v(0) < {rounded_down(region.lower_bound)} J converges "
-            f"to the lowest rest state, proved."
+            f"{UNWRAPPED}: every motion that starts less than {rounded_down(region.lower_bound)} J "
+            f"above the lowest rest state converges to it, proved."
         )
     return [*sentences, *_minimum_sentences(found, f"{UNWRAPPED}: region")]
 
 
 def _start_sentences(stability: Stability) -> list[str]:
-    start = stability.start
-    if stability.proof.every_start and start is not None and stability.inside:
-        return [f"This start: v(0) = {start:.6g} J; convergence is proved, as of every start."]
-    if stability.proof.region is None or start is None:
+    every = stability.proof.every_start and stability.inside
+    if stability.start is None or not (every or stability.proof.region is not None):
         return []
+    start = f"This start: {stability.start:.6g} J above the lowest rest state"
+    if every:
+        return [f"{start}; convergence is proved, as of every start."]
     convergence = stability.convergence
     if not stability.inside and convergence is not None:
         its = "Its" if convergence.proved is None else "Its exact motion"
-        outside = f"This start: v(0) = {start:.6g} J is not inside."
-        return [outside, f"{its} {convergence.sentence}."]
+        return [f"{start}, not inside.", f"{its} {convergence.sentence}."]
     if not stability.inside:
-        return [f"This start: v(0) = {start:.6g} J is not inside; nothing is proved for it."]
+        return [f"{start}, not inside; nothing is proved for it."]
     if len(stability.proof.states) == 1:
-        return [f"This start: v(0) = {start:.6g} J is inside; convergence is proved."]
-    return [
-        f"This start: v(0) = {start:.6g} J is inside; convergence to rest state "
-        f"{stability.reached} is proved."
-    ]
+        return [f"{start}, inside; convergence is proved."]
+    return [f"{start}, inside; convergence to rest state {stability.reached} is proved."]

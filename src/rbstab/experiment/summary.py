@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.analysis.hermite import hermite_table
 from rbstab.analysis.lyapunov import energy_scale
 from rbstab.analysis.peak_search import (
     ABSOLUTE,
@@ -14,6 +15,7 @@ from rbstab.analysis.peak_search import (
     peaks_of_cubics,
 )
 from rbstab.analysis.settling import moves_on, settling_times
+from rbstab.experiment.answers.rounded import rounded_up
 from rbstab.experiment.convergence.enclosed_samples import GROUP
 from rbstab.mechanics.attitude import angle_rates
 from rbstab.mechanics.numbers import Array
@@ -171,6 +173,40 @@ def settling_time_of(result: Result) -> float:
         round_off = np.array([_round_off(result)])
         found = settling_times(result["time"], v[np.newaxis], away, round_off, supplied)
     return np.nan if moves_on_in(result) else float(found[0])
+
+
+def at_rest_from(result: Result, digits: int = 4) -> str:
+    """Return the settling time as text, s: with ≤ if the samples do not resolve it; "" without one.
+
+    The bound is the first sample from which v stays below its level.
+    """
+    settled = settling_time_of(result)
+    if np.isnan(settled):
+        return ""
+    if _settling_resolved(result, settled, digits):
+        return f"{settled:.{digits}g}"
+    times = result["time"]
+    return f"≤ {rounded_up(float(times[np.searchsorted(times, settled)]), digits)}"
+
+
+def _settling_resolved(result: Result, settled: float, digits: int) -> bool:
+    """Return whether the samples show a settling time to some digits.
+
+    Either the samples beside it are so close, or the motion is not faster than they are and two
+    interpolants of v between them agree.
+    """
+    times, v = result["time"], lyapunov_function_of(result)
+    after = int(np.searchsorted(times, settled))
+    error = 0.5 * 10.0 ** (1 - digits) * settled
+    if after == 0 or times[after] - times[after - 1] <= error:
+        return True
+    if stores_v_minus_work(result) or is_driven(result) or _has_fast_steps(result):
+        return False
+    pair = slice(after - 1, after + 1)
+    columns = (one[pair, np.newaxis] for one in (times, v, result["lyapunov_rate"]))
+    cubic = hermite_table(*columns).through(0, 2)
+    before, beyond = (cubic.values_at(np.array([settled + x])) for x in (-error, error))
+    return bool(before[0] > np.interp(settled, times, v) > beyond[0])
 
 
 def moves_on_in(result: Result) -> bool:

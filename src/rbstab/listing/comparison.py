@@ -10,7 +10,7 @@ from rbstab.config.source import parse_source
 from rbstab.experiment.answers.run_answer import answer_of
 from rbstab.experiment.answers.words import word_of
 from rbstab.experiment.convergence.later_proof import known_now
-from rbstab.experiment.summary import at_least, lyapunov_function_of
+from rbstab.experiment.summary import at_least, at_rest_from, lyapunov_function_of
 from rbstab.listing.folder import only_result
 from rbstab.report.model.words import NO_VALUE, number, untrusted
 from rbstab.report.reading.sources import Run, SweepFile, read_sources
@@ -141,11 +141,17 @@ def _of_run(run: Run) -> Outcome:
         "v(0) [J]": s.lyapunov_start,
         # The result may store v - ε, which does not end at zero.
         "v(end) [J]": float(lyapunov_function_of(result)[-1]),
-        "v below v(0)/1000 from [s]": run.settling_time,
+        "at rest from [s]": _settling(run),
         "largest |E| [m]": _peak(s.peak_distance, resolved=s.displacement_resolved),
         "largest |θ2| [rad]": _peak(s.largest_pitch, resolved=s.pitch_resolved),
         RESIDUAL: s.relative_residual,
     }
+
+
+def _settling(run: Run) -> float | str:
+    """Return the settling time; as text, which has no ratio, if the samples do not resolve it."""
+    text = at_rest_from(run.result)
+    return text if text.startswith("≤") else run.settling_time
 
 
 def _peak(value: float, *, resolved: bool) -> float | str:

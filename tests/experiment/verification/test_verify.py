@@ -84,7 +84,8 @@ def test_a_changed_coefficient_is_refused(proof: Proof, place: str) -> None:
 def test_damping_is_a_hypothesis(proof: Proof) -> None:
     """Damping has no effect on U, but without it no theorem holds. No file has such a config."""
     config = rbstab.load_config(paper_config("embedded", with_gravity=True))
-    undamped = config.controller.model_copy(update={"L_r": (60.0, 60.0, 0.0)})
+    # The dampers at G and C leave the rotation about the line through both.
+    undamped = config.controller.model_copy(update={"L_r": (0.0, 0.0, 0.0)})
     config = config.model_copy(update={"controller": undamped})
     relabelled = proof.model_copy(update={"id": proof_id(config)})
     assert refused(verify(relabelled, config)) == ["hypotheses"]

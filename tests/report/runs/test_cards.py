@@ -65,7 +65,7 @@ def test_a_card_shows_the_margin_to_the_region(tmp_path):
     # The card has both v(0), so that the number can be checked.
     numbers = dict(cards_of(path)[0].facts)
     assert numbers["v(0)"] == f"{V_START:.4g} J"
-    assert numbers["v(0) from the rest state of c*"] == f"{start:.4g} J"
+    assert numbers["start above the rest state of c*"] == f"{start:.4g} J"
     *_, cards = answer_blocks(facts(path))
     assert isinstance(cards, Cards)
     assert "v(0)/c*" in dict(cards.words)

@@ -60,7 +60,7 @@ def test_a_sentence_counts_the_proved_members(sections):
     assert sections[0].blocks[2] == (
         "10 of 20 members are proved to converge to a rest state, 3 of them by an enclosure of "
         "their exact motion. 2 are proved not to come to rest. 5 are not decided; the table has "
-        "the reasons. 3 start outside of every certified region, and their motion was not "
+        "the reasons. 3 start in no certified region, and their motion was not "
         "enclosed."
     )
 

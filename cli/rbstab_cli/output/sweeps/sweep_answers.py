@@ -202,11 +202,11 @@ def _not_reached(count: int, ranges: list[tuple[int, int]], proofs: "BodyProofs"
 
 
 def _ended_early(count: int) -> list[str]:
-    """Return a sentence on brief proofs that ended early, if there are some."""
+    """Return a sentence on brief proofs that may prove more with more boxes, if any."""
     if not count:
         return []
     proofs = "one proof" if count == 1 else f"{grouped(count)} proofs"
-    return [f"{proofs} of rest states ended at the limit on the number of boxes; --prove goes on"]
+    return [f"{proofs} of rest states need more boxes; --prove tries more"]
 
 
 def _number(count: int, one: str, many: str) -> str:

@@ -79,7 +79,8 @@ class Zeros:
     """The zeros of ∇U in the closed range of eq. 5, or in another box.
 
     inside are in the open range; outside are zeros found beyond it. undecided holds the boxes that
-    may contain further zeros, and the enclosures of zeros that straddle the border.
+    may contain further zeros, and the enclosures of zeros that straddle the border. covered is the
+    share of the range, by volume, that the search has finished.
     """
 
     inside: tuple[Zero, ...]
@@ -87,6 +88,7 @@ class Zeros:
     undecided: Boxes
     examined: int
     outcome: SearchOutcome
+    covered: float = 1.0
 
 
 @dataclass
@@ -218,6 +220,7 @@ def _classified(
     inside = [zero for zero in search.zeros if zero.enclosure.within(whole)[0]]
     outside = [zero for zero in search.zeros if not zero.enclosure.intersects(whole)[0]]
     straddling = [zero.enclosure for zero in search.zeros if zero not in [*inside, *outside]]
+    covered = max(0.0, 1.0 - float(np.prod(undecided.radius / whole.radius, axis=1).sum()))
     undecided = joined([undecided, *straddling, *search.ambiguous])
     outcome = SearchOutcome.UNDECIDED if len(undecided) else SearchOutcome.PROVED
     return Zeros(
@@ -226,6 +229,7 @@ def _classified(
         undecided,
         examined,
         SearchOutcome.BOX_LIMIT if stopped else outcome,
+        covered,
     )
 
 

@@ -72,7 +72,7 @@ class RestStates:
     examined is the number of boxes that the proof examined. outcome is how the proof ended. end is
     the largest |Θ| in the range, shape (3,), rad; by default that of eq. 5. With a barrier, the
     range goes on to θ2 = ±π/2, but beyond `end` the energy only rises, and nothing is at rest. With
-    a stop, the range ends there.
+    a stop, the range ends there. covered is the share of the range that the proof has finished.
     """
 
     energy: ReducedEnergy
@@ -81,6 +81,7 @@ class RestStates:
     examined: int
     outcome: SearchOutcome
     end: Array = field(default_factory=RANGE_END.copy)
+    covered: float = 1.0
 
     @property
     def proved(self) -> bool:
@@ -224,8 +225,8 @@ def proved_rest_states(
             for Theta in found
             if not any(zero.domain_contains(Theta) for zero in zeros.inside)
         ]
-    states = _in_order(points)
-    return RestStates(energy, states, zeros.undecided, zeros.examined, zeros.outcome, end)
+    states, left = _in_order(points), zeros.undecided
+    return RestStates(energy, states, left, zeros.examined, zeros.outcome, end, zeros.covered)
 
 
 def _in_order(points: list[RestPoint]) -> tuple[RestPoint, ...]:

@@ -7,12 +7,13 @@ from pydantic import AfterValidator
 UNDECIDED = "in some small parts of the range it could not be decided whether there is a rest state"
 """The outcome of a search with boxes left: `SearchOutcome.UNDECIDED`, without its slow import."""
 
-NOT_DAMPED = "some motions may lose no energy, because no damper acts on them"
-"""Why nothing is proved of a body that may move without losing energy."""
+NOT_DAMPED = "it could not be shown that every motion loses energy"
+"""Why nothing is proved of a body that may move without losing energy; `why_not_damped` follows."""
 
 _NEW_WORDS = {
     "some boxes could be neither emptied nor shown to hold one zero": UNDECIDED,
     "no elements damp every motion": NOT_DAMPED,
+    "some motions may lose no energy, because no damper acts on them": NOT_DAMPED,
 }
 """The reasons that older files have in other words."""
 

@@ -14,10 +14,9 @@ from rbstab.experiment.convergence.convergence import (
     ASK_FOR_PROOF,
     EVERY_START,
     Convergence,
-    Enclose,
     stored_convergence,
 )
-from rbstab.experiment.convergence.zero_description import A_LOWER_ONE, is_approached
+from rbstab.experiment.convergence.zero_description import A_LOWER_ONE, OUTSIDE, is_below_end
 from rbstab.experiment.outcome import Outcome, outcome_of, pushes_of
 from rbstab.experiment.run_certificate import (
     CERTIFIED_REGION,
@@ -25,7 +24,7 @@ from rbstab.experiment.run_certificate import (
     LEAST_REST_STATES,
 )
 from rbstab.experiment.stored_certificate import CertificateLine, certificate_lines
-from rbstab.experiment.summary import lyapunov_function_of, moves_on_in, settling_time_of
+from rbstab.experiment.summary import at_rest_from, lyapunov_function_of, moves_on_in
 from rbstab.integrate.status import RunStatus
 from rbstab.store.result import Result
 
@@ -38,11 +37,17 @@ SAME_START = 1e-6
 UPRIGHT = 1e-3
 """rad: a body whose angles at rest are smaller rests upright, and needs no numbers."""
 
+FALL = 1e-9
+"""v has fallen if it did by more than this, relative to its largest value."""
+
 ROUND_OFF = 1e-9
 """rad: a smaller angle is printed as zero."""
 
 SETTLED = f"v stays below v(0)/{1 / SETTLED_FRACTION:g}"
 """What "at rest" means for a computed run."""
+
+SETTLED_DRIVEN = f"v stays below {SETTLED_FRACTION:g} of its largest value"
+"""The same where inputs supply power: v(0) may be zero."""
 
 
 class Answer(NamedTuple):
@@ -143,14 +148,14 @@ def _this_start(
         # So it is in results of before the attribute `convergence`.
         return Answer(Sureness.PROVED, "the exact motion comes to rest")
     seen = _seen(result, lines)
-    start = float(lyapunov_function_of(result)[0])
-    reason = _why_not_proved(found, lines.get(CERTIFIED_REGION), start)
+    reason = _why_not_proved(found, lines.get(CERTIFIED_REGION))
     return Answer(seen.sureness, f"{seen.sentence}. Not proved: {reason}")
 
 
 def _leaning(result: Result) -> str:
     """Return at which angles the body rests where v is zero, if it is not upright there."""
-    if "rest_orientation" not in result or not is_approached(result):
+    text = str(result.attributes.get("lyapunov_zero"))
+    if "rest_orientation" not in result or not is_below_end(text) or OUTSIDE in text:
         return ""
     Theta = result["rest_orientation"]
     leans = bool((abs(Theta) >= UPRIGHT).any())
@@ -172,12 +177,25 @@ def _proved(found: Convergence, count: int | None, leaning: str) -> str:
     return f"the exact motion converges to {which}: {where}"
 
 
-def _driven_settling(settled: float) -> str:
-    """Return when v of a driven motion has settled, as text."""
-    least = f"{SETTLED_FRACTION:g} of its largest value"
-    if math.isnan(settled):
-        return f"v does not stay below {least}"
-    return f"v stays below {least} from t = {settled:.4g} s on"
+def _from(settled: str) -> str:
+    """Return a settling time, from `at_rest_from`, in a sentence."""
+    return f"from t {settled if settled.startswith('≤') else f'= {settled}'} s on"
+
+
+def _fall_of(result: Result) -> str:
+    """Return what v did along a run that is not at rest."""
+    v = lyapunov_function_of(result)
+    begin, last, largest = float(v[0]), float(v[-1]), float(abs(v).max())
+    end = float(result["time"][-1])
+    did = f"{'fell' if last < begin else 'rose'} from {begin:.4g} J to {last:.4g} J"
+    if abs(begin - last) <= FALL * largest:
+        did = f"stays at {last:.4g} J"
+    text = f"the Lyapunov function v {did} along the computed run"
+    if last < 0:
+        text += ", below that of the rest state from which v counts"
+    if moves_on_in(result):
+        return f"{text}; the body moves on without damping at t = {end:.4g} s"
+    return f"{text}; it is not at rest by t = {end:.4g} s"
 
 
 def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
@@ -185,7 +203,7 @@ def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
     status, end = result.status, float(result["time"][-1])
     failed = [line for line in lines.values() if line.verdict == Verdict.VIOLATED]
     failed = [line for line in failed if line.check not in {GLOBAL_STABILITY, CERTIFIED_REGION}]
-    settled = settling_time_of(result)
+    settled = at_rest_from(result)
     if failed:
         line = failed[0]
         what = f"the check {line.check} of the computed run failed"
@@ -199,44 +217,31 @@ def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
     elif not lines:
         why = "the result has no certificate"
     elif result.attributes.get("verdict") == Verdict.DRIVEN:
-        why = f"inputs drive the computed motion to t = {end:.4g} s; {_driven_settling(settled)}"
-    elif not math.isnan(settled):
-        text = f"the computed motion is at rest from t = {settled:.4g} s on ({SETTLED})"
+        stays = f"{SETTLED_DRIVEN} {_from(settled)}"
+        if not settled:
+            stays = SETTLED_DRIVEN.replace("stays", "does not stay")
+        why = f"inputs drive the computed motion to t = {end:.4g} s; {stays}"
+    elif settled:
+        text = f"the computed motion is at rest {_from(settled)} ({SETTLED})"
         if str(result.attributes.get("lyapunov_zero")).endswith(A_LOWER_ONE):
             text += ", at a rest state that is not the lowest one known"
         return Answer(Sureness.SEEN, text)
     else:
-        v = lyapunov_function_of(result)
-        begin, last = float(v[0]), float(v[-1])
-        lower = ", below that of the rest state from which v counts" if last < 0 else ""
-        still = f"; it is not at rest by t = {end:.4g} s"
-        if moves_on_in(result):
-            still = (
-                f", where it no longer falls: the body moves on without damping at t = {end:.4g} s"
-            )
-        why = (
-            f"the Lyapunov function v fell from {begin:.4g} J to {last:.4g} J along the computed "
-            f"run{lower}{still}"
-        )
+        why = _fall_of(result)
     return Answer(Sureness.NOT_DECIDED, why)
 
 
-def _why_not_proved(found: Convergence | None, region: CertificateLine | None, start: float) -> str:
-    """Return why nothing is proved of a start, with v(0) as the run has it."""
+def _why_not_proved(found: Convergence | None, region: CertificateLine | None) -> str:
+    """Return why nothing is proved of a start."""
     if found is None:
-        return f"there is no proof; {ASK_FOR_PROOF} makes it"
+        return f"there is no proof; {ASK_FOR_PROOF} tries to make it"
     margin = ""
     if region is not None and region.bound > 0 and region.value >= region.bound:
         level = rounded_down(region.bound, 4)
-        # The v of the run counts from the rest state that the motion approaches.
-        same = math.isclose(region.value, start, rel_tol=SAME_START)
-        counted = "" if same else ", counted from the lowest rest state,"
         margin = (
-            f"v(0) = {region.value:.4g} J{counted} is not below c* = {level} J, the level of the "
-            f"certified region; "
+            f"the start is {region.value:.4g} J above the lowest rest state, not below c* = {level}"
+            f" J, the level of the certified region; "
         )
-        if found.enclosed is Enclose.NOTHING:
-            return f"{margin}{ASK_FOR_PROOF} follows the exact motion"
     return f"{margin}{found.why}"
 
 
@@ -251,7 +256,7 @@ def _whole_range(
             Sureness.NOT_DECIDED, "inputs supply power: nothing is proved of such motions"
         )
     if line is None or (line.verdict == Verdict.UNKNOWN and math.isnan(line.value)):
-        why = f"no proof of the rest states is stored; {ASK_FOR_PROOF} makes it"
+        why = f"no proof of the rest states is stored; {ASK_FOR_PROOF} tries to make it"
         if proof is not None:
             why = proof.ended
         return Answer(Sureness.NOT_DECIDED, why)

@@ -26,6 +26,8 @@ NOT_ENCLOSED = (
 )
 """The reasons for which not even the motion is enclosed."""
 
+NO_REGION = "no certified region is proved"
+
 IN_PROOFS = (Ligament, SoftGuard, Stop)
 """Elements that switch, and that proofs of rest states take into account."""
 
@@ -49,10 +51,11 @@ def refusal(problem: Problem, proof: "Proof | None") -> Convergence | None:
     if reason is not None:
         return reason
     if proof is None:
-        why = f"no proof of the rest states is stored; {ASK_FOR_PROOF} makes it"
+        why = f"no proof of the rest states is stored; {ASK_FOR_PROOF} tries to make it"
         return Convergence(None, why=why, reason=Undecided.NO_REGION)
     # Imported late: most runs have no proof.
     from rbstab.experiment.convergence.region_bounds import region_energies
+    from rbstab.experiment.stored_proof.proof import GOES_ON
     from rbstab.experiment.stored_proof.starts import has_no_rest_state
 
     if has_no_rest_state(proof):
@@ -61,16 +64,11 @@ def refusal(problem: Problem, proof: "Proof | None") -> Convergence | None:
         why = "the range of eq. 5 has no rest state"
         return Convergence(None, why=why, reason=Undecided.NO_REGION)
     if not region_energies(proof):
-        why = f"no certified region is proved ({_ended(proof)})"
+        why = NO_REGION if proof.proved else f"{NO_REGION} ({proof.ended})"
+        if proof.proved and proof.goes_on:
+            why = f"{NO_REGION}; {GOES_ON}"
         return Convergence(None, why=why, reason=Undecided.NO_REGION)
     return None
-
-
-def _ended(proof: "Proof") -> str:
-    """Return how a proof without a region ended: of the rest states, or else of the region."""
-    from rbstab.experiment.stored_proof.proof import GOES_ON
-
-    return f"{proof.outcome}; {GOES_ON}" if proof.brief else proof.outcome
 
 
 def not_enclosed(problem: Problem) -> Convergence | None:

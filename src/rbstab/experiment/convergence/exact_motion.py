@@ -37,6 +37,7 @@ from rbstab.experiment.convergence.decisions import (
     BY_REGION,
     LEAST_FALL,
     MAX_STEPS,
+    NO_REGION,
     NOT_ENCLOSED,
     PATIENCE,
     convergence_in,
@@ -45,6 +46,7 @@ from rbstab.experiment.convergence.decisions import (
 )
 from rbstab.experiment.convergence.enclosed_samples import EnclosedSamples, quantities_of
 from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
+from rbstab.experiment.convergence.region_bounds import region_energies
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import ROUND_OFF, start_level, starts_inside
 from rbstab.integrate.problem import Problem
@@ -221,9 +223,11 @@ def _at_start(problem: Problem, proof: Proof | None, refused: Convergence) -> Co
     if refused.reason not in BY_REGION:
         return refused
     inside = start_in_region(problem, proof)
-    if inside is None and proof is not None and proof.brief:
-        why = f"no certified region is proved so far ({proof.ended}). Only a region could decide"
-        return Convergence(None, why=f"{why}: {refused.why}", reason=Undecided.NO_REGION)
+    if inside is None and proof is not None and not region_energies(proof):
+        why = NO_REGION if proof.proved else f"{NO_REGION} ({proof.ended})"
+        if proof.has_energy:
+            why = f"{why}. Only a region could decide: {refused.why}"
+        return Convergence(None, why=why, reason=Undecided.NO_REGION)
     return inside or refused
 
 

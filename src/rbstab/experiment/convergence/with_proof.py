@@ -120,7 +120,7 @@ def attributes_with_proof(
         return changed  # an older result does not say from which state its v counts
     zero = str(changed["lyapunov_zero"])
     Theta = result["rest_orientation"].astype(np.float64)
-    described = described_by_proof(zero, Theta, proof)
+    described = described_by_proof(zero, Theta, proof, convergence.rest_state)
     if zero.startswith(NO_REST_STATE):
         # The warning begins with the same words, and goes on with what may be the reason.
         lines = [

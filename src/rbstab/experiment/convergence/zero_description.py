@@ -2,7 +2,10 @@
 
 from typing import TYPE_CHECKING
 
-from rbstab.analysis.approached_state import LyapunovZero
+import numpy as np
+
+from rbstab.analysis.approached_state import SAME_STATE, LyapunovZero
+from rbstab.experiment.summary import is_driven, moves_on_in, settling_time_of
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Result
 from rbstab.systems.system import System
@@ -16,36 +19,46 @@ A_LOWER_ONE = "a lower one is known"
 NO_REST_STATE = "no rest state was found in the range of eq. 5"
 
 APPROACHED = "the rest state that the motion approaches"
-"""The begin of the text if the motion approaches the state."""
+"""The begin of the text if the motion was seen, or is proved, to come to rest there."""
+
+BELOW_END = "the rest state below the end of the motion"
+"""The begin of the text if only a descent in energy from the end leads there."""
+
+AT_END = "the pose at the end of the motion, which moves on"
+"""The text if the body moves on without damping where no energy falls."""
 
 
 OUTSIDE = ", outside the range of eq. 5"
 """Follows if this state has other angles."""
 
 
-def zero_description(zero: LyapunovZero, *, driven: bool = False) -> str:
+def zero_description(zero: LyapunovZero, run: Result) -> str:
     """Return a text that names the state at which v is zero, and says whether a lower one exists.
 
     Args:
         zero: The state.
-        driven: Whether inputs supply power: then a motion need not approach a rest state.
+        run: The run, by its arrays.
     """
     if not zero.rest.is_at_rest:
         return NO_REST_STATE
     if not zero.approached:
         return (
-            "the rest state nearest to the unloaded position; none was found that the motion "
-            "approaches"
+            "the rest state nearest to the unloaded position; none was found below the end of the "
+            "motion"
         )
     outside = "" if zero.rest.found else OUTSIDE
-    name = "the rest state without inputs, below the end of the motion" if driven else APPROACHED
+    moved = [run[name][-1] - run[f"rest_{name}"] for name in ("orientation", "position")]
+    if moves_on_in(run) and np.abs(moved).max() < SAME_STATE:
+        return AT_END
+    name = BELOW_END if np.isnan(settling_time_of(run)) else APPROACHED
+    if is_driven(run):
+        name = "the rest state without inputs, below the end of the motion"
     return f"{name}{outside}; {'no lower one is known' if zero.is_lowest else A_LOWER_ONE}"
 
 
-def is_approached(result: Result) -> bool:
-    """Return whether v of a run is zero at the rest state, in the range, that it approaches."""
-    text = str(result.attributes.get("lyapunov_zero"))
-    return text.startswith(APPROACHED) and OUTSIDE not in text
+def is_below_end(text: str) -> bool:
+    """Return whether v of a run is zero at the rest state below its end, by its description."""
+    return text.startswith((APPROACHED, BELOW_END))
 
 
 def no_rest_state_warning(system: System) -> str:
@@ -68,21 +81,27 @@ def none_found(text: str, known: int) -> str:
     )
 
 
-def described_by_proof(text: str, Theta: Array, proof: "Proof | None") -> str:
+def described_by_proof(
+    text: str, Theta: Array, proof: "Proof | None", reached: int | None = None
+) -> str:
     """Return a text of `zero_description` with what a proof says about the state.
 
     Args:
         text: The text.
         Theta: Θ of the state, shape (3,), rad.
         proof: The proof of the config, if there is one.
+        reached: The number of the rest state to which the exact motion converges, if it is proved.
     """
     if proof is not None and text.startswith(NO_REST_STATE):
         return none_found(text, len(proof.states))
-    if proof is None or not text.startswith(APPROACHED):
+    if proof is None or not is_below_end(text):
         return text
     # Imported late: most runs have no proof.
     from rbstab.experiment.stored_proof.starts import number_of
 
+    if reached is not None:
+        away = np.abs(Theta - proof.states[reached - 1].orientation).max()
+        text = text.replace(BELOW_END, APPROACHED) if away < SAME_STATE else text
     number = number_of(proof, Theta)
     if number is None:
         return text

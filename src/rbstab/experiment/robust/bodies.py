@@ -119,13 +119,15 @@ def prove_within(
 
 def _undamped(config: Config, tolerances: Sequence[Tolerance]) -> str | None:
     """Return why it is not known that each body loses energy in each motion; None if it is."""
-    from rbstab.analysis.proof.definite import damps_every_motion
+    from rbstab.analysis.proof.definite import why_not_damped
     from rbstab.analysis.proof.robust.definite import indefinite_in_box
 
     if system_of(config).supplies:
         return SUPPLIES
-    if not damps_every_motion(system_of(config, decimals)):
-        return NOT_DAMPED
+    # The points of the body may have tolerances.
+    undamped = why_not_damped(system_of(config, decimals), points_vary=True)
+    if undamped is not None:
+        return f"{NOT_DAMPED}: {undamped}"
     indefinite = indefinite_in_box(partial(_corner, config, tolerances))
     return None if indefinite is None else f"{indefinite} is not positive definite for each body"
 

@@ -8,6 +8,7 @@ from rbstab.experiment.answers.reasons import Reason
 from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF
 from rbstab.experiment.stored_proof.energies import ProvedEnergy, ProvedTiedEnergy
 from rbstab.experiment.stored_proof.entries import Entry, Triple
+from rbstab.files.counts import grouped
 from rbstab.store.cards import card, line
 
 NO_LENGTH = "a spring without length"
@@ -20,8 +21,11 @@ BARRIER, STOP = "a barrier", "a stop"
 STOPPED = "the limit on the number of boxes was reached"
 """The outcome of a search that stopped at its limit (`SearchOutcome.BOX_LIMIT`)."""
 
-GOES_ON = f"{ASK_FOR_PROOF} goes on"
-"""What is said of a proof that ended early because nobody asked for it."""
+TOO_FEW = "more boxes will not help"
+"""The begin of the outcome of such a search that would need far more boxes than any proof tries."""
+
+GOES_ON = f"{ASK_FOR_PROOF} tries more"
+"""What is said of a proof that ended early, where more boxes may prove more."""
 
 
 class ProvedState(Entry):
@@ -241,15 +245,21 @@ class Proof(ProvedStates):
         return self.tied_energy is not None and bool(self.tied_energy.lines)
 
     @property
+    def goes_on(self) -> bool:
+        """Whether `rbstab run --prove` may prove more, as it takes more boxes."""
+        return self.brief is True and not self.outcome.startswith(TOO_FEW)
+
+    @property
     def ended(self) -> str:
         """How the search ended; with the command that goes on, if more boxes may prove more."""
         return self.ended_in(self)
 
     def ended_in(self, states: ProvedStates) -> str:
         """Return the same of the search in one of both ranges."""
-        if not self.brief or states.outcome != STOPPED:
+        if states.outcome != STOPPED:
             return states.outcome
-        return f"{states.outcome}; {GOES_ON}"
+        needs = f"the proof needs more than {grouped(states.examined)} boxes"
+        return f"{needs}; {GOES_ON}" if self.brief else f"{needs}, the most that are tried"
 
     @property
     def kept_by(self) -> str | None:

@@ -84,7 +84,7 @@ def verify(
 
 def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     """Check that the proof is that of the config, and the hypotheses of its theorems."""
-    from rbstab.analysis.proof.definite import damps_every_motion, indefinite_parameter
+    from rbstab.analysis.proof.definite import indefinite_parameter, why_not_damped
     from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
     from rbstab.analysis.proof.traced.separate import damping_of_users
     from rbstab.analysis.proof_check.findings import Finding
@@ -103,13 +103,13 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
         return
     system = system_of(without_code(config), decimals)
     indefinite = indefinite_parameter(system)
-    damped = damps_every_motion(system, damping_of_users(built))
+    undamped = why_not_damped(system, damping_of_users(built))
     text = "Mass, inertia and damping are positive definite."
     if indefinite is not None:
         text = f"{indefinite} is not positive definite."
-    elif not damped:
-        text = f"{NOT_DAMPED[:1].upper()}{NOT_DAMPED[1:]}."
-    yield Finding(CONFIG, "hypotheses", indefinite is None and damped, text)
+    elif undamped is not None:
+        text = f"{NOT_DAMPED[:1].upper()}{NOT_DAMPED[1:]}: {undamped}."
+    yield Finding(CONFIG, "hypotheses", indefinite is None and undamped is None, text)
     try:
         compare = _same_energy if proof.reduced_energy else _same_tied_energy
         same = compare(proof, config, partial(system_of, config))

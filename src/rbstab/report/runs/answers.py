@@ -8,10 +8,10 @@ from itertools import starmap
 import numpy as np
 
 from rbstab.analysis.settling import SETTLED_FRACTION
-from rbstab.experiment.answers.run_answer import SETTLED, Answer
+from rbstab.experiment.answers.run_answer import SETTLED, SETTLED_DRIVEN, Answer
 from rbstab.experiment.answers.words import Sureness, meanings, words_with_meanings
 from rbstab.experiment.convergence.convergence import EVERY_START
-from rbstab.experiment.summary import at_least, lyapunov_function_of
+from rbstab.experiment.summary import at_least, at_rest_from, lyapunov_function_of
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Block, Card, Cards, Sketch, Statement
 from rbstab.report.model.words import NO_VALUE, counted, listed, number
@@ -34,7 +34,7 @@ QUESTIONS = {
 
 ALL_MOTIONS = "All motions that stay in the range, and away from θ2 = ±π/2,"
 
-OTHER_START = "v(0) from the rest state of c*"
+OTHER_START = "start above the rest state of c*"
 """Name of v(0) as it is compared with the certified region, if that of the run is another."""
 
 MARGIN = "v(0)/c*"
@@ -43,13 +43,13 @@ MARGIN = "v(0)/c*"
 SYMBOLS = {
     "at rest from": (
         "at rest from",
-        f"{SETTLED} from then on; where an input supplies power, below {SETTLED_FRACTION:g} of its "
-        "largest value",
+        f"{SETTLED} from then on; where inputs supply power, {SETTLED_DRIVEN}. ≤: the samples do "
+        "not show it better",
     ),
     "v(0)": (
         "v(0)",
         "the Lyapunov function v at the start; v is an energy that damping takes away, zero at the "
-        "rest state that the motion approaches, or else at the lowest one",
+        "rest state below the end of the motion",
     ),
     MARGIN: (
         MARGIN,
@@ -169,12 +169,12 @@ def _card(facts: RunFacts, special: str, sketch: Sketch | None) -> Card:
     statements = tuple(
         _statement(QUESTIONS[name], answer) for name, answer in facts.answer._asdict().items()
     )
-    s, settled = facts.run.summary, number(facts.run.settling_time)
+    s, settled = facts.run.summary, at_rest_from(facts.run.result)
     status = facts.run.result.status
     early = f"ended early: {status} at {number(s.end_time)} s"
     numbers = {
         "differs in": special,
-        "at rest from": settled if settled == NO_VALUE else f"{settled} s",
+        "at rest from": f"{settled} s" if settled else NO_VALUE,
         "v(0)": f"{number(s.lyapunov_start)} J",
         OTHER_START: _other_start(facts),
         "largest v": largest_v(facts.run),

@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 from rbstab.experiment.answers.run_answer import SAME_START
-from rbstab.experiment.convergence.zero_description import APPROACHED
+from rbstab.experiment.convergence.zero_description import is_below_end
 from rbstab.report.runs.facts import RunFacts
 
 
@@ -33,8 +33,8 @@ def margin_of(facts: RunFacts) -> Margin | None:
         return None if region is None else _margin(region.start, region.level)
     if region is not None and found.rest_state == 1:
         return _margin(region.start, found.bound)
-    # The stored v counts from the rest state that the motion approaches, if it says so.
-    if not facts.attribute("lyapunov_zero").startswith(APPROACHED):
+    # The stored v counts from the rest state below the end of the motion, if it says so.
+    if not is_below_end(facts.attribute("lyapunov_zero")):
         return None
     return _margin(facts.run.summary.lyapunov_start, found.bound)
 

@@ -9,7 +9,7 @@ from rbstab.experiment.answers.run_answer import Answer
 from rbstab.experiment.answers.words import Sureness, word_of
 from rbstab.experiment.convergence.convergence import FALSE, NOT_DECIDED, PROVED
 from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.experiment.summary import at_least, is_driven
+from rbstab.experiment.summary import at_least, at_rest_from, is_driven
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Cell, Head, Table
 from rbstab.report.model.words import NO_VALUE, number
@@ -115,7 +115,7 @@ def _row(facts: RunFacts) -> tuple[Cell, ...]:
         Cell(facts.run.label),
         *map(_answer_cell, (facts.answer.this_start, facts.answer.whole_range)),
         _start_over_level(facts),
-        number_cell(facts.run.settling_time),
+        Cell(at_rest_from(facts.run.result) or NO_VALUE, facts.run.settling_time),
         _peak_distance(facts),
         Cell(status if completed else f"{status} at {number(s.end_time)} s", tone=_tone(completed)),
         *(number_cell(peak) for peak in s.peak_contact_displacement),

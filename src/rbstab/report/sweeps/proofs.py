@@ -163,7 +163,7 @@ def _sentence(members: Members, command: str) -> str:
         )
     if count[NOT_PROVED]:
         sentences.append(
-            f"{grouped(count[NOT_PROVED])} start outside of every certified region, and their "
+            f"{grouped(count[NOT_PROVED])} start in no certified region, and their "
             "motion was not enclosed"
         )
     untried = convergence == NO_PROOF

@@ -129,8 +129,8 @@ class ProvedConvergence:
 
     @property
     def brief(self) -> int:
-        """The number of proofs that ended early because nobody asked for them."""
-        return sum(proof.brief is True for proof in self._proofs.values())
+        """The number of proofs that ended early, and may prove more with more boxes."""
+        return sum(proof.goes_on for proof in self._proofs.values())
 
     @property
     def variants_of_bodies(self) -> tuple[str, ...]:
@@ -319,9 +319,9 @@ def undecided_reason(plan: Plan, variant: str) -> str | None:
 def outside_code(proof: Proof) -> int:
     """Return the code of a member that starts in no region of a proof.
 
-    After a brief proof that ended early, that it is in none is not known.
+    After a brief proof that may find more with more boxes, that it is in none is not known.
     """
-    return NO_PROOF if proof.brief else NOT_PROVED
+    return NO_PROOF if proof.goes_on else NOT_PROVED
 
 
 def one_state_code(proof: Proof) -> int:

@@ -124,7 +124,7 @@ def prove_bodies(  # noqa: PLR0913 (options by name)
         found.add(body, proof)
         reached[body] = True
         count += 1
-        ended_early += proof is not None and proof.brief is True
+        ended_early += proof is not None and proof.goes_on
         progress(count, len(bodies))
     of_member = np.ones(plan.members, dtype=bool)
     of_member[decidable] = reached[bodies.of_member[decidable]]

@@ -41,6 +41,9 @@ DESCENTS = 6
 SAME_MINIMUM = 1e-2
 """rad and m: a descent to where a force jumps is less accurate than a root."""
 
+FLAT = 1e-10
+"""An energy with a smaller second derivative, relative to the largest, is constant there."""
+
 UNBALANCED = 1e-6
 """The largest acceleration of a body at rest, relative to that under the largest load alone."""
 
@@ -70,7 +73,7 @@ def searched_rest_states(system: System, seed: int = 0) -> list[SearchedState]:
     found: list[Array] = []
     for Theta in [np.zeros(3), *_random_attitudes(seed)]:
         q = _root(at_rest, _at_attitude(at_rest, Theta))
-        if q is None or not _is_balanced(at_rest, q):
+        if q is None or not _is_balanced(at_rest, q) or not _is_isolated(at_rest, q):
             continue
         if all(np.abs(q - other).max() >= MERGE_DISTANCE for other in found):
             found.append(q)
@@ -149,6 +152,12 @@ def _is_balanced(at_rest: Configurations, q: Array) -> bool:
     inertia = min(float(system.body.mass), float(np.linalg.eigvalsh(system.body.inertia).min()))
     load = largest_load(at_rest, q)
     return bool(acceleration <= UNBALANCED * max(load, gradient_tolerance(load)) / inertia)
+
+
+def _is_isolated(at_rest: Configurations, q: Array) -> bool:
+    """Return whether a rest state is none of a family, such as all attitudes of a free body."""
+    bends = np.abs(np.linalg.eigvalsh(numerical_hessian(at_rest.gradient, q)))
+    return bool(bends.min() > FLAT * bends.max())
 
 
 def _index(at_rest: Configurations, q: Array) -> int:

@@ -1,0 +1,248 @@
+"""What is printed as a reason is what was checked, and what is advised can help.
+
+Frequencies are those of the matrices of mass and stiffness, computed here.
+"""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import rbstab
+from rbstab.analysis.proof.searches import limits
+from rbstab.config.build import problem_of
+from rbstab.config.load import load_config
+from rbstab.experiment import proof as proofs
+from rbstab.experiment.convergence.exact_motion import convergence_at_start
+from rbstab.experiment.stability import stability_of
+from rbstab.experiment.summary import at_rest_from, settling_time_of
+from rbstab_cli.main import cli
+
+POINTS = [[x, y, -0.15] for x in (0.3, -0.3) for y in (0.2, -0.2)]
+INERTIA = [0.4166666667, 0.75, 0.8666666667]
+K_C, L_C = [2000, 3000, 8000], [2, 3, 8]
+
+
+def machine(elements: list[dict[str, Any]], **changes: Any) -> dict[str, Any]:
+    return {
+        "schema_version": 2,
+        "title": "Machine on four mounts",
+        "body": {"mass": 20, "inertia": INERTIA, "contact_point": [0, 0, -0.15]},
+        "elements": {f"mount{k}": one for k, one in enumerate(elements)},
+        "integration": {"duration": 1.0},
+    } | changes
+
+
+def mount(p: list[float]) -> dict[str, Any]:
+    return {"kind": "visco-elastic", "point": p, "anchor": p, "K_c": K_C, "L_c": L_C}
+
+
+def spring(p: list[float]) -> dict[str, Any]:
+    return {"kind": "spring", "point": p, "anchor": p, "stiffness": 2000, "rest_length": 0}
+
+
+MOUNTS = machine([mount(p) for p in POINTS])
+
+SPIN = {
+    "schema_version": 2,
+    "body": {"mass": 1, "inertia": [3, 5, 7], "contact_point": [0, 0, 0]},
+    "initial": {"angular_velocity": [0, 0, 1]},
+    "integration": {"duration": 2, "samples": 21},
+}
+
+LEG: dict[str, Any] = {
+    "schema_version": 2,
+    "body": {"mass": 3.5, "inertia": [0.059, 0.059, 0.006], "contact_point": [0, 0, -0.186]},
+    "gravity": [0, 0, -9.81],
+    "controller": {
+        "variant": "visco-elastic",
+        "K_t": [1e-6] * 3,
+        "L_t": [1e-6] * 3,
+        "K_r": [10, 10, 5],
+        "L_r": [0.8, 0.8, 0.3],
+        "K_c": [4000, 4000, 40000],
+        "L_c": [80, 80, 200],
+    },
+    "initial": {"orientation": {"deg": [5, 10, 0]}, "angular_velocity": [0, 2, 0]},
+    "integration": {"duration": 5},
+}
+LEG["initial"]["attached"] = True
+
+LIGAMENT = {"kind": "ligament", "toe_strain": 0.03, "damping": 20}
+LIGAMENTS = {
+    "medial": LIGAMENT
+    | {"point": [0.0, -0.03, -0.13], "anchor": [0, -0.04, -0.21]}
+    | {"stiffness": 3000, "slack_length": 0.082},
+    "lateral": LIGAMENT
+    | {"point": [-0.02, 0.04, -0.156], "anchor": [0, 0.04, -0.21]}
+    | {"stiffness": 2400, "slack_length": 0.058},
+}
+
+KNOCK: dict[str, Any] = {
+    "schema_version": 2,
+    "body": {"mass": 2, "inertia": [1, 1, 1], "contact_point": [0, 0, 0]},
+    "elements": {
+        "mount": {
+            "kind": "visco-elastic",
+            "point": [0, 0, 0],
+            "anchor": [0, 0, 0],
+            "K_c": [200] * 3,
+            "L_c": [10] * 3,
+        },
+        "upright": {"kind": "attitude", "K": [1, 1, 1], "L": [1, 1, 1]},
+        "knock": {
+            "kind": "input",
+            "quantity": "force",
+            "point": [0, 0, 0],
+            "direction": [1, 0, 0],
+            "amplitude": 100,
+            "signal": {"kind": "pulse", "start": 1, "duration": 0.01},
+        },
+    },
+    "integration": {"duration": 10},
+}
+
+
+@pytest.fixture(autouse=True)
+def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, data in {"mounts": MOUNTS, "spin": SPIN, "leg": LEG, "knock": KNOCK}.items():
+        Path(f"{name}.yaml").write_text(json.dumps(data))
+
+
+def printed(*arguments: str) -> str:
+    done = CliRunner().invoke(cli, list(arguments), env={"COLUMNS": "1000"})
+    assert done.exit_code == 0, done.output
+    return done.stdout
+
+
+def frequencies(stiffness: list[int]) -> list[float]:
+    """Return the square roots of the eigenvalues of M⁻¹K of the upright machine, rad/s."""
+    K = np.zeros((6, 6))
+    for x, y, z in POINTS:
+        rates = np.hstack([np.eye(3), -np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])])
+        K += rates.T @ np.diag(stiffness) @ rates
+    squares = np.linalg.eigvals(K / np.array([20.0] * 3 + INERTIA)[:, np.newaxis])
+    return sorted(np.sqrt(squares.real).tolist())
+
+
+def test_the_frequencies_of_the_mounts_need_no_proof() -> None:
+    expected = frequencies(K_C)
+    assert expected == pytest.approx([19.34, 21.91, 40.00, 40.19, 61.97, 64.08], abs=0.005)
+    text = ", ".join(f"{one:.4g}" for one in expected)
+    assert f"natural frequencies {text} rad/s" in printed("run", "mounts.yaml", "--no-prove")
+    assert f"{text} rad/s there" in printed("show", "results/mounts.h5")
+
+
+@pytest.mark.heavy
+def test_the_mounts_damp_every_motion() -> None:
+    """They hold it upside down too, turned about x: each is 0.4 m from its anchor along y."""
+    config = load_config(MOUNTS)
+    proof = rbstab.prove(config, brief=True)
+    first, second = [state for state in proof.states if state.index == 0][:2]
+    assert (first.orientation, first.energy) == ((0, 0, 0), 0)
+    assert second.energy == pytest.approx(4 * 0.5 * (3000 * 0.4**2), abs=1e-6)
+    assert proof.region is not None
+    assert 0.99 * 960 < proof.region.lower_bound < 960
+    assert convergence_at_start(config, problem_of(config), proof).proved
+    modes = stability_of(problem_of(config), proof).linearisations[0]
+    assert modes is not None
+    assert sorted(modes.natural_frequencies[::2]) == pytest.approx(frequencies(K_C))
+
+
+def test_rest_states_without_damping_are_looked_for() -> None:
+    config = load_config(machine([spring(p) for p in POINTS]))
+    proof = rbstab.prove(config)
+    assert proof.states
+    assert not any(state.proved for state in proof.states)
+    assert (proof.proved, proof.region, proof.globally_stable) == (False, None, None)
+    assert proof.outcome.endswith("every motion loses energy: no damper acts on the body")
+    modes = stability_of(problem_of(config), proof).linearisations[0]
+    assert modes is not None
+    assert sorted(modes.natural_frequencies[::2]) == pytest.approx(frequencies([2000] * 3))
+    np.testing.assert_allclose(modes.eigenvalues.real, 0.0, atol=1e-8)
+
+
+def test_a_free_spin_never_rests() -> None:
+    found = printed("run", "spin.yaml")
+    assert "v stays at 3.5 J along the computed run; the body moves on without damping" in found
+    assert "no damper acts on the body" in found
+    assert "fell" not in found
+    assert "--prove" not in found
+    shown = printed("show", "results/spin.h5")
+    assert "the pose at the end of the motion, which moves on" in shown
+    assert "approaches" not in shown
+
+
+def test_a_rest_state_is_approached_only_if_the_run_comes_to_rest() -> None:
+    printed("run", "leg.yaml", "--no-prove")
+    assert "the rest state that the motion approaches" in printed("show", "results/leg.h5")
+    short = ["--set", "integration.duration=0.2", "--force"]
+    assert "v fell from 0.2022 J to" in printed("run", "leg.yaml", "--no-prove", *short)
+    shown = printed("show", "results/leg.h5")
+    assert "approaches" not in shown
+    assert "the rest state below the end of the motion" in shown
+
+
+@pytest.mark.heavy
+def test_whether_more_boxes_help_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With ligaments on a tied body the bounds decide so little that no limit is enough."""
+    monkeypatch.setattr(proofs, "MANY", 1000)
+    monkeypatch.setattr(limits, "BRIEF_LIGAMENT_BOX_LIMIT", 10000)
+    monkeypatch.setattr(limits, "BOX_LIMIT", 16000)
+    config = load_config(LEG | {"elements": LIGAMENTS})
+    for brief in (True, False):
+        proof = rbstab.prove(config, brief=brief)
+        assert (proof.proved, proof.goes_on) == (False, False)
+        share = re.match(r"more boxes will not help: \S+ of them decide (\S+) %", proof.ended)
+        assert share is not None
+        assert 0 < float(share[1]) < 5
+        assert proof.ended.endswith(
+            "no proof tries more than 8000; the same body held at C (variant: permanent) may be "
+            "proved in its place"
+        )
+        found = convergence_at_start(config, problem_of(config), proof)
+        assert found.why.startswith(f"no certified region is proved ({proof.ended})")
+        assert "outside" not in found.why
+
+
+def test_a_driven_run_speaks_of_the_largest_v() -> None:
+    found = printed("run", "knock.yaml")
+    assert "v(0)/1000" not in found
+    assert "At rest: v stays below 0.001 of its largest value from then on" in found
+    printed("run", "leg.yaml", "--no-prove")
+    both = printed("run", "leg.yaml", "knock.yaml", "--no-prove")
+    assert "v(0)/1000; where inputs supply power, v stays below 0.001 of its largest" in both
+
+
+def test_v_of_the_start_has_one_value_under_one_name() -> None:
+    """`stability` counts from the lowest rest state, and does not call this v(0)."""
+    found = printed("stability", "leg.yaml")
+    assert "This start: 0.202" in found
+    assert "J above the lowest rest state, inside" in found
+    assert "v(0) =" not in found
+    assert "start above rest state 1, J" in found
+
+
+@pytest.fixture(scope="module")
+def fine() -> float:
+    """Return the settling time of the leg by many samples, s."""
+    samples = {"integration": {"duration": 5, "samples": 2001}}
+    return settling_time_of(rbstab.simulate(LEG | samples))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("samples", [5, 11, 51, 501])
+def test_the_settling_time_is_an_upper_bound_or_right(samples: int, fine: float) -> None:
+    found = rbstab.simulate(LEG | {"integration": {"duration": 5, "samples": samples}})
+    text = at_rest_from(found)
+    if text.startswith("≤ "):
+        step = 5 / (samples - 1)
+        assert fine <= float(text[2:]) < fine + step + 1e-3
+    else:
+        assert float(text) == pytest.approx(fine, rel=1e-3)
+    assert samples > 100 or text.startswith("≤ ")

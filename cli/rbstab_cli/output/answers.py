@@ -74,8 +74,8 @@ def named(paths: Sequence[Path]) -> str:
 def _print_words(answers: "list[tuple[Path, RunAnswer]]") -> None:
     from rbstab_cli.output.tables import add_row, new_table, print_table
 
-    words = ("this start comes to rest", "all in the range end in one rest state")
+    words = ("this start comes to rest", "whole range")
     table = new_table("file", *words, words=words)
     for path, answer in answers:
-        add_row(table, str(path), *(str(found.sureness) for found in answer))
+        add_row(table, str(path), *(found.word for found in answer))
     print_table(table)

@@ -23,6 +23,18 @@ def rotation(Theta: Array) -> Array:
     return A1 @ A2 @ A3
 
 
+def angle_between(Theta: Array, other: Array) -> float:
+    """Return the angle, rad, of the rotation A(Θ)'A(Θ°) between two attitudes.
+
+    Args:
+        Theta: Θ, shape (3,), rad.
+        other: Θ°, shape (3,), rad.
+    """
+    # |A - A°| = 2√2 sin(φ/2) in Frobenius' norm: accurate for small angles too.
+    distance = float(np.linalg.norm(rotation(Theta) - rotation(other)))
+    return 2.0 * math.asin(min(1.0, distance / math.sqrt(8.0)))
+
+
 def rate_matrix(Theta: Array) -> Array:
     """Return B(Θ), with Θ̇ = B(Θ) Ω (eq. 1); it is singular where cos θ2 = 0.
 

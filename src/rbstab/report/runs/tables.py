@@ -151,7 +151,7 @@ def _lyapunov_cell(value: float, facts: RunFacts) -> Cell:
 
 def _answer_cell(answer: Answer) -> Cell:
     tone = ANSWER_TONES.get(answer.sureness, "")
-    return Cell(str(answer.sureness), tone=tone, target="certificates")
+    return Cell(answer.word, tone=tone, target="certificates")
 
 
 def _tone(completed: bool) -> str:

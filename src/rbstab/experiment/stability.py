@@ -136,14 +136,14 @@ def kind_of(state: ProvedState) -> str:
 def _rest_state_sentences(proof: Proof) -> list[str]:
     if not proof.states and not proof.proved:
         return [f"Rest states: not decided ({proof.ended})."]
-    almost = proof.almost_every_start
-    sentences = [_counts_sentence(proof)]
+    almost, count = proof.almost_every_start, len(proof.states)
+    sentences = [_counts_sentence(proof), _global_sentence(proof)]
     if almost.proved and not proof.globally_stable:
         sentence = almost_sentence(proof, almost)
-        sentences.append(f"Almost every start: proved. {sentence[:1].upper()}{sentence[1:]}.")
-    elif len(proof.states) > 1:
+        sentences.insert(1, f"Almost every start: proved. {sentence[:1].upper()}{sentence[1:]}.")
+    elif proof.proved and count > 1:
         sentences.append(f"Almost every start: not decided ({almost.why}).")
-    return [*sentences, _global_sentence(proof)]
+    return sentences
 
 
 def _counts_sentence(proof: Proof) -> str:
@@ -163,32 +163,32 @@ def _counts_sentence(proof: Proof) -> str:
 
 def _global_sentence(proof: Proof) -> str:
     """Return a sentence on whether every start converges."""
-    count = len(proof.states)
-    if proof.every_start and count:
-        every = "Every start in the range converges: proved"
-        return f"Globally stable: proved. {every}. {_keeper(proof)}."
-    if proof.globally_stable and proof.kept_by:
-        springs = ", and keeps each spring from a length of 0," if proof.needs_lengths else ""
-        return (
-            f"Globally stable: proved. Every motion that stays in the range{springs} converges to "
-            f"the rest state; {proof.kept_by} keeps it away from θ2 = ±π/2."
-        )
     if proof.globally_stable:
-        return (
-            f"Globally stable: proved. Every motion that stays in the range, and keeps a distance "
-            f"from θ2 = ±π/2{and_lengths(proof)}, converges to the rest state."
-        )
+        return f"Globally stable: proved. {_all_motions(proof)}."
+    count = len(proof.states)
     if proof.proved and not count and not proof.needs_lengths:
         return "Globally stable: false; no motion that stays in the range comes to rest."
-    if proof.unique:
+    if proof.unique and proof.globally_stable is False:
         return "Globally stable: false; the only rest state in the range is not a minimum."
     other = counterexample(proof) if proof.unique is False else None
     if other is not None:
-        not_all = "not every start" if proof.almost_every_start.proved else "false"
+        almost = proof.stable_count == 1 and proof.almost_every_start.proved
+        not_all = "not every start" if almost else "false"
         return f"Globally stable: {not_all}; the body can also rest at {other}."
     if count > 1:
         return "Globally stable: not decided; false if two of these are rest states."
     return "Globally stable: not decided."
+
+
+def _all_motions(proof: Proof) -> str:
+    """Return of which motions it is proved that they converge to the only rest state."""
+    if proof.every_start:
+        return f"Every start in the range converges: proved. {_keeper(proof)}"
+    keeps, kept = f", and keeps a distance from θ2 = ±π/2{and_lengths(proof)},", ""
+    if proof.kept_by:
+        keeps = ", and keeps each spring from a length of 0," if proof.needs_lengths else ""
+        kept = f"; {proof.kept_by} keeps it away from θ2 = ±π/2"
+    return f"Every motion that stays in the range{keeps} converges to the rest state{kept}"
 
 
 def _keeper(proof: Proof) -> str:

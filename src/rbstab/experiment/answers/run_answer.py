@@ -16,7 +16,6 @@ from rbstab.experiment.answers.state_words import (
     counted_states,
     counterexample,
     exceptions,
-    kinds_of,
 )
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import (
@@ -252,27 +251,37 @@ def _whole_range(
             why = proof.ended
         return Answer(Sureness.NOT_DECIDED, why)
     if line.verdict == Verdict.CERTIFIED:
-        if found is not None and found.bound == math.inf:
-            return Answer(Sureness.PROVED, EVERY_START)
-        keeps = "that stays in the range, and away from θ2 = ±π/2,"
-        if proof is not None and proof.kept_by:
-            keeps = f"that stays in the range, which {proof.kept_by} keeps away from θ2 = ±π/2,"
-            if proof.needs_lengths:
-                keeps = f"{keeps} and away from springs without length,"
-        elif proof is not None and proof.needs_lengths:
-            keeps = "that stays in the range, away from θ2 = ±π/2 and from springs without length,"
-        return Answer(Sureness.PROVED, f"every motion {keeps} converges to the only rest state in the range")
+        return Answer(Sureness.PROVED, _every_start(found, proof))
     if line.verdict == Verdict.VIOLATED:
-        almost = None if proof is None else proof.almost_every_start
-        if proof is not None and almost is not None and almost.proved:
-            sentence = f"{almost_sentence(proof, almost)}; {exceptions(proof)}"
-            return Answer(Sureness.PROVED, sentence, ALMOST)
-        own = None if found is None else found.rest_state
-        return Answer(Sureness.FALSE, _counterexample(line, proof, own))
+        return _not_every_start(line, proof, None if found is None else found.rest_state)
     found_states = counted_states(int(line.value))
     reason = f" ({proof.ended})" if proof is not None else ""
     why = f"a search found {found_states}, and it is not proved that there are no others{reason}"
     return Answer(Sureness.NOT_DECIDED, why)
+
+
+def _every_start(found: Convergence | None, proof: "Proof | None") -> str:
+    """Return which motions converge to the one rest state."""
+    if found is not None and found.bound == math.inf:
+        return EVERY_START
+    keeps = "that stays in the range, and away from θ2 = ±π/2,"
+    if proof is not None and proof.kept_by:
+        keeps = f"that stays in the range, which {proof.kept_by} keeps away from θ2 = ±π/2,"
+        if proof.needs_lengths:
+            keeps = f"{keeps} and away from springs without length,"
+    elif proof is not None and proof.needs_lengths:
+        keeps = "that stays in the range, away from θ2 = ±π/2 and from springs without length,"
+    return f"every motion {keeps} converges to the only rest state in the range"
+
+
+def _not_every_start(line: CertificateLine, proof: "Proof | None", own: int | None) -> Answer:
+    """Return what is known of almost every start, or else a counterexample."""
+    if proof is not None:
+        almost = proof.almost_every_start
+        if almost.proved:
+            sentence = f"{almost_sentence(proof, almost)}; {exceptions(proof)}"
+            return Answer(Sureness.PROVED, sentence, ALMOST)
+    return Answer(Sureness.FALSE, _counterexample(line, proof, own))
 
 
 def _counterexample(line: CertificateLine, proof: "Proof | None", own: int | None) -> str:
@@ -282,15 +291,15 @@ def _counterexample(line: CertificateLine, proof: "Proof | None", own: int | Non
         return "no motion that stays in the range comes to rest: it has no rest state"
     if count == 1:
         return "the only rest state in the range is not stable"
-    states = [] if proof is None else [state for state in proof.states if state.proved]
-    kinds = f": {kinds_of(states)}" if len(states) == count else ""
     other = None if proof is None else counterexample(proof, own)
-    can_rest = "it has more than one rest state" if other is None else f"the body can also rest at {other}"
+    rests = "it has several rest states" if other is None else f"the body can also rest at {other}"
     least, more = "", ""
     if line.quantity == LEAST_REST_STATES:
         least = "at least "
         more = "" if proof is None else f"; a search found {len(proof.states)}"
-    return f"{can_rest}; {least}{counted_states(count)} in the range{kinds}{more}"
+    _, _, kinds = line.quantity.partition(": ")
+    kinds = f": {kinds}" if kinds else ""
+    return f"{rests}; it has {least}{counted_states(count)} in the range{kinds}{more}"
 
 
 def _rest_states(lines: dict[str, CertificateLine]) -> int | None:

@@ -78,7 +78,7 @@ class AlmostEveryStart:
 
     @property
     def outcome(self) -> str:
-        """What almost every start does: returns, or rests elsewhere; empty if both, or not known."""
+        """What almost every start does: returns, rests elsewhere, or "" for both or not known."""
         if self.returns:
             return "returns"
         return "rests elsewhere" if self.proved and self.tilts[0] > self.within else ""

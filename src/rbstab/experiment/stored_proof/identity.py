@@ -54,9 +54,9 @@ damped one than holds where it has no length."""
 LIGAMENT_VERSION = 1
 """The same for configs with a ligament: before it, nothing was proved of them."""
 
-DAMPED_VERSION = 1
-"""The same for configs without a controller whose elements may damp every motion: before it,
-nothing was proved of them."""
+DAMPED_VERSION = 2
+"""The same for configs without a controller whose elements may damp every motion: before 1, nothing
+was proved of them, and before 2, zeros at θ2 = ±π/2 and families were counted as rest states."""
 
 USER_CODE_VERSION = 7
 """The same for configs with elements of users: before 1, nothing was proved of them, and before 2,

@@ -103,8 +103,7 @@ def answer_sentence(facts: Sequence[RunFacts]) -> str:
     every = Counter(entry.answer.whole_range.word for entry in facts)
     if len(facts) == 1:
         return (
-            f"Comes to rest from this start: {_only(this)}. "
-            f"{ALL_MOTIONS}: {_only(every)}.{ending}"
+            f"Comes to rest from this start: {_only(this)}. {ALL_MOTIONS}: {_only(every)}.{ending}"
         )
     return (
         f"{counted(len(facts), 'run')}. Comes to rest from its start: {_counts(this)}. "

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from rbstab.analysis.certificate.verdict import Verdict
 from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.experiment.answers.run_answer import Answer
+from rbstab.experiment.answers.state_words import kinds_of
 from rbstab.experiment.answers.words import Sureness, word_of
 from rbstab.experiment.convergence.convergence import FALSE, NOT_DECIDED, PROVED
 from rbstab.experiment.stored_proof.proof import Proof
@@ -163,7 +164,9 @@ def _rest_states(proof: Proof | None) -> Cell:
         return Cell(NO_VALUE)
     count = len(proof.states)
     tone = {True: "good", False: "warning", None: ""}[proof.globally_stable]
-    return Cell(str(count) if proof.proved else f"{count} found", float(count), tone)
+    found = "" if proof.proved else " found"
+    kinds = f": {kinds_of(proof.states)}" if count > 1 else ""
+    return Cell(f"{count}{found}{kinds}", float(count), tone)
 
 
 def _inside(inside: bool | None) -> Cell:

@@ -292,14 +292,14 @@ def _counterexample(line: CertificateLine, proof: "Proof | None", own: int | Non
     if count == 1:
         return "the only rest state in the range is not stable"
     other = None if proof is None else counterexample(proof, own)
-    rests = "it has several rest states" if other is None else f"the body can also rest at {other}"
+    rests = "" if other is None else f"the body can also rest at {other}; "
     least, more = "", ""
     if line.quantity == LEAST_REST_STATES:
         least = "at least "
         more = "" if proof is None else f"; a search found {len(proof.states)}"
     _, _, kinds = line.quantity.partition(": ")
     kinds = f": {kinds}" if kinds else ""
-    return f"{rests}; it has {least}{counted_states(count)} in the range{kinds}{more}"
+    return f"{rests}it has {least}{counted_states(count)} in the range{kinds}{more}"
 
 
 def _rest_states(lines: dict[str, CertificateLine]) -> int | None:

@@ -35,7 +35,7 @@ def kinds_of(states: "Sequence[ProvedState]") -> str:
 
 def counted_states(count: int) -> str:
     """Return a number of rest states as text."""
-    return f"{count or 'no'} rest state{'' if count == 1 else 's'}"
+    return f"{count or 'no'} rest state{'s' if count > 1 else ''}"
 
 
 def counterexample(proof: "Proof", own: int | None = None) -> str | None:
@@ -87,8 +87,8 @@ def exceptions(proof: "Proof") -> str:
         return ""
     if len(numbers) == 1:
         return f"the exceptions are the unstable rest state {numbers[0]} and starts that lead to it"
-    ends_meet = all(b == a + 1 for a, b in pairwise(numbers))
-    listed = f"{numbers[0]} to {numbers[-1]}" if ends_meet else ", ".join(map(str, numbers))
+    in_a_row = len(numbers) > 2 and all(b == a + 1 for a, b in pairwise(numbers))
+    listed = f"{numbers[0]} to {numbers[-1]}" if in_a_row else ", ".join(map(str, numbers))
     states = f"the {len(numbers)} unstable rest states ({listed})"
     return f"the exceptions are {states} and starts that lead to them"
 

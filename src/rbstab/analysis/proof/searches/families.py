@@ -24,7 +24,7 @@ OPEN_PITCH = np.pi / 2 - AT_POLE
 
 def singular(hessians: Array, least: Array | float = SINGULAR) -> Array:
     """Return whether Hessians have an eigenvalue below `least` times the largest, shape (m,)."""
-    finite: Array = np.isfinite(hessians).all(axis=(1, 2))
+    finite = np.all(np.isfinite(hessians), axis=(1, 2))
     sizes = np.abs(np.linalg.eigvalsh(np.where(finite[:, None, None], hessians, 0.0)))
     found: Array = finite & (sizes.min(axis=1) <= least * sizes.max(axis=1))
     return found

@@ -1,4 +1,4 @@
-"""Almost every start (theorem 18): what is proved, and what must not be."""
+"""Almost every start (theorem 14): what is proved, and what must not be."""
 
 from pathlib import Path
 

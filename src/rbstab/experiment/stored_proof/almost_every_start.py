@@ -1,6 +1,6 @@
 """Almost every start: whether all motions but a set of measure zero end in stable rest states.
 
-This is theorem 18 of docs/proofs.md. Each of its hypotheses is checked here, by its name there.
+This is theorem 14 of docs/proofs.md. Each of its hypotheses is checked here, by its name there.
 """
 
 import math
@@ -99,7 +99,7 @@ def almost_every_start(
     desired_orientation: Array = UPRIGHT,
     within: float = WITHIN,
 ) -> AlmostEveryStart:
-    """Return whether almost every start converges to a stable rest state (theorem 18).
+    """Return whether almost every start converges to a stable rest state (theorem 14).
 
     Args:
         proof: The proof of the rest states of the config.
@@ -126,7 +126,7 @@ def almost_every_start(
 
 
 def _failing(proof: "Proof", config: Config | None) -> Iterator[str]:
-    """Yield the hypotheses of theorem 18 that are not known to hold, one after the other."""
+    """Yield the hypotheses of theorem 14 that are not known to hold, one after the other."""
     if not proof.proved:
         yield f"the list of rest states is not proved to be complete: {proof.ended}"
     if not any(state.stable for state in proof.states):

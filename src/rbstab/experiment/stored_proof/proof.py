@@ -238,7 +238,7 @@ class Proof(ProvedStates):
 
     @property
     def almost_every_start(self) -> "AlmostEveryStart":
-        """Whether almost every start converges to a stable rest state (theorem 18)."""
+        """Whether almost every start converges to a stable rest state (theorem 14)."""
         # Imported late: its hypotheses need the elements and the bounds of proofs.
         from rbstab.experiment.stored_proof.almost_every_start import almost_every_start
 

@@ -52,7 +52,7 @@ def test_a_counterexample_is_named(folder: Path, rbstab: Invoke) -> None:
     assert "Almost every start: proved. Returns: almost every start" in done.stdout
     other = "the unstable rest state 2, Θ = (-1.33, 1.514, -2.447) rad"
     assert f"not every start; the body can also rest at {other}" in done.stdout
-    assert "saddle, index 2" in done.stdout
+    assert "unstable, index 2" in done.stdout
     assert "Verdict" not in done.stdout
 
 

@@ -120,14 +120,14 @@ def statements_of(proof: Proof) -> list[str]:
 
 
 def kind_of(state: ProvedState) -> str:
-    """Return the kind of a rest state: "stable" (an energy minimum), a saddle, or "maximum".
+    """Return the kind of a rest state: "stable" (an energy minimum), or "unstable" with its index.
 
     Where a guard holds θ2, it is that along θ1 and θ3. It ends with "held" or "on a ridge" where a
     force jumps.
     """
     if state.degenerate:
         return "not determined: degenerate"
-    kind = {0: "stable", 3: "maximum"}.get(state.index, f"saddle, index {state.index}")
+    kind = "stable" if state.stable else f"unstable, index {state.index}"
     if state.ridge:
         return f"{kind}, on a ridge"
     return f"{kind}, held" if state.held else kind

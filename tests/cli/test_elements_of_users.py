@@ -199,7 +199,7 @@ def test_rest_states_on_a_ridge_are_named(rbstab: Invoke) -> None:
     weight = ("--set", "gravity=[60,0,-9.81]")
     done = rbstab("stability", "case.yaml", "--allow-python", "--no-run", *weight)
     assert done.exit_code == 0, done.stderr
-    assert "saddle, index 1, on a ridge" in done.stdout
+    assert "unstable, index 1, on a ridge" in done.stdout
     assert "on a ridge: the force of an element of your own jumps here" in done.stdout
     assert "held: a force" not in done.stdout
 

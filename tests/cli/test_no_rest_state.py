@@ -38,7 +38,7 @@ def test_global_stability_is_false(config: str, rbstab: Invoke) -> None:
     assert facts["proved"] is True
     assert facts["states"] == []
     assert facts["statements"][:3] == [
-        f"Rest states: no rest state in the range of eq. 5, proved ({facts['examined']} boxes).",
+        f"Rest states: no rest state in the range; proved ({facts['examined']} boxes).",
         "Globally stable: false; no motion that stays in the range comes to rest.",
         "Certified region: none.",
     ]

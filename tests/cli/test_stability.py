@@ -14,7 +14,7 @@ def test_what_is_said_of_a_good_config(folder: Path, rbstab: Invoke) -> None:
     assert done.exit_code == 0
     text = done.stdout
     assert text.startswith("good.yaml: A short run\n")
-    assert "1 rest state in the range of eq. 5, proved to be all" in text
+    assert "1 rest state in the range: 1 stable; proved to be all" in text
     assert "Globally stable: proved. Every motion that stays in the range, and keeps a " in text
     assert ", inside; convergence is proved" in text
     assert "Checks of the computed run: seen." in text
@@ -48,8 +48,11 @@ def test_a_counterexample_is_named(folder: Path, rbstab: Invoke) -> None:
     Path("held.yaml").write_text(text.replace("inertia: [10.0, 9.0, 2.0]", "inertia: [10, 8, 3]"))
     done = rbstab("stability", "held.yaml", "--set", WEAK, "--no-run")
     assert done.exit_code == 0
-    assert "false; the body can also rest at Θ = (-1.33, 1.514, -2.447)" in done.stdout
-    assert "saddle, index 2" in done.stdout
+    assert "3 rest states in the range: 1 stable, 2 unstable; proved to be all" in done.stdout
+    assert "Almost every start: proved. Returns: almost every start" in done.stdout
+    other = "the unstable rest state 2, Θ = (-1.33, 1.514, -2.447) rad"
+    assert f"not every start; the body can also rest at {other}" in done.stdout
+    assert "unstable, index 2" in done.stdout
     assert "Verdict" not in done.stdout
 
 

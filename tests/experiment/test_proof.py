@@ -63,7 +63,7 @@ def test_where_there_are_more_rest_states():
     proof = prove(config_of("permanent", scale=0.1))
     assert proof.unique is False
     assert kind_of(proof.states[0]) == "stable"
-    assert kind_of(proof.states[1]) == "saddle, index 2"
+    assert kind_of(proof.states[1]) == "unstable, index 2"
     assert proof.states[1].orientation == pytest.approx((-1.330, 1.514, -2.447), abs=1e-3)
     assert proof.states[2].orientation == pytest.approx((-2.682, 0.851, -1.382), abs=1e-3)
     low, high = np.array(proof.states[1].enclosure)

@@ -59,7 +59,7 @@ def test_the_inside_is_that_of_the_plain_body(variant):
     for state in passes:
         assert (state.index, state.index_proved) == (1, True)
         assert (state.held, state.ridge) == (True, True)
-        assert kind_of(state) == "saddle, index 1, on a ridge"
+        assert kind_of(state) == "unstable, index 1, on a ridge"
     (region,) = proof.regions
     heights = [state.energy - lowest.energy for state in passes]
     assert region.lower_bound == pytest.approx(min(heights), rel=1e-6)

@@ -97,7 +97,7 @@ def test_other_proofs_decide_nothing(proof):
 
 def test_proof_comes_back_from_plain_data(proof):
     again = Proof.model_validate_json(proof.model_dump_json())
-    assert again == proof
+    assert again.of(proof._config) == proof
     Theta = np.array(proof.states[1].orientation)
     assert reached_state(again, proof.regions[1].energy_bound - 1e-3, Theta, Theta) == 2
 
@@ -224,8 +224,8 @@ def test_unwrapped_angles_have_a_proof_of_their_own(turning):
 def test_both_ranges_are_described(turning):
     proof = prove(turning)
     words = " ".join(stability_of(problem_of(turning), proof).statements)
-    assert "3 rest states in the range of eq. 5, proved to be all" in words
-    assert "For all real θ1 and θ3: 3 rest states, proved" in words
+    assert "3 rest states in the range: 2 stable, 1 unstable; proved to be all" in words
+    assert "For all real θ1 and θ3: 3 rest states: 2 stable, 1 unstable; proved" in words
     assert "For all real θ1 and θ3: region of rest state 2" in words
     searched = prove(turning, search_only=True)
     assert searched.unwrapped is None

@@ -93,10 +93,17 @@ def command(
 ) -> None:
     """Find the rest states of configs, and prove where motions converge.
 
-    For each CONFIG, prints: its rest states, and whether the list is proved to be complete; whether
-    "globally stable" can hold; the region in which convergence is proved; whether the initial state
-    is inside, and if not, when its exact motion enters; the linearised system at each rest state;
-    the certificate of its run. A finished run is read from DIR; a new run is not stored.
+    For each CONFIG, prints: its rest states, stable and unstable, and whether the list is proved to
+    be complete; whether every start, or almost every start, converges to a stable one; the region
+    in which convergence is proved; whether the initial state is inside, and if not, when its exact
+    motion enters; the linearised system at each rest state; the certificate of its run. A finished
+    run is read from DIR; a new run is not stored.
+
+    With --json, `search` says how the search for rest states ended, `proved` whether `states` are
+    all of them, `stable_count` how many are stable. `every_start` is whether every start is proved
+    to converge. `almost_every_start` has the same of almost every start: `proved`, `returns`
+    (whether all of the rest states that are reached are near the desired orientation), their
+    numbers `states`, and `why` it is not proved.
     """
     from rbstab.config.build import problem_of
     from rbstab.experiment.convergence.convergence import Enclose

@@ -28,7 +28,7 @@ QUESTIONS = {"this_start": "This start", "whole_range": "Whole range", "pushes":
 
 def print_answer(answer: "RunAnswer", config: "Config | None") -> None:
     """Print the answers of a run: its outcome, what is wanted, and a line for each question."""
-    from rbstab.experiment.outcome import wanted
+    from rbstab.experiment.wanted import wanted
 
     outcome = click.style(answer.outcome.sentence, fg="green" if answer.outcome.is_good else None)
     click.echo(f"  {'Outcome:':<13}{outcome}.")
@@ -94,10 +94,10 @@ def named(paths: Sequence[Path]) -> str:
 def _print_words(answers: "Sequence[tuple[Path, Config | None, RunAnswer]]") -> None:
     from rbstab_cli.output.tables import add_row, new_table, print_table
 
-    words = ("outcome", "this start comes to rest", "all in the range end in one rest state")
+    words = ("outcome", "this start comes to rest", "whole range")
     table = new_table("file", *words, words=words)
     for path, _, answer in answers:
-        sure = (str(found.sureness) for found in (answer.this_start, answer.whole_range))
+        sure = (found.word for found in (answer.this_start, answer.whole_range))
         style = "green" if answer.outcome.is_good else None
         add_row(table, str(path), answer.outcome.brief, *sure, style=style)
     print_table(table)

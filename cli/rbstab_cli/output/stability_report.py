@@ -48,7 +48,12 @@ def stability_data(report: StabilityReport) -> dict[str, Any]:
         "inside": stability.inside,
         "convergence": None if stability.convergence is None else stability.convergence.as_data(),
         "reached": stability.reached,
+        # A run has an outcome of its own.
+        "search": proof.pop("outcome"),
         **proof,
+        "stable_count": stability.proof.stable_count,
+        "every_start": stability.proof.every_start,
+        "almost_every_start": stability.proof.almost_every_start.as_data(),
         "states": [{**state, "modes": mode_data(linear)} for state, linear in states],
         "certificate": certificate,
         "along": [

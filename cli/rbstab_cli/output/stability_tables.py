@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 import click
+import numpy as np
 
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
@@ -115,12 +116,22 @@ def _print_surface_modes(config: "Config") -> None:
 
 
 def _print_undecided(stability: "Stability") -> None:
-    undecided = stability.proof.undecided
+    from rbstab.mechanics.attitude import is_upright
+
+    boxes = stability.proof.undecided
+    undecided = [box for box in boxes if is_upright(np.array(box).T).all()]
+    if len(undecided) < len(boxes):
+        click.echo(f"  {AT_POLES}")
     for low, high in undecided[:10]:
         click.echo(f"  undecided: Θ between {_vector(low)} and {_vector(high)} rad")
     if len(undecided) > 10:
         click.echo(f"  undecided: and {len(undecided) - 10} more boxes")
 
+
+AT_POLES = (
+    "at θ2 = ±90°, the open end of the range: not decided. There the angles are singular, and "
+    "∂U/∂Θ is zero also where a couple acts on the body."
+)
 
 NOT_FOUND = "none: a descent in energy from Θ = 0 found no smooth rest state in the range"
 """Where a point of a root locus has no eigenvalues. Other searches may find rest states."""

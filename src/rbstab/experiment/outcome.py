@@ -1,22 +1,20 @@
 """The outcome of a motion: where the body rests, how far from where it should, and how surely."""
 
 import math
-from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rbstab.analysis.certificate.verdict import Verdict
 from rbstab.config.schema import Config
-from rbstab.config.sections.desired import Desired
 from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import stored_convergence
 from rbstab.experiment.summary import settling_time_of
+from rbstab.experiment.wanted import in_degrees, one_in_degrees, wanted
 from rbstab.integrate.status import RunStatus
-from rbstab.mechanics.attitude import tilt
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Result
 
@@ -74,41 +72,6 @@ def outcome_codes(by_status: Array, at_rest: Array, tilts: Array, within: float)
     return np.where(moving & at_rest, rests, by_status)
 
 
-class Wanted(NamedTuple):
-    """What is wanted of a body: `desired` of its config, or the default.
-
-    Attributes:
-        orientation: Θ of the desired attitude, rad.
-        within: The largest tilt of a body that rests there, rad.
-        is_default: Whether the config does not say it.
-    """
-
-    orientation: tuple[float, ...]
-    within: float
-    is_default: bool
-
-    def __str__(self) -> str:
-        pose = "upright" if not any(self.orientation) else f"Θ = {degrees(self.orientation)}"
-        default = " (default)" if self.is_default else ""
-        return f"{pose}{default}, within {math.degrees(self.within):.6g}°"
-
-    def holds(self, Theta: Iterable[float]) -> bool:
-        """Return whether a body that rests at Θ, rad, rests where it should."""
-        return self.tilt(Theta) <= self.within
-
-    def tilt(self, Theta: Iterable[float]) -> float:
-        """Return the tilt of Θ, rad."""
-        poses, desired = np.array([tuple(Theta)]), np.array(self.orientation)
-        return float(tilt(poses, desired)[0])
-
-
-def wanted(config: Config | None) -> Wanted:
-    """Return what is wanted of the body of a config; None: the config cannot be read."""
-    desired = None if config is None else config.desired
-    section = desired or Desired()
-    return Wanted(section.orientation, section.within, desired is None)
-
-
 @dataclass(frozen=True)
 class Outcome:
     """The outcome of the motion of a run.
@@ -142,7 +105,7 @@ class Outcome:
         """The kind, and the tilt of a body that rests elsewhere."""
         if self.kind is not OutcomeKind.RESTS_ELSEWHERE or self.tilt is None:
             return self.kind.words
-        return f"{self.kind.words}, {_degrees(self.tilt)} away"
+        return f"{self.kind.words}, {one_in_degrees(self.tilt)} away"
 
     @property
     def sentence(self) -> str:
@@ -151,8 +114,8 @@ class Outcome:
         if self.kind in {OutcomeKind.MOVING, OutcomeKind.LEFT_RANGE, OutcomeKind.FAILED}:
             begin += f" at t = {self.time:.4g} s"
         if self.orientation is not None and self.tilt is not None:
-            away = _degrees(self.tilt)
-            where = f": at {degrees(self.orientation)}, {away} from the desired attitude"
+            away = one_in_degrees(self.tilt)
+            where = f": at {in_degrees(self.orientation)}, {away} from the desired attitude"
         why = f" ({self.why})" if self.why else ""
         return f"{begin}{where}{why}: {self.sureness}"
 
@@ -245,7 +208,7 @@ def _addition(
     if RunStatus(result.status) not in {RunStatus.COMPLETED, RunStatus.RANGE_LEFT}:
         return result.status
     if not at_rest:
-        there = "its rest state" if exact is None else degrees(exact)
+        there = "its rest state" if exact is None else in_degrees(exact)
         found = stored_convergence(result.attributes)
         goes = found is not None and found.proved and rest_state is not None
         return f"the exact motion is proved to converge to {there}" if goes else ""
@@ -270,16 +233,6 @@ def pushes_of(config: Config | None, proof: "Proof | None") -> str:
     for number, state in enumerate(proof.states, start=1):
         depth = depths.get(number, 0.0)
         if depth > 0 and aim.holds(state.orientation):
-            pose = degrees(state.orientation)
+            pose = in_degrees(state.orientation)
             return f"pushes below {rounded_down(depth, 4)} J, from rest at {pose}, return there"
     return ""
-
-
-def degrees(Theta: Iterable[float]) -> str:
-    """Return angles in degrees as text, such as (0°, 67.7°, 0°)."""
-    return "(" + ", ".join(map(_degrees, Theta)) + ")"
-
-
-def _degrees(angle: float) -> str:
-    shown = round(math.degrees(angle), 1) + 0.0
-    return f"{shown:g}°"

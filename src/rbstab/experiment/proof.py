@@ -75,12 +75,17 @@ def prove(
     Raises:
         ConfigError: The config is invalid.
     """
+    config = load_config(config)
+    return _proof_of(config, problem, search_only=search_only, brief=brief).of(config)
+
+
+def _proof_of(config: Config, problem: Problem | None, *, search_only: bool, brief: bool) -> Proof:
+    """Return the proof of all configs with what acts on the body of this one."""
     # Imported late: a run usually reads a stored proof and makes none.
     from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
     from rbstab.analysis.proof.searches.rest_states import searched_rest_states
 
     start_time = time.perf_counter()
-    config = load_config(config)
     identity = proof_id(config)
     why_not = _no_search(config)
     if why_not is not None:

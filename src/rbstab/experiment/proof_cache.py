@@ -92,7 +92,7 @@ def _cached(folder: Path, config: Config, version: int) -> "Proof | None":
     file = proof_file(folder, config, version)
     proof = _read(file)
     # The name of the file is the id.
-    return proof if proof is not None and proof.id == file.stem else None
+    return proof.of(config) if proof is not None and proof.id == file.stem else None
 
 
 def _read(file: Path) -> "Proof | None":

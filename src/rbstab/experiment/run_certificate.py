@@ -12,6 +12,7 @@ from rbstab.analysis.configuration import as_at_rest
 from rbstab.analysis.exact import exact_rest_energy
 from rbstab.analysis.lyapunov import energy_scale
 from rbstab.analysis.rest_system import smooth_rest_system
+from rbstab.experiment.answers.state_words import kinds_of
 from rbstab.experiment.switching_record import has_no_potential
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.numbers import Array
@@ -24,7 +25,7 @@ GLOBAL_STABILITY, CERTIFIED_REGION = "global stability", "certified region"
 """Names of the checks that only a proof decides."""
 
 REST_STATES = "rest states in the range"
-"""What is counted by the check of global stability."""
+"""What is counted by the check of global stability; of several, their kinds follow."""
 
 LEAST_REST_STATES = f"{REST_STATES}, at least"
 """The same where the search was not complete: there may be more."""
@@ -106,7 +107,8 @@ def rest_state_check(proof: "Proof | None") -> Check:
         if known > 1:
             return stable._replace(verdict=verdict, value=float(known), quantity=LEAST_REST_STATES)
         verdict = Verdict.UNKNOWN
-    return stable._replace(verdict=verdict, value=float(count))
+    quantity = f"{REST_STATES}: {kinds_of(proof.states)}" if count > 1 else REST_STATES
+    return stable._replace(verdict=verdict, value=float(count), quantity=quantity)
 
 
 def proved_checks(problem: Problem, proof: "Proof | None") -> list[Check]:

@@ -7,6 +7,12 @@ import numpy as np
 from rbstab.analysis.linearisation import Linearisation, NoDerivativesError, linearise
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.experiment.answers.rounded import rounded_down
+from rbstab.experiment.answers.state_words import (
+    almost_sentence,
+    counted_states,
+    counterexample,
+    kinds_of,
+)
 from rbstab.experiment.convergence.convergence import Convergence
 from rbstab.experiment.stored_proof.proof import (
     GOES_ON,
@@ -114,12 +120,14 @@ def statements_of(proof: Proof) -> list[str]:
 
 
 def kind_of(state: ProvedState) -> str:
-    """Return the kind of a rest state: "stable" (an energy minimum), a saddle, or "maximum".
+    """Return the kind of a rest state: "stable" (an energy minimum), or "unstable" with its index.
 
     Where a guard holds θ2, it is that along θ1 and θ3. It ends with "held" or "on a ridge" where a
     force jumps.
     """
-    kind = {0: "stable", 3: "maximum"}.get(state.index, f"saddle, index {state.index}")
+    if state.degenerate:
+        return "not determined: degenerate"
+    kind = "stable" if state.stable else f"unstable, index {state.index}"
     if state.ridge:
         return f"{kind}, on a ridge"
     return f"{kind}, held" if state.held else kind
@@ -128,46 +136,59 @@ def kind_of(state: ProvedState) -> str:
 def _rest_state_sentences(proof: Proof) -> list[str]:
     if not proof.states and not proof.proved:
         return [f"Rest states: not decided ({proof.ended})."]
+    almost, count = proof.almost_every_start, len(proof.states)
+    sentences = [_counts_sentence(proof), _global_sentence(proof)]
+    if almost.proved and not proof.globally_stable:
+        sentence = almost_sentence(proof, almost)
+        sentences.insert(1, f"Almost every start: proved. {sentence[:1].upper()}{sentence[1:]}.")
+    elif proof.proved and count > 1:
+        sentences.append(f"Almost every start: not decided ({almost.why}).")
+    return sentences
+
+
+def _counts_sentence(proof: Proof) -> str:
+    """Return a sentence on how many rest states there are, and how sure that is."""
     count, boxes = len(proof.states), f"{grouped(proof.examined)} boxes"
-    number = f"{count or 'no'} rest state{'s' if count > 1 else ''}"
+    kinds = f": {kinds_of(proof.states)}" if count else ""
     if proof.proved:
         every = " to be all" if count else ""
         lengths = " at which each spring has a length" if proof.needs_lengths else ""
-        where = f"in the range of eq. 5{lengths}"
-        sentences = [f"Rest states: {number} {where}, proved{every} ({boxes})."]
-    else:
-        known = sum(state.proved for state in proof.states)
-        some = f", {known} of them proved" if 0 < known < count else ""
-        sentences = [f"Rest states: {number} found{some}; not proved to be all: {proof.ended}."]
-    if proof.every_start and count:
-        sentences.append(
-            "Globally stable: proved. Every start in the range converges: proved. "
-            f"{_keeper(proof)}."
-        )
-    elif proof.globally_stable and proof.kept_by:
-        springs = ", and keeps each spring from a length of 0," if proof.needs_lengths else ""
-        sentences.append(
-            f"Globally stable: proved. Every motion that stays in the range{springs} converges to "
-            f"the rest state; {proof.kept_by} keeps it away from θ2 = ±π/2."
-        )
-    elif proof.globally_stable:
-        sentences.append(
-            f"Globally stable: proved. Every motion that stays in the range, and keeps a distance "
-            f"from θ2 = ±π/2{and_lengths(proof)}, converges to the rest state."
-        )
-    elif proof.proved and not count and not proof.needs_lengths:
-        sentences.append("Globally stable: false; no motion that stays in the range comes to rest.")
-    elif proof.unique:
-        sentences.append("Globally stable: false; the only rest state is not a minimum.")
-    elif proof.unique is False and sum(state.proved for state in proof.states) > 1:
-        second = [state for state in proof.states if state.proved][1]
-        other = ", ".join(f"{angle:.4g}" for angle in second.orientation)
-        sentences.append(f"Globally stable: false; the body can also rest at Θ = ({other}) rad.")
-    elif count > 1:
-        sentences.append("Globally stable: not decided; false if two of these are rest states.")
-    else:
-        sentences.append("Globally stable: not decided.")
-    return sentences
+        where = f"in the range{lengths}{kinds}"
+        return f"Rest states: {counted_states(count)} {where}; proved{every} ({boxes})."
+    known = sum(state.proved for state in proof.states)
+    some = f"; {known} of them proved" if 0 < known < count else ""
+    found = f"{counted_states(count)} found{kinds}{some}"
+    return f"Rest states: {found}; not proved to be all: {proof.ended}."
+
+
+def _global_sentence(proof: Proof) -> str:
+    """Return a sentence on whether every start converges."""
+    if proof.globally_stable:
+        return f"Globally stable: proved. {_all_motions(proof)}."
+    count = len(proof.states)
+    if proof.proved and not count and not proof.needs_lengths:
+        return "Globally stable: false; no motion that stays in the range comes to rest."
+    if proof.unique and proof.globally_stable is False:
+        return "Globally stable: false; the only rest state in the range is not a minimum."
+    other = counterexample(proof) if proof.unique is False else None
+    if other is not None:
+        almost = proof.stable_count == 1 and proof.almost_every_start.proved
+        not_all = "not every start" if almost else "false"
+        return f"Globally stable: {not_all}; the body can also rest at {other}."
+    if count > 1:
+        return "Globally stable: not decided; false if two of these are rest states."
+    return "Globally stable: not decided."
+
+
+def _all_motions(proof: Proof) -> str:
+    """Return of which motions it is proved that they converge to the only rest state."""
+    if proof.every_start:
+        return f"Every start in the range converges: proved. {_keeper(proof)}"
+    keeps, kept = f", and keeps a distance from θ2 = ±π/2{and_lengths(proof)},", ""
+    if proof.kept_by:
+        keeps = ", and keeps each spring from a length of 0," if proof.needs_lengths else ""
+        kept = f"; {proof.kept_by} keeps it away from θ2 = ±π/2"
+    return f"Every motion that stays in the range{keeps} converges to the rest state{kept}"
 
 
 def _keeper(proof: Proof) -> str:
@@ -243,9 +264,9 @@ def _unwrapped_sentences(proof: Proof) -> list[str]:
         return [f"{UNWRAPPED}: not decided; rest states may have angles too large for a proof."]
     if not found.proved:
         return [f"{UNWRAPPED}: not decided ({proof.ended_in(found)})."]
-    count = len(found.states)
+    kinds = f": {kinds_of(found.states)}" if found.states else ""
     first = (
-        f"{UNWRAPPED}: {count or 'no'} rest state{'s' if count > 1 else ''}, proved "
+        f"{UNWRAPPED}: {counted_states(len(found.states))}{kinds}; proved "
         f"({grouped(found.examined)} boxes)"
     )
     if proof.every_start:

@@ -135,8 +135,8 @@ def _of_run(run: Run) -> Outcome:
         "run id": result.run_id,
         "status": result.status,
         "checks": word_of(str(result.attributes.get("verdict", NO_VALUE))),
-        "this start comes to rest": str(answer.this_start.sureness),
-        "all in the range end in one rest state": str(answer.whole_range.sureness),
+        "this start comes to rest": answer.this_start.word,
+        "whole range": answer.whole_range.word,
         "reached [s]": s.end_time,
         "v(0) [J]": s.lyapunov_start,
         # The result may store v - ε, which does not end at zero.

@@ -55,7 +55,7 @@ class Entry(NamedTuple):
         converges: What is proved of the exact motion; how many members of a sweep are proved.
         this_start: How sure it is that the motion of a run comes to rest, in a word; how many
             members of a sweep are proved to.
-        whole_range: How sure it is that all motions end in one rest state, in a word.
+        whole_range: How sure it is where all motions that stay in the range end, in a word.
         modified: When the file was written, s since the epoch.
         problem: Why it cannot be read; empty if it was read.
     """
@@ -201,7 +201,7 @@ def _read_run(path: Path) -> _Said:
         known = known_now(path, result)
         result, answer = known.result, answer_of(known.result, known.config, known.proof)
         outcome = answer.outcome.brief
-        answered = [str(one.sureness) for one in (answer.this_start, answer.whole_range)]
+        answered = [one.word for one in (answer.this_start, answer.whole_range)]
     except (LookupError, ValueError, TypeError, ArithmeticError, AttributeError):
         # A result of an old or an unusual layout is listed all the same.
         outcome, answered = NOT_KNOWN, [NOT_KNOWN, NOT_KNOWN]

@@ -10,6 +10,7 @@ import rbstab
 from rbstab.analysis.certificate.verdict import Verdict
 from rbstab.experiment.answers.check_words import comparison, word_of_check
 from rbstab.experiment.answers.run_answer import answer_beside, answer_of
+from rbstab.experiment.answers.state_words import counterexample
 from rbstab.experiment.answers.words import MEANINGS, Sureness, run_words, word_of
 from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.proof import prove
@@ -53,8 +54,8 @@ def test_a_start_inside_of_the_certified_region():
     proof = prove(config)
     _, this_start, whole_range, _ = answer_of(rbstab.simulate(config, proof=proof), proof=proof)
     assert str(this_start) == (
-        "proved: the exact motion converges to the only rest state: it starts inside the certified "
-        "region"
+        "proved: the exact motion converges to the only rest state in the range: it starts inside "
+        "the certified region"
     )
     assert whole_range.sureness is Sureness.PROVED
     assert "that stays in the range" in whole_range.sentence
@@ -67,7 +68,7 @@ def test_the_only_rest_state_is_named_if_it_is_not_upright(weight, leaning):
     proof = prove(config)
     result = rbstab.simulate(config, proof=proof)
     _, this_start, _, _ = answer_of(result, proof=proof)
-    begin = "the exact motion converges to the only rest state"
+    begin = "the exact motion converges to the only rest state in the range"
     assert this_start.sureness is Sureness.PROVED
     assert this_start.sentence.startswith(f"{begin}{leaning or ': it starts'}")
     if leaning:
@@ -75,20 +76,19 @@ def test_the_only_rest_state_is_named_if_it_is_not_upright(weight, leaning):
         assert f"Θ = ({', '.join(f'{angle:.4g}' for angle in Theta)}) rad: it" in str(this_start)
 
 
-@pytest.mark.parametrize(("own", "other"), [(None, 2), (1, 2), (2, 1), (3, 2)])
-def test_the_body_can_also_rest_elsewhere_than_this_start_ends(own, other):
-    config = config_of(**SOFT)
-    proof = prove(config)
-    result = rbstab.simulate(config, proof=proof)
-    attributes = dict(result.attributes)
-    attributes.pop("convergence_rest_state", None)
-    if own is not None:
-        attributes |= {"convergence": "proved", "convergence_rest_state": own}
-    changed = dataclasses.replace(result, attributes=attributes)
-    _, _, whole_range, _ = answer_of(changed, proof=proof)
-    Theta = [0.0 if abs(angle) < 1e-9 else angle for angle in proof.states[other - 1].orientation]
+@pytest.mark.parametrize(
+    ("own", "other"),
+    [(None, "unstable rest state 2"), (2, "stable rest state 1"), (3, "stable rest state 1")],
+)
+def test_a_counterexample_is_a_stable_rest_state_if_there_is_one(own, other):
+    """This body has one minimum, and two saddles of index 2."""
+    proof = prove(config_of(**SOFT))
+    assert [state.index for state in proof.states] == [0, 2, 2]
+    Theta = [
+        0.0 if abs(one) < 1e-9 else one for one in proof.states[int(other[-1]) - 1].orientation
+    ]
     angles = ", ".join(f"{angle:.4g}" for angle in Theta)
-    assert f"also rest at Θ = ({angles}) rad" in str(whole_range)
+    assert counterexample(proof, own) == f"the {other}, Θ = ({angles}) rad"
 
 
 def test_a_longer_search_may_know_rest_states_that_a_descent_did_not_find():
@@ -222,19 +222,27 @@ def test_a_rest_state_that_is_not_the_lowest_is_said_to_be_such():
     assert "lowest" not in answer_of(rbstab.simulate(upright)).this_start.sentence
 
 
-def test_a_second_rest_state_is_a_counterexample():
+def test_several_rest_states_leave_almost_every_start():
     config = config_of(**SOFT)
     proof = prove(config)
-    assert len(proof.states) > 1
     result = rbstab.simulate(config, proof=proof)
-    _, _, whole_range, _ = answer_of(result, proof=proof)
-    assert whole_range.sureness is Sureness.FALSE
-    first, *_ = proof.states[1].orientation
-    assert f"Θ = ({first:.4g}, " in whole_range.sentence
-    # Without the proof its numbers are unknown, but not that it exists.
-    _, _, without, _ = answer_of(result)
-    assert without.sureness is Sureness.FALSE
-    assert "Θ" not in without.sentence
+    found = answer_of(result, proof=proof).whole_range
+    assert (found.sureness, found.word) == (Sureness.PROVED, "almost every start: proved")
+    assert found.sentence == (
+        "returns: almost every start (all but a set of measure zero) whose motion stays in the "
+        "range and away from θ2 = ±90° converges to rest state 1, the only stable one in the "
+        "range, at the desired attitude; the exceptions are the 2 unstable rest states (2, 3) "
+        "and starts that lead to them"
+    )
+    # Without the proof only their number and their kinds are known.
+    assert str(answer_of(result).whole_range) == (
+        "false: it has 3 rest states in the range: 1 stable, 2 unstable"
+    )
+    # Without what acts on the body nothing is known of its unstable rest states.
+    alone = type(proof).model_validate(proof.model_dump())
+    found = answer_of(result, proof=alone).whole_range
+    assert found.sureness is Sureness.FALSE
+    assert found.sentence.startswith("the body can also rest at the unstable rest state 2, Θ = (")
 
 
 def test_a_run_that_ends_early_has_seen_nothing_of_its_end():

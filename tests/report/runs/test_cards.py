@@ -32,7 +32,7 @@ def test_each_run_has_a_card_unless_there_are_many(tmp_path):
     sentence, first, cards = answer_blocks(facts(*paths))
     assert sentence == (
         f"{MAX_CARDS} runs. Comes to rest from its start: {MAX_CARDS} seen. "
-        f"All motions that stay in the range, and away from θ2 = ±π/2, end in one rest state: "
+        f"Where all motions that stay in the range, and away from θ2 = ±π/2, come to rest: "
         f"{MAX_CARDS} not decided."
     )
     assert isinstance(first, str)

@@ -134,8 +134,9 @@ def test_a_second_rest_state_is_a_counterexample(bare, guarded, tmp_path):
     store_proof(tmp_path, config_text(), second=True)
     store_proof(tmp_path, config_text(barrier=True))
     cells = row(section_of(bare, guarded))
-    assert cells[0] == "false: proved"
-    assert cells[2] == "the body can also rest at Θ = (1, 1.1, -0.5) rad"
+    # Both are minima, and they are all: every motion that stays in the range ends in one of them.
+    assert cells[0] == "not every start; almost every start: proved"
+    assert cells[2] == "the body can also rest at the stable rest state 2, Θ = (1, 1.1, -0.5) rad"
     assert cells[1].startswith("every start converges: proved")
     # The barrier of this body proves nothing if its own proof has a second rest state.
     store_proof(tmp_path, config_text(barrier=True), second=True)
@@ -146,7 +147,7 @@ def test_a_single_rest_state_that_is_no_minimum_is_one_too(bare, tmp_path):
     store_proof(tmp_path, config_text(), index=1)
     cells = row(section_of(bare))
     assert cells[0] == "false: proved"
-    assert cells[1] == "the only rest state is not a minimum of the energy"
+    assert cells[1] == "the only rest state in the range is not a minimum of the energy"
 
 
 def test_a_run_that_leaves_the_range_is_a_computed_counterexample(tmp_path):

@@ -40,9 +40,7 @@ def test_the_answers_of_five_runs_are_on_one_page():
     long = "The exact motion converges to the only rest state: it is in the certified region"
     statements = (
         Statement("From this start: does it come to rest?", "proved", long, "good"),
-        Statement(
-            "Do all motions that stay in the range end in one rest state?", "proved", long, "good"
-        ),
+        Statement("From the whole range: where does it come to rest?", "proved", long, "good"),
     )
     curve = np.column_stack([X, X**2])
     sketch = Sketch("v(t)/v(0) from 1e-8 to 1, logarithmic, over 4 s.", (("", curve),))

@@ -21,6 +21,7 @@ from rbstab.analysis.proof.guards.kinks import (
     kinks_of,
     newton_at_kink,
 )
+from rbstab.analysis.proof.searches.families import is_family, singular
 from rbstab.analysis.proof.traced.held import surface_at, surfaces
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.analysis.proof.zero import SHORT_NEWTON_STEPS, Zero, isolated_zero, newton
@@ -36,6 +37,9 @@ MIN_RADIUS = 1e-7
 
 A zero that cannot be isolated in such a box is a double zero, or nearly so.
 """
+
+FAMILY_RADIUS = 0.05
+"""rad: the same beside a family of zeros, which ever more smaller boxes would cover."""
 
 MAX_STARTS = 64
 """The maximum number of points of a batch from which Newton's method is started."""
@@ -71,6 +75,7 @@ class SearchOutcome(Enum):
         "in some small parts of the range it could not be decided whether there is a rest state"
     )
     BOX_LIMIT = "the limit on the number of boxes was reached"
+    FAMILY = "a continuum (a family) of rest states is suspected, which is not counted"
     SEARCHED = "looked for, not proved"
 
 
@@ -100,9 +105,14 @@ class _Search:
     zeros: list[Zero] = field(default_factory=list)
     ambiguous: list[Boxes] = field(default_factory=list)
     failed: list[Array] = field(default_factory=list)
+    family: bool = False
 
     def add_zeros_at(self, points: Iterable[Array]) -> None:
-        """Add the zeros at some points that are not known yet."""
+        """Add the zeros at some points that are not known yet; look whether there is a family."""
+        self._add_zeros_at(points)
+        self.family = self.family or is_family(self.form, self.failed)
+
+    def _add_zeros_at(self, points: Iterable[Array]) -> None:
         for Theta in points:
             known = any(zero.domain_contains(Theta) for zero in self.zeros)
             failed_before = any(
@@ -136,6 +146,17 @@ class _Search:
             boxes = boxes[~boxes.within(zero.domain)]
         return boxes
 
+    def beside_family(self, boxes: Boxes) -> Array:
+        """Return whether boxes are small enough beside a family of zeros, shape (m,).
+
+        There the Hessian is nearly singular, and halves of the boxes would be so too.
+        """
+        radius = boxes.radius.max(axis=1, initial=0.0)
+        found: Array = (radius < FAMILY_RADIUS) & self.family
+        hessian = self.form.approximate(boxes.centre[found], 2)[2]
+        found[found] = singular(hessian, 2 * radius[found])
+        return found
+
     def examine(self, boxes: Boxes) -> tuple[Boxes, Array]:
         """Return the boxes that may hold an unknown zero, and the axis along which to cut each."""
         boxes = self.outside_domains(boxes)
@@ -149,6 +170,7 @@ class _Search:
         if self.tests is not None:
             left[left] = ~self.tests.excludes_zero(boxes[left], enclosed[left])
         near = left & np.all(np.abs(bounds.step) <= 2 * bounds.radius, axis=1)
+        near &= not self.family
         self.add_zeros_at(_converged_points(self.form, boxes.centre[near][:MAX_STARTS]))
         if isinstance(enclosed, KinkedEnclosure):
             self._add_zeros_at_kinks(boxes[left & enclosed.jumps])
@@ -208,6 +230,7 @@ def prove(
             undecided.append(left)
             break
         small = left.radius.max(axis=1, initial=0.0) < MIN_RADIUS
+        small |= search.beside_family(left)
         undecided.append(left[small])
         pending = joined([pending, left[~small].halves(axis[~small])])
     remaining = search.outside_domains(joined([no_boxes(), pending, *undecided]))
@@ -223,14 +246,9 @@ def _classified(
     covered = max(0.0, 1.0 - float(np.prod(undecided.radius / whole.radius, axis=1).sum()))
     undecided = joined([undecided, *straddling, *search.ambiguous])
     outcome = SearchOutcome.UNDECIDED if len(undecided) else SearchOutcome.PROVED
-    return Zeros(
-        tuple(inside),
-        tuple(outside),
-        undecided,
-        examined,
-        SearchOutcome.BOX_LIMIT if stopped else outcome,
-        covered,
-    )
+    if search.family or stopped:
+        outcome = SearchOutcome.FAMILY if search.family else SearchOutcome.BOX_LIMIT
+    return Zeros(tuple(inside), tuple(outside), undecided, examined, outcome, covered)
 
 
 def _converged_points(form: TrigonometricForm, starts: Array) -> Array:

@@ -17,6 +17,7 @@ from rbstab.analysis.proof.reduced_energy import (
     ReducedEnergy,
     reduced_energy,
 )
+from rbstab.analysis.proof.searches.families import is_family, singular
 from rbstab.analysis.proof.searches.zeros import search
 from rbstab.analysis.proof.traced.held import surface_at
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
@@ -43,7 +44,7 @@ class RestPoint:
     body on a surface, it is that along the surface; and one more if the force pushes away from this
     surface (`on_ridge`). If `proved`, enclosure is one box of Θ that contains exactly one rest
     state; else it contains only the point. index_proved is whether the index is proved for the
-    exact rest state.
+    exact rest state; degenerate is whether it is not, and the Hessian is singular to round-off.
     """
 
     state: RestState
@@ -52,6 +53,7 @@ class RestPoint:
     proved: bool
     index_proved: bool
     on_ridge: bool = False
+    degenerate: bool = False
 
     @property
     def Theta(self) -> Array:
@@ -158,8 +160,11 @@ def rest_states(
     if proof:
         end = end_of_rest_states(energy.form, RANGE_END)
         return proved_rest_states(energy, end, list(found), box_limit)
-    points = [_point(energy, Theta) for Theta in found]
-    return RestStates(energy, _in_order(points), no_boxes(), 0, SearchOutcome.SEARCHED)
+    points, outcome = [_point(energy, Theta) for Theta in found], SearchOutcome.SEARCHED
+    if is_family(energy.form, list(found)):
+        points = [point for point in points if not point.degenerate]
+        outcome = SearchOutcome.FAMILY
+    return RestStates(energy, _in_order(points), no_boxes(), 0, outcome)
 
 
 def within_stops(form: TrigonometricForm, end: Array) -> Array:
@@ -219,12 +224,14 @@ def proved_rest_states(
     points = [_point(energy, zero.Theta, zero) for zero in zeros.inside]
     if zeros.outcome is not SearchOutcome.PROVED:
         # Points that could not be isolated, such as a nearly double zero, stay in the list. If all
-        # zeros are known, such a point is none.
-        points += [
+        # zeros are known, such a point is none. Those of a family are not counted.
+        others = [
             _point(energy, Theta)
             for Theta in found
             if not any(zero.domain_contains(Theta) for zero in zeros.inside)
         ]
+        counted = zeros.outcome is not SearchOutcome.FAMILY
+        points += [point for point in others if counted or not point.degenerate]
     states, left = _in_order(points), zeros.undecided
     return RestStates(energy, states, left, zeros.examined, zeros.outcome, end, zeros.covered)
 
@@ -251,7 +258,7 @@ def _point(energy: ReducedEnergy, Theta: Array, zero: Zero | None = None) -> Res
     elif proved:
         bounds = enclosure(energy.form, box)
         index = proved_index(bounds.hessian[0], bounds.hessian_radius[0])
-    index_proved = index is not None
+    index_proved, degenerate = index is not None, False
     if index is None and surface is not None:
         index = surface.approximate_index(Theta)
     elif index is None:
@@ -259,5 +266,6 @@ def _point(energy: ReducedEnergy, Theta: Array, zero: Zero | None = None) -> Res
         if kink is not None:
             hessian = hessian[np.ix_(FREE, FREE)]
         index = int(np.sum(np.linalg.eigvalsh(hessian) < 0))
+        degenerate = bool(singular(hessian[np.newaxis])[0])
     on_ridge = surface is not None and surface.kink.ridge
-    return RestPoint(state, index, box, proved, index_proved, on_ridge)
+    return RestPoint(state, index, box, proved, index_proved, on_ridge, degenerate)

@@ -83,6 +83,12 @@ class TrigonometricForm:
         """Return this form without one of its lines."""
         return replace(self, lines=tuple(line for line in self.lines if line is not kink))
 
+    @property
+    def wraps(self) -> bool:
+        """Whether whole turns of any angle leave f as it is: then θ and θ + 2π are one pose."""
+        winds_up = np.any(self.quadratic) or np.any(self.linear) or self.guard is not None
+        return not winds_up and all(line.periodic for line in self.lines)
+
     def smoothed(self, width: float) -> "TrigonometricForm":
         """Return a form that is smooth where the slopes of lines jump, for descents."""
         return replace(self, lines=tuple(line.smoothed(width) for line in self.lines))

@@ -52,6 +52,12 @@ def code_supplies(config: Any) -> bool:
     return any(element.declared.supplies for element in _of_users(config).values())
 
 
+def switching_code(config: Any) -> list[str]:
+    """Return the names of users' elements with switches or own states, as their files say."""
+    elements = _of_users(config).items()
+    return [name for name, one in elements if one.declared.mode_count or one.declared.states]
+
+
 def without_code(config: Any) -> Any:
     """Return a config without its elements of users, for what does not depend on them."""
     return _without(config, list(_of_users(config)))

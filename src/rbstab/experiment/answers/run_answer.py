@@ -1,7 +1,7 @@
 """The answer of a run: does this start come to rest, and every motion that stays in the range?"""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from rbstab.analysis.certificate.verdict import Check, Verdict
@@ -9,6 +9,14 @@ from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.check_words import comparison
 from rbstab.experiment.answers.rounded import rounded_down, rounded_up
+from rbstab.experiment.answers.state_words import (
+    ALMOST,
+    almost_sentence,
+    angles,
+    counted_states,
+    counterexample,
+    exceptions,
+)
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import (
     ASK_FOR_PROOF,
@@ -40,9 +48,6 @@ UPRIGHT = 1e-3
 FALL = 1e-9
 """v has fallen if it did by more than this, relative to its largest value."""
 
-ROUND_OFF = 1e-9
-"""rad: a smaller angle is printed as zero."""
-
 SETTLED = f"v stays below v(0)/{1 / SETTLED_FRACTION:g}"
 """What "at rest" means for a computed run."""
 
@@ -51,10 +56,22 @@ SETTLED_DRIVEN = f"v stays below {SETTLED_FRACTION:g} of its largest value"
 
 
 class Answer(NamedTuple):
-    """An answer: how sure it is, and a sentence without a full stop."""
+    """An answer: how sure it is, and a sentence without a full stop.
+
+    Attributes:
+        sureness: How sure it is.
+        sentence: The sentence.
+        scope: Of which starts it is, if not of all of which it was asked.
+    """
 
     sureness: Sureness
     sentence: str
+    scope: str = ""
+
+    @property
+    def word(self) -> str:
+        """How sure it is, with the scope."""
+        return f"{self.scope}: {self.sureness}" if self.scope else str(self.sureness)
 
     def __str__(self) -> str:
         return f"{self.sureness}: {self.sentence}"
@@ -66,7 +83,7 @@ class RunAnswer(NamedTuple):
     Attributes:
         outcome: Where the body rests, and how far from where it should.
         this_start: Whether the motion from this start comes to rest.
-        whole_range: Whether all motions that stay in the range end in one rest state.
+        whole_range: Where all motions that stay in the range end, or almost all.
         pushes: Which pushes are proved to return; None if no level is proved.
     """
 
@@ -159,13 +176,13 @@ def _leaning(result: Result) -> str:
         return ""
     Theta = result["rest_orientation"]
     leans = bool((abs(Theta) >= UPRIGHT).any())
-    return f", Θ = {_angles(Theta)} rad" if leans else ""
+    return f", Θ = {angles(Theta)} rad" if leans else ""
 
 
 def _proved(found: Convergence, count: int | None, leaning: str) -> str:
     which = f"rest state {found.rest_state} of {count}"
     if count == 1:
-        which = f"the only rest state{leaning}"
+        which = f"the only rest state in the range{leaning}"
     if count is None:
         which = f"rest state {found.rest_state}"
     if found.bound == math.inf:
@@ -261,24 +278,37 @@ def _whole_range(
             why = proof.ended
         return Answer(Sureness.NOT_DECIDED, why)
     if line.verdict == Verdict.CERTIFIED:
-        if found is not None and found.bound == math.inf:
-            return Answer(Sureness.PROVED, EVERY_START)
-        keeps = "that stays in the range, and away from θ2 = ±π/2,"
-        if proof is not None and proof.kept_by:
-            keeps = f"that stays in the range, which {proof.kept_by} keeps away from θ2 = ±π/2,"
-            if proof.needs_lengths:
-                keeps = f"{keeps} and away from springs without length,"
-        elif proof is not None and proof.needs_lengths:
-            keeps = "that stays in the range, away from θ2 = ±π/2 and from springs without length,"
-        return Answer(Sureness.PROVED, f"every motion {keeps} converges to the only rest state")
+        return Answer(Sureness.PROVED, _every_start(found, proof))
     if line.verdict == Verdict.VIOLATED:
-        own = None if found is None else found.rest_state
-        return Answer(Sureness.FALSE, _counterexample(line, proof, own))
-    count = int(line.value)
-    found_states = f"{count or 'no'} rest state{'' if count == 1 else 's'}"
+        return _not_every_start(line, proof, None if found is None else found.rest_state)
+    found_states = counted_states(int(line.value))
     reason = f" ({proof.ended})" if proof is not None else ""
     why = f"a search found {found_states}, and it is not proved that there are no others{reason}"
     return Answer(Sureness.NOT_DECIDED, why)
+
+
+def _every_start(found: Convergence | None, proof: "Proof | None") -> str:
+    """Return which motions converge to the one rest state."""
+    if found is not None and found.bound == math.inf:
+        return EVERY_START
+    keeps = "that stays in the range, and away from θ2 = ±π/2,"
+    if proof is not None and proof.kept_by:
+        keeps = f"that stays in the range, which {proof.kept_by} keeps away from θ2 = ±π/2,"
+        if proof.needs_lengths:
+            keeps = f"{keeps} and away from springs without length,"
+    elif proof is not None and proof.needs_lengths:
+        keeps = "that stays in the range, away from θ2 = ±π/2 and from springs without length,"
+    return f"every motion {keeps} converges to the only rest state in the range"
+
+
+def _not_every_start(line: CertificateLine, proof: "Proof | None", own: int | None) -> Answer:
+    """Return what is known of almost every start, or else a counterexample."""
+    if proof is not None:
+        almost = proof.almost_every_start
+        if almost.proved:
+            sentence = f"{almost_sentence(proof, almost)}; {exceptions(proof)}"
+            return Answer(Sureness.PROVED, sentence, ALMOST)
+    return Answer(Sureness.FALSE, _counterexample(line, proof, own))
 
 
 def _counterexample(line: CertificateLine, proof: "Proof | None", own: int | None) -> str:
@@ -287,23 +317,16 @@ def _counterexample(line: CertificateLine, proof: "Proof | None", own: int | Non
     if count == 0:
         return "no motion that stays in the range comes to rest: it has no rest state"
     if count == 1:
-        return "the only rest state is not stable"
-    states = [] if proof is None else list(proof.states)
-    # The second lowest, unless this start ends there: then the lowest.
-    states = states[:1] if own == 2 else states[1:]
-    others = [state for state in states if state.proved]
-    where = f" at Θ = {_angles(others[0].orientation)} rad" if others else " elsewhere"
-    least, found = "", ""
+        return "the only rest state in the range is not stable"
+    other = None if proof is None else counterexample(proof, own)
+    rests = "" if other is None else f"the body can also rest at {other}; "
+    least, more = "", ""
     if line.quantity == LEAST_REST_STATES:
         least = "at least "
-        found = "" if proof is None else f"; a search found {len(proof.states)}"
-    return f"the body can also rest{where}; it has {least}{count} rest states in the range{found}"
-
-
-def _angles(Theta: Iterable[float]) -> str:
-    # Round-off is no angle, and zero has no sign.
-    rounded = (0.0 if abs(angle) < ROUND_OFF else angle for angle in Theta)
-    return "(" + ", ".join(f"{angle:.4g}" for angle in rounded) + ")"
+        more = "" if proof is None else f"; a search found {len(proof.states)}"
+    _, _, kinds = line.quantity.partition(": ")
+    kinds = f": {kinds}" if kinds else ""
+    return f"{rests}it has {least}{counted_states(count)} in the range{kinds}{more}"
 
 
 def _rest_states(lines: dict[str, CertificateLine]) -> int | None:

@@ -11,7 +11,7 @@ from rbstab.experiment.stored_proof.entries import Coefficients, Entry, Triple
 if TYPE_CHECKING:
     from rbstab.analysis.proof.guards.guard import Guard
     from rbstab.analysis.proof.guards.soft import SoftEnergy
-    from rbstab.analysis.proof.ligaments.free import FreeLigaments
+    from rbstab.analysis.proof.ligaments.free import FreeLigament, FreeLigaments
     from rbstab.analysis.proof.ligaments.held import LigamentLine
     from rbstab.analysis.proof.ligaments.law import LigamentEnergy
     from rbstab.analysis.proof.lines.line import Line
@@ -81,6 +81,14 @@ class ProvedFreeLigament(ProvedLaw):
 
     offset: tuple[Coefficients, Coefficients, Coefficients]
 
+    @property
+    def ligament(self) -> "FreeLigament":
+        """The ligament, whose length can be evaluated with proved errors."""
+        from rbstab.analysis.proof.ligaments.free import FreeLigament
+
+        first, second, third = (_periodic(entry) for entry in self.offset)
+        return FreeLigament((first, second, third), self.law)
+
 
 class ProvedPosition(Entry):
     """The least energy of ligaments over the position, J: ½ z'Sz and their energies.
@@ -94,13 +102,10 @@ class ProvedPosition(Entry):
     @property
     def line(self) -> "FreeLigaments":
         """The energy, which can be evaluated with proved errors."""
-        from rbstab.analysis.proof.ligaments.free import FreeLigament, FreeLigaments
+        from rbstab.analysis.proof.ligaments.free import FreeLigaments
 
-        found = []
-        for one in self.ligaments:
-            first, second, third = (_periodic(entry) for entry in one.offset)
-            found.append(FreeLigament((first, second, third), one.law))
-        return FreeLigaments(np.array(self.stiffness), tuple(found))
+        found = tuple(one.ligament for one in self.ligaments)
+        return FreeLigaments(np.array(self.stiffness), found)
 
 
 def _periodic(coefficients: Coefficients) -> "TrigonometricForm":

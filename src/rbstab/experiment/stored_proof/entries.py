@@ -18,6 +18,7 @@ OF_ELEMENTS = (
     "barrier",
     "brief",
     "closed",
+    "degenerate",
     "every_start",
     "formulas",
     "held",

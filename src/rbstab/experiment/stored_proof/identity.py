@@ -56,7 +56,8 @@ LIGAMENT_VERSION = 1
 
 DAMPED_VERSION = 2
 """The same for configs without a controller whose elements may damp every motion: before 1, nothing
-was proved of them, and before 2, nothing where only ties damp them."""
+was proved of them, and before 2, nothing where only ties damp them, and zeros at θ2 = ±π/2 and
+families were counted as rest states."""
 
 USER_CODE_VERSION = 7
 """The same for configs with elements of users: before 1, nothing was proved of them, and before 2,

@@ -46,6 +46,7 @@ def state_of(point: "RestPoint") -> ProvedState:
         index_proved=point.index_proved,
         held=point.state.on_kink or None,
         ridge=point.on_ridge or None,
+        degenerate=point.degenerate or None,
     )
 
 

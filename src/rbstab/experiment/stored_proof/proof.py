@@ -1,15 +1,19 @@
 """A proof as plain data: the models of its rest states and regions."""
 
-from typing import Literal, Self
+from typing import TYPE_CHECKING, Literal, Self
 
-from pydantic import NonNegativeInt, PositiveInt, model_validator
+from pydantic import NonNegativeInt, PositiveInt, PrivateAttr, model_validator
 
+from rbstab.config.schema import Config
 from rbstab.experiment.answers.reasons import Reason
 from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF
 from rbstab.experiment.stored_proof.energies import ProvedEnergy, ProvedTiedEnergy
 from rbstab.experiment.stored_proof.entries import Entry, Triple
 from rbstab.files.counts import grouped
 from rbstab.store.cards import card, line
+
+if TYPE_CHECKING:
+    from rbstab.experiment.stored_proof.almost_every_start import AlmostEveryStart
 
 NO_LENGTH = "a spring without length"
 """Where c* is attained, if not on a face of the range nor at a rest state."""
@@ -41,7 +45,8 @@ class ProvedState(Entry):
     sides balances the load, or if a repelling guard or a stop holds θ2 at its angle in this way.
     index then counts directions along the surface, or of θ1 and θ3. None: it is not held. ridge is
     true if the force pushes away from the surface: the energy falls on both sides, which is one
-    direction more.
+    direction more. degenerate is true if the Hessian is singular to round-off, and the index is not
+    proved.
     """
 
     orientation: Triple
@@ -55,6 +60,12 @@ class ProvedState(Entry):
     shift: tuple[Triple, Triple] | None = None
     held: Literal[True] | None = None
     ridge: Literal[True] | None = None
+    degenerate: Literal[True] | None = None
+
+    @property
+    def stable(self) -> bool | None:
+        """Whether it is a minimum of the energy; None if its index is not determined."""
+        return None if self.degenerate else self.index == 0
 
 
 class ProvedRegion(Entry):
@@ -129,6 +140,11 @@ class ProvedStates(Entry):
         return self
 
     @property
+    def stable_count(self) -> int:
+        """The number of stable rest states: the minima of the energy."""
+        return sum(state.stable is True for state in self.states)
+
+    @property
     def globally_stable(self) -> bool | None:
         """Whether every motion that stays in the range converges to the only rest state.
 
@@ -175,6 +191,10 @@ class Proof(ProvedStates):
             converges to the only rest state; None: not known.
         states: The rest states, lowest energy first: orientation Θ, rad; position X, m; energy, J;
             index (0: a minimum); enclosure, a box of Θ that is proved to contain exactly this one.
+        stable_count: The number of stable ones.
+        every_start: Whether every start in the range is proved to converge to the one rest state.
+        almost_every_start: Whether almost every start is proved to converge to a stable one: a
+            record with `proved`, `returns`, `states` and `why`.
         region: The certified region. If `region.proved`, every motion with v < `region.lower_bound`
             converges to the lowest rest state; v is the energy above it, J. None: no region.
         regions: A region of each minimum that has one: `rest_state` is its number from 1, and
@@ -203,12 +223,30 @@ class Proof(ProvedStates):
     tied_energy: ProvedTiedEnergy | None = None
     brief: Literal[True] | None = None
     closed: Literal[True] | None = None
+    _config: Config | None = PrivateAttr(None)
 
     @model_validator(mode="after")
     def _check_closed(self) -> Self:
         if self.closed and not (self.proved and self.globally_stable):
             raise ValueError("not every start converges to the only rest state")
         return self
+
+    def of(self, config: Config) -> Self:
+        """Return this proof for one of the configs that it is about.
+
+        They differ in their starts, for example, and in the pose that is desired.
+        """
+        found = self.model_copy()
+        found._config = config
+        return found
+
+    @property
+    def almost_every_start(self) -> "AlmostEveryStart":
+        """Whether almost every start converges to a stable rest state (theorem 14)."""
+        # Imported late: its hypotheses need the elements and the bounds of proofs.
+        from rbstab.experiment.stored_proof.almost_every_start import almost_every_start
+
+        return almost_every_start(self, self._config)
 
     def __repr__(self) -> str:
         """Return one line: the rest states, and how the proof ended."""
@@ -277,6 +315,18 @@ class Proof(ProvedStates):
         if self.within_barriers:
             return self.closed is True
         return self.unwrapped is not None and self.unwrapped.every_start is True
+
+    @property
+    def confined(self) -> bool:
+        """Whether every start keeps to a set in which `states` are proved to be all rest states.
+
+        This set is |θ2| < π/2 with all real θ1 and θ3, or the range itself with barriers on these.
+        """
+        if self.kept_by is None or self.needs_lengths or not self.proved:
+            return False
+        wide = self.unwrapped
+        same = wide is not None and wide.proved and len(wide.states) == len(self.states)
+        return self.within_barriers or same
 
     @property
     def within_barriers(self) -> bool:

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rbstab.config.schema import Config
+from rbstab.experiment.answers.state_words import kinds_of
 from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.stored_proof.proof import Proof
@@ -121,9 +122,10 @@ def _description(proof: Proof) -> str:
     if proof.needs_lengths:
         return "a spring of a body that is not held may lose its length on the way"
     if proof.unwrapped is not None and len(proof.unwrapped.states) > 1:
-        return f"{len(proof.unwrapped.states)} rest states {ANY_ANGLES}"
+        states = proof.unwrapped.states
+        return f"{len(states)} rest states {ANY_ANGLES}: {kinds_of(states)}"
     if proof.unwrapped is None and len(proof.states) > 1:
-        return f"{len(proof.states)} rest states in the range of eq. 5"
+        return f"{len(proof.states)} rest states in the range: {kinds_of(proof.states)}"
     return proof.outcome
 
 

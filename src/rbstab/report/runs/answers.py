@@ -27,12 +27,12 @@ MAX_CARDS = 12
 
 QUESTIONS = {
     "this_start": "From this start: does it come to rest?",
-    "whole_range": "Do all motions that stay in the range end in one rest state?",
+    "whole_range": "From the whole range: where does it come to rest?",
 }
 """What a run is asked; the names are those of `RunAnswer`."""
 
 
-ALL_MOTIONS = "All motions that stay in the range, and away from θ2 = ±π/2,"
+ALL_MOTIONS = "Where all motions that stay in the range, and away from θ2 = ±π/2, come to rest"
 
 OTHER_START = "start above the rest state of c*"
 """Name of v(0) as it is compared with the certified region, if that of the run is another."""
@@ -99,16 +99,15 @@ def answer_sentence(facts: Sequence[RunFacts]) -> str:
     ended = Counter(entry.run.result.status for entry in facts)
     early = listed(f"{n} {status}" for status, n in ended.items() if status != RunStatus.COMPLETED)
     ending = f" Ended early: {early}." if early else ""
-    this = Counter(str(entry.answer.this_start.sureness) for entry in facts)
-    every = Counter(str(entry.answer.whole_range.sureness) for entry in facts)
+    this = Counter(entry.answer.this_start.word for entry in facts)
+    every = Counter(entry.answer.whole_range.word for entry in facts)
     if len(facts) == 1:
         return (
-            f"Comes to rest from this start: {_only(this)}. "
-            f"{ALL_MOTIONS} end in one rest state: {_only(every)}.{ending}"
+            f"Comes to rest from this start: {_only(this)}. {ALL_MOTIONS}: {_only(every)}.{ending}"
         )
     return (
         f"{counted(len(facts), 'run')}. Comes to rest from its start: {_counts(this)}. "
-        f"{ALL_MOTIONS} end in one rest state: {_counts(every)}{_kept(facts)}.{ending}"
+        f"{ALL_MOTIONS}: {_counts(every)}{_kept(facts)}.{ending}"
     )
 
 
@@ -219,6 +218,5 @@ def _margin(facts: RunFacts) -> str:
 
 def _statement(question: str, answer: Answer) -> Statement:
     sentence = answer.sentence[:1].upper() + answer.sentence[1:]
-    return Statement(
-        question, str(answer.sureness), sentence, ANSWER_TONES.get(answer.sureness, "")
-    )
+    tone = ANSWER_TONES.get(answer.sureness, "")
+    return Statement(question, answer.word, sentence, tone)

@@ -11,10 +11,11 @@ from itertools import compress
 
 from rbstab.config.load import acting_sections
 from rbstab.config.schema import Config
+from rbstab.experiment.answers.state_words import ALMOST, counterexample
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Cell, Head, Section, Table
-from rbstab.report.model.words import NO_VALUE, listed, number, vector
+from rbstab.report.model.words import NO_VALUE, listed, number
 from rbstab.report.runs.facts import RunFacts
 from rbstab.report.runs.figures.landscape import Landscape, landscape_figure
 
@@ -136,7 +137,7 @@ def _without(body: Body) -> Cell:
     if any(proof.every_start for proof in proofs):
         return Cell("every start converges: proved (a stop)", tone="good")
     if any(proof.globally_stable is False for proof in proofs):
-        return Cell("false: proved", tone="bad")
+        return _almost(proofs)
     if any(map(_leaves, body.bare)):
         return Cell("false: a computed motion leaves the range", tone="bad")
     if any(proof.globally_stable for proof in proofs):
@@ -145,14 +146,24 @@ def _without(body: Body) -> Cell:
     return Cell("not decided", tone="warning")
 
 
+def _almost(proofs: Sequence[Proof]) -> Cell:
+    """Return what is known of almost every start, where not every start converges to one state."""
+    for proof in proofs:
+        almost = proof.almost_every_start
+        if almost.proved:
+            tone = "good" if almost.returns else "warning"
+            outcome = f" ({almost.outcome})" if almost.outcome else ""
+            return Cell(f"not every start; {ALMOST}: proved{outcome}", tone=tone)
+    return Cell("false: proved", tone="bad")
+
+
 def _counterexample(body: Body) -> Cell:
     """Return a rest state other than the lowest, or a run that leaves the range."""
     proofs = [entry.proof for entry in body.bare if entry.proof is not None]
-    second = _second_state(proofs)
-    if second is not None:
-        return Cell(f"the body can also rest at Θ = {vector(second)} rad")
+    for other in filter(None, map(counterexample, proofs)):
+        return Cell(f"the body can also rest at {other}")
     if any(proof.globally_stable is False for proof in proofs):
-        return Cell("the only rest state is not a minimum of the energy")
+        return Cell("the only rest state in the range is not a minimum of the energy")
     for entry in filter(_leaves, body.bare):
         time = number(entry.run.summary.end_time)
         return Cell(f"{entry.run.label} leaves the range at {time} s")
@@ -168,15 +179,6 @@ def _with(body: Body) -> Cell:
             stiffness = number(sum(_barriers(entry)))
             return Cell(f"every start converges: proved ({stiffness} N m)", tone="good")
     return Cell("not proved", tone="warning")
-
-
-def _second_state(proofs: Iterable[Proof]) -> tuple[float, float, float] | None:
-    """Return Θ of a proved rest state other than the lowest, of the first proof that has one."""
-    for proof in proofs:
-        states = [state for state in proof.states if state.proved]
-        if len(states) > 1:
-            return states[1].orientation
-    return None
 
 
 def _leaves(entry: RunFacts) -> bool:

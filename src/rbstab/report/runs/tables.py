@@ -6,6 +6,7 @@ from rbstab.analysis.certificate.verdict import Verdict
 from rbstab.analysis.lyapunov import ENERGY_SCALE, ENERGY_SCALE_NOTE
 from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.experiment.answers.run_answer import Answer
+from rbstab.experiment.answers.state_words import kinds_of
 from rbstab.experiment.answers.words import Sureness, word_of
 from rbstab.experiment.convergence.convergence import FALSE, NOT_DECIDED, PROVED
 from rbstab.experiment.stored_proof.proof import Proof
@@ -151,7 +152,7 @@ def _lyapunov_cell(value: float, facts: RunFacts) -> Cell:
 
 def _answer_cell(answer: Answer) -> Cell:
     tone = ANSWER_TONES.get(answer.sureness, "")
-    return Cell(str(answer.sureness), tone=tone, target="certificates")
+    return Cell(answer.word, tone=tone, target="certificates")
 
 
 def _tone(completed: bool) -> str:
@@ -163,7 +164,9 @@ def _rest_states(proof: Proof | None) -> Cell:
         return Cell(NO_VALUE)
     count = len(proof.states)
     tone = {True: "good", False: "warning", None: ""}[proof.globally_stable]
-    return Cell(str(count) if proof.proved else f"{count} found", float(count), tone)
+    found = "" if proof.proved else " found"
+    kinds = f": {kinds_of(proof.states)}" if count > 1 else ""
+    return Cell(f"{count}{found}{kinds}", float(count), tone)
 
 
 def _inside(inside: bool | None) -> Cell:

@@ -76,7 +76,7 @@ class _Parts(NamedTuple):
     """The parts of the derivatives of W of one ligament over the boxes.
 
     along is T u'r,ij + q e,i'e,j + M b_i b_j, and mixed q e,i + M b_i u, its second index that of
-    the angle, both of shape (m, 3, 3). across is q, and excess M, both of shape (m,).
+    the angle, both of shape (m, 3, 3). across is q, excess M, and squared ℓ², of shape (m,).
     """
 
     along: Intervals
@@ -84,6 +84,7 @@ class _Parts(NamedTuple):
     across: Intervals
     excess: Intervals
     direction: Intervals
+    squared: Intervals
 
 
 def parts_over(free: FreeLigaments, t: Array, boxes: Boxes) -> list[Intervals]:
@@ -99,8 +100,18 @@ def parts_over(free: FreeLigaments, t: Array, boxes: Boxes) -> list[Intervals]:
 
 def value_at(free: FreeLigaments, Theta: Array) -> Intervals:
     """Return V at points, shape (m,)."""
+    return _about(free, Boxes(Theta, Theta)).value
+
+
+def squares_over(free: FreeLigaments, boxes: Boxes) -> list[Intervals]:
+    """Return the square of the length of each ligament over boxes, with the z of V, shape (m,)."""
+    return _about(free, boxes).squares
+
+
+def _about(free: FreeLigaments, boxes: Boxes) -> "_Enclosure":
+    """Return the bounds over boxes, from their centres alone."""
     highest = max(free.forms, key=lambda form: len(form.coefficients))
-    return _Enclosure(free, highest.basis(Theta), Boxes(Theta, Theta)).value
+    return _Enclosure(free, highest.basis(boxes.centre), boxes)
 
 
 class _Enclosure:
@@ -159,15 +170,23 @@ class _Enclosure:
         return total(moments)
 
     @property
+    def squares(self) -> list[Intervals]:
+        """ℓ² of each ligament over the boxes."""
+        return [one.squared for one in self._at_lowest()[2]]
+
+    @property
     def _hessian(self) -> Intervals:
         """The Hessian of V over the boxes."""
-        nothing = np.zeros_like(self.radius)
-        at_zero = self._parts(Intervals(nothing, nothing))
-        B, least, widths = self._shifts(at_zero)
-        parts = self._parts(Intervals(nothing, widths))
+        B, least, parts = self._at_lowest()
         mixed = total([self.SC, *(one.mixed for one in parts)])
         found = total([product(_transposed(self.C), self.SC), *(one.along for one in parts)])
         return Intervals(found.middle, (found.radius + lost(B, mixed, least)) * WIDER)
+
+    def _at_lowest(self) -> tuple[Array, Array, list[_Parts]]:
+        """Return B, λ, and the parts over the boxes, for all ζ at which W may be lowest."""
+        nothing = np.zeros_like(self.radius)
+        B, least, widths = self._shifts(self._parts(Intervals(nothing, nothing)))
+        return B, least, self._parts(Intervals(nothing, widths))
 
     def _shifts(self, at_zero: list[_Parts]) -> tuple[Array, Array, Array]:
         """Return B, λ, and bounds on |ζ| over the boxes, shape (m, 3)."""
@@ -216,7 +235,7 @@ class _Enclosure:
             )
             outer = u[:, :, np.newaxis] * b[:, np.newaxis, :]
             mixed = across[wide] * slopes + excess[wide] * outer
-            found.append(_Parts(along, mixed, across, excess, u))
+            found.append(_Parts(along, mixed, across, excess, u, squared))
         return found
 
     def _squared(self, start: Intervals, e: Intervals, slopes: Intervals) -> Intervals:

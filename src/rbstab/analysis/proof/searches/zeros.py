@@ -4,6 +4,7 @@ import numpy as np
 
 from rbstab.analysis.proof.boxes import RANGE_END
 from rbstab.analysis.proof.guards.kinks import kinks_of, newton_at_kink
+from rbstab.analysis.proof.searches.families import OPEN_PITCH
 from rbstab.analysis.proof.traced.held import surfaces
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.analysis.proof.zero import newton
@@ -15,6 +16,8 @@ CONVERGED_STEP = 1e-9
 
 One more step would then reach round-off.
 """
+
+TURN = 2 * np.pi
 
 MERGE_DISTANCE = 3e-4
 """rad: results closer than this count as one zero. The proof makes no such assumption.
@@ -34,12 +37,15 @@ def search(
         form: U.
         seed: Seed of the random starts, which are uniform over the range; Θ = 0 is added.
         starts: Number of random starts.
-        end: The largest |Θ|, shape (3,), rad; by default that of eq. 5.
+        end: The largest |Θ|, shape (3,), rad; by default that of eq. 5. Zeros at θ2 = ±π/2 are left
+            out: there ∂U/∂Θ is zero also where the couple on the body is not.
 
     Returns:
-        The zeros, to round-off, shape (n, 3), rad, from the lowest energy to the highest.
+        The zeros, to round-off, shape (n, 3), rad, from the lowest energy to the highest. Of those
+        that differ by whole turns, if these leave U as it is, there is one.
     """
     random = np.random.default_rng(seed).uniform(-end, end, size=(starts, 3))
+    end = np.minimum(end, [np.inf, OPEN_PITCH, np.inf])
     points = np.concatenate([np.zeros((1, 3)), random])
     Theta, last = newton(form, points)
     at_round_off = np.abs(form.approximate(Theta, 1)[1]) <= form.noise[1]
@@ -53,13 +59,16 @@ def search(
         converged = np.concatenate([converged, inside & (step < CONVERGED_STEP)])
     # If several results count as one zero, keep the result with the shortest last step.
     order = np.argsort(last[converged])
-    distinct = _distinct(Theta[converged][order])
+    distinct = _distinct(Theta[converged][order], wraps=form.wraps)
     return distinct[np.argsort(form.value(distinct))]
 
 
-def _distinct(points: Array) -> Array:
+def _distinct(points: Array, *, wraps: bool) -> Array:
     kept: list[Array] = []
     while len(points):
         kept.append(points[0])
-        points = points[np.abs(points - points[0]).max(axis=1) > MERGE_DISTANCE]
+        distance = points - points[0]
+        if wraps:
+            distance -= TURN * np.round(distance / TURN)
+        points = points[np.abs(distance).max(axis=1) > MERGE_DISTANCE]
     return np.array(kept).reshape(-1, 3)

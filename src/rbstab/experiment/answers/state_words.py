@@ -1,0 +1,107 @@
+"""Sentences on the rest states of a body: how many are stable, and which ones are reached."""
+
+import math
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rbstab.experiment.stored_proof.almost_every_start import AlmostEveryStart
+    from rbstab.experiment.stored_proof.proof import Proof, ProvedState
+
+ALMOST = "almost every start"
+"""All starts but a set of measure zero."""
+
+ROUND_OFF = 1e-9
+"""rad: a smaller angle is printed as zero."""
+
+KINDS = {True: "stable", False: "unstable", None: "not known to be stable"}
+"""The kind of a rest state in a word, by `ProvedState.stable`."""
+
+
+def angles(Theta: Iterable[float]) -> str:
+    """Return the angles of an attitude, rad, as text."""
+    # Round-off is no angle, and zero has no sign.
+    rounded = (0.0 if abs(angle) < ROUND_OFF else angle for angle in Theta)
+    return "(" + ", ".join(f"{angle:.4g}" for angle in rounded) + ")"
+
+
+def kinds_of(states: "Sequence[ProvedState]") -> str:
+    """Return how many rest states there are of each kind, such as "1 stable, 4 unstable"."""
+    kinds = [state.stable for state in states]
+    counts = [(kinds.count(kind), word) for kind, word in KINDS.items()]
+    return ", ".join(f"{count} {word}" for count, word in counts if count)
+
+
+def counted_states(count: int) -> str:
+    """Return a number of rest states as text."""
+    return f"{count or 'no'} rest state{'s' if count > 1 else ''}"
+
+
+def counterexample(proof: "Proof", own: int | None = None) -> str | None:
+    """Return a rest state at which a body can stay while another start ends elsewhere.
+
+    Args:
+        proof: The proof.
+        own: The number of the rest state in which the other start ends; by default the lowest.
+
+    Returns:
+        It as text: a stable one if there is one. None if no other one is proved.
+    """
+    others = [
+        (state.stable is not True, number, state)
+        for number, state in enumerate(proof.states, start=1)
+        if state.proved and number != (own or 1)
+    ]
+    if not others:
+        return None
+    _, number, state = min(others, key=lambda one: one[:2])
+    where = f"rest state {number}, Θ = {angles(state.orientation)} rad"
+    kind = KINDS[state.stable]
+    return f"{where}, {kind}" if state.stable is None else f"the {kind} {where}"
+
+
+def almost_sentence(proof: "Proof", found: "AlmostEveryStart") -> str:
+    """Return what is proved of almost every start, without a full stop.
+
+    Args:
+        proof: The proof.
+        found: What follows from it; it is proved.
+    """
+    begins = f"{found.outcome}: " if found.outcome else ""
+    all_but = f"{ALMOST} (all but a set of measure zero)"
+    if proof.confined and proof.within_barriers:
+        scope = f"{all_but} in the range, to which barriers confine every motion,"
+    elif proof.confined:
+        scope = f"{all_but} with |θ2| < 90°, to which {proof.kept_by} confines every motion,"
+    else:
+        lengths = " and from springs without length" if proof.needs_lengths else ""
+        scope = f"{all_but} whose motion stays in the range and away from θ2 = ±90°{lengths}"
+    return f"{begins}{scope} converges to {_reached(proof, found)}"
+
+
+def exceptions(proof: "Proof") -> str:
+    """Return which rest states are not stable, without a full stop; empty if all are."""
+    numbers = [n for n, state in enumerate(proof.states, start=1) if not state.stable]
+    if not numbers:
+        return ""
+    if len(numbers) == 1:
+        return f"the exceptions are the unstable rest state {numbers[0]} and starts that lead to it"
+    in_a_row = len(numbers) > 2 and all(b == a + 1 for a, b in pairwise(numbers))
+    listed = f"{numbers[0]} to {numbers[-1]}" if in_a_row else ", ".join(map(str, numbers))
+    states = f"the {len(numbers)} unstable rest states ({listed})"
+    return f"the exceptions are {states} and starts that lead to them"
+
+
+def _reached(proof: "Proof", found: "AlmostEveryStart") -> str:
+    """Return the rest states that almost every start reaches, with their tilt."""
+    low, high = (f"{math.degrees(tilt):.3g}" for tilt in found.tilts)
+    tilt = "at the desired attitude"
+    if float(high) >= 0.1:
+        between = low if low == high else f"{low}° to {high}"
+        tilt = f"{between}° from the desired attitude"
+    if len(proof.states) == 1:
+        return f"the only rest state in the range, {tilt}"
+    if len(found.states) == 1:
+        return f"rest state {found.states[0]}, the only stable one in the range, {tilt}"
+    return f"one of the {len(found.states)} stable rest states, {tilt}"

@@ -1,0 +1,165 @@
+"""Almost every start: whether all motions but a set of measure zero end in stable rest states.
+
+This is theorem 14 of docs/proofs.md. Each of its hypotheses is checked here, by its name there.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rbstab.analysis.exact import decimals
+from rbstab.analysis.proof.definite import indefinite_parameter, why_not_damped
+from rbstab.analysis.proof.guards.soft import SoftEnergy
+from rbstab.config.build import system_of
+from rbstab.config.schema import Config
+from rbstab.config.user_code.permission import switching_code, without_code
+from rbstab.elements.attitude_spring import AttitudeSpring
+from rbstab.elements.element import Element
+from rbstab.elements.embedded import EmbeddedConnector
+from rbstab.elements.gravity import Gravity
+from rbstab.elements.guards.barrier import Barrier
+from rbstab.elements.guards.soft_guards import StiffGuard
+from rbstab.elements.ligament import Ligament
+from rbstab.elements.rotational_stabilizer import RotationalStabilizer
+from rbstab.elements.spring import Spring, ZeroLengthSpring
+from rbstab.elements.translational_stabilizer import TranslationalStabilizer
+from rbstab.elements.visco_elastic import ViscoElasticConnector
+from rbstab.experiment.stored_proof.strains import may_be_just_taut
+from rbstab.experiment.wanted import wanted
+from rbstab.mechanics.states import PITCH
+
+if TYPE_CHECKING:
+    from rbstab.experiment.stored_proof.proof import Proof, ProvedState
+
+SMOOTH = (
+    Gravity,
+    TranslationalStabilizer,
+    RotationalStabilizer,
+    ViscoElasticConnector,
+    EmbeddedConnector,
+    AttitudeSpring,
+    ZeroLengthSpring,
+    Barrier,
+)
+"""Elements whose forces have continuous derivatives wherever |θ2| < π/2."""
+
+
+@dataclass(frozen=True)
+class AlmostEveryStart:
+    """What is proved of all starts but a set of measure zero.
+
+    Args:
+        proved: Whether almost every start, whose motion stays in the range and away from θ2 = ±90°,
+            converges to a stable rest state.
+        returns: Whether the body rests where it should in each rest state that is reached; None if
+            nothing is proved.
+        states: The numbers of the rest states that are reached, from 1 for the lowest.
+        why: The first hypothesis that is not known to hold; empty if all of them do.
+        tilts: The least and the largest tilt of these rest states, rad; (0, 0) if there are none.
+        elsewhere: Whether it rests elsewhere in each of them.
+    """
+
+    proved: bool
+    returns: bool | None = None
+    states: tuple[int, ...] = ()
+    why: str = ""
+    tilts: tuple[float, float] = (0.0, 0.0)
+    elsewhere: bool = False
+
+    @property
+    def outcome(self) -> str:
+        """What almost every start does: returns, rests elsewhere, or "" for both or not known."""
+        if self.returns:
+            return "returns"
+        return "rests elsewhere" if self.elsewhere else ""
+
+    def as_data(self) -> dict[str, Any]:
+        """Return it as plain data."""
+        return {
+            "proved": self.proved,
+            "returns": self.returns,
+            "states": list(self.states),
+            "why": self.why,
+        }
+
+
+def almost_every_start(proof: "Proof", config: Config | None) -> AlmostEveryStart:
+    """Return whether almost every start converges to a stable rest state (theorem 14).
+
+    Args:
+        proof: The proof of the rest states of the config.
+        config: The config; no code of users runs. Without it nothing is proved.
+    """
+    why = next(_failing(proof, config), "")
+    if why:
+        return AlmostEveryStart(proved=False, why=why)
+    reached = [n for n, state in enumerate(proof.states, start=1) if state.stable]
+    aim = wanted(config)
+    poses = [proof.states[n - 1].orientation for n in reached]
+    tilts, returning = [aim.tilt(pose) for pose in poses], [aim.holds(pose) for pose in poses]
+    return AlmostEveryStart(
+        proved=True,
+        returns=all(returning),
+        states=tuple(reached),
+        tilts=(min(tilts), max(tilts)),
+        elsewhere=not any(returning),
+    )
+
+
+def _failing(proof: "Proof", config: Config | None) -> Iterator[str]:
+    """Yield the hypotheses of theorem 14 that are not known to hold, one after the other."""
+    if not proof.proved:
+        yield f"the list of rest states is not proved to be complete: {proof.ended}"
+    if not any(state.stable for state in proof.states):
+        yield "no rest state in the range is proved to be stable"
+    for number, state in enumerate(proof.states, start=1):
+        if not (state.proved and state.index_proved):
+            yield f"whether rest state {number} is stable is not proved"
+    unstable = [state for state in proof.states if state.index > 0]
+    if unstable and config is None:
+        yield "it is not known what acts on the body: the config of the proof is needed"
+    elif unstable and config is not None:
+        yield from _not_damped(config)
+        yield from _not_smooth(proof, config, unstable)
+
+
+def _not_damped(config: Config) -> Iterator[str]:
+    """Yield why a motion near an unstable rest state may not leave it (A3)."""
+    exact = system_of(without_code(config), decimals)
+    undamped = why_not_damped(exact)
+    if undamped is not None:
+        yield f"without elements of your own, {undamped}"
+    indefinite = indefinite_parameter(exact)
+    if indefinite is not None:
+        yield f"{indefinite} is not positive definite"
+
+
+def _not_smooth(proof: "Proof", config: Config, unstable: "list[ProvedState]") -> Iterator[str]:
+    """Yield why forces may not be Lipschitz, or not smooth near an unstable rest state (A4, A5)."""
+    for name in switching_code(config):
+        yield f"{name} is an element of your own with switches, or with states of its own"
+    elements: list[Any] = list(system_of(without_code(config)).elements)
+    for element in elements:
+        if isinstance(element, StiffGuard):
+            if any(_may_be_at(element, state) for state in unstable):
+                yield f"{element.name} may begin to act just at an unstable rest state"
+        elif not isinstance(element, (*SMOOTH, Ligament)) and not _has_direction(element):
+            yield f"the force of {element.name} jumps, or is not shown to be smooth"
+    ligaments = [element for element in elements if isinstance(element, Ligament)]
+    for state in unstable:
+        for ligament, taut in zip(ligaments, may_be_just_taut(proof, state), strict=True):
+            if taut and ligament.damping > 0:
+                yield f"{ligament.name} may be just taut at an unstable rest state"
+
+
+def _has_direction(element: Element) -> bool:
+    """Return whether an element is a spring whose line has a length in all motions that count."""
+    return isinstance(element, Spring) and element.rest_length > 0
+
+
+def _may_be_at(guard: StiffGuard, state: "ProvedState") -> bool:
+    """Return whether a rest state may be just where a guard begins to act."""
+    low, high = (np.array([corner[PITCH]]) for corner in state.enclosure)
+    return bool(SoftEnergy(0.0, float(guard.stiffness), float(guard.soft_angle)).jumps(low, high))

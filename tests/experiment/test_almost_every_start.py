@@ -1,0 +1,219 @@
+"""Almost every start (theorem 14): what is proved, and what must not be."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rbstab
+from rbstab.experiment.answers.reasons import NOT_DAMPED
+from rbstab.experiment.answers.state_words import almost_sentence
+from rbstab.experiment.proof import prove
+from rbstab.experiment.stored_proof.almost_every_start import almost_every_start
+from rbstab.experiment.stored_proof.proof import SUPPLIES, Proof
+
+BODY = {"mass": 3.5, "inertia": [0.059, 0.059, 0.006], "contact_point": [0, 0, -0.186]}
+GAINS = {"K_t": [1e-6, 1e-6, 1e-6], "L_t": [1e-6, 1e-6, 1e-6], "L_r": [0.8, 0.8, 0.3]}
+
+LIGAMENTS = {
+    "medial": {"point": [0.0, -0.03, -0.13], "anchor": [0, -0.04, -0.21]}
+    | {"stiffness": 3000, "slack_length": 0.082},
+    "lateral": {"point": [-0.02, 0.04, -0.156], "anchor": [0, 0.04, -0.21]}
+    | {"stiffness": 2400, "slack_length": 0.058},
+}
+
+
+def leg(K_r, elements=None, **more):
+    """A leg that stands on its knee, which holds it, and whose weight is 34.3 N."""
+    return {
+        "schema_version": 2,
+        "body": BODY,
+        "gravity": [0, 0, -9.81],
+        "controller": {"variant": "permanent", **GAINS, "K_r": K_r},
+        "elements": elements or {},
+        "integration": {"duration": 5},
+        **more,
+    }
+
+
+def ligament(**of):
+    return {"kind": "ligament", "toe_strain": 0.03, "damping": 20, **of}
+
+
+HELD_BY_LIGAMENTS = leg([10, 10, 5], {name: ligament(**one) for name, one in LIGAMENTS.items()})
+FALLING = leg([5, 5, 2.5])
+"""K_r < m g l = 6.386 N m/rad: it leans in one of four directions, with 5 θ = 6.386 sin θ."""
+
+
+def guard(**of):
+    return {"limit": {"kind": "guard", **of}}
+
+
+def rope(slack_length, damping=20):
+    """A line from above the leg, which is 0.5 m long where the leg is upright, else longer."""
+    line = {"point": [0, 0, 0.3], "anchor": [0, 0, 0.8], "stiffness": 30}
+    return {"rope": ligament(**line, slack_length=slack_length) | {"damping": damping}}
+
+
+@pytest.fixture(scope="module")
+def falling():
+    return prove(FALLING)
+
+
+@pytest.mark.heavy
+def test_of_a_leg_with_two_ligaments_only_the_upright_state_is_stable():
+    proof = prove(HELD_BY_LIGAMENTS)
+    assert [state.index for state in proof.states] == [0, 2, 1, 2, 2]
+    assert proof.states[1].energy == pytest.approx(44.3, abs=0.05)
+    found = proof.almost_every_start
+    assert (found.proved, found.returns, found.states, found.why) == (True, True, (1,), "")
+    assert (proof.stable_count, proof.every_start) == (1, False)
+
+
+@pytest.mark.heavy
+def test_random_motions_of_this_leg_return():
+    """They are computed by other equations than those of the proof: a few may leave the range."""
+    rng, ends = np.random.default_rng(1), []
+    for Theta in rng.uniform(-1, 1, size=(16, 3)) * [2.5, 1.2, 2.5]:
+        start = {"orientation": Theta.tolist(), "angular_velocity": rng.normal(size=3).tolist()}
+        config = {**HELD_BY_LIGAMENTS, "initial": {**start, "attached": True}}
+        result = rbstab.simulate(config | {"integration": {"duration": 30, "samples": 11}})
+        if result.status == "completed":
+            ends.append(np.abs(result["orientation"][-1]).max())
+    assert len(ends) >= 10
+    assert max(ends) < 1e-3
+
+
+@pytest.mark.slow
+def test_a_leg_that_falls_rests_elsewhere(falling):
+    """θ = 67.7° solves 5 θ = 6.386 sin θ."""
+    found = falling.almost_every_start
+    assert (found.proved, found.returns, found.states) == (True, False, (1, 2, 3, 4))
+    assert [state.stable for state in falling.states] == [True] * 4 + [False] * 5
+    assert almost_sentence(falling, found) == (
+        "rests elsewhere: almost every start (all but a set of measure zero) whose motion stays in "
+        "the range and away from θ2 = ±90° converges to one of the 4 stable rest states, 67.7° "
+        "from the desired attitude"
+    )
+    leaning = list(falling.states[0].orientation)
+    for change, returns in ((f"desired.orientation={leaning}", False), ("desired.within=1.2", True)):
+        wanted = rbstab.load_config(FALLING, [change])  # leaning: one of four
+        assert falling.of(wanted).almost_every_start.returns is returns
+
+
+@pytest.mark.parametrize(
+    ("config", "states"),
+    [
+        (leg([10, 10, 5]), 1),
+        (leg([5, 5, 2.5], guard(method="stiff", stiffness=1, soft_angle=0.3)), 9),
+        (leg([5, 5, 2.5], rope(0.51)), 9),
+        (leg([5, 5, 2.5], rope(0.5, damping=0)), 9),
+        (leg([5, 5, 2.5], guard(method="barrier", stiffness=0.01)), 9),
+    ],
+    ids=["one state", "stiff guard", "taut", "just taut, no damper", "barrier"],
+)
+@pytest.mark.heavy
+def test_what_is_proved(config, states):
+    proof = prove(config)
+    found = proof.almost_every_start
+    assert (found.proved, found.why, len(proof.states)) == (True, "", states)
+    assert found.states == tuple(range(1, 1 + proof.stable_count))
+
+
+@pytest.mark.parametrize(
+    ("elements", "words"),
+    [
+        (guard(method="stop", angle=1.0, restitution=0.5), "the force of limit jumps"),
+        (guard(method="repelling", couple=0.1, soft_angle=0.3), "the force of limit jumps"),
+        (rope(0.5), "rope may be just taut at an unstable rest state"),
+        (
+            {"slider": {"kind": "sliding", "point": [0, 0, 0], "anchor": [0, 0, 0]}
+            | {"K_s": [5, 5, 5], "surface": "position"}},
+            "not proved to be complete",
+        ),
+        (
+            {"push": {"kind": "input", "quantity": "couple", "direction": [0, 1, 0]}
+            | {"amplitude": 1, "signal": {"kind": "sine", "frequency": 1}}},
+            SUPPLIES,
+        ),
+    ],
+    ids=["stop", "repelling guard", "just taut", "sliding", "input"],
+)  # fmt: skip
+@pytest.mark.heavy
+def test_what_is_not_proved(elements, words):
+    found = prove(leg([5, 5, 2.5], elements)).almost_every_start
+    assert (found.proved, found.returns, found.states) == (False, None, ())
+    assert words in found.why
+
+
+def without_damper():
+    """A tie at the centre of gravity damps no rotation."""
+    tie = {"kind": "visco-elastic", "point": [0, 0, 0], "anchor": [0, 0, 0]}
+    elements = {"tie": tie | {"K_c": [9, 9, 9], "L_c": [1, 1, 1]}}
+    data = {"schema_version": 2, "body": BODY, "elements": elements}
+    return rbstab.load_config(data | {"integration": {"duration": 1}})
+
+
+def changed(proof, number, **entries):
+    """Return a proof with another entry of one of its rest states."""
+    states = list(proof.states)
+    states[number - 1] = states[number - 1].model_copy(update=entries)
+    return proof.model_copy(update={"states": tuple(states)})
+
+
+@pytest.mark.slow
+def test_each_hypothesis_is_needed(falling):
+    """Each is taken from a proof that has all of them."""
+    config = rbstab.load_config(FALLING)
+    at_zero = ((-1e-9, -1e-9, -1e-9), (1e-9, 1e-9, 1e-9))
+    stiff = rbstab.load_config(leg([5, 5, 2.5], guard(method="stiff", stiffness=1, soft_angle=0.3)))
+    at_guard = ((-1e-9, 0.3 - 1e-9, -1e-9), (1e-9, 0.3 + 1e-9, 1e-9))
+    saddles = falling.model_copy(update={"states": falling.states[4:]})
+    cases = [
+        (falling.model_copy(update={"proved": False}), config, "not proved to be complete"),
+        (changed(falling, 3, index_proved=False), config, "whether rest state 3 is stable"),
+        (changed(falling, 9, degenerate=True, index_proved=False), config, "rest state 9"),
+        (saddles, config, "no rest state in the range is proved to be stable"),
+        (falling, without_damper(), "damped by elements of your own alone"),
+        (falling, None, "config of the proof is needed"),
+        (changed(falling, 9, enclosure=at_guard), stiff, "may begin to act just at"),
+    ]
+    for proof, given, words in cases:
+        found = almost_every_start(proof, given)
+        assert not found.proved
+        assert words in found.why
+    assert almost_every_start(changed(falling, 9, enclosure=at_zero), stiff).proved
+
+
+def test_without_a_damper_there_is_no_list():
+    found = prove(without_damper()).almost_every_start
+    assert not found.proved
+    assert NOT_DAMPED in found.why
+
+
+@pytest.mark.heavy
+def test_barriers_confine_every_start():
+    def sentence(**of: float) -> str:
+        proof = prove(leg([5, 5, 2.5], guard(method="barrier", stiffness=0.01, **of)))
+        return almost_sentence(proof, proof.almost_every_start)
+
+    assert "with |θ2| < 90°, to which a barrier confines every motion, converges" in sentence()
+    of_range = sentence(outer_stiffness=0.01)
+    assert "in the range, to which barriers confine every motion, converges" in of_range
+
+
+@pytest.mark.heavy
+def test_elements_of_users_that_switch_are_not_decided():
+    """The force of this latch jumps, and pushes away from its switch."""
+    latch = Path(__file__).parents[2] / "configs/examples/latch.yaml"
+    proof = prove(rbstab.load_config(latch, allow_python=True))
+    assert proof.proved
+    assert proof.stable_count < len(proof.states)
+    assert "is an element of your own with switches" in proof.almost_every_start.why
+
+
+@pytest.mark.slow
+def test_a_stored_proof_knows_its_config_again(falling):
+    again = Proof.model_validate_json(falling.model_dump_json())
+    assert not again.almost_every_start.proved
+    assert again.of(rbstab.load_config(FALLING)).almost_every_start.proved

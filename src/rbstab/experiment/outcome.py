@@ -126,7 +126,7 @@ class Outcome:
 
     kind: OutcomeKind
     sureness: Sureness
-    time: float | None
+    time: float
     orientation: tuple[float, ...] | None
     tilt: float | None
     rest_state: int | None
@@ -147,15 +147,14 @@ class Outcome:
     @property
     def sentence(self) -> str:
         """The outcome in words, without a full stop."""
-        begin, end = self.kind.words, "" if self.time is None else f" at t = {self.time:.4g} s"
-        if self.kind in {OutcomeKind.RETURNS, OutcomeKind.RESTS_ELSEWHERE}:
-            end = ""
-        where = ""
+        begin, where = self.kind.words, ""
+        if self.kind in {OutcomeKind.MOVING, OutcomeKind.LEFT_RANGE, OutcomeKind.FAILED}:
+            begin += f" at t = {self.time:.4g} s"
         if self.orientation is not None and self.tilt is not None:
             away = _degrees(self.tilt)
             where = f": at {degrees(self.orientation)}, {away} from the desired attitude"
-        why = f", {self.why}" if self.why else ""
-        return f"{begin}{end}{where}{why}: {self.sureness}"
+        why = f" ({self.why})" if self.why else ""
+        return f"{begin}{where}{why}: {self.sureness}"
 
     def as_data(self) -> dict[str, Any]:
         """Return the entries of its JSON."""
@@ -249,7 +248,7 @@ def _addition(
         there = "its rest state" if exact is None else degrees(exact)
         found = stored_convergence(result.attributes)
         goes = found is not None and found.proved and rest_state is not None
-        return f"but the exact motion converges to {there}, which is proved" if goes else ""
+        return f"the exact motion is proved to converge to {there}" if goes else ""
     if proof is None or rest_state is None or rest_state > len(proof.states):
         return ""
     state = proof.states[rest_state - 1]

@@ -28,7 +28,7 @@ def table_of(rows: list[tuple[RunStatus, float, float, float]]) -> Table:
     """Return a table of members: status, settling time, pitch at rest and at the end, degrees."""
     status, settling, rest, end = zip(*rows, strict=True)
     names = ("status", "settling_time", "end_time", "rest_orientation", "final_orientation")
-    arrays = {
+    arrays: dict[str, Any] = {
         RUN: np.arange(len(rows)),
         "status": np.array([STATUSES.index(one) for one in status], np.int8),
         "settling_time": np.array(settling),
@@ -157,7 +157,8 @@ def test_starts_of_one_body_are_grouped_by_the_pose_they_reach(tmp_path):
 def test_a_new_wish_changes_outcomes_and_no_identity(tmp_path):
     vary = {"initial.angular_velocity[1]": {"values": [0.0, 0.1]}}
     seen = []
-    for desired in ({}, {"desired": {"orientation": {"deg": [0, 45, 0]}}}):
+    wishes: list[dict[str, Any]] = [{}, {"desired": {"orientation": {"deg": [0, 45, 0]}}}]
+    for desired in wishes:
         folder = swept(tmp_path / "a", plan_of(vary, leg(**desired), "scipy"))
         table, shard = rbstab.open_sweep(folder.path), folder.shard_file(0)
         kept = (table["run_id"].tolist(), table.attributes["plan_id"], shard.stat().st_mtime_ns)

@@ -44,11 +44,17 @@ def named_number(config: Config, path: Path) -> NamedNumber:
     """
     numbers = entries_under(config, path)
     number = next((entry for entry in numbers if entry.value), numbers[0])
-    section, _, rest = number.key.partition(".")
-    name = f"initial {rest}" if section == "initial" else rest or section
     whole = key_of(tuple(part for part in path if isinstance(part, str)))
     elements = [config.elements[part] for part in path[1:2] if part in config.elements]
-    return NamedNumber(name, unit_of(whole, list(map(kind_of, elements))), number.value)
+    return NamedNumber(
+        short_key(number.key), unit_of(whole, list(map(kind_of, elements))), number.value
+    )
+
+
+def short_key(key: str) -> str:
+    """Return a key without its section, such as `K_r[0]`, or `initial orientation[1]`."""
+    section, _, rest = key.partition(".")
+    return f"initial {rest}" if section == "initial" else rest or section
 
 
 class Threshold(NamedTuple):

@@ -1,5 +1,7 @@
 """The sentence that names the parameter of a sweep that decides which members return."""
 
+from contextlib import suppress
+
 import numpy as np
 
 from rbstab.experiment.answers.threshold import (
@@ -9,6 +11,7 @@ from rbstab.experiment.answers.threshold import (
     by_chance,
     distinct,
     named_number,
+    short_key,
     threshold_of,
 )
 from rbstab.experiment.outcome import KINDS, OutcomeKind
@@ -48,7 +51,7 @@ def deciding_sentence(plan: Plan, table: Table) -> str:
     found = []
     for axis in axes:
         varied = max(axis.varied_keys, key=lambda k: len(np.unique(table[safe_name(k.key)])))
-        number = _number(plan, varied)
+        number = shown_number(plan, varied, table)
         values = number.value * table[safe_name(varied.key)]
         threshold = threshold_of(values, good, bad)
         if threshold is not None:
@@ -66,15 +69,18 @@ def _has_numbers(axis: Axis, table: Table) -> bool:
     return any(column.min() < column.max() for column in columns)
 
 
-def _number(plan: Plan, varied: VariedKey) -> NamedNumber:
-    """Return the name and the unit of a varied number; its value is the factor on the column."""
+def shown_number(plan: Plan, varied: VariedKey, table: Table) -> NamedNumber:
+    """Return the number of the config that stands for a varied key, with the unit of its values.
+
+    Its value times the column of the key is the number of each member. Where a plan varies factors,
+    it is the first number that they scale.
+    """
+    unit = table.layout[safe_name(varied.key)].unit
     for base in plan.bases.values():
-        try:
-            number = named_number(base, varied.path)
-        except LookupError:
-            continue
-        return number if varied.scale else number._replace(value=1.0)
-    raise KeyError(varied.key)
+        if varied.scale:
+            with suppress(LookupError):
+                return named_number(base, varied.path)
+    return NamedNumber(short_key(varied.key), unit, 1.0)
 
 
 def _sentence(threshold: Threshold, number: NamedNumber, values: Array, table: Table) -> str:

@@ -19,7 +19,7 @@ from rbstab.report.sweeps.maps.cell_values import (
 )
 from rbstab.report.sweeps.maps.colour_ranges import has_one_colour, on_one_scale, one_colour_note
 from rbstab.report.sweeps.maps.marked import extremes, failed_points, member_points, value_text
-from rbstab.report.sweeps.members import OUTCOMES, Members, outcome_colour
+from rbstab.report.sweeps.members import OUTCOME_COLOURS, OUTCOMES, Members
 from rbstab.report.sweeps.parameters import BinnedAxis, Parameter
 from rbstab.report.sweeps.proofs import proof_codes
 from rbstab.report.sweeps.quantities import MemberQuantity, mapped, start_over_level, varies
@@ -39,6 +39,9 @@ NO_LEVEL = (
     "the level of v below which convergence is proved. The maps show v(0) and not v(0) / c*."
 )
 
+
+FIRST = ("outcome", "final-tilt")
+"""Names of the maps that are shown first: what became of the members, and how far they lean."""
 
 WORDS = ("outcome", "basins", "proofs")
 """Names of the maps of words, or of shares: these have no extremes to mark."""
@@ -86,18 +89,23 @@ def map_figures(
         maps = by_slice[0]
         if not maps:
             return blocks
-        panels = [
-            _panel(
-                grids[0],
-                on_one_scale([cells])[0],
-                cells.scale.text,
-                borders[0].marks(key),
-                marked=_is_marked(key, [cells]),
-            )
-            for key, cells in maps.items()
-        ]
-        notes += [one_colour_note([cells]) for cells in maps.values()]
-        return [*blocks, _figure(f"{name}-map", f"Maps {over}", panels, 2, notes)]
+        first = {key: maps.pop(key) for key in FIRST if key in maps}
+        for title, chosen in (("first", first), ("map", maps)):
+            if not chosen:
+                continue
+            panels = [
+                _panel(
+                    grids[0],
+                    on_one_scale([cells])[0],
+                    cells.scale.text,
+                    borders[0].marks(key),
+                    marked=_is_marked(key, [cells]),
+                )
+                for key, cells in chosen.items()
+            ]
+            own = [*notes, *(one_colour_note([cells]) for cells in chosen.values())]
+            blocks.append(_figure(f"{name}-{title}", f"Maps {over}", panels, 2, own))
+        return blocks
     for key in by_slice[0]:
         unscaled = [maps[key] for maps in by_slice]
         marked = _is_marked(key, unscaled)
@@ -137,7 +145,7 @@ def scatter_figure(what: Mapped, over: tuple[Parameter, Parameter], caption: str
                 across,
                 up,
                 OUTCOMES[code],
-                (outcome_colour(OUTCOMES[code]), code),
+                (OUTCOME_COLOURS[code], code),
             )
             for code in np.flatnonzero(members.outcome_counts).tolist()
         )
@@ -163,16 +171,18 @@ def _sentences(members: Members, shown: Collection[str]) -> list[str]:
 def _maps_of(
     members: Members, grid: MapGrid, quantities: list[MemberQuantity], left_out: Collection[str]
 ) -> dict[str, Cells]:
-    """Return the maps on a grid, by the name of their quantity."""
-    maps = {quantity.name: quantity_cells(members, grid, quantity) for quantity in quantities}
+    """Return the maps on a grid, by the name of their quantity; those in `FIRST` come first."""
+    maps = {}
+    if np.count_nonzero(members.outcome_counts) > 1 and "outcome" not in left_out:
+        maps["outcome"] = outcome_cells(members, grid)
+    of_quantities = {q.name: quantity_cells(members, grid, q) for q in quantities}
+    maps |= {key: of_quantities.pop(key) for key in FIRST if key in of_quantities}
+    if len(proof_codes(members).labels) > 1 and "proofs" not in left_out:
+        maps["proofs"] = proof_cells(members, grid)
     basins = basins_of(members)
     if basins is not None and "basins" not in left_out:
-        maps = {"basins": basin_cells(basins, grid)} | maps
-    if len(proof_codes(members).labels) > 1 and "proofs" not in left_out:
-        maps = {"proofs": proof_cells(members, grid)} | maps
-    if np.count_nonzero(members.outcome_counts) > 1 and "outcome" not in left_out:
-        return {"outcome": outcome_cells(members, grid)} | maps
-    return maps
+        maps["basins"] = basin_cells(basins, grid)
+    return maps | of_quantities
 
 
 class _Border:

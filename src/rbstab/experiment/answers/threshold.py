@@ -126,7 +126,8 @@ def by_chance(good: int, others: int, numbers: int) -> float:
     If the numbers have no effect, each order of the good and the other members along one of them
     is equally likely; two orders separate them.
     """
-    return 2.0 * numbers / math.comb(good + others, good)
+    logarithm = math.lgamma(good + others + 1) - math.lgamma(good + 1) - math.lgamma(others + 1)
+    return min(1.0, 2.0 * numbers * math.exp(-logarithm))
 
 
 def distinct(values: Array) -> list[float]:

@@ -94,9 +94,9 @@ def _sentences(members: Members) -> list[str]:
 def _outcomes(members: Members) -> list[Statement]:
     """Return how many members return, and from which value of a parameter on."""
     found = members.found
-    others = found.parts[1:] or ["none does anything else"]
     sure = f"{grouped(found.proved)} of them proved" if found.proved else "seen, not proved"
-    sentence = f"{_capital(sure)}. {_capital('; '.join(others))}. Desired: {found.aim}"
+    parts = (sure, "; ".join(found.parts[1:]), f"Desired: {found.aim}")
+    sentence = ". ".join(_capital(part) for part in parts if part)
     tone = "good" if found.all_return else ""
     statements = [Statement("How many members return?", found.brief, sentence, tone)]
     if found.deciding:

@@ -77,6 +77,8 @@ def test_a_card_begins_with_the_outcome(outcome, word, tone, tmp_path):
     proved = Answer(Sureness.PROVED, "it converges")
     answer = entry.answer._replace(outcome=outcome, this_start=proved)
     sentence, cards = answer_blocks([dataclasses.replace(entry, answer=answer)])
+    assert isinstance(sentence, str)
+    assert isinstance(cards, Cards)
     first, this_start, _ = cards.cards[0].statements
     assert (first.word, first.tone) == (word, tone)
     assert "at (0°, 67.7°, 0°), 67.7° from the desired attitude" in first.sentence.lower()

@@ -8,6 +8,7 @@ from support.made_sweeps import GRID, SPIN, code
 from support.sections import figures_in, sweep_sections
 
 from rbstab.report.model.figure import Cells, Line, Points
+from rbstab.report.model.palette import GOOD, OPEN
 from rbstab.report.sweeps.maps.cell_grid import map_grid
 from rbstab.report.sweeps.maps.cell_values import contour_line, medians, shares
 from rbstab.report.sweeps.parameters import binned
@@ -151,8 +152,9 @@ def test_few_drawn_members_are_points(made):
     vary = {"body.mass": {"uniform": [1, 9]}, f"{SPIN}[0]": {"normal": [0, 1]}}
     columns = {"design": "random", "members": 40, "seed": 3}
     sweep = made(vary, lambda a: {"settling_time": np.where(a[X] > 0, 1, np.nan)}, **columns)
-    figure = figures_in(sweep_sections(sweep))["sweep-1-map"]
-    (panel,) = figure.panels
+    figure = figures_in(sweep_sections(sweep))["sweep-1-first"]
+    panel, tilts = figure.panels
+    assert (tilts.x, tilts.y.text) == (panel.x, "final tilt [°]")
     settled, unsettled = panel.marks
     assert isinstance(settled, Points)
     assert isinstance(unsettled, Points)
@@ -176,9 +178,11 @@ def test_curves_along_a_single_axis(made):
     (outcome,) = figures["sweep-1-first"].panels
     settling, peaks = figures["sweep-1-curves"].panels
     assert outcome.y.categories == ("returns", "still moving")
-    (points,) = outcome.marks
-    assert isinstance(points, Line | Points)
-    assert points.y.tolist() == [0, 0, 0, 0, 1]
+    returning, moving = outcome.marks
+    assert isinstance(returning, Points)
+    assert isinstance(moving, Points)
+    assert (returning.y.tolist(), moving.y.tolist()) == ([0, 0, 0, 0], [1])
+    assert (returning.colour, moving.colour) == (GOOD, OPEN)
     assert settling.x.log
     (line,) = settling.marks
     assert isinstance(line, Line)

@@ -101,7 +101,7 @@ def _outcomes(members: Members) -> list[Statement]:
     statements = [Statement("How many members return?", found.brief, sentence, tone)]
     if found.deciding:
         first, _, rest = found.deciding.partition("; ")
-        statements.append(Statement("From which value on?", _capital(first), _capital(rest)))
+        statements.append(Statement("For which values?", _capital(first), _capital(rest)))
     return statements
 
 

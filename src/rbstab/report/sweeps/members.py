@@ -10,7 +10,7 @@ from rbstab.config.build import supplies_power
 from rbstab.config.entries import is_of_initial_state
 from rbstab.experiment.outcome import KINDS
 from rbstab.mechanics.numbers import Array
-from rbstab.report.model.palette import BAD, GOOD, THIRD, UNKNOWN, UNTRIED
+from rbstab.report.model.palette import BAD, GOOD, OPEN, THIRD, UNKNOWN, UNTRIED
 from rbstab.report.sweeps.parameters import Parameter, parameters_of
 from rbstab.store.errors import NotAResultError
 from rbstab.store.table import Table
@@ -61,6 +61,9 @@ OUTCOMES = tuple(kind.words for kind in KINDS)
 
 OUTCOME_COLOURS = (GOOD, BAD, UNTRIED, THIRD, UNKNOWN)
 """Numbers of the colours of outcomes in the palette: green is only for members that return."""
+
+POINT_COLOURS = (GOOD, BAD, OPEN, THIRD, UNKNOWN)
+"""Those of single points, which differ by their symbols too: pale grey would not show."""
 
 
 @dataclass(frozen=True, eq=False)

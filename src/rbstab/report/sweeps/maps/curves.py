@@ -9,7 +9,7 @@ from rbstab.report.model.document import Block
 from rbstab.report.model.figure import Axis, Figure, Line, Mark, Panel, Points
 from rbstab.report.sweeps.conditions.paired_conditions import Slice
 from rbstab.report.sweeps.maps.figures import FIRST
-from rbstab.report.sweeps.members import OUTCOMES, Members
+from rbstab.report.sweeps.members import OUTCOMES, POINT_COLOURS, Members
 from rbstab.report.sweeps.parameters import Parameter
 from rbstab.report.sweeps.quantities import mapped, varies
 
@@ -75,6 +75,12 @@ def _outcomes(
     indices = np.searchsorted(occurring, members.outcomes).astype(float)
     words = tuple(OUTCOMES[code] for code in occurring.tolist())
     marks: list[Mark] = []
+    if len(slices) == 1 and len(orders[0]) <= MAX_POINTS:
+        for place, code in enumerate(occurring.tolist()):
+            own = orders[0][members.outcomes[orders[0]] == code]
+            x, y = parameter.values[own].astype(float), np.full(len(own), float(place))
+            marks.append(Points(x, y, "", POINT_COLOURS[code], code))
+        return Panel(parameter.axis, Axis("outcome", categories=words), tuple(marks))
     for colour, (order, part) in enumerate(zip(orders, slices, strict=True)):
         line = replace(_line(parameter, order, indices, part.title, colour), step=True)
         points = Points(line.x, line.y, line.label, colour, colour)

@@ -19,10 +19,16 @@ from rbstab.report.sweeps.maps.cell_values import (
 )
 from rbstab.report.sweeps.maps.colour_ranges import has_one_colour, on_one_scale, one_colour_note
 from rbstab.report.sweeps.maps.marked import extremes, failed_points, member_points, value_text
-from rbstab.report.sweeps.members import OUTCOME_COLOURS, OUTCOMES, Members
+from rbstab.report.sweeps.members import OUTCOMES, POINT_COLOURS, Members
 from rbstab.report.sweeps.parameters import BinnedAxis, Parameter
 from rbstab.report.sweeps.proofs import proof_codes
-from rbstab.report.sweeps.quantities import MemberQuantity, mapped, start_over_level, varies
+from rbstab.report.sweeps.quantities import (
+    MemberQuantity,
+    final_tilt,
+    mapped,
+    start_over_level,
+    varies,
+)
 
 LEVEL = "v(0) = c*; proved at the start inside"
 MEDIAN_LEVEL = "median v(0) = c*; inside, at least half of each cell is proved at the start"
@@ -133,26 +139,28 @@ def _is_marked(key: str, maps: list[Cells]) -> bool:
 
 
 def scatter_figure(what: Mapped, over: tuple[Parameter, Parameter], caption: str) -> Figure:
-    """Return the outcome of each member as a point over two parameters."""
+    """Return each member as a point: its outcome over two parameters, its tilt over the first."""
     name, members, slices = what
+    across, *up = ((p.axis, p.values) for p in over)
+    tilt = final_tilt(members)
     panels = []
-    across, up = ((p.axis, p.values) for p in over)
-    for part in slices:
-        chosen = np.arange(len(members)) if part.chosen is None else part.chosen
-        marks = tuple(
-            member_points(
-                chosen[members.outcomes[chosen] == code],
-                across,
-                up,
-                OUTCOMES[code],
-                (OUTCOME_COLOURS[code], code),
+    for y in (*up, (tilt.axis, tilt.values)):
+        for part in slices:
+            chosen = np.arange(len(members)) if part.chosen is None else part.chosen
+            marks = tuple(
+                member_points(
+                    chosen[members.outcomes[chosen] == code],
+                    across,
+                    y,
+                    OUTCOMES[code],
+                    (POINT_COLOURS[code], code),
+                )
+                for code in np.flatnonzero(members.outcome_counts).tolist()
             )
-            for code in np.flatnonzero(members.outcome_counts).tolist()
-        )
-        panels.append(Panel(over[0].axis, over[1].axis, marks, part.title))
-    title = f"Outcomes over {over[0].axis.label} and {over[1].axis.label}"
-    columns = min(len(panels), 3)
-    return _figure(f"{name}-map", title, panels, columns, [caption])
+            panels.append(Panel(across[0], y[0], marks, part.title))
+    title = f"Outcomes over {over[0].axis.label} and {over[1].axis.label}, and final tilt"
+    columns = max(2, min(len(slices), 3))
+    return Figure(f"{name}-first", title, tuple(panels), columns, caption=caption)
 
 
 def _sentences(members: Members, shown: Collection[str]) -> list[str]:

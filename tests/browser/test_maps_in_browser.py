@@ -110,12 +110,17 @@ def test_a_cell_without_a_value_says_why_and_the_legend_too(opened: Opened, swee
     figure = figure_in(sweep, "sweep-1-map")
     box = drawn(page, figure.name)
     panel = panel_number(figure, "settling time of v [s]")
-    for x, y, reason in ((1, 0, "not settled"), (2, 30, "range left")):
+    for x, y, reason in ((1, 0, "still moving"), (2, 30, "left the range")):
         page.mouse.move(*point_at(box, panel, x, y))
         expect(box.locator(".tip")).to_contain_text(f"settling time of v: no value, {reason}")
-    legend = page.locator(f"[id='figure.{figure.name}'] .legend")
-    for word in ("settled", "not settled", "range left", "no value: not settled"):
-        expect(legend.get_by_text(word, exact=True)).to_be_visible()
+    words = {
+        figure.name: ("no value: still moving", "no value: left the range"),
+        "sweep-1-first": ("returns", "still moving", "left the range"),
+    }
+    for name, own in words.items():
+        legend = page.locator(f"[id='figure.{name}'] .legend")
+        for word in own:
+            expect(legend.get_by_text(word, exact=True)).to_be_visible()
 
 
 @pytest.mark.parametrize("is_allowed", [True, False], ids=["copied", "shown"])
@@ -237,7 +242,7 @@ def test_the_pointer_on_a_curve_is_on_the_cell_of_the_condition(opened: Opened) 
 
 def test_a_tap_on_a_phone_shows_the_command(opened: Opened, sweep: Report) -> None:
     page = opened(sweep, **PHONE)
-    box = drawn(page, "sweep-1-map")
+    box = drawn(page, "sweep-1-first")
     page.touchscreen.tap(*point_at(box, 1, -1, 20))
     expect(page.locator(".chosen code")).to_have_text(re.compile("--member 6$"))
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
@@ -337,5 +342,6 @@ def test_the_data_of_maps_is_whole(opened: Opened, sweep: Report) -> None:
     assert len(values) == 20
     assert values[-1, 10] == pytest.approx(2.1)
     assert np.isnan(values[1, 0])
-    words = {row[8] for row in found if row[0] == "outcome"}
-    assert words == {"settled", "not settled", "range left"}
+    outcomes = downloaded(page, "sweep-1-first")
+    words = {row[8] for row in outcomes if row[0] == "outcome"}
+    assert words == {"returns", "still moving", "left the range"}

@@ -31,13 +31,13 @@ def test_list(rbstab: Invoke) -> None:
     done = rbstab("list")
     assert done.exit_code == 0
     lines = [line.split() for line in done.stdout.splitlines()]
-    heads = "name kind status checks this start whole range age title"
+    heads = "name kind outcome status checks this start whole range age title"
     assert lines[0] == heads.split()
     # Its body has a stored proof.
-    left = printed("results/range_left.h5 run range left seen not decided proved")
-    assert left.split() in [words[:8] for words in lines]
-    assert [printed("results/begun_map"), "sweep", "2", "of", "4", "shards"] in [
-        w[:6] for w in lines
+    left = printed("results/range_left.h5 run left the range range left seen not decided proved")
+    assert left.split() in [words[:11] for words in lines]
+    assert [printed("results/begun_map"), "sweep", "-", "2", "of", "4", "shards"] in [
+        w[:7] for w in lines
     ]
     assert len(lines) == 1 + 9 + 4 + 2
     files = printed("results/proofs has 2 files; rbstab show results/proofs prints what is proved.")
@@ -125,7 +125,7 @@ def test_compare_a_run_and_a_sweep(rbstab: Invoke) -> None:
             "proofs/79c90c9baff47635e1a510648ffc0ccc.json",
             ["kind proof of rest states and their regions", "statements Rest states: "],
         ),
-        (".", ["results/embedded.h5 run completed seen"]),
+        (".", ["results/embedded.h5 run still moving completed seen"]),
     ],
 )
 def test_show_of_other_kinds(path: str, expected: list[str], rbstab: Invoke) -> None:

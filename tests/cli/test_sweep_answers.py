@@ -9,7 +9,10 @@ import pytest
 from cli.conftest import GOOD, Invoke
 from support.printed_paths import printed, words_of
 
+from rbstab.experiment.outcome import KINDS
+from rbstab.experiment.wanted import wanted
 from rbstab.sweep.folder.member_answers import MemberAnswers
+from rbstab.sweep.folder.outcomes import SweepOutcomes
 from rbstab.sweep.proofs import prove_bodies
 from rbstab_cli.output.sweeps.sweep_report import answers_data, counts_of, print_member_answers
 
@@ -217,12 +220,20 @@ def test_a_body_that_refutes_is_named_by_all_commands(
 
 
 def test_counts_of_many_members_have_separators(capsys: pytest.CaptureFixture[str]) -> None:
-    found = MemberAnswers(30_000, 9999, 0, 12_000, 8001, 21_999, 30_000, {"why": 20_001})
+    counts = dict(zip(KINDS, (12_000, 9999, 8001, 0, 0), strict=True))
+    outcomes = SweepOutcomes(counts, 1234, 2, "5 s", wanted(None), "")
+    found = MemberAnswers(30_000, 9999, 0, 12_000, 8001, 21_999, 30_000, {"why": 20_001}, outcomes)
     print_member_answers(found)
-    lines = capsys.readouterr().out.splitlines()
+    outcome, desired, *lines = capsys.readouterr().out.splitlines()
+    assert outcome == (
+        "  Outcome:     returns: 12,000 of 30,000 members, 1234 of them proved; "
+        "rests elsewhere: 9999; still moving at 5 s: 8001."
+    )
+    assert desired == "  Desired:     upright (default), within 10°."
     assert lines[0].startswith("  proved:      9999 of 30,000 members: ")
     assert lines[1].startswith("  seen:        12,000 of 30,000 members: ")
     assert lines[3].startswith("  settled:     21,999 of the 30,000 that completed")
     assert lines[4] == "  no proof:    20,001 of 30,000 members: why."
     assert counts_of(found) == "9999 proved, 12,000 seen, 8001 not decided"
     assert answers_data(found)["members"] == 30_000
+    assert "outcomes" not in answers_data(found)

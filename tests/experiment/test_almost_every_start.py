@@ -96,7 +96,10 @@ def test_a_leg_that_falls_rests_elsewhere(falling):
         "from the desired attitude"
     )
     leaning = list(falling.states[0].orientation)
-    for change, returns in ((f"desired.orientation={leaning}", False), ("desired.within=1.2", True)):
+    for change, returns in (
+        (f"desired.orientation={leaning}", False),
+        ("desired.within=1.2", True),
+    ):
         wanted = rbstab.load_config(FALLING, [change])  # leaning: one of four
         assert falling.of(wanted).almost_every_start.returns is returns
 

@@ -52,6 +52,7 @@ def test_what_they_say_of_themselves(folder: Path) -> None:
     # Its body has a stored proof; its own motion left the range.
     assert (run.this_start, run.whole_range) == ("not decided", "proved")
     assert found["finished_variants"].status == "20 of 20 completed"
+    assert found["finished_variants"].outcome.endswith(" of 20 return")
     assert found["finished_variants"].converges == "3 of 20 proved"
     assert found["finished_variants"].this_start == "3 of 20 proved"
     assert found["begun_map"].status == "2 of 4 shards are stored"
@@ -101,16 +102,17 @@ def changed(file: Path, column: str, value: bytes) -> None:
         raw.write(value)
 
 
-def test_only_what_is_listed_is_read_of_a_sweep(folder: Path) -> None:
-    """So a long list is fast, where no proof may have been made since the sweep was gathered.
-
-    Damage elsewhere is found by the commands that read it.
-    """
+def test_of_very_many_members_only_what_is_listed_is_read(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So a long list is fast. Damage elsewhere is found by the commands that read it."""
+    monkeypatch.setattr("rbstab.listing.folder.MAX_COUNTED", 19)
     shutil.rmtree(folder / "proofs")
     file = folder / "finished_variants/sweep.h5"
     changed(file, "end_time", b"damaged!")
     entry = by_name(folder)["finished_variants"]
-    assert (entry.status, entry.converges, entry.problem) == (
+    assert (entry.outcome, entry.status, entry.converges, entry.problem) == (
+        "-",
         "20 of 20 completed",
         "3 of 20 proved",
         "",

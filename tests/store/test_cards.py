@@ -57,10 +57,10 @@ def test_a_run() -> None:
 def test_a_sweep() -> None:
     table = rbstab.open_sweep(STORED / "sweeps/finished_map")
     title = "A map over spin, stored by rbstab 0.1.0"
-    assert repr(table) == f'<rbstab.Table "{title}": 30 members, 30 completed, 21 columns>'
+    assert repr(table) == f'<rbstab.Table "{title}": 30 members, 30 returns, 24 columns>'
     page = table._repr_html_()
     assert "rect" in Tags(page).tags
-    assert "30 completed" in page
+    assert "30 returns" in page
 
 
 def test_traces_and_motions() -> None:

@@ -43,7 +43,8 @@ def write_sweep(
         path: The file.
         vary: The key `vary` of the plan.
         columns: Returns replaced columns of a batch of members from all its columns. Unreplaced
-            columns are 1 (`status` and `convergence`: 0); `run` has the numbers of the members.
+            columns are 1 (`status`, `convergence` and the orientations at rest and at the end: 0);
+            `run` has the numbers of the members.
         plan_keys: Other keys of the plan.
     """
     plan = load_plan({"title": "Made up", "base": plain(VISCO_ELASTIC), "vary": vary} | plan_keys)
@@ -73,7 +74,9 @@ def _batches(plan: Plan, columns: Columns) -> Iterator[dict[str, Any]]:
         for name, column in columns_of(plan).items():
             arrays[name] = np.ones((stop - start, *column.shape), dtype=column.dtype)
         arrays["run_id"][:] = b"0123456789abcdef" * 2
-        arrays["status"][:] = 0
+        for name in ("status", "rest_orientation", "final_orientation"):
+            if name in arrays:
+                arrays[name][:] = 0
         for name, column in GATHERED_COLUMNS.items():
             arrays[name] = np.zeros(stop - start, column.dtype)
         given = columns(arrays | {"run": np.arange(start, stop)})

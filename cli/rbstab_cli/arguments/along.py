@@ -23,6 +23,11 @@ class Along(NamedTuple):
     end: float
     points: int
 
+    @property
+    def path(self) -> tuple[str, ...]:
+        """The key as a path."""
+        return tuple(self.key.split("."))
+
 
 def parse_along(text: str) -> Along:
     """Parse KEY=FROM:TO:COUNT.

@@ -56,9 +56,7 @@ def stability_data(report: StabilityReport) -> dict[str, Any]:
         "almost_every_start": stability.proof.almost_every_start.as_data(),
         "states": [{**state, "modes": mode_data(linear)} for state, linear in states],
         "certificate": certificate,
-        "along": [
-            {"key": along.key, "points": _point_data(points)} for along, points in report.loci
-        ],
+        "along": [_locus_data(report.config, along, points) for along, points in report.loci],
     }
 
 
@@ -87,14 +85,26 @@ def mode_data(linear: "Linearisation | None") -> list[dict[str, Any]]:
     return modes
 
 
-def _point_data(points: "list[LocusPoint]") -> list[dict[str, Any]]:
-    return [
-        {
-            "factor": factor,
-            "found": found,
-            "eigenvalues": []
-            if linear is None
-            else [[float(v.real), float(v.imag)] for v in linear.eigenvalues],
-        }
-        for factor, found, linear in points
-    ]
+def _locus_data(config: "Config", along: "Along", points: "list[LocusPoint]") -> dict[str, Any]:
+    from rbstab.experiment.answers.threshold import named_number
+    from rbstab.experiment.locus import stable_from
+
+    gain = named_number(config, along.path)
+    return {
+        "key": along.key,
+        "number": gain.name,
+        "unit": gain.unit,
+        "stable": stable_from(config, gain, points) or None,
+        "points": [
+            {
+                "factor": factor,
+                "value": factor * gain.value,
+                "found": found,
+                "orientation": Theta,
+                "eigenvalues": []
+                if linear is None
+                else [[float(v.real), float(v.imag)] for v in linear.eigenvalues],
+            }
+            for factor, found, linear, Theta in points
+        ],
+    }

@@ -49,7 +49,7 @@ def print_stability_report(report: "StabilityReport") -> None:
     if run is not None:
         print_certificate(run)
     for along, points in report.loci:
-        _print_locus(along, points)
+        _print_locus(report.config, along, points)
     if stability.proof.states or report.loci:
         _print_surface_modes(report.config)
 
@@ -137,32 +137,40 @@ NOT_FOUND = "none: a descent in energy from Θ = 0 found no smooth rest state in
 """Where a point of a root locus has no eigenvalues. Other searches may find rest states."""
 
 
-def _print_locus(along: "Along", points: "list[LocusPoint]") -> None:
+def _print_locus(config: "Config", along: "Along", points: "list[LocusPoint]") -> None:
     from rbstab.analysis.linearisation import eigenvalue_text
+    from rbstab.experiment.answers.threshold import named_number
+    from rbstab.experiment.locus import stable_from
     from rbstab_cli.output.tables import add_row, new_table, number, print_table
 
-    numbers = ("factor", "largest Re λ [1/s]", "smallest ζ", "growing")
+    gain = named_number(config, along.path)
+    numbers = ("factor", gain.text, "largest Re λ [1/s]", "smallest ζ", "growing")
     table = new_table(*numbers, "eigenvalues [1/s]", numbers=numbers)
     click.echo(f"Along {along.key}:")
     if _has_no_effect(points):
         # So it is with the force of a sliding connector, which only has to be large enough.
         click.echo(f"  {along.key} does not change the linearised system.")
         points = points[:1]
-    for factor, _, linear in points:
+    for factor, _, linear, _ in points:
+        value = number(factor * gain.value)
         if linear is None:
-            add_row(table, number(factor), "-", "-", "-", NOT_FOUND)
+            add_row(table, number(factor), value, "-", "-", "-", NOT_FOUND)
             continue
         values = linear.eigenvalues
         shown = [eigenvalue_text(value) for value in values.tolist() if value.imag >= 0]
         add_row(
             table,
             number(factor),
+            value,
             number(float(values.real.max())),
             number(float(linear.damping_ratios.min())),
             str(linear.growing),
             ", ".join(shown),
         )
     print_table(table)
+    sentence = stable_from(config, gain, points)
+    if sentence:
+        click.echo(f"  {sentence[:1].upper()}{sentence[1:]}.\n")
 
 
 def _has_no_effect(points: "list[LocusPoint]") -> bool:

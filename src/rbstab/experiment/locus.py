@@ -1,5 +1,6 @@
 """Root locus: the eigenvalues at the rest state as a function of one gain."""
 
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple
 
@@ -20,6 +21,8 @@ from rbstab.config.errors import (
 )
 from rbstab.config.load import changed_config, resolved
 from rbstab.config.schema import Config
+from rbstab.experiment.answers.threshold import NamedNumber, alike, threshold_of
+from rbstab.experiment.wanted import wanted
 from rbstab.mechanics.numbers import Array
 
 
@@ -27,11 +30,13 @@ class LocusPoint(NamedTuple):
     """One point of a root locus: the factor on the gain, and the linearised system.
 
     If found is False, the descent found no rest state within the range, and linearisation is None.
+    orientation is Θ of the rest state, rad; None without one.
     """
 
     factor: float
     found: bool
     linearisation: Linearisation | None
+    orientation: tuple[float, ...] | None = None
 
 
 def root_locus(config: Config, key: str, factors: Array) -> list[LocusPoint]:
@@ -52,14 +57,12 @@ def root_locus(config: Config, key: str, factors: Array) -> list[LocusPoint]:
     points: list[LocusPoint] = []
     previous: Array | None = None
     for factor in factors.tolist():
-        at_factor = linearised_at_rest(scaled(config, key, factor))
-        if at_factor is None:
-            points.append(LocusPoint(factor, False, None))
-            continue
-        if previous is not None:
-            at_factor = _matched(at_factor, previous)
-        previous = at_factor.eigenvalues
-        points.append(LocusPoint(factor, True, at_factor))
+        point = _point(factor, scaled(config, key, factor))
+        linear = point.linearisation
+        if linear is not None and previous is not None:
+            linear = _matched(linear, previous)
+        previous = previous if linear is None else linear.eigenvalues
+        points.append(point._replace(linearisation=linear))
     return points
 
 
@@ -70,13 +73,55 @@ def linearised_at_rest(config: Config) -> Linearisation | None:
         The linearised system; None if the descent found no rest state within the range, or only one
         at which the equations have a kink, or no derivatives.
     """
+    return _point(1.0, config).linearisation
+
+
+def _point(factor: float, config: Config) -> LocusPoint:
     system = smooth_rest_system(problem_of(config))
     rest = nearest_rest_state(system)
-    if not rest.found or rest.on_kink:
-        return None
-    with suppress(NoDerivativesError):
-        return linearise(system, rest.motion, rest.own)
-    return None
+    if rest.found and not rest.on_kink:
+        with suppress(NoDerivativesError):
+            linear = linearise(system, rest.motion, rest.own)
+            return LocusPoint(factor, True, linear, tuple(rest.motion.Theta.tolist()))
+    return LocusPoint(factor, False, None)
+
+
+def stable_from(config: Config, number: NamedNumber, points: Sequence[LocusPoint]) -> str:
+    """Return from which value of a gain on the body rests as desired, by the eigenvalues.
+
+    Args:
+        config: The config, which says what is desired.
+        number: The gain, with its value in the config.
+        points: The root locus along it.
+
+    Returns:
+        A sentence without a full stop; "" if the desired rest state is stable, or unstable, along
+        all of it, or changes more than once.
+    """
+    aim = wanted(config)
+    reached = [point.orientation is not None and aim.holds(point.orientation) for point in points]
+    known = np.array([point.linearisation is not None for point in points])
+    largest = np.array([_largest_rate(point) for point in points])
+    good = np.array(reached) & (largest < 0)
+    bad = known & (~np.array(reached) | (largest > 0))
+    values = number.value * np.array([point.factor for point in points])
+    found = threshold_of(values, good, bad)
+    if found is None or found.bad is None:
+        return ""
+    text, unit = alike([found.good, found.bad]), f" {number.unit}" if number.unit else ""
+    last_bad = int(np.flatnonzero(values == found.bad)[0])
+    other = "unstable there" if reached[last_bad] else "it leans farther"
+    return (
+        f"the body at rest at its desired attitude, {aim}, is stable for {number.name} "
+        f"{found.sign(good=True)} {text[found.good]}{unit}; {other} for "
+        f"{found.sign(good=False)} {text[found.bad]} (by the eigenvalues)"
+    )
+
+
+def _largest_rate(point: LocusPoint) -> float:
+    """Return the largest Re λ, 1/s; NaN without eigenvalues."""
+    linear = point.linearisation
+    return float("nan") if linear is None else float(linear.eigenvalues.real.max())
 
 
 def scaled(config: Config, key: str, factor: float) -> Config:

@@ -161,7 +161,10 @@ def _peak(value: float, *, resolved: bool) -> float | str:
 
 def _of_sweep(sweep: SweepFile) -> Outcome:
     found, answers = sweep_summary(sweep.path), member_answers(sweep.path)
+    outcomes = answers.outcomes
     return {
+        "outcome": outcomes.sentence,
+        "decides": outcomes.deciding or NO_VALUE,
         "members": str(found.members),
         **{f"members {status}": str(count) for status, count in found.by_status.items()},
         **{

@@ -16,7 +16,7 @@ from rbstab.store.disk.isolated_reading import IsolatedReader, IsolatedReaders
 from rbstab.store.errors import StoreError
 from rbstab.store.run_file import open_result
 from rbstab.store.table_file import count_flags
-from rbstab.sweep.folder.member_answers import member_answers, read_answers
+from rbstab.sweep.folder.member_answers import MemberAnswers, member_answers, read_answers
 from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, SweepFolder, read_folder
 from rbstab.sweep.proofs.columns import CONVERGENCE, NO_PROOF
 
@@ -231,28 +231,31 @@ def _sweep(path: Path) -> _Said:
         return _Said(manifest.title, NOT_KNOWN, shards, *[NOT_KNOWN] * 4)
     counts = _counts(folder.sweep_file)
     completed = counts.get("status", {}).get(str(RunStatus.COMPLETED), 0)
-    proved = _proved_of(folder, counts.get("convergence", {}))
+    found = None
+    if manifest.members <= MAX_COUNTED:
+        found = member_answers(folder.sweep_file, _columns)
+    proved = _proved_of(folder, counts.get("convergence", {}), found)
     converges = NOT_KNOWN if proved == NOT_PROVED else proved
     return _Said(
         manifest.title,
-        NOT_KNOWN,
+        NOT_KNOWN if found is None else found.outcomes.brief,
         f"{grouped(completed)} of {grouped(manifest.members)} completed",
         *(NOT_KNOWN, converges, proved, NOT_KNOWN),
     )
 
 
-def _proved_of(folder: SweepFolder, gathered: dict[str, int]) -> str:
+def _proved_of(folder: SweepFolder, gathered: dict[str, int], found: MemberAnswers | None) -> str:
     """Return how many members of a sweep are proved to converge, in words.
 
     Args:
         folder: The folder of the sweep.
         gathered: The number of members with each word of the column `convergence`.
+        found: What is known of its members now; None for a sweep of very many.
     """
     members, results = folder.manifest.members, folder.path.absolute().parent
     may_grow = UNKNOWN in gathered or not gathered
     proofs = proofs_in(results)
-    if may_grow and members <= MAX_COUNTED and proofs:
-        found = member_answers(folder.sweep_file, _columns)
+    if may_grow and found is not None and proofs:
         return (
             f"{grouped(found.proved)} of {grouped(members)} proved"
             if found.any_proof

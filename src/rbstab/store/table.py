@@ -89,8 +89,8 @@ class TableHeader(NamedTuple):
     extras: Mapping[str, Variable] = MappingProxyType({})
 
 
-STATUS = "status"
-"""The column of flags that a table shows of itself."""
+SHOWN = ("outcome", "status")
+"""The columns of flags of which a table shows the first one that it has."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -135,15 +135,15 @@ class Table:
     _ipython_key_completions_ = keys
 
     def __repr__(self) -> str:
-        """Return one line: title, members, how many have each status."""
+        """Return one line: title, members, how many have each outcome."""
         return line("Table", str(self.attributes.get("title", "")), self._facts())
 
     def _repr_html_(self) -> str:
-        """Return a card for notebooks: the same facts, and a bar of the statuses."""
-        members, *statuses, columns = self._facts()
+        """Return a card for notebooks: the same facts, and a bar of the outcomes."""
+        members, *outcomes, columns = self._facts()
         facts = [
             ("members", members),
-            ("status", ", ".join(statuses) or "-"),
+            (self._shown or SHOWN[0], ", ".join(outcomes) or "-"),
             ("content", columns),
         ]
         title = str(self.attributes.get("title", ""))
@@ -153,16 +153,19 @@ class Table:
         counts = [f"{count} {word}" for word, count in self._counts().items()]
         return [f"{len(self.arrays[RUN])} members", *counts, f"{len(self.layout)} columns"]
 
-    def _counts(self) -> dict[str, int]:
-        """Return how many runs have each word of the column `status`, without words that none has.
+    @property
+    def _shown(self) -> str:
+        """The column of flags that the table shows of itself; "" if none was read."""
+        return next((n for n in SHOWN if n in self.arrays and n in self.layout), "")
 
-        A table may have been read without that column.
-        """
-        if STATUS not in self.arrays or STATUS not in self.layout:
+    def _counts(self) -> dict[str, int]:
+        """Return how many runs have each word of that column, without words that none has."""
+        if not self._shown:
             return {}
-        flags = self.layout[STATUS].flags
-        found = np.bincount(self.arrays[STATUS], minlength=len(flags))[: len(flags)]
-        return {word: int(n) for word, n in zip(flags, found, strict=True) if n}
+        flags = self.layout[self._shown].flags
+        found = np.bincount(self.arrays[self._shown], minlength=len(flags))[: len(flags)]
+        pairs = zip(flags, found, strict=True)
+        return {word.replace("_", " "): int(n) for word, n in pairs if n}
 
     def words(self, name: str) -> NDArray[Any]:
         """Return a column of integer codes as words: `table.words("status")[0]` is "completed".

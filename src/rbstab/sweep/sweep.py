@@ -30,6 +30,7 @@ from rbstab.sweep.folder.disk_space import check_disk_space
 from rbstab.sweep.folder.gather import (
     digest_of_shards,
     gather,
+    gathered_convergence,
     is_gathered,
     stored_convergence,
 )
@@ -315,6 +316,6 @@ def _finish(
         gathered = gathered and comparison == before
     if not gathered:
         on_event(Gathering())
-        gather(plan, folder, digest, comparison)
+        gather(plan, folder, digest, comparison, gathered_convergence(folder, digest))
     remove_part_locks(folder.path)
     return Sweep(folder, inventory, comparison, finished=True)

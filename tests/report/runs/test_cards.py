@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import re
 
 import pytest
 import yaml
@@ -10,8 +11,11 @@ from support.made_runs import V_START, made_config, made_file, made_result
 
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
+from rbstab.experiment.answers.run_answer import Answer
+from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import Convergence
 from rbstab.experiment.convergence.zero_description import APPROACHED
+from rbstab.experiment.outcome import Outcome, OutcomeKind
 from rbstab.experiment.proof_cache import cached_proof
 from rbstab.experiment.stored_proof.starts import start_level
 from rbstab.report.model.document import Cards
@@ -31,7 +35,8 @@ def test_each_run_has_a_card_unless_there_are_many(tmp_path):
     paths = [made_file(tmp_path / f"{k}.h5") for k in range(MAX_CARDS)]
     sentence, first, cards = answer_blocks(facts(*paths))
     assert sentence == (
-        f"{MAX_CARDS} runs. Comes to rest from its start: {MAX_CARDS} seen. "
+        f"{MAX_CARDS} runs. Rests elsewhere: {MAX_CARDS}. "
+        f"Comes to rest from its start: {MAX_CARDS} seen. "
         f"Where all motions that stay in the range, and away from θ2 = ±π/2, come to rest: "
         f"{MAX_CARDS} not decided."
     )
@@ -40,10 +45,45 @@ def test_each_run_has_a_card_unless_there_are_many(tmp_path):
     assert first.startswith("At rest at the same time: 0, 1, 10, 11, 2, 3 and 6 more, from ")
     assert isinstance(cards, Cards)
     assert [card.title for card in cards.cards] == [str(k) for k in range(MAX_CARDS)]
-    assert [one.word for one in cards.cards[0].statements] == ["seen", "not decided"]
+    (outcome, *answers) = cards.cards[0].statements
+    assert re.fullmatch(r"Rests elsewhere, [0-9.]+° away: seen", outcome.word)
+    assert outcome.sentence.endswith(". Desired: upright (default), within 10°")
+    assert [one.word for one in answers] == ["seen", "not decided"]
     assert list(dict(cards.words))[:4] == ["proved", "seen", "false", "not decided"]
     more = answer_blocks(facts(*paths, made_file(tmp_path / "more.h5")))
     assert not any(isinstance(block, Cards) for block in more)
+
+
+@pytest.mark.parametrize(
+    ("outcome", "word", "tone"),
+    [
+        (("returns", "proved", ""), "Returns: proved", "good"),
+        (("returns", "seen", ""), "Returns: seen", "good"),
+        # It may leave an unstable rest state at any time.
+        (("returns", "seen", "an unstable rest state"), "Returns: seen", ""),
+        # It is proved that the body has fallen over.
+        (("rests_elsewhere", "proved", ""), "Rests elsewhere, 67.7° away: proved", "warning"),
+        (("moving", "proved", ""), "Still moving: proved", ""),
+        (("left_range", "seen", ""), "Left the range: seen", "bad"),
+        (("failed", "not decided", "diverged"), "Failed: not decided", "bad"),
+    ],
+)
+def test_a_card_begins_with_the_outcome(outcome, word, tone, tmp_path):
+    """Green is only for a body that rests where it should."""
+    kind, sureness, why = outcome
+    pose = (0.0, math.radians(67.7), 0.0)
+    outcome = Outcome(OutcomeKind(kind), Sureness(sureness), 5.0, pose, pose[1], None, why)
+    (entry,) = facts(made_file(tmp_path / "a.h5"))
+    proved = Answer(Sureness.PROVED, "it converges")
+    answer = entry.answer._replace(outcome=outcome, this_start=proved)
+    sentence, cards = answer_blocks([dataclasses.replace(entry, answer=answer)])
+    assert isinstance(sentence, str)
+    assert isinstance(cards, Cards)
+    first, this_start, _ = cards.cards[0].statements
+    assert (first.word, first.tone) == (word, tone)
+    assert "at (0°, 67.7°, 0°), 67.7° from the desired attitude" in first.sentence.lower()
+    assert (this_start.word, this_start.tone) == ("proved", "")
+    assert sentence.startswith(outcome.sentence.capitalize()[:9])
 
 
 def margin_on_card(path):

@@ -1,7 +1,7 @@
 """The card of a sweep says how many members come to rest, and how surely; and which is better."""
 
 import numpy as np
-from report.sweeps.cards import card_of
+from report.sweeps.cards import RANGE, REST, answered, card_of
 from support.configs import VISCO_ELASTIC, plain
 from support.made_sweeps import GRID, SPIN, code
 
@@ -30,6 +30,8 @@ COUNTEREXAMPLE = BodiesRecord(
     rest_states=((0.0, 0.1, 0.0), (2.0, 1.5, 3.0)),
 )
 
+X = "initial_angular_velocity_0"
+
 
 def sentence_of(members):
     """Return the sentence on all members."""
@@ -44,13 +46,13 @@ def test_without_a_proof_the_end_of_the_runs_is_seen(members):
     sentences, card = card_of(
         members(GRID, lambda a: {"settling_time": np.where(a["run"] < 15, 1.0, np.nan)})
     )
-    rest, in_range = card.statements
+    rest, in_range = answered(card, REST), answered(card, RANGE)
     assert (rest.word, in_range.word) == ("15 of 20 seen", "seen")
     assert rest.sentence == (
         "Not proved: no proof was made for any of the 20 members (rbstab sweep PLAN --prove makes "
         "it); of the 20 members, 15 were at rest by the end of their computed run, 5 were not"
     )
-    assert dict(card.facts)["not at rest by the end"] == "5"
+    assert card.statements[0].word == "15 of 20 return"
     assert sentences == []
 
 
@@ -60,10 +62,10 @@ def test_proved_is_said_only_of_all_members(members):
             words = convergence("proved"), convergence("not decided")
             return {"convergence": np.where(a["run"] < count, *words)}
 
-        return card_of(members(GRID, columns, prove="motion"))[1].statements[0]
+        return answered(card_of(members(GRID, columns, prove="motion"))[1], REST)
 
     whole, part = proved(20), proved(10)
-    assert (whole.word, whole.tone) == ("proved", "good")
+    assert (whole.word, whole.tone) == ("proved", "")
     assert (part.word, part.tone) == ("10 of 20 proved", "")
     assert part.sentence.startswith(
         "10 of 20 members are proved to converge to a rest state; of the 10 others, "
@@ -75,8 +77,8 @@ def test_one_counterexample_is_enough(members):
         return {"convergence": np.where(a["run"] == 3, convergence("false"), convergence("proved"))}
 
     _, card = card_of(members(GRID, columns, prove="motion"))
-    assert (card.statements[0].word, card.statements[0].tone) == ("false", "bad")
-    assert "1 are proved not to come to rest" in card.statements[0].sentence
+    assert (answered(card, REST).word, answered(card, REST).tone) == ("false", "bad")
+    assert "1 are proved not to come to rest" in answered(card, REST).sentence
 
 
 def test_a_member_is_counted_once(members):
@@ -87,7 +89,7 @@ def test_a_member_is_counted_once(members):
         return {"convergence": np.where(a["run"] < 5, *words), "settling_time": 1.0 + 0 * a["run"]}
 
     _, card = card_of(members(GRID, columns, prove="motion"))
-    assert card.statements[0].sentence.endswith(
+    assert answered(card, REST).sentence.endswith(
         "5 are proved not to come to rest; of the 15 others, all were at rest by the end of their "
         "computed run"
     )
@@ -97,7 +99,7 @@ def test_members_that_left_the_range(members):
     _, card = card_of(
         members(GRID, lambda a: {"status": np.where(a["run"] < 4, code("range left"), 0)})
     )
-    stay = card.statements[1]
+    stay = answered(card, RANGE)
     found = (stay.word, stay.sentence, stay.tone)
     assert found == ("4 of 20 left it", "As computed: members 0 to 3", "bad")
 
@@ -107,9 +109,9 @@ def test_the_member_that_came_nearest_to_the_end_of_the_range_is_named(members):
         return lambda a: {"smallest_regularity": np.where(a["run"] == 7, nearest, 0.9)}
 
     _, card = card_of(members(GRID, columns(np.sin(0.02))))
-    assert card.statements[1].sentence.endswith("; member 7 came within 0.02 rad of its end")
+    assert answered(card, RANGE).sentence.endswith("; member 7 came within 0.02 rad of its end")
     _, card = card_of(members(GRID, columns(np.sin(0.2))))
-    assert card.statements[1].sentence == "No computed motion left it"
+    assert answered(card, RANGE).sentence == "No computed motion left it"
 
 
 def test_members_without_a_proof_were_not_tried(members):
@@ -118,8 +120,8 @@ def test_members_without_a_proof_were_not_tried(members):
         return {"convergence": np.select([a["run"] < 3, a["run"] < 8], words[:2], words[2])}
 
     _, card = card_of(members(GRID, columns, prove="motion"))
-    assert card.statements[0].word == "3 of 20 proved"
-    assert card.statements[0].sentence.startswith("3 of the 8 members that were tried are proved")
+    assert answered(card, REST).word == "3 of 20 proved"
+    assert answered(card, REST).sentence.startswith("3 of the 8 members that were tried are proved")
 
 
 def test_members_at_rest_later_count_in_the_median(members):
@@ -149,7 +151,7 @@ def test_members_that_no_theorem_covers_are_counted_with_the_reason(members):
     base = plain(VISCO_ELASTIC)
     base["controller"] |= {"K_s": [2000, 2000, 2000], "surface": {"slope": 20}}
     made = members(vary, columns, base=base, design="random", members=10, seed=4)
-    sentence = card_of(made)[1].statements[0].sentence
+    sentence = answered(card_of(made)[1], REST).sentence
     assert sentence.startswith(
         "10 of the 10 members that were tried are proved to converge to a rest state "
         "(visco-elastic: 10 of 10; sliding: not tried); 10 have no proof: the force of a sliding "
@@ -161,40 +163,47 @@ def test_members_that_no_theorem_covers_are_counted_with_the_reason(members):
     assert "COMMAND" not in text
 
 
-def test_one_sentence_counts_each_member_once(members):
+def test_the_first_sentence_counts_each_member_once(members):
     def columns(a):
         member = a["run"]
-        proved, false, unknown = map(convergence, ("proved", "false", "unknown"))
         return {
-            "convergence": np.select([member < 3, member == 3], [proved, false], unknown),
+            "convergence": np.where(member < 3, convergence("proved"), convergence("unknown")),
             "settling_time": np.where(member < 10, 1.0, np.nan),
-            "status": np.where(member >= 18, code("range left"), 0),
+            "rest_orientation": np.where(member[:, None] == 9, [0.0, 0.5, 0.0], 0.0),
+            "status": np.select(
+                [member == 19, member >= 17], [code("diverged"), code("range left")]
+            ),
         }
 
-    assert sentence_of(members(GRID, columns, prove="motion")) == (
-        "20 members: 3 proved to come to rest, 6 seen to come to rest, 8 not at rest by the end of "
-        "their runs, 1 proved not to come to rest, 2 ended early (range left)."
+    found = members(GRID, columns, prove="motion")
+    assert sentence_of(found) == (
+        "Returns: 9 of 20 members, 3 of them proved; rests elsewhere: 1; still moving at 1 s: 7; "
+        "left the range: 2; failed: 1. Desired: upright (default), within 10°."
     )
+    first = card_of(found)[1].statements[0]
+    assert (first.word, first.tone) == ("9 of 20 return", "")
 
 
-def test_a_proved_member_may_be_at_rest_after_its_end(members):
-    def columns(proved):
-        codes = convergence("proved"), convergence("not decided")
-        return lambda a: {
-            "convergence": np.where(a["run"] < proved, *codes),
-            "settling_time": np.where(a["run"] < 12, 1.0, np.nan),
+def test_green_is_only_where_all_members_return(members):
+    _, card = card_of(members(GRID))
+    assert [statement.tone for statement in card.statements] == ["good", "", ""]
+
+
+def test_the_parameter_that_decides_is_named_with_its_bracket(members):
+    def columns(a):
+        return {
+            "rest_orientation": np.where(a[X][:, None] < 0, [0.0, 0.5, 0.0], 0.0),
+            "settling_time": np.where(a[X] == 0, np.nan, 1.0),
         }
 
-    def sentence(proved):
-        return sentence_of(members(GRID, columns(proved), prove="motion"))
-
-    assert sentence(15) == (
-        "20 members: 15 proved to come to rest, 5 neither proved nor at rest by the end of their "
-        "runs."
+    text = (
+        "Returns by 1 s for initial angular_velocity[0] ≥ 1 rad/s; still moving at 1 s at 0; "
+        "rests elsewhere for ≤ -1."
     )
-    assert sentence(10) == (
-        "20 members: 10 proved to come to rest, 2 seen to come to rest, 8 not at rest by the end "
-        "of their runs."
+    answer = answer_of("sweep-1", "made", members(GRID, columns), "COMMAND")
+    assert answer.sentences[1] == text
+    assert (
+        answer.card.statements[1].word == "Returns by 1 s for initial angular_velocity[0] ≥ 1 rad/s"
     )
 
 
@@ -219,7 +228,7 @@ def test_bodies_that_have_one_rest_state_are_counted(members):
         "that starts in the range with v(0) below 617.5 J"
     )
     (two,) = statements_of(members, OneState(20, 20, levels=[617.5] * 10 + [480.0] * 10))
-    assert (two.word, two.tone) == ("proved", "good")
+    assert (two.word, two.tone) == ("proved", "")
     assert "below 480 J (of some bodies up to 617.5 J)" in two.sentence
     (old,) = statements_of(members, OneState(20, 20, levels=[617.5] * 20), older=True)
     assert "v(0)" not in old.sentence

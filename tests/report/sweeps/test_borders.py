@@ -87,7 +87,7 @@ def test_the_smallest_cos_of_those_that_stay(members):
 
     found = notable(members(GRID, columns))
     assert [k for why, k in found if why.startswith("smallest cos θ2")] == [19, 18]
-    assert [k for why, k in found if why == "settles last"] == [17]
+    assert [k for why, k in found if why == "comes to rest last"] == [17]
 
 
 def test_those_that_failed_and_those_near_the_certified_level(members):
@@ -126,12 +126,12 @@ def test_a_row_says_what_a_member_is_and_how_it_is_run(made):
     sweep = made(GRID, columns)
     sections = sweep_sections(sweep)
     table = tables(sections)["sweep-1-notable"]
-    (row,) = (row for row in table.rows if row[1].text == "settles last")
+    (row,) = (row for row in table.rows if row[1].text == "comes to rest last")
     cells = {head.label: cell for head, cell in zip(table.heads, row, strict=True)}
     assert cells["member"].value == 13
     # Each row has its own command.
     assert all(one[0].command.endswith(f" --member {one[0].text}") for one in table.rows)
-    assert cells["outcome"].text == "completed, settled"
+    assert (cells["outcome"].text, cells["outcome"].tone) == ("returns", "good")
     assert cells["settling time"].value == 2.0
     assert cells["v(0)"].value == 13
     assert cells["initial angular_velocity[0]"].value == 1

@@ -206,7 +206,7 @@ def test_outcomes_and_quantiles_by_variant(made):
     sections = sweep_sections(made(EACH, columns, **DRAWN))
     outcomes = tables(sections)["sweep-1-compared"]
     # What decides comes first: a narrow page shows only the first columns.
-    assert outcomes.heads[1].label == "share settled"
+    assert outcomes.heads[1].label == "share: returns"
     assert [[row[0], row[1], *row[4:]] for row in texts(outcomes)] == [
         ["visco-elastic", "1", "50", "0", "50"],
         ["free", "1", "50", "0", "50"],

@@ -38,7 +38,7 @@ def test_the_median_and_the_band_are_those_of_the_other_parameter(made):
     assert figure.shared == "y"
     # The parameter with more influence is first, the one without any is left out.
     assert [p.x.label for p in figure.panels] == ["mass", "initial angular_velocity[0]"]
-    assert "Without an effect beyond chance: factor on K_r." in figure.caption
+    assert "Without an effect beyond chance: K_r[0] (with all of K_r)." in figure.caption
     (band,), (line,) = marks_of(figure.panels[0])
     assert len(line.x) == 20
     assert (np.diff(line.x) > 0).all()
@@ -132,7 +132,7 @@ def test_many_conditions_show_the_parameter_that_explains_most(made):
     figure = effect_of_spin(made, lambda a: 2 * a[SPUN] + a["controller_K_r"], eight)
     assert {panel.x.label for panel in figure.panels} == {"initial angular_velocity[0]"}
     assert (len(figure.panels), figure.columns) == (8, 4)
-    assert "Smaller effects: factor on K_r." in figure.caption
+    assert "Smaller effects: K_r[0] (with all of K_r)." in figure.caption
 
 
 def test_a_condition_without_a_value_has_no_panel(made):

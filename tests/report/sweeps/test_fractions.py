@@ -8,7 +8,7 @@ from support.sections import figures_in, sweep_sections, tables, texts
 
 from rbstab.report.model.figure import Shares
 from rbstab.report.sweeps.fractions import EVEN_DESIGN_NOTE, GRID_NOTE, POOLED_NOTE, fraction
-from rbstab.report.sweeps.members import outcome_colour
+from rbstab.report.sweeps.members import OUTCOME_COLOURS, OUTCOMES
 
 Z = 1.959963984540054
 """The 97.5 % quantile of the normal distribution."""
@@ -40,14 +40,15 @@ def test_a_table_of_what_was_drawn(made):
     counts = {row[0]: row[1] for row in texts(table)}
     assert counts == {
         "completed": "90",
-        "completed, settled": "70",
-        "completed, not settled": "20",
-        "range left": "7",
-        "diverged": "3",
+        "returns": "70",
+        "still moving": "20",
+        "left the range": "7",
+        "failed": "3",
+        "failed: diverged": "3",
         "completed, |E| below 1 mm from some time on": "90",
         "proved to converge": "44",
     }
-    left = next(row for row in table.rows if row[0].text == "range left")
+    left = next(row for row in table.rows if row[0].text == "left the range")
     interval = binomtest(7, 100).proportion_ci(method="wilson")
     assert [cell.value for cell in left[1:]] == [7, 0.07, interval.low, interval.high]
 
@@ -71,13 +72,12 @@ def test_all_members_are_one_bar(made):
 
     sections = sweep_sections(made(DRAWN, columns, design="random", members=100, seed=1))
     bars, mark = bars_of(sections)
-    # Failures have one colour, and are one part.
-    parts = {"settled: 69": 69, "not settled: 20": 20, "range left: 7": 7}
-    assert bars == {"100 members": parts | {"diverged, step limit: 4": 4}}
+    parts = {"returns: 69": 69, "still moving: 20": 20, "left the range: 7": 7, "failed: 4": 4}
+    assert bars == {"100 members": parts}
     assert mark.values[0] == pytest.approx([0.69, 0.2, 0.07, 0.04])
     # The colours of the maps.
-    words = ("settled", "not settled", "range left", "diverged")
-    assert mark.colours == tuple(map(outcome_colour, words))
+    words = ("returns", "still moving", "left the range", "failed")
+    assert mark.colours == tuple(OUTCOME_COLOURS[OUTCOMES.index(word)] for word in words)
 
 
 def test_each_condition_has_a_bar_and_the_first_is_the_highest(made):
@@ -90,8 +90,8 @@ def test_each_condition_has_a_bar_and_the_first_is_the_highest(made):
     sections = sweep_sections(made(DRAWN | each, columns, design="random", members=16, seed=1))
     bars, _ = bars_of(sections)
     assert list(bars) == ["free", "visco-elastic"]
-    assert bars["free"] == {"settled": 16, "not settled": 0}
-    assert bars["visco-elastic"] == {"settled": 11, "not settled": 5}
+    assert bars["free"] == {"returns": 16, "still moving": 0}
+    assert bars["visco-elastic"] == {"returns": 11, "still moving": 5}
 
 
 def test_members_that_all_ended_alike_need_no_bar(made):

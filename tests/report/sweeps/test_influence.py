@@ -26,12 +26,12 @@ def test_a_sum_of_independent_parts_is_divided_by_their_variances(made):
     sections = sweep_sections(made(VARY, columns, design="sobol", members=4096, seed=1))
     table = tables(sections)["sweep-1-influence"]
     names = [row[0] for row in texts(table)]
-    assert names == ["mass", "factor on K_r", "initial angular_velocity[0]"]
+    assert names == ["mass", "K_r[0] (with all of K_r)", "initial angular_velocity[0]"]
     ratios = [row[1].value for row in table.rows]
     # Twenty groups miss 1/400 of the variance of a term.
     assert ratios == pytest.approx([0.64, 0.36, 0], abs=0.01)
     (panel,) = figures_in(sections)["sweep-1-map"].panels
-    assert (panel.x.label, panel.y.label) == ("mass", "factor on K_r")
+    assert (panel.x.label, panel.y.label) == ("mass", "K_r[0] (with all of K_r)")
 
 
 def test_groups_by_hand():

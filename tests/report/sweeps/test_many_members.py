@@ -92,4 +92,4 @@ def test_data_have_none(report):
         if "rows" in block
     }
     fractions = next(rows for name, rows in tables.items() if name.endswith("-fractions"))
-    assert ["completed, settled", 11_000.0] in [row[:2] for row in fractions]
+    assert ["returns", 11_000.0] in [row[:2] for row in fractions]

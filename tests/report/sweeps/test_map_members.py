@@ -46,7 +46,7 @@ def test_a_cell_without_a_value_says_why(made):
 
     _, cells = panel_of(sweep_sections(made(GRID, columns)), "settling time of v [s]")
     words = np.array([*cells.members.reasons, ""])[cells.members.gaps]
-    expected = ["", "", "not settled", "diverged", "range left"]
+    expected = ["", "", "still moving", "failed", "left the range"]
     assert words.tolist() == [expected] * 4
 
 
@@ -71,7 +71,7 @@ def test_the_member_nearest_to_the_median_stands_for_a_cell(members):
                 assert (shown, gap) == (-1, -1)
             elif np.isnan(cells.values[row, column]):
                 few += 1
-                word = "fewer than 5 members" if len(own) < 5 else "not settled"
+                word = "fewer than 5 members" if len(own) < 5 else "still moving"
                 assert shown in own
                 assert cells.members.reasons[gap] == word
             else:
@@ -141,7 +141,7 @@ def test_values_that_hardly_differ_have_one_colour(made, spread, is_one):
 
 def test_shares_keep_their_scale(made):
     sweep = made(SAMPLED, lambda a: {"settling_time": np.where(a[X] > 0, 1, np.nan)}, **DESIGN)
-    _, cells = panel_of(sweep_sections(sweep), "share settled")
+    _, cells = panel_of(sweep_sections(sweep), "share: returns", "sweep-1-first")
     assert cells.span == (0, 1)
     (same,) = on_one_scale([cells])
     assert same is cells

@@ -8,6 +8,7 @@ from support.made_sweeps import GRID, SPIN, code
 from support.sections import figures_in, sweep_sections
 
 from rbstab.report.model.figure import Cells, Line, Points
+from rbstab.report.model.palette import GOOD, OPEN
 from rbstab.report.sweeps.maps.cell_grid import map_grid
 from rbstab.report.sweeps.maps.cell_values import contour_line, medians, shares
 from rbstab.report.sweeps.parameters import binned
@@ -49,14 +50,22 @@ def test_outcomes_are_words(made):
             "status": np.where(a[X] > 0, code("range left"), 0),
             "settling_time": np.where(a[Y] > 5, np.nan, 1.0),
             "smallest_regularity": a[Y] + 1,
+            "final_orientation": np.radians(np.outer(2 * a[Y], [0, 1, 0])),
         }
 
-    figure = figures_in(sweep_sections(made(GRID, columns)))["sweep-1-map"]
-    assert [panel.title for panel in figure.panels] == ["outcome", "smallest cos θ2"]
-    cells = cells_of(figure.panels[0])
-    assert cells.scale.categories == ("settled", "not settled", "range left")
+    sections = sweep_sections(made(GRID, columns))
+    first, others = (figures_in(sections)[f"sweep-1-{name}"] for name in ("first", "map"))
+    assert [panel.title for panel in first.panels] == ["outcome", "final tilt [°]"]
+    assert [panel.title for panel in others.panels] == ["smallest cos θ2"]
+    # They stand beside the answer, before the card.
+    assert next(block for block in sections[0].blocks if not isinstance(block, str)) is first
+    cells = cells_of(first.panels[0])
+    assert cells.scale.categories == ("returns", "still moving", "left the range")
     row = [1.0, 1.0, 1.0, 2.0, 2.0]
     assert cells.values.tolist() == [[0.0, 0.0, 0.0, 2.0, 2.0], row, row, row]
+    tilts = cells_of(first.panels[1]).values
+    assert tilts[0].tolist() == pytest.approx([0.0] * 5)
+    assert tilts[1].tolist() == pytest.approx([20.0] * 5)
 
 
 def test_members_without_a_number_leave_gaps(made):
@@ -80,7 +89,7 @@ def test_a_third_axis_is_cut_into_slices(made):
     sweep = made(vary, lambda a: {"settling_time": a[X] + a[Y] * a["controller_K_r"] + 3})
     figure = figures_in(sweep_sections(sweep))["sweep-1-map-settling-time"]
     assert [p.title for p in figure.panels] == [
-        f"factor on K_r = {f}" for f in ("0.01", "0.1", "1")
+        f"K_r[0] (with all of K_r) = {f}" for f in (4, 40, 400)
     ]
     for panel, factor in zip(figure.panels, (0.01, 0.1, 1.0), strict=True):
         cells = cells_of(panel)
@@ -143,8 +152,9 @@ def test_few_drawn_members_are_points(made):
     vary = {"body.mass": {"uniform": [1, 9]}, f"{SPIN}[0]": {"normal": [0, 1]}}
     columns = {"design": "random", "members": 40, "seed": 3}
     sweep = made(vary, lambda a: {"settling_time": np.where(a[X] > 0, 1, np.nan)}, **columns)
-    figure = figures_in(sweep_sections(sweep))["sweep-1-map"]
-    (panel,) = figure.panels
+    figure = figures_in(sweep_sections(sweep))["sweep-1-first"]
+    panel, tilts = figure.panels
+    assert (tilts.x, tilts.y.text) == (panel.x, "final tilt [°]")
     settled, unsettled = panel.marks
     assert isinstance(settled, Points)
     assert isinstance(unsettled, Points)
@@ -164,15 +174,19 @@ def test_curves_along_a_single_axis(made):
             "peak_contact_displacement": np.outer(a["controller_K_r"], [1, -2, 3]),
         },
     )
-    outcome, settling, peaks = figures_in(sweep_sections(sweep))["sweep-1-curves"].panels
-    assert outcome.y.categories == ("settled", "not settled")
-    (points,) = outcome.marks
-    assert isinstance(points, Line | Points)
-    assert points.y.tolist() == [0, 0, 0, 0, 1]
+    figures = figures_in(sweep_sections(sweep))
+    (outcome,) = figures["sweep-1-first"].panels
+    settling, peaks = figures["sweep-1-curves"].panels
+    assert outcome.y.categories == ("returns", "still moving")
+    returning, moving = outcome.marks
+    assert isinstance(returning, Points)
+    assert isinstance(moving, Points)
+    assert (returning.y.tolist(), moving.y.tolist()) == ([0, 0, 0, 0], [1])
+    assert (returning.colour, moving.colour) == (GOOD, OPEN)
     assert settling.x.log
     (line,) = settling.marks
     assert isinstance(line, Line)
-    assert line.x == pytest.approx([0.01, 0.1, 1, 10, 100])
+    assert line.x == pytest.approx([4, 40, 400, 4000, 40_000])
     assert line.y[:4] == pytest.approx([0.01, 0.1, 1, 10])
     assert np.isnan(line.y[4])
     lines = [mark for mark in peaks.marks if isinstance(mark, Line)]

@@ -34,7 +34,7 @@ def test_ends(members):
         }
 
     found = members({"body.mass": {"linspace": [1, 2, 5]}}, columns)
-    expected = ["settled", "not settled", "range left", "diverged", "solver failure"]
+    expected = ["returns", "still moving", "left the range", "failed", "failed"]
     assert [OUTCOMES[end] for end in found.outcomes] == expected
     assert found.outcome_counts.sum() == len(found) == 5
     assert found.completed.tolist() == [True, True, False, False, False]

@@ -24,8 +24,8 @@ def test_equal_ratios_are_drawn_so(members, values):
     (factor,) = members({"controller.K_r": {"scale": values}}).parameters
     made = binned(factor)
     assert made.axis.log
-    assert made.axis.text == "factor on K_r"
-    assert made.middles == pytest.approx([0.01, 0.1, 1, 10, 100])
+    assert made.axis.text == "K_r[0] (with all of K_r) [N m/rad]"
+    assert made.middles == pytest.approx([4, 40, 400, 4000, 40_000])
     assert factor.unit_values == pytest.approx([0, 0.25, 0.5, 0.75, 1])
 
 

@@ -299,7 +299,7 @@ def test_the_extremes_of_many_conditions_are_found_by_chance_too(members):
 def test_runs_that_ended_early_are_compared_first(members):
     sentences = failed(members, lambda point: point < 2, lambda point: point < 12)
     assert sentences[1:3] == [
-        "Runs that ended early (range left): mass = 1 kg: 2 of 50; mass = 2 kg: 12 of 50.",
+        "Runs that ended early (left the range): mass = 1 kg: 2 of 50; mass = 2 kg: 12 of 50.",
         "In 10 of the same 50 cases only mass = 2 kg ended early, in 0 only mass = 1 kg: "
         "more than chance makes (sign test, 95% confidence).",
     ]

@@ -10,6 +10,7 @@ from rbstab.files.counts import grouped
 
 if TYPE_CHECKING:
     from rbstab.sweep.folder.member_answers import MemberAnswers
+    from rbstab.sweep.folder.outcomes import SweepOutcomes
     from rbstab.sweep.options import SweepOptions
     from rbstab.sweep.plan.plan import Plan
     from rbstab.sweep.sweep import Sweep
@@ -26,7 +27,7 @@ def report_sweep(
     answers: "Answers | None" = None,
     proofs_follow: bool = False,
 ) -> None:
-    """Print the outcomes of the members.
+    """Print the outcomes of the members, then how their runs ended.
 
     Args:
         sweep: The sweep.
@@ -39,6 +40,7 @@ def report_sweep(
 
     by_status = counts_by_status(sweep.inventory.counts)
     summary = sweep_summary(sweep.folder.sweep_file) if sweep.finished else None
+    found = member_answers(sweep.folder.sweep_file) if sweep.finished else None
     if as_json:
         from rbstab_cli.output.json_output import print_json
 
@@ -47,14 +49,18 @@ def report_sweep(
         data |= _part_data(sweep) | {"finished": sweep.finished, "check": check}
         if sweep.inventory.missing:
             data["missing"] = sweep.folder.ranges(sweep.inventory.missing)
-        if summary is not None:
-            data["answers"] = answers_data(member_answers(sweep.folder.sweep_file))
+        if found is not None and summary is not None:
+            data = found.outcomes.data | summary._asdict() | data
+            data["answers"] = answers_data(found)
         if answers is not None:
             data["proofs"] = answers.data
-        print_json((summary._asdict() if summary is not None else {}) | data)
+        print_json(data)
         return
+    if found is not None:
+        outcomes = found.outcomes
+        print_outcomes(outcomes._replace(proved=0) if proofs_follow else outcomes)
     _print_statuses(by_status, member_count(sweep))
-    if summary is None:
+    if summary is None or found is None:
         return
     from rbstab.analysis.lyapunov import ENERGY_SCALE
     from rbstab.experiment.answers.run_answer import SETTLED
@@ -68,10 +74,8 @@ def report_sweep(
         ),
         f"worst |r| / {ENERGY_SCALE}": number(summary.worst_residual, 2),
     }
-    if not proofs_follow:
-        found = member_answers(sweep.folder.sweep_file)
-        if found.any_proof:
-            rows["converge to a rest state"] = counts_of(found)
+    if not proofs_follow and found.any_proof:
+        rows["converge to a rest state"] = counts_of(found)
     if sweep.comparison is not None and sweep.comparison.members:
         rows["rerun with scipy"] = f"{len(sweep.comparison.members)} members, {_differences(sweep)}"
     _print_rows(rows)
@@ -86,13 +90,30 @@ def counts_of(found: "MemberAnswers") -> str:
 
 def answers_data(found: "MemberAnswers") -> dict[str, Any]:
     """Return the answers about the members of a sweep as data for JSON."""
-    return found._asdict() | {"one_state": found.one_state.data}
+    data = found._asdict() | {"one_state": found.one_state.data}
+    del data["outcomes"]
+    return data
+
+
+def print_outcomes(outcomes: "SweepOutcomes") -> None:
+    """Print what became of the members, what is wanted, and which parameter decides."""
+    first, *others = outcomes.parts
+    green = "green" if outcomes.all_return else None
+    text = "; ".join([click.style(first, fg=green), *others])
+    for name, line in (
+        ("Outcome", text),
+        ("Desired", str(outcomes.aim)),
+        ("Decides", outcomes.deciding),
+    ):
+        if line:
+            click.echo(f"  {name + ':':<13}{line}.")
 
 
 def print_member_answers(found: "MemberAnswers") -> None:
-    """Print the answers about the members of a sweep: how many are proved, and how many seen."""
+    """Print the answers about the members of a sweep: their outcomes, and how sure they are."""
     from rbstab.experiment.answers.run_answer import SETTLED
 
+    print_outcomes(found.outcomes)
     meanings = {
         "proved": "they converge to a rest state",
         "false": "proved that they do not come to rest",
@@ -160,7 +181,8 @@ def report_status(path: Path, *, as_json: bool, answers: "MemberAnswers | None" 
 
         more = {"finished": gathered, "running": running, "damaged_shards": damaged}
         more |= {"running_parts": [part._asdict() for part in parts], "traces": kept}
-        first = {} if answers is None else {"answers": answers_data(answers)}
+        first = {} if answers is None else answers.outcomes.data
+        first |= {} if answers is None else {"answers": answers_data(answers)}
         print_json(first | _sweep_data(path, manifest, by_status) | more)
         return
     rows = {

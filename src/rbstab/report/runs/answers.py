@@ -11,7 +11,9 @@ from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.experiment.answers.run_answer import SETTLED, SETTLED_DRIVEN, Answer
 from rbstab.experiment.answers.words import Sureness, meanings, words_with_meanings
 from rbstab.experiment.convergence.convergence import EVERY_START
+from rbstab.experiment.outcome import KINDS
 from rbstab.experiment.summary import at_least, at_rest_from, lyapunov_function_of
+from rbstab.experiment.wanted import wanted
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Block, Card, Cards, Sketch, Statement
 from rbstab.report.model.words import NO_VALUE, counted, listed, number
@@ -20,17 +22,19 @@ from rbstab.report.runs.config_tables import own_keys
 from rbstab.report.runs.facts import RunFacts
 from rbstab.report.runs.margin import counts_from_other_state, margin_of
 from rbstab.report.runs.sketches import decay_sketches
-from rbstab.report.runs.tables import ANSWER_TONES
+from rbstab.report.runs.tables import ANSWER_TONES, outcome_tone
 
 MAX_CARDS = 12
 """If there are more runs, their answers stand in the table of runs only."""
 
+WHERE = "Where does it rest?"
+
 QUESTIONS = {
     "this_start": "From this start: does it come to rest?",
     "whole_range": "From the whole range: where does it come to rest?",
+    "pushes": "Which pushes does it survive?",
 }
-"""What a run is asked; the names are those of `RunAnswer`."""
-
+"""What a run is asked then; the names are those of `RunAnswer.answers`."""
 
 ALL_MOTIONS = "Where all motions that stay in the range, and away from θ2 = ±π/2, come to rest"
 
@@ -95,19 +99,21 @@ def _symbols(cards: Sequence[Card]) -> tuple[tuple[str, str], ...]:
 
 
 def answer_sentence(facts: Sequence[RunFacts]) -> str:
-    """Return a sentence with the answers of all runs."""
-    ended = Counter(entry.run.result.status for entry in facts)
-    early = listed(f"{n} {status}" for status, n in ended.items() if status != RunStatus.COMPLETED)
-    ending = f" Ended early: {early}." if early else ""
+    """Return a sentence with the outcomes and the answers of all runs."""
     this = Counter(entry.answer.this_start.word for entry in facts)
     every = Counter(entry.answer.whole_range.word for entry in facts)
     if len(facts) == 1:
+        outcome = facts[0].answer.outcome.sentence
         return (
-            f"Comes to rest from this start: {_only(this)}. {ALL_MOTIONS}: {_only(every)}.{ending}"
+            f"{_capital(outcome)}. Desired: {wanted(facts[0].run.config)}. "
+            f"Comes to rest from this start: {_only(this)}. {ALL_MOTIONS}: {_only(every)}."
         )
+    kinds = Counter(entry.answer.outcome.kind for entry in facts)
+    outcomes = "; ".join(f"{kind.words}: {kinds[kind]}" for kind in KINDS if kinds[kind])
     return (
-        f"{counted(len(facts), 'run')}. Comes to rest from its start: {_counts(this)}. "
-        f"{ALL_MOTIONS}: {_counts(every)}{_kept(facts)}.{ending}"
+        f"{counted(len(facts), 'run')}. {_capital(outcomes)}. "
+        f"Comes to rest from its start: {_counts(this)}. "
+        f"{ALL_MOTIONS}: {_counts(every)}{_kept(facts)}."
     )
 
 
@@ -165,8 +171,9 @@ def _card(facts: RunFacts, special: str, sketch: Sketch | None) -> Card:
         special: In which keys of its config it differs from the others; "" for none.
         sketch: Its picture.
     """
-    statements = tuple(
-        _statement(QUESTIONS[name], answer) for name, answer in facts.answer._asdict().items()
+    statements = (
+        _outcome(facts),
+        *(_statement(QUESTIONS[name], answer) for name, answer in facts.answer.answers.items()),
     )
     s, settled = facts.run.summary, at_rest_from(facts.run.result)
     status = facts.run.result.status
@@ -216,7 +223,19 @@ def _margin(facts: RunFacts) -> str:
     return "" if margin is None else number(margin.ratio)
 
 
+def _outcome(facts: RunFacts) -> Statement:
+    """Return where the body rests, how far from where it should, and how surely."""
+    outcome = facts.answer.outcome
+    where = outcome.sentence.partition(outcome.kind.words)[2].removesuffix(f": {outcome.sureness}")
+    sentences = (_capital(where.removeprefix(":").strip()), f"Desired: {wanted(facts.run.config)}")
+    word = f"{_capital(outcome.brief)}: {outcome.sureness}"
+    return Statement(WHERE, word, ". ".join(filter(None, sentences)), outcome_tone(outcome))
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
 def _statement(question: str, answer: Answer) -> Statement:
-    sentence = answer.sentence[:1].upper() + answer.sentence[1:]
     tone = ANSWER_TONES.get(answer.sureness, "")
-    return Statement(question, answer.word, sentence, tone)
+    return Statement(question, answer.word, _capital(answer.sentence), tone)

@@ -1,5 +1,6 @@
 """The summary table of runs: status, verdict and the main numbers of each run."""
 
+import math
 from collections.abc import Sequence
 
 from rbstab.analysis.certificate.verdict import Verdict
@@ -9,6 +10,7 @@ from rbstab.experiment.answers.run_answer import Answer
 from rbstab.experiment.answers.state_words import kinds_of
 from rbstab.experiment.answers.words import Sureness, word_of
 from rbstab.experiment.convergence.convergence import FALSE, NOT_DECIDED, PROVED
+from rbstab.experiment.outcome import Outcome, OutcomeKind
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.summary import at_least, at_rest_from, is_driven
 from rbstab.integrate.status import RunStatus
@@ -19,6 +21,8 @@ from rbstab.report.runs.margin import margin_of
 
 HEADS = (
     Head("run"),
+    Head("outcome"),
+    Head("tilt", "°", numbers=True),
     Head("this start"),
     Head("whole range"),
     Head("v(0)/c*", numbers=True),
@@ -40,6 +44,8 @@ HEADS = (
 """The deciding columns are first: a page shows as many as fit."""
 
 NOTE = (
+    "Outcome and tilt: what became of the motion, and the angle between the attitude at which it "
+    "rests, or that at the end, and the desired one. "
     "This start and whole range: how sure it is that the motion from this start, and every motion "
     "that stays in the range of the Euler angles, comes to rest. A computed run is "
     f"at rest from the time after which v stays below {SETTLED_FRACTION:g} v(0), unless at its end "
@@ -73,8 +79,16 @@ TONES: dict[str, str] = {
 }
 """Tones of verdicts; what held but is not proved, and what is not decided, is no alarm."""
 
-ANSWER_TONES = {Sureness.PROVED: "good", Sureness.FALSE: "bad"}
-"""Tones of answers; what is seen or not decided is no alarm."""
+ANSWER_TONES = {Sureness.FALSE: "bad"}
+"""Tones of answers. Green is only the outcome of a body that rests where it should: it may be
+proved that it does not."""
+
+
+def outcome_tone(outcome: Outcome) -> str:
+    """Return the tone of an outcome; a body that still moves, or may leave, is no alarm."""
+    tones = dict.fromkeys((OutcomeKind.LEFT_RANGE, OutcomeKind.FAILED), "bad")
+    tones[OutcomeKind.RESTS_ELSEWHERE] = "warning"
+    return "good" if outcome.is_good else tones.get(outcome.kind, "")
 
 
 def summary_table(facts: Sequence[RunFacts]) -> Table:
@@ -92,9 +106,8 @@ def verdict_cell(verdict: str, target: str = "") -> Cell:
 
 def convergence_cell(facts: RunFacts) -> Cell:
     """Return a cell that says whether convergence of the exact motion is proved."""
-    tones = {PROVED: "good", FALSE: "bad"}
     word = _convergence(facts)
-    return Cell(word, tone=tones.get(word, ""), target="certificates")
+    return Cell(word, tone="bad" if word == FALSE else "", target="certificates")
 
 
 def _convergence(facts: RunFacts) -> str:
@@ -114,6 +127,7 @@ def _row(facts: RunFacts) -> tuple[Cell, ...]:
     completed = status == RunStatus.COMPLETED
     return (
         Cell(facts.run.label),
+        *_outcome_cells(facts.answer.outcome),
         *map(_answer_cell, (facts.answer.this_start, facts.answer.whole_range)),
         _start_over_level(facts),
         Cell(at_rest_from(facts.run.result) or NO_VALUE, facts.run.settling_time),
@@ -135,7 +149,7 @@ def _start_over_level(facts: RunFacts) -> Cell:
     margin = margin_of(facts)
     if margin is None:
         return Cell(NO_VALUE)
-    return Cell(number(margin.ratio, 3), margin.ratio, "good" if margin.ratio < 1 else "")
+    return Cell(number(margin.ratio, 3), margin.ratio)
 
 
 def _peak_distance(facts: RunFacts) -> Cell:
@@ -148,6 +162,12 @@ def _lyapunov_cell(value: float, facts: RunFacts) -> Cell:
     if not facts.run.stores_v_minus_work:
         return number_cell(value)
     return Cell(f"{number(value)} (v - ε)", value)
+
+
+def _outcome_cells(outcome: Outcome) -> tuple[Cell, Cell]:
+    """Return the outcome of a run, and its tilt in degrees."""
+    tilt = math.nan if outcome.tilt is None else math.degrees(outcome.tilt)
+    return Cell(outcome.kind.words, tone=outcome_tone(outcome)), number_cell(tilt, 3)
 
 
 def _answer_cell(answer: Answer) -> Cell:
@@ -163,7 +183,7 @@ def _rest_states(proof: Proof | None) -> Cell:
     if proof is None:
         return Cell(NO_VALUE)
     count = len(proof.states)
-    tone = {True: "good", False: "warning", None: ""}[proof.globally_stable]
+    tone = "warning" if proof.globally_stable is False else ""
     found = "" if proof.proved else " found"
     kinds = f": {kinds_of(proof.states)}" if count > 1 else ""
     return Cell(f"{count}{found}{kinds}", float(count), tone)
@@ -171,7 +191,7 @@ def _rest_states(proof: Proof | None) -> Cell:
 
 def _inside(inside: bool | None) -> Cell:
     return {
-        True: Cell("yes", tone="good"),
+        True: Cell("yes"),
         False: Cell("no"),
         None: Cell(NO_VALUE),
     }[inside]

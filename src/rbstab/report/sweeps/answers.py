@@ -1,4 +1,4 @@
-"""The answer of a sweep: do its members come to rest, and which condition is better?"""
+"""The answer of a sweep: how many members return, from which value on, and what is better?"""
 
 import math
 from collections.abc import Sequence
@@ -13,10 +13,10 @@ from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Card, Cards, Statement
 from rbstab.report.model.words import counted, number
-from rbstab.report.sweeps.conditions.comparison import RANGE_LEFT, compared_quantities, ranking
+from rbstab.report.sweeps.conditions.comparison import compared_quantities, ranking
 from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions, paired_conditions_of
 from rbstab.report.sweeps.distributions import quantiles_of
-from rbstab.report.sweeps.members import OUTCOMES, SETTLED, UNSETTLED, Members
+from rbstab.report.sweeps.members import FAILED, LEFT_RANGE, Members
 from rbstab.report.sweeps.proofs import tried_members
 from rbstab.report.sweeps.quantities import peak_displacement, settling_time
 from rbstab.report.sweeps.sketches import rest_sketch
@@ -25,7 +25,8 @@ from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, PROVED
 from rbstab.sweep.proofs.one_state import OneState
 
 SYMBOLS = (
-    ("at rest", f"settled: {SETTLED_V} to the end of the run"),
+    ("at rest", f"{SETTLED_V} to the end of the run"),
+    ("tilt", "the angle of the rotation between the attitude of the body and the desired one"),
     ("E1, E2, E3", "the displacement of the contact point from its anchor, by axis"),
     ("v", "the Lyapunov function, an energy: 0 at rest; v(0) is its value at the start"),
     ("θ2", "the second Euler angle; its range ends at ±π/2 rad, a right angle"),
@@ -43,7 +44,8 @@ class SweepAnswer(NamedTuple):
     """What a reader wants to know first of a sweep.
 
     Attributes:
-        sentences: How many members come to rest, then which condition is better.
+        sentences: How many members return, from which value of a parameter on, then which
+            condition is better.
         card: The answers with a few numbers.
     """
 
@@ -63,13 +65,18 @@ def answer_of(name: str, label: str, members: Members, command: str) -> SweepAns
     conditions = paired_conditions_of(members)
     card = Card(
         label,
-        (_rest(members, conditions, command), *_one_state(members), _range(members)),
+        (
+            *_outcomes(members),
+            _rest(members, conditions, command),
+            *_one_state(members),
+            _range(members),
+        ),
         _facts(members, pooled=conditions is None),
         target=name,
         sketch=rest_sketch(members, conditions),
     )
     better = ranking(members, compared_quantities(members))
-    return SweepAnswer((_sentence(members), *better), card)
+    return SweepAnswer((*_sentences(members), *better), card)
 
 
 def cards_of(name: str, cards: Sequence[Card]) -> Cards:
@@ -77,29 +84,29 @@ def cards_of(name: str, cards: Sequence[Card]) -> Cards:
     return Cards(name, tuple(cards), (*words_with_meanings(), *SYMBOLS))
 
 
-def _sentence(members: Members) -> str:
-    """Return how many members come to rest, and how surely, in one sentence."""
-    convergence, outcomes = members.convergence, members.outcomes
-    proved, false = convergence == PROVED, convergence == FALSE
-    open_ = ~proved & ~false
-    unsettled = outcomes == OUTCOMES.index(UNSETTLED)
-    # A member that is proved to come to rest may do so after the end of its run.
-    neither = "neither proved nor " if (proved & unsettled).any() else "not "
-    groups = {
-        "proved to come to rest": proved,
-        "seen to come to rest": open_ & (outcomes == OUTCOMES.index(SETTLED)),
-        f"{neither}at rest by the end of their runs": open_ & unsettled,
-        "proved not to come to rest": false,
-        **{
-            f"ended early ({status})": open_ & (outcomes == code)
-            for code, status in enumerate(OUTCOMES)
-            if code > OUTCOMES.index(UNSETTLED)
-        },
-    }
-    counts = [
-        f"{grouped(np.count_nonzero(own))} {word}" for word, own in groups.items() if own.any()
-    ]
-    return f"{counted(len(members), 'member')}: {', '.join(counts)}."
+def _sentences(members: Members) -> list[str]:
+    """Return how many members return, what is wanted, and which parameter decides."""
+    found = members.found
+    sentences = [f"{_capital(found.sentence)}. Desired: {found.aim}."]
+    return sentences + ([f"{_capital(found.deciding)}."] if found.deciding else [])
+
+
+def _outcomes(members: Members) -> list[Statement]:
+    """Return how many members return, and from which value of a parameter on."""
+    found = members.found
+    sure = f"{grouped(found.proved)} of them proved" if found.proved else "seen, not proved"
+    parts = (sure, "; ".join(found.parts[1:]), f"Desired: {found.aim}")
+    sentence = ". ".join(_capital(part) for part in parts if part)
+    tone = "good" if found.all_return else ""
+    statements = [Statement("How many members return?", found.brief, sentence, tone)]
+    if found.deciding:
+        first, _, rest = found.deciding.partition("; ")
+        statements.append(Statement("For which values?", _capital(first), _capital(rest)))
+    return statements
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _rest(members: Members, conditions: PairedConditions | None, command: str) -> Statement:
@@ -128,10 +135,9 @@ def _rest(members: Members, conditions: PairedConditions | None, command: str) -
     if others.any():
         who = "others" if proved.any() or false.any() else "members"
         parts.append(_others(who, members, others))
-    sentence = "; ".join(parts)
-    seen = int(np.count_nonzero(others & (members.outcomes == OUTCOMES.index(SETTLED))))
+    seen = int(np.count_nonzero(others & members.at_rest))
     word, tone = _word(total, int(proved.sum()), int(false.sum()), seen)
-    return Statement(question, word, sentence[:1].upper() + sentence[1:], tone)
+    return Statement(question, word, _capital("; ".join(parts)), tone)
 
 
 def _one_state(members: Members) -> list[Statement]:
@@ -142,7 +148,7 @@ def _one_state(members: Members) -> list[Statement]:
     found = members.one_state
     if not found.bodies:
         return []
-    tone = {str(Sureness.PROVED): "good", str(Sureness.FALSE): "bad"}.get(found.word, "")
+    tone = "bad" if found.word == str(Sureness.FALSE) else ""
     sentence, *refutations = found.sentences
     if found.proved:
         sentence += (
@@ -207,7 +213,7 @@ def _others(who: str, members: Members, chosen: Array) -> str:
         chosen: The mask of these, shape (n,).
     """
     count = int(np.count_nonzero(chosen))
-    settled = int(np.count_nonzero(chosen & (members.outcomes == OUTCOMES.index(SETTLED))))
+    settled = int(np.count_nonzero(chosen & members.at_rest))
     early = int(np.count_nonzero(chosen & ~members.completed))
     some = f"of the {grouped(count)} {who},"
     end = "at rest by the end of their computed run"
@@ -223,7 +229,8 @@ def _others(who: str, members: Members, chosen: Array) -> str:
 
 def _word(total: int, proved: int, false: int, seen: int) -> tuple[str, str]:
     if proved == total:
-        return str(Sureness.PROVED), "good"
+        # Green is only the outcome of a member that returns.
+        return str(Sureness.PROVED), ""
     if false:
         return str(Sureness.FALSE), "bad"
     if proved:
@@ -240,12 +247,12 @@ def _word(total: int, proved: int, false: int, seen: int) -> tuple[str, str]:
 def _range(members: Members) -> Statement:
     """Return whether the computed motions stay in the range of the Euler angles."""
     question = "Do they stay in the range of θ2?"
-    left = np.flatnonzero(members.outcomes == OUTCOMES.index(RANGE_LEFT))
+    left = np.flatnonzero(members.outcomes == LEFT_RANGE)
     if len(left):
         named = named_members(ranges_of(left.tolist()))
         word = f"{grouped(len(left))} of {grouped(len(members))} left it"
         return Statement(question, word, f"As computed: {named}", "bad")
-    failed = sum(members.outcome_counts.tolist()[2:])
+    failed = int(members.outcome_counts[FAILED])
     sentence = "No computed motion left it"
     if failed:
         sentence += f"; {counted(failed, 'run')} ended early"
@@ -266,13 +273,7 @@ def _nearest(members: Members) -> str:
 
 def _facts(members: Members, *, pooled: bool) -> tuple[tuple[str, str], ...]:
     """Return a few numbers of all members; quantities only if there are no conditions to pool."""
-    counts = members.outcome_counts.tolist()
-    facts = {
-        "members": grouped(len(members)),
-        "at rest by the end": grouped(counts[OUTCOMES.index(SETTLED)]),
-        "not at rest by the end": grouped(counts[OUTCOMES.index(UNSETTLED)]),
-    }
-    facts |= {status: grouped(n) for status, n in zip(OUTCOMES[2:], counts[2:], strict=True) if n}
+    facts = {"members": grouped(len(members)), "poses at rest": _poses(members)}
     settled, peak = settling_time(members), peak_displacement(members).values
     if pooled and np.isfinite(settled.values).any():
         (median,) = quantiles_of(settled.ranked, (0.5,))
@@ -282,3 +283,10 @@ def _facts(members: Members, *, pooled: bool) -> tuple[tuple[str, str], ...]:
     if pooled and np.nanmax(peak, initial=0.0) > 0:
         facts["largest |E1|, |E2| or |E3|"] = f"{number(float(np.nanmax(peak)))} m"
     return tuple((name, value) for name, value in facts.items() if value != "0")
+
+
+def _poses(members: Members) -> str:
+    """Return at how many poses members rest; those of different bodies may differ by little."""
+    found = members.found
+    count = "very many" if found.poses is None else grouped(found.poses)
+    return count if members.share_rest_states else f"{count} (the bodies differ)"

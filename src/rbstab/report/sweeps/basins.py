@@ -6,7 +6,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
-from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members
+from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.table_entries import number, whole
 
 SAME_ANGLES = 0.02
@@ -76,8 +76,7 @@ def _grouped(members: Members) -> Basins | None:
     rank = np.argsort(order)
     chosen = np.array(found)[order]
     numbers = np.where(codes < 0, -1, rank[codes])
-    settled = members.outcomes == OUTCOMES.index(SETTLED)
-    return Basins(energy[chosen], Theta[chosen], numbers, settled)
+    return Basins(energy[chosen], Theta[chosen], numbers, members.at_rest)
 
 
 def basin_blocks(name: str, members: Members) -> list[Block]:

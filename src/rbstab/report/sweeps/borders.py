@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from rbstab.mechanics.numbers import Array
-from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members
+from rbstab.report.sweeps.members import FAILED, OUTCOMES, Members
 
 MAX_SEARCHED = 10_000
 """Maximum number of sampled members among which neighbours are searched."""
@@ -47,13 +47,10 @@ def _candidates(members: Members) -> Iterator[tuple[str, int]]:
             distance = np.abs(members.column("lyapunov_start") / members.level - 1)
         for number in _smallest(distance):
             yield "v(0) nearest c*", number
-    settling = np.where(
-        members.outcomes == OUTCOMES.index(SETTLED), members.column("settling_time"), np.nan
-    )
+    settling = np.where(members.at_rest, members.column("settling_time"), np.nan)
     for number in _smallest(-settling)[:1]:
-        yield "settles last", number
-    # Codes 0 and 1 are completed members and members that left the range; all others failed.
-    for number in np.flatnonzero(members.column("status") > 1)[:MAX_PER_REASON].tolist():
+        yield "comes to rest last", number
+    for number in np.flatnonzero(members.outcomes == FAILED)[:MAX_PER_REASON].tolist():
         yield OUTCOMES[members.outcomes[number]], number
 
 

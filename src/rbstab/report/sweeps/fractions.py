@@ -9,7 +9,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.model.figure import Axis, Figure, Intervals, Panel, Shares
 from rbstab.report.sweeps.conditions.paired_conditions import paired_conditions_of
-from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members, outcome_colour
+from rbstab.report.sweeps.members import FAILED, OUTCOME_COLOURS, OUTCOMES, RETURNS, Members
 from rbstab.report.sweeps.table_entries import number, whole
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.proofs.columns import NO_PROOF, PROVED
@@ -74,17 +74,17 @@ def fraction(label: str, fulfilled: Array) -> Fraction:
 def fractions_of(members: Members) -> list[Fraction]:
     """Return the fractions of each outcome, of small final |E|, and of proved convergence."""
     status, outcomes = members.column("status"), members.outcomes
-    fractions = [fraction("completed", members.completed)]
-    fractions += [
-        fraction(f"completed, {OUTCOMES[code]}", outcomes == code)
-        for code in (0, 1)
-        if members.outcome_counts[code] or OUTCOMES[code] == SETTLED
+    fractions = [
+        fraction(word, outcomes == code)
+        for code, word in enumerate(OUTCOMES)
+        if members.outcome_counts[code] or code == RETURNS
     ]
     fractions += [
-        fraction(str(STATUSES[code]), status == code)
+        fraction(f"{OUTCOMES[FAILED]}: {STATUSES[code]}", failed)
         for code in range(1, len(STATUSES))
-        if members.outcome_counts[code + 1]
+        if (failed := (status == code) & (outcomes == FAILED)).any()
     ]
+    fractions.append(fraction("completed", members.completed))
     near = members.completed & np.isfinite(members.column("displacement_settling_time"))
     fractions.append(fraction("completed, |E| below 1 mm from some time on", near))
     # Proofs may reach only the first members: then this is no fraction of all of them.
@@ -153,23 +153,17 @@ def _bars(name: str, members: Members) -> list[Block]:
     codes = np.zeros(len(members), dtype=int) if groups is None else groups.codes
     table = np.zeros((len(labels), len(OUTCOMES)), dtype=int)
     np.add.at(table, (codes, members.outcomes), 1)
-    # Those of one colour are one part.
-    parts: dict[int, list[int]] = {}
-    for code in np.flatnonzero(counts).tolist():
-        parts.setdefault(outcome_colour(OUTCOMES[code]), []).append(code)
-    words = [", ".join(OUTCOMES[code] for code in own) for own in parts.values()]
+    codes_of_parts = np.flatnonzero(counts).tolist()
+    words = [OUTCOMES[code] for code in codes_of_parts]
     if groups is None:
-        words = [
-            f"{word}: {grouped(counts[own].sum())}"
-            for word, own in zip(words, parts.values(), strict=True)
-        ]
-    of_parts = np.column_stack([table[:, own].sum(axis=1) for own in parts.values()])
+        words = [f"{OUTCOMES[code]}: {grouped(counts[code])}" for code in codes_of_parts]
+    colours = tuple(OUTCOME_COLOURS[code] for code in codes_of_parts)
     # The first one is the highest.
     y = Axis("", categories=tuple(labels[::-1]))
     panel = Panel(
         Axis("share of the members", ends=(0.0, 1.0)),
         y,
-        (Shares(of_parts[::-1], tuple(words), tuple(parts)),),
+        (Shares(table[::-1, codes_of_parts], tuple(words), colours),),
     )
     caption = "The numbers in the bars count members."
     return [Figure(f"{name}-outcomes", "How the members ended", (panel,), caption=caption)]

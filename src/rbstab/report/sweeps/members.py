@@ -8,18 +8,17 @@ import numpy as np
 
 from rbstab.config.build import supplies_power
 from rbstab.config.entries import is_of_initial_state
-from rbstab.config.errors import ConfigError
-from rbstab.config.source import parse_source
+from rbstab.experiment.outcome import KINDS
 from rbstab.mechanics.numbers import Array
-from rbstab.report.model.palette import BAD, OPEN
+from rbstab.report.model.palette import BAD, GOOD, OPEN, THIRD, UNKNOWN, UNTRIED
 from rbstab.report.sweeps.parameters import Parameter, parameters_of
 from rbstab.store.errors import NotAResultError
-from rbstab.store.table import RUN, Table
+from rbstab.store.table import Table
 from rbstab.store.table_file import read_table
 from rbstab.sweep.folder.layout import safe_name
-from rbstab.sweep.members.outcome import STATUSES
-from rbstab.sweep.plan.load import plan_to_read
+from rbstab.sweep.folder.outcomes import SweepOutcomes, outcomes_of, plan_of, with_outcomes
 from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.proofs.columns import PROVED
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence
 from rbstab.sweep.proofs.gathered import convergence_now, without_theorem
 from rbstab.sweep.proofs.one_state import OneState, one_state_of
@@ -35,6 +34,8 @@ COLUMNS = (
     "peak_orientation",
     "smallest_regularity",
     "settling_time",
+    "end_time",
+    "final_orientation",
     "displacement_settling_time",
     "convergence",
     "proved_rest_state",
@@ -53,22 +54,17 @@ OPTIONAL = (
 )
 """Columns that older sweeps do not have, or only sweeps with `prove` have."""
 
-SETTLED, UNSETTLED = "settled", "not settled"
+RETURNS, RESTS_ELSEWHERE, MOVING, LEFT_RANGE, FAILED = range(len(KINDS))
+"""The codes of the outcomes of members."""
 
-OUTCOMES = (SETTLED, UNSETTLED, *map(str, STATUSES[1:]))
-"""Outcomes of a member: its status, with `completed` split by whether the member settled."""
+OUTCOMES = tuple(kind.words for kind in KINDS)
+"""The words of the outcomes, by their codes."""
 
-OUTCOME_COLOURS = {SETTLED: 0, UNSETTLED: OPEN, "range left": BAD}
-"""Colours of outcomes: blue for what is seen to be well, which is not the green of what is proved,
-grey for what is open, and red for what is not well."""
+OUTCOME_COLOURS = (GOOD, BAD, UNTRIED, THIRD, UNKNOWN)
+"""Numbers of the colours of outcomes in the palette: green is only for members that return."""
 
-FAILED_COLOUR = 4
-"""The colour of all other outcomes: runs that failed."""
-
-
-def outcome_colour(word: str) -> int:
-    """Return the number of the colour of an outcome."""
-    return OUTCOME_COLOURS.get(word, FAILED_COLOUR)
+POINT_COLOURS = (GOOD, BAD, OPEN, THIRD, UNKNOWN)
+"""Those of single points, which differ by their symbols too: pale grey would not show."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,12 +99,20 @@ class Members:
         """The parameters with more than one value."""
         return parameters_of(self.plan, self.table) if self.plan is not None else ()
 
-    @cached_property
+    @property
     def outcomes(self) -> Array:
         """The outcome of each member, as its index in `OUTCOMES`, shape (n,)."""
-        status = self.column("status")
-        unsettled = (status > 0) | ~np.isfinite(self.column("settling_time"))
-        return status + unsettled.astype(np.int8)
+        return self.column("outcome")
+
+    @property
+    def at_rest(self) -> Array:
+        """Boolean mask of the members at rest at the end of their runs, shape (n,)."""
+        return np.isin(self.outcomes, (RETURNS, RESTS_ELSEWHERE))
+
+    @cached_property
+    def found(self) -> SweepOutcomes:
+        """What became of the members, how surely, and which parameter decides."""
+        return outcomes_of(self.table, self.plan, self.convergence == PROVED)
 
     @cached_property
     def outcome_counts(self) -> Array:
@@ -222,20 +226,12 @@ def read_members(path: Path) -> Members:
         NotAResultError: The file is damaged, or is not a sweep.
         StoreError: The file cannot be read.
     """
-    plan = _plan_of(read_table(path, ()))
+    plan = plan_of(read_table(path, ()))
     varied = [safe_name(column.key) for column in plan.varied_keys] if plan is not None else []
     table = read_table(path, (*varied, *COLUMNS))
     missing = [name for name in COLUMNS if name not in {*table.layout, *OPTIONAL}]
     if missing:
         raise NotAResultError(f"{path} has no column {missing[0]}")
-    if plan is not None and (plan.members != len(table[RUN]) or not {*varied} <= {*table.layout}):
+    if not {*varied} <= {*table.layout}:
         plan = None
-    return Members(table, plan, path.absolute().parent.parent)
-
-
-def _plan_of(table: Table) -> Plan | None:
-    """Return the plan stored in a table; None if it cannot be read."""
-    try:
-        return plan_to_read(parse_source(str(table["plan"]), "plan").data)
-    except (ConfigError, KeyError):
-        return None
+    return Members(with_outcomes(table, plan), plan, path.absolute().parent.parent)

@@ -1,5 +1,6 @@
 """The table of notable members, and the command that reruns one of them."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.sweeps.borders import notable
 from rbstab.report.sweeps.commands import member_command
 from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions, paired_conditions_of
-from rbstab.report.sweeps.members import OUTCOMES, SETTLED, UNSETTLED, Members
+from rbstab.report.sweeps.members import FAILED, LEFT_RANGE, OUTCOMES, RETURNS, Members
 from rbstab.report.sweeps.parameters import shortened
 from rbstab.report.sweeps.quantities import PEAK_LABEL, start_values
 from rbstab.report.sweeps.table_entries import number
@@ -65,8 +66,9 @@ def _row(
     peak = float(np.abs(members.column("peak_contact_displacement")[k]).max())
     columns = {name: members.column(name) for name in NUMBER_COLUMNS}
     columns["lyapunov_start"] = start_values(members)
-    # Green is for what is proved; that v has not settled by the end is no alarm.
-    tone = "" if OUTCOMES[members.outcomes[k]] in (SETTLED, UNSETTLED) else "bad"
+    # Green is only for a member that returns; one that still moves is no alarm.
+    tones = {RETURNS: "good", LEFT_RANGE: "bad", FAILED: "bad"}
+    tone = tones.get(int(members.outcomes[k]), "")
     return (
         *([] if conditions is None else [Cell(conditions.labels[conditions.codes[k]])]),
         Cell(reason),
@@ -79,8 +81,12 @@ def _row(
 
 
 def _outcome(members: Members, k: int) -> str:
-    status = str(STATUSES[members.column("status")[k]])
-    return status if members.outcomes[k] > 1 else f"{status}, {OUTCOMES[members.outcomes[k]]}"
+    """Return the outcome of a member: with its tilt, or with how its run failed."""
+    word = OUTCOMES[members.outcomes[k]]
+    if members.outcomes[k] == FAILED:
+        return f"{word}: {STATUSES[members.column('status')[k]]}"
+    tilt = math.degrees(members.column("final_tilt")[k])
+    return word if members.outcomes[k] == RETURNS else f"{word}, {tilt:.1f}° away"
 
 
 def _varied(members: Members) -> list[str]:

@@ -10,6 +10,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis
 from rbstab.report.model.words import untrusted
 from rbstab.store.table import Table
+from rbstab.sweep.folder.deciding import shown_number
 from rbstab.sweep.folder.layout import safe_name
 from rbstab.sweep.plan.axes import VARIANT, VariedKey
 from rbstab.sweep.plan.axes import Axis as PlanAxis
@@ -73,7 +74,7 @@ def parameters_of(plan: Plan, table: Table) -> tuple[Parameter, ...]:
     A number that counts the members, as the seed of a noise, says nothing about them.
     """
     axes = [axis for axis in plan.axes if axis.length != 1 and not axis.counts_members]
-    parameters = [_parameter(axis, table) for axis in axes]
+    parameters = [_parameter(plan, axis, table) for axis in axes]
     return tuple(p for p in parameters if len(p.values) and p.values.min() < p.values.max())
 
 
@@ -107,18 +108,25 @@ def binned(parameter: Parameter, cell_count: int = MAX_CELLS) -> BinnedAxis:
     return BinnedAxis(indices, np.exp(middles) if axis.log else middles, axis, sampled=True)
 
 
-def _parameter(axis: PlanAxis, table: Table) -> Parameter:
+def _parameter(plan: Plan, axis: PlanAxis, table: Table) -> Parameter:
+    """Return an axis of a plan; of factors, it shows the first number that they scale."""
     column = _representative(axis, table)
     name = safe_name(column.key)
     stored, values = table.layout[name], table[name]
+    label, unit = shortened(untrusted(stored.long_name)), stored.unit
+    if column.scale:
+        number = shown_number(plan, column, table)
+        values, unit = number.value * values, number.unit
+        label = untrusted(number.name)
+        key = shortened(untrusted(column.key))
+        label += "" if label == key else f" (with all of {key})"
     listed = isinstance(column.distribution, FiniteList)
     log = isinstance(column.distribution, _LOGARITHMIC) and bool((values > 0).all())
     others = [c.key for c in axis.varied_keys if c is not column]
-    label = shortened(untrusted(stored.long_name))
     if others:
         label += f" (with {', '.join(map(shortened, others))})"
     whole = values.dtype.kind in "iu" and not stored.flags
-    figure_axis = Axis(label, stored.unit, log=log, categories=stored.flags, whole=whole)
+    figure_axis = Axis(label, unit, log=log, categories=stored.flags, whole=whole)
     return Parameter(axis.name, name, figure_axis, values, listed)
 
 

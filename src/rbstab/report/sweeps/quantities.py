@@ -8,7 +8,7 @@ from rbstab.analysis.lyapunov import DIGITS
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis
 from rbstab.report.sweeps.kept import kept
-from rbstab.report.sweeps.members import UNSETTLED, Members
+from rbstab.report.sweeps.members import MOVING, OUTCOMES, Members
 
 LOG_AXIS_RATIO = 30.0
 """The axis is logarithmic if the 98% quantile exceeds the 2% quantile by more than this factor."""
@@ -67,7 +67,14 @@ def settling_time(members: Members) -> MemberQuantity:
     plan = members.plan
     durations = [] if plan is None else [base.integration.duration for base in plan.bases.values()]
     end = max(durations, default=float(np.nanmax(found.values, initial=0.0)))
-    return replace(found, missing=UNSETTLED, later=later, end=float(end))
+    return replace(found, missing=OUTCOMES[MOVING], later=later, end=float(end))
+
+
+@kept
+def final_tilt(members: Members) -> MemberQuantity:
+    """Return the tilt of members at rest, or else at the end of their runs, in degrees."""
+    tilts = np.degrees(members.column("final_tilt"))
+    return MemberQuantity("final-tilt", Axis("final tilt", "°"), tilts, "no attitude at the end")
 
 
 @kept
@@ -126,7 +133,12 @@ def proved_time(members: Members) -> MemberQuantity | None:
 @kept
 def mapped(members: Members) -> tuple[MemberQuantity, ...]:
     """Return the quantities that maps and curves show, if they have finite values."""
-    found = [settling_time(members), peak_displacement(members), regularity(members)]
+    found = [
+        final_tilt(members),
+        settling_time(members),
+        peak_displacement(members),
+        regularity(members),
+    ]
     found.append(start_over_level(members) or start_energy(members))
     proved = proved_time(members)
     found += [] if proved is None else [proved]

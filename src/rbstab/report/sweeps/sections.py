@@ -12,6 +12,7 @@ from rbstab.report.sweeps.commands import member_command, proof_command
 from rbstab.report.sweeps.conditions.comparison import comparison_blocks
 from rbstab.report.sweeps.distributions import distribution_blocks
 from rbstab.report.sweeps.fractions import fraction_blocks
+from rbstab.report.sweeps.maps.figures import FIRST
 from rbstab.report.sweeps.maps.maps import map_blocks
 from rbstab.report.sweeps.members import Members, read_members
 from rbstab.report.sweeps.notable import notable_blocks
@@ -52,8 +53,11 @@ def sweep_part(sweep: SweepFile, *, alone: bool) -> SweepPart:
     answer = answer_of(name, sweep.label, members, command)
     named = answer.card._replace(title=f"Sweep {sweep.label}")
     card = [cards_of(f"{name}-answer", [named])] if alone else []
-    answers: list[Block] = [*answer.sentences, *card, *_outcomes(sweep, members, command)]
-    over_parameters = map_blocks(name, members, member_command(sweep.path))
+    blocks = map_blocks(name, members, member_command(sweep.path))
+    first = [block for block in blocks if _is_first(block, name)]
+    over_parameters = [block for block in blocks if block not in first]
+    answers: list[Block] = [*answer.sentences, *first, *card]
+    answers += _outcomes(sweep, members, command)
     title = untrusted(members.table.attributes.get("title", ""))
     parts: list[tuple[str, str, list[Block]]] = [
         ("", "summary" if alone else title, answers),
@@ -74,6 +78,12 @@ def sweep_part(sweep: SweepFile, *, alone: bool) -> SweepPart:
         if blocks
     )
     return SweepPart(title, answer, sections)
+
+
+def _is_first(block: Block, name: str) -> bool:
+    """Return whether a block shows what became of the members: it stands beside the answer."""
+    names = {f"{name}-first", *(f"{name}-map-{key}" for key in FIRST)}
+    return isinstance(block, Figure) and block.name in names
 
 
 def _title_over_parameters(blocks: list[Block]) -> str:

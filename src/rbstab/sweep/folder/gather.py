@@ -15,7 +15,7 @@ from rbstab.store.disk.regular_file import read_regular
 from rbstab.store.errors import NotAResultError
 from rbstab.store.result import Variable
 from rbstab.store.table import Column, Table, TableHeader
-from rbstab.store.table_file import DIGEST, read_table
+from rbstab.store.table_file import read_table
 from rbstab.store.table_writer import write_table
 from rbstab.sweep.folder.layout import grid_extras, varied_arrays, varied_layout
 from rbstab.sweep.folder.shard_inventory import ShardInventory
@@ -43,20 +43,28 @@ def digest_of_shards(inventory: ShardInventory) -> str:
 
 
 def is_gathered(folder: SweepFolder, shards_digest: str) -> bool:
-    """Whether the file of the sweep exists, is intact, and was gathered from these shards.
+    """Whether the file of the sweep exists, is intact, and has these shards and the folder's plan.
 
-    The digests of older versions do not cover the plan in the file. So it is compared with the plan
-    of the folder.
+    What is wanted of the bodies may have changed in the plan, which is then of the same identity.
     """
+    table = _gathered(folder, shards_digest)
+    return table is not None and _has_plan_of(folder, table)
+
+
+def gathered_convergence(folder: SweepFolder, shards_digest: str) -> MemberConvergence | None:
+    """Return what the file of a sweep says of convergence; None if it is not of these shards."""
+    return None if _gathered(folder, shards_digest) is None else stored_convergence(folder)
+
+
+def _gathered(folder: SweepFolder, shards_digest: str) -> Table | None:
+    """Return the table of the sweep without columns; None if it is not of these shards."""
     if not path_exists(folder.sweep_file):
-        return False
+        return None
     try:
         table = read_table(folder.sweep_file, ())
     except NotAResultError:
-        return False
-    if table.attributes.get("shards_digest") != shards_digest:
-        return False
-    return DIGEST in table.attributes or _has_plan_of(folder, table)
+        return None
+    return table if table.attributes.get("shards_digest") == shards_digest else None
 
 
 def _has_plan_of(folder: SweepFolder, table: Table) -> bool:

@@ -6,8 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.config.errors import ConfigError
-from rbstab.config.source import parse_source
 from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.decisions import not_enclosed
@@ -15,9 +13,10 @@ from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import RUN, Table
 from rbstab.store.table_file import read_table
+from rbstab.sweep.folder.layout import safe_name
+from rbstab.sweep.folder.outcomes import READ, SweepOutcomes, outcomes_of, plan_of, with_outcomes
 from rbstab.sweep.folder.sweep_folder import resuming_command
 from rbstab.sweep.members.outcome import STATUSES
-from rbstab.sweep.plan.load import plan_to_read
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, NOT_PROVED, PROVED
 from rbstab.sweep.proofs.convergence import ProvedConvergence
@@ -50,6 +49,7 @@ class MemberAnswers(NamedTuple):
         without_proof: By the reason: how many members no proof covers.
         one_state: Which bodies have one rest state, by any proof.
         as_gathered: Whether proofs that were made after the sweep was gathered are not counted.
+        outcomes: What became of the members.
         provable: The first member that is only seen, and whose exact motion was not enclosed, but
             can be: a single run may prove it. None if there is none.
     """
@@ -62,6 +62,7 @@ class MemberAnswers(NamedTuple):
     settled: int
     completed: int
     without_proof: dict[str, int]
+    outcomes: SweepOutcomes
     one_state: OneState = OneState()
     as_gathered: bool = False
     provable: int | None = None
@@ -83,12 +84,14 @@ class MemberAnswers(NamedTuple):
 
 
 def read_answers(file: Path) -> Table:
-    """Return the columns of a gathered file that `member_answers` needs.
+    """Return the columns of a gathered file that `member_answers` needs, with the outcomes.
 
     Raises:
         StoreError: The file cannot be read, or is damaged.
     """
-    return read_table(file, ("status", "settling_time", *PROOF_COLUMNS))
+    plan = plan_of(read_table(file, ()))
+    varied = [] if plan is None else [safe_name(varied.key) for varied in plan.varied_keys]
+    return with_outcomes(read_table(file, (*READ, *PROOF_COLUMNS, *varied)), plan)
 
 
 def member_answers(file: Path, read: Callable[[Path], Table] = read_answers) -> MemberAnswers:
@@ -103,7 +106,7 @@ def member_answers(file: Path, read: Callable[[Path], Table] = read_answers) -> 
     """
     table = read(file)
     members = len(table[RUN])
-    plan = _plan_of(table, members)
+    plan = plan_of(table)
     many = members > MAX_COUNTED
     later = plan is not None and not many
     proofs = ProvedConvergence(plan, file.absolute().parent.parent) if plan and later else None
@@ -123,6 +126,7 @@ def member_answers(file: Path, read: Callable[[Path], Table] = read_answers) -> 
         settled=_count(settled),
         completed=_count(completed),
         without_proof=_without_proof(plan, codes == NO_PROOF, file.parent),
+        outcomes=outcomes_of(table, plan, codes == PROVED),
         one_state=OneState() if proofs is None else one_state_of(proofs, found),
         as_gathered=many,
         provable=then if first is None else first,
@@ -131,15 +135,6 @@ def member_answers(file: Path, read: Callable[[Path], Table] = read_answers) -> 
 
 def _count(mask: Array) -> int:
     return int(np.count_nonzero(mask))
-
-
-def _plan_of(table: Table, members: int) -> Plan | None:
-    """Return the plan of a sweep; None if this version cannot read it."""
-    try:
-        plan = plan_to_read(parse_source(str(table["plan"]), "plan").data)
-    except (ConfigError, KeyError):
-        return None
-    return plan if plan.members == members else None
 
 
 def _first_enclosable(plan: Plan | None, members: Array) -> int | None:

@@ -253,13 +253,15 @@ def open_sweep(path: str | Path) -> Table:
         NewerSchemaError: The file was written by a newer rbstab.
         StoreError: The file cannot be opened, or the sweep is not finished.
     """
+    # Imported late: it needs the plan, and much of the program.
+    from rbstab.sweep.folder.outcomes import plan_of, with_outcomes
+
     path = Path(path)
-    if not path_is_dir(path):
-        return read_table(path)
-    file = path / SWEEP_FILE
-    if not path_exists(file):
+    file = path / SWEEP_FILE if path_is_dir(path) else path
+    if file != path and not path_exists(file):
         raise unfinished_error(read_folder(path))
-    return read_table(file)
+    table = read_table(file)
+    return with_outcomes(table, plan_of(table))
 
 
 def unfinished_error(folder: SweepFolder) -> StoreError:

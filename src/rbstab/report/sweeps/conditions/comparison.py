@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.model.figure import SHARE_ENDS, Axis, Figure, Intervals, Panel
@@ -26,7 +25,7 @@ from rbstab.report.sweeps.fractions import (
     intervals,
     limit_heads,
 )
-from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members
+from rbstab.report.sweeps.members import LEFT_RANGE, OUTCOMES, RETURNS, Members
 from rbstab.report.sweeps.quantities import (
     MemberQuantity,
     peak_displacement,
@@ -34,9 +33,6 @@ from rbstab.report.sweeps.quantities import (
     settling_time,
 )
 from rbstab.report.sweeps.table_entries import number, whole
-
-RANGE_LEFT = str(RunStatus.RANGE_LEFT)
-"""The outcome that is compared where inputs supply power: such members need not settle."""
 
 SPREAD = (0.5, 0.05, 0.95)
 """Orders of the quantiles in the comparison; the median comes first, as a narrow page shows it."""
@@ -55,7 +51,8 @@ def comparison_blocks(name: str, members: Members) -> list[Block]:
     groups = paired_conditions_of(members)
     if groups is None:
         return []
-    outcome = RANGE_LEFT if members.driven else SETTLED
+    # Where inputs supply power, members need not come to rest.
+    outcome = LEFT_RANGE if members.driven else RETURNS
     shares = _shares(members, groups, outcome)
     plan = members.plan
     sampled = plan is not None and plan.design is not None
@@ -104,10 +101,10 @@ class _Shares(NamedTuple):
     by_condition: list[Fraction]
 
 
-def _shares(members: Members, groups: PairedConditions, outcome: str) -> _Shares:
-    has = members.outcomes == OUTCOMES.index(outcome)
+def _shares(members: Members, groups: PairedConditions, outcome: int) -> _Shares:
+    has = members.outcomes == outcome
     found = [fraction(label, has[groups.codes == k]) for k, label in enumerate(groups.labels)]
-    return _Shares(outcome, found)
+    return _Shares(OUTCOMES[outcome], found)
 
 
 def _outcomes(
@@ -120,7 +117,7 @@ def _outcomes(
 ) -> Table:
     occurring = np.flatnonzero(members.outcome_counts).tolist()
     # The columns that decide come first: a narrow page shows only these.
-    heads = [Head("condition"), Head(f"share {shares.outcome}", numbers=True)]
+    heads = [Head("condition"), Head(f"share: {shares.outcome}", numbers=True)]
     if sampled:
         heads += limit_heads()
     heads += [Head(OUTCOMES[code], numbers=True) for code in occurring]
@@ -177,9 +174,9 @@ def _figure(
         drawn = [share._replace(low=share.value, high=share.value) for share in drawn]
     panels, notes = [], []
     if len({share.value for share in drawn}) > 1:
-        panels = [Panel(x, Axis(f"share {shares.outcome}", ends=SHARE_ENDS), (intervals(drawn),))]
+        panels = [Panel(x, Axis(f"share: {shares.outcome}", ends=SHARE_ENDS), (intervals(drawn),))]
         if sampled:
-            notes = [f"The bars of the share {shares.outcome} are its {CONFIDENCE:.0%} interval."]
+            notes = [f"The bars of the share: {shares.outcome} are its {CONFIDENCE:.0%} interval."]
     panels += [Panel(x, quantity.axis, (_spread(groups, quantity),)) for quantity in quantities]
     if not panels:
         return []

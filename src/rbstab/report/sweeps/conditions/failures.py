@@ -7,10 +7,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.words import counted
 from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions
 from rbstab.report.sweeps.fractions import CONFIDENCE
-from rbstab.report.sweeps.members import OUTCOMES, Members
-
-FIRST_FAILURE = 2
-"""The index in `OUTCOMES` of the first outcome of a run that did not complete."""
+from rbstab.report.sweeps.members import LEFT_RANGE, OUTCOMES, Members
 
 
 def failure_sentences(members: Members, groups: PairedConditions, *, sampled: bool) -> list[str]:
@@ -24,7 +21,7 @@ def failure_sentences(members: Members, groups: PairedConditions, *, sampled: bo
         groups: The conditions.
         sampled: Whether the members are a sample; otherwise nothing is said of other members.
     """
-    failed = members.outcomes >= FIRST_FAILURE
+    failed = members.outcomes >= LEFT_RANGE
     if not failed.any():
         return []
     which = np.unique(members.outcomes[failed]).tolist()

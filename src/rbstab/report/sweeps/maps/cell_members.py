@@ -5,11 +5,14 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import CellMembers
 from rbstab.report.sweeps.maps.cell_grid import MapGrid
-from rbstab.report.sweeps.members import OUTCOMES, Members
+from rbstab.report.sweeps.members import LEFT_RANGE, OUTCOMES, Members
 from rbstab.report.sweeps.quantities import MemberQuantity
 
 NEAREST, FIRST = "nearest to the median", "the first of them"
 """What the member is that stands for a cell of several: for medians, and for shares."""
+
+FIRST_REASON = 2
+"""Before the outcomes of members that did not complete, there are two reasons for a gap."""
 
 
 def quantity_members(
@@ -35,7 +38,7 @@ def quantity_members(
     _set_first(shown, cells[is_nearest], numbers[is_nearest])
     outcomes = members.outcomes[grid.chosen]
     # A member that did not complete has no value for that reason, another one for the quantity's.
-    codes = np.where(outcomes > 1, outcomes, 0)
+    codes = np.where(outcomes >= LEFT_RANGE, outcomes - LEFT_RANGE + FIRST_REASON, 0)
     gaps, reasons = _gaps(grid, values, quantity.missing, np.where(finite, -1, codes))
     counts = grid.counts.reshape(grid.shape)
     return CellMembers(counts, shown.reshape(grid.shape), NEAREST, gaps, reasons)
@@ -79,8 +82,8 @@ def _gaps(
         grid: The grid of the map.
         values: The value of each cell, shape (rows, columns).
         missing: Why a member that completed may have no value.
-        of_member: 0 for a member without a value that completed; its outcome, from 2 on, for one
-            that did not; -1 where it has a value.
+        of_member: 0 for a member without a value that completed; from `FIRST_REASON` on, the
+            outcome of one that did not; -1 where it has a value.
     """
     counts = grid.counts
     gaps = np.full(len(counts), -1)
@@ -89,4 +92,4 @@ def _gaps(
     gaps[counts < grid.min_members] = 1
     gaps[np.isfinite(values.ravel()) | (counts == 0)] = -1
     few = f"fewer than {grid.min_members} members"
-    return gaps.reshape(grid.shape), (missing, few, *OUTCOMES[2:])
+    return gaps.reshape(grid.shape), (missing, few, *OUTCOMES[LEFT_RANGE:])

@@ -11,7 +11,7 @@ from rbstab.report.sweeps.basins import Basins
 from rbstab.report.sweeps.maps.cell_grid import MapGrid
 from rbstab.report.sweeps.maps.cell_members import quantity_members, share_members
 from rbstab.report.sweeps.maps.grouped import Grouped
-from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members, outcome_colour
+from rbstab.report.sweeps.members import OUTCOME_COLOURS, OUTCOMES, RETURNS, Members
 from rbstab.report.sweeps.proofs import proof_codes, proved_shares
 from rbstab.report.sweeps.quantities import MemberQuantity
 
@@ -59,9 +59,9 @@ def quantity_cells(members: Members, grid: MapGrid, quantity: MemberQuantity) ->
 
 
 def counted_outcome(members: Members) -> tuple[str, Array]:
-    """Return the outcome whose share is mapped: settled, or completed if no member settled."""
-    settled = members.outcomes == OUTCOMES.index(SETTLED)
-    return (SETTLED, settled) if settled.any() else ("completed", members.completed)
+    """Return the outcome whose share is mapped, the first that occurs, and who has it."""
+    code = RETURNS if members.outcome_counts[RETURNS] else int(members.outcomes.min())
+    return OUTCOMES[code], members.outcomes == code
 
 
 def outcome_cells(members: Members, grid: MapGrid) -> Cells:
@@ -72,12 +72,12 @@ def outcome_cells(members: Members, grid: MapGrid) -> Cells:
     if not grid.is_single:
         label, fulfilled = counted_outcome(members)
         return replace(
-            _cells(grid, shares(grid, fulfilled), Axis(f"share {label}")), span=(0.0, 1.0)
+            _cells(grid, shares(grid, fulfilled), Axis(f"share: {label}")), span=(0.0, 1.0)
         )
     occurring = np.flatnonzero(members.outcome_counts)
     indices = np.searchsorted(occurring, members.outcomes).astype(float)
     words = tuple(OUTCOMES[code] for code in occurring.tolist())
-    colours = tuple(map(outcome_colour, words))
+    colours = tuple(OUTCOME_COLOURS[code] for code in occurring.tolist())
     return _cells(grid, medians(grid, indices), Axis("outcome", categories=words, colours=colours))
 
 

@@ -8,7 +8,8 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block
 from rbstab.report.model.figure import Axis, Figure, Line, Mark, Panel, Points
 from rbstab.report.sweeps.conditions.paired_conditions import Slice
-from rbstab.report.sweeps.members import OUTCOMES, Members
+from rbstab.report.sweeps.maps.figures import FIRST
+from rbstab.report.sweeps.members import OUTCOMES, POINT_COLOURS, Members
 from rbstab.report.sweeps.parameters import Parameter
 from rbstab.report.sweeps.quantities import mapped, varies
 
@@ -26,24 +27,26 @@ def curves(name: str, members: Members, parameter: Parameter, slices: list[Slice
         slices: The members of each curve; with a single slice, E has a curve for each axis.
     """
     orders = [_order(parameter, part.chosen) for part in slices]
-    panels = []
+    panels: dict[str, Panel] = {}
     if np.count_nonzero(members.outcome_counts) > 1:
-        panels.append(_outcomes(members, parameter, orders, slices))
+        panels["outcome"] = _outcomes(members, parameter, orders, slices)
     for quantity in mapped(members):
         if not varies(quantity.values):
             continue
         if quantity.name == "peak-displacement" and len(slices) == 1:
-            panels.append(_peaks(members, parameter, orders[0]))
+            panels[quantity.name] = _peaks(members, parameter, orders[0])
             continue
         lines = tuple(
             _line(parameter, order, quantity.values, part.title, colour)
             for colour, (order, part) in enumerate(zip(orders, slices, strict=True))
         )
-        panels.append(Panel(parameter.axis, quantity.axis, lines))
+        panels[quantity.name] = Panel(parameter.axis, quantity.axis, lines)
     if not panels:
         return [f"The outcome and all quantities are constant along {parameter.axis.label}."]
     title = f"Along {parameter.axis.label}"
-    return [Figure(f"{name}-curves", title, tuple(panels), 2)]
+    first = tuple(panels.pop(key) for key in FIRST if key in panels)
+    figures = {"first": first, "curves": tuple(panels.values())}
+    return [Figure(f"{name}-{key}", title, own, 2) for key, own in figures.items() if own]
 
 
 def _order(parameter: Parameter, chosen: Array | None) -> Array:
@@ -72,6 +75,12 @@ def _outcomes(
     indices = np.searchsorted(occurring, members.outcomes).astype(float)
     words = tuple(OUTCOMES[code] for code in occurring.tolist())
     marks: list[Mark] = []
+    if len(slices) == 1 and len(orders[0]) <= MAX_POINTS:
+        for place, code in enumerate(occurring.tolist()):
+            own = orders[0][members.outcomes[orders[0]] == code]
+            x, y = parameter.values[own].astype(float), np.full(len(own), float(place))
+            marks.append(Points(x, y, "", POINT_COLOURS[code], code))
+        return Panel(parameter.axis, Axis("outcome", categories=words), tuple(marks))
     for colour, (order, part) in enumerate(zip(orders, slices, strict=True)):
         line = replace(_line(parameter, order, indices, part.title, colour), step=True)
         points = Points(line.x, line.y, line.label, colour, colour)

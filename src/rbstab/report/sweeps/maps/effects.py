@@ -171,7 +171,7 @@ def _shown(members: Members) -> list[_Shown]:
     found: list[_Shown] = []
     if np.count_nonzero(members.outcome_counts) > 1:
         label, fulfilled = counted_outcome(members)
-        found.append(_Shown("outcome", Axis(f"share {label}"), fulfilled.astype(float), True))
+        found.append(_Shown("outcome", Axis(f"share: {label}"), fulfilled.astype(float), True))
     # v(0) is a function of the parameters, and says something only beside c*.
     quantities = [q for q in mapped(members) if varies(q.values) and q.name != "start-energy"]
     found += [_Shown(q.name, q.axis, q.ranked, False, q.note, q.end) for q in quantities]

@@ -43,7 +43,7 @@ def _mapped_values(members: Members) -> dict[str, tuple[str, Array]]:
     found: dict[str, tuple[str, Array]] = {}
     if np.count_nonzero(members.outcome_counts) > 1:
         label, fulfilled = counted_outcome(members)
-        found["outcome"] = f"share {label}", fulfilled.astype(float)
+        found["outcome"] = f"share: {label}", fulfilled.astype(float)
     if len(proof_codes(members).labels) > 1:
         found["proofs"] = "share proved", proved_shares(members)
     basins = basins_of(members)

@@ -19,10 +19,16 @@ from rbstab.report.sweeps.maps.cell_values import (
 )
 from rbstab.report.sweeps.maps.colour_ranges import has_one_colour, on_one_scale, one_colour_note
 from rbstab.report.sweeps.maps.marked import extremes, failed_points, member_points, value_text
-from rbstab.report.sweeps.members import OUTCOMES, Members, outcome_colour
+from rbstab.report.sweeps.members import OUTCOMES, POINT_COLOURS, Members
 from rbstab.report.sweeps.parameters import BinnedAxis, Parameter
 from rbstab.report.sweeps.proofs import proof_codes
-from rbstab.report.sweeps.quantities import MemberQuantity, mapped, start_over_level, varies
+from rbstab.report.sweeps.quantities import (
+    MemberQuantity,
+    final_tilt,
+    mapped,
+    start_over_level,
+    varies,
+)
 
 LEVEL = "v(0) = c*; proved at the start inside"
 MEDIAN_LEVEL = "median v(0) = c*; inside, at least half of each cell is proved at the start"
@@ -39,6 +45,9 @@ NO_LEVEL = (
     "the level of v below which convergence is proved. The maps show v(0) and not v(0) / c*."
 )
 
+
+FIRST = ("outcome", "final-tilt")
+"""Names of the maps that are shown first: what became of the members, and how far they lean."""
 
 WORDS = ("outcome", "basins", "proofs")
 """Names of the maps of words, or of shares: these have no extremes to mark."""
@@ -86,18 +95,23 @@ def map_figures(
         maps = by_slice[0]
         if not maps:
             return blocks
-        panels = [
-            _panel(
-                grids[0],
-                on_one_scale([cells])[0],
-                cells.scale.text,
-                borders[0].marks(key),
-                marked=_is_marked(key, [cells]),
-            )
-            for key, cells in maps.items()
-        ]
-        notes += [one_colour_note([cells]) for cells in maps.values()]
-        return [*blocks, _figure(f"{name}-map", f"Maps {over}", panels, 2, notes)]
+        first = {key: maps.pop(key) for key in FIRST if key in maps}
+        for title, chosen in (("first", first), ("map", maps)):
+            if not chosen:
+                continue
+            panels = [
+                _panel(
+                    grids[0],
+                    on_one_scale([cells])[0],
+                    cells.scale.text,
+                    borders[0].marks(key),
+                    marked=_is_marked(key, [cells]),
+                )
+                for key, cells in chosen.items()
+            ]
+            own = [*notes, *(one_colour_note([cells]) for cells in chosen.values())]
+            blocks.append(_figure(f"{name}-{title}", f"Maps {over}", panels, 2, own))
+        return blocks
     for key in by_slice[0]:
         unscaled = [maps[key] for maps in by_slice]
         marked = _is_marked(key, unscaled)
@@ -125,26 +139,28 @@ def _is_marked(key: str, maps: list[Cells]) -> bool:
 
 
 def scatter_figure(what: Mapped, over: tuple[Parameter, Parameter], caption: str) -> Figure:
-    """Return the outcome of each member as a point over two parameters."""
+    """Return each member as a point: its outcome over two parameters, its tilt over the first."""
     name, members, slices = what
+    across, *up = ((p.axis, p.values) for p in over)
+    tilt = final_tilt(members)
     panels = []
-    across, up = ((p.axis, p.values) for p in over)
-    for part in slices:
-        chosen = np.arange(len(members)) if part.chosen is None else part.chosen
-        marks = tuple(
-            member_points(
-                chosen[members.outcomes[chosen] == code],
-                across,
-                up,
-                OUTCOMES[code],
-                (outcome_colour(OUTCOMES[code]), code),
+    for y in (*up, (tilt.axis, tilt.values)):
+        for part in slices:
+            chosen = np.arange(len(members)) if part.chosen is None else part.chosen
+            marks = tuple(
+                member_points(
+                    chosen[members.outcomes[chosen] == code],
+                    across,
+                    y,
+                    OUTCOMES[code],
+                    (POINT_COLOURS[code], code),
+                )
+                for code in np.flatnonzero(members.outcome_counts).tolist()
             )
-            for code in np.flatnonzero(members.outcome_counts).tolist()
-        )
-        panels.append(Panel(over[0].axis, over[1].axis, marks, part.title))
-    title = f"Outcomes over {over[0].axis.label} and {over[1].axis.label}"
-    columns = min(len(panels), 3)
-    return _figure(f"{name}-map", title, panels, columns, [caption])
+            panels.append(Panel(across[0], y[0], marks, part.title))
+    title = f"Outcomes over {over[0].axis.label} and {over[1].axis.label}, and final tilt"
+    columns = max(2, min(len(slices), 3))
+    return Figure(f"{name}-first", title, tuple(panels), columns, caption=caption)
 
 
 def _sentences(members: Members, shown: Collection[str]) -> list[str]:
@@ -163,16 +179,18 @@ def _sentences(members: Members, shown: Collection[str]) -> list[str]:
 def _maps_of(
     members: Members, grid: MapGrid, quantities: list[MemberQuantity], left_out: Collection[str]
 ) -> dict[str, Cells]:
-    """Return the maps on a grid, by the name of their quantity."""
-    maps = {quantity.name: quantity_cells(members, grid, quantity) for quantity in quantities}
+    """Return the maps on a grid, by the name of their quantity; those in `FIRST` come first."""
+    maps = {}
+    if np.count_nonzero(members.outcome_counts) > 1 and "outcome" not in left_out:
+        maps["outcome"] = outcome_cells(members, grid)
+    of_quantities = {q.name: quantity_cells(members, grid, q) for q in quantities}
+    maps |= {key: of_quantities.pop(key) for key in FIRST if key in of_quantities}
+    if len(proof_codes(members).labels) > 1 and "proofs" not in left_out:
+        maps["proofs"] = proof_cells(members, grid)
     basins = basins_of(members)
     if basins is not None and "basins" not in left_out:
-        maps = {"basins": basin_cells(basins, grid)} | maps
-    if len(proof_codes(members).labels) > 1 and "proofs" not in left_out:
-        maps = {"proofs": proof_cells(members, grid)} | maps
-    if np.count_nonzero(members.outcome_counts) > 1 and "outcome" not in left_out:
-        return {"outcome": outcome_cells(members, grid)} | maps
-    return maps
+        maps["basins"] = basin_cells(basins, grid)
+    return maps | of_quantities
 
 
 class _Border:

@@ -4,7 +4,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Cell, Head, Table
-from rbstab.report.sweeps.members import OUTCOMES, SETTLED, Members
+from rbstab.report.sweeps.members import RETURNS, Members
 from rbstab.report.sweeps.parameters import Parameter
 from rbstab.report.sweeps.quantities import mapped, varies
 from rbstab.report.sweeps.table_entries import number
@@ -42,9 +42,9 @@ class Influence:
     def __init__(self, members: Members) -> None:
         self.parameters = members.parameters
         quantities: dict[str, Array] = {}
-        settled = members.outcomes == OUTCOMES.index(SETTLED)
-        if settled.any() and not settled.all():
-            quantities["settled or not"] = settled.astype(float)
+        returns = members.outcomes == RETURNS
+        if returns.any() and not returns.all():
+            quantities["returns or not"] = returns.astype(float)
         for quantity in mapped(members):
             if varies(quantity.values):
                 quantities[quantity.axis.label] = quantity.values

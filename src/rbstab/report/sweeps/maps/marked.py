@@ -6,7 +6,8 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Cells, Points
 from rbstab.report.model.words import number
 from rbstab.report.sweeps.maps.cell_grid import MapGrid
-from rbstab.report.sweeps.members import OUTCOMES, SETTLED, UNSETTLED, Members
+from rbstab.report.sweeps.members import FAILED as FAILED_CODE
+from rbstab.report.sweeps.members import Members
 
 SMALLEST, LARGEST = "smallest value", "largest value"
 
@@ -56,8 +57,7 @@ FAILED, FAILED_TINT, CROSS = "failed", -7, 1
 
 def failed_points(members: Members, grid: MapGrid) -> list[Points]:
     """Return crosses on the cells of a few members that failed; a cell may be a pixel."""
-    known = [OUTCOMES.index(word) for word in (SETTLED, UNSETTLED, "range left")]
-    failed = ~np.isin(members.outcomes[grid.chosen], known)
+    failed = members.outcomes[grid.chosen] == FAILED_CODE
     if not 0 < np.count_nonzero(failed) <= MOST_FAILED:
         return []
     rows, columns = np.divmod(np.unique(grid.cells[failed]), grid.shape[1])

@@ -1,0 +1,31 @@
+"""A leg on its knee: a held body above a joint, which a rotational spring holds upright."""
+
+from typing import Any
+
+WEIGHT_MOMENT = 3.5 * 9.81 * 0.186
+"""m g l, N m/rad: the leg stands upright if its spring is stiffer than this, 6.386."""
+
+
+def leg(stiffness: float = 10.0, **sections: Any) -> dict[str, Any]:
+    """Return the config of a leg whose spring has this stiffness about x and y, N m/rad."""
+    return {
+        "schema_version": 2,
+        "title": "A leg on its knee",
+        "body": {"mass": 3.5, "inertia": [0.059, 0.059, 0.006], "contact_point": [0, 0, -0.186]},
+        "gravity": [0, 0, -9.81],
+        "controller": {
+            "variant": "visco-elastic",
+            "K_t": [1e-6, 1e-6, 1e-6],
+            "L_t": [1e-6, 1e-6, 1e-6],
+            "K_r": [stiffness, stiffness, stiffness / 2],
+            "L_r": [0.8, 0.8, 0.3],
+            "K_c": [4000, 4000, 40000],
+            "L_c": [80, 80, 200],
+        },
+        "initial": {
+            "orientation": {"deg": [5, 10, 0]},
+            "angular_velocity": [0, 2, 0],
+            "attached": True,
+        },
+        "integration": {"duration": 5},
+    } | sections

@@ -1,0 +1,169 @@
+"""Protects the outcomes of members: they follow from the stored columns and from what is wanted."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.leg import WEIGHT_MOMENT, leg
+from support.sweeping import run_sweep
+
+import rbstab
+from rbstab.experiment.outcome import KINDS
+from rbstab.integrate.status import RunStatus
+from rbstab.mechanics.attitude import rotation
+from rbstab.store.table import RUN, Table
+from rbstab.sweep.folder.member_answers import member_answers
+from rbstab.sweep.folder.outcomes import pose_numbers, with_outcomes
+from rbstab.sweep.folder.sweep_folder import SweepFolder
+from rbstab.sweep.members.outcome import COLUMNS, STATUSES
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.plan import Plan
+
+NAN = math.nan
+
+
+def table_of(rows: list[tuple[RunStatus, float, float, float]]) -> Table:
+    """Return a table of members: status, settling time, pitch at rest and at the end, degrees."""
+    status, settling, rest, end = zip(*rows, strict=True)
+    names = ("status", "settling_time", "end_time", "rest_orientation", "final_orientation")
+    arrays: dict[str, Any] = {
+        RUN: np.arange(len(rows)),
+        "status": np.array([STATUSES.index(one) for one in status], np.int8),
+        "settling_time": np.array(settling),
+        "end_time": np.ones(len(rows)),
+        "rest_orientation": np.radians([[0, angle, 0] for angle in rest]),
+        "final_orientation": np.radians([[0, angle, 0] for angle in end]),
+    }
+    return Table({name: COLUMNS[name] for name in names}, arrays, {})
+
+
+def plan_of(vary: dict[str, Any], base: dict[str, Any], engine: str = "heyoka") -> Plan:
+    return load_plan({"base": base, "vary": vary}, [f"integration.engine={engine}"])
+
+
+def swept(path: Path, plan: Plan) -> SweepFolder:
+    return run_sweep(path, plan, factory=None, shard_size=None).folder
+
+
+def test_kinds_follow_from_status_rest_and_tilt():
+    rows = [
+        (RunStatus.COMPLETED, 1.0, 9.9, 3.0, "returns", 9.9, 1),
+        (RunStatus.COMPLETED, 1.0, 10.01, 3.0, "rests_elsewhere", 10.01, 2),
+        # 1e-3 rad are 0.057°: this is the pose of the member before.
+        (RunStatus.COMPLETED, 1.0, 10.05, 3.0, "rests_elsewhere", 10.05, 2),
+        (RunStatus.COMPLETED, NAN, 0.0, 3.0, "moving", 3.0, 0),
+        # v was small before, but the run ended early.
+        (RunStatus.RANGE_LEFT, 1.0, 0.0, 89.9, "left_range", 89.9, 0),
+        *((status, NAN, NAN, NAN, "failed", NAN, 0) for status in STATUSES[2:]),
+    ]
+    found = with_outcomes(table_of([row[:4] for row in rows]), None)
+    assert found.words("outcome").tolist() == [row[4] for row in rows]
+    assert np.degrees(found["final_tilt"]) == pytest.approx([row[5] for row in rows], nan_ok=True)
+    assert found["rest_state"].tolist() == [row[6] for row in rows]
+    assert "2 rests elsewhere" in repr(found)
+    assert set(KINDS) == set(found.words("outcome"))
+
+
+def test_the_tilt_is_measured_from_the_desired_attitude():
+    desired = {"orientation": {"deg": [0, 60, 0]}, "within": {"deg": 5}}
+    plan = plan_of({"body.mass": {"values": [3.0, 3.5]}}, leg(desired=desired))
+    rows = [(RunStatus.COMPLETED, 1.0, 0.0, 0.0), (RunStatus.COMPLETED, 1.0, 58.0, 58.0)]
+    found = with_outcomes(table_of(rows), plan)
+    assert found.words("outcome").tolist() == ["rests_elsewhere", "returns"]
+    assert np.degrees(found["final_tilt"]) == pytest.approx([60.0, 2.0])
+    assert found["rest_state"].tolist() == [2, 1]
+
+
+def test_poses_are_numbered_by_tilt_and_turns_do_not_matter():
+    pitch, chosen = np.radians([30.0, 0.0, -30.0, 0.0, 30.0, 0.0]), np.ones(6, bool)
+    poses = np.stack([np.zeros(6), pitch, np.zeros(6)], axis=1)
+    poses[3, 2] = 2 * np.pi
+    chosen[5] = False
+    tilts = np.abs(pitch)
+    first, second, third, fourth, fifth, last = pose_numbers(poses, tilts, chosen)
+    assert second == fourth == 1
+    assert first == fifth
+    assert {first, third} == {2, 3}
+    assert last == 0
+    assert rotation(poses[1]) == pytest.approx(rotation(poses[3]))
+
+
+def test_too_many_poses_are_not_numbered():
+    pitch = np.linspace(0.0, 1.5, 1400)
+    poses = np.stack([pitch * 0, pitch, pitch * 0], axis=1)
+    found = pose_numbers(poses, pitch, np.ones(1400, bool))
+    assert found[0] == 1
+    assert found[999] == 1000
+    assert (found[1000:] == -1).all()
+
+
+@pytest.mark.heavy
+def test_the_stiffness_at_which_a_leg_stands(tmp_path):
+    """Upright is stable for K_r > m g l; below, it leans by θ with K_r θ = m g l sin θ."""
+    vary = {
+        "controller.K_r": {"scale": {"linspace": [0.4, 1.2, 17]}},
+        "initial.angular_velocity[1]": {"linspace": [-2, 2, 3]},
+    }
+    file = run_sweep(
+        tmp_path / "a", plan_of(vary, leg()), factory=None, shard_size=None
+    ).folder.sweep_file
+    table = rbstab.open_sweep(file)
+    stiffness, kinds = 10 * table["controller_K_r"], table.words("outcome")
+    assert (stiffness[kinds == "returns"] > WEIGHT_MOMENT).all()
+    leaning = kinds == "rests_elsewhere"
+    assert (stiffness[leaning] < WEIGHT_MOMENT).all()
+    tilts = table["final_tilt"][leaning]
+    # Its knee gives way a little: K_c is finite.
+    assert stiffness[leaning] * tilts == pytest.approx(WEIGHT_MOMENT * np.sin(tilts), rel=0.02)
+    found = member_answers(file).outcomes
+    first, middle, last = found.deciding.split("; ", 2)
+    assert first == "returns by 5 s for K_r[0] ≥ 7.0 N m/rad"
+    assert middle.startswith("still moving at 5 s at 6.5")
+    assert "rests elsewhere for ≤ 6.0" in last
+    assert found.sentence.startswith(f"returns: {np.sum(kinds == 'returns')} of 51 members; ")
+
+
+@pytest.mark.heavy
+def test_engines_agree_on_outcomes(tmp_path):
+    vary = {"controller.K_r": {"scale": {"values": [0.5, 0.65, 1.0]}}}
+    tables = [
+        rbstab.open_sweep(
+            run_sweep(tmp_path / name, plan, factory=None, shard_size=None).folder.path
+        )
+        for name in ("heyoka", "scipy")
+        for plan in [plan_of(vary, leg(), name)]
+    ]
+    expected = ["rests_elsewhere", "moving", "returns"]
+    assert [table.words("outcome").tolist() for table in tables] == [expected, expected]
+    assert tables[0]["final_tilt"] == pytest.approx(tables[1]["final_tilt"], abs=1e-6)
+
+
+@pytest.mark.heavy
+def test_starts_of_one_body_are_grouped_by_the_pose_they_reach(tmp_path):
+    vary = {"initial.angular_velocity[1]": {"values": [-3.0, -2.5, 2.0, 2.5]}}
+    base = leg(5.0, initial={"orientation": [0, 0, 0], "attached": True})
+    table = rbstab.open_sweep(
+        run_sweep(tmp_path / "a", plan_of(vary, base), factory=None, shard_size=None).folder.path
+    )
+    left, left_too, right, right_too = table["rest_state"]
+    assert left == left_too != right == right_too
+    # 5 θ = 6.386 sin θ
+    assert np.degrees(table["final_tilt"]) == pytest.approx([67.7] * 4, abs=0.1)
+
+
+@pytest.mark.heavy
+def test_a_new_wish_changes_outcomes_and_no_identity(tmp_path):
+    vary = {"initial.angular_velocity[1]": {"values": [0.0, 0.1]}}
+    seen = []
+    wishes: list[dict[str, Any]] = [{}, {"desired": {"orientation": {"deg": [0, 45, 0]}}}]
+    for desired in wishes:
+        folder = swept(tmp_path / "a", plan_of(vary, leg(**desired), "scipy"))
+        table, shard = rbstab.open_sweep(folder.path), folder.shard_file(0)
+        kept = (table["run_id"].tolist(), table.attributes["plan_id"], shard.stat().st_mtime_ns)
+        seen.append((table.words("outcome").tolist(), kept))
+    (before, kept), (after, kept_too) = seen
+    assert before == ["returns", "returns"]
+    assert after == ["rests_elsewhere", "rests_elsewhere"]
+    assert kept == kept_too

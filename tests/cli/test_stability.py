@@ -162,6 +162,6 @@ def test_the_run_of_a_violated_argument_is_told(folder: Path, rbstab: Invoke) ->
     text = text.replace("K_t", law).replace("[1, 2, -1]", "[16, 32, -16]")
     Path("coarse.yaml").write_text(text)
     done = rbstab("run", "--no-prove", "coarse.yaml")
-    assert "the Lyapunov argument fails: audit: max |r| / v(0): " in done.stderr
+    assert "the Lyapunov argument fails: audit: max |r| / largest energy: " in done.stderr
     assert " > 0.01\n" in done.stderr
     assert "This start:  not decided: the check audit of the computed run failed" in done.stdout

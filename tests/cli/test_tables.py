@@ -64,7 +64,14 @@ def test_what_needs_more_than_padding_is_left_to_rich(
 
 def test_a_narrow_terminal_cuts_no_number() -> None:
     """Nine columns of a run need more than 80 characters: each run then has a line for each."""
-    names = ("v(0) [J]", "v(end) [J]", "|r|/v(0)", "at rest from [s]", "max|E| [m]", "time [s]")
+    names = (
+        "v(0) [J]",
+        "v(end) [J]",
+        "|r|/largest energy",
+        "at rest from [s]",
+        "max|E| [m]",
+        "time [s]",
+    )
     table = new_table("file", "status", *names, words=("status",), numbers=names)
     for k in range(2):
         add_row(table, f"results/case{k}.h5", "completed", *(f"0.0{k}{n}681" for n in range(6)))

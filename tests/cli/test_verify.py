@@ -49,6 +49,24 @@ def test_a_larger_bound_with_a_new_digest_is_refused(proof: Path, rbstab: Invoke
     assert "Certified region: REFUSED" in done.stdout
 
 
+def test_a_check_that_takes_too_long_is_no_refusal(
+    proof: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wrong = proof.with_name(f"{'0' * 32}.json")
+    data = read_document(proof)
+    data["reduced_energy"]["quadratic"][0][1] += 1.0
+    write_document(wrong, data)
+    monkeypatch.setattr("rbstab.analysis.proof_check.energy.MOST_EVALUATIONS", 10)
+    done = rbstab("verify", str(proof))
+    assert done.exit_code == 5
+    assert done.stdout.startswith(f"{proof}: not decided: the check takes too long\n")
+    assert "The check needs more than 10 evaluations of U" in done.stdout
+    assert "REFUSED" not in done.stdout
+    assert json.loads(rbstab("verify", str(proof), "--json").stdout)["too_long"]
+    assert rbstab("verify", str(wrong)).exit_code == 4
+    assert rbstab("verify", str(proof), str(wrong)).exit_code == 4
+
+
 @pytest.mark.parametrize("key", ["lower_bound", "energy_bound"])
 def test_a_larger_region_of_a_minimum_is_refused(proof: Path, rbstab: Invoke, key: str) -> None:
     data = read_document(proof)

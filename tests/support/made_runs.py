@@ -74,7 +74,7 @@ def made_result(
         "value": [1e-12] * len(CHECKS) + [level[0]],
         "bound": [1e-8] * len(CHECKS) + [level[1]],
         "when": [0.5] * len(CHECKS) + [np.nan],
-        "quantity": ["max |r| / v(0)"] * len(found),
+        "quantity": ["max |r| / largest energy"] * len(found),
     }
     for name, column in lines.items():
         kind = object if isinstance(column[0], str) else float

@@ -30,29 +30,29 @@ it has round-off."""
 DIGITS_LOST = 2 * float(np.finfo(float).eps)
 """The round-off of v, relative to the energies and to the forces that it is made of."""
 
-SHIFT = 1e-8
-"""A change of a state, in SI units, that shows the slopes of energies. A body that is displaced and
-moves by 1e-12 only is then at rest."""
+SHIFTS = 1e-12 * np.arange(8)
+"""Changes of a state, in SI units, that show the slopes of energies and their scatter."""
 
 
 def value_round_off(energies: Callable[[Array], Array], start: Array) -> Array:
     """Return the energy below which v is round-off, shape () or (m,), J; it is never zero.
 
-    It is the round-off of the energies at the start, and the work of each force along the round-off
-    of 1 m or 1 rad.
+    It is the round-off of the energies at the start, the work of each force along the round-off of
+    1 m or 1 rad, and the scatter of energies that are differences of larger numbers.
 
     Args:
         energies: Returns the energy of each part at a state, shape (parts,) or (parts, m), J.
         start: The state at the start, shape (states,) or (states, m).
     """
     # Uneven changes, because an even one may be at right angles to the weight.
-    shift = SHIFT * np.linspace(1.0, 2.0, len(start))
+    direction = np.linspace(1.0, 2.0, len(start))
     with np.errstate(all="ignore"):
-        here = energies(start)
-        slopes = (energies((start.T + shift).T) - here) / SHIFT
-        size = np.abs(here).sum(axis=0) + np.abs(slopes).sum(axis=0)
-    finite = np.where(np.isfinite(size), size, 0.0)
-    return np.maximum(DIGITS_LOST * finite, np.finfo(float).tiny)
+        found = np.array([energies((start.T + shift * direction).T) for shift in SHIFTS])
+        slopes = (found[-1] - found[0]) / SHIFTS[-1]
+        scatter = np.abs(np.diff(found, 2, axis=0)).max(axis=0).sum(axis=0)
+        size = np.abs(found[0]).sum(axis=0) + np.abs(slopes).sum(axis=0)
+        noise = DIGITS_LOST * size + 2.0 * scatter
+    return np.maximum(np.where(np.isfinite(noise), noise, 0.0), np.finfo(float).tiny)
 
 
 def settling_level(largest: Array | float, round_off: Array | float) -> Array:

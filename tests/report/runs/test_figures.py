@@ -247,7 +247,7 @@ def test_of_many_runs_there_are_distributions():
     assert [panel.x.label for panel in figure.panels] == [
         "peak |E|",
         "v(end) / v(0)",
-        "largest |r| / v(0)",
+        "largest |r| / largest energy",
     ]
     # In 0.3 s no run settles: there are no empty axes, and the caption says why.
     assert f"settling time: {len(runs)}" in figure.caption

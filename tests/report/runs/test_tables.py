@@ -61,7 +61,7 @@ def test_the_numbers_of_a_run(path):
     unit = {head.label: head.unit for head in table.heads}
     assert value["v(0)"] == V_START
     assert value["v(end)"] == pytest.approx(V_START * math.exp(-2 * DECAY))
-    assert value["|r|/v(0)"] == pytest.approx(RESIDUAL / V_START)
+    assert value["|r|/largest energy"] == pytest.approx(RESIDUAL / V_START)
     assert value["peak |θ2|"] == pytest.approx(LARGEST_PITCH)
     # v falls below a thousandth of its start when exp(-DECAY t) does. Linear interpolation between
     # two samples is late by less than h² DECAY / 8.

@@ -76,14 +76,14 @@ def test_too_many_conditions_are_named(made):
 def test_every_number_is_in_one_bar(made):
     panels = figures_in(sweep_sections(made(VARY, columns)))["sweep-1-histograms"].panels
     found = {panel.x.label: panel for panel in panels}
-    assert set(found) == {"settling time of v", "max |r| / v(0)"}
+    assert set(found) == {"settling time of v", "max |r| / largest energy"}
     for panel, count in zip(found.values(), (99, 100), strict=True):
         (bars,) = panel.marks
         assert isinstance(bars, Bars)
         assert bars.heights.sum() == count
-    (bars,) = found["max |r| / v(0)"].marks
+    (bars,) = found["max |r| / largest energy"].marks
     assert isinstance(bars, Bars)
-    assert found["max |r| / v(0)"].x.log
+    assert found["max |r| / largest energy"].x.log
     # The edges have equal ratios.
     assert np.diff(np.log10(bars.edges)) == pytest.approx(np.log10(bars.edges[1] / bars.edges[0]))
     assert (bars.edges[0], bars.edges[-1]) == pytest.approx((1e-4, 1))

@@ -172,6 +172,13 @@ def outcome_of(members: MemberTrajectories, peaks: Peaks | None = None) -> dict[
     distance = np.sqrt(x * x + y * y + z * z)
     work = members.contact_work
     value = members.lyapunov if work is None else members.lyapunov + work
+    settling = settling_times(
+        times,
+        value,
+        members.orientation[:, -1] - members.rest_orientation,
+        members.energy_round_off,
+        members.supplied_energy,
+    )
     return last | {
         "end_time": np.full(count, times[-1]),
         "lyapunov_start": members.lyapunov[:, 0],
@@ -183,18 +190,13 @@ def outcome_of(members: MemberTrajectories, peaks: Peaks | None = None) -> dict[
             members.lyapunov, members.energy_round_off, members.supplied_energy
         ),
         "peak_contact_displacement": peak,
-        "peak_time": peaks.time[E_ROWS].T,
+        # Where nothing moves, the largest sample is that of the largest round-off.
+        "peak_time": np.where(settling[:, np.newaxis] == 0.0, 0.0, peaks.time[E_ROWS].T),
         "peak_orientation": angles,
         "smallest_regularity": np.cos(np.minimum(angles[:, 1], np.pi / 2)),
         "peak_contact_displacement_error": peaks.error[E_ROWS].max(axis=0),
         "peak_orientation_error": peaks.error[THETA_ROWS].max(axis=0),
-        "settling_time": settling_times(
-            times,
-            value,
-            members.orientation[:, -1] - members.rest_orientation,
-            members.energy_round_off,
-            members.supplied_energy,
-        ),
+        "settling_time": settling,
         "displacement_settling_time": last_above(times, distance, np.full(count, SETTLED_DISTANCE)),
     }
 

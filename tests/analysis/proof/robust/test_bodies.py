@@ -1,6 +1,7 @@
 """Boxes of bodies: what is proved holds for random bodies; what is false is never proved."""
 
 from fractions import Fraction
+from itertools import count
 
 import numpy as np
 import pytest
@@ -164,6 +165,21 @@ def test_pendulum_is_proved_where_its_equation_says(low, high, outcome):
     """K θ1 = 100 sin θ1 has one root if k >= 100, a threefold one at 100, else three."""
     members, part = pendulum(low, high)
     assert prove_bodies(members, part, part_limit=12).outcome is outcome
+
+
+@pytest.mark.parametrize(("parts", "percent"), [(0, None), (1, None), (2, 50), (3, 50)])
+def test_what_is_proved_by_a_limit_of_time_is_told(parts, percent, monkeypatch):
+    """Of the box from 61 to 143, the half with k > 100 is proved, and is examined second."""
+    from rbstab.analysis.proof.robust import bodies
+
+    monkeypatch.setattr(bodies, "counterexample", lambda *_: None)
+    asked = count()
+    members, part = pendulum("61", "143")
+    proof = prove_bodies(members, part, is_late=lambda: next(asked) == parts)
+    assert (proof.outcome, proof.parts, proof.level) == (BodiesOutcome.TIME_LIMIT, parts, 0.0)
+    proved = f"the claim is proved for {percent} % of the tolerances"
+    assert (proved in proof.reason) == (percent is not None)
+    assert ("proved for" in proof.reason) == (percent is not None)
 
 
 def test_sliding_connectors_have_no_energy():

@@ -145,11 +145,8 @@ class _Search:
             parts = len(self.pending) + self.proved
             reason = f"{len(self.pending)} of {parts} parts are not proved"
             if self.proved:
-                percent = float(100 * self.share)
+                percent = 100 * float(self.share)
                 reason += f"; the claim is proved for {percent:.4g} % of the tolerances"
-                if self.level > 0:
-                    level = np.nextafter(self.level * (1 - 1e-5), 0)
-                    reason += f", with v(0) < {level:.4g} J"
         return BodiesProof(outcome, level, self.examined, self.boxes, reason, false, self.axis)
 
 

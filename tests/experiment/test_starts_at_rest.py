@@ -1,0 +1,181 @@
+"""A body that starts at rest is at rest from t = 0: in runs, in members of sweeps, in tuning."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rbstab.experiment.simulate import simulate
+from rbstab.experiment.summary import settling_time_of, summary_of
+from rbstab.experiment.tuning.sensitivities import sensitivities
+from rbstab.experiment.tuning.tune import tune
+from rbstab.sweep.members.ensemble import ensemble_engine
+from rbstab.sweep.members.scipy_comparison import compare
+from rbstab.sweep.members.single import SingleRuns
+from rbstab.sweep.plan.load import load_plan
+
+G = 9.81
+Config = dict[str, Any]
+
+
+def held(**initial: Any) -> Config:
+    """Return a body that is held at its contact point, without a load."""
+    return {
+        "body": {"mass": 12, "inertia": [0.29, 0.34, 0.13], "contact_point": [0, 0, -0.25]},
+        "controller": {
+            "variant": "permanent",
+            "K_t": [40, 40, 40],
+            "L_t": [8, 8, 8],
+            "K_r": [60, 60, 30],
+            "L_r": [6, 6, 3],
+        },
+        "initial": initial,
+        "integration": {"duration": 4, "samples": 201},
+    }
+
+
+def leg(stiffness: float = 4e4, **initial: Any) -> Config:
+    """Return a leg that stands on a tie under its weight; at rest it is lower by m g / k."""
+    ties, turning = [4000, 4000, stiffness], {"K_r": [10, 10, 5], "L_r": [0.8, 0.8, 0.3]}
+    small = {"K_t": [1e-6] * 3, "L_t": [1e-6] * 3}
+    controller = {"variant": "visco-elastic", **small, **turning, "K_c": ties, "L_c": [80, 80, 200]}
+    lowered = 3.5 * G / (stiffness + 1e-6)
+    return {
+        "body": {"mass": 3.5, "inertia": [0.059, 0.059, 0.006], "contact_point": [0, 0, -0.186]},
+        "gravity": [0, 0, -G],
+        "controller": controller,
+        "initial": {"position": [0, 0, -lowered]} | initial,
+        "integration": {"duration": 2, "samples": 101},
+    }
+
+
+def on_elements(**initial: Any) -> Config:
+    """Return a body with a tie and a spring of the attitude, of schema version 2."""
+    tie = {"point": [0, 0, 0], "anchor": [0, 0, 0], "K_c": [100] * 3, "L_c": [5] * 3}
+    return {
+        "schema_version": 2,
+        "body": {"mass": 1, "inertia": [0.01, 0.01, 0.01], "contact_point": [0, 0, 0]},
+        "elements": {
+            "tie": {"kind": "visco-elastic", **tie},
+            "upright": {"kind": "attitude", "K": [1, 1.2, 1.5], "L": [0.1, 0.1, 0.1]},
+        },
+        "initial": initial,
+        "integration": {"duration": 2, "samples": 101},
+    }
+
+
+def alone(**initial: Any) -> Config:
+    """Return a body on which nothing acts."""
+    return {
+        "schema_version": 2,
+        "body": {"mass": 1, "inertia": [3, 5, 7], "contact_point": [0, 0, 0]},
+        "initial": initial,
+        "integration": {"duration": 2, "samples": 21},
+    }
+
+
+AT_REST = {
+    "held": held(),
+    "on elements": on_elements(),
+    "under its weight": leg(),
+    "under its weight, stiff": leg(4e8),
+    "under its weight, to round-off": leg(orientation=[0, 1e-12, 0]),
+    "alone and turned": alone(orientation=[0.3, -0.2, 0.1]),
+}
+
+
+@pytest.mark.parametrize("engine", ["scipy", "heyoka"])
+@pytest.mark.parametrize("name", AT_REST)
+def test_a_start_at_rest_is_at_rest_from_the_start(name: str, engine: str) -> None:
+    config = AT_REST[name]
+    config = config | {"integration": config["integration"] | {"engine": engine}}
+    result = simulate(config)
+    assert settling_time_of(result) == 0.0
+    assert summary_of(result).relative_residual < 1e-8
+    assert result.attributes["verdict"] != "violated"
+
+
+@pytest.mark.parametrize(
+    ("config", "settles"),
+    [
+        # ½ 7 kg m² (1 rad/s)² stays.
+        (alone(angular_velocity=[0, 0, 1]), False),
+        (alone(angular_velocity=[0, 0, 1e-6]), False),
+        (on_elements(orientation=[1e-5, 0, 0]), True),
+        (leg(orientation=[0, 1e-5, 0]), True),
+    ],
+)
+def test_a_body_that_moves_is_not_at_rest_from_the_start(config: Config, settles: bool) -> None:
+    time = settling_time_of(simulate(config))
+    assert math.isnan(time) != settles
+    assert not time < 0.05
+
+
+KNOCK = {
+    "schema_version": 2,
+    "body": {"mass": 2, "inertia": [1, 1, 1], "contact_point": [0, 0, 0]},
+    "elements": {
+        "mount": {
+            "kind": "visco-elastic",
+            "point": [0, 0, 0],
+            "anchor": [0, 0, 0],
+            "K_c": [200] * 3,
+            "L_c": [10] * 3,
+        },
+        "upright": {"kind": "attitude", "K": [1, 1, 1], "L": [1, 1, 1]},
+        "knock": {
+            "kind": "input",
+            "quantity": "force",
+            "point": [0, 0, 0],
+            "direction": [1, 0, 0],
+            "amplitude": 100,
+            "signal": {"kind": "pulse", "start": 1, "duration": 0.01},
+        },
+    },
+    "integration": {"duration": 10},
+}
+
+SETTLED_KNOCK = 1.01 + math.log(1000) / 5
+"""s: v falls as exp(-L t/m) after the knock, but for its waves."""
+
+PLANS = {
+    "at rest": {"base": held(), "vary": {"initial.angular_velocity[1]": {"linspace": [-4, 4, 9]}}},
+    "knock": {"base": KNOCK, "vary": {"elements.knock.amplitude": {"values": [1, 10, 100]}}},
+    "loaded": {"base": leg(), "vary": {"initial.angular_velocity[1]": {"linspace": [-1, 1, 3]}}},
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PLANS)
+def test_members_are_measured_against_their_largest_energy(name: str) -> None:
+    plan = load_plan(PLANS[name])
+    ours = ensemble_engine(plan).compute(0, plan.members).outcome
+    theirs = SingleRuns(plan, "scipy", with_largest=True).compute(0, plan.members).outcome
+    for found in (ours, theirs):
+        assert (found["energy_residual"] / found["energy_scale"]).max() < 1e-9
+        settled = found["settling_time"]
+        assert np.isfinite(settled).all()
+        if name == "knock":
+            assert settled == pytest.approx(SETTLED_KNOCK, abs=0.1)
+        else:
+            assert settled.argmin() == len(settled) // 2
+            assert settled.min() == 0.0
+    unlike, differences = compare(ours, theirs)
+    assert unlike == 0
+    assert max(differences.values()) < 1e-6
+
+
+@pytest.mark.parametrize("objective", ["settling_time", "energy"])
+def test_tuning_has_nothing_to_improve_at_rest(objective: str) -> None:
+    found = tune(held(), objective, "controller.L_r")
+    assert (found.given, found.value, found.failures) == (0.0, 0.0, 0)
+    assert not found.better
+
+
+def test_the_settling_time_of_a_body_at_rest_has_no_derivative() -> None:
+    found = sensitivities(held())
+    place = found.column("settling_time")
+    assert found.settles
+    assert found.values[place] == 0.0
+    assert np.isnan(found.derivatives[:, place]).all()

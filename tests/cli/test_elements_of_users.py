@@ -210,7 +210,7 @@ def test_a_start_is_compared_from_the_lowest_rest_state(rbstab: Invoke) -> None:
     assert rbstab("examples", "latch", "-o", ".").exit_code == 0
     done = rbstab("run", "examples/latch.yaml", "--allow-python")
     (compared,) = re.findall(
-        r"v\(0\) = (\S+) J, counted from the lowest rest state, is not", done.stdout
+        r"the start is (\S+) J above the lowest rest state, not below", done.stdout
     )
     (file,) = Path("results/proofs").iterdir()
     lowest, aside, _ = json.loads(file.read_text())["states"]

@@ -279,5 +279,5 @@ def test_the_regions_of_equally_low_rest_states_are_not_called_empty():
     }
     sentences = statements_of(prove(rbstab.load_config(soft)))
     assert not any("empty" in sentence for sentence in sentences)
-    assert any("no level of v(0) is enough" in sentence for sentence in sentences)
+    assert any("no level above the lowest rest state is enough" in one for one in sentences)
     assert sum(sentence.startswith("Region of rest state") for sentence in sentences) == 4

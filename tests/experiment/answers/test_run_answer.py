@@ -135,7 +135,7 @@ def test_a_start_outside_is_seen_until_its_motion_is_enclosed():
     proof = prove(config)
     _, seen, _, _ = answer_of(rbstab.simulate(config, proof=proof), proof=proof)
     assert seen.sureness is Sureness.SEEN
-    assert "is not below c* = 1020" in seen.sentence
+    assert "above the lowest rest state, not below c* = 1020" in seen.sentence
     result = rbstab.simulate(config, proof=proof, enclose=Enclose.BRIEFLY)
     _, proved, _, _ = answer_of(result, proof=proof)
     assert proved.sureness is Sureness.PROVED

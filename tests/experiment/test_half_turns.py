@@ -45,6 +45,7 @@ def test_each_half_turn_is_one_rest_state_and_a_family_is_none(K, energies, indi
     assert (proof.proved, proof.almost_every_start.proved) == (False, False)
     assert proof.examined < 60_000
     # The region of the upright state stays proved.
+    assert proof.region is not None
     assert proof.region.lower_bound == pytest.approx((K[0] + K[2]) / 2, abs=1e-3)
 
 

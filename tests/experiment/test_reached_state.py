@@ -97,7 +97,7 @@ def test_other_proofs_decide_nothing(proof):
 
 def test_proof_comes_back_from_plain_data(proof):
     again = Proof.model_validate_json(proof.model_dump_json())
-    assert again.of(proof._config) == proof
+    assert again == proof
     Theta = np.array(proof.states[1].orientation)
     assert reached_state(again, proof.regions[1].energy_bound - 1e-3, Theta, Theta) == 2
 

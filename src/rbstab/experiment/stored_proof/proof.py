@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Literal, Self
 
-from pydantic import NonNegativeInt, PositiveInt, PrivateAttr, model_validator
+from pydantic import NonNegativeInt, PositiveInt, model_validator
 
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.reasons import Reason
@@ -27,6 +27,9 @@ STOPPED = "the limit on the number of boxes was reached"
 
 TOO_FEW = "more boxes will not help"
 """The begin of the outcome of such a search that would need far more boxes than any proof tries."""
+
+CONFIG = "config"
+"""The name under which a proof keeps the config of which it was asked."""
 
 GOES_ON = f"{ASK_FOR_PROOF} tries more"
 """What is said of a proof that ended early, where more boxes may prove more."""
@@ -223,7 +226,6 @@ class Proof(ProvedStates):
     tied_energy: ProvedTiedEnergy | None = None
     brief: Literal[True] | None = None
     closed: Literal[True] | None = None
-    _config: Config | None = PrivateAttr(None)
 
     @model_validator(mode="after")
     def _check_closed(self) -> Self:
@@ -237,7 +239,8 @@ class Proof(ProvedStates):
         They differ in their starts, for example, and in the pose that is desired.
         """
         found = self.model_copy()
-        found._config = config
+        # It is no field: it is not in files, and makes no difference between proofs.
+        vars(found)[CONFIG] = config
         return found
 
     @property
@@ -246,7 +249,7 @@ class Proof(ProvedStates):
         # Imported late: its hypotheses need the elements and the bounds of proofs.
         from rbstab.experiment.stored_proof.almost_every_start import almost_every_start
 
-        return almost_every_start(self, self._config)
+        return almost_every_start(self, vars(self).get(CONFIG))
 
     def __repr__(self) -> str:
         """Return one line: the rest states, and how the proof ended."""

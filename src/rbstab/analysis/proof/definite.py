@@ -32,10 +32,30 @@ def damps_every_motion(system: System, of_users: Damping = NOTHING) -> bool:
         system: The system, with or without its elements of users.
         of_users: What these damp.
     """
+    damped = _damped(system, of_users)
+    return damped.turning and (damped.moving or system.coordinates.holds_contact)
+
+
+def undamped_by(system: System, of_users: Damping = NOTHING) -> list[str]:
+    """Return which gains of the stabilizers would damp what nothing damps: ["L_r is 0"]."""
+    damped, held = _damped(system, of_users), system.coordinates.holds_contact
+    missing = (RotationalStabilizer,) if not damped.turning else ()
+    if not (damped.moving or held):
+        missing = (TranslationalStabilizer, *missing)
+    return [
+        f"{gain.name} is {'singular' if getattr(one, gain.name).any() else '0'}"
+        for one in system.elements
+        if isinstance(one, missing)
+        for gain in one.gains
+        if gain.dissipates
+    ]
+
+
+def _damped(system: System, of_users: Damping) -> Damping:
     own = [one for one in system.elements if not one.from_user and _damps_fully(one)]
     turning = of_users.turning or any(isinstance(element, STOP_TURNING) for element in own)
     moving = of_users.moving or any(isinstance(element, STOP_MOVING) for element in own)
-    return turning and (moving or system.coordinates.holds_contact)
+    return Damping(turning, moving)
 
 
 def _damps_fully(element: Element) -> bool:

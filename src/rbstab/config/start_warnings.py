@@ -20,9 +20,9 @@ from rbstab.systems.system import System
 NEGLIGIBLE = 0.01
 """A spring that stores less than this share of the energy of a spin in half a turn hardly acts."""
 
-STEPS_PER_RADIAN = {"heyoka": 1.0, "DOP853": 2.0, "RK45": 20.0, "LSODA": 20.0, "Radau": 30.0}
-"""Steps per radian of an oscillation, measured at rtol 1e-12; another run may need half or twice
-as many."""
+STEPS_PER_RADIAN = {"heyoka": 1.0, "DOP853": 2.0, "RK45": 20.0, "LSODA": 40.0, "Radau": 40.0}
+"""Steps per radian of an oscillation, measured at rtol 1e-12; a run may need a third of them, or
+three times as many."""
 
 STEPS_PER_DECAY = 1 / 6
 """Steps per time constant of a motion that has decayed: explicit methods stay stable with these."""

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -108,7 +109,8 @@ def _eigenvalues(system: System, start: Array) -> Array:
 def _stiffest(problem: Problem) -> str:
     """Return the key of the gain whose half slows the fastest motion down most."""
     system, found = problem.system, {}
-    for place, element in enumerate(system.elements):
+    for place, one in enumerate(system.elements):
+        element: Any = one
         owner = f"elements.{element.name}" if "name" in vars(element) else "controller"
         for gain in element.gains:
             if gain in (POINT, ANCHOR):

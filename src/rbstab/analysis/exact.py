@@ -158,26 +158,39 @@ def fraction_ball(number: Fraction) -> Ball:
 def is_positive_definite(matrix: Array, *, or_semi: bool = False) -> bool:
     """Return whether the symmetric part of a square matrix is positive definite.
 
+    Args:
+        matrix: The matrix, of doubles or of rational numbers, shape (n, n).
+        or_semi: Whether eigenvalues may also be zero.
+    """
+    rank = exact_rank(matrix)
+    return rank is not None and (or_semi or rank == len(matrix))
+
+
+def exact_rank(matrix: Array) -> int | None:
+    """Return the rank of the symmetric part of a square matrix; None if an eigenvalue is negative.
+
     Its pivots are computed in rational numbers, without round-off.
 
     Args:
         matrix: The matrix, of doubles or of rational numbers, shape (n, n).
-        or_semi: Whether a semidefinite one will do.
     """
     exact = [[Fraction(x) for x in row] for row in matrix.tolist()]
     # Twice the symmetric part.
     rows = [
         [x + other[i] for x, other in zip(row, exact, strict=True)] for i, row in enumerate(exact)
     ]
+    rank = 0
     while rows:
         pivot, *row = rows[0]
-        if pivot < 0 or (pivot == 0 and (not or_semi or any(row))):
-            return False
+        # A zero on the diagonal beside another entry makes x'Mx negative for some x.
+        if pivot < 0 or (pivot == 0 and any(row)):
+            return None
+        rank += pivot > 0
         rows = [
-            [entry - (row[i] * row[j] / pivot if pivot else 0) for j, entry in enumerate(rest)]
+            [entry - row[i] * row[j] / (pivot or 1) for j, entry in enumerate(rest)]
             for i, (_, *rest) in enumerate(rows[1:])
         ]
-    return True
+    return rank
 
 
 def kernel(matrix: Array) -> list[Array]:

@@ -18,6 +18,7 @@ from rbstab.experiment.stored_proof.proof import (
     GOES_ON,
     NO_LENGTH,
     STOP,
+    UNSPRUNG,
     Proof,
     ProvedMinimum,
     ProvedState,
@@ -261,7 +262,9 @@ def _unwrapped_sentences(proof: Proof) -> list[str]:
     if found is None and (proof.brief or not proof.proved):
         return [f"{UNWRAPPED}: not decided{f' ({GOES_ON})' if proof.goes_on else ''}."]
     if found is None:
-        return [f"{UNWRAPPED}: not decided; rest states may have angles too large for a proof."]
+        cause = f"{UNSPRUNG}, so " if proof.unsprung else ""
+        why = f"{cause}rest states may have angles too large for a proof"
+        return [f"{UNWRAPPED}: not decided; {why}."]
     if not found.proved:
         return [f"{UNWRAPPED}: not decided ({proof.ended_in(found)})."]
     kinds = f": {kinds_of(found.states)}" if found.states else ""

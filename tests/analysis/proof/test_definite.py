@@ -42,6 +42,7 @@ def test_paper_body_has_what_is_needed():
 
 @pytest.mark.parametrize("name", ["L_t", "L_r", "L_c", "L_d"])
 def test_every_damping_counts(name):
+    """Each is exactly semidefinite at least; those that a config may leave out, no more."""
     assert indefinite_parameter(with_gain(name, BARELY_INDEFINITE)) == name
     expected = name if name == "L_d" else None
     assert indefinite_parameter(with_gain(name, np.diag([1.0, 0.0, 1.0]))) == expected

@@ -10,6 +10,7 @@ UNDECIDED = "in some small parts of the range it could not be decided whether th
 NOT_DAMPED = "it could not be shown that every motion loses energy"
 """Why nothing is proved of a body that may move without losing energy; `why_not_damped` follows."""
 
+
 _NEW_WORDS = {
     "some boxes could be neither emptied nor shown to hold one zero": UNDECIDED,
     "no elements damp every motion": NOT_DAMPED,

@@ -119,17 +119,20 @@ def prove_within(
 
 def _undamped(config: Config, tolerances: Sequence[Tolerance]) -> str | None:
     """Return why it is not known that each body loses energy in each motion; None if it is."""
-    from rbstab.analysis.proof.definite import why_not_damped
-    from rbstab.analysis.proof.robust.definite import indefinite_in_box
+    from rbstab.analysis.proof.definite import indefinite_parameter, why_not_damped
+    from rbstab.analysis.proof.robust.definite import lowest_systems
 
     if system_of(config).supplies:
         return SUPPLIES
-    # The points of the body may have tolerances.
-    undamped = why_not_damped(system_of(config, decimals), points_vary=True)
-    if undamped is not None:
-        return f"{NOT_DAMPED}: {undamped}"
-    indefinite = indefinite_in_box(partial(_corner, config, tolerances))
-    return None if indefinite is None else f"{indefinite} is not positive definite for each body"
+    for system in lowest_systems(partial(_corner, config, tolerances)):
+        indefinite = indefinite_parameter(system)
+        if indefinite is not None:
+            return f"{indefinite} is not positive definite for each body"
+        # The points of the body may have tolerances.
+        undamped = why_not_damped(system, points_vary=True)
+        if undamped is not None:
+            return f"{NOT_DAMPED}: {undamped}"
+    return None
 
 
 def members_of(

@@ -35,6 +35,10 @@ GOES_ON = f"{ASK_FOR_PROOF} tries more"
 """What is said of a proof that ended early, where more boxes may prove more."""
 
 
+UNSPRUNG = "K_r is not positive definite"
+"""The reason why rest states may form a family, and be farther away than any angle."""
+
+
 class ProvedState(Entry):
     """One rest state: Θ, X and D, and its potential energy, J.
 
@@ -288,7 +292,8 @@ class Proof(ProvedStates):
     @property
     def goes_on(self) -> bool:
         """Whether `rbstab run --prove` may prove more, as it takes more boxes."""
-        return self.brief is True and not self.outcome.startswith(TOO_FEW)
+        stays = self.outcome.startswith(TOO_FEW) or self.unsprung
+        return self.brief is True and not stays
 
     @property
     def ended(self) -> str:
@@ -300,7 +305,17 @@ class Proof(ProvedStates):
         if states.outcome != STOPPED:
             return states.outcome
         needs = f"the proof needs more than {grouped(states.examined)} boxes"
+        if self.unsprung:
+            return f"{needs}; {UNSPRUNG}, so rest states may form a family, for which none suffice"
         return f"{needs}; {GOES_ON}" if self.brief else f"{needs}, the most that are tried"
+
+    @property
+    def unsprung(self) -> bool:
+        """Whether the quadratic part of the energy, that of K_r, is not positive definite."""
+        from rbstab.analysis.exact import is_positive_definite  # imported late: few proofs end so
+
+        energy = self.reduced_energy or self.tied_energy
+        return energy is not None and not is_positive_definite(np.array(energy.quadratic))
 
     @property
     def kept_by(self) -> str | None:

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, Literal, Self
 
+import numpy as np
 from pydantic import NonNegativeInt, PositiveInt, model_validator
 
 from rbstab.config.schema import Config

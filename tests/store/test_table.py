@@ -20,11 +20,11 @@ from rbstab.store.disk.lock import FolderInUseError, is_locked, locked
 from rbstab.store.disk.seal import SEAL_SIZE, add_seal, check_seal
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
 from rbstab.store.hdf5_layout import Piece
-from rbstab.store.result import Variable
 from rbstab.store.run_file import open_result
 from rbstab.store.table import Column, TableHeader
 from rbstab.store.table_file import check_table, read_table
 from rbstab.store.table_writer import write_table
+from rbstab.store.variables import Variable
 
 LAYOUT = {
     "run_id": Column((), "S32", "1", "identity"),

@@ -11,8 +11,9 @@ from support.results import AWKWARD, assert_equal, result
 import rbstab
 from rbstab.listing import opening
 from rbstab.store.disk.seal import SEAL_SIZE
-from rbstab.store.result import Result, Variable
+from rbstab.store.result import Result
 from rbstab.store.run_file import open_result, write_result
+from rbstab.store.variables import Variable
 
 
 def test_to_the_last_bit(tmp_path):

@@ -50,18 +50,7 @@ CURVE = ("time", "lyapunov")
 
 @dataclass(frozen=True, repr=False)
 class Result:
-    """The result of one run: arrays by name, such as `result["orientation"]`, all in SI units.
-
-    A scalar quantity has the shape (time,), a vector (time, 3). The arrays are read-only: copy one
-    to change it.
-
-    Attributes:
-        variables: Arrays by name, with dimensions, unit and meaning. An array named like a
-            dimension is its coordinate. The name of an array in a group starts with the name of the
-            group: `certificate/verdict`.
-        attributes: Metadata: texts and numbers (`status`, `run_id`, ...).
-        config: The resolved config, YAML, with all defaults.
-    """
+    """The stored result of one run; users have it as `rbstab.Result`, where its parts are named."""
 
     variables: dict[str, Variable]
     attributes: dict[str, str | int | float]

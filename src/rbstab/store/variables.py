@@ -109,20 +109,24 @@ def _labels(variables: Mapping[str, Variable], dimension: str) -> Sequence[str]:
     return coordinate.data.tolist() if coordinate.is_text else list(map(str, range(count)))
 
 
-def joined(parts: Sequence[Mapping[str, NDArray[Any]]]) -> dict[str, NDArray[Any]]:
-    """Return flat columns below each other; what a part lacks is NaN, or an empty text."""
-    lengths = [len(next(iter(part.values()))) for part in parts]
+def joined(parts: Sequence[FlatColumns]) -> FlatColumns:
+    """Return tables below each other; what a part lacks is NaN, or an empty text."""
+    units = {name: unit for part in parts for name, unit in part.units.items()}
+    found = [part.arrays for part in parts]
+    lengths = [len(next(iter(arrays.values()))) for arrays in found]
     columns = {}
-    for name in dict.fromkeys(name for part in parts for name in part):
-        found = [part[name] for part in parts if name in part]
-        missing: Any = "" if any(data.dtype == object for data in found) else np.nan
+    for name in dict.fromkeys(name for arrays in found for name in arrays):
+        is_text = any(name in arrays and arrays[name].dtype == object for arrays in found)
         columns[name] = np.concatenate(
             [
-                part[name] if name in part else np.full(length, missing)
-                for part, length in zip(parts, lengths, strict=True)
+                # A number in a column of texts is the NaN of a missing text.
+                np.full(length, "", dtype=object)
+                if is_text and (name not in arrays or arrays[name].dtype != object)
+                else arrays.get(name, np.full(length, np.nan))
+                for arrays, length in zip(found, lengths, strict=True)
             ]
         )
-    return columns
+    return FlatColumns(columns, units)
 
 
 def frame_of(columns: FlatColumns, index: str) -> "pandas.DataFrame":

@@ -5,7 +5,7 @@ FIRST_STEPS = "First steps: rbstab init, then rbstab run experiment.yaml."
 
 EXAMPLES = {
     "init": "rbstab init my_experiment",
-    "examples": "rbstab examples paper/case1_permanent",
+    "examples": "rbstab examples real_body",
     "run": "rbstab run experiment.yaml --set body.mass=50",
     "sweep": "rbstab sweep sweep.yaml",
     "gather": "rbstab gather results/sweep",

@@ -31,7 +31,7 @@ COMMANDS = {
     "show": "Show the content of a result.",
     "list": "List the runs and sweeps in a folder of results, the newest first.",
     "compare": "Compare two results: what was run, and what came out.",
-    "export": "Write runs or a sweep as a table: CSV, Parquet, MATLAB.",
+    "export": "Write runs, or a sweep, as a table for other programs.",
     "report": "Make a report of runs and sweeps.",
     "plot": "Draw one figure of runs and sweeps, or write its data.",
     "stability": "Find the rest states of configs, and prove where motions converge.",

@@ -4,8 +4,9 @@ For notebooks::
 
     import rbstab
 
-    result = rbstab.simulate(rbstab.example("case1_permanent"))   # or the path of a config
+    result = rbstab.simulate(rbstab.example("real_body"))   # or the path of a config
     result["lyapunov"]     # an array
+    result.to_pandas()     # a table, one row a sample
     result.to_xarray()     # a dataset with units
 """
 

@@ -117,8 +117,9 @@ def test_xarray_and_others_open_it(sweep, segment):
             assert data["steps"][:].tolist() == arrays_of(12 - length, 12)["steps"].tolist()
         with h5py.File(path) as data:
             assert data["run_id"].dtype == "S32"
+    assert read_table(segment).to_xarray()["steps"].sel(run=7).item() == 7
     ours = read_table(sweep).to_xarray()
-    assert ours["steps"].sel(run=7).item() == 7
+    assert (ours["steps"].dims, ours["steps"].isel(a=1, b=3).item()) == (("a", "b"), 7)
 
 
 def test_any_damage_is_noticed(segment):

@@ -167,6 +167,7 @@ def dataset_of(
         name: str(v.data.item()) for name, v in variables.items() if v.is_text and not v.dimensions
     }
     data = {name: _entry(v, name in labels) for name, v in variables.items() if name not in texts}
+    make_read_only(entry[1] for entry in data.values())
     labelled = {name: data.pop(name) for name in list(data) if name in labels}
     dataset = package.Dataset(data, coords=labelled, attrs={**attributes, **texts})
     for name in coordinates:

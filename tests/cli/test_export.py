@@ -136,7 +136,7 @@ def test_runs_have_one_row_each(folder: Path, rbstab: Invoke) -> None:
     assert float(first["settling_time"]) == result.settling_time
     assert float(first["lyapunov_start"]) == result["lyapunov"][0]
     assert float(first["final_position_1"]) == result["position"][-1, 1]
-    assert first["status"] == "completed"
+    assert (first["status"], first["warnings"]) == ("completed", "")
 
 
 def test_what_one_run_lacks_is_empty_or_nan(folder: Path, rbstab: Invoke) -> None:

@@ -48,9 +48,12 @@ class Motions:
         make_read_only(variable.data for variable in self.variables.values())
 
     def __repr__(self) -> str:
-        """Return one line: how many samples and arrays."""
+        """Return one line: how many runs, if several, samples and arrays."""
         samples = len(self["time"]) if "time" in self else 0
-        return line("Motions", "", [f"{samples} samples", f"{len(self.variables)} arrays"])
+        several = RUN in self and self.variables[RUN].dimensions == (RUN,)
+        runs = [f"{len(self[RUN])} runs"] if several else []
+        facts = [*runs, f"{samples} samples", f"{len(self.variables)} arrays"]
+        return line("Motions", "", facts)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return the array with this name.

@@ -1,6 +1,6 @@
 """`rbstab export`."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -64,6 +64,11 @@ def command(results: tuple[Path, ...], output: Path, traces: bool, force: bool) 
     except (OSError, StoreError) as error:
         click.echo(f"error: {getattr(error, 'strerror', None) or error}", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
+    except (LookupError, ValueError, TypeError, ArithmeticError, AttributeError) as error:
+        # Anybody may have written the file.
+        reason = f"{type(error).__name__}: {error}"
+        click.echo(f"error: a result has wrong content ({reason})", err=True)
+        raise click.exceptions.Exit(exit_codes.STORAGE) from error
     rows = len(next(iter(columns.arrays.values())))
     click.echo(f"-> {output}: {rows} rows, {len(columns.arrays)} columns")
 
@@ -120,12 +125,13 @@ def _of_run(run: "Run", *, traces: bool) -> "FlatColumns":
 
 def _entries(name: str, value: Any) -> Iterator[tuple[str, Any]]:
     """Yield the numbers and texts in plain data, with names as `convergence_time`."""
-    if isinstance(value, Sequence) and any(isinstance(entry, str) for entry in value):
-        value = value if isinstance(value, str) else "; ".join(value)
     if isinstance(value, Mapping):
         for key, entry in value.items():
             yield from _entries(f"{name}_{key}".strip("_"), entry)
-    elif isinstance(value, Sequence) and not isinstance(value, str):
+    elif isinstance(value, list | tuple):
+        if all(isinstance(entry, str) for entry in value):
+            yield name, "; ".join(value)
+            return
         for number, entry in enumerate(value):
             yield from _entries(f"{name}_{number}", entry)
     else:

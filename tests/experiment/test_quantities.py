@@ -125,7 +125,7 @@ def test_arrays_have_the_shapes_of_their_dimensions(variant):
 def test_dataset_has_the_same(variant):
     result = paper_run(variant, True, "scipy")
     dataset = result.to_xarray()
-    assert set(dataset.variables) == ungrouped(result) | {"config"}
+    assert set(dataset.variables) == ungrouped(result)
     assert set(dataset.coords) == {"time", "axis", "part"}
     assert dataset["velocity"].attrs["units"] == "m/s"
     assert dataset["energy"].sel(part="kinetic").values[0] == result["energy"][0, 0]

@@ -1,8 +1,13 @@
 """A small result to store, with the numbers that a file format loses most easily."""
 
-import numpy as np
+from dataclasses import replace
+from typing import Any
 
-from rbstab.store.result import Result, Variable
+import numpy as np
+from numpy.typing import NDArray
+
+from rbstab.store.result import Result
+from rbstab.store.variables import Variable
 
 AWKWARD = [0.0, -0.0, np.inf, -np.inf, np.nan, 5e-324, 1.7976931348623157e308, 0.1, -1 / 3]
 
@@ -32,6 +37,12 @@ def result(seed: int = 0, samples: int = 5) -> Result:
         "wall_time": 0.1,
     }
     return Result(variables, attributes, f"title: Fall 2 – θ\nseed: {seed}\n")
+
+
+def with_data(result: Result, name: str, data: NDArray[Any]) -> Result:
+    """Return a result with other data in an array; the arrays themselves are read-only."""
+    changed = {name: result.variables[name]._replace(data=data)}
+    return replace(result, variables=result.variables | changed)
 
 
 def assert_equal(found: Result, expected: Result) -> None:

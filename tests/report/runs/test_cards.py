@@ -4,10 +4,12 @@ import dataclasses
 import math
 import re
 
+import numpy as np
 import pytest
 import yaml
 from report.runs.stored import facts, store_proof
 from support.made_runs import V_START, made_config, made_file, made_result
+from support.results import with_data
 
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
@@ -159,17 +161,15 @@ def test_different_experiments_do_not_list_their_keys(tmp_path):
 def late(path, *changes):
     """A run that is not at rest by its end."""
     result = made_result(made_config(*changes))
-    result.variables["lyapunov"].data[:] = V_START
-    write_result(path, result)
+    write_result(path, with_data(result, "lyapunov", np.full_like(result["time"], V_START)))
     return path
 
 
 def slower(path):
     """Write a run that comes to rest later than the others."""
     result = made_result()
-    v = result.variables["lyapunov"].data
-    v[:] = V_START * (v / V_START) ** 0.9
-    write_result(path, result)
+    v = V_START * (result["lyapunov"] / V_START) ** 0.9
+    write_result(path, with_data(result, "lyapunov", v))
     return path
 
 
@@ -208,8 +208,8 @@ def test_different_bodies_do_not_race(tmp_path):
 def test_a_peak_that_the_samples_do_not_show_is_explained(tmp_path):
     """|E| of the run is largest between two samples."""
     result = made_result(steps=10**6)
-    result.variables["contact_velocity"].data[:] *= 1e3
-    write_result(tmp_path / "fast.h5", result)
+    fast = with_data(result, "contact_velocity", 1e3 * result["contact_velocity"])
+    write_result(tmp_path / "fast.h5", fast)
     *_, cards = answer_blocks(facts(tmp_path / "fast.h5"))
     assert isinstance(cards, Cards)
     assert dict(cards.cards[0].facts)["peak |E|"].startswith("≥ ")

@@ -12,10 +12,10 @@ from rbstab.experiment.outcome import KINDS
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.palette import BAD, GOOD, OPEN, THIRD, UNKNOWN, UNTRIED
 from rbstab.report.sweeps.parameters import Parameter, parameters_of
+from rbstab.store.array_names import safe_name
 from rbstab.store.errors import NotAResultError
 from rbstab.store.table import Table
 from rbstab.store.table_file import read_table
-from rbstab.sweep.folder.layout import safe_name
 from rbstab.sweep.folder.outcomes import SweepOutcomes, outcomes_of, plan_of, with_outcomes
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import PROVED

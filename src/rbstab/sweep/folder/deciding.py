@@ -18,7 +18,7 @@ from rbstab.experiment.outcome import KINDS, OutcomeKind
 from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import Table
-from rbstab.sweep.folder.layout import safe_name
+from rbstab.store.array_names import safe_name
 from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey
 from rbstab.sweep.plan.plan import Plan
 

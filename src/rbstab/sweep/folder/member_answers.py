@@ -13,7 +13,7 @@ from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import RUN, Table
 from rbstab.store.table_file import read_table
-from rbstab.sweep.folder.layout import safe_name
+from rbstab.store.array_names import safe_name
 from rbstab.sweep.folder.outcomes import READ, SweepOutcomes, outcomes_of, plan_of, with_outcomes
 from rbstab.sweep.folder.sweep_folder import resuming_command
 from rbstab.sweep.members.outcome import STATUSES

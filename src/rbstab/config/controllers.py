@@ -18,6 +18,7 @@ from rbstab.config.quantities import (
     Real,
     Symmetric,
     Vector,
+    Whole,
     components,
     value_error,
 )
@@ -149,7 +150,7 @@ class SlidingController(_connector_controller("sliding")):  # type: ignore[misc]
         "position, law: exact",
     )
     switch_limit: Count = 10_000_000
-    stored_switches: int = Field(
+    stored_switches: Whole = Field(
         100_000, ge=0, description="number of switches stored with time and axis"
     )
 

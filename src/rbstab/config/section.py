@@ -4,7 +4,7 @@ from collections.abc import Callable
 from math import radians
 from typing import Any, NoReturn
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, WrapValidator
 from pydantic_core import PydanticCustomError
 
 from rbstab.config.errors import closest, hint
@@ -53,12 +53,25 @@ class OneAngle(Section):
     deg: Real = required("the same number in degrees")
 
 
+class VectorInDegrees(tuple[float, ...]):
+    """Three numbers in radians (or radians per second) that the config gives in degrees."""
+
+    __slots__ = ()
+
+
+class NumberInDegrees(float):
+    """A number in radians that the config gives in degrees."""
+
+    __slots__ = ()
+
+
 def _or_degrees(
     section: type[Section], kind: Any, check: Callable[[Any], None] | None = None
-) -> BeforeValidator:
+) -> WrapValidator:
     """Return a validator that converts `{deg: ...}` to radians before all other checks.
 
-    So a config has radians only, and so has its identity.
+    So a config has radians only, and so has its identity. The type of the value tells the unit in
+    which it was given, by which keys are read (`entries.degrees_key`).
 
     Args:
         section: The model of the value in degrees.
@@ -66,7 +79,7 @@ def _or_degrees(
         check: A check of the value in degrees, whose message has the numbers as they were given.
     """
 
-    def in_radians(value: Any) -> Any:
+    def in_radians(value: Any, handler: Callable[[Any], Any]) -> Any:
         if isinstance(value, str):
             # Such as 20deg: the message says how degrees are given.
             is_list = section is Degrees
@@ -74,14 +87,16 @@ def _or_degrees(
             problem = "tuple_type" if is_list else "float_type"
             raise PydanticCustomError(problem, "a text", {"expected": shown})
         if not isinstance(value, dict):
-            return value
+            return handler(value)
         degrees: Any = section.model_validate(value)
         found = degrees.deg
         if check is not None:
             check(found)
-        return tuple(map(radians, found)) if isinstance(found, tuple) else radians(found)
+        if isinstance(found, tuple):
+            return VectorInDegrees(handler(tuple(map(radians, found))))
+        return NumberInDegrees(handler(radians(found)))
 
-    return BeforeValidator(in_radians, json_schema_input_type=kind | section)
+    return WrapValidator(in_radians, json_schema_input_type=kind | section)
 
 
 OR_DEGREES = _or_degrees(Degrees, Vector)

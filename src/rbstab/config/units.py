@@ -43,6 +43,13 @@ _ELEMENT_UNITS = (
 """By kind, selector and key: the stiffness of a spring and that of a guard have different units."""
 
 
+DEGREES = "deg"
+"""The key of angles in degrees: `{deg: [30, 0, 0]}`."""
+
+_IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
+"""The units of keys that end in `.deg`, by the units of the keys without it."""
+
+
 class Kind(NamedTuple):
     """What decides the units of an element of a config.
 
@@ -62,6 +69,8 @@ class Kind(NamedTuple):
 def unit_of(key: str, kinds: Collection[Kind | tuple[str, str | None]] = ()) -> str:
     """Return the unit of a config key such as `body.inertia`; no code of a user runs.
 
+    That of an angle in degrees, such as `initial.orientation.deg`, is `deg` or `deg/s`.
+
     Args:
         key: The key.
         kinds: The kinds of the element in a key such as `elements.strut.stiffness`: one, or more if
@@ -71,6 +80,9 @@ def unit_of(key: str, kinds: Collection[Kind | tuple[str, str | None]] = ()) -> 
         The unit. It is empty for keys without a unit, for a boundary layer, whose unit depends on
         the surface, and if the kinds have different units.
     """
+    whole, _, last = key.rpartition(".")
+    if last == DEGREES and (unit := _IN_DEGREES.get(unit_of(whole, kinds))):
+        return unit
     section, _, rest = key.partition(".")
     if section != "elements":
         return _UNITS.get(key, "")

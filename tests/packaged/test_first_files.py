@@ -13,7 +13,7 @@ from rbstab.config.build import config_warnings
 from rbstab.config.load import load_config
 from rbstab.config.schema import VARIANTS
 from rbstab.config.units import unit_of
-from rbstab.config.upgrade import upgraded_text
+from rbstab.config.writing.upgrade import upgraded_text
 from rbstab.experiment.simulate import simulate
 from rbstab.packaged.first_config import CONNECTIONS, VALUES
 from rbstab.packaged.first_steps import first_files

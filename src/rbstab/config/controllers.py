@@ -22,7 +22,8 @@ from rbstab.config.quantities import (
     components,
     value_error,
 )
-from rbstab.config.section import OR_ONE_ANGLE, Section, required, word_or_section
+from rbstab.config.section import Section, required, word_or_section
+from rbstab.config.sections.angles import OR_ONE_ANGLE
 from rbstab.elements.declarations import Gain, OwnState
 from rbstab.elements.element import Element
 from rbstab.elements.registry import CONNECTORS, STABILIZERS

@@ -4,12 +4,12 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from rbstab.config.elements import declarations_of, gain_path, initial_path, kind_of
-from rbstab.config.keys import NumberKey, in_degrees, names_in, parse_key
 from rbstab.config.load import changed_config, resolved
 from rbstab.config.schema import Config
-from rbstab.config.section import FrozenMapping, NumberInDegrees, Section, VectorInDegrees
+from rbstab.config.section import FrozenMapping, Section
+from rbstab.config.sections.angles import NumberInDegrees, VectorInDegrees
 from rbstab.config.source import Path, key_of
-from rbstab.config.units import DEGREES, unit_of
+from rbstab.config.units import DEGREES, NumberKey, in_degrees, names_in, parse_key, unit_of
 from rbstab.elements.declarations import is_initial
 from rbstab.elements.registry import GAINS
 from rbstab.mechanics.numbers import Number

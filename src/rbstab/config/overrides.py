@@ -5,10 +5,18 @@ from dataclasses import replace
 from typing import Any
 
 from rbstab.config.errors import ConfigError, ConfigProblem, Location, shortened
-from rbstab.config.keys import NumberKey, in_degrees, names_in, number_key, parse_key
 from rbstab.config.schema import NO_VARIANT, VARIANTS, model_of, variant_of
 from rbstab.config.source import MAX_DEPTH, Path, Source, key_of, parse_source
-from rbstab.config.units import DEGREES, Kind, unit_of
+from rbstab.config.units import (
+    DEGREES,
+    Kind,
+    NumberKey,
+    in_degrees,
+    names_in,
+    number_key,
+    parse_key,
+    unit_of,
+)
 from rbstab.elements.registry import SELECTORS
 
 

@@ -25,9 +25,9 @@ from rbstab.config.errors import (
     did_you_mean,
     shortened,
 )
-from rbstab.config.keys import NumberKey, names_in, number_key
 from rbstab.config.schema import Config
 from rbstab.config.source import Path, key_of
+from rbstab.config.units import NumberKey, names_in, number_key
 
 OPTION = "--within"
 

@@ -18,8 +18,8 @@ from rbstab.config.errors import (
     did_you_mean,
     shortened,
 )
-from rbstab.config.keys import number_key
 from rbstab.config.schema import Config
+from rbstab.config.units import number_key
 from rbstab.mechanics.numbers import Array
 
 

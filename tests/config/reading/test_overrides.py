@@ -3,9 +3,9 @@
 import pytest
 from support.configs import PERMANENT, VISCO_ELASTIC, edited, plain
 
-from rbstab.config.keys import parse_key
 from rbstab.config.load import load_config
 from rbstab.config.source import key_of
+from rbstab.config.units import parse_key
 
 
 def test_a_number(load):

@@ -9,7 +9,8 @@ from pydantic import BeforeValidator, Field, ValidationInfo, WrapValidator, fiel
 
 from rbstab.config.errors import hint
 from rbstab.config.quantities import NotNegative, Positive, Real, Text, Whole, value_error
-from rbstab.config.section import OR_ONE_ANGLE, Section, required
+from rbstab.config.section import Section, required
+from rbstab.config.sections.angles import OR_ONE_ANGLE
 
 MAX_ROWS = 10_000
 """The most rows of a table."""

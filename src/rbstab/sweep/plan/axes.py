@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from rbstab.config.entries import value_at
-from rbstab.config.keys import NumberKey
 from rbstab.config.source import Path
+from rbstab.config.units import NumberKey
 from rbstab.sweep.plan.distributions import Distribution, FiniteList, MemberNumber
 
 VARIANT: Path = ("controller", "variant")

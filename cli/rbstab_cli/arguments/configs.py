@@ -73,7 +73,7 @@ def print_warnings(configs: dict[str, "Config"]) -> None:
     Args:
         configs: The configs by their names in messages.
     """
-    from rbstab.config.build import config_warnings
+    from rbstab.config.warnings import config_warnings
 
     warnings: dict[str, list[str]] = {}
     for label, config in configs.items():

@@ -261,8 +261,8 @@ def _engine(wanted: str | None, folder: Path, plan: Path) -> tuple[str, bool]:
 
 def _load(path: Path, changes: tuple[str, ...], *, allow_python: bool) -> "Plan":
     """Load a plan; if it has errors, print all of them and end the command with exit code 2."""
-    from rbstab.config.build import config_warnings
     from rbstab.config.errors import ConfigError
+    from rbstab.config.warnings import config_warnings
     from rbstab.sweep.plan.load import load_plan
     from rbstab_cli.arguments.plans import plan_problem_lines
 

@@ -23,6 +23,29 @@ def rotation(Theta: Array) -> Array:
     return A1 @ A2 @ A3
 
 
+def rotations(Theta: Array) -> Array:
+    """Return A(Θ) of many attitudes, shape (n, 3, 3); Θ has the shape (n, 3), rad."""
+    return np.array([rotation(angles) for angles in Theta]).reshape(-1, 3, 3)
+
+
+def quaternions(A: Array) -> Array:
+    """Return unit quaternions w, x, y, z of rotations along a motion; their sign does not jump.
+
+    Args:
+        A: Shape (n, 3, 3).
+
+    Returns:
+        Shape (n, 4); NaN where A is not finite.
+    """
+    # Imported late: it takes a while.
+    from scipy.spatial.transform import Rotation
+
+    found, finite = np.full((len(A), 4), np.nan), np.isfinite(A).all(axis=(1, 2))
+    found[finite] = Rotation.from_matrix(A[finite]).as_quat(scalar_first=True)
+    signs = np.where((found[1:] * found[:-1]).sum(axis=1) < 0, -1, 1)
+    return np.asarray(found * np.cumprod([1, *signs])[: len(found), None])
+
+
 def rate_matrix(Theta: Array) -> Array:
     """Return B(Θ), with Θ̇ = B(Θ) Ω (eq. 1); it is singular where cos θ2 = 0.
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rbstab.mechanics.attitude import rotation
 from rbstab.store.array_names import no_such_array
 from rbstab.store.cards import card, curve, line, optional_module
 
@@ -146,26 +145,6 @@ class Result:
     def run_id(self) -> str:
         """The run id, 32 hexadecimal digits of the SHA-256 of the resolved config."""
         return str(self.attributes["run_id"])
-
-    @property
-    def rotation(self) -> NDArray[Any]:
-        """A(Θ) of each sample, from body to inertial coordinates (eq. 2), shape (time, 3, 3)."""
-        return np.array([rotation(Theta) for Theta in self["orientation"]]).reshape(-1, 3, 3)
-
-    @property
-    def quaternion(self) -> NDArray[Any]:
-        """The same rotations as unit quaternions w, x, y, z, without jumps of the sign from sample to
-        sample; shape (time, 4).
-        """
-        # Imported here because it takes a while.
-        from scipy.spatial.transform import Rotation
-
-        A = self.rotation
-        found = np.full((len(A), 4), np.nan)
-        finite = np.isfinite(A).all(axis=(1, 2))
-        found[finite] = Rotation.from_matrix(A[finite]).as_quat(scalar_first=True)
-        signs = np.where((found[1:] * found[:-1]).sum(axis=1) < 0, -1, 1)
-        return found * np.cumprod([1, *signs])[: len(found), None]
 
     def to_xarray(self, group: str = "") -> "xarray.Dataset":
         """Return the result as an `xarray.Dataset` (needs the package xarray).

@@ -5,8 +5,9 @@ import pytest
 from support.configs import BY_VARIANT, EMBEDDED, FREE, PERMANENT, VISCO_ELASTIC, plain
 from support.systems import random_state
 
-from rbstab.config.build import config_warnings, problem_of, system_of
+from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
+from rbstab.config.warnings import config_warnings
 from rbstab.systems.coordinates import ManifoldCoordinates
 
 HELD = ("reduced", "manifold")

@@ -8,6 +8,7 @@ from rbstab.config.elements import declarations_of, gain_value
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import without_code
 from rbstab.elements.declarations import ANCHOR, POINT
+from rbstab.mechanics import attitude
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Animation, Tie
 from rbstab.report.reading.sources import Run
@@ -35,7 +36,7 @@ def animation_of(run: Run) -> Animation:
     finite = np.flatnonzero(np.isfinite(X).all(axis=1) & np.isfinite(Theta).all(axis=1))
     if not len(finite):
         raise ValueError(f"{run.label}: the run has no finite state")
-    turns = Rotation.from_matrix(run.result.rotation[finite])
+    turns = Rotation.from_matrix(attitude.rotations(Theta[finite]))
     times = run.result["time"][finite]
     lengths, _ = semi_axes(system.body)
     scaled = X[finite] / lengths[-1]

@@ -170,7 +170,12 @@ def _target(output: Path | None, form: str | None, *, as_json: bool) -> tuple[Pa
         form = form or "html"
         to_stdout = as_json or form == "text"
         return (None if to_stdout else Path("results", f"report{ENDINGS[form]}")), form
-    found = form or SUFFIXES.get(output.suffix.lower())
+    of_name = SUFFIXES.get(output.suffix.lower())
+    found = form or of_name
+    if form is not None and of_name not in (None, form):
+        raise click.UsageError(
+            f"-o {output} is the name of a file of the format {of_name}, and --format says {form}"
+        )
     if found is None:
         endings = ", ".join(SUFFIXES)
         raise click.UsageError(

@@ -80,6 +80,16 @@ Vector = Annotated[tuple[Real, ...], _THREE, _LIST]
 """Three finite numbers."""
 
 
+def _check_gravity(value: Any) -> Any:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        raise value_error(f"is {value:g}", f"expected a list of 3; down is [0, 0, {-abs(value):g}]")
+    return value
+
+
+Gravity = Annotated[Vector, BeforeValidator(_check_gravity)]
+"""The acceleration of free fall, which is a vector."""
+
+
 SMALLEST_SQUARE, LARGEST_SQUARE = 1e-200, 1e200
 """Bounds on the square of the length of a direction: beyond them it is zero or infinite soon."""
 

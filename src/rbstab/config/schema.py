@@ -25,7 +25,7 @@ from rbstab.config.elements import (
 )
 from rbstab.config.errors import printable, shortened
 from rbstab.config.inputs.signals import MAX_KNOTS
-from rbstab.config.quantities import Text, Vector, components, value_error, whole
+from rbstab.config.quantities import Gravity, Text, components, value_error, whole
 from rbstab.config.section import FrozenMapping, Section
 from rbstab.config.sections.body import BodySection, FreeInitial, HeldInitial, zero_vector
 from rbstab.config.sections.integration import HeldIntegration, Integration, SlidingIntegration
@@ -55,7 +55,7 @@ class Experiment(Section):
     schema_version: SchemaVersion = 1
     title: Text = "untitled"
     body: BodySection
-    gravity: Vector = zero_vector("m/s^2, inertial")
+    gravity: Gravity = zero_vector("m/s^2, inertial")
     controller: Any
     elements: Elements = Field(default_factory=FrozenMapping)
     initial: Any = Field(default_factory=HeldInitial)

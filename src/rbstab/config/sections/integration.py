@@ -26,7 +26,7 @@ MIN_INTERVAL = 1e-100
 class Integration(Section):
     """Settings of the integration."""
 
-    duration: Positive = required("s")
+    duration: Positive = required("simulated time, s")
     samples: Whole = Field(401, ge=2, le=1_000_000, description="equally spaced, both ends")
     coordinates: Literal["Z", "W"] = "Z"
     engine: Literal["scipy", "heyoka"] = "scipy"

@@ -4,9 +4,9 @@ import re
 from typing import Any
 
 from rbstab.config.errors import did_you_mean
-from rbstab.config.messages import keys_like
 from rbstab.config.source import Path
 from rbstab.config.units import number_key
+from rbstab.config.unknown_keys import keys_like
 from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey
 from rbstab.sweep.plan.distributions import FiniteList
 from rbstab.sweep.plan.problems import ProblemCollector

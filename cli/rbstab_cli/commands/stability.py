@@ -140,7 +140,7 @@ def _shown(
     from rbstab_cli.output.progress import starts_proved, working
 
     if are_of_starts(tolerances):
-        return starts_proved(name, wanted=not quiet)
+        return starts_proved(f"{name}: all starts", wanted=not quiet)
     return working(f"{name}: all bodies", wanted=bool(tolerances or largest) and not quiet)
 
 

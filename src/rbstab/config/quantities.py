@@ -33,7 +33,7 @@ def whole(value: Any) -> Any:
 Whole = Annotated[int, BeforeValidator(whole)]
 """A whole number, also written as 1e3 or 1000.0."""
 
-Count = Annotated[Whole, Field(ge=1)]
+Count = Annotated[int, Field(ge=1), BeforeValidator(whole)]
 
 
 def _without_null(text: str) -> str:

@@ -248,18 +248,6 @@ def test_an_anchor_far_from_the_origin_has_a_warning(stiffness, warned):
     assert [line.partition(":")[0] for line in found] == ["controller.anchor"] * warned
 
 
-@pytest.mark.parametrize(("distance", "warned"), [(0.098, False), (6.9, False), (98.0, True)])
-def test_a_contact_point_in_mm_has_a_warning(distance, warned):
-    """The body has a radius of gyration of 0.07 m: √(0.0098/2)."""
-    body = ["body.mass=2", "body.inertia=[0.0098,0.0098,0.0098]"]
-    gains = f"body.contact_point=[0,0,-{distance}]"
-    found = config_warnings(config_of(VISCO_ELASTIC, gains, *body, "controller.anchor=origin"))
-    assert len(found) == warned
-    if warned:
-        assert found[0].startswith("body.contact_point: it is 98 m from the centre of mass")
-        assert "radius of gyration of 0.07 m" in found[0]
-
-
 @pytest.mark.parametrize("inertia", ["[1, 1, 1]", "[3, 2, 1]", "[1, 3, 2]", "[5, 4, 3]"])
 def test_a_body_that_exists_gets_no_warning(inertia):
     assert config_warnings(config_of(VISCO_ELASTIC, f"body.inertia={inertia}")) == []

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, ValidationInfo, WrapValidator, field_validator
 
 from rbstab.config.errors import hint
-from rbstab.config.quantities import NotNegative, Positive, Real, Text, Whole, value_error
+from rbstab.config.quantities import NotNegative, Positive, Real, Text, value_error, whole
 from rbstab.config.section import Section, required
 from rbstab.config.sections.angles import OR_ONE_ANGLE
 
@@ -33,7 +33,7 @@ def _check_list(value: Any) -> Any:
     return value
 
 
-Seed = Annotated[Whole, Field(ge=0, lt=MAX_SEED)]
+Seed = Annotated[int, Field(ge=0, lt=MAX_SEED), BeforeValidator(whole)]
 
 Numbers = Annotated[
     tuple[Real, ...], Field(min_length=1, strict=False), BeforeValidator(_check_list)

@@ -10,6 +10,8 @@ from rbstab.mechanics.numbers import Array, Number, cos, sin
 def rotation(Theta: Array) -> Array:
     """Return A(Θ) = A1(θ1) A2(θ2) A3(θ3), from body to inertial coordinates (eq. 2).
 
+    It turns about x by θ1, then about the new y by θ2, then about the new z by θ3.
+
     Args:
         Theta: Θ, shape (3,), rad.
 

@@ -5,7 +5,7 @@ FIRST_STEPS = "First steps: rbstab init, then rbstab run experiment.yaml."
 
 EXAMPLES = {
     "init": "rbstab init my_experiment",
-    "examples": "rbstab examples paper/case1_permanent",
+    "examples": "rbstab examples real_body",
     "run": "rbstab run experiment.yaml --set body.mass=50",
     "sweep": "rbstab sweep sweep.yaml",
     "gather": "rbstab gather results/sweep",
@@ -13,6 +13,7 @@ EXAMPLES = {
     "show": "rbstab show results/experiment.h5",
     "list": "rbstab list results",
     "compare": "rbstab compare results/a.h5 results/b.h5",
+    "export": "rbstab export results/sweep -o sweep.csv",
     "report": "rbstab report results/experiment.h5 results/sweep -o report.html",
     "plot": "rbstab plot results/experiment.h5 --figure run-1-energy -o energy.pdf",
     "stability": "rbstab stability experiment.yaml --within controller=±20%",

@@ -31,6 +31,7 @@ COMMANDS = {
     "show": "Show the content of a result.",
     "list": "List the runs and sweeps in a folder of results, the newest first.",
     "compare": "Compare two results: what was run, and what came out.",
+    "export": "Write runs, or a sweep, as a table for other programs.",
     "report": "Make a report of runs and sweeps.",
     "plot": "Draw one figure of runs and sweeps, or write its data.",
     "stability": "Find the rest states of configs, and prove where motions converge.",
@@ -52,6 +53,7 @@ MEANT = {
     "new": "init",
     "ls": "list",
     "diff": "compare",
+    "convert": "export",
     "view": "show",
     "figure": "plot",
     "optimize": "tune",
@@ -67,6 +69,7 @@ ROOMS = {
     "examples": "beginning",
     "list": "stored",
     "compare": "stored",
+    "export": "stored",
     "completion": "texts",
     "schema": "texts",
 }

@@ -4,8 +4,9 @@ For notebooks::
 
     import rbstab
 
-    result = rbstab.simulate(rbstab.example("case1_permanent"))   # or the path of a config
+    result = rbstab.simulate(rbstab.example("real_body"))   # or the path of a config
     result["lyapunov"]     # an array
+    result.to_pandas()     # a table, one row a sample
     result.to_xarray()     # a dataset with units
 """
 
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rbstab.config.errors import ConfigError
     from rbstab.config.load import load_config
+    from rbstab.experiment.answers.result import Result
     from rbstab.experiment.convergence.convergence import Enclose
     from rbstab.experiment.proof import prove
     from rbstab.experiment.simulate import simulate
@@ -27,7 +29,6 @@ if TYPE_CHECKING:
     from rbstab.packaged.examples import example
     from rbstab.store.errors import StoreError
     from rbstab.store.motions import Motions
-    from rbstab.store.result import Result
     from rbstab.store.run_file import write_result
     from rbstab.store.table import Table
     from rbstab.sweep.folder.stored_traces import SweepTraces, open_traces
@@ -64,7 +65,7 @@ _MODULES = {
     "Enclose": "rbstab.experiment.convergence.convergence",
     "Motions": "rbstab.store.motions",
     "Proof": "rbstab.experiment.stored_proof.proof",
-    "Result": "rbstab.store.result",
+    "Result": "rbstab.experiment.answers.result",
     "RunStatus": "rbstab.integrate.status",
     "Sensitivities": "rbstab.experiment.tuning.sensitivities",
     "StoreError": "rbstab.store.errors",

@@ -3,10 +3,12 @@ work. `test_pages_run.py` compares what the pages show with what is printed.
 """
 
 import re
+import tomllib
 from pathlib import Path
 
 import click
 import pytest
+from support.page_sessions import pages
 
 from rbstab.config.schema import VARIANTS
 from rbstab.elements.declarations import Gain, OwnState
@@ -60,6 +62,16 @@ def test_each_key_of_a_config_is_described() -> None:
 def test_each_command_is_in_the_readme() -> None:
     for name in COMMANDS:
         assert f"rbstab {name}" in read("README.md")
+
+
+def test_pages_print_the_version_of_today() -> None:
+    project = tomllib.loads(read("pyproject.toml"))["project"]
+    printed = [
+        version
+        for page in pages()
+        for version in re.findall(r"^\$ rbstab --version\nrbstab (\S+)$", read(page), re.MULTILINE)
+    ]
+    assert printed == [project["version"]]
 
 
 def test_each_option_of_a_report_is_described() -> None:

@@ -11,7 +11,7 @@ from rbstab.config.load import load_config
 from rbstab.experiment.resolution import inverse_warnings, resolution_warnings
 from rbstab.integrate.problem import Trajectory
 from rbstab.integrate.status import RunStatus
-from rbstab.store.result import Variable
+from rbstab.store.variables import Variable
 
 LARGE = {"orientation": 1.0, "angular_velocity": 1.0, "position": 1.0, "velocity": 1.0}
 

@@ -67,6 +67,8 @@ def test_traces_and_motions() -> None:
     traces = rbstab.open_traces(STORED / "sweeps/finished_variants")
     assert ": 7 members with traces, " in repr(traces)
     assert re.fullmatch(r"<rbstab.Motions: 6 samples, \d+ arrays>", repr(traces.of(0)))
+    several = r"<rbstab.Motions: 2 runs, 6 samples, \d+ arrays>"
+    assert re.fullmatch(several, repr(next(iter(traces))))
 
 
 def test_names_of_arrays() -> None:

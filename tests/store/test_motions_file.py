@@ -15,7 +15,7 @@ from rbstab.store.disk.seal import SEAL_SIZE, read_seal
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
 from rbstab.store.motions import Motions, stack_motions
 from rbstab.store.motions_file import check_motions, read_checksum, read_motions, write_motions
-from rbstab.store.result import Variable
+from rbstab.store.variables import Variable
 
 SAMPLES = 7
 

@@ -7,9 +7,9 @@ import pytest
 
 from rbstab.store.motions import Motions
 from rbstab.store.motions_file import write_motions
-from rbstab.store.result import Variable
 from rbstab.store.table import Column, TableHeader
 from rbstab.store.table_writer import write_table
+from rbstab.store.variables import Variable
 
 STEPS = Column((), "i4", "1", "steps")
 END = Column(("axis",), "f8", "m", "X at the end")

@@ -9,11 +9,11 @@ from rbstab.store.disk.seal import SEAL_SIZE, add_seal
 from rbstab.store.errors import NotAResultError
 from rbstab.store.motions import Motions
 from rbstab.store.motions_file import read_motions, write_motions
-from rbstab.store.result import Variable
 from rbstab.store.run_file import write_result
 from rbstab.store.table import Column, TableHeader
 from rbstab.store.table_file import read_table
 from rbstab.store.table_writer import write_table
+from rbstab.store.variables import Variable
 
 LAYOUT = {"steps": Column((), "i4", "1", "steps"), "more": Column((), "i4", "1", "more")}
 

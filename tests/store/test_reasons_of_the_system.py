@@ -13,12 +13,12 @@ from rbstab.store.document import read_document, write_document
 from rbstab.store.errors import StoreError
 from rbstab.store.motions import Motions
 from rbstab.store.motions_file import read_motions, write_motions
-from rbstab.store.result import Variable
 from rbstab.store.run_file import open_result, write_result
 from rbstab.store.shard_file import read_shard, write_shard
 from rbstab.store.table import Column, TableHeader
 from rbstab.store.table_file import read_table
 from rbstab.store.table_writer import write_table
+from rbstab.store.variables import Variable
 
 LAYOUT = {"steps": Column((), "i4", "1", "steps")}
 STEPS = {"steps": np.array([1, 2], "i4")}

@@ -8,8 +8,9 @@ import pytest
 from support.results import assert_equal, result
 
 from rbstab.store.errors import NotAResultError
-from rbstab.store.result import Result, Variable
+from rbstab.store.result import Result
 from rbstab.store.run_file import open_result, write_result
+from rbstab.store.variables import Variable
 
 TRACKED = h5py.h5p.CRT_ORDER_TRACKED | h5py.h5p.CRT_ORDER_INDEXED
 

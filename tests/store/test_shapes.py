@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from rbstab.store.errors import StoreError
-from rbstab.store.result import Result, Variable
+from rbstab.store.result import Result
 from rbstab.store.run_file import write_result
 from rbstab.store.shard_file import write_shard
 from rbstab.store.table import Column, TableHeader
 from rbstab.store.table_writer import write_table
+from rbstab.store.variables import Variable
 
 ATTRIBUTES = {"title": "a", "status": "completed", "run_id": "0" * 32, "engine": "scipy"}
 

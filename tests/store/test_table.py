@@ -20,11 +20,11 @@ from rbstab.store.disk.lock import FolderInUseError, is_locked, locked
 from rbstab.store.disk.seal import SEAL_SIZE, add_seal, check_seal
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
 from rbstab.store.hdf5_layout import Piece
-from rbstab.store.result import Variable
 from rbstab.store.run_file import open_result
 from rbstab.store.table import Column, TableHeader
 from rbstab.store.table_file import check_table, read_table
 from rbstab.store.table_writer import write_table
+from rbstab.store.variables import Variable
 
 LAYOUT = {
     "run_id": Column((), "S32", "1", "identity"),
@@ -117,8 +117,9 @@ def test_xarray_and_others_open_it(sweep, segment):
             assert data["steps"][:].tolist() == arrays_of(12 - length, 12)["steps"].tolist()
         with h5py.File(path) as data:
             assert data["run_id"].dtype == "S32"
+    assert read_table(segment).to_xarray()["steps"].sel(run=7).item() == 7
     ours = read_table(sweep).to_xarray()
-    assert ours["steps"].sel(run=7).item() == 7
+    assert (ours["steps"].dims, ours["steps"].isel(a=1, b=3).item()) == (("a", "b"), 7)
 
 
 def test_any_damage_is_noticed(segment):

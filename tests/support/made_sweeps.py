@@ -8,9 +8,9 @@ import numpy as np
 
 from rbstab.integrate.status import RunStatus
 from rbstab.report.reading.sources import SweepFile
-from rbstab.store.result import Variable
 from rbstab.store.table import TableHeader
 from rbstab.store.table_writer import write_table
+from rbstab.store.variables import Variable
 from rbstab.sweep.folder.layout import grid_extras, varied_arrays, varied_layout
 from rbstab.sweep.members.outcome import STATUSES, columns_of
 from rbstab.sweep.plan.dump import plan_yaml

@@ -72,6 +72,7 @@ PREPARED: dict[str, tuple[str, ...]] = {
 
 NOT_EXECUTED: dict[str, dict[str, str]] = {
     "*": {"pip install": "changes the environment"},
+    "README.md": {"make": "installs an environment, and takes minutes"},
     "docs/cluster.md": {
         "rbstab sweep PLAN.yaml": "tests/sweep run parts and Dask clusters",
         "job=$(sbatch": "needs Slurm",

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from rbstab.store.result import Result, Variable
+from rbstab.store.result import Result
+from rbstab.store.variables import Variable
 
 AWKWARD = [0.0, -0.0, np.inf, -np.inf, np.nan, 5e-324, 1.7976931348623157e308, 0.1, -1 / 3]
 

@@ -130,6 +130,7 @@ def _reference(result: "Result") -> _Reference:
 
 
 def _print_json(known: "KnownNow") -> None:
+    from rbstab.experiment.own_states import final_state
     from rbstab_cli.output.certificate import certificate_checks
     from rbstab_cli.output.facts import run_data
     from rbstab_cli.output.json_output import print_json
@@ -147,19 +148,10 @@ def _print_json(known: "KnownNow") -> None:
     }
     more = {
         "certificate": certificate_checks(result),
-        "final": _final_state(result),
+        "final": final_state(result),
         "reference": reference,
     }
     print_json({**run_data(result, known.proof), **more, "arrays": arrays, "config": result.config})
-
-
-def _final_state(result: "Result") -> dict[str, list[float]]:
-    from rbstab.elements.registry import OWN_STATES
-    from rbstab.experiment.own_states import own_states_of
-
-    body = ("orientation", "angular_velocity", "position", "velocity")
-    names = (*body, *OWN_STATES, *own_states_of(result))
-    return {name: result[name][-1].tolist() for name in names if name in result}
 
 
 def _print_tables(known: "KnownNow") -> None:
@@ -167,6 +159,7 @@ def _print_tables(known: "KnownNow") -> None:
     from rbstab.experiment.answers.run_answer import answer_of
     from rbstab.experiment.answers.words import run_words
     from rbstab.experiment.convergence.convergence import ATTRIBUTE, stored_convergence
+    from rbstab.experiment.own_states import final_state
     from rbstab.experiment.stored_certificate import scale_of
     from rbstab.experiment.summary import at_least, summary_of
     from rbstab_cli.output.answers import print_answer
@@ -198,7 +191,7 @@ def _print_tables(known: "KnownNow") -> None:
         add_row(table, "", why, style="yellow")
     if "impact_count" in result:
         add_row(table, "impacts", _impacts(result))
-    for name, value in _final_state(result).items():
+    for name, value in final_state(result).items():
         add_row(table, f"final {name}", f"{_vector(value)} {result.variables[name].unit}")
     for warning in str(attributes.get("warnings", "")).splitlines():
         add_row(table, "warning", warning, style="yellow")

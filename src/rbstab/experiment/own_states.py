@@ -1,5 +1,6 @@
-"""The own states of named elements in a result."""
+"""The own states of named elements in a result, and its final state."""
 
+from rbstab.elements.registry import OWN_STATES
 from rbstab.store.result import Result
 from rbstab.systems.quantities import is_element_state
 
@@ -15,3 +16,10 @@ def own_states_of(result: Result) -> tuple[str, ...]:
         for name, variable in result.variables.items()
         if is_element_state(name) and variable.dimensions != (name,)
     )
+
+
+def final_state(result: Result) -> dict[str, list[float]]:
+    """Return the state of the body and of the elements at the end, by the names of its arrays."""
+    body = ("orientation", "angular_velocity", "position", "velocity")
+    names = (*body, *OWN_STATES, *own_states_of(result))
+    return {name: result[name][-1].tolist() for name in names if name in result}

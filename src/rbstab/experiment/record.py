@@ -31,7 +31,7 @@ from rbstab.integrate.watched_rates import EquationsInTime
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array, Number
-from rbstab.store.result import Variable
+from rbstab.store.variables import Variable
 from rbstab.systems.quantities import Quantity, quantities_with, run_dimensions
 from rbstab.systems.system import System
 

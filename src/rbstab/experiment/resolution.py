@@ -8,7 +8,7 @@ from rbstab.integrate.problem import Trajectory
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.algebra import inverse
 from rbstab.mechanics.numbers import Array
-from rbstab.store.result import Variable
+from rbstab.store.variables import Variable
 from rbstab.systems.parameters import parameters
 from rbstab.systems.system import System
 

@@ -15,7 +15,7 @@ from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.experiment.switching_record import has_no_potential
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.numbers import Array
-from rbstab.store.result import Variable
+from rbstab.store.variables import Variable
 
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.proof import Proof

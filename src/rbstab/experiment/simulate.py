@@ -12,6 +12,7 @@ from rbstab.config.messages import describe
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
 from rbstab.config.warnings import config_warnings
+from rbstab.experiment.answers.result import Result
 from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.convergence.with_proof import with_proof
 from rbstab.experiment.convergence.zero_description import zero_description
@@ -27,7 +28,6 @@ from rbstab.experiment.run_certificate import certificate_variables
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem, Progress
-from rbstab.store.result import Result
 from rbstab.systems.quantities import LAYOUT_VERSION
 
 if TYPE_CHECKING:

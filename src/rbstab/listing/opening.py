@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, TypeVar
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
 
 if TYPE_CHECKING:
+    from rbstab.experiment.answers.result import Result
     from rbstab.experiment.stored_proof.proof import Proof
-    from rbstab.store.result import Result
     from rbstab.store.table import Table
 
 T = TypeVar("T")
@@ -33,9 +33,11 @@ def open_result(path: str | Path) -> "Result":
             proof, a config or a folder, the message names the function that opens it.
         StoreError: The file cannot be opened.
     """
+    from rbstab.experiment.answers.result import Result
     from rbstab.store import run_file
 
-    return _opened(run_file.open_result, path, "the result of a run")
+    stored = _opened(run_file.open_result, path, "the result of a run")
+    return Result(stored.variables, stored.attributes, stored.config)
 
 
 def open_sweep(path: str | Path) -> "Table":

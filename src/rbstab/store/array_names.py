@@ -1,5 +1,6 @@
-"""The names of the arrays of a result: an error that says which one was meant."""
+"""The names of arrays: how keys are written as names, and an error about a wrong one."""
 
+import re
 from collections.abc import Iterable
 from difflib import get_close_matches
 
@@ -15,3 +16,8 @@ def no_such_array(name: object, known: Iterable[str], kind: str = "array") -> Ke
         return KeyError(f"no {kind} {name!r}; did you mean {close[0]}?")
     rest = ", ..." if len(names) > MAX_LISTED else ""
     return KeyError(f"no {kind} {name!r}; there are: {', '.join(names[:MAX_LISTED])}{rest}")
+
+
+def safe_name(key: str) -> str:
+    """Return a config key as a netCDF name, such as `body_inertia_0` for `body.inertia[0]`."""
+    return re.sub(r"[^A-Za-z0-9_]+", "_", key).strip("_")

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rbstab.store.result import Result, Variable
+from rbstab.store.result import Result
+from rbstab.store.variables import Variable
 
 if TYPE_CHECKING:
     from rbstab.store.table import TableHeader
@@ -40,11 +41,11 @@ def digest_of_table(header: "TableHeader", arrays_digest: str) -> str:
 
 def _add_variables(digest: "hashlib._Hash", variables: Mapping[str, Variable]) -> None:
     for name in sorted(variables):
-        dimensions, data, unit, long_name = variables[name]
-        is_text = data.dtype.kind in "OUT"
-        kind = "text" if is_text else data.dtype.newbyteorder("<").str
+        variable = variables[name]
+        dimensions, data, unit, long_name = variable
+        kind = "text" if variable.is_text else data.dtype.newbyteorder("<").str
         digest.update(repr((name, dimensions, kind, data.shape, unit, long_name)).encode())
-        if is_text:
+        if variable.is_text:
             digest.update(json.dumps(data.tolist()).encode())
         else:
             digest.update(np.ascontiguousarray(data, dtype=kind).tobytes())

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from rbstab.store.array_names import no_such_array
 from rbstab.store.cards import line
-from rbstab.store.result import Variable, dataset_of
 from rbstab.store.table import RUN
+from rbstab.store.variables import Variable, dataset_of, make_read_only
 
 if TYPE_CHECKING:
     import xarray
@@ -32,6 +32,7 @@ class Motions:
     """The trajectories of one or several runs at common times, as arrays by name.
 
     An array has the shape (time,) or (time, 3); with several runs, (run, time) or (run, time, 3).
+    The arrays are read-only.
 
     Attributes:
         variables: Arrays by name, with dimensions and SI units, including the coordinates `time`,
@@ -42,10 +43,17 @@ class Motions:
     variables: Mapping[str, Variable] = field(repr=False)
     attributes: Mapping[str, str | int | float] = field(default_factory=dict, repr=False)
 
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        make_read_only(variable.data for variable in self.variables.values())
+
     def __repr__(self) -> str:
-        """Return one line: how many samples and arrays."""
+        """Return one line: how many runs, if several, samples and arrays."""
         samples = len(self["time"]) if "time" in self else 0
-        return line("Motions", "", [f"{samples} samples", f"{len(self.variables)} arrays"])
+        several = RUN in self and self.variables[RUN].dimensions == (RUN,)
+        runs = [f"{len(self[RUN])} runs"] if several else []
+        facts = [*runs, f"{samples} samples", f"{len(self.variables)} arrays"]
+        return line("Motions", "", facts)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return the array with this name.

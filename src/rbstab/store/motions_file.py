@@ -26,8 +26,8 @@ from rbstab.store.held_files import check_unchanged
 from rbstab.store.motions import Motions, coordinates_of
 from rbstab.store.reading.hdf5_reader import Hdf5Reader
 from rbstab.store.reading.opening import open_hdf5
-from rbstab.store.result import Variable
 from rbstab.store.table import RUN
+from rbstab.store.variables import Variable
 
 MOTIONS_VERSION = 1
 """The format version that this program writes, and the newest that it reads."""

@@ -1,45 +1,27 @@
 """A result in memory: named arrays with dimensions, and attributes."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from rbstab.store.array_names import no_such_array
-from rbstab.store.cards import card, curve, line, optional_module
+from rbstab.store.cards import card, curve, line
+from rbstab.store.variables import (
+    Variable,
+    dataset_of,
+    flat_columns,
+    frame_of,
+    make_read_only,
+)
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
 SCHEMA_VERSION = 1
 """The format version that this program writes, and the newest that it reads."""
-
-
-class Variable(NamedTuple):
-    """An array with the names of its dimensions, its unit and its meaning."""
-
-    dimensions: tuple[str, ...]
-    data: NDArray[Any]
-    unit: str
-    long_name: str
-
-
-def coordinate_name(name: str, dimension: str) -> str:
-    """Return the name of the coordinate of an array's dimension; it is in the array's group."""
-    group, slash, _ = name.rpartition("/")
-    return f"{group}{slash}{dimension}"
-
-
-def check_shape(name: str, data: NDArray[Any], shape: tuple[int, ...]) -> None:
-    """Check the shape of an array.
-
-    Raises:
-        ValueError: The shape is wrong.
-    """
-    if np.shape(data) != shape:
-        raise ValueError(f"{name} has the shape {np.shape(data)} (expected {shape})")
 
 
 SHOWN = {
@@ -68,21 +50,15 @@ CURVE = ("time", "lyapunov")
 
 @dataclass(frozen=True, repr=False)
 class Result:
-    """The result of one run: arrays by name, such as `result["orientation"]`, all in SI units.
-
-    A scalar quantity has the shape (time,), a vector (time, 3).
-
-    Attributes:
-        variables: Arrays by name, with dimensions, unit and meaning. An array named like a
-            dimension is its coordinate. The name of an array in a group starts with the name of the
-            group: `certificate/verdict`.
-        attributes: Metadata: texts and numbers (`status`, `run_id`, ...).
-        config: The resolved config, YAML, with all defaults.
-    """
+    """The stored result of one run; users have it as `rbstab.Result`, where its parts are named."""
 
     variables: dict[str, Variable]
     attributes: dict[str, str | int | float]
     config: str = field(repr=False)
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        make_read_only(variable.data for variable in self.variables.values())
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return the array with this name, such as "orientation", in SI units.
@@ -147,7 +123,10 @@ class Result:
         return str(self.attributes["run_id"])
 
     def to_xarray(self, group: str = "") -> "xarray.Dataset":
-        """Return the result as an `xarray.Dataset` (needs the package xarray).
+        """Return the numbers as an `xarray.Dataset` (needs the package xarray).
+
+        Texts are attributes, also the config. Where a text array has a dimension, its words become
+        codes: `flag_meanings` lists the words (CF conventions).
 
         Args:
             group: The group to return; by default the arrays without a group.
@@ -160,27 +139,15 @@ class Result:
             for name, variable in self.variables.items()
             if name.rpartition("/")[0] == group
         }
-        if group:
-            return dataset_of(arrays, {})
-        dataset = dataset_of(arrays, self.attributes)
-        dataset["config"] = ((), np.array(self.config, dtype=object), {})
-        return dataset
+        return dataset_of(arrays, {} if group else self.attributes | {"config": self.config})
 
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return one row a sample: the arrays along `time` (needs the package pandas).
 
-def dataset_of(
-    variables: Mapping[str, Variable], attributes: Mapping[str, str | int | float]
-) -> "xarray.Dataset":
-    """Return arrays as an `xarray.Dataset`; arrays named like a dimension are coordinates.
+        The index is `time`, s. Vectors are split: `orientation_0`, `energy_kinetic`. The units are
+        in `attrs["units"]`.
 
-    Raises:
-        ImportError: xarray is not installed.
-    """
-    # Imported here because xarray is optional, and its import takes a second.
-    package: Any = optional_module("xarray", "xarray")
-    data = {
-        name: (v.dimensions, v.data, {"units": v.unit, "long_name": v.long_name})
-        for name, v in variables.items()
-    }
-    dimensions = {dimension for v in variables.values() for dimension in v.dimensions}
-    coordinates = {name: data.pop(name) for name in list(data) if name in dimensions}
-    return package.Dataset(data, coords=coordinates, attrs=dict(attributes))
+        Raises:
+            ImportError: pandas is not installed.
+        """
+        return frame_of(flat_columns(self.variables, ("time",)), "time")

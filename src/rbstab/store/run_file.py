@@ -11,7 +11,8 @@ from rbstab.store.disk.isolated_reading import IsolatedReader
 from rbstab.store.disk.seal import add_seal, has_seal
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.held_files import check_unchanged
-from rbstab.store.result import SCHEMA_VERSION, Result, Variable, check_shape, coordinate_name
+from rbstab.store.result import SCHEMA_VERSION, Result
+from rbstab.store.variables import Variable, check_shape, coordinate_name
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -103,14 +104,13 @@ def _file_bytes(result: Result) -> bytes:
 
 
 def _write_array(file: h5py.File, name: str, variable: Variable, *, is_scale: bool) -> None:
-    is_text = variable.data.dtype.kind in "OUT"
-    data = variable.data.astype(object) if is_text else variable.data
+    data = variable.data.astype(object) if variable.is_text else variable.data
     group, _, short_name = name.rpartition("/")
     if group and group not in file:
         file.create_group(group, track_order=True)
     parent = file[group] if group else file
     dataset = parent.create_dataset(
-        short_name, data=data, dtype=TEXT if is_text else None, track_order=True
+        short_name, data=data, dtype=TEXT if variable.is_text else None, track_order=True
     )
     dataset.attrs["units"] = variable.unit
     dataset.attrs["long_name"] = variable.long_name

@@ -16,8 +16,8 @@ import numpy as np
 from rbstab.store.disk.atomic import write_atomically
 from rbstab.store.disk.seal import add_seal, read_sealed, seal_digest
 from rbstab.store.errors import NewerSchemaError, NotAResultError, StoreError
-from rbstab.store.result import check_shape
 from rbstab.store.table import RUN, Arrays, Layout, Table, TableHeader, check_columns
+from rbstab.store.variables import check_shape
 
 SHARD_VERSION = 1
 """The format version that this program writes, and the newest that it reads."""

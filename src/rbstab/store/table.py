@@ -10,11 +10,21 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rbstab.store.array_names import no_such_array
-from rbstab.store.cards import bar, card, line, optional_module
-from rbstab.store.result import Variable, check_shape
+from rbstab.store.array_names import no_such_array, safe_name
+from rbstab.store.cards import bar, card, line
+from rbstab.store.variables import (
+    FlatColumns,
+    Variable,
+    check_shape,
+    dataset_of,
+    flag_attributes,
+    frame_of,
+    make_read_only,
+    split,
+)
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
 RUN = "run"
@@ -89,6 +99,12 @@ class TableHeader(NamedTuple):
     extras: Mapping[str, Variable] = MappingProxyType({})
 
 
+VARIED = "varied"
+"""The attribute with the names of the columns of varied keys."""
+
+GRID_AXIS, GRID_LENGTH = "grid_axis", "grid_length"
+"""The arrays with the names and lengths of the axes along which members are counted."""
+
 STATUS = "status"
 """The column of flags that a table shows of itself."""
 
@@ -97,7 +113,8 @@ STATUS = "status"
 class Table:
     """The results of a sweep's members: one array per column, such as `table["settling_time"]`.
 
-    The first axis of each column is the member, in the order of the member numbers.
+    The first axis of each column is the member, in the order of the member numbers. The arrays are
+    read-only: copy one to change it.
 
     Attributes:
         layout: The declaration of each column by name: dimensions, unit, meaning.
@@ -111,6 +128,10 @@ class Table:
     arrays: Arrays = field(repr=False)
     attributes: Mapping[str, str | int | float]
     extras: Mapping[str, Variable] = field(default_factory=dict, repr=False)
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        make_read_only([*self.arrays.values(), *(extra.data for extra in self.extras.values())])
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return the data of a column, or of an array in `extras`.
@@ -189,28 +210,97 @@ class Table:
         if name not in self.arrays:
             raise no_such_array(name, self.arrays, "column")
         data = self.arrays[name]
-        lengths = tuple(self["grid_length"].tolist())
+        lengths = tuple(self[GRID_LENGTH].tolist())
         return data.reshape(lengths + data.shape[1:])
 
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return one row a member, as `flat` (needs the package pandas).
+
+        The index is `run`, the member number. The units are in `attrs["units"]`.
+
+        Raises:
+            ImportError: pandas is not installed.
+        """
+        return frame_of(self.flat(), RUN)
+
+    def flat(self) -> FlatColumns:
+        """Return the columns with one entry a member: varied values, then outcomes.
+
+        Vectors are split (`final_position_0`), and codes are words.
+        """
+        arrays, units = {RUN: self.arrays[RUN]}, {RUN: "1"}
+        for name, column in self.layout.items():
+            found = split(name, self._readable(name))
+            arrays |= found
+            units |= dict.fromkeys(found, column.unit)
+        return FlatColumns(arrays, units)
+
     def to_xarray(self) -> "xarray.Dataset":
-        """Return the table as an `xarray.Dataset` (needs the package xarray).
+        """Return the numbers as an `xarray.Dataset` (needs the package xarray).
+
+        The varied keys are coordinates: `data.sel(controller_K_r_0=7.0)`. A grid has one dimension
+        for each of its axes, and drawn points have the dimension `run`. Outcomes in words are codes
+        (`flag_meanings`); the plan is an attribute. `run_id` is left out.
 
         Raises:
             ImportError: xarray is not installed.
         """
-        package: Any = optional_module("xarray", "xarray")
-        data: dict[str, Any] = {}
-        for name, column in self.layout.items():
-            dimensions = (RUN, *column.dimensions)
-            data[name] = (dimensions, self.arrays[name], attributes_of(column))
-        for name, extra in self.extras.items():
-            attributes = {"units": extra.unit, "long_name": extra.long_name}
-            data[name] = (extra.dimensions, extra.data, attributes)
-        coordinates = {RUN: self.arrays[RUN]} | {
-            dimension: np.arange(1, length + 1)
-            for dimension, length in dimensions_of(self.layout).items()
+        axes = self._axes()
+        numbers = self.arrays[RUN].reshape(tuple(axes.values()))
+        variables = {RUN: Variable(tuple(axes), numbers, "1", "number of the member")} | {
+            name: Variable((name,), np.arange(1, length + 1), "1", "component of a vector")
+            for name, length in dimensions_of(self.layout).items()
         }
-        return package.Dataset(data, coords=coordinates, attrs=dict(self.attributes))
+        for name, column in self.layout.items():
+            if name in self.varied:
+                variables[name] = self._varied(name, axes)
+            elif np.dtype(column.dtype).kind != "S":
+                data = self.arrays[name].reshape(*axes.values(), *column.shape)
+                dimensions = (*axes, *column.dimensions)
+                variables[name] = Variable(dimensions, data, column.unit, column.long_name)
+        variables |= {name: extra for name, extra in self.extras.items() if not extra.dimensions}
+        coordinates = [RUN, *(name for name in self.varied if name in variables)]
+        dataset = dataset_of(variables, self.attributes, coordinates)
+        for name, column in self.layout.items():
+            if name in dataset.data_vars:
+                dataset[name].attrs.update(attributes_of(column))
+        return dataset
+
+    @property
+    def varied(self) -> list[str]:
+        """The columns of the varied keys."""
+        return str(self.attributes.get(VARIED, "")).split()
+
+    def varied_values(self, name: str) -> Variable:
+        """Return the values of a varied key along `run`; variants as words."""
+        column = self.layout[name]
+        return Variable((RUN,), self._readable(name), column.unit, column.long_name)
+
+    def _varied(self, name: str, axes: Mapping[str, int]) -> Variable:
+        """Return the values of a varied key along its axis; along all axes if it has none."""
+        values = self.varied_values(name)
+        data = values.data.reshape(tuple(axes.values()))
+        for number, axis in enumerate(axes):
+            only = tuple(slice(None if other == number else 1) for other in range(data.ndim))
+            if name == axis or (name not in axes and (data == data[only]).all()):
+                return values._replace(dimensions=(axis,), data=data[only].ravel())
+        return values._replace(dimensions=tuple(axes), data=data)
+
+    def _axes(self) -> dict[str, int]:
+        """Return the names and lengths of the dimensions that count members, slowest first."""
+        names = self[GRID_AXIS].tolist() if GRID_AXIS in self else []
+        if names in ([], ["point"]):
+            return {RUN: len(self.arrays[RUN])}
+        taken = {RUN, *dimensions_of(self.layout), *self.layout}.difference(self.varied)
+        safe = [f"{name}_axis" if name in taken else name for name in map(safe_name, names)]
+        return dict(zip(safe, self[GRID_LENGTH].tolist(), strict=True))
+
+    def _readable(self, name: str) -> NDArray[Any]:
+        """Return a column with words in place of codes, and texts in place of bytes."""
+        if self.layout[name].flags:
+            return self.words(name)
+        data = self.arrays[name]
+        return data.astype(str).astype(object) if data.dtype.kind == "S" else data
 
 
 def check_columns(layout: Layout, arrays: Arrays) -> None:
@@ -267,8 +357,7 @@ def attributes_of(column: Column) -> dict[str, Any]:
     """Return the attributes of a column in a file; flags follow the CF conventions."""
     attributes: dict[str, Any] = {"units": column.unit, "long_name": column.long_name}
     if column.flags:
-        attributes["flag_values"] = np.arange(len(column.flags), dtype=column.dtype)
-        attributes["flag_meanings"] = " ".join(flag.replace(" ", "_") for flag in column.flags)
+        attributes |= flag_attributes(column.flags, column.dtype)
     return attributes
 
 

@@ -14,7 +14,6 @@ from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.held_files import check_unchanged
 from rbstab.store.reading.hdf5_reader import Hdf5Reader
 from rbstab.store.reading.opening import open_hdf5
-from rbstab.store.result import Variable
 from rbstab.store.table import (
     AXES,
     RUN,
@@ -27,6 +26,7 @@ from rbstab.store.table import (
     check_columns,
 )
 from rbstab.store.table_writer import KIND, TABLE_VERSION
+from rbstab.store.variables import Variable
 
 ARRAYS_DIGEST = "arrays_digest"
 """The attribute with the digest of the columns."""

@@ -20,7 +20,6 @@ from rbstab.store.disk.atomic import atomic_file, write_at
 from rbstab.store.disk.seal import format_seal
 from rbstab.store.errors import StoreError
 from rbstab.store.hdf5_layout import Layout, Piece, array_bytes
-from rbstab.store.result import Variable, check_shape
 from rbstab.store.table import (
     RUN,
     Arrays,
@@ -30,6 +29,7 @@ from rbstab.store.table import (
     attributes_of,
     dimensions_of,
 )
+from rbstab.store.variables import Variable, check_shape
 
 TABLE_VERSION = 1
 """The format version that this program writes, and the newest that it reads."""
@@ -183,10 +183,9 @@ def _make_scale(dataset: h5py.Dataset, name: str, long_name: str) -> None:
 
 
 def _add_extra(file: h5py.File, name: str, extra: Variable) -> None:
-    is_text = extra.data.dtype.kind in "OUT"
-    data = extra.data.astype(object) if is_text else extra.data
+    data = extra.data.astype(object) if extra.is_text else extra.data
     dataset = file.create_dataset(
-        name, data=data, dtype=_TEXT if is_text else None, track_order=True
+        name, data=data, dtype=_TEXT if extra.is_text else None, track_order=True
     )
     dataset.attrs["units"] = extra.unit
     dataset.attrs["long_name"] = extra.long_name

@@ -7,7 +7,7 @@ import numpy as np
 
 from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.mechanics.numbers import Array
-from rbstab.store.result import Variable
+from rbstab.store.variables import Variable
 from rbstab.systems.quantities import quantities_with
 from rbstab.systems.system import System
 

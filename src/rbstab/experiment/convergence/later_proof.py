@@ -6,6 +6,7 @@ shows a stored result shows what is known now, and so the same everywhere.
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -97,7 +98,7 @@ def with_later_proof(
     changed = [_knowing_more(_as_check(line), new.get(line.check)) for line in lines]
     attributes = attributes_with_proof(result, proof, str(result.attributes["verdict"]), found)
     variables = {**result.variables, **certificate_variables(changed)}
-    return Result(variables, attributes, result.config)
+    return replace(result, variables=variables, attributes=attributes)
 
 
 def _says_more(proof: "Proof", lines: Sequence[CertificateLine]) -> bool:

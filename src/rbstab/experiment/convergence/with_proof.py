@@ -3,7 +3,8 @@
 Only these parts change. So a proof can be added to a stored result without a second integration.
 """
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -37,6 +38,8 @@ from rbstab.store.result import Result
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.proof import Proof
 
+AnyResult = TypeVar("AnyResult", bound=Result)
+
 
 def takes_proof(result: Result) -> bool:
     """Return whether a result has what `with_proof` needs; some of older versions have not."""
@@ -45,12 +48,12 @@ def takes_proof(result: Result) -> bool:
 
 
 def with_proof(
-    result: Result,
+    result: AnyResult,
     config: Config,
     problem: Problem,
     proof: "Proof | None",
     enclose: Enclose = Enclose.NOTHING,
-) -> Result:
+) -> AnyResult:
     """Return a result with what a proof of its rest states says about it.
 
     Args:
@@ -78,7 +81,7 @@ def with_proof(
         if name not in lines and name.partition("/")[0] != ENCLOSURE
     }
     attributes = attributes_with_proof(result, proof, str(overall(checks)), convergence)
-    return Result(kept | lines | enclosure, attributes, result.config)
+    return replace(result, variables=kept | lines | enclosure, attributes=attributes)
 
 
 def _convergence(

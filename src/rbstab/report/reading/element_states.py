@@ -1,7 +1,7 @@
 """The own states of named elements in the file of a run, which declares them itself."""
 
 from rbstab.elements.declarations import OwnState
-from rbstab.store.result import Variable
+from rbstab.store.variables import Variable
 from rbstab.systems.quantities import Quantity, state_quantity
 
 

@@ -15,9 +15,10 @@ from rbstab.report.reading.element_states import state_in_file
 from rbstab.report.reading.not_results import not_a_result
 from rbstab.store.disk.existence import path_exists, path_is_dir, path_is_file
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.result import Result, Variable
+from rbstab.store.result import Result
 from rbstab.store.run_file import open_result
 from rbstab.store.table_file import CheckedTable, check_table
+from rbstab.store.variables import Variable
 from rbstab.sweep.folder.manifest import MANIFEST
 from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, read_folder, unfinished_error
 from rbstab.sweep.members.outcome import known_columns

@@ -13,10 +13,10 @@ from rbstab.config.source import parse_source
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.palette import BAD, OPEN
 from rbstab.report.sweeps.parameters import Parameter, parameters_of
+from rbstab.store.array_names import safe_name
 from rbstab.store.errors import NotAResultError
 from rbstab.store.table import RUN, Table
 from rbstab.store.table_file import read_table
-from rbstab.sweep.folder.layout import safe_name
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.plan.load import plan_to_read
 from rbstab.sweep.plan.plan import Plan

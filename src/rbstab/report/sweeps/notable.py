@@ -12,7 +12,7 @@ from rbstab.report.sweeps.members import OUTCOMES, SETTLED, UNSETTLED, Members
 from rbstab.report.sweeps.parameters import shortened
 from rbstab.report.sweeps.quantities import PEAK_LABEL, start_values
 from rbstab.report.sweeps.table_entries import number
-from rbstab.sweep.folder.layout import safe_name
+from rbstab.store.array_names import safe_name
 from rbstab.sweep.members.outcome import STATUSES
 
 NUMBER_COLUMNS = {

@@ -9,8 +9,8 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis
 from rbstab.report.model.words import untrusted
+from rbstab.store.array_names import safe_name
 from rbstab.store.table import Table
-from rbstab.sweep.folder.layout import safe_name
 from rbstab.sweep.plan.axes import VARIANT, VariedKey
 from rbstab.sweep.plan.axes import Axis as PlanAxis
 from rbstab.sweep.plan.distributions import FiniteList, Geomspace, Logspace, LogUniform

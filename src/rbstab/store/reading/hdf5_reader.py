@@ -14,7 +14,7 @@ from rbstab.store.errors import NewerSchemaError, NotAResultError
 from rbstab.store.reading.attributes import Attribute, attribute_of, text_of
 from rbstab.store.reading.raw_arrays import RawArrays
 from rbstab.store.reading.types import PLAIN_NUMBERS, TEXT_REFERENCE, is_text
-from rbstab.store.result import Variable
+from rbstab.store.variables import Variable
 
 MAX_OBJECTS = 2000
 """The most arrays and groups of a file."""

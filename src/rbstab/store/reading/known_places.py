@@ -17,7 +17,7 @@ import numpy as np
 from rbstab.store.errors import NotAResultError
 from rbstab.store.reading.attributes import KNOWN_TYPES, Attribute, attribute_of_type, known_type
 from rbstab.store.reading.hdf5_reader import Hdf5Reader
-from rbstab.store.result import Variable
+from rbstab.store.variables import Variable
 
 MAX_SIZES = 256
 """The most sizes of files that are remembered."""

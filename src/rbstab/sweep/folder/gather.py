@@ -13,10 +13,10 @@ from rbstab.mechanics.numbers import Array
 from rbstab.store.disk.existence import path_exists
 from rbstab.store.disk.regular_file import read_regular
 from rbstab.store.errors import NotAResultError
-from rbstab.store.result import Variable
-from rbstab.store.table import Column, Table, TableHeader
+from rbstab.store.table import VARIED, Column, Table, TableHeader
 from rbstab.store.table_file import DIGEST, read_table
 from rbstab.store.table_writer import write_table
+from rbstab.store.variables import Variable
 from rbstab.sweep.folder.layout import grid_extras, varied_arrays, varied_layout
 from rbstab.sweep.folder.shard_inventory import ShardInventory
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SweepFolder
@@ -100,7 +100,9 @@ def gather(
         extras |= _comparison_extras(comparison)
     text = np.array(plan_yaml(plan), dtype=object)
     extras["plan"] = Variable((), text, "", "resolved plan, YAML")
-    layout = varied_layout(plan) | folder.columns | GATHERED_COLUMNS
+    varied = varied_layout(plan)
+    attributes[VARIED] = " ".join(varied)
+    layout = varied | folder.columns | GATHERED_COLUMNS
     if plan.keep.count(plan.members):
         layout["traces"] = HAS_TRACE
     header = TableHeader(layout, 0, manifest.members, attributes, extras)

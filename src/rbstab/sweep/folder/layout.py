@@ -1,21 +1,15 @@
 """The columns of the varied values in the file of a sweep."""
 
-import re
-
 import numpy as np
 
 from rbstab.config.entries import unit_at
 from rbstab.config.source import key_of
 from rbstab.mechanics.numbers import Array
-from rbstab.store.result import Variable
-from rbstab.store.table import Column
+from rbstab.store.array_names import safe_name
+from rbstab.store.table import GRID_AXIS, GRID_LENGTH, Column
+from rbstab.store.variables import Variable
 from rbstab.sweep.plan.axes import VARIANT, VariedKey
 from rbstab.sweep.plan.plan import Plan
-
-
-def safe_name(key: str) -> str:
-    """Return a config key as a netCDF name, such as `body_inertia_0` for `body.inertia[0]`."""
-    return re.sub(r"[^A-Za-z0-9_]+", "_", key).strip("_")
 
 
 def varied_layout(plan: Plan) -> dict[str, Column]:
@@ -40,8 +34,8 @@ def grid_extras(plan: Plan) -> dict[str, Variable]:
     dimensions = ("grid_axis_number",)
     long_name = "axes along which members are counted, the last one fastest"
     return {
-        "grid_axis": Variable(dimensions, np.array(list(names), dtype=object), "", long_name),
-        "grid_length": Variable(dimensions, np.array(list(lengths)), "1", "their lengths"),
+        GRID_AXIS: Variable(dimensions, np.array(list(names), dtype=object), "", long_name),
+        GRID_LENGTH: Variable(dimensions, np.array(list(lengths)), "1", "their lengths"),
     }
 
 

@@ -15,6 +15,9 @@ from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.motions import Motions, stack_motions
 from rbstab.store.motions_file import check_motions, read_motions
 from rbstab.store.shard_file import read_shard
+from rbstab.store.table import RUN
+from rbstab.store.table_file import read_table
+from rbstab.store.variables import Variable, dataset_of, make_read_only
 from rbstab.sweep.folder.sweep_folder import SweepFolder, read_folder, traces_checksum
 from rbstab.sweep.members.traces import TIME
 
@@ -41,7 +44,9 @@ class SweepTraces:
     @cached_property
     def members(self) -> Array:
         """The numbers of all members with stored traces, ascending; shape (k,)."""
-        return np.concatenate([self._members_of(shard) for shard in self.shards])
+        members = np.concatenate([self._members_of(shard) for shard in self.shards])
+        make_read_only([members])
+        return members
 
     @cached_property
     def times(self) -> Array:
@@ -80,6 +85,8 @@ class SweepTraces:
     def to_xarray(self, members: Iterable[int]) -> "xarray.Dataset":
         """Return some traces as an `xarray.Dataset` along `run`, `time` and `axis` (needs xarray).
 
+        Of a finished sweep, the varied keys are coordinates along `run`.
+
         Args:
             members: The numbers of the members.
 
@@ -91,7 +98,18 @@ class SweepTraces:
         found = [self.of(member) for member in members]
         if not found:
             raise ValueError("no members were given")
-        return stack_motions(found).to_xarray()
+        motions = stack_motions(found)
+        varied = self._varied_values(motions[RUN])
+        return dataset_of({**motions.variables, **varied}, motions.attributes, varied)
+
+    def _varied_values(self, members: Array) -> dict[str, Variable]:
+        """Return the values of the varied keys; none if the sweep is not gathered."""
+        file = self.folder.sweep_file
+        if not path_exists(file):
+            return {}
+        table = read_table(file, read_table(file, ()).varied)
+        values = {name: table.varied_values(name) for name in table.varied}
+        return {name: v._replace(data=v.data[members]) for name, v in values.items()}
 
     def _members_of(self, shard: int) -> Array:
         start, stop = self.folder.bounds(shard)

@@ -1,0 +1,185 @@
+"""`rbstab export` writes runs and sweeps as tables, from which every bit comes back."""
+
+import csv
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from cli.conftest import Invoke
+from scipy.io import loadmat
+from support.made_runs import made_file
+from support.results import AWKWARD
+from support.sweeping import run_sweep
+from support.sweeps import FakeEngine, plan_with_traces
+
+from rbstab.listing.opening import open_result, open_sweep
+from rbstab.listing.table_files import write_columns
+from rbstab.store.variables import FlatColumns, flat_columns
+from rbstab.sweep.folder.stored_traces import open_traces
+
+pytestmark = pytest.mark.slow
+
+FORMS = ("csv", "parquet", "mat")
+
+
+@pytest.fixture
+def sweep(folder: Path) -> Path:
+    """The folder of a sweep of 12 members with traces, of which two diverged."""
+    plan = plan_with_traces(12)
+    run_sweep(folder / "swept", plan, factory=lambda plan: FakeEngine(plan, failing=(1, 7)))
+    return folder / "swept"
+
+
+def read_back(path: Path, expected: FlatColumns) -> dict[str, np.ndarray]:
+    """Return the columns of a file, read by another program, with the types that are expected."""
+    if path.suffix == ".csv":
+        with path.open(newline="", encoding="utf-8") as file:
+            head, *rows = csv.reader(file)
+        found = dict(zip(head, map(list, zip(*rows, strict=True)), strict=True))
+        return {
+            name: np.array(found[name], dtype=None if data.dtype == object else data.dtype)
+            for name, data in expected.arrays.items()
+        }
+    if path.suffix == ".parquet":
+        frame = pd.read_parquet(path)
+        assert frame.attrs["units"] == expected.units
+        return {name: data.to_numpy() for name, data in frame.reset_index().items()}
+    content = {name: a for name, a in loadmat(path).items() if not name.startswith("__")}
+    assert {a.shape[1] for a in content.values()} == {1}
+    return {
+        name: np.array(["".join(cell) for cell in a[:, 0]]) if a.dtype == object else a[:, 0]
+        for name, a in content.items()
+    }
+
+
+def assert_same(path: Path, expected: FlatColumns) -> None:
+    found = read_back(path, expected)
+    assert list(found) == list(expected.arrays)
+    for name, data in expected.arrays.items():
+        if data.dtype == object:
+            assert found[name].tolist() == data.tolist(), name
+        else:
+            assert found[name].astype(data.dtype).tobytes() == data.tobytes(), name
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_sweep_has_one_row_a_member(form: str, sweep: Path, rbstab: Invoke) -> None:
+    done = rbstab("export", "swept", "-o", f"members.{form}")
+    assert done.exit_code == 0, done.output
+    table = open_sweep(sweep)
+    assert done.stdout.startswith(f"-> members.{form}: 12 rows, ")
+    expected = table.flat()
+    assert_same(Path(f"members.{form}"), expected)
+    assert expected.arrays["status"].tolist().count("diverged") == 2
+    assert sum(data.dtype.kind == "f" for data in expected.arrays.values()) > 30
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_awkward_numbers_and_texts_come_back(form: str, tmp_path: Path) -> None:
+    texts = ["", "a,b", 'say "Θ"', "two\nlines", "nan", "=1+1", *"cde"]
+    assert len(AWKWARD) == len(texts) == 9
+    arrays = {
+        "number": np.array(AWKWARD),
+        "text": np.array(texts, dtype=object),
+        "whole": np.arange(9) - 2**62,
+        "flag": np.arange(9) % 2 == 0,
+    }
+    columns = FlatColumns(arrays, {"number": "m"})
+    write_columns(tmp_path / f"a.{form}", columns, form)
+    if form == "csv":
+        # `numpy` takes the words True and False for true.
+        columns = columns._replace(arrays={**arrays, "flag": arrays["flag"].astype(str)})
+    assert_same(tmp_path / f"a.{form}", columns)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_the_traces_of_a_sweep(form: str, sweep: Path, rbstab: Invoke) -> None:
+    done = rbstab("export", "swept/sweep.h5", "--traces", "-o", f"motion.{form}")
+    assert done.exit_code == 0, done.output
+    traces = open_traces(sweep)
+    parts = [flat_columns(motions.variables, ("run", "time")) for motions in traces]
+    arrays = {
+        name: np.concatenate([part.arrays[name] for part in parts]) for name in parts[0].arrays
+    }
+    assert_same(Path(f"motion.{form}"), FlatColumns(arrays, parts[0].units))
+    assert arrays["run"].tolist() == np.repeat(np.arange(12), 5).tolist()
+    assert arrays["time"].tolist() == traces.times.tolist() * 12
+    assert arrays["position_2"][5 * 7 : 5 * 8].tolist() == traces.of(7)["position"][:, 2].tolist()
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_the_samples_of_a_run(form: str, folder: Path, rbstab: Invoke) -> None:
+    result = open_result(made_file(folder / "made.h5"))
+    done = rbstab("export", "made.h5", "--traces", "-o", f"motion.{form}")
+    assert done.exit_code == 0, done.output
+    arrays, units = flat_columns(result.variables, ("time",))
+    file = np.full(len(result["time"]), "made.h5", dtype=object)
+    assert_same(Path(f"motion.{form}"), FlatColumns({"file": file, **arrays}, units))
+    assert arrays["orientation_2"].tolist() == result["orientation"][:, 2].tolist()
+    connector = result["part"].tolist().index("connector")
+    assert arrays["energy_connector"].tolist() == result["energy"][:, connector].tolist()
+
+
+def test_runs_have_one_row_each(folder: Path, rbstab: Invoke) -> None:
+    for name in ("b", "a"):
+        (folder / "runs").mkdir(exist_ok=True)
+        made_file(folder / "runs" / f"{name}.h5", title=f'Run "{name}", of two')
+    done = rbstab("export", "runs", "-o", "runs.csv")
+    assert done.exit_code == 0, done.output
+    with Path("runs.csv").open(newline="", encoding="utf-8") as file:
+        first, second = csv.DictReader(file)
+    assert (first["file"], second["file"]) == ("runs/a.h5", "runs/b.h5")
+    assert first["title"] == 'Run "a", of two'
+    result = open_result(folder / "runs" / "a.h5")
+    assert float(first["settling_time"]) == result.settling_time
+    assert float(first["lyapunov_start"]) == result["lyapunov"][0]
+    assert float(first["final_position_1"]) == result["position"][-1, 1]
+    assert (first["status"], first["warnings"]) == ("completed", "")
+
+
+def test_what_one_run_lacks_is_empty_or_nan(folder: Path, rbstab: Invoke) -> None:
+    made_file(folder / "plain.h5")
+    made_file(folder / "other.h5", made_number=2.5, made_text="yes")
+    assert rbstab("export", "plain.h5", "other.h5", "-o", "both.csv").exit_code == 0
+    with Path("both.csv").open(newline="", encoding="utf-8") as file:
+        one, other = csv.DictReader(file)
+    assert (one["made_number"], one["made_text"]) == ("nan", "")
+    assert (other["made_number"], other["made_text"]) == ("2.5", "yes")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (("made.h5", "-o", "a.xlsx"), 2, "expected a file name that ends in .csv, .parquet, .mat"),
+        (("made.h5",), 2, "Missing option '-o'"),
+        (("made.h5", "swept", "-o", "a.csv"), 2, "expected runs only, or one sweep"),
+        (("absent.h5", "-o", "a.csv"), 4, "absent.h5: cannot be read: No such file"),
+        (("made.h5", "-o", "there.csv"), 4, "there.csv: already exists"),
+        (("made.h5", "-o", "no/a.csv"), 4, "the folder no does not exist"),
+    ],
+)
+def test_what_cannot_be_exported(
+    arguments: tuple[str, ...], code: int, words: str, sweep: Path, rbstab: Invoke
+) -> None:
+    made_file(sweep.parent / "made.h5")
+    Path("there.csv").write_text("mine")
+    done = rbstab("export", *arguments)
+    assert (done.exit_code, words in done.output) == (code, True), done.output
+    assert Path("there.csv").read_text() == "mine"
+    assert not Path("a.csv").exists()
+    assert rbstab("export", "made.h5", "-o", "there.csv", "--force").exit_code == 0
+
+
+def test_only_parquet_needs_further_packages(
+    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made_file(folder / "made.h5")
+    for name in ("pandas", "pyarrow"):
+        monkeypatch.setitem(sys.modules, name, None)
+    done = rbstab("export", "made.h5", "-o", "a.parquet")
+    assert done.exit_code == 2
+    assert 'needs the package pandas. Run: pip install "rbstab[table]"' in done.stderr
+    for form in ("csv", "mat"):
+        assert rbstab("export", "made.h5", "-o", f"a.{form}").exit_code == 0

@@ -1,0 +1,266 @@
+"""Protects results in the hands of xarray and pandas: numbers that can be averaged, selected by the
+values of varied keys and stored again; one row a member; and arrays that nobody can change.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+import xarray
+from support.configs import EMBEDDED, edited, plain
+from support.made_runs import made_result
+from support.sweeping import run_sweep
+from support.sweeps import SHORT, FakeEngine
+
+import rbstab
+from rbstab.store.run_file import open_result, write_result
+from rbstab.store.table import Table
+from rbstab.sweep.folder.stored_traces import SweepTraces
+
+pytestmark = pytest.mark.slow
+
+SPIN, OTHER = "initial.angular_velocity[0]", "initial.angular_velocity[1]"
+X, Y = "initial_angular_velocity_0", "initial_angular_velocity_1"
+
+VARIED: dict[str, dict[str, Any]] = {
+    "one key": {"vary": {SPIN: {"linspace": [-4, 4, 5]}}},
+    "grid": {"vary": {SPIN: {"values": [1, 2, 4]}, OTHER: {"values": [-6, 6]}}},
+    "zip": {
+        # Its name is that of a column.
+        "vary": {
+            "status": {"zip": {SPIN: {"values": [1, 2, 4]}, OTHER: {"values": [9, 8, 9]}}},
+            "body.mass": {"values": [40, 41]},
+        }
+    },
+    "variants": {
+        "vary": {
+            "controller.variant": {"each": {"values": ["embedded", "visco-elastic"]}},
+            SPIN: {"uniform": [-4, 4]},
+        },
+        "design": "random",
+        "members": 3,
+        "seed": 1,
+    },
+    "drawn": {
+        "vary": {SPIN: {"uniform": [-4, 4]}, OTHER: {"uniform": [-4, 4]}},
+        "design": "random",
+        "members": 4,
+        "seed": 1,
+    },
+}
+
+
+@pytest.fixture(scope="module")
+def sweeps(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """The folders of finished sweeps of each kind of plan, with traces; member 1 diverged."""
+    found = {}
+    for name, plan in VARIED.items():
+        base = {**plain(EMBEDDED), "integration": SHORT}
+        loaded = rbstab.load_plan({"title": name, "base": base, "keep": "traces", **plan})
+        found[name] = tmp_path_factory.mktemp("sweep") / name
+        run_sweep(found[name], loaded, factory=lambda plan: FakeEngine(plan, failing=(1,)))
+    return found
+
+
+@pytest.fixture(scope="module")
+def tables(sweeps: dict[str, Path]) -> dict[str, Table]:
+    return {name: rbstab.open_sweep(folder) for name, folder in sweeps.items()}
+
+
+@pytest.fixture(scope="module")
+def traces(sweeps: dict[str, Path]) -> dict[str, SweepTraces]:
+    return {name: rbstab.open_traces(folder) for name, folder in sweeps.items()}
+
+
+@pytest.fixture(scope="module")
+def run() -> rbstab.Result:
+    """A run with switches or impacts has more dimensions; this one has texts in its certificate."""
+    text = edited("orientation: [0, 0, 0]", "orientation: [0.1, 0.2, 0]")
+    return rbstab.simulate({**plain(text), "integration": SHORT})
+
+
+KINDS = ("run", "certificate", "motions", "traces", *VARIED)
+
+
+@pytest.fixture(params=KINDS)
+def dataset(
+    request: pytest.FixtureRequest,
+    run: rbstab.Result,
+    tables: dict[str, Table],
+    traces: dict[str, SweepTraces],
+) -> xarray.Dataset:
+    others: dict[str, Callable[[], xarray.Dataset]] = {
+        "run": run.to_xarray,
+        "certificate": lambda: run.to_xarray("certificate"),
+        "motions": lambda: traces["grid"].of(2).to_xarray(),
+        "traces": lambda: traces["grid"].to_xarray([0, 3, 5]),
+    }
+    kind = request.param
+    return others[kind]() if kind in others else tables[kind].to_xarray()
+
+
+def test_a_dataset_holds_numbers(dataset: xarray.Dataset) -> None:
+    """Only coordinates along one dimension may be words: its labels."""
+    assert dataset.data_vars
+    for name, array in dataset.variables.items():
+        is_label = name in dataset.coords and array.ndim == 1
+        assert array.dtype.kind in "fiub" or (is_label and array.dtype.kind in "OUT"), name
+
+
+def first_only(dataset: xarray.Dataset) -> xarray.Dataset:
+    """Return a dataset with NaN except at the first entry of its first dimension."""
+    number = xarray.zeros_like(dataset[first_dimension(dataset)], dtype=int)
+    number[0] = 1
+    return dataset.where(number == 1)
+
+
+def first_dimension(dataset: xarray.Dataset) -> Any:
+    return next(array.dims[0] for array in dataset.data_vars.values() if array.ndim)
+
+
+def test_a_dataset_is_averaged_masked_and_listed(dataset: xarray.Dataset) -> None:
+    dimension = first_dimension(dataset)
+    mean, masked = dataset.mean(dimension, skipna=False), first_only(dataset)
+    for name, array in dataset.data_vars.items():
+        if array.dims[:1] == (dimension,):
+            assert np.allclose(mean[name], array.values.mean(axis=0), equal_nan=True)
+            assert np.isnan(masked[name][-1]).all()
+            assert np.array_equal(masked[name][0], array[0], equal_nan=True)
+    assert set(mean.data_vars) == set(dataset.data_vars)
+    assert len(dataset.to_dataframe()) == np.prod(list(dataset.sizes.values()))
+
+
+@pytest.mark.heavy
+def test_a_dataset_is_stored_as_netcdf(dataset: xarray.Dataset, tmp_path: Path) -> None:
+    engines: tuple[Literal["h5netcdf", "netcdf4"], ...] = ("h5netcdf", "netcdf4")
+    for engine, stored in zip(engines, (first_only(dataset), dataset), strict=True):
+        path = tmp_path / f"{engine}.nc"
+        stored.to_netcdf(path, engine=engine)
+        with xarray.open_dataset(path, engine=engine, decode_times=False) as again:
+            assert again.equals(stored.reset_index(_further_indexes(stored)))
+
+
+def _further_indexes(dataset: xarray.Dataset) -> list[Any]:
+    """Return the indexed coordinates that are no dimension: files have no indexes."""
+    return [name for name in dataset.indexes if name not in dataset.dims]
+
+
+@pytest.mark.parametrize(
+    ("kind", "selection", "members"),
+    [
+        ("one key", {X: -2}, [1]),
+        ("grid", {X: 2, Y: 6}, [3]),
+        ("grid", {X: 4}, [4, 5]),
+        ("grid", {Y: -6}, [0, 2, 4]),
+        ("zip", {X: 2, "body_mass": 41}, [3]),
+        ("zip", {Y: 9}, [0, 1, 4, 5]),
+        ("variants", {"controller_variant": "visco-elastic"}, [3, 4, 5]),
+    ],
+)
+def test_values_of_varied_keys_select(
+    kind: str, selection: dict[str, Any], members: list[int], tables: dict[str, Table]
+) -> None:
+    """The members are counted by the last key of the plan first."""
+    table = tables[kind]
+    found = table.to_xarray().sel(selection)
+    assert found["run"].values.ravel().tolist() == members
+    assert np.array_equal(found["settling_time"].values.ravel(), table["settling_time"][members])
+    vectors = found["final_position"].values.reshape(-1, 3)
+    assert np.array_equal(vectors, table["final_position"][members], equal_nan=True)
+
+
+def test_drawn_values_select_their_member(
+    tables: dict[str, Table], traces: dict[str, SweepTraces]
+) -> None:
+    third = {X: tables["drawn"][X][3]}
+    assert tables["drawn"].to_xarray().sel(third)["run"].item() == 3
+    # Each variant has the same points.
+    points = tables["variants"].to_xarray().sel({X: tables["variants"][X][1]})
+    assert points["run"].values.ravel().tolist() == [1, 4]
+    assert traces["drawn"].to_xarray([3, 0]).sel(third)["run"].item() == 3
+    assert traces["grid"].to_xarray(range(6)).sel({Y: 6})["run"].values.tolist() == [1, 3, 5]
+
+
+def test_codes_have_their_words(tables: dict[str, Table]) -> None:
+    status = tables["grid"].to_xarray()["status"]
+    words = status.attrs["flag_meanings"].split()
+    assert [words[code] for code in status.values.ravel()] == [
+        "completed",
+        "diverged",
+        *["completed"] * 4,
+    ]
+
+
+@pytest.mark.parametrize("kind", VARIED)
+def test_pandas_has_one_row_a_member(kind: str, tables: dict[str, Table]) -> None:
+    table = tables[kind]
+    frame = table.to_pandas()
+    assert frame.index.tolist() == table["run"].tolist()
+    assert frame.index.name == "run"
+    assert frame["status"].tolist() == table.words("status").tolist()
+    assert frame["status"][1] == "diverged"
+    assert frame["run_id"].tolist() == [name.decode() for name in table["run_id"]]
+    for axis in range(3):
+        column = frame[f"final_orientation_{axis}"].to_numpy()
+        assert np.array_equal(column, table["final_orientation"][:, axis], equal_nan=True)
+    assert frame[X].tolist() == table[X].tolist()
+    assert frame.attrs["units"][X] == "rad/s"
+    assert frame.attrs["units"]["final_position_2"] == "m"
+    numbers = frame.drop(columns=["status"]).select_dtypes("number")
+    assert numbers.mean()[X] == pytest.approx(table[X].mean())
+
+
+def test_pandas_has_one_row_a_sample(run: rbstab.Result) -> None:
+    frame = run.to_pandas()
+    assert frame.index.tolist() == run["time"].tolist()
+    assert frame["orientation_1"].tolist() == run["orientation"][:, 1].tolist()
+    kinetic = run["energy"][:, run["part"].tolist().index("kinetic")]
+    assert frame["energy_kinetic"].tolist() == kinetic.tolist()
+    assert frame.attrs["units"]["energy_kinetic"] == "J"
+
+
+def test_no_array_can_be_changed(
+    run: rbstab.Result,
+    tables: dict[str, Table],
+    traces: dict[str, SweepTraces],
+    tmp_path: Path,
+) -> None:
+    write_result(tmp_path / "r.h5", made_result())
+    grid, trace = tables["grid"], traces["grid"]
+    holders: list[Any] = [
+        *(run, made_result(), open_result(tmp_path / "r.h5")),
+        rbstab.open_result(tmp_path / "r.h5"),
+        *(grid, trace.of(0), next(iter(trace))),
+        *(run.to_xarray(), run.to_xarray("certificate"), grid.to_xarray()),
+        trace.to_xarray([0, 1]),
+    ]
+    for holder in holders:
+        assert len(list(holder)) > 3
+        for name in holder:
+            data = getattr(holder[name], "values", holder[name])
+            with pytest.raises(ValueError, match="read-only"):
+                data[...] = data
+            if data.ndim:
+                with pytest.raises(ValueError, match="read-only"):
+                    data[:1][...] = data[:1]
+    angles = run["orientation"]
+    with pytest.raises(ValueError, match="read-only"):
+        angles *= 57.3
+    for array in (grid.shaped("final_position"), trace.members, trace.times):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1
+
+
+def test_the_settling_time_of_a_result(tmp_path: Path) -> None:
+    """v falls by exp(-8 t), so it is a thousandth of v(0) at ln(1000)/8."""
+    write_result(tmp_path / "r.h5", made_result())
+    opened = rbstab.open_result(tmp_path / "r.h5")
+    assert isinstance(opened, rbstab.Result)
+    assert opened.settling_time == pytest.approx(np.log(1000) / 8, rel=0.02)
+
+
+def test_a_run_that_does_not_settle_has_no_settling_time(run: rbstab.Result) -> None:
+    assert run["lyapunov"][-1] > run["lyapunov"][0] / 1000
+    assert np.isnan(run.settling_time)

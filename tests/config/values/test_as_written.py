@@ -185,6 +185,17 @@ def test_an_attitude_as_a_rotation(given: dict[str, Any], degrees: tuple[float, 
         assert pytest.approx(np.array(given["matrix"]), abs=1e-15) == A
 
 
+def test_a_result_has_its_rotations() -> None:
+    given = {"orientation": {"quaternion": [0.5**0.5, 0, 0, 0.5**0.5]}}
+    result = simulate({**base_in_degrees(), "initial": given})
+    assert result.rotation.shape == (2, 3, 3)
+    assert result.quaternion.shape == (2, 4)
+    assert result.rotation[0] == pytest.approx(
+        np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]), abs=1e-15
+    )
+    assert abs(result.quaternion[0] @ given["orientation"]["quaternion"]) == pytest.approx(1)
+
+
 def test_quaternions_of_a_motion_do_not_jump() -> None:
     """A body that turns about x: half the angle, through more than a turn."""
     angle = np.linspace(0, 9, 200)

@@ -100,7 +100,7 @@ def _problem_with(varied: VariedKey, value: Any) -> tuple[str, str] | None:
         )
     if not varied.scale and not _is_number(value):
         return f"is {describe(value)} in the base", "expected a number, or controller.variant"
-    return _problem_with_whole_number(varied)
+    return _problem_with_whole_number(varied, value)
 
 
 def _problem_with_spring(varied: VariedKey, base: Config) -> tuple[str, str] | None:
@@ -114,9 +114,11 @@ def _problem_with_spring(varied: VariedKey, base: Config) -> tuple[str, str] | N
     return problem, "expected a base with rest_length or damping above 0"
 
 
-def _problem_with_whole_number(varied: VariedKey) -> tuple[str, str] | None:
-    """Return the problem if only some values of a seed would be whole numbers; else None."""
+def _problem_with_whole_number(varied: VariedKey, value: Any) -> tuple[str, str] | None:
+    """Return the problem if a whole number varies that is no seed, or not by whole numbers."""
     is_seed = varied.path[0] == "elements" and varied.path[-2:] == ("signal", "seed")
+    if isinstance(value, int) and not is_seed:
+        return "is a whole number, which all members share", "expected a key of another number"
     distribution = varied.distribution
     counts = isinstance(distribution, MemberNumber)
     if counts and not is_seed:

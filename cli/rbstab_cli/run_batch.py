@@ -51,13 +51,13 @@ class Batch:
         from rbstab.integrate.engines import EngineMissingError
         from rbstab.integrate.status import RunStatus
         from rbstab.store.errors import StoreError
-        from rbstab_cli.output.progress import compiling, progress_bar
+        from rbstab_cli.output.progress import compiling, simulated_time
 
         self.begun = config, target
         problem = problem_of(config)
         try:
             proof = cached_proof(self.output, config)
-            with progress_bar(
+            with simulated_time(
                 Path(label).name,
                 config.integration.duration,
                 wanted=not self.quiet,

@@ -13,6 +13,8 @@ from click.testing import CliRunner, Result
 from support.sweeps import FakeEngine
 
 from rbstab_cli.main import cli
+from rbstab_cli.output.progress import Work
+from rbstab_cli.output.sweeps import sweep_progress
 
 GOOD = """\
 title: A short run
@@ -47,6 +49,15 @@ def invoke(*arguments: str) -> Result:
 def rbstab() -> Invoke:
     """A function that calls the command line in this process."""
     return invoke
+
+
+@pytest.fixture
+def statuses(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What long work says of itself from now on, without waiting for its lines."""
+    said: list[str] = []
+    monkeypatch.setattr(sweep_progress, "UPDATE_INTERVAL", 0.0)
+    monkeypatch.setattr(Work, "update", lambda _work, status, *_fraction: said.append(status))
+    return said
 
 
 @pytest.fixture

@@ -1,13 +1,15 @@
 """Protects what long work says of itself: on a terminal, before its first part is done."""
 
 import sys
+import time
 from typing import Any
 
 import pytest
 from cli.conftest import GOOD, Invoke
 
 from rbstab.experiment.start_sets.prove_starts import MAX_PARTS
-from rbstab_cli.output.progress import compiling, fraction_bar, progress_bar
+from rbstab_cli.output import progress as progress_module
+from rbstab_cli.output.progress import compiling, simulated_time, starts_proved
 
 
 def use_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -21,29 +23,43 @@ def test_a_proof_of_all_starts_says_its_bound_and_how_to_stop(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     use_terminal(monkeypatch)
-    with fraction_bar("one.yaml", wanted=True) as progress:
-        assert progress is not None
+    with starts_proved("one.yaml", wanted=True) as progress:
+        progress(0.125, 3)
     shown = capsys.readouterr().err
-    assert f"at most {MAX_PARTS} parts" in shown
-    assert "Ctrl-C stops" in shown
-    assert "one.yaml" in shown
-
-
-def test_nothing_is_shown_elsewhere(capsys: pytest.CaptureFixture[str]) -> None:
-    with fraction_bar("one.yaml", wanted=True) as progress:
-        assert progress is None
-    with progress_bar("one.yaml", 3.0, wanted=True, before="compiling") as callback:
-        assert callback is None
-    assert capsys.readouterr().err == ""
+    for text in (f"at most {MAX_PARTS} parts", "Ctrl-C stops", "one.yaml", "12.5 % proved, 3"):
+        assert text in shown
 
 
 def test_a_run_says_what_is_done_before_its_first_step(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     use_terminal(monkeypatch)
-    with progress_bar("one.yaml", 3.0, wanted=True, before="compiling much") as progress:
-        assert progress is not None
-    assert "one.yaml: compiling much" in capsys.readouterr().err
+    with simulated_time("one.yaml", 3.0, wanted=True, before="compiling much"):
+        pass
+    shown = capsys.readouterr().err
+    assert "one.yaml" in shown
+    assert "compiling much" in shown
+
+
+@pytest.mark.parametrize(
+    ("interval", "wanted", "printed"), [(0.01, True, True), (0.01, False, False), (10, True, False)]
+)
+def test_lines_where_there_is_no_terminal(
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    interval: float,
+    wanted: bool,
+    printed: bool,
+) -> None:
+    """Long work prints lines with what it said last, also between its callbacks; short one none."""
+    monkeypatch.setattr(progress_module, "LINE_INTERVAL", interval)
+    with simulated_time("one.yaml", 3.0, wanted=wanted) as progress:
+        progress(1.5)
+        time.sleep(0.1)
+    lines = capsys.readouterr().err.splitlines()
+    assert (len(lines) > 1) == printed
+    assert set(lines) <= {"0 s: one.yaml", "0 s: one.yaml, t = 1.5 of 3 s"}
+    assert not printed or lines[-1].endswith("t = 1.5 of 3 s")
 
 
 def test_only_long_compilations_are_announced() -> None:
@@ -62,17 +78,12 @@ def test_stability_shows_the_proof_that_is_at_work(
     """The stages of the command are named in their order, with the file."""
     names: list[str] = []
     module = "rbstab_cli.output.progress"
-    bar, working = sys.modules[module].fraction_bar, sys.modules[module].working
-
-    def noted_bar(name: str, *, wanted: bool) -> Any:
-        names.append(f"{name}: all starts" if wanted else "")
-        return bar(name, wanted=wanted)
+    working = sys.modules[module].working
 
     def noted_working(name: str, *, wanted: bool) -> Any:
         names.append(name if wanted else "")
         return working(name, wanted=wanted)
 
-    monkeypatch.setattr(f"{module}.fraction_bar", noted_bar)
     monkeypatch.setattr(f"{module}.working", noted_working)
     assert "duration: 0.1" in GOOD
     assert rbstab("stability", "good.yaml", "--no-run", "--within", option).exit_code == 0
@@ -89,6 +100,6 @@ def test_a_quiet_proof_shows_nothing_on_a_terminal(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     use_terminal(monkeypatch)
-    with fraction_bar("one.yaml", wanted=False) as progress:
-        assert progress is None
+    with starts_proved("one.yaml", wanted=False) as progress:
+        progress(0.5, 1)
     assert capsys.readouterr().err == ""

@@ -81,9 +81,16 @@ def test_the_format_by_the_name(name: str, begin: bytes, runs: list[str], rbstab
 
 
 def test_the_format_by_its_option(runs: list[str], rbstab: Invoke) -> None:
-    options = ["--format", "text", "-o", "report.html"]
+    options = ["--format", "text", "-o", "report.doc"]
     assert rbstab("report", *runs, *options).exit_code == 0
-    assert Path("report.html").read_text().startswith("2 runs")
+    assert Path("report.doc").read_text().startswith("2 runs")
+
+
+def test_a_name_that_contradicts_the_format(runs: list[str], rbstab: Invoke) -> None:
+    done = rbstab("report", *runs, "-o", "x.html", "--format", "pdf")
+    assert done.exit_code == 2
+    assert "x.html is the name of a file of the format html, and --format says pdf" in done.stderr
+    assert not Path("x.html").exists()
 
 
 def test_a_name_that_says_no_format(runs: list[str], rbstab: Invoke) -> None:

@@ -18,7 +18,6 @@ from rbstab.store.disk.lock import locked
 from rbstab.store.shard_file import read_shard
 from rbstab.sweep.execution.estimate import Estimate
 from rbstab.sweep.members.outcome import COLUMNS
-from rbstab_cli.output.sweeps import sweep_progress
 from rbstab_cli.output.sweeps.sweep_progress import RATE_WINDOW, Rate, duration
 from rbstab_cli.output.sweeps.sweep_report import size
 
@@ -263,19 +262,19 @@ def test_without_heyoka(rbstab, monkeypatch):
     assert "heyoka" not in wrong.stderr
 
 
-def test_lines_where_there_is_no_terminal(rbstab, use_fake_engine, monkeypatch):
+def test_what_a_sweep_says_of_its_progress(rbstab, use_fake_engine, statuses):
     use_fake_engine(failing=(0,), delay=1e-3)
-    monkeypatch.setattr(sweep_progress, "LINE_INTERVAL", 0.0)
-    done = rbstab(*SWEEP, "--engine", "scipy", "--shard-size", "10", "--threads", "1")
-    lines = [line for line in done.stderr.splitlines() if " of 20 members, " in line]
+    rbstab(*SWEEP, "--engine", "scipy", "--shard-size", "10", "--threads", "1")
+    lines = [line for line in statuses if " of 20 members, " in line]
     assert len(lines) == 2
     assert "/s, 1 diverged, " in lines[0]
     assert lines[0].endswith(" left")
     use_fake_engine()
+    statuses.clear()
     again = rbstab(*SWEEP, "--retry-failed")
     assert "10 of 20 members are already done" in again.stderr
-    assert "20 of 20 members, " in again.stderr
-    assert "diverged" not in again.stderr
+    assert "20 of 20 members, " in statuses[0]
+    assert "diverged" not in "".join(statuses)
 
 
 def test_numbers_in_words():

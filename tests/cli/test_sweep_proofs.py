@@ -5,8 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from rbstab_cli.output.sweeps import sweep_progress
-
 PLAN = """\
 title: Spins
 base: good.yaml
@@ -19,13 +17,13 @@ SWEEP = ("sweep", "plan.yaml")
 
 
 @pytest.mark.usefixtures("plan")
-def test_the_proved_members_are_counted(rbstab, monkeypatch):
-    monkeypatch.setattr(sweep_progress, "LINE_INTERVAL", 0.0)
+def test_the_proved_members_are_counted(rbstab, statuses):
     done = rbstab(*SWEEP, "--shard-size", "2", "--threads", "1")
     assert done.exit_code == 0, done.output
-    assert "2 of 4 members proved, " in done.stderr
-    assert "3 of 4 members proved, " in done.stderr
-    assert " members/s, " in done.stderr
+    said = "\n".join(statuses)
+    assert "2 of 4 members proved, " in said
+    assert "3 of 4 members proved, " in said
+    assert " members/s, " in said
     (row,) = [line for line in done.stdout.splitlines() if "converge to a rest state" in line]
     assert "3 proved, 1 not decided" in row
     again = json.loads(rbstab(*SWEEP, "--json").stdout)
@@ -35,12 +33,11 @@ def test_the_proved_members_are_counted(rbstab, monkeypatch):
 
 
 @pytest.mark.usefixtures("plan")
-def test_a_plan_without_proofs_prints_nothing_of_them(rbstab, monkeypatch):
-    monkeypatch.setattr(sweep_progress, "LINE_INTERVAL", 0.0)
+def test_a_plan_without_proofs_prints_nothing_of_them(rbstab, statuses):
     text = Path("plan.yaml").read_text()
     Path("plan.yaml").write_text(text[: text.index("prove:")])
     done = rbstab(*SWEEP, "--threads", "1", "--no-prove")
-    assert "proved" not in done.stdout + done.stderr
+    assert "proved" not in done.stdout + done.stderr + "".join(statuses)
     assert json.loads(rbstab(*SWEEP, "--json").stdout)["convergence"] == {}
 
 

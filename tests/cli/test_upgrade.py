@@ -214,7 +214,7 @@ def test_a_plan_is_refused(plan: Path, folder: Path, rbstab: Invoke) -> None:
 def test_a_text_with_another_meaning_is_never_written(
     rewritten: str, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rbstab.config.upgrade._rewritten", lambda *_: rewritten)
+    monkeypatch.setattr("rbstab.config.writing.upgrade._rewritten", lambda *_: rewritten)
     done = rbstab("upgrade", "good.yaml")
     assert (done.exit_code, done.stdout) == (2, "")
     assert done.stderr == (

@@ -9,11 +9,11 @@ import pytest
 from click.testing import CliRunner
 from support.printed_paths import words_of
 
-from rbstab.config.build import config_warnings
 from rbstab.config.load import load_config
 from rbstab.config.schema import VARIANTS
 from rbstab.config.units import unit_of
-from rbstab.config.upgrade import upgraded_text
+from rbstab.config.warned.warnings import config_warnings
+from rbstab.config.writing.upgrade import upgraded_text
 from rbstab.experiment.simulate import simulate
 from rbstab.packaged.first_config import CONNECTIONS, VALUES
 from rbstab.packaged.first_steps import first_files

@@ -12,6 +12,7 @@ from rbstab_cli import exit_codes
 if TYPE_CHECKING:
     from rbstab.config.errors import ConfigError
     from rbstab.config.schema import Config
+    from rbstab.sweep.plan.plan import Plan
 
 RESULT_SUFFIX = ".h5"
 
@@ -73,7 +74,7 @@ def print_warnings(configs: dict[str, "Config"]) -> None:
     Args:
         configs: The configs by their names in messages.
     """
-    from rbstab.config.build import config_warnings
+    from rbstab.config.warned.warnings import config_warnings
 
     warnings: dict[str, list[str]] = {}
     for label, config in configs.items():
@@ -82,6 +83,15 @@ def print_warnings(configs: dict[str, "Config"]) -> None:
     for warning, labels in warnings.items():
         more = f" and {len(labels) - 1} more" if len(labels) > 1 else ""
         click.echo(f"warning: {labels[0]}{more}: {warning}", err=True)
+
+
+def print_plan_warnings(path: Path, plan: "Plan") -> None:
+    """Print the warnings about the bases of a plan, each once."""
+    from rbstab.config.warned.warnings import config_warnings
+
+    warnings = [warning for base in plan.bases.values() for warning in config_warnings(base)]
+    for warning in dict.fromkeys(warnings):
+        click.echo(f"warning: {path}: {warning}", err=True)
 
 
 def is_result_file(path: Path) -> bool:

@@ -6,7 +6,7 @@ import click
 
 from rbstab.files.counts import grouped
 from rbstab_cli import exit_codes
-from rbstab_cli.arguments.configs import load_all
+from rbstab_cli.arguments.configs import load_all, print_plan_warnings
 from rbstab_cli.arguments.options import ALLOW_PYTHON, CHANGES
 
 
@@ -82,6 +82,7 @@ def _checked_plans(
         except ConfigError as error:
             problems.update(dict.fromkeys(plan_problem_lines(path, error)))
             continue
+        print_plan_warnings(path, plan)
         members = f"{grouped(plan.members)} member{'' if plan.members == 1 else 's'}"
         facts[path] = f"{PLAN}, {members}, {', '.join(plan.variants)}, sweep id {plan_id(plan)}"
     return facts, list(problems)

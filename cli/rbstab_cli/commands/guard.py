@@ -9,7 +9,14 @@ import click
 from rbstab_cli import exit_codes
 from rbstab_cli.arguments.choice import Choice
 from rbstab_cli.arguments.configs import load_all
-from rbstab_cli.arguments.options import ALLOW_PYTHON, AS_JSON, CHANGES, REPLACE_FILE, output_file
+from rbstab_cli.arguments.options import (
+    ALLOW_PYTHON,
+    AS_JSON,
+    CHANGES,
+    QUIET,
+    REPLACE_FILE,
+    output_file,
+)
 
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
@@ -50,6 +57,7 @@ STRENGTHS = {
 @ALLOW_PYTHON
 @REPLACE_FILE
 @AS_JSON
+@QUIET
 def command(
     config: Path,
     method: str,
@@ -60,6 +68,7 @@ def command(
     allow_python: bool,
     force: bool,
     as_json: bool,
+    quiet: bool,
 ) -> None:
     """Find a guard of θ2 with which motions are proved to keep the range.
 
@@ -75,6 +84,7 @@ def command(
     and the exit code is 3.
     """
     from rbstab_cli.motion_errors import motion_errors
+    from rbstab_cli.output.progress import working
     from rbstab_cli.output.text_file import check_target
 
     _check_options(method, soft_angle, limit)
@@ -83,11 +93,15 @@ def command(
         raise click.UsageError(f"{target} is the given config. Choose another file with -o.")
     check_target(target, force=force)
     ((path, loaded),) = load_all([config], changes, allow_python=allow_python).items()
-    with motion_errors(path):
+    with motion_errors(path), working(f"{path.name}: guard", wanted=not quiet) as work:
         if method == BARRIER:
             from rbstab.experiment.tuning.guard import guard
 
-            barrier = guard(loaded, _say)
+            def tried(stiffness: float, outcome: str) -> None:
+                if not quiet:
+                    work.print(f"k = {stiffness:g} N m: {outcome}")
+
+            barrier = guard(loaded, tried)
         else:
             from rbstab.experiment.tuning.soft_guard import SOFT_ANGLE, soft_guard
 
@@ -108,10 +122,6 @@ def _check_options(method: str, soft_angle: float | None, limit: float | None) -
         raise click.UsageError(f"--soft-angle is {soft_angle:g} (expected between 0 and π/2 rad)")
     if limit is not None and not 0 < limit < math.inf:
         raise click.UsageError(f"--limit is {limit:g} (expected a couple above 0, N m)")
-
-
-def _say(stiffness: float, outcome: str) -> None:
-    click.echo(f"k = {stiffness:g} N m: {outcome}", err=True)
 
 
 def _finish_barrier(

@@ -55,6 +55,7 @@ def command(
     """
     from rbstab.config.errors import hint
     from rbstab.report.writers.figure_files.files import FORMS, figure_bytes, form_of
+    from rbstab_cli.output.progress import working
     from rbstab_cli.output.text_file import check_target
 
     form = None if output is None else form_of(output)
@@ -72,7 +73,8 @@ def command(
         _check_matplotlib()
     if output is not None:
         check_target(output, force=force)
-    figures = _figures(with_folders(results_among(results)))
+    with working("figures", wanted=True):
+        figures = _figures(with_folders(results_among(results)))
     if name is None or output is None or form is None:
         _list(figures)
         return

@@ -1,6 +1,6 @@
 """`rbstab report`."""
 
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from itertools import groupby
 from pathlib import Path
 from threading import Thread
@@ -79,16 +79,19 @@ def command(
     from rbstab.report.reading.sources import read_sources
     from rbstab.store.disk.existence import path_is_dir
     from rbstab.store.errors import StoreError
+    from rbstab_cli.output.progress import working
 
     path, form = _target(output, form, as_json=as_json)
     _refuse_inputs(path, results)
     results = results_among(results, quiet=quiet)
     taken = with_folders(results, quiet=quiet)
     _refuse_inputs(path, taken.paths)
+    shown = ExitStack()
     try:
         if path is not None:
             # Fail before the work, not after it.
             _check_writable(path, form, force=force)
+        shown.enter_context(working("report", wanted=not quiet))
         imports = _import_beside(sweeps=any(map(path_is_dir, taken.paths)))
         sources = read_sources(taken.paths)
         imports.join()
@@ -97,10 +100,15 @@ def command(
         made_by = _command(results, output, form, title, force=force, as_json=as_json)
 
         def write(report: "Report") -> None:
-            _write_or_print(report, path, form, force=force, as_json=as_json)
+            if path is not None:
+                write_report(report, path, form, force=force)
+            # Printing ends the progress, which would stand in the way.
+            shown.close()
+            _print(report, path, as_json=as_json)
 
         if sources.runs or sources.sweeps:
             from rbstab.report.produce import produce
+            from rbstab.report.writers.write import write_report
 
             tried = form if path is not None else "text"
             known, sources = sources.unread, produce(sources, made_by, title, tried, write)
@@ -111,6 +119,8 @@ def command(
     except StoreError as error:
         click.echo(f"error: {error}", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
+    finally:
+        shown.close()
     if path is not None and not quiet:
         click.echo(f"-> {path}", err=True)
     raise click.exceptions.Exit(exit_codes.STORAGE if sources.unread else exit_codes.OK)
@@ -170,7 +180,12 @@ def _target(output: Path | None, form: str | None, *, as_json: bool) -> tuple[Pa
         form = form or "html"
         to_stdout = as_json or form == "text"
         return (None if to_stdout else Path("results", f"report{ENDINGS[form]}")), form
-    found = form or SUFFIXES.get(output.suffix.lower())
+    of_name = SUFFIXES.get(output.suffix.lower())
+    found = form or of_name
+    if form is not None and of_name not in (None, form):
+        raise click.UsageError(
+            f"-o {output} is the name of a file of the format {of_name}, and --format says {form}"
+        )
     if found is None:
         endings = ", ".join(SUFFIXES)
         raise click.UsageError(
@@ -209,13 +224,8 @@ def _same(path: Path, other: Path) -> bool:
         return False
 
 
-def _write_or_print(
-    report: "Report", path: Path | None, form: str, *, force: bool, as_json: bool
-) -> None:
-    if path is not None:
-        from rbstab.report.writers.write import write_report
-
-        write_report(report, path, form, force=force)
+def _print(report: "Report", path: Path | None, *, as_json: bool) -> None:
+    """Print a report as JSON, or as text if it is written to no file."""
     if as_json:
         from rbstab.report.writers.plain_data import data_of
         from rbstab_cli.output.json_output import print_json

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rbstab_cli.arguments.configs import load_all
-from rbstab_cli.arguments.options import ALLOW_PYTHON, CHANGES, REPLACE_FILE, output_file
+from rbstab_cli.arguments.options import ALLOW_PYTHON, CHANGES, QUIET, REPLACE_FILE, output_file
 
 if TYPE_CHECKING:
     from rbstab.experiment.tuning.sensitivities import Sensitivities
@@ -22,6 +22,7 @@ IN_TABLES = ("settling_time", *(f"peak_contact_displacement[{axis}]" for axis in
 @click.option("--json", "as_json", is_flag=True, help="Print all results as JSON.")
 @output_file("Also write the JSON to FILE.")
 @REPLACE_FILE
+@QUIET
 def command(
     config: Path,
     changes: tuple[str, ...],
@@ -29,6 +30,7 @@ def command(
     as_json: bool,
     output: Path | None,
     force: bool,
+    quiet: bool,
 ) -> None:
     """Compute how a run depends on its gains, its body and its initial state.
 
@@ -44,12 +46,13 @@ def command(
     such as a chaotic one, is refused with the reason.
     """
     from rbstab_cli.motion_errors import motion_errors
+    from rbstab_cli.output.progress import working
     from rbstab_cli.output.text_file import check_target, write_text
 
     if output is not None:
         check_target(output, force=force)
     ((path, loaded),) = load_all([config], changes, allow_python=allow_python).items()
-    with motion_errors(path):
+    with motion_errors(path), working(f"{path.name}: sensitivities", wanted=not quiet):
         from rbstab.experiment.tuning.sensitivities import sensitivities
 
         found = sensitivities(loaded)

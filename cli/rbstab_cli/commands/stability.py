@@ -1,7 +1,7 @@
 """`rbstab stability`."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from rbstab.config.schema import Config
     from rbstab.config.tolerances import Tolerance
     from rbstab.experiment.convergence.convergence import Convergence, Enclose
-    from rbstab.experiment.start_sets.prove_starts import Progress
     from rbstab.experiment.stored_proof.proof import Proof
     from rbstab.integrate.problem import Problem
     from rbstab.store.result import Result
@@ -154,13 +153,13 @@ def command(
 
 def _shown(
     name: str, tolerances: "Sequence[Tolerance]", largest: tuple[str, ...], *, quiet: bool
-) -> "AbstractContextManager[Progress | None]":
+) -> "AbstractContextManager[Any]":
     """Show the progress of the proofs within tolerances of one config; without them nothing."""
     from rbstab_cli.arguments.within import are_of_starts
-    from rbstab_cli.output.progress import fraction_bar, working
+    from rbstab_cli.output.progress import starts_proved, working
 
     if are_of_starts(tolerances):
-        return fraction_bar(name, wanted=not quiet)
+        return starts_proved(f"{name}: all starts", wanted=not quiet)
     return working(f"{name}: all bodies", wanted=bool(tolerances or largest) and not quiet)
 
 

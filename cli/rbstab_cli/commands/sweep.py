@@ -12,7 +12,7 @@ from click.core import ParameterSource
 from rbstab.processes.imports import keep_imports
 from rbstab_cli import exit_codes
 from rbstab_cli.arguments.choice import Choice
-from rbstab_cli.arguments.configs import exit_on_problems
+from rbstab_cli.arguments.configs import exit_on_problems, print_plan_warnings
 from rbstab_cli.arguments.engine import refuse_engine_change
 from rbstab_cli.arguments.options import ALLOW_PYTHON, AS_JSON, CHANGES, QUIET, results_folder
 from rbstab_cli.arguments.outputs import check_proofs_folder, check_results_folder
@@ -261,7 +261,6 @@ def _engine(wanted: str | None, folder: Path, plan: Path) -> tuple[str, bool]:
 
 def _load(path: Path, changes: tuple[str, ...], *, allow_python: bool) -> "Plan":
     """Load a plan; if it has errors, print all of them and end the command with exit code 2."""
-    from rbstab.config.build import config_warnings
     from rbstab.config.errors import ConfigError
     from rbstab.sweep.plan.load import load_plan
     from rbstab_cli.arguments.plans import plan_problem_lines
@@ -271,9 +270,7 @@ def _load(path: Path, changes: tuple[str, ...], *, allow_python: bool) -> "Plan"
     except ConfigError as error:
         exit_on_problems(dict.fromkeys(plan_problem_lines(path, error)))
         raise
-    warnings = [warning for base in plan.bases.values() for warning in config_warnings(base)]
-    for warning in dict.fromkeys(warnings):
-        click.echo(f"warning: {path}: {warning}", err=True)
+    print_plan_warnings(path, plan)
     return plan
 
 

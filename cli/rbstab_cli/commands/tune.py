@@ -10,7 +10,14 @@ from rbstab.experiment.tuning.objective import OBJECTIVES
 from rbstab_cli import exit_codes
 from rbstab_cli.arguments.choice import Choice
 from rbstab_cli.arguments.configs import load_all
-from rbstab_cli.arguments.options import ALLOW_PYTHON, AS_JSON, CHANGES, REPLACE_FILE, output_file
+from rbstab_cli.arguments.options import (
+    ALLOW_PYTHON,
+    AS_JSON,
+    CHANGES,
+    QUIET,
+    REPLACE_FILE,
+    output_file,
+)
 
 if TYPE_CHECKING:
     from rbstab.experiment.tuning.tune import Tuned
@@ -59,6 +66,7 @@ def _bounds(_context: click.Context, _parameter: click.Parameter, text: str) -> 
 @ALLOW_PYTHON
 @REPLACE_FILE
 @AS_JSON
+@QUIET
 def command(
     config: Path,
     objective: str,
@@ -69,6 +77,7 @@ def command(
     allow_python: bool,
     force: bool,
     as_json: bool,
+    quiet: bool,
 ) -> None:
     """Scale gains to minimize an objective of the run.
 
@@ -78,6 +87,7 @@ def command(
     and settles, the exit code is 3. Gradients need heyoka, also for a config with another engine.
     """
     from rbstab_cli.motion_errors import motion_errors
+    from rbstab_cli.output.progress import working
     from rbstab_cli.output.text_file import check_target, write_text
 
     target = output or Path(f"{config.stem}_tuned.yaml")
@@ -85,7 +95,7 @@ def command(
         raise click.UsageError(f"{target} is the given config. Choose another file with -o.")
     check_target(target, force=force)
     ((path, loaded),) = load_all([config], changes, allow_python=allow_python).items()
-    with motion_errors(path):
+    with motion_errors(path), working(f"{path.name}: tuning", wanted=not quiet):
         from rbstab.experiment.tuning.tune import tune
 
         found = tune(loaded, objective, ",".join(overs).split(","), bounds)

@@ -68,7 +68,7 @@ def _targets(configs: tuple[Path, ...], output: Path | None, *, force: bool) -> 
 def _upgraded(configs: Iterable[Path]) -> dict[Path, str | None]:
     """Return the new text of each config, None if it needs none; any problem ends the command."""
     from rbstab.config.errors import ConfigError
-    from rbstab.config.upgrade import upgraded_text
+    from rbstab.config.writing.upgrade import upgraded_text
 
     texts: dict[Path, str | None] = {}
     problems: dict[str, None] = {}

@@ -1,54 +1,137 @@
-"""Progress of a run: a bar on a terminal, nothing elsewhere."""
+"""Progress of long work on stderr: a bar on a terminal, elsewhere a line every ten seconds."""
 
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from threading import Event, Thread
 from typing import TYPE_CHECKING
 
+import click
+
 if TYPE_CHECKING:
+    from rich.progress import Progress as Bar
+
     from rbstab.analysis.proof_check.findings import Finding
     from rbstab.integrate.problem import Progress
 
+LINE_INTERVAL = 10.0
+"""Time between two lines, s. Work that is done sooner prints none."""
 
-@contextmanager
-def fraction_bar(name: str, *, wanted: bool) -> "Iterator[Callable[[float, int], None] | None]":
-    """Show a bar on stderr with the fraction of the starts that is proved.
 
-    A line above it says how much work there may be, and how to stop it.
+class Work:
+    """Work in progress.
 
     Args:
-        name: The label of the bar.
-        wanted: Whether to show the bar if stderr is a terminal.
-
-    Yields:
-        The callback, with the fraction and the number of parts that are left; None if there is no
-        bar.
+        name: What is done.
+        bar: The bar on a terminal, or None.
     """
-    if not (wanted and sys.stderr.isatty()):
-        yield None
-        return
-    from rich.console import Group
-    from rich.live import Live
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-    from rich.text import Text
 
-    from rbstab.experiment.start_sets.prove_starts import MAX_PARTS
+    def __init__(self, name: str, bar: "Bar | None" = None) -> None:
+        self.name, self.status = name, ""
+        self._begin, self._bar = time.monotonic(), bar
+        self._task = None if bar is None else bar.add_task(name, total=None, status="")
+
+    def update(self, status: str, fraction: float | None = None) -> None:
+        """Say how far the work is.
+
+        Args:
+            status: In words.
+            fraction: What is done of the whole; None if the end is not known.
+        """
+        self.status = status
+        if self._bar is not None and self._task is not None:
+            total = None if fraction is None else 1.0
+            self._bar.update(self._task, completed=fraction or 0.0, total=total, status=status)
+
+    def print(self, text: str) -> None:
+        """Print a line that stays, above the bar if there is one."""
+        if self._bar is not None:
+            self._bar.console.print(text, markup=False, highlight=False, soft_wrap=True)
+        else:
+            click.echo(text, err=True)
+
+    @property
+    def line(self) -> str:
+        """The time since the beginning, what is done, and how far it is."""
+        seconds = f"{time.monotonic() - self._begin:.0f} s"
+        return f"{seconds}: {self.name}{', ' if self.status else ''}{self.status}"
+
+
+@contextmanager
+def working(name: str, *, wanted: bool) -> Iterator[Work]:
+    """Show on stderr that something is at work, and how far it is.
+
+    Args:
+        name: What it is.
+        wanted: Whether to show it.
+    """
+    if not wanted:
+        yield Work(name)
+    elif sys.stderr.isatty():
+        with _bar() as bar:
+            yield Work(name, bar)
+    else:
+        work = Work(name)
+        with _lines(work):
+            yield work
+
+
+def _bar() -> "Bar":
+    # Imported late: it takes a while, and is of use on a terminal only.
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
     from rbstab_cli.output.console import OutputConsole
 
     columns = (
         TextColumn("{task.description}", markup=False),
         BarColumn(),
-        TextColumn("{task.percentage:.4g} % proved, {task.fields[left]} parts left"),
+        TextColumn("{task.fields[status]}", markup=False),
         TimeElapsedColumn(),
     )
-    hint = Text(
-        f"All starts, in at most {MAX_PARTS} parts of up to a minute each; smaller tolerances need "
-        "fewer. Ctrl-C stops, and then nothing is stored."
-    )
-    progress = Progress(*columns)
-    with Live(Group(hint, progress), console=OutputConsole(stderr=True), transient=True):
-        task = progress.add_task(name, total=1.0, left=1)
-        yield lambda fraction, left: progress.update(task, completed=fraction, left=left)
+    console = OutputConsole(stderr=True)
+    return Progress(*columns, console=console, transient=True, redirect_stdout=False)
+
+
+@contextmanager
+def _lines(work: Work) -> Iterator[None]:
+    """Print the line of some work every ten seconds, also while it says nothing itself."""
+    done = Event()
+
+    def print_lines() -> None:
+        while not done.wait(LINE_INTERVAL):
+            try:
+                click.echo(work.line, err=True)
+            except (OSError, ValueError):
+                return  # stderr is closed; the command itself finds that out
+
+    # The thread is a daemon, so that an interrupt ends the command at once.
+    thread = Thread(target=print_lines, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+
+
+@contextmanager
+def starts_proved(name: str, *, wanted: bool) -> Iterator[Callable[[float, int], None]]:
+    """Show the fraction of the starts that is proved; the callback gets it, and the parts left.
+
+    A line at the beginning says how much work there may be, and how to stop it.
+    """
+    from rbstab.experiment.start_sets.prove_starts import MAX_PARTS
+
+    with working(name, wanted=wanted) as work:
+        if wanted and sys.stderr.isatty():
+            work.print(
+                f"All starts, in at most {MAX_PARTS} parts of up to a minute each; smaller "
+                "tolerances need fewer. Ctrl-C stops, and then nothing is stored."
+            )
+        yield lambda fraction, left: work.update(
+            f"{100 * fraction:.4g} % proved, {left} parts left", fraction
+        )
 
 
 MANY_ELEMENTS = 8
@@ -68,116 +151,38 @@ def compiling(engine: str, elements: int) -> str:
 
 
 @contextmanager
-def progress_bar(
+def simulated_time(
     name: str, duration: float, *, wanted: bool, before: str = ""
-) -> "Iterator[Progress | None]":
-    """Show a bar on stderr with the simulated time of one run.
+) -> "Iterator[Progress]":
+    """Show the simulated time of a run, which calls the callback after every step.
 
     Args:
-        name: The label of the bar.
-        duration: The time at the end of the run, s.
+        name: The run.
+        duration: The time at its end, s.
         before: What is done before the first step, if it takes long (`compiling`).
-        wanted: Whether to show the bar if stderr is a terminal.
-
-    Yields:
-        The callback that the run calls after every step, or None if there is no bar.
+        wanted: Whether to show it.
     """
-    if not (wanted and sys.stderr.isatty()):
-        yield None
-        return
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    from rbstab_cli.output.console import OutputConsole
-
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        TextColumn("t = {task.completed:.3g} of {task.total:g} s"),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=OutputConsole(stderr=True), transient=True) as progress:
-        task = progress.add_task(f"{name}: {before}" if before else name, total=duration)
-        yield lambda t: progress.update(task, completed=t, description=name)
+    with working(name, wanted=wanted) as work:
+        work.update(before)
+        yield lambda t: work.update(f"t = {t:.3g} of {duration:g} s", t / duration)
 
 
 @contextmanager
 def claims_checked(name: str, *, wanted: bool) -> "Iterator[Callable[[Finding], None]]":
-    """Show on stderr how many claims of a proof are checked.
+    """Show how many claims of a proof are checked; the callback gets each finding."""
+    count = 0
 
-    Args:
-        name: The name of the proof.
-        wanted: Whether to show it if stderr is a terminal.
+    def checked(finding: "Finding") -> None:
+        nonlocal count
+        count += 1
+        work.update(f"{count} claims checked, last: {finding.claim}")
 
-    Yields:
-        The callback, with each finding.
-    """
-    if not (wanted and sys.stderr.isatty()):
-        yield lambda _: None
-        return
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-    from rbstab_cli.output.console import OutputConsole
-
-    columns = (
-        SpinnerColumn(),
-        TextColumn("{task.description}", markup=False),
-        TextColumn("{task.completed:g} claims checked{task.fields[last]}", markup=False),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=OutputConsole(stderr=True), transient=True) as progress:
-        task = progress.add_task(name, total=None, last="")
-        yield lambda finding: progress.update(task, advance=1, last=f", last: {finding.claim}")
+    with working(name, wanted=wanted) as work:
+        yield checked
 
 
 @contextmanager
-def working(name: str, *, wanted: bool) -> "Iterator[None]":
-    """Show on stderr that something whose end is not known is at work.
-
-    Args:
-        name: What it is.
-        wanted: Whether to show it if stderr is a terminal.
-    """
-    if not (wanted and sys.stderr.isatty()):
-        yield
-        return
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-    from rbstab_cli.output.console import OutputConsole
-
-    columns = (
-        SpinnerColumn(),
-        TextColumn("{task.description}", markup=False),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=OutputConsole(stderr=True), transient=True) as progress:
-        progress.add_task(name, total=None)
-        yield
-
-
-@contextmanager
-def counting(name: str, *, wanted: bool) -> "Iterator[Callable[[int, int], None]]":
-    """Show on stderr how many of many things are done.
-
-    Args:
-        name: What they are.
-        wanted: Whether to show it if stderr is a terminal.
-
-    Yields:
-        The callback for the number of those that are done, and of all.
-    """
-    if not (wanted and sys.stderr.isatty()):
-        yield lambda _done, _all: None
-        return
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-    from rbstab_cli.output.console import OutputConsole
-
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=OutputConsole(stderr=True), transient=True) as progress:
-        task = progress.add_task(name)
-        yield lambda done, total: progress.update(task, completed=done, total=total)
+def counting(name: str, *, wanted: bool) -> Iterator[Callable[[int, int], None]]:
+    """Show how many of many things are done; the callback gets this number, and that of all."""
+    with working(name, wanted=wanted) as work:
+        yield lambda done, total: work.update(f"{done} of {total}", done / max(total, 1))

@@ -1,6 +1,5 @@
 """Building the initial value problem of a config, in doubles or any other kind of number."""
 
-import math
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -24,7 +23,7 @@ from rbstab.elements.sliding_ties import SlidingTie
 from rbstab.elements.spring import NO_LENGTH, Spring, squared_length
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.mechanics.algebra import ZERO, inverse
-from rbstab.mechanics.body import Body, triangle_violation
+from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import (
     Motion,
     motion_from_centre,
@@ -45,14 +44,6 @@ from rbstab.systems.system import System
 
 Numbers = Callable[[Array], Array]
 """A function that converts an array of doubles to an array of a kind of number, in its shape."""
-
-
-FAR_ANCHOR = 10.0
-"""m: no body of this program sags so far on springs K_t that shall carry it."""
-
-
-FAR_CONTACT = 100.0
-"""So many radii of gyration from the centre of mass, a contact point is most likely one in mm."""
 
 
 def doubles(values: Array) -> Array:
@@ -122,51 +113,6 @@ def system_of(config: Config, numbers: Numbers = doubles) -> System:
 def supplies_power(config: Config) -> bool:
     """Return whether an element of a config supplies power. No code of users runs."""
     return code_supplies(config) or system_of(without_code(config)).supplies
-
-
-def config_warnings(config: Config) -> list[str]:
-    """Return warnings about a config. A config with warnings can still be run."""
-    from rbstab.config.start_warnings import start_warnings
-
-    warnings = []
-    moments = triangle_violation(_matrix(config.body.inertia))
-    if moments is not None:
-        large, middle, small = moments
-        warnings.append(
-            f"body.inertia: no real body has the principal moments {large:g}, {middle:g}, {small:g}"
-            f" kg m²: {large:g} > {middle:g} + {small:g} breaks the triangle inequality"
-        )
-    distance = math.hypot(*np.array(config.body.contact_point).tolist())
-    with np.errstate(all="ignore"):
-        largest = float(np.linalg.norm(_matrix(config.body.inertia), 2))
-    gyration = math.sqrt(largest / config.body.mass)
-    if distance > FAR_CONTACT * gyration:
-        warnings.append(
-            f"body.contact_point: it is {distance:.4g} m from the centre of mass of a body with a "
-            f"radius of gyration of {gyration:.2g} m; are lengths in m, masses in kg?"
-        )
-    if getattr(config.controller, "anchor", "origin") == "equilibrium":
-        with np.errstate(all="ignore"):
-            X_a = system_of(without_code(config)).anchor
-        if float(np.linalg.norm(X_a)) > FAR_ANCHOR:
-            position = ", ".join(f"{coordinate:.3g}" for coordinate in X_a)
-            warnings.append(
-                f"controller.anchor: `equilibrium` is where K_t alone carries the weight, X = "
-                f"({position}) m; if the contact point carries it, take `origin`"
-            )
-    law = getattr(config.controller, "law", None)
-    if isinstance(law, Implicit):
-        spacing = config.integration.duration / (config.integration.samples - 1)
-        if law.implicit > spacing:
-            warnings.append(
-                f"controller.law: implicit steps of {law.implicit:g} s are longer than the time "
-                f"between samples; steps of {spacing:g} s are used"
-            )
-        warnings.append(
-            f"controller.law: implicit steps of {law.implicit:g} s damp the motion numerically; "
-            "on s = E they remove discarded_energy and change when an axis sticks"
-        )
-    return [*warnings, *start_warnings(config)]
 
 
 def _matrix(value: Any) -> Array:

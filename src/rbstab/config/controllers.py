@@ -19,11 +19,13 @@ from rbstab.config.quantities import (
     Real,
     Symmetric,
     Vector,
+    Whole,
     components,
     is_regular,
     value_error,
 )
-from rbstab.config.section import OR_ONE_ANGLE, Section, required, word_or_section
+from rbstab.config.section import Section, required, word_or_section
+from rbstab.config.sections.angles import OR_ONE_ANGLE
 from rbstab.elements.declarations import Gain, OwnState
 from rbstab.elements.element import Element
 from rbstab.elements.registry import CONNECTORS, STABILIZERS
@@ -168,7 +170,7 @@ class SlidingController(_connector_controller("sliding")):  # type: ignore[misc]
         "position, law: exact",
     )
     switch_limit: Count = 10_000_000
-    stored_switches: int = Field(
+    stored_switches: Whole = Field(
         100_000, ge=0, description="number of switches stored with time and axis"
     )
 

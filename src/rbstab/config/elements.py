@@ -158,15 +158,15 @@ def element_model(value: Any) -> type[Section] | None:
     return ELEMENT_MODELS[kind, method] if known else _UNKNOWN_METHOD[kind]
 
 
-def keys_in(element: Any, path: Path) -> list[str]:
-    """Return the keys that a mapping in the data of an element may have.
+def keys_in(element: Any, path: Path) -> dict[str, str]:
+    """Return the keys that a mapping in the data of an element may have, with their descriptions.
 
     Args:
         element: The data of the element, of a known kind.
         path: The path of the mapping in the element; empty for the element itself.
     """
     if element.get("kind") == PYTHON and path == (PARAMETERS,):
-        return sorted(parameters_in(element))
+        return dict(sorted(parameters_in(element).items()))
     model = element_model(element)
     models = () if model is None else (model,)
     if path == (SIGNAL,):
@@ -176,7 +176,7 @@ def keys_in(element: Any, path: Path) -> list[str]:
         owner = () if model is None else get_args(model.model_fields[str(path[0])].annotation)
         models = tuple(one for one in owner if hasattr(one, "model_fields"))
     fields = [item for one in models for item in one.model_fields.items()]
-    return sorted(field.alias or name for name, field in fields)
+    return dict(sorted((field.alias or name, field.description or "") for name, field in fields))
 
 
 def declarations_of(section: Any) -> type[Element] | Declared:

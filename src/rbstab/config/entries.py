@@ -1,12 +1,15 @@
-"""The independent numbers of a config, and configs with some of these numbers changed."""
+"""The numbers at keys of a config, and configs with some of these numbers changed."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from rbstab.config.elements import declarations_of, gain_path, initial_path
+from rbstab.config.elements import declarations_of, gain_path, initial_path, kind_of
+from rbstab.config.load import changed_config, resolved
 from rbstab.config.schema import Config
 from rbstab.config.section import FrozenMapping, Section
+from rbstab.config.sections.angles import NumberInDegrees, VectorInDegrees
 from rbstab.config.source import Path, key_of
+from rbstab.config.units import DEGREES, NumberKey, in_degrees, names_in, parse_key, unit_of
 from rbstab.elements.declarations import is_initial
 from rbstab.elements.registry import GAINS
 from rbstab.mechanics.numbers import Number
@@ -25,6 +28,27 @@ class Entry(NamedTuple):
     key: str
     value: float
     paths: tuple[Path, ...]
+
+
+def unit_at(config: Config, key: str) -> str:
+    """Return the unit of a key of a config; empty if it has none."""
+    path = parse_key(key) or ()
+    elements = [config.elements[name] for name in path[1:2] if name in config.elements]
+    return unit_of(key_of(names_in(path)), set(map(kind_of, elements)))
+
+
+def unit_problem(config: Config, key: NumberKey) -> tuple[str, str] | None:
+    """Return what is wrong and expected, if a config has another unit at a key; None if not.
+
+    Raises:
+        LookupError: The config has no such key.
+    """
+    if key.degrees and not unit_at(config, key.text).startswith(DEGREES):
+        return "is not an angle", f"expected {key_of(key.path)}"
+    value = value_at(config, names_in(key.path))
+    if not key.degrees and isinstance(value, VectorInDegrees | NumberInDegrees):
+        return in_degrees(key)
+    return None
 
 
 def entries_of(config: Config) -> tuple[Entry, ...]:
@@ -81,16 +105,16 @@ def entries_under(config: Config, path: Path) -> tuple[Entry, ...]:
     return tuple(entries)
 
 
-def value_at(config: Config, path: Path) -> Any:
-    """Return the value at a path.
+def value_at(owner: Any, path: Path) -> Any:
+    """Return the value at a path of a config, or of plain data.
 
     Raises:
-        LookupError: The config has no such path.
+        LookupError: There is no such path.
     """
-    value: Any = config
+    value: Any = owner
     for part in path:
         if isinstance(part, int):
-            if not (isinstance(value, tuple) and part < len(value)):
+            if not (isinstance(value, tuple | list) and part < len(value)):
                 raise LookupError(key_of(path))
             value = value[part]
         elif isinstance(value, Section) and part in type(value).model_fields:
@@ -100,6 +124,34 @@ def value_at(config: Config, path: Path) -> Any:
         else:
             raise LookupError(key_of(path))
     return value
+
+
+def numbers_below(owner: Any, path: Path) -> Iterator[tuple[Path, float]]:
+    """Yield the path and the value of each number at a path and below it: of all matrix entries.
+
+    Raises:
+        LookupError: There is no such path, or it holds no numbers.
+    """
+    value = value_at(owner, path)
+    if isinstance(value, tuple | list):
+        for index in range(len(value)):
+            yield from numbers_below(owner, (*path, index))
+    elif isinstance(value, bool) or not isinstance(value, int | float):
+        raise LookupError(key_of(path))
+    else:
+        yield path, value
+
+
+def with_numbers(config: Config, numbers: Mapping[Path, float]) -> Config:
+    """Return the config with some of its numbers replaced, validated.
+
+    Raises:
+        ConfigError: It is not valid.
+    """
+    data = resolved(config)
+    for path, number in numbers.items():
+        value_at(data, path[:-1])[path[-1]] = number
+    return changed_config(config, data)
 
 
 def shifted(config: Config, shift: Mapping[Path, Number]) -> Config:

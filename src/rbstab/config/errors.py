@@ -78,16 +78,16 @@ def closest(word: str, known: Iterable[str]) -> str | None:
     beginning of a word means it, if it is the beginning of no other.
     """
     words = list(known)
-    folded = {_folded(name): name for name in reversed(words)}
-    if _folded(word) in folded:
-        return folded[_folded(word)]
+    by_folded = {folded(name): name for name in reversed(words)}
+    if folded(word) in by_folded:
+        return by_folded[folded(word)]
     if len(word) < MIN_MISSPELT:
         return None
-    close = get_close_matches(word, words, n=1) or get_close_matches(_folded(word), folded, n=1)
+    close = get_close_matches(word, words, n=1) or get_close_matches(folded(word), by_folded, n=1)
     if close:
-        return folded.get(close[0], close[0])
-    begun = [name for name in folded if name.startswith(_folded(word))]
-    return folded[begun[0]] if len(begun) == 1 else None
+        return by_folded.get(close[0], close[0])
+    begun = [name for name in by_folded if name.startswith(folded(word))]
+    return by_folded[begun[0]] if len(begun) == 1 else None
 
 
 def did_you_mean(words: Sequence[str]) -> str:
@@ -103,8 +103,8 @@ def hint(value: Any, choices: Iterable[str]) -> str:
 
 def keys_named(key: str, known: Iterable[str]) -> list[str]:
     """Return the dotted keys with the same last name: `mass` and `initial.mass` are `body.mass`."""
-    name = _folded(_last_name(key))
-    return [other for other in known if _folded(_last_name(other)) == name]
+    name = folded(_last_name(key))
+    return [other for other in known if folded(_last_name(other)) == name]
 
 
 def closest_keys(key: str, known: Iterable[str]) -> list[str]:
@@ -124,7 +124,8 @@ def _last_name(key: str) -> str:
     return key.rpartition(".")[2]
 
 
-def _folded(word: str) -> str:
+def folded(word: str) -> str:
+    """Return a word without case, hyphens, underscores and spaces, which count for nothing."""
     return "".join(c for c in word.lower() if c not in "_- ")
 
 

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 from collections.abc import Collection, Iterable, Mapping
 from os import PathLike
 from pathlib import Path as FilePath
@@ -30,6 +31,7 @@ from rbstab.config.user_code.section import KIND as PYTHON
 from rbstab.elements.declarations import is_initial
 from rbstab.elements.registry import OWN_STATES
 from rbstab.files.existence import is_file
+from rbstab.mechanics.states import PITCH
 
 FALLBACK_VARIANT = "visco-elastic"
 """The variant used to check the common keys of a config whose variant is unknown."""
@@ -211,7 +213,7 @@ def validated(source: Source, *, allow_python: bool = False) -> Config:
     except ValidationError as error:
         problems = problems_of(error, source, model)
     else:
-        problems = []
+        problems = _problems_of_start(config, source)
     # Aliases and repeated keys were reported while reading; a second message is not needed.
     already_wrong = {problem.location for problem in source.problems}
     of_tables = {problem.key for problem in table_problems}
@@ -228,6 +230,18 @@ def validated(source: Source, *, allow_python: bool = False) -> Config:
             others = [p for p in others if p in source.problems or not _depends_on_variant(p.key)]
         problems = [variant_problem, *others]
     raise ConfigError([_explain_newer_schema(p, source) for p in problems])
+
+
+def _problems_of_start(config: Config, source: Source) -> list[ConfigProblem]:
+    """Return the problem of a config whose run would end at its start, because θ2 is near ±90°."""
+    regularity, bound = math.cos(config.initial.orientation[PITCH]), config.integration.range_bound
+    if regularity > bound:
+        return []
+    path = ("initial", "orientation")
+    found = f"has cos θ2 = {regularity:.2g}, and a run ends where it is {bound:g} or less"
+    largest = math.degrees(math.acos(bound))
+    expected = f"expected |θ2| below {largest:.6g}°, or a smaller integration.range_bound"
+    return [ConfigProblem(source.location(path), key_of(path), found, expected)]
 
 
 def plain_data(config: Config) -> dict[str, Any]:
@@ -286,7 +300,7 @@ def _split_elements(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, 
 
 def resolved_yaml(config: Config) -> str:
     """Return the resolved config as YAML; loading it gives the same config."""
-    from rbstab.config.dump import as_yaml
+    from rbstab.config.writing.dump import as_yaml
 
     return as_yaml(resolved(config))
 

@@ -1,24 +1,20 @@
 """Translation of pydantic's validation errors into config problems."""
 
 import re
-from collections.abc import Callable, Iterator
-from functools import cache
+from collections.abc import Callable
 from typing import Any
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from rbstab.config.elements import keys_in
 from rbstab.config.errors import (
     ConfigProblem,
-    closest,
-    closest_keys,
-    did_you_mean,
     hint,
-    keys_named,
 )
 from rbstab.config.quantities import SHAPE_TAGS
-from rbstab.config.schema import NO_VARIANT, VARIANTS, Experiment
+from rbstab.config.schema import Experiment
 from rbstab.config.source import Path, Source, key_of
+from rbstab.config.unknown_keys import unknown_key, with_hint
 from rbstab.config.user_code.section import PARAMETERS
 
 MATRIX_KEYS = {"body": 2, "controller": 2, "elements": 3}
@@ -61,9 +57,9 @@ def _problem(details: Any, source: Source, model: type[Experiment]) -> ConfigPro
         of_key = unknown
     if unknown and path[0] == "elements":
         known = keys_in(source.data["elements"][path[1]], path[2:-1])
-        problem, expected = _with_hint(str(path[-1]), known)
+        problem, expected = with_hint(str(path[-1]), known)
     elif unknown:
-        problem, expected = _unknown_key(path, model)
+        problem, expected = unknown_key(path, model)
     else:
         problem, expected = _TEXTS.get(details["type"], _other_error)(details)
     where = source.location(path, of_key=of_key)
@@ -79,86 +75,6 @@ def _without_tag(location: Path) -> Path:
     parts += location[:1] == ("elements",) and location[2:3] == (PARAMETERS,)
     has_tag = parts < len(location) and location[parts] in SHAPE_TAGS
     return location[:parts] + location[parts + 1 :] if has_tag else location
-
-
-def _unknown_key(path: Path, model: type[Experiment]) -> ProblemText:
-    key, known = str(path[-1]), sorted(_keys_at(model, path[:-1]))
-    owners = [name for name, other in VARIANTS.items() if key in _keys_at(other, path[:-1])]
-    if owners:
-        variant = next((name for name, other in VARIANTS.items() if other is model), NO_VARIANT)
-        instead = "; here, `elements` hold the body" if variant == NO_VARIANT else ""
-        problem = f"is not a key of the variant {variant}"
-        return problem, f"it belongs to {', '.join(owners)}{instead}"
-    here = keys_named(key, known)
-    elsewhere = _keys_named(key, model) if not here else []
-    if not here and not elsewhere and closest(key, known) is None:
-        elsewhere = keys_like(key, model)
-    if elsewhere:
-        return "is unknown", did_you_mean(elsewhere)
-    return _with_hint(key, known)
-
-
-def keys_like(key: str, *first: type[BaseModel]) -> list[str]:
-    """Return the keys of configs that a key of an unknown section may mean; the closest ones.
-
-    Args:
-        key: The wrong key.
-        first: The model of the config; its own keys come before those of other variants.
-    """
-    own = [name for model in first for name in _dotted_keys(model)]
-    named = _keys_named(key, *first)
-    return named or closest_keys(key, own) or closest_keys(key, keys_of_variants())
-
-
-def _keys_named(key: str, *first: type[BaseModel]) -> list[str]:
-    """Return the keys of configs in any section with this name, as `keys_like`."""
-    own = [name for model in first for name in _dotted_keys(model)]
-    return keys_named(key, own) or keys_named(key, keys_of_variants())
-
-
-@cache
-def keys_of_variants() -> list[str]:
-    """Return the keys of the configs of all variants."""
-    return list(dict.fromkeys(key for model in VARIANTS.values() for key in _dotted_keys(model)))
-
-
-def _with_hint(key: str, known: list[str]) -> ProblemText:
-    close = closest(key, known)
-    if close is not None:
-        return "is unknown", did_you_mean([close])
-    return "is unknown", f"expected one of {', '.join(known)}" if known else "expected no key"
-
-
-def _dotted_keys(model: type[BaseModel], above: str = "") -> Iterator[str]:
-    """Yield the keys of a config as dotted texts, without those that are rarely meant."""
-    for name in model.model_fields:
-        if name in ("elements", "reference"):
-            continue
-        yield f"{above}{name}"
-        for section in _models_of(model, name):
-            yield from _dotted_keys(section, f"{above}{name}.")
-
-
-def _keys_at(model: type[BaseModel], path: Path) -> set[str]:
-    """Return the keys that the schema allows in the mapping at a path."""
-    models = [model]
-    for part in path:
-        models = [child for owner in models for child in _models_of(owner, part)]
-    return {name for owner in models for name in owner.model_fields}
-
-
-def _models_of(owner: type[BaseModel], key: str | int) -> Iterator[type[BaseModel]]:
-    field = owner.model_fields.get(str(key))
-    candidates: list[Any] = []
-    if field is not None:
-        # A validator may take a mapping in place of the value, such as {deg: [0, 10, 0]}.
-        inputs = [getattr(data, "json_schema_input_type", None) for data in field.metadata]
-        candidates = [field.annotation, *inputs]
-    while candidates:
-        candidate: Any = candidates.pop()
-        if isinstance(candidate, type) and issubclass(candidate, BaseModel):
-            yield candidate
-        candidates += getattr(candidate, "__args__", ())
 
 
 def describe(value: Any) -> str:

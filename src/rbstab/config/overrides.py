@@ -1,6 +1,5 @@
 """Replacing single values from the command line: `--set body.mass=50`."""
 
-import re
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
@@ -8,11 +7,17 @@ from typing import Any
 from rbstab.config.errors import ConfigError, ConfigProblem, Location, shortened
 from rbstab.config.schema import NO_VARIANT, VARIANTS, model_of, variant_of
 from rbstab.config.source import MAX_DEPTH, Path, Source, key_of, parse_source
-
-DEGREES = "deg"
-"""The key of angles in degrees: `{deg: [30, 0, 0]}`."""
-
-_KEY_PART = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)|\[([0-9]{1,6})\]")
+from rbstab.config.units import (
+    DEGREES,
+    Kind,
+    NumberKey,
+    in_degrees,
+    names_in,
+    number_key,
+    parse_key,
+    unit_of,
+)
+from rbstab.elements.registry import SELECTORS
 
 
 def override(source: Source, assignments: Iterable[str]) -> None:
@@ -49,16 +54,18 @@ def _assign(source: Source, text: str) -> None:
         replace(problem, key=f"{key}.{problem.key}" if problem.key else key)
         for problem in parsed.problems
     ]
+    read, data = number_key(key), parsed.data
+    if read is not None and read.degrees and _is_in_radians(source, read):
+        path, data = read.path, _times(data, read.factor)
     container: Any = _container(source, path, name)
     last = path[-1]
     in_list = isinstance(container, list) and isinstance(last, int) and last < len(container)
     if not (in_list or (isinstance(container, dict) and isinstance(last, str))):
-        expected = "expected a key of the config"
         if isinstance(container, dict) and DEGREES in container:
-            expected = f"given in degrees: {key_of((*path[:-1], DEGREES, last))}"
-        raise _error(name, 1, key, "does not exist", expected)
+            raise _error(name, 1, key, *in_degrees(NumberKey(path)))
+        raise _error(name, 1, key, "does not exist", "expected a key of the config")
     source.remove_locations(path, container[last] if in_list else container.get(last))
-    container[last] = parsed.data
+    container[last] = data
     source.keys[path] = Location(name)
     for relative_path, location in parsed.values.items():
         source.values[path + relative_path] = location
@@ -66,13 +73,26 @@ def _assign(source: Source, text: str) -> None:
         source.keys[path + relative_path] = location
 
 
-def parse_key(text: str) -> Path | None:
-    """Return the path of a dotted key (the inverse of `key_of`), or None if it is not a key."""
-    path: list[str | int] = []
-    for match in _KEY_PART.finditer(text):
-        word, index = match.groups()
-        path.append(word if word is not None else int(index))
-    return tuple(path) if path and key_of(tuple(path)) == text else None
+def _is_in_radians(source: Source, key: NumberKey) -> bool:
+    """Whether the source has an angle in radians, or none, at a key that is in degrees."""
+    names, elements = names_in(key.path), source.data.get("elements")
+    element = elements.get(names[1]) if isinstance(elements, dict) else None
+    kinds = set()
+    if isinstance(element, dict) and isinstance(kind := element.get("kind"), str):
+        kinds = {Kind(kind, element.get(SELECTORS.get(kind, "")))}
+    here: Any = source.data
+    for part in names:
+        here = here.get(part) if isinstance(here, dict) else None
+    is_angle = unit_of(f"{key_of(names)}.{DEGREES}", kinds).startswith(DEGREES)
+    return is_angle and not isinstance(here, dict)
+
+
+def _times(value: Any, factor: float) -> Any:
+    """Return numbers times a factor; the validation reports what is no number."""
+    if isinstance(value, list):
+        return [_times(entry, factor) for entry in value]
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return value * factor if is_number else value
 
 
 def _container(source: Source, path: Path, name: str) -> Any:

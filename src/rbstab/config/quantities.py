@@ -23,7 +23,17 @@ NotNegative = Annotated[
     float, Field(ge=0, allow_inf_nan=False), AfterValidator(_without_negative_zero)
 ]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Count = Annotated[int, Field(ge=1)]
+
+
+def whole(value: Any) -> Any:
+    """Return a float without fraction as the whole number: 1e3, or a value that a plan varies."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+Whole = Annotated[int, BeforeValidator(whole)]
+"""A whole number, also written as 1e3 or 1000.0."""
+
+Count = Annotated[int, Field(ge=1), BeforeValidator(whole)]
 
 
 def _without_null(text: str) -> str:
@@ -70,6 +80,16 @@ Vector = Annotated[tuple[Real, ...], _THREE, _LIST]
 """Three finite numbers."""
 
 
+def _check_gravity(value: Any) -> Any:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        raise value_error(f"is {value:g}", f"expected a list of 3; down is [0, 0, {-abs(value):g}]")
+    return value
+
+
+Gravity = Annotated[Vector, BeforeValidator(_check_gravity)]
+"""The acceleration of free fall, which is a vector."""
+
+
 SMALLEST_SQUARE, LARGEST_SQUARE = 1e-200, 1e200
 """Bounds on the square of the length of a direction: beyond them it is zero or infinite soon."""
 
@@ -97,15 +117,26 @@ Diagonal = Annotated[tuple[Positive, ...], _THREE, _list_of(3, "three numbers", 
 """Three positive numbers."""
 
 
+SYMMETRIC = 1e-12
+"""Entries of a symmetric matrix may differ by this, relative to the largest entry: so much is the
+round-off of `R @ diag @ R.T`."""
+
 ROUND_OFF = 1e-15
 """Error of computed eigenvalues, relative to the largest entry of the matrix. The sign of a smaller
 eigenvalue is uncertain."""
 
 
 def _symmetric(rows: tuple[Any, ...]) -> tuple[Any, ...]:
-    if any(rows[i][j] != rows[j][i] for i in range(3) for j in range(i)):
+    pairs = [(rows[i][j], rows[j][i]) for i in range(3) for j in range(i)]
+    largest = max(abs(entry) for row in rows for entry in row)
+    if any(abs(a - b) > SYMMETRIC * largest for a, b in pairs):
         raise value_error("is not symmetric", "expected a symmetric matrix")
-    return rows
+    mean = {
+        (i, j): rows[i][j] + 0.5 * (rows[j][i] - rows[i][j]) for i in range(3) for j in range(i)
+    }
+    return tuple(
+        tuple(mean.get((max(i, j), min(i, j)), rows[i][j]) for j in range(3)) for i in range(3)
+    )
 
 
 def _positive_definite(rows: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -166,8 +197,28 @@ def _shape_tag(value: Any) -> str:
 _AS_MATRIX = _list_of(3, "three numbers or a 3x3 matrix", for_all=True)
 """The check of the diagonal of a matrix: what is not a list of rows is read as a diagonal."""
 
+URDF = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+"""The order of six numbers in URDF. MuJoCo has another one: ixx iyy izz ixy ixz iyz."""
+
+
+def _refuse_six(value: Any) -> Any:
+    """Refuse six numbers, whose order is not certain, with the matrix that they most likely are."""
+    is_list = isinstance(value, list | tuple) and len(value) == len(URDF)
+    if is_list and all(type(entry) in (int, float) for entry in value):
+        xx, xy, xz, yy, yz, zz = (f"{entry:.12g}" for entry in value)
+        matrix = f"[[{xx}, {xy}, {xz}], [{xy}, {yy}, {yz}], [{xz}, {yz}, {zz}]]"
+        raise value_error(
+            "has 6 entries",
+            f"expected three numbers or a 3x3 matrix; in URDF's order, {' '.join(URDF)}, they are "
+            f"{matrix}",
+        )
+    return value
+
+
+_NOT_SIX = BeforeValidator(_refuse_six)
+
 PositiveDefinite = Annotated[
-    Annotated[tuple[Positive, ...], _THREE, _AS_MATRIX, Tag(SHAPE_TAGS[0])]
+    Annotated[tuple[Positive, ...], _THREE, _AS_MATRIX, _NOT_SIX, Tag(SHAPE_TAGS[0])]
     | Annotated[Matrix, Tag(SHAPE_TAGS[1])],
     Discriminator(_shape_tag),
 ]
@@ -194,7 +245,7 @@ PositiveSemidefinite = Annotated[
 """A symmetric positive semidefinite 3x3 matrix, given in the same way, or as 0."""
 
 Symmetric = Annotated[
-    Annotated[tuple[Real, ...], _THREE, _AS_MATRIX, Tag(SHAPE_TAGS[0])]
+    Annotated[tuple[Real, ...], _THREE, _AS_MATRIX, _NOT_SIX, Tag(SHAPE_TAGS[0])]
     | Annotated[_SymmetricMatrix, Tag(SHAPE_TAGS[1])],
     Discriminator(_shape_tag),
 ]

@@ -25,7 +25,7 @@ from rbstab.config.elements import (
 )
 from rbstab.config.errors import printable, shortened
 from rbstab.config.inputs.signals import MAX_KNOTS
-from rbstab.config.quantities import Text, Vector, components, value_error
+from rbstab.config.quantities import Gravity, Text, components, value_error, whole
 from rbstab.config.section import FrozenMapping, Section
 from rbstab.config.sections.body import BodySection, FreeInitial, HeldInitial, zero_vector
 from rbstab.config.sections.desired import Desired
@@ -39,7 +39,8 @@ SCHEMA_VERSIONS = (1, 2)
 
 
 def _check_whole(value: Any) -> Any:
-    # True and 1.0 equal 1, so a literal would accept them.
+    # True equals 1, so a literal would accept it.
+    value = whole(value)
     if type(value) is not int:
         expected = {"expected": "the whole number 1 or 2"}
         raise PydanticCustomError("literal_error", "not a whole number", expected)
@@ -55,7 +56,7 @@ class Experiment(Section):
     schema_version: SchemaVersion = 1
     title: Text = "untitled"
     body: BodySection
-    gravity: Vector = zero_vector("m/s^2, inertial")
+    gravity: Gravity = zero_vector("m/s^2, inertial")
     controller: Any
     elements: Elements = Field(default_factory=FrozenMapping)
     initial: Any = Field(default_factory=HeldInitial)

@@ -1,14 +1,11 @@
 """The base class of the config models, and helpers for their fields."""
 
-from collections.abc import Callable
-from math import radians
 from typing import Any, NoReturn
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
-from pydantic_core import PydanticCustomError
+from pydantic import BaseModel, ConfigDict, Field
 
 from rbstab.config.errors import closest, hint
-from rbstab.config.quantities import Real, Vector, check_range_of_degrees, value_error
+from rbstab.config.quantities import value_error
 
 
 class Section(BaseModel):
@@ -39,59 +36,6 @@ class FrozenMapping(dict[str, Any]):
 def required(description: str) -> Any:
     """Return the field of a required key."""
     return Field(description=description)
-
-
-class Degrees(Section):
-    """Three angles in degrees, or three rates in degrees per second."""
-
-    deg: Vector = required("the same three numbers in degrees")
-
-
-class OneAngle(Section):
-    """An angle in degrees."""
-
-    deg: Real = required("the same number in degrees")
-
-
-def _or_degrees(
-    section: type[Section], kind: Any, check: Callable[[Any], None] | None = None
-) -> BeforeValidator:
-    """Return a validator that converts `{deg: ...}` to radians before all other checks.
-
-    So a config has radians only, and so has its identity.
-
-    Args:
-        section: The model of the value in degrees.
-        kind: The type of the value in radians, for the JSON Schema.
-        check: A check of the value in degrees, whose message has the numbers as they were given.
-    """
-
-    def in_radians(value: Any) -> Any:
-        if isinstance(value, str):
-            # Such as 20deg: the message says how degrees are given.
-            is_list = section is Degrees
-            shown = "a list of 3, or {deg: [0, 20, 0]}" if is_list else "a number, or {deg: 20}"
-            problem = "tuple_type" if is_list else "float_type"
-            raise PydanticCustomError(problem, "a text", {"expected": shown})
-        if not isinstance(value, dict):
-            return value
-        degrees: Any = section.model_validate(value)
-        found = degrees.deg
-        if check is not None:
-            check(found)
-        return tuple(map(radians, found)) if isinstance(found, tuple) else radians(found)
-
-    return BeforeValidator(in_radians, json_schema_input_type=kind | section)
-
-
-OR_DEGREES = _or_degrees(Degrees, Vector)
-"""Lets a vector in radians, or in radians per second, be given as `{deg: [0, 10, 0]}`."""
-
-OR_DEGREES_IN_RANGE = _or_degrees(Degrees, Vector, check_range_of_degrees)
-"""The same for Θ, which must be in the range of eq. 5."""
-
-OR_ONE_ANGLE = _or_degrees(OneAngle, Real)
-"""Lets a number in radians be given as `{deg: 70}`."""
 
 
 def word_or_section(

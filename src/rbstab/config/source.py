@@ -24,6 +24,7 @@ from rbstab.config.errors import (
 )
 from rbstab.files.regular_file import open_regular
 from rbstab.files.shell_words import shell_word
+from rbstab.files.yaml_lines import wrong_line
 
 Path = tuple[str | int, ...]
 """The keys and list indices from the root of a document to a value."""
@@ -222,6 +223,10 @@ def parse_source(text: str, name: str, column_offset: int = 0) -> Source:
             problem, expected = TOO_DEEP
         elif _has_indenting_tab(text, where):
             problem, expected = INDENTING_TAB
+        elif wrong := wrong_line(_with_unix_lines(text), where.line):
+            offset = column_offset if wrong.line == 1 else 0
+            where = Location(name, wrong.line, wrong.column + offset)
+            problem, expected = wrong.problem, wrong.expected
         parser.problems.append(_problem(where, problem, expected))
     else:
         return parser.source
@@ -230,10 +235,14 @@ def parse_source(text: str, name: str, column_offset: int = 0) -> Source:
 
 def _has_indenting_tab(text: str, where: Location) -> bool:
     """Return whether the line of a location begins with white space that has a tab."""
-    # As libyaml counts: the other line ends of Unicode are none of YAML's here.
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    lines = _with_unix_lines(text).split("\n")
     line = lines[where.line - 1] if 0 < where.line <= len(lines) else ""
     return "\t" in line[: len(line) - len(line.lstrip(" \t"))]
+
+
+def _with_unix_lines(text: str) -> str:
+    # As libyaml counts: the other line ends of Unicode are none of YAML's here.
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 class _UnreadableError(Exception):
@@ -311,7 +320,17 @@ class _Parser:
         if top is not None and isinstance(top.container, dict) and top.key is None:
             self._add_key(event.value, where)
         else:
+            if plain and top is not None and isinstance(top.container, list):
+                self._check_lines(event, where)
             self._add_value(_plain_scalar(event.value) if plain else event.value, where)
+
+    def _check_lines(self, event: Any, where: Location) -> None:
+        """Refuse an entry of a list that goes on in the next line: that has another indentation."""
+        if event.end_mark.line > event.start_mark.line:
+            below = where._replace(line=where.line + 1, column=1)
+            expected = f"an entry that begins in column {max(1, where.column - 2)}"
+            found = "goes on with the entry of the line above"
+            self.report(below, found, expected, self._path())
 
     def _add_key(self, key: str, where: Location) -> None:
         top = self.stack[-1]

@@ -8,9 +8,15 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 from fractions import Fraction
-from typing import Any
 
-from rbstab.config.entries import Entry, entries_of, entries_under, is_of_initial_state
+from rbstab.config.entries import (
+    Entry,
+    entries_of,
+    entries_under,
+    is_of_initial_state,
+    unit_problem,
+    with_numbers,
+)
 from rbstab.config.errors import (
     ConfigError,
     ConfigProblem,
@@ -19,10 +25,9 @@ from rbstab.config.errors import (
     did_you_mean,
     shortened,
 )
-from rbstab.config.load import resolved, validated
-from rbstab.config.overrides import parse_key
 from rbstab.config.schema import Config
-from rbstab.config.source import Path, Source
+from rbstab.config.source import Path, key_of
+from rbstab.config.units import NumberKey, names_in, number_key
 
 OPTION = "--within"
 
@@ -30,6 +35,9 @@ SECTIONS = ("body", "controller", "elements", "gravity", "initial")
 """The sections whose numbers can have a tolerance."""
 
 _SIZE = re.compile(r"(?:±|\+/-|\+-)(?P<number>[0-9.]+(?:[eE][+-]?[0-9]{1,3})?)(?P<percent>%?)")
+
+DEGREE = Fraction(314159265358979323847, 180 * 10**20)
+"""The angle 1°, rad, rounded up, so that a tolerance in degrees has all that it names."""
 
 LARGEST = 10**100
 """Tolerances are below this."""
@@ -118,7 +126,8 @@ def tolerances_of(config: Config, texts: Iterable[str]) -> tuple[Tolerance, ...]
     """Return the tolerances of a config.
 
     A key may be a number, a vector, a matrix, or one of `SECTIONS`; the size then holds for each of
-    its numbers. A size in percent is relative to each number, so a number that is 0 stays 0.
+    its numbers. A size in percent is relative to each number, so a number that is 0 stays 0. A size
+    is in degrees if the key ends in `.deg`, which is needed where the config gives degrees.
 
     Args:
         config: The config.
@@ -161,10 +170,11 @@ def _tolerances_in(config: Config, text: str) -> list[Tolerance]:
         expected = f"expected a key of {', '.join(_sections_of(config))}"
         expected = did_you_mean(meant) or expected
         raise ConfigError([_problem(text, problem, expected)])
+    unit = Fraction(1) if match["percent"] else _unit(config, text, key, entries)
     found = []
     for entry in entries:
         middle = Fraction(repr(entry.value))
-        radius = abs(middle) * number / 100 if match["percent"] else number
+        radius = abs(middle) * number / 100 if match["percent"] else number * unit
         if radius > 0:
             found.append(Tolerance(entry, middle, radius))
     if not found:
@@ -173,6 +183,23 @@ def _tolerances_in(config: Config, text: str) -> list[Tolerance]:
             problem = f"is a tolerance of 0, because {shortened(key)} is 0"
         raise ConfigError([_problem(text, problem, "expected a size above 0")])
     return found
+
+
+def _unit(config: Config, text: str, key: str, entries: Iterable[Entry]) -> Fraction:
+    """Return the SI value of the unit of a key, as a tolerance.
+
+    Raises:
+        ConfigError: The config gives one of the numbers in another unit.
+    """
+    read = number_key(key)
+    degrees = read is not None and read.degrees
+    for entry in entries:
+        whole = names_in(entry.paths[0])
+        at = read.path if read is not None and len(read.path) > len(whole) else whole
+        problem = unit_problem(config, NumberKey(at, degrees))
+        if problem is not None:
+            raise ConfigError([_problem(text, f"{key_of(at)} {problem[0]}", problem[1])])
+    return DEGREE if degrees else Fraction(1)
 
 
 def decimal_text(number: Fraction) -> str:
@@ -199,9 +226,10 @@ def _decimal(digits: str) -> Fraction | None:
 
 def _entries_at(config: Config, key: str) -> tuple[Entry, ...]:
     """Return the numbers of a key; none if the config has none there."""
-    path = parse_key(key)
-    if path is None or path[0] not in SECTIONS:
+    read = number_key(key)
+    if read is None or read.path[0] not in SECTIONS:
         return ()
+    path = read.path
     of_sections = (*entries_of(config), *entries_under(config, ("gravity",)))
     return tuple(
         entry for entry in of_sections if any(own[: len(path)] == path for own in entry.paths)
@@ -226,11 +254,8 @@ def _invalid_bounds(config: Config, text: str, found: list[Tolerance]) -> list[C
         ("low", {path: one.low for one in found for path in one.entry.paths}),
         ("high", {path: one.high for one in found for path in one.entry.paths}),
     ):
-        data = resolved(config)
-        for path, bound in bounds.items():
-            _put(data, path, float(bound))
         try:
-            validated(Source(data, {(): Location(_name(text))}))
+            with_numbers(config, {path: float(bound) for path, bound in bounds.items()})
         except ConfigError as error:
             for problem in error.problems:
                 key = (problem.key, problem.problem)
@@ -241,12 +266,6 @@ def _invalid_bounds(config: Config, text: str, found: list[Tolerance]) -> list[C
                     problem.expected,
                 )
     return list(problems.values())
-
-
-def _put(data: Any, path: Path, value: float) -> None:
-    for part in path[:-1]:
-        data = data[part]
-    data[path[-1]] = value
 
 
 def _name(text: str) -> str:

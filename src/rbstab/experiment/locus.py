@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from rbstab.analysis.linearisation import Linearisation, NoDerivativesError, lin
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of
-from rbstab.config.entries import entries_of, value_at
+from rbstab.config.entries import entries_of, numbers_below, with_numbers
 from rbstab.config.errors import (
     ConfigError,
     ConfigProblem,
@@ -19,8 +19,8 @@ from rbstab.config.errors import (
     did_you_mean,
     shortened,
 )
-from rbstab.config.load import changed_config, resolved
 from rbstab.config.schema import Config
+from rbstab.config.units import number_key
 from rbstab.experiment.answers.threshold import NamedNumber, alike, threshold_of
 from rbstab.experiment.wanted import wanted
 from rbstab.mechanics.numbers import Array
@@ -51,7 +51,7 @@ def root_locus(config: Config, key: str, factors: Array) -> list[LocusPoint]:
         factors: Factors by which the whole gain is multiplied, shape (n,).
 
     Raises:
-        KeyError: There is no such key.
+        LookupError: There is no such key, or it holds no numbers.
         ConfigError: A scaled config is not valid.
     """
     points: list[LocusPoint] = []
@@ -128,18 +128,14 @@ def scaled(config: Config, key: str, factor: float) -> Config:
     """Return a config with all numbers of one of its values multiplied by a factor.
 
     Raises:
-        KeyError: There is no such key, or it holds no numbers.
+        LookupError: There is no such key, or it holds no numbers.
         ConfigError: The scaled config is not valid.
     """
-    data = resolved(config)
-    *sections, last = key.split(".")
-    owner: Any = data
-    for section in sections:
-        owner = owner.get(section) if isinstance(owner, dict) else None
-    if not isinstance(owner, dict):
-        raise KeyError(key)
-    owner[last] = _multiplied(owner[last], factor, key)
-    return changed_config(config, data)
+    read = number_key(key)
+    if read is None:
+        raise LookupError(key)
+    numbers = {path: number * factor for path, number in numbers_below(config, read.path)}
+    return with_numbers(config, numbers)
 
 
 def check_key(config: Config, key: str) -> None:
@@ -150,12 +146,8 @@ def check_key(config: Config, key: str) -> None:
     """
     where = Location(f"--along {shortened(key)}")
     try:
-        scaled(config, key, 1.0)
-        if not np.any(value_at(config, tuple(key.split(".")))):
-            problem = f"{shortened(key)} is 0, so no factor changes it"
-            expected = f"expected a config with {shortened(key)} above 0"
-            raise ConfigError([ConfigProblem(where, "", problem, expected)])
-    except KeyError as error:
+        doubled = scaled(config, key, 2.0)
+    except LookupError as error:
         own = dict.fromkeys(one.key.partition("[")[0] for one in entries_of(config))
         known = [name for name in own if not name.startswith("initial.")]
         meant = closest_keys(key.partition("[")[0], known)
@@ -163,14 +155,10 @@ def check_key(config: Config, key: str) -> None:
         expected = did_you_mean(meant) or expected
         problem = f"{shortened(key)} has no numbers that a factor can scale"
         raise ConfigError([ConfigProblem(where, "", problem, expected)]) from error
-
-
-def _multiplied(value: Any, factor: float, key: str) -> Any:
-    if isinstance(value, list):
-        return [_multiplied(entry, factor, key) for entry in value]
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise KeyError(key)
-    return value * factor
+    if doubled == config:
+        problem = f"{shortened(key)} is 0, so no factor changes it"
+        expected = f"expected a config with {shortened(key)} above 0"
+        raise ConfigError([ConfigProblem(where, "", problem, expected)])
 
 
 def _matched(now: Linearisation, previous: Array) -> Linearisation:

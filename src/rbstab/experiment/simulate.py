@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rbstab.analysis.certificate.verdict import overall
-from rbstab.config.build import config_warnings, problem_of
+from rbstab.config.build import problem_of
 from rbstab.config.load import load_config, resolved_yaml, run_id
 from rbstab.config.messages import describe
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
+from rbstab.config.warned.warnings import config_warnings
 from rbstab.experiment.answers.result import Result
 from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.convergence.with_proof import with_proof

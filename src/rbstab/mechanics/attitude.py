@@ -10,6 +10,8 @@ from rbstab.mechanics.numbers import Array, Number, cos, sin
 def rotation(Theta: Array) -> Array:
     """Return A(Θ) = A1(θ1) A2(θ2) A3(θ3), from body to inertial coordinates (eq. 2).
 
+    It turns about x by θ1, then about the new y by θ2, then about the new z by θ3.
+
     Args:
         Theta: Θ, shape (3,), rad.
 
@@ -46,6 +48,29 @@ def tilt(Theta: Array, desired: Array) -> Array:
     away: Array = np.array(_rotation_rows(Theta.T)) - rotation(desired)[..., np.newaxis]
     chord = np.sqrt((away * away).sum(axis=(0, 1)) / 8.0)
     return np.asarray(2.0 * np.arcsin(np.minimum(chord, 1.0)))
+
+
+def rotations(Theta: Array) -> Array:
+    """Return A(Θ) of many attitudes, shape (n, 3, 3); Θ has the shape (n, 3), rad."""
+    return np.array([rotation(angles) for angles in Theta]).reshape(-1, 3, 3)
+
+
+def quaternions(A: Array) -> Array:
+    """Return unit quaternions w, x, y, z of rotations along a motion; their sign does not jump.
+
+    Args:
+        A: Shape (n, 3, 3).
+
+    Returns:
+        Shape (n, 4); NaN where A is not finite.
+    """
+    # Imported late: it takes a while.
+    from scipy.spatial.transform import Rotation
+
+    found, finite = np.full((len(A), 4), np.nan), np.isfinite(A).all(axis=(1, 2))
+    found[finite] = Rotation.from_matrix(A[finite]).as_quat(scalar_first=True)
+    signs = np.where((found[1:] * found[:-1]).sum(axis=1) < 0, -1, 1)
+    return np.asarray(found * np.cumprod([1, *signs])[: len(found), None])
 
 
 def rate_matrix(Theta: Array) -> Array:

@@ -5,8 +5,9 @@ import pytest
 from support.configs import BY_VARIANT, EMBEDDED, FREE, PERMANENT, VISCO_ELASTIC, plain
 from support.systems import random_state
 
-from rbstab.config.build import config_warnings, problem_of, system_of
+from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
+from rbstab.config.warned.warnings import config_warnings
 from rbstab.systems.coordinates import ManifoldCoordinates
 
 HELD = ("reduced", "manifold")
@@ -246,19 +247,6 @@ def test_an_anchor_far_from_the_origin_has_a_warning(stiffness, warned):
     )
     # So far away, the connector pulls with a force that makes the motion fast as well.
     assert sum(line.startswith("controller.anchor") for line in found) == warned
-
-
-@pytest.mark.parametrize(("distance", "warned"), [(0.098, False), (6.9, False), (98.0, True)])
-def test_a_contact_point_in_mm_has_a_warning(distance, warned):
-    """The body has a radius of gyration of 0.07 m: √(0.0098/2)."""
-    body = ["body.mass=2", "body.inertia=[0.0098,0.0098,0.0098]"]
-    gains = f"body.contact_point=[0,0,-{distance}]"
-    softened = [f"controller.{key}=[0.1,0.1,0.1]" for key in ("K_c", "L_c")]
-    found = config_warnings(config_of(VISCO_ELASTIC, gains, *body, *softened))
-    assert len(found) == warned
-    if warned:
-        assert found[0].startswith("body.contact_point: it is 98 m from the centre of mass")
-        assert "radius of gyration of 0.07 m" in found[0]
 
 
 @pytest.mark.parametrize("inertia", ["[1, 1, 1]", "[3, 2, 1]", "[1, 3, 2]", "[5, 4, 3]"])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import rbstab
-from rbstab.config.start_warnings import STEPS_PER_RADIAN, start_warnings
+from rbstab.config.warned.start import STEPS_PER_RADIAN, start_warnings
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 

@@ -12,7 +12,6 @@ from support.switching import data
 from support.user_code import CUBIC, HEAD, SPRING, element_text, mine, traitor, write_template
 
 from rbstab.config.build import problem_of, supplies_power, system_of
-from rbstab.config.dump import as_yaml
 from rbstab.config.entries import entries_of
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import (
@@ -34,6 +33,7 @@ from rbstab.config.user_code.permission import (
     may_run_code,
     without_code,
 )
+from rbstab.config.writing.dump import as_yaml
 from rbstab.elements.user_code.declared import MAX_SOURCE, sha256
 
 TEXT = """\

@@ -4,8 +4,8 @@ import pytest
 from support.configs import PERMANENT, VISCO_ELASTIC, edited, plain
 
 from rbstab.config.load import load_config
-from rbstab.config.overrides import parse_key
 from rbstab.config.source import key_of
+from rbstab.config.units import parse_key
 
 
 def test_a_number(load):
@@ -113,7 +113,7 @@ def test_wrong_value(complaints, change, expected):
 def test_an_angle_that_the_config_gives_in_degrees_has_another_key(complaints):
     degrees = "initial.orientation={deg: [30, 0, 0]}"
     (message,) = complaints(VISCO_ELASTIC, degrees, "initial.orientation[0]=0.3")
-    assert message.endswith("does not exist (given in degrees: initial.orientation.deg[0])")
+    assert message.endswith("(expected initial.orientation.deg[0])")
 
 
 WRONG_KEYS = [

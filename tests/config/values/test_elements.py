@@ -240,7 +240,7 @@ def test_version_two_without_a_controller_has_the_variant_none():
         assert problems(data)[0].startswith("controller")
 
 
-@pytest.mark.parametrize("version", [0, 3, 2.0, "2", True, None])
+@pytest.mark.parametrize("version", [0, 3, 2.5, "2", True, None])
 def test_other_versions(version):
     found = problems(config_data() | {"schema_version": version})
     assert len(found) == 1

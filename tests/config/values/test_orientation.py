@@ -31,8 +31,8 @@ def test_refused(complaints, value, expected):
 
 
 ACCEPTED = [
-    (0.0, 1.57, 0.0),
-    (0.0, -1.57, 0.0),
+    (0.0, 1.569, 0.0),
+    (0.0, -1.569, 0.0),
     (math.pi, 0.0, -math.pi),
     (-math.pi, 0.0, math.pi),
     (3.0, 0.0, 3.0),

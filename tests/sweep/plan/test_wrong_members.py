@@ -218,6 +218,6 @@ def test_a_whole_number_of_the_config_does_not_vary(complaints, tmp_path):
         "base: sliding.yaml\nvary:\n  controller.switch_limit: {values: [10, 20]}\n"
     )
     assert message == (
-        "3:3: vary.controller.switch_limit: at member 0 controller.switch_limit is 10.0"
-        " (expected a whole number)"
+        "3:3: vary.controller.switch_limit: is a whole number, which all members share"
+        " (expected a key of another number)"
     )

@@ -73,9 +73,9 @@ ROOT = [
         ],
     ),
     (
-        DRAWN.replace("10", "1e3").replace("seed: 1", "seed: one"),
+        DRAWN.replace("10", "10.5").replace("seed: 1", "seed: one"),
         [
-            "6:10: members: is 1000.0 (expected a whole number)",
+            "6:10: members: is 10.5 (expected a whole number)",
             "7:7: seed: is the text 'one' (expected a whole number)",
         ],
     ),

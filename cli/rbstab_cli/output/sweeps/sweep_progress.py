@@ -1,6 +1,5 @@
-"""Progress of a sweep: a bar on a terminal, a line every ten seconds elsewhere."""
+"""Progress of a sweep: what its events say, and how far it is."""
 
-import sys
 import time
 from collections import deque
 from collections.abc import Iterator
@@ -8,23 +7,17 @@ from contextlib import contextmanager
 from threading import Event
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from rbstab.files.counts import grouped
 
 if TYPE_CHECKING:
-    from rich.progress import Progress
-
     from rbstab.sweep.execution.events import SweepEvent
-
-LINE_INTERVAL = 10.0
-"""Time between two lines if stderr is not a terminal, s."""
+    from rbstab_cli.output.progress import Work
 
 RATE_WINDOW = 30.0
 """Time over which the rate is averaged, s."""
 
-BAR_INTERVAL = 0.1
-"""Time between two updates of the bar, s."""
+UPDATE_INTERVAL = 0.1
+"""Time between two updates, s."""
 
 
 class ProgressPrinter:
@@ -32,18 +25,17 @@ class ProgressPrinter:
 
     Args:
         interrupted: Set when the user interrupts the sweep.
-        bar: The progress bar, or None to print lines.
+        work: Shows how far the sweep is.
         quiet: Print only problems.
     """
 
-    def __init__(self, interrupted: Event, bar: "Progress | None", *, quiet: bool) -> None:
+    def __init__(self, interrupted: Event, work: "Work", *, quiet: bool) -> None:
         self.interrupted = interrupted
         self.quiet = quiet
-        self._bar = bar
-        self._task: Any = None
+        self._work = work
         self._printed_stopping = False
         self._printed_failure = False
-        self._begin = self._last = time.monotonic()
+        self._last = 0.0
         self._total = 0
         self._rate = Rate()
         self._inventory: Any = None
@@ -71,56 +63,55 @@ class ProgressPrinter:
         elif isinstance(event, Rescheduled):
             self._print_rescheduled(event)
         elif isinstance(event, ProcessorDiffers):
-            self._print(
+            self._work.print(
                 f"warning: some shards were computed on another kind of processor: {event.name}"
             )
         elif isinstance(event, NoWorkers):
-            self._print("warning: the cluster has no workers; waiting for workers")
+            self._work.print("warning: the cluster has no workers; waiting for workers")
         elif isinstance(event, Comparing):
             text = f"comparing with scipy, {event.done} of {event.members} members"
-            self._phase(text, first=event.done == 0)
+            self._work.update(text, event.done / event.members)
         elif isinstance(event, Gathering):
-            self._phase("gathering", first=True)
+            self._work.update("gathering")
         if self.interrupted.is_set() and not self._printed_stopping:
             self._printed_stopping = True
-            self._print(
+            self._work.print(
                 "Interrupted: finishing the running shards. Press Ctrl-C again to stop at once."
             )
 
     def _start(self, event: Any) -> None:
-        self._begin = self._last = time.monotonic()
         self._total = event.members
         self._proves = "motion_proof" in event.folder.manifest.columns
         self._inventory = event.inventory  # the sweep keeps adding shards to it
-        self._rate(self._begin, self._done)
+        self._rate(time.monotonic(), self._done)
         if event.moved_aside is not None:
-            self._print(f"the previous sweep was moved to {event.moved_aside}")
+            self._work.print(f"the previous sweep was moved to {event.moved_aside}")
         if event.changed_versions:
-            self._print(
+            self._work.print(
                 "warning: this sweep was started with other versions: "
                 f"{', '.join(event.changed_versions)}"
             )
         if event.folder.missing_columns:
-            self._print(
+            self._work.print(
                 f"warning: this sweep was started without the columns "
                 f"{', '.join(event.folder.missing_columns)}, and continues without them. To get "
                 "them, run it into another folder (-o DIR)."
             )
         if "energy_at_rest" in event.folder.missing_columns:
-            self._print(
+            self._work.print(
                 "warning: v of the members from now on counts from the rest state that they "
                 "approach; v of the members of before, from the one nearest to the unloaded "
                 "position. They differ only if the body has several rest states."
             )
         if "peak_orientation_error" in event.folder.missing_columns:
-            self._print(
+            self._work.print(
                 "warning: the peaks of the members from now on are searched between the samples; "
                 "the peaks of the members of before may be wrong if the motion is fast."
             )
         if self._done and not self.quiet:
-            self._print(f"{grouped(self._done)} of {grouped(self._total)} members are already done")
-        if self._bar is not None:
-            self._task = self._bar.add_task("", total=self._total, completed=self._done)
+            self._work.print(
+                f"{grouped(self._done)} of {grouped(self._total)} members are already done"
+            )
 
     @property
     def _done(self) -> int:
@@ -129,14 +120,10 @@ class ProgressPrinter:
     def _update(self) -> None:
         now = time.monotonic()
         rate = self._rate(now, self._done)
-        if self.quiet or now - self._last < (LINE_INTERVAL if self._bar is None else BAR_INTERVAL):
-            return
-        self._last = now
-        if self._bar is not None:
-            self._bar.update(self._task, completed=self._done, description=self._facts(rate))
-        else:
+        if now - self._last >= UPDATE_INTERVAL:
+            self._last = now
             counted = f"{grouped(self._done)} of {grouped(self._total)} members"
-            click.echo(f"{now - self._begin:.0f} s: {counted}, {self._facts(rate)}", err=True)
+            self._work.update(f"{counted}, {self._facts(rate)}", self._done / self._total)
 
     def _facts(self, rate: float) -> str:
         """Return a text: the rate, counts of statuses except `completed`, and the time left.
@@ -156,20 +143,12 @@ class ProgressPrinter:
             speed = [proved, f"{rate:.3g} members/s"]
         return ", ".join([*speed, *others, f"{duration(left)} left"])
 
-    def _phase(self, text: str, *, first: bool) -> None:
-        now = time.monotonic()
-        if self._bar is not None:
-            self._bar.update(self._task, completed=self._done, description=text)
-        elif not self.quiet and (first or now - self._last >= LINE_INTERVAL):
-            self._last = now
-            click.echo(f"{now - self._begin:.0f} s: {text}", err=True)
-
     def _print_failure(self, failure: Any) -> None:
         if not self._printed_failure:
             self._printed_failure = True
             error = f"{type(failure.error).__name__}: {failure.error}"
             members = f"members {failure.start} to {failure.stop - 1}"
-            self._print(
+            self._work.print(
                 f"warning: the engine failed at {members} ({error}); "
                 "the members of such batches are integrated one by one"
             )
@@ -178,13 +157,7 @@ class ProgressPrinter:
         error = str(event.error) or type(event.error).__name__
         where = "in this process" if event.here else "again"
         members = f"members {event.start} to {event.stop - 1}"
-        self._print(f"warning: {members} were not computed ({error}); computing them {where}")
-
-    def _print(self, text: str) -> None:
-        if self._bar is not None:
-            self._bar.console.print(text, markup=False, highlight=False, soft_wrap=True)
-        else:
-            click.echo(text, err=True)
+        self._work.print(f"warning: {members} were not computed ({error}); computing them {where}")
 
 
 class Rate:
@@ -209,22 +182,11 @@ class Rate:
 
 @contextmanager
 def progress_printer(interrupted: Event, *, quiet: bool) -> Iterator[ProgressPrinter]:
-    """Make a printer, with a bar if stderr is a terminal."""
-    if quiet or not sys.stderr.isatty():
-        yield ProgressPrinter(interrupted, None, quiet=quiet)
-        return
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    """Make a printer of the events of a sweep that shows how far it is, unless it is quiet."""
+    from rbstab_cli.output.progress import working
 
-    from rbstab_cli.output.console import OutputConsole
-
-    columns = (
-        TextColumn("{task.completed} of {task.total} members"),
-        BarColumn(),
-        TextColumn("{task.description}", markup=False),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=OutputConsole(stderr=True), transient=True) as bar:
-        yield ProgressPrinter(interrupted, bar, quiet=quiet)
+    with working("sweep", wanted=not quiet) as work:
+        yield ProgressPrinter(interrupted, work, quiet=quiet)
 
 
 def duration(seconds: float) -> str:

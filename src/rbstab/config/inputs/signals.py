@@ -8,8 +8,9 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, ValidationInfo, WrapValidator, field_validator
 
 from rbstab.config.errors import hint
-from rbstab.config.quantities import NotNegative, Positive, Real, Text, value_error
+from rbstab.config.quantities import NotNegative, Positive, Real, Text, value_error, whole
 from rbstab.config.section import Section, required
+from rbstab.config.sections.angles import OR_ONE_ANGLE
 
 MAX_ROWS = 10_000
 """The most rows of a table."""
@@ -19,12 +20,6 @@ MAX_KNOTS = 100_000
 
 MAX_SEED = 2**53
 """Seeds are below this: so each is exact as a float too, which a plan varies."""
-
-
-def _check_seed(value: Any) -> Any:
-    # A plan varies floats.
-    whole = isinstance(value, float) and value.is_integer()
-    return int(value) if whole else value
 
 
 def _check_list(value: Any) -> Any:
@@ -38,7 +33,7 @@ def _check_list(value: Any) -> Any:
     return value
 
 
-Seed = Annotated[int, BeforeValidator(_check_seed), Field(ge=0, lt=MAX_SEED)]
+Seed = Annotated[int, Field(ge=0, lt=MAX_SEED), BeforeValidator(whole)]
 
 Numbers = Annotated[
     tuple[Real, ...], Field(min_length=1, strict=False), BeforeValidator(_check_list)
@@ -56,7 +51,7 @@ class SineSignal(Section):
 
     kind: Literal["sine"] = required("the kind of signal")
     frequency: Positive = required("f, Hz")
-    phase: Real = Field(0.0, description="φ, rad")
+    phase: Annotated[Real, OR_ONE_ANGLE] = Field(0.0, description="φ, rad, or {deg: 90}")
 
 
 class PulseSignal(Section):

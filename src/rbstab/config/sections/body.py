@@ -4,15 +4,9 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, ConfigDict, Field, ValidationInfo, field_validator
 
-from rbstab.config.quantities import (
-    ZERO,
-    Orientation,
-    Positive,
-    PositiveDefinite,
-    Vector,
-    value_error,
-)
-from rbstab.config.section import OR_DEGREES, OR_DEGREES_IN_RANGE, Section, required
+from rbstab.config.quantities import ZERO, Positive, PositiveDefinite, Vector, value_error
+from rbstab.config.section import Section, required
+from rbstab.config.sections.angles import OR_DEGREES, Attitude
 
 
 def zero_vector(description: str) -> Any:
@@ -51,8 +45,9 @@ class HeldInitial(Section):
         description="a held contact point is always on its anchor: true changes nothing",
         json_schema_extra={"const": True, "default": True},
     )
-    orientation: Annotated[Orientation, OR_DEGREES_IN_RANGE] = zero_vector(
-        "Θ, rad, or {deg: [...]}"
+    orientation: Attitude = zero_vector(
+        "Θ, rad: turns about x, then the new y, then the new z; or {deg: [...]}, "
+        "{quaternion: [w, x, y, z]} or {matrix: [[...], [...], [...]]}"
     )
     angular_velocity: Annotated[Vector, OR_DEGREES] = zero_vector("Ω, rad/s, body, or {deg: ...}")
 

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from rbstab.config.quantities import Count, Positive, value_error
+from rbstab.config.quantities import Count, Positive, Whole, value_error
 from rbstab.config.section import Section, required, word_or_section
 
 
@@ -26,8 +26,8 @@ MIN_INTERVAL = 1e-100
 class Integration(Section):
     """Settings of the integration."""
 
-    duration: Positive = required("s")
-    samples: int = Field(401, ge=2, le=1_000_000, description="equally spaced, both ends")
+    duration: Positive = required("simulated time, s")
+    samples: Whole = Field(401, ge=2, le=1_000_000, description="equally spaced, both ends")
     coordinates: Literal["Z", "W"] = "Z"
     engine: Literal["scipy", "heyoka"] = "scipy"
     method: Method = Field("DOP853", description="scipy only")

@@ -1,6 +1,8 @@
 """The result of a run, with what follows from its arrays: the class that users have."""
 
 from rbstab.experiment.summary import settling_time_of
+from rbstab.mechanics.attitude import quaternions, rotations
+from rbstab.mechanics.numbers import Array
 from rbstab.store import result
 
 
@@ -17,6 +19,16 @@ class Result(result.Result):
         attributes: Metadata: texts and numbers (`status`, `run_id`, ...).
         config: The resolved config, YAML, with all defaults.
     """
+
+    @property
+    def rotation(self) -> Array:
+        """A(Θ) of each sample, from body to inertial coordinates (eq. 2), shape (time, 3, 3)."""
+        return rotations(self["orientation"])
+
+    @property
+    def quaternion(self) -> Array:
+        """The same rotations as unit quaternions w, x, y, z, shape (time, 4); no sign jumps."""
+        return quaternions(self.rotation)
 
     @property
     def settling_time(self) -> float:

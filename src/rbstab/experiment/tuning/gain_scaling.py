@@ -1,15 +1,15 @@
 """Scaling of the gains that a tuning may change."""
 
 from collections.abc import Iterable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rbstab.config.elements import declarations_of, gain_path
-from rbstab.config.entries import Entry, entries_under, value_at
+from rbstab.config.entries import Entry, entries_under, value_at, with_numbers
 from rbstab.config.errors import closest_keys, did_you_mean
 from rbstab.config.load import changed_config, resolved
-from rbstab.config.overrides import parse_key
 from rbstab.config.schema import Config
 from rbstab.config.source import Path, key_of
+from rbstab.config.units import number_key
 from rbstab.elements.declarations import ANCHOR, POINT
 from rbstab.elements.registry import GAINS
 
@@ -53,7 +53,8 @@ def gain_scalings(config: Config, keys: Iterable[str]) -> tuple[GainScaling, ...
 
 
 def _entries(config: Config, key: str) -> tuple[Entry, ...]:
-    path = parse_key(key) or ()
+    read = number_key(key)
+    path = read.path if read is not None else ()
     gains = [name for name in GAINS if hasattr(config.controller, name)]
     known: list[Path] = [("controller", name) for name in gains]
     for name, section in config.elements.items():
@@ -89,15 +90,13 @@ def scaled(config: Config, scalings: Sequence[GainScaling], factors: Sequence[fl
     Raises:
         ConfigError: A scaled gain is not valid, for example because it is not finite.
     """
-    data = resolved(config)
-    for scaling, factor in zip(scalings, factors, strict=True):
-        for entry in scaling.entries:
-            for *above, last in entry.paths:
-                here: Any = data
-                for part in above:
-                    here = here[part]
-                here[last] = entry.value * factor
-    return changed_config(config, data)
+    numbers = {
+        path: entry.value * factor
+        for scaling, factor in zip(scalings, factors, strict=True)
+        for entry in scaling.entries
+        for path in entry.paths
+    }
+    return with_numbers(config, numbers)
 
 
 def with_title_suffix(config: Config, suffix: str) -> Config:

@@ -36,7 +36,7 @@ def animation_of(run: Run) -> Animation:
     finite = np.flatnonzero(np.isfinite(X).all(axis=1) & np.isfinite(Theta).all(axis=1))
     if not len(finite):
         raise ValueError(f"{run.label}: the run has no finite state")
-    turns = Rotation.from_matrix(np.array([attitude.rotation(angles) for angles in Theta[finite]]))
+    turns = Rotation.from_matrix(attitude.rotations(Theta[finite]))
     times = run.result["time"][finite]
     lengths, _ = semi_axes(system.body)
     scaled = X[finite] / lengths[-1]

@@ -17,8 +17,8 @@ from rbstab.experiment.answers.threshold import (
 from rbstab.experiment.outcome import KINDS, OutcomeKind
 from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
-from rbstab.store.table import Table
 from rbstab.store.array_names import safe_name
+from rbstab.store.table import Table
 from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey
 from rbstab.sweep.plan.plan import Plan
 

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from rbstab.config.elements import kind_of
+from rbstab.config.entries import unit_at
 from rbstab.config.source import key_of
-from rbstab.config.units import unit_of
 from rbstab.mechanics.numbers import Array
 from rbstab.store.array_names import safe_name
 from rbstab.store.table import GRID_AXIS, GRID_LENGTH, Column
@@ -45,7 +44,5 @@ def _column(plan: Plan, varied: VariedKey) -> Column:
         return Column((), "i1", "1", varied.key, plan.variants)
     if varied.scale:
         return Column((), "f8", "1", f"factor on {varied.key}")
-    whole = key_of(tuple(part for part in varied.path if isinstance(part, str)))
-    elements = [base.elements for base in plan.bases.values()]
-    sections = [own[part] for own in elements for part in varied.path[1:2] if part in own]
-    return Column((), "f8", unit_of(whole, set(map(kind_of, sections))), varied.key)
+    units = {unit_at(base, varied.key) for base in plan.bases.values()} - {""}
+    return Column((), "f8", units.pop() if len(units) == 1 else "", varied.key)

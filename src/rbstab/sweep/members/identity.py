@@ -13,10 +13,10 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from rbstab.config.entries import numbers_below, value_at
 from rbstab.config.load import identifying, run_id
-from rbstab.config.source import Path
 from rbstab.mechanics.numbers import Array
-from rbstab.sweep.plan.axes import VARIANT, value_at
+from rbstab.sweep.plan.axes import VARIANT
 from rbstab.sweep.plan.plan import Plan
 
 ID_LENGTH = 32
@@ -31,11 +31,11 @@ class _VariedNumber(NamedTuple):
 
     Args:
         key: The varied key.
-        factor: The number in the base, if the values of the key are factors; else None.
+        factor: What a value of the key times is the number (`VariedKey.factor`).
     """
 
     key: str
-    factor: float | None
+    factor: float
 
 
 class _TextTemplate(NamedTuple):
@@ -102,13 +102,12 @@ def _template(plan: Plan, variant: str) -> _TextTemplate | None:
     data: dict[str, Any] = json.loads(json.dumps(identifying(plan.base_of(variant))))
     numbers: list[_VariedNumber] = []
     for varied in plan.varied_keys_of(variant):
-        for path in _number_paths(varied.path, value_at(data, varied.path)):
-            value = value_at(data, path)
+        for path, value in list(numbers_below(data, varied.path)):
             if not isinstance(value, float):
                 return None
             # The mark is unique, because no text of a config has a null character.
             value_at(data, path[:-1])[path[-1]] = f"\0{len(numbers)}"
-            numbers.append(_VariedNumber(varied.key, value if varied.scale else None))
+            numbers.append(_VariedNumber(varied.key, varied.factor(value)))
     data["title"] = "\0title"
     pieces = re.split(r'"\\u0000(\w+)"', _canonical(data))
     constants, names = pieces[::2], pieces[1::2]
@@ -118,21 +117,14 @@ def _template(plan: Plan, variant: str) -> _TextTemplate | None:
     return _TextTemplate(constants[0], tuple(constants[1:]), varied_numbers)
 
 
-def _number_paths(path: Path, value: Any) -> list[Path]:
-    if not isinstance(value, list):
-        return [path]
-    return [found for i, entry in enumerate(value) for found in _number_paths((*path, i), entry)]
-
-
 def _fill(
     plan: Plan, variant: str, template: _TextTemplate, members: Array, values: dict[str, Array]
 ) -> Array:
     """Return the identities of some members of a variant."""
     filled = []
     for key, factor in template.numbers:
-        value = values[key] if factor is None else values[key] * factor
         # -0.0 becomes 0.0, as in a config.
-        filled.append(list(map(repr, (value + 0.0).tolist())))
+        filled.append(list(map(repr, (values[key] * factor + 0.0).tolist())))
     filled.append(_titles(plan, variant, members))
     # The columns of all texts, varied and constant ones in turn: joined faster than formatted.
     constants = map(repeat, template.constants)

@@ -3,7 +3,9 @@
 from dataclasses import dataclass
 from typing import Any
 
-from rbstab.config.source import Path, key_of
+from rbstab.config.entries import value_at
+from rbstab.config.source import Path
+from rbstab.config.units import NumberKey
 from rbstab.sweep.plan.distributions import Distribution, FiniteList, MemberNumber
 
 VARIANT: Path = ("controller", "variant")
@@ -14,29 +16,35 @@ class VariedKey:
     """A key of the config that a plan varies, with the distribution of its values.
 
     Args:
-        path: The key, as a path.
+        number_key: The key.
         distribution: The distribution of the values, or of the factors.
         scale: The values are factors. Each multiplies all numbers at the key in the base.
         place: The path of the key in the plan, for messages.
     """
 
-    path: Path
+    number_key: NumberKey
     distribution: Distribution
     scale: bool = False
     place: Path = ()
 
     @property
+    def path(self) -> Path:
+        """The path of its numbers in a config."""
+        return self.number_key.path
+
+    @property
     def key(self) -> str:
         """The key as it is written in a plan."""
-        return key_of(self.path)
+        return self.number_key.text
+
+    def factor(self, number: Any) -> Any:
+        """Return what a value of the plan times is a number of a member, from that of the base."""
+        return number if self.scale else self.number_key.factor
 
     def apply(self, data: dict[str, Any], value: Any) -> None:
         """Replace or scale the value at the key in the data of a config."""
-        here: Any = data
-        for part in self.path[:-1]:
-            here = here[part]
-        last = self.path[-1]
-        here[last] = _scaled(value, here[last]) if self.scale else value
+        owner, last = value_at(data, self.path[:-1]), self.path[-1]
+        owner[last] = _replaced(value, owner[last], self)
 
 
 @dataclass(frozen=True)
@@ -65,22 +73,8 @@ class Axis:
         return lists[0].length if lists else None
 
 
-def value_at(data: Any, path: Path) -> Any:
-    """Return the value at a path of plain data.
-
-    Raises:
-        LookupError: The data has no such path.
-    """
-    here: Any = data
-    for part in path:
-        kind: Any = list if isinstance(part, int) else dict
-        if not isinstance(here, kind):
-            raise LookupError(key_of(path))
-        here = here[part]
-    return here
-
-
-def _scaled(factor: float, value: Any) -> Any:
-    if isinstance(value, list):
-        return [_scaled(factor, entry) for entry in value]
-    return factor * value
+def _replaced(value: Any, here: Any, varied: VariedKey) -> Any:
+    """Return what replaces the value `here` at a key; a list has each of its numbers scaled."""
+    if isinstance(here, list):
+        return [_replaced(value, entry, varied) for entry in here]
+    return value if isinstance(value, str) else value * varied.factor(here)

@@ -6,12 +6,13 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.elements import declarations_of
+from rbstab.config.entries import unit_problem, value_at
 from rbstab.config.errors import ConfigProblem, Location, closest, closest_keys, did_you_mean
 from rbstab.config.messages import describe
-from rbstab.config.overrides import parse_key
 from rbstab.config.schema import VARIANTS, Config
 from rbstab.config.source import Path, key_of
-from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey, value_at
+from rbstab.config.units import number_key
+from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey
 from rbstab.sweep.plan.distributions import FiniteList, MemberNumber
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.problems import ProblemCollector
@@ -31,6 +32,8 @@ def check_keys(problems: ProblemCollector, plan: Plan) -> None:
             problems.add(varied.place, *_missing(plan, varied), of_key=True)
         values = [value_at(plan.templates[variant], varied.path) for variant in owners]
         found = [_problem_with(varied, value) for value in values]
+        if not varied.scale:
+            found += [unit_problem(plan.bases[variant], varied.number_key) for variant in owners]
         found += [_problem_with_spring(varied, plan.bases[variant]) for variant in owners]
         for problem in dict.fromkeys(found):
             if problem is not None:
@@ -63,10 +66,10 @@ def check_changes(problems: ProblemCollector, plan: Plan, changes: Iterable[str]
     replaced = {varied.path for varied in plan.varied_keys if not varied.scale}
     for text in changes:
         key = text.partition("=")[0]
-        path = parse_key(key)
-        if path is None:
+        read = number_key(key)
+        if read is None:
             continue
-        leaves = {leaf for variant in plan.variants for leaf in _leaves(plan, variant, path)}
+        leaves = {leaf for variant in plan.variants for leaf in _leaves(plan, variant, read.path)}
         if leaves and leaves <= replaced:
             problem = "has no effect, because the plan varies it"
             expected = "expected a key that the plan does not vary"
@@ -97,7 +100,7 @@ def _problem_with(varied: VariedKey, value: Any) -> tuple[str, str] | None:
         )
     if not varied.scale and not _is_number(value):
         return f"is {describe(value)} in the base", "expected a number, or controller.variant"
-    return _problem_with_whole_number(varied)
+    return _problem_with_whole_number(varied, value)
 
 
 def _problem_with_spring(varied: VariedKey, base: Config) -> tuple[str, str] | None:
@@ -111,9 +114,11 @@ def _problem_with_spring(varied: VariedKey, base: Config) -> tuple[str, str] | N
     return problem, "expected a base with rest_length or damping above 0"
 
 
-def _problem_with_whole_number(varied: VariedKey) -> tuple[str, str] | None:
-    """Return the problem if only some values of a seed would be whole numbers; else None."""
+def _problem_with_whole_number(varied: VariedKey, value: Any) -> tuple[str, str] | None:
+    """Return the problem if a whole number varies that is no seed, or not by whole numbers."""
     is_seed = varied.path[0] == "elements" and varied.path[-2:] == ("signal", "seed")
+    if isinstance(value, int) and not is_seed:
+        return "is a whole number, which all members share", "expected a key of another number"
     distribution = varied.distribution
     counts = isinstance(distribution, MemberNumber)
     if counts and not is_seed:

@@ -7,6 +7,7 @@ from typing import Any
 
 from rbstab.config.errors import ConfigError, ConfigProblem
 from rbstab.config.load import PLAN_ONLY, source_of
+from rbstab.config.quantities import whole
 from rbstab.config.schema import Experiment
 from rbstab.sweep.plan.axes import VARIANT, Axis
 from rbstab.sweep.plan.bases import Code, read_bases
@@ -141,7 +142,7 @@ def _knows_members(problems: ProblemCollector) -> bool:
 
 
 def _check_version(problems: ProblemCollector) -> None:
-    version = problems.source.data.get("schema_version", PLAN_VERSION)
+    version = whole(problems.source.data.get("schema_version", PLAN_VERSION))
     if isinstance(version, int) and not isinstance(version, bool) and version != PLAN_VERSION:
         problem = f"is {version}, which this version of rbstab does not support"
         problems.add(("schema_version",), problem, f"expected {PLAN_VERSION}")

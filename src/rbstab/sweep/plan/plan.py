@@ -15,13 +15,14 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.build import problem_of
+from rbstab.config.entries import value_at
 from rbstab.config.load import changed_config, identifying, plain_data
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import may_run_code
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
 from rbstab.store.cards import line
-from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey, value_at
+from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey
 from rbstab.sweep.plan.designs import Design
 from rbstab.sweep.plan.distributions import FiniteList, MemberNumber
 from rbstab.sweep.plan.proof_selection import ProofSelection

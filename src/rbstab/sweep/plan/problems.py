@@ -6,6 +6,7 @@ from typing import Any, TypeVar
 
 from rbstab.config.errors import MAX_PROBLEMS, ConfigProblem, closest, did_you_mean
 from rbstab.config.messages import describe
+from rbstab.config.quantities import whole
 from rbstab.config.source import Path, Source, key_of
 
 T = TypeVar("T")
@@ -70,6 +71,7 @@ class ProblemCollector:
 
     def read_integer(self, path: Path, value: Any, minimum: int) -> int | None:
         """Return an integer that is at least `minimum`; otherwise add a problem and return None."""
+        value = whole(value)
         if isinstance(value, bool) or not isinstance(value, int):
             found = repr(value) if isinstance(value, float) else describe(value)
             self.add(path, f"is {found}", "expected a whole number")

@@ -4,9 +4,9 @@ import re
 from typing import Any
 
 from rbstab.config.errors import did_you_mean
-from rbstab.config.messages import keys_like
-from rbstab.config.overrides import parse_key
 from rbstab.config.source import Path
+from rbstab.config.units import number_key
+from rbstab.config.unknown_keys import keys_like
 from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey
 from rbstab.sweep.plan.distributions import FiniteList
 from rbstab.sweep.plan.problems import ProblemCollector
@@ -75,8 +75,8 @@ def _axis(problems: ProblemCollector, name: str, value: Any) -> Axis | None:
 
 
 def _varied_key(problems: ProblemCollector, place: Path, key: str, value: Any) -> VariedKey | None:
-    path = parse_key(key)
-    if path is None or path[0] not in VARIED_SECTIONS:
+    read = number_key(key)
+    if read is None or read.path[0] not in VARIED_SECTIONS:
         problems.add(place, "cannot vary", _expected_key(key), of_key=True)
         return None
     word = next(iter(value)) if isinstance(value, dict) and len(value) == 1 else ""
@@ -91,19 +91,20 @@ def _varied_key(problems: ProblemCollector, place: Path, key: str, value: Any) -
         expected = "expected {member: [first]} at a key of its own, without scale, zip or each"
         problems.add(inside, "counts the members", expected, of_key=True)
         return None
+    path = read.path
     if scale and path == VARIANT:
         problems.add(inside, "cannot scale names", "expected values: [variant, ...]", of_key=True)
         return None
     distribution = read_distribution(problems, inside, inner, names=path == VARIANT)
     own = place[:-1] if place[-1] == "each" else place
-    return VariedKey(path, distribution, scale, own) if distribution is not None else None
+    return VariedKey(read, distribution, scale, own) if distribution is not None else None
 
 
 def _expected_key(key: str) -> str:
     """Return what is expected instead of a key that is in none of the varied sections."""
     sections = f"{', '.join(VARIED_SECTIONS[:-1])} or {VARIED_SECTIONS[-1]}"
     name, bracket, index = key.partition("[")
-    entry = f"{bracket}{index}" if parse_key(key) is not None else ""
+    entry = f"{bracket}{index}" if number_key(key) is not None else ""
     meant = [f"{k}{entry}" for k in keys_like(name) if k.partition(".")[0] in VARIED_SECTIONS]
     return did_you_mean(meant) or f"expected a key of {sections}"
 

@@ -15,12 +15,13 @@ from typing import Any
 
 import numpy as np
 
+from rbstab.config.entries import value_at
 from rbstab.config.errors import ConfigError, ConfigProblem
 from rbstab.config.load import changed_config
 from rbstab.config.quantities import ROUND_OFF
 from rbstab.config.source import Path, Source, key_of
 from rbstab.mechanics.numbers import Array
-from rbstab.sweep.plan.axes import VARIANT, VariedKey, value_at
+from rbstab.sweep.plan.axes import VARIANT, VariedKey
 from rbstab.sweep.plan.plan import Plan
 
 BLOCK_SIZE = 1 << 16
@@ -87,7 +88,7 @@ def _problems_of_matrix(
         matrices = np.tile(base, (len(numbers), 1, 1))
         for varied in entries:
             row, entry = (int(part) for part in varied.path[-2:])
-            factor = base[row, entry] if varied.scale else 1.0
+            factor = varied.factor(base[row, entry])
             with np.errstate(over="ignore"):
                 matrices[:, row, entry] = values[varied.key] * factor
         # The test is stricter than the schema, by the round-off. The schema decides.

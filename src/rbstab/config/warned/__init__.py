@@ -1,0 +1,1 @@
+"""Warnings about configs: numbers in another unit, motions that are not what is wanted."""

@@ -1,0 +1,299 @@
+"""Protects inputs as people write them: they are read as meant, or refused with what to write."""
+
+from math import radians
+from typing import Any
+
+import numpy as np
+import pytest
+from support.configs import PERMANENT, PLAN, VISCO_ELASTIC, edited, messages_of, plain
+
+from rbstab.config.errors import ConfigError
+from rbstab.config.load import load_config, run_id
+from rbstab.config.tolerances import tolerances_of
+from rbstab.experiment.simulate import simulate
+from rbstab.mechanics.attitude import quaternions, rotation, rotations
+from rbstab.sweep.members.identity import run_ids
+from rbstab.sweep.plan.dump import plan_data
+from rbstab.sweep.plan.load import load_plan
+
+LIGAMENT = (
+    "schema_version: 2\nelements:\n  band: {kind: ligament, point: [0, 0, 1], anchor: [0, 0, 2], "
+    "stiffness: 10, slack_length: 0.1, %s}\n"
+)
+SPRING = (
+    "schema_version: 2\nelements:\n  s: {kind: spring, point: [0, 0, 1], anchor: [0, 0, 2], %s}\n"
+)
+
+K_T = "  K_t: [4100, 4100, 3280]\n"
+
+WRONG = [
+    # Six numbers may have several orders.
+    (
+        "inertia: [10.0, 8.0, 0.4]",
+        "inertia: [1, 2, 0, 3, 0, 4]",
+        "4:12: body.inertia: has 6 entries",
+        "in URDF's order, ixx ixy ixz iyy iyz izz, they are [[1, 2, 0], [2, 3, 0], [0, 0, 4]]",
+    ),
+    ("L_r: [60, 60, 42]", "L_r: [1, 0, 0, 1, 0, 1]", "11:8: controller.L_r: has 6 ent", "URDF"),
+    # The start is where a run ends.
+    (
+        "orientation: [0, 0, 0]",
+        "orientation: {deg: [0, 89.99, 0]}",
+        "15:16: initial.orientation: has cos θ2 = 0.00017, and",
+        "expected |θ2| below 89.9427°",
+    ),
+    # Attitudes.
+    (
+        "orientation: [0, 0, 0]",
+        "orientation: {quaternion: [2, 0, 0, 0]}",
+        "15:16: initial.orientation: has the length 2",
+        "expected a unit quaternion, within 0.001",
+    ),
+    (
+        "orientation: [0, 0, 0]",
+        "orientation: {quaternion: [1, 0, 1, 0]}",
+        "15:16: initial.orientation: has the length 1.41421",
+        "",
+    ),
+    (
+        "orientation: [0, 0, 0]",
+        "orientation: {quaternion: [0.7071, 0, 0.7071, 0]}",
+        "15:16: initial.orientation: has θ2 = ±90°",
+        "",
+    ),
+    (
+        "orientation: [0, 0, 0]",
+        "orientation: {matrix: [[0, 1, 0], [1, 0, 0], [0, 0, 1]]}",
+        "15:16: initial.orientation: is a reflection",
+        "",
+    ),
+    (
+        "orientation: [0, 0, 0]",
+        "orientation: {matrix: [[1, 0, 0], [0, 1, 0], [0, 0.1, 1]]}",
+        "15:16: initial.orientation: is no rotation",
+        "within 0.001",
+    ),
+    (
+        "orientation: [0, 0, 0]",
+        "orientation: {quaternion: [1, 0, 0]}",
+        "15:29: initial.orientation.quaternion: has 3 entries",
+        "expected 4",
+    ),
+    (
+        "orientation: [0, 0, 0]",
+        "orientation: {deg: [0, 0, 0], quaternion: [1, 0, 0, 0]}",
+        "15:16: initial.orientation: has deg and quaternion",
+        "expected one of them",
+    ),
+    # Names of other programs; the words are those of the declarations.
+    (
+        "samples: 11",
+        "samples: 11\n" + LIGAMENT % "transition_strain: 0.06",
+        "elements.band.transition_strain: is unknown (did you mean toe_strain?",
+        "half of the strain at the end of the toe)",
+    ),
+    (
+        "samples: 11",
+        "samples: 11\n" + SPRING % "stiffness: 10, slack_length: 1",
+        "elements.s.slack_length: is unknown (did you mean rest_length?",
+        "length without force",
+    ),
+    ("contact_point", "com", "body.com: is unknown (did you mean contact_point?", "to C)"),
+    ("orientation", "rpy", "initial.rpy: is unknown (did you mean orientation?", "then the new y"),
+    ("mass: 41", "mas: 41", "body.mas: is unknown", "(did you mean mass?)"),
+    # Indentation, colons and brackets.
+    (K_T, K_T[1:], "8:2: is indented by 1 space", "expected 2 spaces, as line 7 has, or 0"),
+    (K_T, f" {K_T}", "8:4: is indented by 3 spaces, but the line above", "2 spaces, as line 7 has"),
+    (K_T, K_T[2:], "9:3: is indented by 2 spaces, but the", "expected 0 spaces, as line 8 has"),
+    ("body:", " body:", "2:2: is indented by 1 space, but the", "expected 0 spaces, as line 1"),
+    (
+        "inertia: [10.0, 8.0, 0.4]",
+        "inertia:\n    - 10\n    - 8\n   - 0.4",
+        "7:4: is indented by 3 spaces",
+        "expected 4 spaces, as line 6 has, or 2",
+    ),
+    (
+        "inertia: [10.0, 8.0, 0.4]",
+        "inertia:\n  - 10\n   - 8\n  - 0.4",
+        "6:1: body.inertia[0]: goes on with the entry of the line above",
+        "expected an entry that begins in column 3",
+    ),
+    ("mass: 41.0", "mass:41.0", "3:3: has no space after mass:", "expected mass: 41.0"),
+    (
+        "inertia: [10.0, 8.0, 0.4]",
+        "inertia:\n    - 10\n    -8\n    - 0.4",
+        "6:5: has no space after -",
+        "expected - 8",
+    ),
+    ("integration:", "integration", "17:1: has no colon", "expected a key, a colon and a value"),
+    ("0.4]", "0.4", "4:1: has a bracket that is not closed", "expected ] or }"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "begin", "part"), WRONG)
+def test_refused_with_what_to_write(complaints, old: str, new: str, begin: str, part: str) -> None:
+    found = complaints(edited(old, new))
+    assert any(begin in message and part in message for message in found), found
+
+
+def test_a_matrix_of_numpy_is_symmetric_to_round_off() -> None:
+    R = rotation(np.array([0.3, 0.5, -0.7]))
+    J = R @ np.diag([3.0, 2.0, 1.5]) @ R.T
+    J[0, 1] += 1e-13
+    assert (J != J.T).any()
+    data = plain(VISCO_ELASTIC)
+    data["body"]["inertia"] = J.tolist()
+    read = np.array(load_config(data).body.inertia)
+    assert (read == read.T).all()
+    assert np.abs(read - J).max() < 1e-12
+
+
+WHOLE = {"samples": 1e3, "step_limit": 1e6}
+
+
+def test_whole_floats_are_whole_numbers() -> None:
+    data = plain(VISCO_ELASTIC) | {"schema_version": 1.0}
+    data["integration"] |= WHOLE
+    found = load_config(data)
+    assert (found.integration.samples, found.integration.step_limit) == (1000, 1000000)
+    assert type(found.integration.samples) is int
+    plan = {"base": data, "design": "random", "members": 1e1, "seed": 3.0}
+    vary: dict[str, Any] = {"body.mass": {"uniform": [1, 2]}}
+    assert load_plan({**plan, "vary": vary}).members == 10
+    lists = {"body.mass": {"linspace": [1, 2, 5e0]}}
+    assert load_plan({"base": data, "vary": lists}).members == 5
+
+
+# By hand: 90° about z; the composition of turns about x, the new y and the new z.
+ROTATIONS = [
+    ({"matrix": [[0, -1, 0], [1, 0, 0], [0, 0, 1]]}, (0, 0, 90)),
+    ({"matrix": [[1, 0, 0], [0, 0, -1], [0, 1, 0]]}, (90, 0, 0)),
+    ({"quaternion": [0.5**0.5, 0, 0, 0.5**0.5]}, (0, 0, 90)),
+    ({"quaternion": [-(0.5**0.5), -(0.5**0.5), 0, 0]}, (90, 0, 0)),
+    ({"quaternion": [0.8660254, 0, 0.5, 0]}, (0, 60, 0)),
+    # A turn of 90° about x, and then of 60° about the new y, which is z.
+    ({"quaternion": [0.61237244, 0.61237244, 0.35355339, 0.35355339]}, (90, 60, 0)),
+]
+
+
+@pytest.mark.parametrize(("given", "degrees"), ROTATIONS)
+def test_an_attitude_as_a_rotation(given: dict[str, Any], degrees: tuple[float, ...]) -> None:
+    found = load_config({**plain(PERMANENT), "initial": {"orientation": given}})
+    assert found.initial.orientation == pytest.approx([radians(x) for x in degrees], abs=1e-7)
+    A = rotation(np.array(found.initial.orientation))
+    if "matrix" in given:
+        assert pytest.approx(np.array(given["matrix"]), abs=1e-15) == A
+
+
+def test_a_result_has_its_rotations() -> None:
+    given = {"orientation": {"quaternion": [0.5**0.5, 0, 0, 0.5**0.5]}}
+    result = simulate({**base_in_degrees(), "initial": given})
+    assert result.rotation.shape == (2, 3, 3)
+    assert result.quaternion.shape == (2, 4)
+    assert result.rotation[0] == pytest.approx(
+        np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]), abs=1e-15
+    )
+    assert abs(result.quaternion[0] @ given["orientation"]["quaternion"]) == pytest.approx(1)
+
+
+def test_quaternions_of_a_motion_do_not_jump() -> None:
+    """A body that turns about x: half the angle, through more than a turn."""
+    angle = np.linspace(0, 9, 200)
+    Theta = np.stack([angle, 0 * angle, 0 * angle], axis=1)
+    found = quaternions(rotations(Theta))
+    expected = np.stack([np.cos(angle / 2), np.sin(angle / 2), 0 * angle, 0 * angle], axis=1)
+    assert found == pytest.approx(expected * np.sign(found[0, 0]), abs=1e-12)
+
+
+IN_DEGREES = {"orientation": {"deg": [1, 0, 0]}, "angular_velocity": {"deg": [0, 0, 90]}}
+
+KEY, RIGHT = "initial.angular_velocity[2]", "initial.angular_velocity.deg[2]"
+
+
+def base_in_degrees() -> dict[str, Any]:
+    """Return a leg of which v(0) is 0.1699 J at 90 degrees per second about z."""
+    return {
+        "body": {"mass": 12, "inertia": [0.29, 0.34, 0.13], "contact_point": [0, 0, -0.25]},
+        "controller": {
+            "variant": "permanent",
+            "K_t": [40, 40, 40],
+            "L_t": [8, 8, 8],
+            "K_r": [60, 60, 30],
+            "L_r": [6, 6, 3],
+        },
+        "initial": IN_DEGREES,
+        "integration": {"duration": 0.1, "samples": 2},
+    }
+
+
+def plan_of(key: str, distribution: dict[str, Any], base: Any = None) -> dict[str, Any]:
+    return {"base": base or base_in_degrees(), "vary": {key: distribution}}
+
+
+def test_one_key_has_one_unit() -> None:
+    """Wherever numbers are named, a key in radians of a value in degrees is refused."""
+    values = {"values": [0, 45, 90]}
+    expected = f"is in radians, but the config gives degrees (expected {RIGHT})"
+    config = load_config(base_in_degrees())
+    for wrong in (
+        lambda: load_plan(plan_of(KEY, values)),
+        lambda: load_config(base_in_degrees(), [f"{KEY}=45"]),
+        lambda: tolerances_of(config, [f"{KEY}=±5"]),
+    ):
+        with pytest.raises(ConfigError) as caught:
+            wrong()
+        assert str(caught.value).endswith(expected)
+    with pytest.raises(
+        ConfigError, match=r"body\.mass\.deg: is not an angle \(expected body\.mass\)"
+    ):
+        load_plan(plan_of("body.mass.deg", values))
+    # A factor means the same in every unit.
+    scaled = load_plan(plan_of("initial.angular_velocity", {"scale": {"values": [1, 0.5]}}))
+    assert scaled.config_of(1).initial.angular_velocity[2] == radians(45)
+    (tolerance,) = tolerances_of(config, [f"{KEY}=±10%"])
+    assert float(tolerance.radius) == pytest.approx(radians(9), rel=1e-15)
+
+
+@pytest.mark.parametrize("base", [None, base_in_degrees() | {"initial": {}}])
+def test_a_key_in_degrees(base: Any) -> None:
+    """It means degrees also where the base is in radians, such as that of a stored plan."""
+    plan = load_plan(plan_of(RIGHT, {"values": [0, 45, 90]}, base))
+    configs = [plan.config_of(member) for member in range(3)]
+    rates = [config.initial.angular_velocity[2] for config in configs]
+    assert rates == [0, radians(45), radians(90)]
+    assert [name.decode() for name in run_ids(plan, 0, 3)] == list(map(run_id, configs))
+    assert [varied.key for varied in load_plan(plan_data(plan)).varied_keys] == [RIGHT]
+    changed = load_config(base or base_in_degrees(), [f"{RIGHT}=45"])
+    assert changed.initial.angular_velocity[2] == radians(45)
+    config = load_config(base or base_in_degrees())
+    (tolerance,) = tolerances_of(config, [f"{RIGHT}=±5"])
+    # Rounded up: no start within 5° is left out.
+    assert 0 < tolerance.radius / 5 - tolerance.radius.from_float(radians(1)) < 1e-17
+
+
+def test_the_energy_of_a_member_in_degrees() -> None:
+    plan = load_plan(plan_of(RIGHT, {"values": [0, 45, 90]}))
+    assert simulate(plan.config_of(2))["lyapunov"][0] == pytest.approx(0.1699, abs=5e-5)
+
+
+def test_an_angle_of_an_element_in_degrees() -> None:
+    guard = {"kind": "guard", "method": "stiff", "stiffness": 1000, "soft_angle": {"deg": 60}}
+    base = base_in_degrees() | {"schema_version": 2, "elements": {"deg": guard}}
+    plan = load_plan(plan_of("elements.deg.soft_angle.deg", {"values": [30, 40]}, base))
+    assert plan.config_of(0).elements["deg"].soft_angle == radians(30)
+    with pytest.raises(ConfigError, match=r"expected elements\.deg\.soft_angle\.deg"):
+        load_plan(plan_of("elements.deg.soft_angle", {"values": [0.3, 0.4]}, base))
+
+
+def test_a_start_beyond_the_range_in_a_plan(tmp_path) -> None:
+    (tmp_path / "visco-elastic.yaml").write_text(VISCO_ELASTIC)
+    plan = tmp_path / "plan.yaml"
+    plan.write_text(
+        edited(
+            "body.mass: {values: [40, 50]}",
+            "initial.orientation.deg[1]: {values: [0, 89.99]}",
+            PLAN,
+        )
+    )
+    (message,) = messages_of(load_plan, plan, ())
+    assert "at member 1 initial.orientation has cos θ2 = 0.00017" in message

@@ -1,0 +1,108 @@
+"""Protects the warnings about configs that are valid and most likely not meant: each names the
+likely unit, and none is given for a config of this project.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rbstab.config.load import config_to_read, load_config
+from rbstab.config.schema import Config
+from rbstab.config.warned.warnings import config_warnings
+from rbstab.sweep.plan.load import is_plan, plan_to_read
+
+CONFIGS = Path(__file__).parents[3] / "configs"
+
+LEG: dict[str, Any] = {
+    "schema_version": 2,
+    "body": {"mass": 3.5, "inertia": [0.059, 0.059, 0.006], "contact_point": [0, 0, -0.186]},
+    "gravity": [0, 0, -9.81],
+    "elements": {
+        "medial": {
+            "kind": "ligament",
+            "point": [0.0, -0.03, -0.13],
+            "anchor": [0, -0.04, -0.21],
+            "stiffness": 3000,
+            "slack_length": 0.082,
+            "toe_strain": 0.03,
+        },
+        "hum": {
+            "kind": "input",
+            "quantity": "force",
+            "point": [0, 0, 0],
+            "direction": [1, 0, 0],
+            "amplitude": 1,
+            "signal": {"kind": "sine", "frequency": 2, "phase": 1},
+        },
+    },
+    "initial": {"orientation": [0.1, 0.2, 0], "angular_velocity": [0, 2, 0]},
+    "integration": {"duration": 5},
+}
+"""A leg: its radius of gyration is √(0.059/3.5) = 0.13 m."""
+
+FIRES = [
+    (["body.contact_point=[0,0,-186]"], "body.contact_point: up to 186 m", "in m (not mm)?"),
+    (["elements.medial.slack_length=58"], "elements.medial.slack_length: up to 58 m", "not mm"),
+    (["elements.medial.anchor=[0,-40,-210]"], "elements.medial.anchor: up to 213.8 m", "not mm"),
+    (["elements.medial.point=[0,-30,-130]"], "elements.medial.point: up to 133.4 m", "not mm"),
+    (["initial.position=[0,0,250]"], "initial.position: up to 250 m", "not mm"),
+    (["elements.medial.toe_strain=3"], "elements.medial.toe_strain: 3 is 300 %", "3 % is 0.03"),
+    (["body.mass=3500"], "body.mass: a ball with this mass and inertia", "in kg (not g)"),
+    (["body.inertia=[59,59,6]"], "body.inertia: a ball with this", "in kg m² (not g m²)"),
+    (["body.inertia=[59e3,59e3,6e3]"], "body.inertia: a ball with this", "(not kg mm²)"),
+    (["body.inertia=[59e6,59e6,6e6]"], "body.inertia: a ball with this", "(not g mm²)"),
+    (["body.inertia=[59e-6,59e-6,6e-6]"], "body.mass: a ball with", "the inertia in kg m²?"),
+    (["gravity=[0,0,9.81]"], "gravity: it points up", "down is [0, 0, -9.81]"),
+    (["initial.angular_velocity=[0,0,200]"], "initial.angular_velocity: 200 rad/s is 31.8", "deg:"),
+    (["elements.hum.signal.phase=90"], "elements.hum.signal.phase: 90 rad is 14.3", "{deg: 90}"),
+]
+
+
+def warnings_of(changes: list[str]) -> list[str]:
+    return config_warnings(load_config(LEG, changes))
+
+
+@pytest.mark.parametrize(("changes", "begin", "part"), FIRES)
+def test_a_likely_wrong_unit_is_named(changes: list[str], begin: str, part: str) -> None:
+    found = warnings_of(changes)
+    assert [line.startswith(begin) and part in line for line in found] == [True], found
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        [],
+        ["initial.angular_velocity={deg: [0, 0, 11459]}"],
+        ["elements.hum.signal.phase={deg: 900}"],
+        ["initial.angular_velocity=[0,0,160]"],
+        ["gravity=[0,0,0]"],
+        ["gravity=[9.81,0,0]"],
+        ["body.contact_point=[0,0,0]"],
+        ["body.mass=35", "body.inertia=[0.59,0.59,0.06]"],
+    ],
+)
+def test_what_may_be_meant_has_no_warning(changes: list[str]) -> None:
+    assert warnings_of(changes) == []
+
+
+def shipped(path: Path) -> list[Config]:
+    if is_plan(path):
+        return list(plan_to_read(path).bases.values())
+    return [config_to_read(path)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("folder", sorted(path.name for path in CONFIGS.iterdir()))
+def test_no_config_of_the_project_has_a_likely_wrong_unit(folder: str) -> None:
+    """The body of the paper breaks the triangle inequality, and implicit steps damp numerically."""
+    files = sorted((CONFIGS / folder).rglob("*.yaml"))
+    found = {
+        warning
+        for path in files
+        for config in shipped(path)
+        for warning in config_warnings(config)
+        if "triangle inequality" not in warning and not warning.startswith("controller.law")
+    }
+    assert files
+    assert found == set()

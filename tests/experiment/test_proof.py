@@ -204,6 +204,7 @@ def test_a_proof_is_read_once_until_its_file_changes(tmp_path):
     proof_for(tmp_path, config)
     first = cached_proof(tmp_path, config)
     again = cached_proof(tmp_path, config)
+    assert first is not None
     assert again is not None
     assert again.states is first.states
     file = proof_file(tmp_path, config)

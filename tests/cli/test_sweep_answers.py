@@ -10,7 +10,7 @@ from cli.conftest import GOOD, Invoke
 from support.printed_paths import printed, words_of
 
 from rbstab.config.wanted import wanted
-from rbstab.experiment.outcome import KINDS
+from rbstab.experiment.answers.outcome import KINDS
 from rbstab.sweep.folder.member_answers import MemberAnswers
 from rbstab.sweep.folder.outcomes import SweepOutcomes
 from rbstab.sweep.proofs import prove_bodies

@@ -188,8 +188,8 @@ def _run_data(finished: Finished) -> dict[str, Any]:
 def _print_table(runs: list[Finished]) -> None:
     """Print the numbers of runs: a row for each."""
     from rbstab.analysis.lyapunov import ENERGY_SCALE
+    from rbstab.experiment.answers.outcome import outcome_of
     from rbstab.experiment.answers.run_answer import SETTLED, SETTLED_DRIVEN
-    from rbstab.experiment.outcome import outcome_of
     from rbstab.experiment.summary import (
         at_least,
         at_rest_from,

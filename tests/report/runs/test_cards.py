@@ -13,11 +13,11 @@ from support.results import with_data
 
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
+from rbstab.experiment.answers.outcome import Outcome, OutcomeKind
 from rbstab.experiment.answers.run_answer import Answer
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import Convergence
 from rbstab.experiment.convergence.zero_description import APPROACHED
-from rbstab.experiment.outcome import Outcome, OutcomeKind
 from rbstab.experiment.proof_cache import cached_proof
 from rbstab.experiment.stored_proof.starts import start_level
 from rbstab.report.model.document import Cards

@@ -10,7 +10,7 @@ from support.leg import WEIGHT_MOMENT, leg
 from support.sweeping import run_sweep
 
 import rbstab
-from rbstab.experiment.outcome import KINDS
+from rbstab.experiment.answers.outcome import KINDS
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.attitude import rotation
 from rbstab.store.table import RUN, Table

@@ -8,6 +8,7 @@ from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.check_words import comparison
+from rbstab.experiment.answers.outcome import Outcome, outcome_of, pushes_of
 from rbstab.experiment.answers.rounded import rounded_down, rounded_up
 from rbstab.experiment.answers.state_words import (
     ALMOST,
@@ -25,7 +26,6 @@ from rbstab.experiment.convergence.convergence import (
     stored_convergence,
 )
 from rbstab.experiment.convergence.zero_description import A_LOWER_ONE, OUTSIDE, is_below_end
-from rbstab.experiment.outcome import Outcome, outcome_of, pushes_of
 from rbstab.experiment.run_certificate import (
     CERTIFIED_REGION,
     GLOBAL_STABILITY,

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from rbstab.analysis.certificate.verdict import Verdict
 from rbstab.analysis.lyapunov import ENERGY_SCALE, ENERGY_SCALE_NOTE
 from rbstab.analysis.settling import SETTLED_FRACTION
+from rbstab.experiment.answers.outcome import Outcome, OutcomeKind
 from rbstab.experiment.answers.run_answer import Answer
 from rbstab.experiment.answers.state_words import kinds_of
 from rbstab.experiment.answers.words import Sureness, word_of
 from rbstab.experiment.convergence.convergence import FALSE, NOT_DECIDED, PROVED
-from rbstab.experiment.outcome import Outcome, OutcomeKind
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.summary import at_least, at_rest_from, is_driven
 from rbstab.integrate.status import RunStatus

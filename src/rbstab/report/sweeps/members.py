@@ -8,7 +8,7 @@ import numpy as np
 
 from rbstab.config.build import supplies_power
 from rbstab.config.entries import is_of_initial_state
-from rbstab.experiment.outcome import KINDS
+from rbstab.experiment.answers.outcome import KINDS
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.palette import BAD, GOOD, OPEN, THIRD, UNKNOWN, UNTRIED
 from rbstab.report.sweeps.parameters import Parameter, parameters_of

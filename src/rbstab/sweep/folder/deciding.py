@@ -4,6 +4,7 @@ from contextlib import suppress
 
 import numpy as np
 
+from rbstab.experiment.answers.outcome import KINDS, OutcomeKind
 from rbstab.experiment.answers.threshold import (
     NamedNumber,
     Threshold,
@@ -14,7 +15,6 @@ from rbstab.experiment.answers.threshold import (
     short_key,
     threshold_of,
 )
-from rbstab.experiment.outcome import KINDS, OutcomeKind
 from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.store.array_names import safe_name

@@ -11,13 +11,13 @@ from scipy.spatial.transform import Rotation
 import rbstab
 from rbstab.config.load import run_id
 from rbstab.config.schema import Config
-from rbstab.experiment.outcome import KIND_OF_STATUS, OutcomeKind, outcome_of, pushes_of
+from rbstab.experiment.answers.outcome import KIND_OF_STATUS, OutcomeKind, outcome_of, pushes_of
 from rbstab.experiment.run_to_file import run_to_file
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.attitude import tilt
 from rbstab.store.result import Result
 
-CASES = Path(__file__).parents[1] / "data/cases"
+CASES = Path(__file__).parents[2] / "data/cases"
 
 LOAD = 3.5 * 9.81 * 0.186
 """m g l of the leg, N m: it stands on springs that are stiffer."""

@@ -24,7 +24,7 @@ def test_a_gain_is_scaled_as_a_whole_and_nothing_else():
 
 @pytest.mark.parametrize("key", ["controller.K_x", "nothing", "controller.variant", "body"])
 def test_keys_that_hold_no_numbers(key):
-    with pytest.raises(KeyError):
+    with pytest.raises(LookupError):
         scaled(config_of("permanent"), key, 2.0)
 
 

@@ -1,5 +1,6 @@
 """Protects inputs as people write them: they are read as meant, or refused with what to write."""
 
+from fractions import Fraction
 from math import radians
 from typing import Any
 
@@ -267,8 +268,8 @@ def test_a_key_in_degrees(base: Any) -> None:
     assert changed.initial.angular_velocity[2] == radians(45)
     config = load_config(base or base_in_degrees())
     (tolerance,) = tolerances_of(config, [f"{RIGHT}=±5"])
-    # Rounded up: no start within 5° is left out.
-    assert 0 < tolerance.radius / 5 - tolerance.radius.from_float(radians(1)) < 1e-17
+    # Rounded up: no start within 5° is left out. These are the first digits of π/180.
+    assert 0 < tolerance.radius / 5 - Fraction("0.017453292519943295769236907") < 1e-20
 
 
 def test_the_energy_of_a_member_in_degrees() -> None:

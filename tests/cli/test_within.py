@@ -123,3 +123,23 @@ def test_a_proof_that_cannot_be_stored_is_printed(held: Path, rbstab: Invoke) ->
     assert done.exit_code == 0
     assert "one rest state, a minimum, proved" in done.stdout
     assert "the proof is not stored" in done.stderr
+
+
+def test_a_limit_of_time_ends_the_proof_and_is_told(held: Path, rbstab: Invoke) -> None:
+    """Nothing that ended early is kept as the answer: with more time, it is proved."""
+    within = ("stability", "held.yaml", "--no-run", "--within", "controller.K_r=±1%")
+    done = rbstab(*within, "--time-limit", "1e-9")
+    assert done.exit_code == 0
+    first = done.stdout.splitlines()[2]
+    assert "not decided (the time limit was reached: 1 of 1 parts are not proved)" in first
+    assert "one rest state, a minimum, proved" in rbstab(*within).stdout
+    starts = ("stability", "held.yaml", "--no-run", "--within", "initial.angular_velocity[0]=±0.1")
+    done = rbstab(*starts, "--time-limit", "1e-9")
+    assert "convergence is not decided; the time limit was reached." in done.stdout
+    assert not list(Path("results/proofs").glob("starts-*"))
+    largest = rbstab(
+        *("stability", "held.yaml", "--no-run", "--largest-within", "controller"),
+        *("--time-limit", "1e-9"),
+    )
+    assert "found by the time limit: none is proved." in largest.stdout
+    assert rbstab(*within, "--time-limit", "0").exit_code == 2

@@ -28,6 +28,7 @@ ALWAYS = {
     "energy_residual",
     "contact_work",
     "energy_at_rest",
+    "energy_round_off",
     "rest_orientation",
     "rest_position",
 }

@@ -139,7 +139,7 @@ KNOCK = {
 SETTLED_KNOCK = 1.01 + math.log(1000) / 5
 """s: v falls as exp(-L t/m) after the knock, but for its waves."""
 
-PLANS: dict[str, Any] = {
+PLANS: dict[str, Config] = {
     "at rest": {"base": held(), "vary": {"initial.angular_velocity[1]": {"linspace": [-4, 4, 9]}}},
     "knock": {"base": KNOCK, "vary": {"elements.knock.amplitude": {"values": [1, 10, 100]}}},
     "loaded": {"base": leg(), "vary": {"initial.angular_velocity[1]": {"linspace": [-1, 1, 3]}}},

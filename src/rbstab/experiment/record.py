@@ -230,15 +230,18 @@ def recorded(
         "energy_residual": trace.residual,
         "contact_work": trajectory.contact_work,
         "energy_at_rest": np.array(rest.energy),
-        "energy_round_off": value_round_off(
-            lambda y: system.observe(y).energy, trajectory.states[0]
-        ),
+        "energy_round_off": np.array(_round_off(system, trajectory)),
         "rest_orientation": rest.motion.Theta,
         "rest_position": rest.motion.X,
     }
     if trajectory.supplied_energy is not None:
         quantities["supplied_energy"] = trajectory.supplied_energy
     return RecordedTrajectory(trajectory, quantities)
+
+
+def _round_off(system: System, trajectory: Trajectory) -> float:
+    """Return the energy below which v is round-off, J."""
+    return float(value_round_off(lambda y: system.observe(y).energy, trajectory.states[0]))
 
 
 def motion_warnings(trajectory: Trajectory) -> list[str]:

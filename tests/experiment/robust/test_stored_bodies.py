@@ -180,8 +180,8 @@ def test_largest_tells_what_it_has_at_its_limit_of_time(record: BodiesRecord) ->
         fake(record, 3.21, tried), "controller", ["gravity=±1"], is_late=lambda: len(tried) == 3
     )
     # 1 % and 2 % are proved, and 4 % is not.
-    assert [found.percent, found.not_proved] == [2, 4]
     assert found.late
+    assert (found.percent, found.not_proved) == (Fraction(2), Fraction(4))
     first = largest_sentences(found, ["gravity=±1"])[0]
     assert "found by the time limit: ±2 %, proved. At ±4 % it is not decided" in first
 

@@ -8,7 +8,7 @@ import pytest
 
 import rbstab
 from rbstab.config.controllers import SlidingController
-from rbstab.config.warned.warnings import config_warnings
+from rbstab.config.warnings import config_warnings
 from rbstab.experiment.summary import summary_of
 
 ROOT = Path(__file__).parents[2] / "configs"

@@ -54,6 +54,6 @@ def test_an_unexpected_error_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> N
         raise ZeroDivisionError
 
     monkeypatch.setattr(configs, "print_warnings", fail)
-    monkeypatch.setattr("rbstab.config.warned.warnings.config_warnings", fail)
+    monkeypatch.setattr("rbstab.config.warnings.config_warnings", fail)
     with pytest.raises(ZeroDivisionError):
         ended(monkeypatch, "check", "good.yaml")

@@ -9,8 +9,8 @@ import pytest
 from cli.conftest import GOOD, Invoke
 from support.printed_paths import printed, words_of
 
-from rbstab.config.wanted import wanted
 from rbstab.experiment.answers.outcome import KINDS
+from rbstab.experiment.answers.wanted import wanted
 from rbstab.sweep.folder.member_answers import MemberAnswers
 from rbstab.sweep.folder.outcomes import SweepOutcomes
 from rbstab.sweep.proofs import prove_bodies

@@ -1,7 +1,5 @@
 """Bodies without some of the springs and dampers of the two stabilizers: runs, answers, proofs."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -18,7 +16,7 @@ TURNING = {"K_r": [10, 10, 5], "L_r": [0.8, 0.8, 0.3]}
 LEANING = 1.18190
 """rad: 67.7°."""
 
-VARIANTS: dict[str, Any] = {
+VARIANTS: dict[str, dict[str, object]] = {
     "free": {},
     "permanent": {},
     "visco-elastic": TIE,
@@ -28,7 +26,10 @@ VARIANTS: dict[str, Any] = {
 
 
 def leg(variant, *, duration=5.0, **gains):
-    start = {"orientation": [0.1, 0.17, 0.0], "angular_velocity": [0.0, 2.0, 0.0]}
+    start: dict[str, object] = {
+        "orientation": [0.1, 0.17, 0.0],
+        "angular_velocity": [0.0, 2.0, 0.0],
+    }
     return {
         "body": BODY,
         "gravity": [0, 0, -9.81],

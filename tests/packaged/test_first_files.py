@@ -12,7 +12,7 @@ from support.printed_paths import words_of
 from rbstab.config.load import load_config
 from rbstab.config.schema import VARIANTS
 from rbstab.config.units import unit_of
-from rbstab.config.warned.warnings import config_warnings
+from rbstab.config.warnings import config_warnings
 from rbstab.config.writing.upgrade import upgraded_text
 from rbstab.experiment.simulate import simulate
 from rbstab.packaged.first_config import CONNECTIONS, VALUES

@@ -74,7 +74,7 @@ def print_warnings(configs: dict[str, "Config"]) -> None:
     Args:
         configs: The configs by their names in messages.
     """
-    from rbstab.config.warned.warnings import config_warnings
+    from rbstab.config.warnings import config_warnings
 
     warnings: dict[str, list[str]] = {}
     for label, config in configs.items():
@@ -87,7 +87,7 @@ def print_warnings(configs: dict[str, "Config"]) -> None:
 
 def print_plan_warnings(path: Path, plan: "Plan") -> None:
     """Print the warnings about the bases of a plan, each once."""
-    from rbstab.config.warned.warnings import config_warnings
+    from rbstab.config.warnings import config_warnings
 
     warnings = [warning for base in plan.bases.values() for warning in config_warnings(base)]
     for warning in dict.fromkeys(warnings):

@@ -28,7 +28,7 @@ QUESTIONS = {"this_start": "This start", "whole_range": "Whole range", "pushes":
 
 def print_answer(answer: "RunAnswer", config: "Config | None") -> None:
     """Print the answers of a run: its outcome, what is wanted, and a line for each question."""
-    from rbstab.config.wanted import wanted
+    from rbstab.experiment.answers.wanted import wanted
 
     outcome = click.style(answer.outcome.sentence, fg="green" if answer.outcome.is_good else None)
     click.echo(f"  {'Outcome:':<13}{outcome}.")

@@ -16,7 +16,7 @@ def own_warnings(result: "Result", config: "Config") -> list[str]:
 
     A command that reads a config prints the warnings about it at once.
     """
-    from rbstab.config.warned.warnings import config_warnings
+    from rbstab.config.warnings import config_warnings
 
     of_config = config_warnings(config)
     stored = str(result.attributes.get("warnings", "")).splitlines()

@@ -21,8 +21,8 @@ from rbstab.config.errors import (
 )
 from rbstab.config.schema import Config
 from rbstab.config.units import number_key
-from rbstab.config.wanted import wanted
 from rbstab.experiment.answers.threshold import NamedNumber, alike, threshold_of
+from rbstab.experiment.answers.wanted import wanted
 from rbstab.mechanics.numbers import Array
 
 

@@ -11,7 +11,7 @@ from rbstab.config.load import load_config, resolved_yaml, run_id
 from rbstab.config.messages import describe
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
-from rbstab.config.warned.warnings import config_warnings
+from rbstab.config.warnings import config_warnings
 from rbstab.experiment.answers.result import Result
 from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.convergence.with_proof import with_proof

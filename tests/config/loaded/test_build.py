@@ -7,7 +7,7 @@ from support.systems import random_state
 
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
-from rbstab.config.warned.warnings import config_warnings
+from rbstab.config.warnings import config_warnings
 from rbstab.systems.coordinates import ManifoldCoordinates
 
 HELD = ("reduced", "manifold")

@@ -4,7 +4,7 @@ import pytest
 from support.configs import VISCO_ELASTIC, edited
 
 from rbstab.config.build import problem_of
-from rbstab.config.warned.warnings import config_warnings
+from rbstab.config.warnings import config_warnings
 
 TEXT = edited("variant: visco-elastic", "variant: sliding")
 TEXT = "\n".join(line for line in TEXT.splitlines() if "_c:" not in line) + "\n"

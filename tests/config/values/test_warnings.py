@@ -9,7 +9,7 @@ import pytest
 
 from rbstab.config.load import config_to_read, load_config
 from rbstab.config.schema import Config
-from rbstab.config.warned.warnings import config_warnings
+from rbstab.config.warnings import config_warnings
 from rbstab.sweep.plan.load import is_plan, plan_to_read
 
 CONFIGS = Path(__file__).parents[3] / "configs"

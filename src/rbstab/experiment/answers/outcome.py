@@ -9,8 +9,8 @@ import numpy as np
 
 from rbstab.analysis.certificate.verdict import Verdict
 from rbstab.config.schema import Config
-from rbstab.config.wanted import in_degrees, one_in_degrees, wanted
 from rbstab.experiment.answers.rounded import rounded_down
+from rbstab.experiment.answers.wanted import in_degrees, one_in_degrees, wanted
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import stored_convergence
 from rbstab.experiment.summary import settling_time_of

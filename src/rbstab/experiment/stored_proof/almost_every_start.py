@@ -15,7 +15,6 @@ from rbstab.analysis.proof.guards.soft import SoftEnergy
 from rbstab.config.build import system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import switching_code, without_code
-from rbstab.config.wanted import wanted
 from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.element import Element
 from rbstab.elements.embedded import EmbeddedConnector
@@ -27,6 +26,7 @@ from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.spring import Spring, ZeroLengthSpring
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
+from rbstab.experiment.answers.wanted import wanted
 from rbstab.experiment.stored_proof.strains import may_be_just_taut
 from rbstab.mechanics.states import PITCH
 

@@ -8,9 +8,9 @@ from itertools import starmap
 import numpy as np
 
 from rbstab.analysis.settling import SETTLED_FRACTION
-from rbstab.config.wanted import wanted
 from rbstab.experiment.answers.outcome import KINDS
 from rbstab.experiment.answers.run_answer import SETTLED, SETTLED_DRIVEN, Answer
+from rbstab.experiment.answers.wanted import wanted
 from rbstab.experiment.answers.words import Sureness, meanings, words_with_meanings
 from rbstab.experiment.convergence.convergence import EVERY_START
 from rbstab.experiment.summary import at_least, at_rest_from, lyapunov_function_of

@@ -7,8 +7,8 @@ import numpy as np
 from rbstab.analysis.approached_state import SAME_STATE
 from rbstab.config.errors import ConfigError
 from rbstab.config.source import parse_source
-from rbstab.config.wanted import Wanted, wanted
 from rbstab.experiment.answers.outcome import KIND_OF_STATUS, KINDS, OutcomeKind, outcome_codes
+from rbstab.experiment.answers.wanted import Wanted, wanted
 from rbstab.files.counts import grouped
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.attitude import tilt

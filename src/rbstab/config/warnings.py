@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from rbstab.config.build import system_of
+from rbstab.config.build import problem_of, system_of
 from rbstab.config.controllers import Implicit
 from rbstab.config.entries import entries_of, unit_at, unit_problem
 from rbstab.config.schema import Config
@@ -141,9 +141,9 @@ def _implicit_steps(config: Config) -> Iterator[str]:
 
 def _motion(config: Config) -> Iterator[str]:
     # Imported late: it needs the equations of motion.
-    from rbstab.config.warned.start import start_warnings
+    from rbstab.analysis.start_warnings import start_warnings
 
-    yield from start_warnings(config)
+    yield from start_warnings(problem_of(without_code(config)), config.integration.engine)
 
 
 _CHECKS: tuple[Callable[[Config], Iterator[str]], ...] = (

@@ -8,9 +8,6 @@ from typing import Any
 import numpy as np
 
 from rbstab.analysis.configuration import configurations, without_inputs
-from rbstab.config.build import problem_of
-from rbstab.config.schema import Config
-from rbstab.config.user_code.permission import without_code
 from rbstab.elements.declarations import ANCHOR, POINT
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.integrate.problem import Problem
@@ -38,15 +35,18 @@ MANY_STEPS = {"scipy": 1e5, "heyoka": 1e6}
 """Steps that take an engine about a minute."""
 
 
-def start_warnings(config: Config) -> list[str]:
-    """Return the warnings about the motion at the start of a config. No code of users runs."""
-    config = without_code(config)
+def start_warnings(problem: Problem, engine: str) -> list[str]:
+    """Return the warnings about the motion at the start of a problem.
+
+    Args:
+        problem: The problem.
+        engine: The name of the engine that integrates it.
+    """
     with np.errstate(all="ignore"):
-        problem = problem_of(config)
-        return [*_winding_up(config, problem), *_too_fast(config, problem)]
+        return [*_winding_up(problem), *_too_fast(problem, engine)]
 
 
-def _winding_up(config: Config, problem: Problem) -> Iterator[str]:
+def _winding_up(problem: Problem) -> Iterator[str]:
     """Yield a warning for each angle that a spin winds up against a spring that hardly acts."""
     system = without_inputs(problem.system)
     springs = [one for one in system.elements if isinstance(one, RotationalStabilizer)]
@@ -60,7 +60,7 @@ def _winding_up(config: Config, problem: Problem) -> Iterator[str]:
             if not 0 < stored < NEGLIGIBLE * spin:
                 continue
             decay = turn @ spring.L_r @ turn / (2 * spin)
-            angle = abs(rates[axis]) * min(config.integration.duration, 1 / decay)
+            angle = abs(rates[axis]) * min(problem.times[-1], 1 / decay)
             if angle > math.pi and spin > _climb(system, problem.start, axis):
                 yield (
                     f"controller.K_r: the spin winds θ{axis + 1} up, and its spring pulls it back "
@@ -79,12 +79,11 @@ def _climb(system: System, start: Array, axis: int) -> float:
     return max(energies) - energies[0]
 
 
-def _too_fast(config: Config, problem: Problem) -> Iterator[str]:
+def _too_fast(problem: Problem, engine: str) -> Iterator[str]:
     """Yield a warning if the fastest motion makes the run hopeless."""
-    integration, engine = config.integration, config.integration.engine
     method = problem.method if engine == "scipy" else engine
     values = _eigenvalues(problem.system, problem.start)
-    duration, decay = integration.duration, np.abs(values.real)
+    duration, decay = problem.times[-1], np.abs(values.real)
     if method in IMPLICIT:
         waves, decays = np.abs(values.imag) * np.minimum(duration, DECAYED / decay), 0.0 * decay
     else:
@@ -94,7 +93,7 @@ def _too_fast(config: Config, problem: Problem) -> Iterator[str]:
         yield (
             f"{_stiffest(problem)}: the fastest motion has a time scale of "
             f"{1 / np.abs(values).max():.2g} s, so {duration:g} s need about {steps:.1g} steps "
-            f"with {method} (step_limit: {integration.step_limit:g}); is its unit right?"
+            f"with {method} (step_limit: {problem.step_limit:g}); is its unit right?"
         )
 
 

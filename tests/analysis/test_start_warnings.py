@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import rbstab
-from rbstab.config.warned.start import STEPS_PER_RADIAN, start_warnings
+from rbstab.analysis.start_warnings import STEPS_PER_RADIAN, start_warnings
+from rbstab.config.build import problem_of
 
-CONFIGS = Path(__file__).parents[3] / "configs"
+CONFIGS = Path(__file__).parents[2] / "configs"
 
 TOP = {
     "body": {"mass": 0.5, "inertia": [0.0015, 0.0015, 0.0004], "contact_point": [0, 0, -0.06]},
@@ -17,6 +18,11 @@ TOP = {
     "initial": {"orientation": [0.001, 0, 0], "angular_velocity": [0, 0, 160]},
     "integration": {"duration": 10},
 }
+
+
+def warnings_of(config):
+    return start_warnings(problem_of(config), config.integration.engine)
+
 
 # Half a turn stores ½ k π²; the spin has ½ 0.0004 160² = 5.1 J and stops after 0.0004/L_r s.
 WINDING = [
@@ -39,7 +45,7 @@ WINDING = [
 
 @pytest.mark.parametrize(("changes", "warned"), WINDING)
 def test_a_spring_that_hardly_acts_and_is_wound_up(changes, warned):
-    found = start_warnings(rbstab.load_config(TOP, changes))
+    found = warnings_of(rbstab.load_config(TOP, changes))
     assert len(found) == warned
     if warned:
         assert found[0].startswith("controller.K_r: the spin winds θ")
@@ -48,9 +54,9 @@ def test_a_spring_that_hardly_acts_and_is_wound_up(changes, warned):
 
 def test_an_element_that_stops_the_turn_keeps_the_spring_from_winding_up():
     spring = {"kind": "attitude", "K": [10, 10, 10], "L": [0.1, 0.1, 0.1]}
-    assert start_warnings(rbstab.load_config(TOP | {"schema_version": 2})) != []
+    assert warnings_of(rbstab.load_config(TOP | {"schema_version": 2})) != []
     held = TOP | {"schema_version": 2, "elements": {"upright": spring}}
-    assert start_warnings(rbstab.load_config(held)) == []
+    assert warnings_of(rbstab.load_config(held)) == []
 
 
 # A body of 2 kg that is tied by K at its centre of mass: ω = √(K/2), in 3 s.
@@ -82,7 +88,7 @@ FAST = [
 
 @pytest.mark.parametrize(("changes", "expected"), FAST)
 def test_a_time_scale_that_makes_a_run_hopeless(changes, expected):
-    found = start_warnings(rbstab.load_config(TIED, changes))
+    found = warnings_of(rbstab.load_config(TIED, changes))
     assert len(found) == (expected is not None)
     if expected is not None:
         key, scale = expected
@@ -109,4 +115,4 @@ def test_no_shipped_config_has_such_a_warning():
     ]
     assert len(paths) > 30
     for path in paths:
-        assert start_warnings(rbstab.load_config(path, allow_python=True)) == [], path
+        assert warnings_of(rbstab.load_config(path, allow_python=True)) == [], path

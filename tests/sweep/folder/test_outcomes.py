@@ -110,6 +110,7 @@ def test_the_stiffness_at_which_a_leg_stands(tmp_path):
         tmp_path / "a", plan_of(vary, leg()), factory=None, shard_size=None
     ).folder.sweep_file
     table = rbstab.open_sweep(file)
+    assert list(table.layout)[2:6] == ["outcome", "final_tilt", "rest_state", "run_id"]
     stiffness, kinds = 10 * table["controller_K_r"], table.words("outcome")
     assert (stiffness[kinds == "returns"] > WEIGHT_MOMENT).all()
     leaning = kinds == "rests_elsewhere"

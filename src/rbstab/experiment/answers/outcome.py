@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rbstab.analysis.certificate.verdict import Verdict
+from rbstab.config.errors import printable
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.experiment.answers.wanted import in_degrees, one_in_degrees, wanted
@@ -51,11 +52,12 @@ class OutcomeKind(StrEnum):
 KINDS = tuple(OutcomeKind)
 """The kinds in the order of their codes."""
 
-KIND_OF_STATUS = dict.fromkeys(RunStatus, OutcomeKind.FAILED) | {
+KIND_OF_STATUS: dict[str, OutcomeKind] = {
+    **dict.fromkeys(RunStatus, OutcomeKind.FAILED),
     RunStatus.COMPLETED: OutcomeKind.MOVING,
     RunStatus.RANGE_LEFT: OutcomeKind.LEFT_RANGE,
 }
-"""The kind of a motion that is not at rest, by the status of its run."""
+"""The kind of a motion that is not at rest, by the status of its run. Others have failed."""
 
 
 def outcome_codes(by_status: Array, at_rest: Array, tilts: Array, within: float) -> Array:
@@ -137,8 +139,8 @@ def outcome_of(
         config: Its config, for the desired attitude; without one it is upright.
         proof: The proof of its rest states, if there is one.
     """
-    status, settled = RunStatus(result.status), settling_time_of(result)
-    at_rest = status is RunStatus.COMPLETED and not math.isnan(settled)
+    status, settled = result.status, settling_time_of(result)
+    at_rest = status == RunStatus.COMPLETED and not math.isnan(settled)
     known = at_rest and "rest_orientation" in result
     end = result["rest_orientation"] if known else result["orientation"][-1]
     rest_state, exact = _proved_state(result, proof)
@@ -148,7 +150,7 @@ def outcome_of(
     Theta = tuple(end.tolist()) if np.isfinite(end).all() else None
     away = None if Theta is None else aim.tilt(Theta)
     code = outcome_codes(
-        np.array([KINDS.index(KIND_OF_STATUS[status])]),
+        np.array([KINDS.index(KIND_OF_STATUS.get(status, OutcomeKind.FAILED))]),
         np.array([at_rest]),
         np.array([math.nan if away is None else away]),
         aim.within,
@@ -206,8 +208,8 @@ def _addition(
     at_rest: bool,
 ) -> str:
     """Return what else is to be said: why a run failed, or to which state it is proved to go."""
-    if RunStatus(result.status) not in {RunStatus.COMPLETED, RunStatus.RANGE_LEFT}:
-        return result.status
+    if result.status not in {RunStatus.COMPLETED, RunStatus.RANGE_LEFT}:
+        return printable(result.status)
     if not at_rest:
         there = "its rest state" if exact is None else in_degrees(exact)
         found = stored_convergence(result.attributes)

@@ -15,7 +15,7 @@ from rbstab.mechanics.attitude import tilt
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import RUN, Column, Table
 from rbstab.sweep.folder.deciding import deciding_sentence, end_of
-from rbstab.sweep.members.outcome import STATUSES
+from rbstab.sweep.members.outcome import COLUMNS, STATUSES
 from rbstab.sweep.plan.load import plan_to_read
 from rbstab.sweep.plan.plan import Plan
 
@@ -40,6 +40,9 @@ OUTCOME_COLUMNS = {
 MAX_POSES = 1000
 """The most poses that are numbered."""
 
+_BLOCK = 1 << 20
+"""Members whose rotation matrices are in memory at once."""
+
 _STATUS_CODES = np.array([KINDS.index(KIND_OF_STATUS[status]) for status in STATUSES], np.int8)
 
 
@@ -58,7 +61,7 @@ def wanted_of(plan: Plan | None) -> Wanted:
 
 
 def with_outcomes(table: Table, plan: Plan | None) -> Table:
-    """Return the table of a sweep with `OUTCOME_COLUMNS` before its own columns.
+    """Return the table of a sweep with `OUTCOME_COLUMNS` after those of its varied values.
 
     Args:
         table: The table, with the columns in `READ`.
@@ -72,15 +75,23 @@ def with_outcomes(table: Table, plan: Plan | None) -> Table:
     desired = np.array(aim.orientation)
     # What is no number has no tilt; a foreign file may have any numbers.
     with np.errstate(all="ignore"):
-        tilts = tilt(np.where(at_rest[:, np.newaxis], rest, end), desired)
+        tilts = _tilts(np.where(at_rest[:, np.newaxis], rest, end), desired)
     columns = {
         "outcome": outcome_codes(_STATUS_CODES[table["status"]], at_rest, tilts, aim.within),
         "final_tilt": tilts,
         "rest_state": pose_numbers(rest, tilts, at_rest),
     }
     arrays = {name: columns[name].astype(one.dtype) for name, one in OUTCOME_COLUMNS.items()}
-    layout = OUTCOME_COLUMNS | dict(table.layout)
+    names = list(table.layout)
+    varied = names[: next((k for k, name in enumerate(names) if name in COLUMNS), len(names))]
+    layout = {name: table.layout[name] for name in varied} | OUTCOME_COLUMNS | dict(table.layout)
     return Table(layout, dict(table.arrays) | arrays, table.attributes, table.extras)
+
+
+def _tilts(orientations: Array, desired: Array) -> Array:
+    """Return the tilts of attitudes, in blocks: their rotation matrices need much memory."""
+    parts = range(0, max(len(orientations), 1), _BLOCK)
+    return np.concatenate([tilt(orientations[k : k + _BLOCK], desired) for k in parts])
 
 
 def pose_numbers(orientations: Array, tilts: Array, chosen: Array) -> Array:
@@ -104,7 +115,7 @@ def pose_numbers(orientations: Array, tilts: Array, chosen: Array) -> Array:
         # By the triangle inequality, the poses next to the first one have no larger tilt.
         ahead = int(np.searchsorted(tilts[left], tilts[left[0]] + SAME_STATE, side="right"))
         near = left[:ahead]
-        same = tilt(orientations[near], orientations[left[0]]) < SAME_STATE
+        same = _tilts(orientations[near], orientations[left[0]]) < SAME_STATE
         same[0] = True
         found[near[same]] = number
         left = np.concatenate([near[~same], left[ahead:]])

@@ -22,8 +22,12 @@ def done(folder: Path, rbstab: Invoke) -> Result:
 
 def test_the_answers_come_last(done: Result) -> None:
     assert done.exit_code == 0, done.output
-    head, *_, this_start, whole_range = done.stdout.rstrip().splitlines()
-    assert head.split()[:2] == ["file", "status"]
+    head, *_, outcome, desired, this_start, whole_range, pushes = done.stdout.rstrip().splitlines()
+    assert head.split()[:2] == ["file", "outcome"]
+    assert outcome.startswith("  Outcome:     still moving at t = 0.1 s: at (")
+    assert outcome.endswith("(the exact motion is proved to converge to (0°, 0°, 0°)): seen.")
+    assert desired == "  Desired:     upright (default), within 10°."
+    assert pushes.startswith("  Pushes:      proved: ")
     assert this_start.startswith("  This start:  proved: ")
     assert whole_range.startswith("  Whole range: proved: ")
 
@@ -79,9 +83,12 @@ def test_the_answers_of_json(folder: Path, rbstab: Invoke) -> None:
     assert {question: answer["word"] for question, answer in data["answers"].items()} == {
         "this_start": "proved",
         "whole_range": "proved",
+        "pushes": "proved",
     }
+    assert data["outcome"]["kind"] == "moving"
+    assert data["outcome"]["rest_state"] == 1
     shown = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
-    assert shown["answers"] == data["answers"]
+    assert [shown[key] for key in ("answers", "outcome")] == [data["answers"], data["outcome"]]
 
 
 def test_a_run_without_its_proof_is_kept(
@@ -119,9 +126,10 @@ def test_several_runs_have_a_table_of_words(folder: Path, rbstab: Invoke) -> Non
     rows = [
         line.split() for line in done.stdout.splitlines() if line.startswith(printed(" results/"))
     ]
+    moving = ["still", "moving"]
     assert rows[-2:] == [
-        [printed("results/good.h5"), "proved", "proved"],
-        [printed("results/other.h5"), "proved", "proved"],
+        [printed("results/good.h5"), *moving, "proved", "proved"],
+        [printed("results/other.h5"), *moving, "proved", "proved"],
     ]
 
 

@@ -22,10 +22,10 @@ def test_a_run_leaves_a_file_and_a_table(folder: Path, rbstab: Invoke) -> None:
     assert done.exit_code == 0
     assert api.open_result("results/good.h5").status == "completed"
     header, line = done.stdout.splitlines()[:2]
-    assert header.split()[:2] == ["file", "status"]
-    assert line.split()[:2] == [printed("results/good.h5"), "completed"]
+    assert header.split()[:2] == ["file", "outcome"]
+    assert line.split()[:2] == [printed("results/good.h5"), "still"]
     # The motion is not at rest after 0.1 s.
-    assert line.split()[5] == "-"
+    assert line.split()[7] == "-"
     assert "At rest: v stays below v(0)/1000 from then on; -: not in this run." in done.stdout
     assert printed("Next: rbstab show results/good.h5") in done.stderr
 

@@ -162,7 +162,7 @@ def test_a_stored_run_is_completed_by_a_later_proof(tmp_path):
     run = run_to_file(config, path, problem)
     brief = proof_for(tmp_path, config, problem, brief=True)
     first = prove_run(run, config, problem, brief, Enclose.BRIEFLY)
-    answers = answer_of(first.result, brief)
+    answers = answer_of(first.result, proof=brief)
     assert GOES_ON in answers.this_start.sentence
     assert GOES_ON in answers.whole_range.sentence
     assert Enclose(int(first.result.attributes["convergence_enclosed"])) is Enclose.BRIEFLY
@@ -170,8 +170,8 @@ def test_a_stored_run_is_completed_by_a_later_proof(tmp_path):
     assert prove_run(first, config, problem, brief, Enclose.BRIEFLY) is first
     proof = proof_for(tmp_path, config, problem)
     done = prove_run(first, config, problem, proof, Enclose.UNTIL_PROVED)
-    assert str(answer_of(done.result, proof).this_start).startswith("proved")
-    assert str(answer_of(done.result, proof).whole_range).startswith("proved")
+    assert str(answer_of(done.result, proof=proof).this_start).startswith("proved")
+    assert str(answer_of(done.result, proof=proof).whole_range).startswith("proved")
 
 
 def printed(*arguments: str) -> str:

@@ -136,7 +136,9 @@ def test_start_in_a_valley_converges_there(proof, number):
     assert (stability.reached, stability.inside) == (number, True)
     assert f"convergence to rest state {number} is proved." in stability.statements[-1]
     region_of_it = {1: "the certified region", 2: "the region of rest state 2"}[number]
-    assert str(answer_of(result, proof)[0]).endswith(f"it starts inside {region_of_it}")
+    assert str(answer_of(result, proof=proof).this_start).endswith(
+        f"it starts inside {region_of_it}"
+    )
     found = convergence_at_start(config, problem, proof)
     assert f"it is inside {region_of_it} from the start" in found.sentence
     assert any(

@@ -48,7 +48,7 @@ def test_each_run_and_sweep_is_listed_once(folder: Path) -> None:
 def test_what_they_say_of_themselves(folder: Path) -> None:
     found = by_name(folder)
     run = found["range_left.h5"]
-    assert run[1:6] == (Kind.RUN, "Stored", "range left", "consistent", "-")
+    assert run[1:7] == (Kind.RUN, "Stored", "left the range", "range left", "consistent", "-")
     # Its body has a stored proof; its own motion left the range.
     assert (run.this_start, run.whole_range) == ("not decided", "proved")
     assert found["finished_variants"].status == "20 of 20 completed"

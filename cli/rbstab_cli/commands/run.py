@@ -181,13 +181,15 @@ def _run_data(finished: Finished) -> dict[str, Any]:
     from rbstab_cli.output.facts import run_data
 
     run, proof = finished.run, finished.proof
-    data = run_data(with_later_proof(run.result, finished.config, proof), proof)
+    config = finished.config
+    data = run_data(with_later_proof(run.result, config, proof), config, proof)
     return {"file": str(run.path), "computed": run.computed, **data}
 
 
 def _print_table(runs: list[Finished]) -> None:
     """Print the numbers of runs: a row for each."""
     from rbstab.experiment.answers.run_answer import SETTLED
+    from rbstab.experiment.outcome import outcome_of
     from rbstab.experiment.summary import (
         at_least,
         lyapunov_function_of,
@@ -203,7 +205,9 @@ def _print_table(runs: list[Finished]) -> None:
         *("v(0) [J]", "v(end) [J]", "|r|/v(0)", "at rest from [s]"),
         *("max|E| [m]", "max|θ2| [rad]", "time [s]"),
     )
-    table = new_table("file", "status", *numbers, words=("status",), numbers=numbers)
+    table = new_table(
+        "file", "outcome", "status", *numbers, words=("outcome", "status"), numbers=numbers
+    )
     settling: list[float] = []
     for finished in runs:
         run = finished.run
@@ -214,6 +218,7 @@ def _print_table(runs: list[Finished]) -> None:
         add_row(
             table,
             str(run.path),
+            outcome_of(result, finished.config).kind.words,
             result.status if completed else f"{result.status} at {s.end_time:.4g} s",
             number(s.lyapunov_start),
             # The result may store v - ε, which does not end at zero; this column is v.
@@ -249,6 +254,7 @@ def _print_answers(runs: list[Finished], *, as_json: bool, quiet: bool) -> None:
 
     # CONFIG alone would leave out -o, --set and --member.
     answers = [
-        (f.run.path, answer_beside(f.run.result, f.config, f.proof).naming(REPEATED)) for f in runs
+        (f.run.path, f.config, answer_beside(f.run.result, f.config, f.proof).naming(REPEATED))
+        for f in runs
     ]
     print_answers(answers, warnings)

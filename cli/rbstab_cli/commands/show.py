@@ -151,7 +151,14 @@ def _print_json(known: "KnownNow") -> None:
         "final": final_state(result),
         "reference": reference,
     }
-    print_json({**run_data(result, known.proof), **more, "arrays": arrays, "config": result.config})
+    print_json(
+        {
+            **run_data(result, known.config, known.proof),
+            **more,
+            "arrays": arrays,
+            "config": result.config,
+        }
+    )
 
 
 def _print_tables(known: "KnownNow") -> None:
@@ -169,7 +176,7 @@ def _print_tables(known: "KnownNow") -> None:
     result = known.result
     s, attributes = summary_of(result), result.attributes
     click.echo(printable(str(attributes["title"])))
-    print_answer(answer_of(result, known.proof))
+    print_answer(answer_of(result, known.config, known.proof), known.config)
     table = new_table("quantity", "value")
     detail = f": {attributes['status_detail']}" if attributes.get("status_detail") else ""
     add_row(table, "status", result.status + detail)

@@ -3,15 +3,19 @@
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from rbstab.config.schema import Config
     from rbstab.experiment.stored_proof.proof import Proof
     from rbstab.store.result import Result
 
 
-def run_data(result: "Result", proof: "Proof | None" = None) -> dict[str, Any]:
-    """Return the attributes and the summary of a result, with its answers and its convergence.
+def run_data(
+    result: "Result", config: "Config | None", proof: "Proof | None" = None
+) -> dict[str, Any]:
+    """Return the outcome of a result, its attributes, summary, answers and convergence.
 
     Args:
         result: The result.
+        config: Its config; None if this version cannot read it.
         proof: The proof of its rest states, if there is one.
     """
     from rbstab.experiment.answers.run_answer import answer_of
@@ -19,17 +23,18 @@ def run_data(result: "Result", proof: "Proof | None" = None) -> dict[str, Any]:
     from rbstab.experiment.convergence.convergence import ATTRIBUTE, stored_convergence
     from rbstab.experiment.summary import summary_of
 
-    data: dict[str, Any] = {
+    answer = answer_of(result, config, proof)
+    data: dict[str, Any] = {"outcome": answer.outcome.as_data()} | {
         name: value
         for name, value in result.attributes.items()
         if name.partition("_")[0] != ATTRIBUTE
     }
     data["checks"] = word_of(str(data.get("verdict", "-")))
     data["warnings"] = str(data.get("warnings", "")).splitlines()
-    found = stored_convergence(result.attributes)
-    data[ATTRIBUTE] = None if found is None else found.as_data()
+    convergence = stored_convergence(result.attributes)
+    data[ATTRIBUTE] = None if convergence is None else convergence.as_data()
     data["answers"] = {
-        question: {"word": str(answer.sureness), "sentence": answer.sentence}
-        for question, answer in answer_of(result, proof)._asdict().items()
+        question: {"word": str(found.sureness), "sentence": found.sentence}
+        for question, found in answer.answers.items()
     }
     return {**data, **summary_of(result)._asdict()}

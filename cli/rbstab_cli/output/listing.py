@@ -63,11 +63,14 @@ def _print_table(entries: "list[Entry]") -> None:
 
     if not entries:
         return
-    words = ("kind", "status", "checks", "this start", "whole range")
+    words = ("kind", "outcome", "status", "checks", "this start", "whole range")
     table = new_table("name", *words, "age", "title", words=words, numbers=("age",))
     now = time.time()
     for entry in entries:
-        cells = (entry.status, word_of(entry.verdict), entry.this_start, entry.whole_range)
+        cells = (
+            *(entry.outcome, entry.status, word_of(entry.verdict)),
+            *(entry.this_start, entry.whole_range),
+        )
         old = age(now - entry.modified)
         add_row(table, str(entry.path), entry.kind, *cells, old, entry.title)
     print_table(table)

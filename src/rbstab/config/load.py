@@ -291,14 +291,19 @@ def resolved_yaml(config: Config) -> str:
     return as_yaml(resolved(config))
 
 
+def identifying(config: Config) -> dict[str, Any]:
+    """Return what decides the motion: the resolved config without what is only wanted of it."""
+    return {name: value for name, value in resolved(config).items() if name != "desired"}
+
+
 def run_id(config: Config) -> str:
-    """Return the identity of a run: a hash of its resolved config.
+    """Return the identity of a run: a hash of what decides its motion.
 
     It is the first 32 hexadecimal digits of the SHA-256 of a canonical JSON text. Its keys are
     sorted and it has no spaces. Every number that may be a float is the shortest decimal that reads
     back as the same float.
     """
-    text = json.dumps(resolved(config), sort_keys=True, separators=(",", ":"))
+    text = json.dumps(identifying(config), sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 

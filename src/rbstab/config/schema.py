@@ -28,6 +28,7 @@ from rbstab.config.inputs.signals import MAX_KNOTS
 from rbstab.config.quantities import Text, Vector, components, value_error
 from rbstab.config.section import FrozenMapping, Section
 from rbstab.config.sections.body import BodySection, FreeInitial, HeldInitial, zero_vector
+from rbstab.config.sections.desired import Desired
 from rbstab.config.sections.integration import HeldIntegration, Integration, SlidingIntegration
 from rbstab.config.sections.reference import Reference
 from rbstab.elements.registry import CONNECTORS
@@ -59,6 +60,7 @@ class Experiment(Section):
     elements: Elements = Field(default_factory=FrozenMapping)
     initial: Any = Field(default_factory=HeldInitial)
     integration: Any
+    desired: Desired | None = None
     reference: Reference | None = None
 
     def __repr__(self) -> str:

@@ -1,10 +1,11 @@
 """Run a config and write its result file; finished and different results are kept."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from rbstab.config.build import problem_of
-from rbstab.config.load import run_id
+from rbstab.config.load import resolved_yaml, run_id
 from rbstab.config.schema import Config
 from rbstab.experiment.convergence.convergence import Enclose, stored_convergence
 from rbstab.experiment.convergence.with_proof import takes_proof, with_proof
@@ -79,9 +80,15 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
     problem = problem or problem_of(config)
     old = existing_result(path, force=force)
     identical = old is not None and old.run_id == run_id(config)
+    text = resolved_yaml(config)
 
     def is_final(found: Result) -> bool:
-        return _is_final(found, problem, proof) and _enclosed(found).covers(enclose)
+        is_current = found.config == text and _is_final(found, problem, proof)
+        return is_current and _enclosed(found).covers(enclose)
+
+    if old is not None and identical and not force and old.config != text:
+        # The motion is the same; what is wanted of it has changed.
+        old = store_run(path, replace(old, config=text), is_final).result
 
     if old is not None and identical and not force and is_final(old):
         # Its writer may have been killed as soon as the result was complete.

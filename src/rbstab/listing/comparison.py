@@ -123,11 +123,12 @@ def _of_run(run: Run) -> Outcome:
     result, s = run.result, run.summary
     try:
         known = known_now(run.path, result, run.config)
-        answer = answer_of(known.result, known.proof)
+        answer = answer_of(known.result, known.config, known.proof)
     except (LookupError, ValueError, TypeError, ArithmeticError, AttributeError) as error:
         reason = f"{type(error).__name__}: {error}"
         raise StoreError(f"{run.path}: its content is wrong ({reason})") from error
     return {
+        "outcome": answer.outcome.sentence,
         "run id": result.run_id,
         "status": result.status,
         "checks": word_of(str(result.attributes.get("verdict", NO_VALUE))),

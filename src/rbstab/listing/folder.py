@@ -49,6 +49,7 @@ class Entry(NamedTuple):
         path: Its file or folder.
         kind: Whether it is a run or a sweep.
         title: Its title; empty if it cannot be read.
+        outcome: Where the body of a run rests; what became of the members of a sweep.
         status: How the run ended; how many members of a sweep completed.
         verdict: The verdict of the certificate of a run.
         converges: What is proved of the exact motion; how many members of a sweep are proved.
@@ -62,6 +63,7 @@ class Entry(NamedTuple):
     path: Path
     kind: Kind
     title: str
+    outcome: str
     status: str
     verdict: str
     converges: str
@@ -75,6 +77,7 @@ class _Said(NamedTuple):
     """What a run or a sweep says of itself, as in `Entry`."""
 
     title: str
+    outcome: str
     status: str
     verdict: str
     converges: str
@@ -187,7 +190,7 @@ def _entry(path: Path, kind: Kind, read: Callable[[Path], _Said] | None = None) 
         # Anybody may have written a file, with a right seal too.
         said = _sweep(path) if read is None else read(path)
     except (StoreError, OSError) as error:
-        nothing = _Said("", *[NOT_KNOWN] * 5)
+        nothing = _Said("", *[NOT_KNOWN] * 6)
         return Entry(path, kind, **nothing._asdict(), modified=0.0, problem=str(error))
     return Entry(path, kind, **said._asdict(), modified=modified)
 
@@ -196,14 +199,16 @@ def _read_run(path: Path) -> _Said:
     result = open_result(path)
     try:
         known = known_now(path, result)
-        result, answers = known.result, answer_of(known.result, known.proof)
-        answered = [str(answer.sureness) for answer in answers]
+        result, answer = known.result, answer_of(known.result, known.config, known.proof)
+        outcome = answer.outcome.brief
+        answered = [str(one.sureness) for one in (answer.this_start, answer.whole_range)]
     except (LookupError, ValueError, TypeError, ArithmeticError, AttributeError):
         # A result of an old or an unusual layout is listed all the same.
-        answered = [NOT_KNOWN, NOT_KNOWN]
+        outcome, answered = NOT_KNOWN, [NOT_KNOWN, NOT_KNOWN]
     attributes = result.attributes
     words = (str(attributes.get(name, NOT_KNOWN)) for name in ("verdict", "convergence"))
-    return _Said(str(attributes["title"]), str(attributes["status"]), *words, *answered)
+    title, status = (str(attributes[name]) for name in ("title", "status"))
+    return _Said(title, outcome, status, *words, *answered)
 
 
 _runs = IsolatedReaders(_read_run)
@@ -223,13 +228,14 @@ def _sweep(path: Path) -> _Said:
         shards = (
             f"{grouped(len(folder.stored_shards()))} of {grouped(folder.shards)} shards are stored"
         )
-        return _Said(manifest.title, shards, *[NOT_KNOWN] * 4)
+        return _Said(manifest.title, NOT_KNOWN, shards, *[NOT_KNOWN] * 4)
     counts = _counts(folder.sweep_file)
     completed = counts.get("status", {}).get(str(RunStatus.COMPLETED), 0)
     proved = _proved_of(folder, counts.get("convergence", {}))
     converges = NOT_KNOWN if proved == NOT_PROVED else proved
     return _Said(
         manifest.title,
+        NOT_KNOWN,
         f"{grouped(completed)} of {grouped(manifest.members)} completed",
         *(NOT_KNOWN, converges, proved, NOT_KNOWN),
     )

@@ -16,11 +16,36 @@ def rotation(Theta: Array) -> Array:
     Returns:
         A, shape (3, 3), orthonormal; its inverse is its transpose.
     """
+    return np.array(_rotation_rows(Theta))
+
+
+def _rotation_rows(Theta: Array) -> tuple[tuple[Number, Number, Number], ...]:
+    """Return the rows of A(Θ); Θ has the shape (3,), or (3, m) for m attitudes."""
     (s1, s2, s3), (c1, c2, c3) = sin(Theta), cos(Theta)
-    A1 = np.array([[1.0, 0.0, 0.0], [0.0, c1, -s1], [0.0, s1, c1]])
-    A2 = np.array([[c2, 0.0, s2], [0.0, 1.0, 0.0], [-s2, 0.0, c2]])
-    A3 = np.array([[c3, -s3, 0.0], [s3, c3, 0.0], [0.0, 0.0, 1.0]])
-    return A1 @ A2 @ A3
+    a, b = s1 * s2, c1 * s2
+    return (
+        (c2 * c3, -c2 * s3, s2),
+        (a * c3 + c1 * s3, c1 * c3 - a * s3, -s1 * c2),
+        (s1 * s3 - b * c3, b * s3 + s1 * c3, c1 * c2),
+    )
+
+
+def tilt(Theta: Array, desired: Array) -> Array:
+    """Return the tilt of attitudes: the angle of the rotation between each and the desired one.
+
+    It is the φ in [0, π] with |A(Θ) - A(Θ_desired)| = 2√2 sin(φ/2), by the Frobenius norm. So it is
+    the same for all Euler angles of one attitude.
+
+    Args:
+        Theta: Θ, shape (m, 3), rad.
+        desired: Θ of the desired attitude, shape (3,), rad.
+
+    Returns:
+        φ, shape (m,), rad.
+    """
+    away: Array = np.array(_rotation_rows(Theta.T)) - rotation(desired)[..., np.newaxis]
+    chord = np.sqrt((away * away).sum(axis=(0, 1)) / 8.0)
+    return np.asarray(2.0 * np.arcsin(np.minimum(chord, 1.0)))
 
 
 def rate_matrix(Theta: Array) -> Array:

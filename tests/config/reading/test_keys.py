@@ -3,7 +3,10 @@
 import pytest
 from support.configs import FREE, PERMANENT, VISCO_ELASTIC, edited
 
-ROOT = "body, controller, elements, gravity, initial, integration, reference, schema_version, title"
+ROOT = (
+    "body, controller, desired, elements, gravity, initial, integration, reference, "
+    "schema_version, title"
+)
 
 MISSPELT = [
     ("title:", "titel:", "1:1: titel: is unknown (did you mean title?)"),
@@ -47,7 +50,7 @@ IN_ANOTHER_SECTION = [
     # Printed reference values have an orientation too, but nobody means them.
     (
         "orientation: [0, 0, 0]\n",
-        "20:1: orientation: is unknown (did you mean initial.orientation?",
+        "20:1: orientation: is unknown (did you mean initial.orientation or desired.orientation?",
     ),
     ("K_c: 5\n", "20:1: K_c: is unknown (did you mean controller.K_c?)"),
     ("x: 1\n", f"20:1: x: is unknown (expected one of {ROOT})"),

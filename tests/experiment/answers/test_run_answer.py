@@ -52,7 +52,7 @@ SOFT = {"controller__K_r": [40.0, 40.0, 32.0]}
 def test_a_start_inside_of_the_certified_region():
     config = config_of()
     proof = prove(config)
-    this_start, whole_range = answer_of(rbstab.simulate(config, proof=proof), proof)
+    _, this_start, whole_range, _ = answer_of(rbstab.simulate(config, proof=proof), proof=proof)
     assert str(this_start) == (
         "proved: the exact motion converges to the only rest state: it starts inside the certified "
         "region"
@@ -67,7 +67,7 @@ def test_the_only_rest_state_is_named_if_it_is_not_upright(weight, leaning):
     config = rbstab.load_config(config_of(), [f"gravity=[0,0,{weight}]"])
     proof = prove(config)
     result = rbstab.simulate(config, proof=proof)
-    this_start, _ = answer_of(result, proof)
+    _, this_start, _, _ = answer_of(result, proof=proof)
     begin = "the exact motion converges to the only rest state"
     assert this_start.sureness is Sureness.PROVED
     assert this_start.sentence.startswith(f"{begin}{leaning or ': it starts'}")
@@ -86,7 +86,7 @@ def test_the_body_can_also_rest_elsewhere_than_this_start_ends(own, other):
     if own is not None:
         attributes |= {"convergence": "proved", "convergence_rest_state": own}
     changed = dataclasses.replace(result, attributes=attributes)
-    _, whole_range = answer_of(changed, proof)
+    _, _, whole_range, _ = answer_of(changed, proof=proof)
     Theta = [0.0 if abs(angle) < 1e-9 else angle for angle in proof.states[other - 1].orientation]
     angles = ", ".join(f"{angle:.4g}" for angle in Theta)
     assert f"also rest at Θ = ({angles}) rad" in str(whole_range)
@@ -134,11 +134,11 @@ def test_a_longer_search_may_know_rest_states_that_a_descent_did_not_find():
 def test_a_start_outside_is_seen_until_its_motion_is_enclosed():
     config = config_of(initial__angular_velocity=[16, 32, -16])
     proof = prove(config)
-    seen, _ = answer_of(rbstab.simulate(config, proof=proof), proof)
+    _, seen, _, _ = answer_of(rbstab.simulate(config, proof=proof), proof=proof)
     assert seen.sureness is Sureness.SEEN
     assert "is not below c* = 1020" in seen.sentence
     result = rbstab.simulate(config, proof=proof, enclose=Enclose.BRIEFLY)
-    proved, _ = answer_of(result, proof)
+    _, proved, _, _ = answer_of(result, proof=proof)
     assert proved.sureness is Sureness.PROVED
     assert "certified region from t = 0." in proved.sentence
 
@@ -167,14 +167,14 @@ def test_a_motion_that_nothing_damps_was_not_seen_at_rest(spin, sureness):
     """½ 1 kg m² (0.2 rad/s)² = 0.02 J of the 50 J at the start stay for ever."""
     config = rbstab.load_config(FREE_TO_TURN, [f"initial.angular_velocity=[0, 0, {spin}]"])
     result = rbstab.simulate(config)
-    this_start, _ = answer_of(result)
+    _, this_start, _, _ = answer_of(result)
     assert this_start.sureness is sureness
     assert ("moves on without damping at t = 5 s" in this_start.sentence) == (spin > 0)
     assert math.isnan(settling_time_of(result)) == (spin > 0)
 
 
 def test_without_a_proof_nothing_is_proved():
-    this_start, whole_range = answer_of(rbstab.simulate(config_of()))
+    _, this_start, whole_range, _ = answer_of(rbstab.simulate(config_of()))
     assert this_start.sureness is Sureness.SEEN
     assert this_start.sentence.startswith("the computed motion is at rest from t = ")
     assert "Not proved: " in this_start.sentence
@@ -186,13 +186,14 @@ def test_a_proof_that_came_after_the_run_is_used():
     config = config_of()
     result, proof = rbstab.simulate(config), prove(config)
     found = answer_beside(result, config, proof)
-    assert [answer.sureness for answer in found] == [Sureness.PROVED, Sureness.PROVED]
-    assert found == answer_of(rbstab.simulate(config, proof=proof), proof)
-    assert answer_beside(result, None, proof) == answer_of(result, proof)
+    assert {answer.sureness for answer in found.answers.values()} == {Sureness.PROVED}
+    assert found == answer_of(rbstab.simulate(config, proof=proof), proof=proof)
+    without = answer_beside(result, None, proof)
+    assert without.answers == answer_of(result, proof=proof).answers
 
 
 def test_a_motion_that_is_not_at_rest_by_the_end_is_not_said_to_be():
-    this_start, _ = answer_of(rbstab.simulate(config_of(integration__duration=0.1)))
+    _, this_start, _, _ = answer_of(rbstab.simulate(config_of(integration__duration=0.1)))
     assert this_start.sureness is Sureness.NOT_DECIDED
     assert "it is not at rest by t = 0.1 s" in this_start.sentence
 
@@ -213,7 +214,7 @@ def test_a_rest_state_that_is_not_the_lowest_is_said_to_be_such():
             "integration": {"duration": 5.0},
         }
     )
-    this_start, _ = answer_of(rbstab.simulate(config))
+    _, this_start, _, _ = answer_of(rbstab.simulate(config))
     assert this_start.sureness is Sureness.SEEN
     assert "at a rest state that is not the lowest one known" in this_start.sentence
     upright = config.model_copy(
@@ -227,18 +228,18 @@ def test_a_second_rest_state_is_a_counterexample():
     proof = prove(config)
     assert len(proof.states) > 1
     result = rbstab.simulate(config, proof=proof)
-    _, whole_range = answer_of(result, proof)
+    _, _, whole_range, _ = answer_of(result, proof=proof)
     assert whole_range.sureness is Sureness.FALSE
     first, *_ = proof.states[1].orientation
     assert f"Θ = ({first:.4g}, " in whole_range.sentence
     # Without the proof its numbers are unknown, but not that it exists.
-    _, without = answer_of(result)
+    _, _, without, _ = answer_of(result)
     assert without.sureness is Sureness.FALSE
     assert "Θ" not in without.sentence
 
 
 def test_a_run_that_ends_early_has_seen_nothing_of_its_end():
-    this_start, _ = answer_of(rbstab.simulate(config_of(integration__step_limit=3)))
+    _, this_start, _, _ = answer_of(rbstab.simulate(config_of(integration__step_limit=3)))
     assert this_start.sureness is Sureness.NOT_DECIDED
     assert "step limit" in this_start.sentence
 
@@ -258,7 +259,7 @@ def test_a_run_that_leaves_the_range():
         controller__variant="free", initial__angular_velocity=[0, 32, 0],
         integration__range_bound=0.01,
     )  # fmt: skip
-    this_start, _ = answer_of(rbstab.simulate(config))
+    _, this_start, _, _ = answer_of(rbstab.simulate(config))
     assert this_start.sureness is Sureness.NOT_DECIDED
     assert "left the range of θ2 at t = " in this_start.sentence
 
@@ -289,7 +290,7 @@ def test_a_failed_check_of_the_computed_run_comes_first():
     broken = dataclasses.replace(
         result, variables=result.variables | {"certificate/verdict": variable}
     )
-    this_start, _ = answer_of(broken)
+    _, this_start, _, _ = answer_of(broken)
     assert this_start.sureness is Sureness.NOT_DECIDED
     assert "the check audit of the computed run failed" in this_start.sentence
 
@@ -299,7 +300,7 @@ def test_a_short_enclosure_says_that_it_was_short(monkeypatch):
     config = config_of(initial__angular_velocity=[16, 32, -16])
     proof = prove(config)
     result = rbstab.simulate(config, proof=proof, enclose=Enclose.BRIEFLY)
-    found = answer_of(result, proof).this_start
+    found = answer_of(result, proof=proof).this_start
     assert found.sureness is Sureness.SEEN
     assert "after 3 steps of the enclosure" in found.sentence
     assert "rbstab run CONFIG --prove takes up to 2000 steps" in found.sentence

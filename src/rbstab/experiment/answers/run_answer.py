@@ -18,6 +18,7 @@ from rbstab.experiment.convergence.convergence import (
     stored_convergence,
 )
 from rbstab.experiment.convergence.zero_description import A_LOWER_ONE, is_approached
+from rbstab.experiment.outcome import Outcome, outcome_of, pushes_of
 from rbstab.experiment.run_certificate import (
     CERTIFIED_REGION,
     GLOBAL_STABILITY,
@@ -58,12 +59,22 @@ class RunAnswer(NamedTuple):
     """The answers of a run.
 
     Attributes:
+        outcome: Where the body rests, and how far from where it should.
         this_start: Whether the motion from this start comes to rest.
         whole_range: Whether all motions that stay in the range end in one rest state.
+        pushes: Which pushes are proved to return; None if no level is proved.
     """
 
+    outcome: Outcome
     this_start: Answer
     whole_range: Answer
+    pushes: Answer | None
+
+    @property
+    def answers(self) -> dict[str, Answer]:
+        """The answers that are sentences, by their questions."""
+        named = {"this_start": self.this_start, "whole_range": self.whole_range}
+        return named | ({} if self.pushes is None else {"pushes": self.pushes})
 
     def naming(self, command: str) -> "RunAnswer":
         """Return the same answers with another name of the command that makes a proof.
@@ -71,22 +82,33 @@ class RunAnswer(NamedTuple):
         Args:
             command: The command in place of `ASK_FOR_PROOF`, where it can be named better.
         """
-        answers = (a._replace(sentence=a.sentence.replace(ASK_FOR_PROOF, command)) for a in self)
-        return RunAnswer(*answers)
+
+        def renamed(answer: Answer) -> Answer:
+            return answer._replace(sentence=answer.sentence.replace(ASK_FOR_PROOF, command))
+
+        return self._replace(
+            this_start=renamed(self.this_start), whole_range=renamed(self.whole_range)
+        )
 
 
-def answer_of(result: Result, proof: "Proof | None" = None) -> RunAnswer:
+def answer_of(
+    result: Result, config: Config | None = None, proof: "Proof | None" = None
+) -> RunAnswer:
     """Return the answers of a run.
 
     Args:
         result: The result; what is proved of it stands in its certificate and its attributes.
+        config: Its config, which may say at which attitude the body is to rest.
         proof: The proof of its rest states; if it is given, counterexamples have their numbers.
     """
+    pushes = pushes_of(config, proof)
     lines = {line.check: line for line in certificate_lines(result)}
     found = stored_convergence(result.attributes)
     return RunAnswer(
+        outcome_of(result, config, proof),
         _this_start(result, found, lines),
         _whole_range(result, found, lines.get(GLOBAL_STABILITY), proof),
+        Answer(Sureness.PROVED, pushes) if pushes else None,
     )
 
 
@@ -107,7 +129,7 @@ def answer_beside(
     # Imported late: it reads proofs.
     from rbstab.experiment.convergence.later_proof import with_later_proof
 
-    return answer_of(with_later_proof(result, config, proof, checks), proof)
+    return answer_of(with_later_proof(result, config, proof, checks), config, proof)
 
 
 def _this_start(

@@ -56,7 +56,9 @@ def answers_of(result: Result, config: Config | None, proof: Proof | None) -> An
     """
     now = with_later_proof(result, config, proof)
     lines = tuple(certificate_lines(now))
-    return Answers(answer_of(now, proof), lines, stored_convergence(now.attributes), _region(lines))
+    return Answers(
+        answer_of(now, config, proof), lines, stored_convergence(now.attributes), _region(lines)
+    )
 
 
 def _region(lines: Sequence[CertificateLine]) -> RegionCheck | None:

@@ -113,7 +113,7 @@ def _row(facts: RunFacts) -> tuple[Cell, ...]:
     completed = status == RunStatus.COMPLETED
     return (
         Cell(facts.run.label),
-        *(_answer_cell(answer) for answer in facts.answer),
+        *map(_answer_cell, (facts.answer.this_start, facts.answer.whole_range)),
         _start_over_level(facts),
         number_cell(facts.run.settling_time),
         _peak_distance(facts),

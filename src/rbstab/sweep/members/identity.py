@@ -13,7 +13,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from rbstab.config.load import resolved, run_id
+from rbstab.config.load import identifying, run_id
 from rbstab.config.source import Path
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.axes import VARIANT, value_at
@@ -99,7 +99,7 @@ def _run_id_of(plan: Plan, member: int) -> bytes:
 
 def _template(plan: Plan, variant: str) -> _TextTemplate | None:
     """Make the template of a variant; None if anything other than a float varies."""
-    data: dict[str, Any] = json.loads(json.dumps(resolved(plan.base_of(variant))))
+    data: dict[str, Any] = json.loads(json.dumps(identifying(plan.base_of(variant))))
     numbers: list[_VariedNumber] = []
     for varied in plan.varied_keys_of(variant):
         for path in _number_paths(varied.path, value_at(data, varied.path)):

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.build import problem_of
-from rbstab.config.load import changed_config, plain_data, resolved
+from rbstab.config.load import changed_config, identifying, plain_data
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import may_run_code
 from rbstab.integrate.problem import Problem
@@ -245,7 +245,7 @@ def plan_id(plan: Plan) -> str:
     design = plan.design
     content: dict[str, Any] = {
         "version": PLAN_VERSION,
-        "bases": [resolved(base) for base in plan.bases.values()],
+        "bases": [identifying(base) for base in plan.bases.values()],
         "vary": [
             [axis.name, axis.each, [_varied_key_data(varied) for varied in axis.varied_keys]]
             for axis in plan.axes

@@ -1,0 +1,285 @@
+"""The outcome of a motion: where the body rests, how far from where it should, and how surely."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from rbstab.analysis.certificate.verdict import Verdict
+from rbstab.config.schema import Config
+from rbstab.config.sections.desired import Desired
+from rbstab.experiment.answers.rounded import rounded_down
+from rbstab.experiment.answers.words import Sureness
+from rbstab.experiment.convergence.convergence import stored_convergence
+from rbstab.experiment.summary import settling_time_of
+from rbstab.integrate.status import RunStatus
+from rbstab.mechanics.attitude import tilt
+from rbstab.mechanics.numbers import Array
+from rbstab.store.result import Result
+
+if TYPE_CHECKING:
+    from rbstab.experiment.stored_proof.proof import Proof
+
+
+class OutcomeKind(StrEnum):
+    """What became of a motion."""
+
+    RETURNS = "returns"
+    """It is at rest at the desired attitude."""
+
+    RESTS_ELSEWHERE = "rests_elsewhere"
+    """It is at rest at another attitude."""
+
+    MOVING = "moving"
+    """It is still moving at the end of the run."""
+
+    LEFT_RANGE = "left_range"
+    """cos θ2 fell to `integration.range_bound`."""
+
+    FAILED = "failed"
+    """The run ended early for another reason."""
+
+    @property
+    def words(self) -> str:
+        """The kind as people read it."""
+        return {"moving": "still moving", "left_range": "left the range"}.get(
+            self, self.replace("_", " ")
+        )
+
+
+KINDS = tuple(OutcomeKind)
+"""The kinds in the order of their codes."""
+
+KIND_OF_STATUS = dict.fromkeys(RunStatus, OutcomeKind.FAILED) | {
+    RunStatus.COMPLETED: OutcomeKind.MOVING,
+    RunStatus.RANGE_LEFT: OutcomeKind.LEFT_RANGE,
+}
+"""The kind of a motion that is not at rest, by the status of its run."""
+
+
+def outcome_codes(by_status: Array, at_rest: Array, tilts: Array, within: float) -> Array:
+    """Return the codes of the outcomes of motions: indices in `KINDS`.
+
+    Args:
+        by_status: The codes of `KIND_OF_STATUS`, shape (m,).
+        at_rest: Whether the completed run was at rest at its end, shape (m,).
+        tilts: The tilt at rest, shape (m,), rad.
+        within: The largest tilt of a body that rests where it should, rad.
+    """
+    rests = np.where(tilts <= within, KINDS.index(OutcomeKind.RETURNS), 1)
+    moving = by_status == KINDS.index(OutcomeKind.MOVING)
+    return np.where(moving & at_rest, rests, by_status)
+
+
+class Wanted(NamedTuple):
+    """What is wanted of a body: `desired` of its config, or the default.
+
+    Attributes:
+        orientation: Θ of the desired attitude, rad.
+        within: The largest tilt of a body that rests there, rad.
+        is_default: Whether the config does not say it.
+    """
+
+    orientation: tuple[float, ...]
+    within: float
+    is_default: bool
+
+    def __str__(self) -> str:
+        pose = "upright" if not any(self.orientation) else f"Θ = {degrees(self.orientation)}"
+        default = " (default)" if self.is_default else ""
+        return f"{pose}{default}, within {math.degrees(self.within):.6g}°"
+
+    def holds(self, Theta: Iterable[float]) -> bool:
+        """Return whether a body that rests at Θ, rad, rests where it should."""
+        return self.tilt(Theta) <= self.within
+
+    def tilt(self, Theta: Iterable[float]) -> float:
+        """Return the tilt of Θ, rad."""
+        poses, desired = np.array([tuple(Theta)]), np.array(self.orientation)
+        return float(tilt(poses, desired)[0])
+
+
+def wanted(config: Config | None) -> Wanted:
+    """Return what is wanted of the body of a config; None: the config cannot be read."""
+    desired = None if config is None else config.desired
+    section = desired or Desired()
+    return Wanted(section.orientation, section.within, desired is None)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The outcome of the motion of a run.
+
+    Args:
+        kind: What became of it.
+        sureness: How sure that is: proved of the exact motion, or seen of the computed one.
+        time: When it came to rest, or when the run ended, s.
+        orientation: Θ at which it rests, or at the end of the run, rad; None if it is no number.
+        tilt: The tilt of this attitude, rad.
+        rest_state: The number of the rest state that the motion converges to, from 1 for the
+            lowest; None if it is not known.
+        why: What is to be added: why a run failed, or what is proved beyond its end.
+    """
+
+    kind: OutcomeKind
+    sureness: Sureness
+    time: float
+    orientation: tuple[float, ...] | None
+    tilt: float | None
+    rest_state: int | None
+    why: str = ""
+
+    @property
+    def is_good(self) -> bool:
+        """Whether the body rests where it should, and not at an unstable rest state."""
+        return self.kind is OutcomeKind.RETURNS and not self.why
+
+    @property
+    def brief(self) -> str:
+        """The kind, and the tilt of a body that rests elsewhere."""
+        if self.kind is not OutcomeKind.RESTS_ELSEWHERE or self.tilt is None:
+            return self.kind.words
+        return f"{self.kind.words}, {_degrees(self.tilt)} away"
+
+    @property
+    def sentence(self) -> str:
+        """The outcome in words, without a full stop."""
+        begin, where = self.kind.words, ""
+        if self.kind in {OutcomeKind.MOVING, OutcomeKind.LEFT_RANGE, OutcomeKind.FAILED}:
+            begin += f" at t = {self.time:.4g} s"
+        if self.orientation is not None and self.tilt is not None:
+            away = _degrees(self.tilt)
+            where = f": at {degrees(self.orientation)}, {away} from the desired attitude"
+        why = f" ({self.why})" if self.why else ""
+        return f"{begin}{where}{why}: {self.sureness}"
+
+    def as_data(self) -> dict[str, Any]:
+        """Return the entries of its JSON."""
+        return {name: value for name, value in asdict(self).items() if name != "why"}
+
+
+def outcome_of(
+    result: Result, config: Config | None = None, proof: "Proof | None" = None
+) -> Outcome:
+    """Return the outcome of a run.
+
+    The kind is that of the computed run at its end. It is proved where the exact motion is proved
+    to converge to the rest state at which the computed one is at rest.
+
+    Args:
+        result: The result.
+        config: Its config, for the desired attitude; without one it is upright.
+        proof: The proof of its rest states, if there is one.
+    """
+    status, settled = RunStatus(result.status), settling_time_of(result)
+    at_rest = status is RunStatus.COMPLETED and not math.isnan(settled)
+    end = result["rest_orientation"] if at_rest else result["orientation"][-1]
+    rest_state, exact = _proved_state(result, proof)
+    if at_rest and exact is not None:
+        end = np.array(exact)
+    aim = wanted(config)
+    Theta = tuple(end.tolist()) if np.isfinite(end).all() else None
+    away = None if Theta is None else aim.tilt(Theta)
+    code = outcome_codes(
+        np.array([KINDS.index(KIND_OF_STATUS[status])]),
+        np.array([at_rest]),
+        np.array([math.nan if away is None else away]),
+        aim.within,
+    )
+    if rest_state is None and at_rest:
+        rest_state = _number_of(proof, end)
+    return Outcome(
+        kind=KINDS[int(code[0])],
+        sureness=_sureness(result, at_rest=at_rest),
+        time=settled if at_rest else float(result["time"][-1]),
+        orientation=Theta,
+        tilt=away,
+        rest_state=rest_state,
+        why=_addition(result, proof, rest_state, exact, at_rest=at_rest),
+    )
+
+
+def _proved_state(
+    result: Result, proof: "Proof | None"
+) -> tuple[int | None, tuple[float, ...] | None]:
+    """Return the rest state to which the exact motion is proved to converge, and its Θ."""
+    found = stored_convergence(result.attributes)
+    if found is None or not found.proved or found.rest_state is None:
+        return None, None
+    if proof is None or found.rest_state > len(proof.states):
+        return found.rest_state, None
+    return found.rest_state, proof.states[found.rest_state - 1].orientation
+
+
+def _number_of(proof: "Proof | None", Theta: Array) -> int | None:
+    """Return the number of the rest state of a proof at which a computed run is at rest."""
+    if proof is None:
+        return None
+    # Imported late: it reads proofs.
+    from rbstab.experiment.stored_proof.starts import number_of
+
+    return number_of(proof, Theta)
+
+
+def _sureness(result: Result, *, at_rest: bool) -> Sureness:
+    found = stored_convergence(result.attributes)
+    proved = None if found is None else found.proved
+    if (proved and at_rest) or (proved is False and not at_rest):
+        return Sureness.PROVED
+    failed = result.attributes.get("verdict") == Verdict.VIOLATED
+    return Sureness.NOT_DECIDED if failed else Sureness.SEEN
+
+
+def _addition(
+    result: Result,
+    proof: "Proof | None",
+    rest_state: int | None,
+    exact: tuple[float, ...] | None,
+    *,
+    at_rest: bool,
+) -> str:
+    """Return what else is to be said: why a run failed, or to which state it is proved to go."""
+    if RunStatus(result.status) not in {RunStatus.COMPLETED, RunStatus.RANGE_LEFT}:
+        return result.status
+    if not at_rest:
+        there = "its rest state" if exact is None else degrees(exact)
+        found = stored_convergence(result.attributes)
+        goes = found is not None and found.proved and rest_state is not None
+        return f"the exact motion is proved to converge to {there}" if goes else ""
+    if proof is None or rest_state is None or rest_state > len(proof.states):
+        return ""
+    state = proof.states[rest_state - 1]
+    return "an unstable rest state" if state.index else ""
+
+
+def pushes_of(config: Config | None, proof: "Proof | None") -> str:
+    """Return which pushes are proved to return, as a sentence without a full stop; "" for none.
+
+    A push gives kinetic energy to the body at rest at its desired rest state. The motion returns if
+    this energy is below the proved depth of the valley.
+    """
+    aim = wanted(config)
+    if proof is None or not proof.states:
+        return ""
+    depths = {region.rest_state: region.lower_bound for region in proof.regions}
+    if proof.region is not None and proof.region.proved:
+        depths[1] = max(depths.get(1, 0.0), proof.region.lower_bound)
+    for number, state in enumerate(proof.states, start=1):
+        depth = depths.get(number, 0.0)
+        if depth > 0 and aim.holds(state.orientation):
+            pose = degrees(state.orientation)
+            return f"pushes below {rounded_down(depth, 4)} J, from rest at {pose}, return there"
+    return ""
+
+
+def degrees(Theta: Iterable[float]) -> str:
+    """Return angles in degrees as text, such as (0°, 67.7°, 0°)."""
+    return "(" + ", ".join(map(_degrees, Theta)) + ")"
+
+
+def _degrees(angle: float) -> str:
+    shown = round(math.degrees(angle), 1) + 0.0
+    return f"{shown:g}°"

@@ -1,0 +1,138 @@
+"""The outcome of a run: where the body rests, and how far from where it should."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
+
+import rbstab
+from rbstab.config.load import run_id
+from rbstab.config.schema import Config
+from rbstab.experiment.outcome import KIND_OF_STATUS, OutcomeKind, outcome_of, pushes_of
+from rbstab.experiment.run_to_file import run_to_file
+from rbstab.integrate.status import RunStatus
+from rbstab.mechanics.attitude import tilt
+from rbstab.store.result import Result
+
+CASES = Path(__file__).parents[1] / "data/cases"
+
+LOAD = 3.5 * 9.81 * 0.186
+"""m g l of the leg, N m: it stands on springs that are stiffer."""
+
+LEANING = brentq(lambda angle: 5.0 * angle - LOAD * math.sin(angle), 0.1, 3.0)
+"""rad: where springs of 5 N m/rad hold the leg."""
+
+LEANS = f"desired.orientation=[0, {LEANING}, 0]"
+
+
+def config(name: str, *changes: str) -> Config:
+    """Return a case with some values changed."""
+    return rbstab.load_config(CASES / f"{name}.yaml", changes)
+
+
+@pytest.fixture(scope="module")
+def fallen() -> Result:
+    """Return the run of the leg that falls over."""
+    return rbstab.simulate(config("leg_falls"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("changes", "kind", "away"),
+    [
+        ((), "rests_elsewhere", LEANING),
+        ((LEANS,), "returns", 0.0),
+        (("desired.orientation={deg: [0, 60, 0]}",), "returns", LEANING - math.radians(60)),
+        (
+            ("desired={orientation: {deg: [0, 60, 0]}, within: {deg: 5}}",),
+            "rests_elsewhere",
+            LEANING - math.radians(60),
+        ),
+        (("desired.within=1.25",), "returns", LEANING),
+    ],
+)
+def test_a_body_rests_where_it_is_wanted_or_elsewhere(
+    fallen: Result, changes: tuple[str, ...], kind: str, away: float
+) -> None:
+    found = outcome_of(fallen, config("leg_falls", *changes))
+    assert found.kind == kind
+    assert found.orientation == pytest.approx((0, LEANING, 0), abs=1e-6)
+    assert found.tilt == pytest.approx(away, abs=1e-6)
+    assert found.sureness == "seen"
+    assert 0 < found.time < 5
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "kind"),
+    [
+        ("leg_stands", ("integration.duration=0.1",), "moving"),
+        ("leg_stands", ("integration.duration=0.1", "integration.step_limit=3"), "failed"),
+        ("leg_falls", ("initial.angular_velocity=[0, 30, 0]",), "left_range"),
+        ("spin", (), "moving"),
+    ],
+)
+def test_a_motion_that_does_not_come_to_rest(
+    name: str, changes: tuple[str, ...], kind: str
+) -> None:
+    result = rbstab.simulate(config(name, *changes))
+    found = outcome_of(result)
+    assert found.kind == kind
+    assert found.time == result["time"][-1]
+    assert found.orientation == tuple(result["orientation"][-1])
+    assert found.sentence.startswith(f"{found.kind.words} at t = ")
+
+
+def test_each_status_has_a_kind():
+    assert set(KIND_OF_STATUS) == set(RunStatus)
+    left = [s for s, kind in KIND_OF_STATUS.items() if kind is OutcomeKind.LEFT_RANGE]
+    assert left == [RunStatus.RANGE_LEFT]
+
+
+@pytest.mark.heavy
+def test_the_outcome_of_a_leg_is_proved():
+    falls = config("leg_falls")
+    proof = rbstab.prove(falls)
+    result = rbstab.simulate(falls, proof=proof, enclose=rbstab.Enclose.BRIEFLY)
+    assert outcome_of(result, falls, proof).sentence == (
+        "rests elsewhere: at (0°, 67.7°, 0°), 67.7° from the desired attitude: proved"
+    )
+    assert not pushes_of(falls, proof)
+    stands = config("leg_stands")
+    proof = rbstab.prove(stands)
+    found = outcome_of(rbstab.simulate(stands, proof=proof), stands, proof)
+    assert found.sentence == "returns: at (0°, 0°, 0°), 0° from the desired attitude: proved"
+    assert "5.95 J" in pushes_of(stands, proof)
+
+
+@pytest.mark.slow
+def test_what_is_wanted_is_no_part_of_a_run(tmp_path: Path) -> None:
+    """The stored run is used again, and says what is wanted now."""
+    plain, leaning = config("leg_falls"), config("leg_falls", LEANS)
+    assert run_id(plain) == run_id(leaning)
+    file = tmp_path / "leg.h5"
+    assert run_to_file(plain, file).computed
+    again = run_to_file(leaning, file)
+    assert not again.computed
+    stored = rbstab.open_result(file)
+    assert rbstab.load_config(plain).desired is None
+    assert "desired" in stored.config
+    assert (stored["orientation"] == again.result["orientation"]).all()
+
+
+def test_the_tilt_is_the_angle_of_the_rotation_between_two_attitudes(
+    rng: np.random.Generator,
+) -> None:
+    Theta, desired = rng.uniform(-3, 3, (50, 3)), rng.uniform(-3, 3, 3)
+    a, b = (Rotation.from_euler("XYZ", angles) for angles in (Theta, desired))
+    assert tilt(Theta, desired) == pytest.approx((b.inv() * a).magnitude(), abs=1e-7)
+    # A half turn about y has two descriptions.
+    half = np.array([[math.pi, 0.0, math.pi]])
+    assert tilt(half, np.zeros(3)) == pytest.approx([math.pi])
+
+
+def test_a_tilt_beyond_a_half_turn_is_refused():
+    with pytest.raises(rbstab.ConfigError, match=r"desired\.within: "):
+        config("leg_falls", "desired.within={deg: 200}")

@@ -111,7 +111,7 @@ def _of_run(run: "Run", *, traces: bool) -> "FlatColumns":
     known = known_now(run.path, run.result, run.config)
     data = {
         "file": str(run.path),
-        **run_data(known.result, known.proof),
+        **run_data(known.result, known.config, known.proof),
         "settling_time": run.settling_time,
         "final": final_state(run.result),
     }

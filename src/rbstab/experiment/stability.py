@@ -173,8 +173,7 @@ def _global_sentence(proof: Proof) -> str:
         return "Globally stable: false; the only rest state in the range is not a minimum."
     other = counterexample(proof) if proof.unique is False else None
     if other is not None:
-        almost = proof.stable_count == 1 and proof.almost_every_start.proved
-        not_all = "not every start" if almost else "false"
+        not_all = "not every start" if proof.stable_count == 1 else "false"
         return f"Globally stable: {not_all}; the body can also rest at {other}."
     if count > 1:
         return "Globally stable: not decided; false if two of these are rest states."

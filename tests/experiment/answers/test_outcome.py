@@ -119,6 +119,11 @@ def test_what_is_wanted_is_no_part_of_a_run(tmp_path: Path) -> None:
     stored = rbstab.open_result(file)
     assert rbstab.load_config(plain).desired is None
     assert "desired" in stored.config
+    assert stored.outcome == outcome_of(stored, leaning)
+    assert (stored.outcome.kind, rbstab.simulate(plain).outcome.kind) == (
+        "returns",
+        "rests_elsewhere",
+    )
     assert (stored["orientation"] == again.result["orientation"]).all()
 
 

@@ -1,5 +1,7 @@
 """The result of a run, with what follows from its arrays: the class that users have."""
 
+from rbstab.experiment.answers.outcome import Outcome, outcome_of
+from rbstab.experiment.stored_config import stored_config
 from rbstab.experiment.summary import settling_time_of
 from rbstab.mechanics.attitude import quaternions, rotations
 from rbstab.mechanics.numbers import Array
@@ -29,6 +31,11 @@ class Result(result.Result):
     def quaternion(self) -> Array:
         """The same rotations as unit quaternions w, x, y, z, shape (time, 4); no sign jumps."""
         return quaternions(self.rotation)
+
+    @property
+    def outcome(self) -> Outcome:
+        """Where the body rests, how far from the desired attitude of the config, and how surely."""
+        return outcome_of(self, stored_config(self).config)
 
     @property
     def settling_time(self) -> float:

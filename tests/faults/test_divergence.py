@@ -58,7 +58,10 @@ def test_the_start_is_kept(tmp_path, engine):
 LIMITS = {
     "step limit": (["integration.step_limit=3"], {"step limit"}),
     "time limit": (["integration.time_limit=1e-9"], {"time limit"}),
-    "range": (["initial.orientation=[0, 1.5705, 0]"], {"range left"}),
+    "range": (
+        ["initial.orientation=[0, 1.56, 0]", "initial.angular_velocity=[0, 9, 0]"],
+        {"range left"},
+    ),
     "endless": (["integration.duration=1e300", "integration.step_limit=50"], {"step limit"}),
 }
 

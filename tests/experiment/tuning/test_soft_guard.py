@@ -194,7 +194,8 @@ def test_what_is_not_decided_says_why():
     assert soft.config is not None
     assert soft.kept.states == ()
     assert soft.kept.convergence.startswith("not decided: the rest states for all real")
-    close = soft_guard(config(orientation=[0.0, 1.5707963267, 0.0]), "stiff")
+    start = ["initial.orientation=[0, 1.5707963267, 0]", "integration.range_bound=1e-12"]
+    close = soft_guard(load_config(config(), start), "stiff")
     assert close.reason == "the start is too close to θ2 = ±π/2 for a soft guard"
 
 

@@ -74,13 +74,6 @@ def test_range_is_left_beyond_a_soft_guard(engine_name):
 
 
 @EACH
-def test_start_outside_of_the_range(engine_name):
-    config = data({"soft": guard("stiff", 1.0)}, {"orientation": [0, 1.5705, 0]})
-    found = solved(config, engine_name)
-    assert (found.status, len(found.times), len(found.systems)) == ("range left", 1, 1)
-
-
-@EACH
 def test_a_start_without_finite_rates(engine_name):
     """The forces overflow: a stiff ligament is stretched to an end of the numbers."""
     config = data({"a": ligament(anchor=[1e200, 0.0, 0.0], stiffness=1e200)})

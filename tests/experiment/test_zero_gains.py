@@ -1,5 +1,7 @@
 """Bodies without some of the springs and dampers of the two stabilizers: runs, answers, proofs."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -16,7 +18,7 @@ TURNING = {"K_r": [10, 10, 5], "L_r": [0.8, 0.8, 0.3]}
 LEANING = 1.18190
 """rad: 67.7°."""
 
-VARIANTS: dict[str, dict[str, object]] = {
+VARIANTS: dict[str, dict[str, Any]] = {
     "free": {},
     "permanent": {},
     "visco-elastic": TIE,
@@ -26,7 +28,7 @@ VARIANTS: dict[str, dict[str, object]] = {
 
 
 def leg(variant, *, duration=5.0, **gains):
-    start: dict[str, object] = {
+    start: dict[str, Any] = {
         "orientation": [0.1, 0.17, 0.0],
         "angular_velocity": [0.0, 2.0, 0.0],
     }

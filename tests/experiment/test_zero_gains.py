@@ -18,7 +18,7 @@ TURNING = {"K_r": [10, 10, 5], "L_r": [0.8, 0.8, 0.3]}
 LEANING = 1.18190
 """rad: 67.7°."""
 
-VARIANTS: dict[str, Any] = {
+VARIANTS: dict[str, dict[str, Any]] = {
     "free": {},
     "permanent": {},
     "visco-elastic": TIE,
@@ -28,7 +28,7 @@ VARIANTS: dict[str, Any] = {
 
 
 def leg(variant, *, duration=5.0, **gains):
-    start: dict[str, object] = {
+    start: dict[str, Any] = {
         "orientation": [0.1, 0.17, 0.0],
         "angular_velocity": [0.0, 2.0, 0.0],
     }

@@ -213,6 +213,9 @@ def test_a_body_that_refutes_is_named_by_all_commands(
     stored = json.loads(rbstab("show", "results/weak", "--json").stdout)["answers"]["one_state"]
     again = json.loads(rbstab("sweep", "weak.yaml", "--json").stdout)
     assert stored == again["answers"]["one_state"] == again["proofs"]["one_rest_state"]
+    assert next(iter(again)) == "outcomes"
+    assert sum(again["outcomes"].values()) == again["members"]
+    assert shown.index("Outcome: ") < shown.index("Desired: ") < shown.index("rest states: ")
     assert stored["bodies"] == stored["proved"] + stored["false"] + stored["not_decided"] == 4
     (counterexample,) = stored["counterexamples"]
     assert counterexample["variant"] == "permanent"

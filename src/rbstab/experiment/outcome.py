@@ -176,7 +176,9 @@ def outcome_of(
     """
     status, settled = RunStatus(result.status), settling_time_of(result)
     at_rest = status is RunStatus.COMPLETED and not math.isnan(settled)
-    end = result["rest_orientation"] if at_rest else result["orientation"][-1]
+    # Runs of before layout version 2 do not name the rest state at which their v is zero.
+    names_rest = at_rest and "rest_orientation" in result
+    end = result["rest_orientation"] if names_rest else result["orientation"][-1]
     rest_state, exact = _proved_state(result, proof)
     if at_rest and exact is not None:
         end = np.array(exact)

@@ -233,7 +233,7 @@ def _three_zeros(value: Any) -> Any:
 
 
 _DiagonalOrRows = Annotated[
-    Annotated[tuple[NotNegative, ...], _THREE, _AS_MATRIX, Tag(SHAPE_TAGS[0])]
+    Annotated[tuple[NotNegative, ...], _THREE, _AS_MATRIX, _NOT_SIX, Tag(SHAPE_TAGS[0])]
     | Annotated[_SymmetricMatrix, AfterValidator(_positive_semidefinite), Tag(SHAPE_TAGS[1])],
     Discriminator(_shape_tag),
 ]

@@ -29,7 +29,7 @@ def test_keys_that_hold_no_numbers(key):
 
 
 def test_a_factor_that_makes_a_gain_wrong():
-    with pytest.raises(ConfigError, match="greater than 0"):
+    with pytest.raises(ConfigError, match="at least 0"):
         scaled(config_of("permanent"), "controller.K_r", -1.0)
 
 

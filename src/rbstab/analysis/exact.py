@@ -158,6 +158,15 @@ def fraction_ball(number: Fraction) -> Ball:
 def is_positive_definite(matrix: Array) -> bool:
     """Return whether the symmetric part of a square matrix is positive definite.
 
+    Args:
+        matrix: The matrix, of doubles or of rational numbers, shape (n, n).
+    """
+    return exact_rank(matrix) == len(matrix)
+
+
+def exact_rank(matrix: Array) -> int | None:
+    """Return the rank of the symmetric part of a square matrix; None if an eigenvalue is negative.
+
     Its pivots are computed in rational numbers, without round-off.
 
     Args:
@@ -168,12 +177,15 @@ def is_positive_definite(matrix: Array) -> bool:
     rows = [
         [x + other[i] for x, other in zip(row, exact, strict=True)] for i, row in enumerate(exact)
     ]
+    rank = 0
     while rows:
         pivot, *row = rows[0]
-        if pivot <= 0:
-            return False
+        # A zero on the diagonal beside another entry makes x'Mx negative for some x.
+        if pivot < 0 or (pivot == 0 and any(row)):
+            return None
+        rank += pivot > 0
         rows = [
-            [entry - row[i] * row[j] / pivot for j, entry in enumerate(rest)]
+            [entry - row[i] * row[j] / (pivot or 1) for j, entry in enumerate(rest)]
             for i, (_, *rest) in enumerate(rows[1:])
         ]
-    return True
+    return rank

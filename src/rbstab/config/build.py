@@ -126,6 +126,9 @@ def supplies_power(config: Config) -> bool:
 
 def config_warnings(config: Config) -> list[str]:
     """Return warnings about a config. A config with warnings can still be run."""
+    # Imported late: only this function needs it.
+    from rbstab.analysis.start_warnings import start_warnings
+
     warnings = []
     moments = triangle_violation(_matrix(config.body.inertia))
     if moments is not None:
@@ -164,7 +167,8 @@ def config_warnings(config: Config) -> list[str]:
             f"controller.law: implicit steps of {law.implicit:g} s damp the motion numerically; "
             "on s = E they remove discarded_energy and change when an axis sticks"
         )
-    return warnings
+    problem = problem_of(without_code(config))
+    return [*warnings, *start_warnings(problem, config.integration.engine)]
 
 
 def _matrix(value: Any) -> Array:

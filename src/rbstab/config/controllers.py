@@ -15,10 +15,12 @@ from rbstab.config.quantities import (
     NotNegative,
     Positive,
     PositiveDefinite,
+    PositiveSemidefinite,
     Real,
     Symmetric,
     Vector,
     components,
+    is_regular,
     value_error,
 )
 from rbstab.config.section import OR_ONE_ANGLE, Section, required, word_or_section
@@ -59,6 +61,8 @@ def _gain_field(gain: Gain) -> tuple[Any, Any]:
     """Return the type and the field of a gain."""
     description = f"{gain.description}, {gain.unit}"
     if gain.default is not None:
+        if gain.shape == "matrix":
+            return PositiveSemidefinite, Field((gain.default,) * 3, description=description)
         return NotNegative, Field(gain.default, description=description)
     kind = NotNegative if gain.or_zero else _GAIN_TYPES[gain.shape, gain.positive]
     if gain.at_most is not None:
@@ -99,11 +103,26 @@ FreeController = _controller(
     **gain_fields(*STABILIZERS),
 )
 
+
+class AnchoredController(FreeController):  # type: ignore[misc, valid-type]  # built at run time
+    """The contact point has an anchor."""
+
+    anchor: Anchor = "origin"
+
+    @field_validator("anchor")
+    @classmethod
+    def _check_anchor(cls, anchor: str, info: ValidationInfo) -> str:
+        K_t = info.data.get("K_t")
+        if anchor == "equilibrium" and K_t is not None and not is_regular(K_t):
+            raise value_error(
+                "is `equilibrium`, where K_t alone carries the weight, but K_t is singular",
+                "expected origin, or a positive definite K_t",
+            )
+        return anchor
+
+
 PermanentController = _controller(
-    "permanent",
-    "The contact point is held fixed (eq. 11 to 21).",
-    FreeController,
-    anchor=(Anchor, "origin"),
+    "permanent", "The contact point is held fixed (eq. 11 to 21).", AnchoredController
 )
 
 
@@ -111,8 +130,8 @@ def _connector_controller(variant: str) -> Any:
     """Return the model of a variant with a connector."""
     connector = CONNECTORS[variant]
     documentation = f"A connector acts at the contact point: {(connector.__doc__ or '').strip()}"
-    fields = {"anchor": (Anchor, "origin"), **gain_fields(connector)}
-    return _controller(variant, documentation.splitlines()[0], FreeController, **fields)
+    fields = gain_fields(connector)
+    return _controller(variant, documentation.splitlines()[0], AnchoredController, **fields)
 
 
 class Slope(Section):

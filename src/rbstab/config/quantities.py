@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
@@ -128,6 +128,28 @@ def _positive_definite(rows: tuple[Any, ...]) -> tuple[Any, ...]:
     return rows
 
 
+def is_regular(gain: tuple[Any, ...]) -> bool:
+    """Return whether a positive semidefinite matrix is definite beyond round-off."""
+    import numpy as np  # imported late, as above
+
+    matrix = np.array(gain)
+    eigenvalues = np.linalg.eigvalsh(matrix) if matrix.ndim == 2 else matrix
+    return bool(eigenvalues.min() > ROUND_OFF * np.abs(matrix).max())
+
+
+def _positive_semidefinite(rows: tuple[Any, ...]) -> tuple[Any, ...]:
+    import numpy as np  # imported late, as above
+
+    matrix = np.array(rows)
+    smallest = float(np.linalg.eigvalsh(matrix)[0])
+    if smallest < -ROUND_OFF * float(np.abs(matrix).max()):
+        raise value_error(
+            f"is not positive semidefinite, its smallest eigenvalue is {smallest:.6g}",
+            "expected no negative eigenvalue",
+        )
+    return rows
+
+
 _SymmetricMatrix = Annotated[tuple[Vector, ...], _THREE, _LIST, AfterValidator(_symmetric)]
 Matrix = Annotated[_SymmetricMatrix, AfterValidator(_positive_definite)]
 
@@ -150,6 +172,26 @@ PositiveDefinite = Annotated[
     Discriminator(_shape_tag),
 ]
 """A symmetric positive definite 3x3 matrix, given as its diagonal or as three rows."""
+
+ZERO = (0.0, 0.0, 0.0)
+
+
+def _three_zeros(value: Any) -> Any:
+    is_zero = isinstance(value, int | float) and not isinstance(value, bool) and value == 0
+    return ZERO if is_zero else value
+
+
+_DiagonalOrRows = Annotated[
+    Annotated[tuple[NotNegative, ...], _THREE, _AS_MATRIX, Tag(SHAPE_TAGS[0])]
+    | Annotated[_SymmetricMatrix, AfterValidator(_positive_semidefinite), Tag(SHAPE_TAGS[1])],
+    Discriminator(_shape_tag),
+]
+
+PositiveSemidefinite = Annotated[
+    _DiagonalOrRows,
+    BeforeValidator(_three_zeros, json_schema_input_type=Literal[0] | _DiagonalOrRows),
+]
+"""A symmetric positive semidefinite 3x3 matrix, given in the same way, or as 0."""
 
 Symmetric = Annotated[
     Annotated[tuple[Real, ...], _THREE, _AS_MATRIX, Tag(SHAPE_TAGS[0])]

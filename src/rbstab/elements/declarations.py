@@ -22,7 +22,8 @@ class Gain(NamedTuple):
         positive: Whether a matrix must be positive definite, or each number positive.
         dissipates: Whether the gain is a damping matrix. If so, the certificate checks its smallest
             eigenvalue.
-        default: The value of a number that a config may leave out; it may be zero, not negative.
+        default: The value of each number of a gain that a config may leave out. It may be zero, not
+            negative; a matrix may be positive semidefinite.
         below: A bound that a positive number must stay below.
         at_most: The largest value of a number that may be zero, and not negative.
         or_zero: Whether a positive number may be zero as well.

@@ -21,8 +21,8 @@ class RotationalStabilizer(Element):
 
     name = "rotational stabilizer"
     gains: ClassVar[tuple[Gain, ...]] = (
-        Gain("K_r", "N m/rad", "rotational stiffness, Euler angles"),
-        Gain("L_r", "N m s/rad", "rotational damping, body", dissipates=True),
+        Gain("K_r", "N m/rad", "rotational stiffness, Euler angles", default=0.0),
+        Gain("L_r", "N m s/rad", "rotational damping, body", dissipates=True, default=0.0),
     )
 
     K_r: Array

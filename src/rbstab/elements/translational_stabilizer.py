@@ -21,8 +21,8 @@ class TranslationalStabilizer(Element):
 
     name = "translational stabilizer"
     gains: ClassVar[tuple[Gain, ...]] = (
-        Gain("K_t", "N/m", "translational stiffness, inertial"),
-        Gain("L_t", "N s/m", "translational damping, inertial", dissipates=True),
+        Gain("K_t", "N/m", "translational stiffness, inertial", default=0.0),
+        Gain("L_t", "N s/m", "translational damping, inertial", dissipates=True, default=0.0),
     )
 
     K_t: Array

@@ -9,7 +9,7 @@ from rbstab.analysis.linearisation import Linearisation, NoDerivativesError, lin
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of
-from rbstab.config.entries import entries_of
+from rbstab.config.entries import entries_of, value_at
 from rbstab.config.errors import (
     ConfigError,
     ConfigProblem,
@@ -101,10 +101,15 @@ def check_key(config: Config, key: str) -> None:
     """Check that a value of a config can be multiplied; the error names the keys that were meant.
 
     Raises:
-        ConfigError: There is no such key, or it holds no numbers.
+        ConfigError: There is no such key, it holds no numbers, or all of them are 0.
     """
+    where = Location(f"--along {shortened(key)}")
     try:
         scaled(config, key, 1.0)
+        if not np.any(value_at(config, tuple(key.split(".")))):
+            problem = f"{shortened(key)} is 0, so no factor changes it"
+            expected = f"expected a config with {shortened(key)} above 0"
+            raise ConfigError([ConfigProblem(where, "", problem, expected)])
     except KeyError as error:
         own = dict.fromkeys(one.key.partition("[")[0] for one in entries_of(config))
         known = [name for name in own if not name.startswith("initial.")]
@@ -112,7 +117,6 @@ def check_key(config: Config, key: str) -> None:
         expected = f"expected one of {', '.join(known)}"
         expected = did_you_mean(meant) or expected
         problem = f"{shortened(key)} has no numbers that a factor can scale"
-        where = Location(f"--along {shortened(key)}")
         raise ConfigError([ConfigProblem(where, "", problem, expected)]) from error
 
 

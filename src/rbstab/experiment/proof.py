@@ -14,7 +14,7 @@ from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code, may_run_code, without_code
-from rbstab.experiment.answers.reasons import NOT_DAMPED
+from rbstab.experiment.answers.reasons import not_damped
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import (
     SUPPLIES,
@@ -160,7 +160,11 @@ def _no_energy(identity: str, system: System, error: "NoReducedEnergy", start_ti
 
 def _no_search(config: Config) -> str | None:
     """Return why rest states are not searched for, or None; code of users only builds elements."""
-    from rbstab.analysis.proof.definite import damps_every_motion, indefinite_parameter
+    from rbstab.analysis.proof.definite import (
+        damps_every_motion,
+        indefinite_parameter,
+        undamped_by,
+    )
     from rbstab.analysis.proof.traced.separate import damping_of_users
 
     if has_code(config) and not may_run_code(config):
@@ -168,9 +172,9 @@ def _no_search(config: Config) -> str | None:
     system = system_of(config)
     if system.supplies:
         return SUPPLIES
-    exact = system_of(without_code(config), decimals)
-    if not damps_every_motion(exact, damping_of_users(system)):
-        return NOT_DAMPED
+    exact, of_users = system_of(without_code(config), decimals), damping_of_users(system)
+    if not damps_every_motion(exact, of_users):
+        return not_damped(undamped_by(exact, of_users))
     indefinite = indefinite_parameter(exact)
     return None if indefinite is None else f"{indefinite} is not positive definite"
 

@@ -12,6 +12,7 @@ from rbstab.experiment.stored_proof.proof import (
     GOES_ON,
     NO_LENGTH,
     STOP,
+    UNSPRUNG,
     Proof,
     ProvedMinimum,
     ProvedState,
@@ -239,7 +240,9 @@ def _unwrapped_sentences(proof: Proof) -> list[str]:
     if found is None and proof.brief:
         return [f"{UNWRAPPED}: not decided ({GOES_ON})."]
     if found is None:
-        return [f"{UNWRAPPED}: not decided; rest states may have angles too large for a proof."]
+        cause = f"{UNSPRUNG}, so " if proof.unsprung else ""
+        why = f"{cause}rest states may have angles too large for a proof"
+        return [f"{UNWRAPPED}: not decided; {why}."]
     if not found.proved:
         return [f"{UNWRAPPED}: not decided ({proof.ended_in(found)})."]
     count = len(found.states)

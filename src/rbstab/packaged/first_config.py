@@ -99,8 +99,8 @@ def first_config(variant: str) -> str:
 
 
 def _gain_lines(element: type[Element]) -> str:
-    """Return a line for each gain that has to be given."""
-    return "".join(_gain_line(gain) for gain in element.gains if gain.default is None)
+    """Return a line for each gain of an element."""
+    return "".join(map(_gain_line, element.gains))
 
 
 def _gain_line(gain: Gain) -> str:

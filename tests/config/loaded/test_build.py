@@ -244,7 +244,8 @@ def test_an_anchor_far_from_the_origin_has_a_warning(stiffness, warned):
     found = config_warnings(
         config_of(VISCO_ELASTIC, gains, *weight, "controller.anchor=equilibrium")
     )
-    assert [line.partition(":")[0] for line in found] == ["controller.anchor"] * warned
+    # So far away, the connector pulls with a force that makes the motion fast as well.
+    assert sum(line.startswith("controller.anchor") for line in found) == warned
 
 
 @pytest.mark.parametrize(("distance", "warned"), [(0.098, False), (6.9, False), (98.0, True)])
@@ -252,7 +253,8 @@ def test_a_contact_point_in_mm_has_a_warning(distance, warned):
     """The body has a radius of gyration of 0.07 m: √(0.0098/2)."""
     body = ["body.mass=2", "body.inertia=[0.0098,0.0098,0.0098]"]
     gains = f"body.contact_point=[0,0,-{distance}]"
-    found = config_warnings(config_of(VISCO_ELASTIC, gains, *body, "controller.anchor=origin"))
+    softened = [f"controller.{key}=[0.1,0.1,0.1]" for key in ("K_c", "L_c")]
+    found = config_warnings(config_of(VISCO_ELASTIC, gains, *body, *softened))
     assert len(found) == warned
     if warned:
         assert found[0].startswith("body.contact_point: it is 98 m from the centre of mass")

@@ -37,8 +37,8 @@ ALL_OF_THEM = [
     "5:22: body.contact_point[1]: is the text 'x' (expected a number)",
     "6:3: body.mass: is given twice, first in line 3 (expected each key once)",
     "8:3: controller.K_c: is missing (it is required)",
-    "9:8: controller.K_t: is not positive definite, its smallest eigenvalue is -1 "
-    "(expected positive eigenvalues)",
+    "9:8: controller.K_t: is not positive semidefinite, its smallest eigenvalue is -1 "
+    "(expected no negative eigenvalue)",
     "11:8: controller.K_r: has the anchor &a (expected no anchors)",
     "12:8: controller.L_r: is the alias *a (expected values written out)",
     "13:3: controller.Kc: is unknown (did you mean K_c?)",

@@ -79,7 +79,7 @@ WRONG_VALUES = [
     ("gravity=[0, 0]", "--set gravity:1:9: gravity: has 2 entries (expected 3)"),
     (
         "controller.K_t[1]=-1",
-        "--set controller.K_t[1]:1:19: controller.K_t[1]: is -1 (expected a number greater than 0)",
+        "--set controller.K_t[1]:1:19: controller.K_t[1]: is -1 (expected a number at least 0)",
     ),
     (
         "controller.variant=rigid",

@@ -1,8 +1,10 @@
-"""Inertia and gains are three positive numbers or a symmetric positive definite matrix."""
+"""Inertia and gains are three numbers or a symmetric matrix, definite or semidefinite."""
 
 import numpy as np
 import pytest
-from support.configs import edited
+from support.configs import BY_VARIANT, EMBEDDED, edited
+
+from rbstab.config.load import resolved_yaml, run_id
 
 INERTIA = "inertia: [10.0, 8.0, 0.4]"
 DAMPING = "L_r: [60, 60, 42]"
@@ -84,15 +86,54 @@ def test_places_of_a_matrix_in_rows(complaints):
 
 
 @pytest.mark.parametrize("key", ["K_t", "L_t", "K_r", "L_r", "K_c", "L_c"])
-def test_every_gain_must_be_positive_definite(complaints, key):
+def test_no_gain_may_be_indefinite(complaints, key):
+    definite = "definite" if key.endswith("_c") else "semidefinite"
     lines = edited("title: Case", "title: Gains").splitlines()
     (index,) = [i for i, line in enumerate(lines) if line.startswith(f"  {key}:")]
     lines[index] = f"  {key}: [[1, 2, 0], [2, 1, 0], [0, 0, 1]]"
     (message,) = complaints("\n".join(lines))
-    assert message.startswith(f"{index + 1}:8: controller.{key}: is not positive definite")
+    assert message.startswith(f"{index + 1}:8: controller.{key}: is not positive {definite}, its")
     lines[index] = f"  {key}: [1, 2, -3]"
     (message,) = complaints("\n".join(lines))
     assert message.startswith(f"{index + 1}:15: controller.{key}[2]: is -3")
+
+
+SEMIDEFINITE = [
+    ("0", (0.0, 0.0, 0.0)),
+    ("-0.0", (0.0, 0.0, 0.0)),
+    ("[60, 0, 42]", (60.0, 0.0, 42.0)),
+    ("[[1, 1, 0], [1, 1, 0], [0, 0, 0]]", ((1.0, 1.0, 0.0), (1.0, 1.0, 0.0), (0.0, 0.0, 0.0))),
+]
+
+
+@pytest.mark.parametrize("text", BY_VARIANT.values(), ids=BY_VARIANT)
+@pytest.mark.parametrize("key", ["K_t", "L_t", "K_r", "L_r"])
+def test_gains_of_the_stabilizers_may_be_zero_or_left_out(load, text, key):
+    """A gain that is left out is the same config, with the same id, as one that is zero."""
+    (line,) = [line for line in text.splitlines() if line.startswith(f"  {key}:")]
+    for value, expected in SEMIDEFINITE:
+        config = load(text.replace(line, f"  {key}: {value}"))
+        assert getattr(config.controller, key) == expected
+        assert load(resolved_yaml(config)) == config
+    without = load(text.replace(f"{line}\n", ""))
+    assert run_id(without) == run_id(load(text.replace(line, f"  {key}: 0")))
+
+
+@pytest.mark.parametrize("key", ["K_c", "L_c", "K_d", "L_d"])
+def test_gains_of_a_connector_must_be_positive(complaints, key):
+    (line,) = [line for line in EMBEDDED.splitlines() if line.startswith(f"  {key}:")]
+    (message,) = complaints(EMBEDDED.replace(line, f"  {key}: [60, 0, 42]"))
+    assert message.endswith(f"controller.{key}[1]: is 0 (expected a number greater than 0)")
+    (message,) = complaints(EMBEDDED.replace(f"{line}\n", ""))
+    assert message.endswith(f"controller.{key}: is missing (it is required)")
+
+
+def test_an_anchor_under_load_needs_a_regular_stiffness(complaints, load):
+    for value in ("0", "[1, 1, 0]", "[[1, 1, 0], [1, 1, 0], [0, 0, 1]]"):
+        text = edited("K_t: [4100, 4100, 3280]", f"K_t: {value}\n  anchor: equilibrium")
+        (message,) = complaints(text)
+        assert "controller.anchor: is `equilibrium`, where K_t alone carries" in message
+    load(edited("K_t: [4100, 4100, 3280]", "K_t: [1, 1, 1e-9]\n  anchor: equilibrium"))
 
 
 def test_accepted(load):
@@ -117,13 +158,13 @@ SINGULAR = [
 @pytest.mark.parametrize("value", SINGULAR)
 def test_a_singular_matrix_whose_smallest_eigenvalue_is_computed_as_positive(complaints, value):
     """The exact determinant is zero; the computed eigenvalue is about 1e-17."""
-    (message,) = complaints(edited(DAMPING, f"L_r: {value}"))
-    assert message.startswith("11:8: controller.L_r: is not positive definite")
+    (message,) = complaints(edited(INERTIA, f"inertia: {value}"))
+    assert message.startswith("4:12: body.inertia: is not positive definite")
 
 
 def test_a_matrix_that_is_barely_definite(load):
-    config = load(edited(DAMPING, "L_r: [[1, 0, 0], [0, 1, 0], [0, 0, 1e-13]]"))
-    assert config.controller.L_r[2] == (0.0, 0.0, 1e-13)
+    config = load(edited(INERTIA, "inertia: [[1, 0, 0], [0, 1, 0], [0, 0, 1e-13]]"))
+    assert config.body.inertia[2] == (0.0, 0.0, 1e-13)
 
 
 def test_off_diagonal_entries_may_be_negative(load):
@@ -134,13 +175,5 @@ def test_off_diagonal_entries_may_be_negative(load):
 def test_a_matrix_too_stiff_to_decide_is_not_called_indefinite_with_a_positive_eigenvalue(
     complaints,
 ):
-    (message,) = complaints(edited(DAMPING, "L_r: [[1, 0, 0], [0, 1, 0], [0, 0, 1e-200]]"))
+    (message,) = complaints(edited(INERTIA, "inertia: [[1, 0, 0], [0, 1, 0], [0, 0, 1e-200]]"))
     assert "smallest eigenvalue is 1e-200 (expected positive eigenvalues)" not in message
-
-
-def test_a_gain_of_zero_says_how_to_leave_it_out(complaints, load):
-    (found,) = complaints(edited(DAMPING, "L_r: [60, 0, 42]"))
-    assert found.endswith("; to leave a spring or damper out, one that hardly acts: 1e-6)")
-    assert load(edited(DAMPING, "L_r: [60, 1e-6, 42]")).controller.L_r == (60, 1e-6, 42)
-    (negative,) = complaints(edited(DAMPING, "L_r: [60, -1, 42]"))
-    assert "hardly acts" not in negative

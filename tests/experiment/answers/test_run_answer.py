@@ -323,7 +323,7 @@ def line(check, verdict, value, bound):
         ),
         (line("audit", "violated", 1e-3, 1e-8), "false", "0.001 > 1e-08"),
         (line("positive", "consistent", 0.0, -1e-12), "seen", "0 ≥ -1e-12"),
-        (line("damping", "violated", 0.0, 0.0), "false", "0 ≤ 0"),
+        (line("damping", "violated", -1.0, 0.0), "false", "-1 < 0"),
         (line("global stability", "certified", 1, 1), "proved", "1 = 1"),
         (line("global stability", "violated", 3, 1), "false", "3 ≠ 1"),
         (line("global stability", "unknown", np.nan, 1), "not decided", "nothing is proved"),

@@ -68,13 +68,13 @@ def test_what_no_member_has_is_no_problem():
 
 FACTORS = [
     ("controller.K_t", {"values": [1, -1]}, "controller.K_t[0] is -4100"),
-    ("controller.K_t", {"values": [0, 1]}, "controller.K_t[0] is 0"),
+    ("body.inertia", {"values": [0, 1]}, "body.inertia[0] is 0"),
     ("controller.K_t", {"values": [1, 1e305]}, "controller.K_t[0] is inf"),
     ("body.mass", {"values": [-2, 1]}, "body.mass is -82"),
     (
         "controller.K_r",
         {"values": [1, -1]},
-        "controller.K_r is not positive definite, its smallest",
+        "controller.K_r is not positive semidefinite, its smallest",
     ),
     ("initial.orientation", {"linspace": [-9, 9, 3]}, "initial.orientation θ2 = -1.8 rad is"),
 ]
@@ -103,7 +103,7 @@ def test_entries_of_a_matrix_are_judged_together():
     key, number, message = outcome(coupled({"values": [400, 20]}, some, some), FULL, design="grid")
     assert (key, number) == ("vary.controller.K_r[0][0]", 5)
     assert message.startswith(
-        "controller.K_r is not positive definite, its smallest eigenvalue is -"
+        "controller.K_r is not positive semidefinite, its smallest eigenvalue is -"
     )
     other = {"linspace": [-100, 101, 5]}
     _, number, message = outcome(coupled({"values": [400]}, some, other), FULL, design="grid")
@@ -121,10 +121,14 @@ def test_entries_of_a_matrix_that_are_scaled():
 
 
 def test_a_matrix_with_a_huge_entry():
-    huge = {"controller.K_r[2][2]": {"values": [320, 1.7e308]}}
-    _, number, message = outcome(huge, FULL, design="grid")
+    base = edited("[10.0, 8.0, 0.4]", "[[10.0, 1.0, 0], [1.0, 8.0, 0], [0, 0, 0.4]]", FULL)
+    huge = {"body.inertia[2][2]": {"values": [0.4, 1.7e308]}}
+    _, number, message = outcome(huge, base, design="grid")
     assert number == 1
-    assert message.startswith("controller.K_r is not positive definite beyond round-off")
+    assert message.startswith("body.inertia is not positive definite beyond round-off")
+    # A stiffness may be singular.
+    huge = {"controller.K_r[2][2]": {"values": [320, 0, 1.7e308]}}
+    assert outcome(huge, FULL, design="grid").members == 3
 
 
 def test_a_matrix_whose_entries_overflow():
@@ -199,7 +203,7 @@ def wrong(data, number):
 
 
 def test_problems_of_several_columns_come_together():
-    vary = {"body.mass": {"values": [-1]}, "controller.K_t[1]": {"values": [0]}}
+    vary = {"body.mass": {"values": [-1]}, "controller.K_t[1]": {"values": [-1]}}
     with pytest.raises(ConfigError) as caught:
         load_plan({"base": plain(), "vary": vary})
     assert [problem.key for problem in caught.value.problems] == [

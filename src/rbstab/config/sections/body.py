@@ -4,10 +4,15 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, ConfigDict, Field, ValidationInfo, field_validator
 
-from rbstab.config.quantities import Orientation, Positive, PositiveDefinite, Vector, value_error
+from rbstab.config.quantities import (
+    ZERO,
+    Orientation,
+    Positive,
+    PositiveDefinite,
+    Vector,
+    value_error,
+)
 from rbstab.config.section import OR_DEGREES, OR_DEGREES_IN_RANGE, Section, required
-
-ZERO = (0.0, 0.0, 0.0)
 
 
 def zero_vector(description: str) -> Any:

@@ -14,7 +14,7 @@ from rbstab.experiment.stored_certificate import CertificateLine, compares_v_min
 RELATIONS = {
     "audit": ("≤", ">"),
     "decrease": ("≤", ">"),
-    "damping": (">", "≤"),
+    "damping": ("≥", "<"),
     "positive": ("≥", "<"),
     "derivative": ("≤", ">"),
     "computed motion": ("≤", ">"),

@@ -1,5 +1,6 @@
 """Reasons in stored proofs and results: those of older files are read in today's words."""
 
+from collections.abc import Sequence
 from typing import Annotated
 
 from pydantic import AfterValidator
@@ -9,6 +10,12 @@ UNDECIDED = "in some small parts of the range it could not be decided whether th
 
 NOT_DAMPED = "some motions may lose no energy, because no damper acts on them"
 """Why nothing is proved of a body that may move without losing energy."""
+
+
+def not_damped(by: Sequence[str]) -> str:
+    """Return the same reason with what it comes from, such as "L_r is 0"."""
+    return f"{NOT_DAMPED}: {' and '.join(by)}" if by else NOT_DAMPED
+
 
 _NEW_WORDS = {
     "some boxes could be neither emptied nor shown to hold one zero": UNDECIDED,

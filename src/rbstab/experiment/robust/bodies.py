@@ -18,7 +18,7 @@ from rbstab.config.load import acting_sections
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance, decimal_text
 from rbstab.config.user_code.permission import has_code, without_code
-from rbstab.experiment.answers.reasons import NOT_DAMPED
+from rbstab.experiment.answers.reasons import not_damped
 from rbstab.experiment.robust.record import BodiesRecord, StoredTolerance
 from rbstab.experiment.stored_proof.proof import SUPPLIES
 from rbstab.mechanics.numbers import Array
@@ -114,15 +114,22 @@ def prove_within(
 
 def _undamped(config: Config, tolerances: Sequence[Tolerance]) -> str | None:
     """Return why it is not known that each body loses energy in each motion; None if it is."""
-    from rbstab.analysis.proof.definite import damps_every_motion
-    from rbstab.analysis.proof.robust.definite import indefinite_in_box
+    from rbstab.analysis.proof.definite import (
+        damps_every_motion,
+        indefinite_parameter,
+        undamped_by,
+    )
+    from rbstab.analysis.proof.robust.definite import lowest_systems
 
     if system_of(config).supplies:
         return SUPPLIES
-    if not damps_every_motion(system_of(config, decimals)):
-        return NOT_DAMPED
-    indefinite = indefinite_in_box(partial(_corner, config, tolerances))
-    return None if indefinite is None else f"{indefinite} is not positive definite for each body"
+    for system in lowest_systems(partial(_corner, config, tolerances)):
+        indefinite = indefinite_parameter(system)
+        if indefinite is not None:
+            return f"{indefinite} is not positive definite for each body"
+        if not damps_every_motion(system):
+            return not_damped(undamped_by(system))
+    return None
 
 
 def members_of(

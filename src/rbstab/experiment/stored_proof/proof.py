@@ -2,6 +2,7 @@
 
 from typing import Literal, Self
 
+import numpy as np
 from pydantic import NonNegativeInt, PositiveInt, model_validator
 
 from rbstab.experiment.answers.reasons import Reason
@@ -22,6 +23,10 @@ STOPPED = "the limit on the number of boxes was reached"
 
 GOES_ON = f"{ASK_FOR_PROOF} goes on"
 """What is said of a proof that ended early because nobody asked for it."""
+
+
+UNSPRUNG = "K_r is not positive definite"
+"""The reason why rest states may form a family, and be farther away than any angle."""
 
 
 class ProvedState(Entry):
@@ -247,9 +252,19 @@ class Proof(ProvedStates):
 
     def ended_in(self, states: ProvedStates) -> str:
         """Return the same of the search in one of both ranges."""
-        if not self.brief or states.outcome != STOPPED:
+        if states.outcome != STOPPED:
             return states.outcome
-        return f"{states.outcome}; {GOES_ON}"
+        found = f"{states.outcome}; {GOES_ON}" if self.brief else states.outcome
+        family = f"; {UNSPRUNG}, so rest states may form a family, which more boxes never resolve"
+        return f"{found}{family}" if self.unsprung else found
+
+    @property
+    def unsprung(self) -> bool:
+        """Whether the quadratic part of the energy, that of K_r, is not positive definite."""
+        from rbstab.analysis.exact import is_positive_definite  # imported late: few proofs end so
+
+        energy = self.reduced_energy or self.tied_energy
+        return energy is not None and not is_positive_definite(np.array(energy.quadratic))
 
     @property
     def kept_by(self) -> str | None:

@@ -73,13 +73,14 @@ def _entries(config: Config, key: str) -> tuple[Entry, ...]:
             f"{key}: is one entry of a full matrix, which might not stay positive definite "
             f"(expected {key_of(found)})"
         )
-    if value == 0:
-        raise TuningError(f"{key}: is 0, so no factor changes it (expected a gain above 0)")
     try:
-        return entries_under(config, path)
+        entries = entries_under(config, path)
     except LookupError:
         expected = f"expected {key_of(found)} or one of its three entries, from [0]"
         raise TuningError(f"{key}: does not exist ({expected})") from None
+    if not any(entry.value for entry in entries):
+        raise TuningError(f"{key}: is 0, so no factor changes it (expected a gain above 0)")
+    return entries
 
 
 def scaled(config: Config, scalings: Sequence[GainScaling], factors: Sequence[float]) -> Config:

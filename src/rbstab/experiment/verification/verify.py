@@ -9,7 +9,7 @@ from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code, may_run_code, without_code
-from rbstab.experiment.answers.reasons import NOT_DAMPED
+from rbstab.experiment.answers.reasons import not_damped
 from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.experiment.stored_proof.identity import PROOF_VERSION, proof_id
 from rbstab.experiment.stored_proof.proof import Proof
@@ -69,7 +69,11 @@ def verify(
 
 def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     """Check that the proof is that of the config, and the hypotheses of its theorems."""
-    from rbstab.analysis.proof.definite import damps_every_motion, indefinite_parameter
+    from rbstab.analysis.proof.definite import (
+        damps_every_motion,
+        indefinite_parameter,
+        undamped_by,
+    )
     from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
     from rbstab.analysis.proof.traced.separate import damping_of_users
     from rbstab.analysis.proof_check.findings import Finding
@@ -88,12 +92,14 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
         return
     system = system_of(without_code(config), decimals)
     indefinite = indefinite_parameter(system)
-    damped = damps_every_motion(system, damping_of_users(built))
+    of_users = damping_of_users(built)
+    damped = damps_every_motion(system, of_users)
     text = "Mass, inertia and damping are positive definite."
     if indefinite is not None:
         text = f"{indefinite} is not positive definite."
     elif not damped:
-        text = f"{NOT_DAMPED[:1].upper()}{NOT_DAMPED[1:]}."
+        why = not_damped(undamped_by(system, of_users))
+        text = f"{why[:1].upper()}{why[1:]}."
     yield Finding(CONFIG, "hypotheses", indefinite is None and damped, text)
     try:
         compare = _same_energy if proof.reduced_energy else _same_tied_energy

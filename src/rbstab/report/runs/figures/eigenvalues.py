@@ -97,9 +97,9 @@ def _roots(run: Run, factors: Array) -> Roots | None:
 
 
 def _has_gain(run: Run) -> bool:
-    """Whether a run has a controller with the gain that is varied."""
+    """Whether the gain that is varied acts in a run."""
     assert run.config is not None
-    return getattr(run.config.controller, GAIN.rpartition(".")[2], None) is not None
+    return bool(np.any(getattr(run.config.controller, GAIN.rpartition(".")[2], 0.0)))
 
 
 def _nominal(roots: Roots) -> Roots:

@@ -134,7 +134,7 @@ def _written_out(panels: Sequence[Panel], letter: str) -> JSON:
         [np.array(_ends(panel, letter) or _values(panel, letter)) for panel in panels]
     )
     positive = values[values > 0]
-    if not len(positive) or np.log10(positive.max() / positive.min()) >= FEW_DECADES:
+    if not len(positive) or np.log10(positive.max()) - np.log10(positive.min()) >= FEW_DECADES:
         return {}
     many = positive.min() < MANY_ZEROS[0] or positive.max() > MANY_ZEROS[1]
     return WRITTEN_OUT[int(many)]

@@ -1,0 +1,118 @@
+"""Warnings about the motion at the start: a spring that a spin winds up, a motion too fast."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rbstab
+from rbstab.analysis.start_warnings import STEPS_PER_RADIAN, start_warnings
+from rbstab.config.build import problem_of
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+
+TOP = {
+    "body": {"mass": 0.5, "inertia": [0.0015, 0.0015, 0.0004], "contact_point": [0, 0, -0.06]},
+    "gravity": [0, 0, -9.81],
+    "controller": {"variant": "permanent", "K_r": [1e-6, 1e-6, 1e-6]},
+    "initial": {"orientation": [0.001, 0, 0], "angular_velocity": [0, 0, 160]},
+    "integration": {"duration": 10},
+}
+
+
+def warnings_of(config):
+    return start_warnings(problem_of(config), config.integration.engine)
+
+
+# Half a turn stores ½ k π²; the spin has ½ 0.0004 160² = 5.1 J and stops after 0.0004/L_r s.
+WINDING = [
+    ([], True),
+    (["initial.angular_velocity=[0,0,20]"], True),
+    (["controller.K_r=[0,0,3e-3]"], True),
+    (["controller.K_r=0"], False),
+    (["controller.K_r=[1e-6,1e-6,0]"], False),
+    (["controller.K_r=[0,0,0.02]"], False),
+    (["initial.angular_velocity=[0,0,0]"], False),
+    (["integration.duration=0.01"], False),
+    (["controller.L_r=[0,0,1e-3]"], True),
+    (["controller.L_r=[0,0,1]"], False),
+    (["gravity=[0,0,0]", "initial.angular_velocity=[50,0,0]"], True),
+    # Upright, it falls over the other side; hanging, it is too slow to go over the top.
+    (["initial.angular_velocity=[5,0,0]"], True),
+    (["initial.angular_velocity=[5,0,0]", "body.contact_point=[0,0,0.06]"], False),
+]
+
+
+@pytest.mark.parametrize(("changes", "warned"), WINDING)
+def test_a_spring_that_hardly_acts_and_is_wound_up(changes, warned):
+    found = warnings_of(rbstab.load_config(TOP, changes))
+    assert len(found) == warned
+    if warned:
+        assert found[0].startswith("controller.K_r: the spin winds θ")
+        assert found[0].endswith("set K_r to 0 or leave it out")
+
+
+def test_an_element_that_stops_the_turn_keeps_the_spring_from_winding_up():
+    spring = {"kind": "attitude", "K": [10, 10, 10], "L": [0.1, 0.1, 0.1]}
+    assert warnings_of(rbstab.load_config(TOP | {"schema_version": 2})) != []
+    held = TOP | {"schema_version": 2, "elements": {"upright": spring}}
+    assert warnings_of(rbstab.load_config(held)) == []
+
+
+# A body of 2 kg that is tied by K at its centre of mass: ω = √(K/2), in 3 s.
+TIED = {
+    "body": {"mass": 2.0, "inertia": [0.1, 0.1, 0.1], "contact_point": [0, 0, 0]},
+    "controller": {
+        "variant": "visco-elastic",
+        "K_c": [100, 100, 100],
+        "L_c": [1, 1, 1],
+        "K_r": [1, 1, 1],
+        "L_r": [0.1, 0.1, 0.1],
+    },
+    "integration": {"duration": 3.0},
+}
+
+FAST = [
+    ([], None),
+    (["controller.K_c=[100,100,4e12]"], ("controller.K_c", 1 / np.sqrt(2e12))),
+    (["controller.K_r=[1e9,1,1]"], ("controller.K_r", 1 / np.sqrt(1e10))),
+    (["controller.K_r=[1e9,1,1]", "integration.engine=heyoka"], None),
+    (["controller.K_c=[100,100,4e12]", "integration.engine=heyoka"], ("controller.K_c", 7.1e-7)),
+    (["controller.L_c=[1e7,1,1]"], ("controller.L_c", 2 / 1e7)),
+    (["controller.L_c=[1e7,1,1]", "integration.method=Radau"], None),
+    (["controller.K_r=[1e9,1,1]", "integration.method=LSODA"], ("controller.K_r", 1e-5)),
+    (["controller.K_c=[1e6,1e6,1e6]"], None),
+    (["body.mass=1e-9"], ("controller.L_c", 1e-9)),
+]
+
+
+@pytest.mark.parametrize(("changes", "expected"), FAST)
+def test_a_time_scale_that_makes_a_run_hopeless(changes, expected):
+    found = warnings_of(rbstab.load_config(TIED, changes))
+    assert len(found) == (expected is not None)
+    if expected is not None:
+        key, scale = expected
+        assert found[0].startswith(f"{key}: the fastest motion has a time scale of {scale:.2g} s")
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("engine", ["engine=scipy", "engine=heyoka", "method=LSODA"])
+def test_the_number_of_steps_is_that_of_a_run(engine):
+    """The fast motion has √(1e3/0.1) 3 = 300 radians; the estimate is good to a factor of 3."""
+    changes = ["controller.K_r=[1e3,1,1]", "controller.L_r=0", f"integration.{engine}"]
+    config = rbstab.load_config(TIED, [*changes, "initial.angular_velocity=[1,0,0]"])
+    integration = config.integration
+    method = "heyoka" if integration.engine == "heyoka" else integration.method
+    radians = np.sqrt(1e3 / 0.1) * 3.0
+    steps = rbstab.simulate(config).attributes["steps"]
+    assert 1 / 3 < steps / (radians * STEPS_PER_RADIAN[method]) < 3
+
+
+@pytest.mark.heavy
+def test_no_shipped_config_has_such_a_warning():
+    paths = [
+        path for folder in ("paper", "examples") for path in (CONFIGS / folder).rglob("*.yaml")
+    ]
+    assert len(paths) > 30
+    for path in paths:
+        assert warnings_of(rbstab.load_config(path, allow_python=True)) == [], path

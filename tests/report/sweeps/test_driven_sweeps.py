@@ -45,7 +45,7 @@ def test_notable_members_have_no_round_off(sections):
 
 
 def test_the_residual_names_what_it_is_divided_by(sections):
-    label = "max |r| / the larger of v(0), v(end)"
+    label = "max |r| / largest energy"
     panels = figures_in(sections)["sweep-1-histograms"].panels
     (panel,) = [panel for panel in panels if panel.x.label == label]
     (bars,) = panel.marks

@@ -20,6 +20,7 @@ def at_rest(arrays):
         "lyapunov_end": np.full(n, 2.0),
         "settling_time": np.full(n, np.nan),
         "energy_residual": 1e-12 * (1.0 + arrays["run"]),
+        "energy_scale": np.full(n, 2.0),
         "smallest_regularity": 0.02 * (1.0 + arrays["run"]),
     }
 

@@ -21,6 +21,7 @@ def at_rest(arrays):
         "lyapunov_end": np.full(n, 2.0),
         "settling_time": np.full(n, np.nan),
         "energy_residual": 1e-12 * (1.0 + arrays["run"]),
+        "energy_scale": np.full(n, 2.0),
         "smallest_regularity": 0.02 * (1.0 + arrays["run"]),
     }
 
@@ -46,7 +47,7 @@ def test_notable_members_have_no_round_off(sections):
 
 
 def test_the_residual_names_what_it_is_divided_by(sections):
-    label = "max |r| / the larger of v(0), v(end)"
+    label = "max |r| / largest energy"
     panels = figures_in(sections)["sweep-1-histograms"].panels
     (panel,) = [panel for panel in panels if panel.x.label == label]
     (bars,) = panel.marks

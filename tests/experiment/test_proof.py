@@ -203,6 +203,7 @@ def test_a_proof_is_read_once_until_its_file_changes(tmp_path):
     config = config_of("free")
     proof_for(tmp_path, config)
     first = cached_proof(tmp_path, config)
+    assert first is not None
     again = cached_proof(tmp_path, config)
     assert first is not None
     assert again is not None

@@ -108,12 +108,10 @@ class _Search:
     family: bool = False
 
     def add_zeros_at(self, points: Iterable[Array]) -> None:
-        """Add the zeros at some points that are not known yet; look whether there is a family."""
-        self._add_zeros_at(points)
-        self.family = self.family or is_family(self.form, self.failed)
-
-    def _add_zeros_at(self, points: Iterable[Array]) -> None:
+        """Add the zeros at some points that are not known yet, but for those of a family."""
         for Theta in points:
+            if self.family and self._is_singular(Theta):
+                continue
             known = any(zero.domain_contains(Theta) for zero in self.zeros)
             failed_before = any(
                 np.abs(Theta - other).max() < CONVERGED_STEP for other in self.failed
@@ -123,12 +121,16 @@ class _Search:
             zero = self._isolated(Theta)
             if zero is None:
                 self.failed.append(Theta)
+                self.family = self.family or is_family(self.form, self.failed)
                 continue
             same = [zero.is_same_as(other) for other in self.zeros]
             if None in same:
                 self.ambiguous.append(zero.enclosure)
             elif True not in same:
                 self.zeros.append(zero)
+
+    def _is_singular(self, Theta: Array) -> bool:
+        return bool(singular(self.form.approximate(Theta[np.newaxis], 2)[2])[0])
 
     def _isolated(self, Theta: Array) -> Zero | None:
         if self.tests is not None:

@@ -17,7 +17,7 @@ from rbstab.analysis.proof.reduced_energy import (
     ReducedEnergy,
     reduced_energy,
 )
-from rbstab.analysis.proof.searches.families import is_family, singular
+from rbstab.analysis.proof.searches.families import is_family, singular, without_family
 from rbstab.analysis.proof.searches.zeros import search
 from rbstab.analysis.proof.traced.held import surface_at
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
@@ -160,10 +160,10 @@ def rest_states(
     if proof:
         end = end_of_rest_states(energy.form, RANGE_END)
         return proved_rest_states(energy, end, list(found), box_limit)
-    points, outcome = [_point(energy, Theta) for Theta in found], SearchOutcome.SEARCHED
-    if is_family(energy.form, list(found)):
-        points = [point for point in points if not point.degenerate]
-        outcome = SearchOutcome.FAMILY
+    zeros, outcome = list(found), SearchOutcome.SEARCHED
+    if is_family(energy.form, zeros):
+        zeros, outcome = without_family(energy.form, zeros), SearchOutcome.FAMILY
+    points = [_point(energy, Theta) for Theta in zeros]
     return RestStates(energy, _in_order(points), no_boxes(), 0, outcome)
 
 
@@ -225,13 +225,13 @@ def proved_rest_states(
     if zeros.outcome is not SearchOutcome.PROVED:
         # Points that could not be isolated, such as a nearly double zero, stay in the list. If all
         # zeros are known, such a point is none. Those of a family are not counted.
-        others = [
+        if zeros.outcome is SearchOutcome.FAMILY:
+            found = without_family(energy.form, found)
+        points += [
             _point(energy, Theta)
             for Theta in found
             if not any(zero.domain_contains(Theta) for zero in zeros.inside)
         ]
-        counted = zeros.outcome is not SearchOutcome.FAMILY
-        points += [point for point in others if counted or not point.degenerate]
     states, left = _in_order(points), zeros.undecided
     return RestStates(energy, states, left, zeros.examined, zeros.outcome, end, zeros.covered)
 

@@ -7,6 +7,7 @@ import numpy as np
 from rbstab.analysis.proof.box_bounds import inverses
 from rbstab.analysis.proof.boxes import Boxes, box_around, joined
 from rbstab.analysis.proof.enclosure import enclosure
+from rbstab.analysis.proof.searches.families import singular
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array
 
@@ -17,6 +18,9 @@ the boxes are smaller, and of most points that need more steps nothing comes."""
 
 MAX_STEP = 0.5
 """rad: longer Newton steps are cut to this, because the linear model fails so far away."""
+
+NO_CURVATURE = 1e-12
+"""A smaller eigenvalue of a Hessian, relative to the largest, is zero to round-off."""
 
 RADII = np.geomspace(1e-15, 2.0, 200)
 """rad: the radii of the boxes that are tried about a zero, from round-off to most of the range."""
@@ -73,13 +77,22 @@ def newton(
     for _ in range(steps):
         _, gradient, hessian = form.approximate(Theta, 2)
         step = np.einsum("mkl,ml->mk", inverses(hessian), gradient)
+        flat = singular(hessian, NO_CURVATURE)
+        step[flat] = _shortest_steps(hessian[flat], gradient[flat])
         last = np.abs(step).max(axis=1)
         shortened = step * np.minimum(1.0, MAX_STEP / last)[:, np.newaxis]
-        # At a zero the step may be 0/0; with a singular Hessian there is no step.
+        # At a zero the step may be 0/0.
         Theta = Theta - np.where(np.isfinite(shortened), shortened, 0.0)
         if not np.any(last > 1e-13):
             break
     return Theta, last
+
+
+def _shortest_steps(hessian: Array, gradient: Array) -> Array:
+    """Return the Newton steps across a family of zeros, where the Hessian is singular, (m, 3)."""
+    inverse = np.linalg.pinv(hessian, rcond=NO_CURVATURE, hermitian=True)
+    found: Array = np.einsum("mkl,ml->mk", inverse, gradient)
+    return found
 
 
 def isolated_zero(form: TrigonometricForm, Theta: Array) -> Zero | None:

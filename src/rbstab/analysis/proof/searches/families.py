@@ -30,6 +30,11 @@ def singular(hessians: Array, least: Array | float = SINGULAR) -> Array:
     return found
 
 
+def without_family(form: TrigonometricForm, points: Sequence[Array]) -> list[Array]:
+    """Return those of some zeros at which the Hessian is regular."""
+    return [point for point in points if not singular(form.approximate(point[None], 2)[2])[0]]
+
+
 def is_family(form: TrigonometricForm, points: Sequence[Array]) -> bool:
     """Return whether points at which ∇U is zero seem to be a family: it is not proved."""
     if len(points) < ENOUGH:

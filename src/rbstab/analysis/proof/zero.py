@@ -22,6 +22,9 @@ MAX_STEP = 0.5
 NO_CURVATURE = 1e-12
 """A smaller eigenvalue of a Hessian, relative to the largest, is zero to round-off."""
 
+ALONG = 1e-9
+"""A larger share of a gradient is one that no Newton step removes."""
+
 RADII = np.geomspace(1e-15, 2.0, 200)
 """rad: the radii of the boxes that are tried about a zero, from round-off to most of the range."""
 
@@ -81,7 +84,7 @@ def newton(
         step[flat] = _shortest_steps(hessian[flat], gradient[flat])
         last = np.abs(step).max(axis=1)
         shortened = step * np.minimum(1.0, MAX_STEP / last)[:, np.newaxis]
-        # At a zero the step may be 0/0.
+        # At a zero the step may be 0/0; with a singular Hessian there may be none.
         Theta = Theta - np.where(np.isfinite(shortened), shortened, 0.0)
         if not np.any(last > 1e-13):
             break
@@ -89,9 +92,15 @@ def newton(
 
 
 def _shortest_steps(hessian: Array, gradient: Array) -> Array:
-    """Return the Newton steps across a family of zeros, where the Hessian is singular, (m, 3)."""
+    """Return the Newton steps across a family of zeros, where the Hessian is singular, (m, 3).
+
+    They are infinite where the gradient points along the family: then it is none.
+    """
     inverse = np.linalg.pinv(hessian, rcond=NO_CURVATURE, hermitian=True)
     found: Array = np.einsum("mkl,ml->mk", inverse, gradient)
+    left = np.abs(np.einsum("mkl,ml->mk", hessian, found) - gradient).max(axis=1)
+    size = np.abs(gradient).max(axis=1) + 1e-6 * np.abs(hessian).max(axis=(1, 2))
+    found[left > ALONG * size] = np.inf
     return found
 
 

@@ -1,0 +1,139 @@
+"""Wrong programs: each mutant changes one place of the code, and the tests must notice.
+
+`python -m support.mutants [ROOM ...]` runs the tests of each mutant's room against a copy of the
+program with that change, until the first test fails. It lists the survivors, with exit code 1 if
+one of them is not expected.
+
+A room is a file `tests/mutants/ROOM.toml`: the paths of its tests, and its mutants. Each has the
+file, the text that is replaced, the new text, and what is wrong then. `survives` gives the reason
+why no test can notice.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from queue import SimpleQueue
+from typing import NamedTuple
+
+import click
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER = ROOT / "tests/mutants"
+PROGRAM = ("src", "cli", "configs")
+"""What a copy of the program needs."""
+
+MARKS = "not heavy and not long and not browser"
+TIME_LIMIT = 600.0
+"""s: a mutant whose tests take longer counts as killed; some mutants never end."""
+
+
+class Mutant(NamedTuple):
+    """A wrong program.
+
+    Attributes:
+        room: The name of its room.
+        tests: The tests of the room, in the order in which they run.
+        file: The file that is changed, relative to the root.
+        old: The text that is replaced; it occurs once.
+        new: The text in its place.
+        what: What is wrong then.
+        survives: Why no test can notice; "" if one must.
+    """
+
+    room: str
+    tests: tuple[str, ...]
+    file: str
+    old: str
+    new: str
+    what: str
+    survives: str = ""
+
+    def changed(self, root: Path = ROOT) -> str:
+        """Return the text of the changed file.
+
+        Raises:
+            ValueError: The text that is to be replaced does not occur exactly once.
+        """
+        text = (root / self.file).read_text(encoding="utf-8")
+        if text.count(self.old) != 1:
+            raise ValueError(f"{self.file} has {text.count(self.old)} times: {self.old!r}")
+        return text.replace(self.old, self.new)
+
+
+def mutants(rooms: Sequence[str] = ()) -> Iterator[Mutant]:
+    """Return the mutants of some rooms; of all rooms by default."""
+    for path in sorted(FOLDER.glob("*.toml")):
+        if not rooms or path.stem in rooms:
+            table = tomllib.loads(path.read_text(encoding="utf-8"))
+            for entry in table["mutant"]:
+                tests = (*entry.pop("first", ()), *table["tests"])
+                yield Mutant(path.stem, tests, **entry)
+
+
+def survives(mutant: Mutant, tree: Path) -> bool:
+    """Return whether the tests of a mutant's room pass; `tree` is a copy of the program."""
+    file = tree / mutant.file
+    original = file.read_text(encoding="utf-8")
+    file.write_text(mutant.changed(), encoding="utf-8")
+    paths = os.pathsep.join(str(tree / part) for part in PROGRAM[:2])
+    options = ("-x", "-q", "-p", "no:cacheprovider", "-m", MARKS)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "pytest", *options, *mutant.tests],
+            cwd=ROOT,
+            env=os.environ | {"PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1"},
+            capture_output=True,
+            timeout=TIME_LIMIT,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return False
+    finally:
+        file.write_text(original, encoding="utf-8")
+    if done.returncode not in {0, 1, 2}:
+        raise RuntimeError(f"{mutant.file}: pytest ended with {done.returncode}: {mutant.tests}")
+    return done.returncode == 0
+
+
+@click.command()
+@click.argument("rooms", nargs=-1)
+@click.option("--processes", default=2, show_default=True)
+def main(rooms: tuple[str, ...], processes: int) -> None:
+    """Run the mutants of some ROOMS, or of all, and list the survivors."""
+    chosen = list(mutants(rooms))
+    trees: SimpleQueue[Path] = SimpleQueue()
+
+    def run(mutant: Mutant) -> bool:
+        tree, begin = trees.get(), time.perf_counter()
+        try:
+            alive = survives(mutant, tree)
+        finally:
+            trees.put(tree)
+        word = "SURVIVED" if alive else "killed"
+        seconds = time.perf_counter() - begin
+        click.echo(f"{word:<9} {seconds:5.0f} s  {mutant.room}: {mutant.file}: {mutant.what}")
+        return alive
+
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(processes) as pool:
+        for number in range(processes):
+            tree = Path(folder) / str(number)
+            for part in PROGRAM:
+                shutil.copytree(ROOT / part, tree / part)
+            trees.put(tree)
+        alive = [one for one, lives in zip(chosen, pool.map(run, chosen), strict=True) if lives]
+    unexpected = [mutant for mutant in alive if not mutant.survives]
+    click.echo(f"{len(chosen)} mutants, {len(alive)} survivors, {len(unexpected)} unexpected")
+    for mutant in alive:
+        click.echo(f"  {mutant.file}: {mutant.what} {mutant.survives and f'({mutant.survives})'}")
+    sys.exit(bool(unexpected))
+
+
+if __name__ == "__main__":
+    main()

@@ -157,6 +157,12 @@ def without_damper():
     return rbstab.load_config(data | {"integration": {"duration": 1}})
 
 
+def latch():
+    """An element of a user with a switch."""
+    path = Path(__file__).parents[2] / "configs/examples/latch.yaml"
+    return rbstab.load_config(path, allow_python=True)
+
+
 def changed(proof, number, **entries):
     """Return a proof with another entry of one of its rest states."""
     states = list(proof.states)
@@ -168,6 +174,8 @@ def changed(proof, number, **entries):
 def test_each_hypothesis_is_needed(falling):
     """Each is taken from a proof that has all of them."""
     config = rbstab.load_config(FALLING)
+    stop = guard(method="stop", angle=1.0, restitution=0.5)
+    stopped, switching = rbstab.load_config(leg([5, 5, 2.5], stop)), latch()
     at_zero = ((-1e-9, -1e-9, -1e-9), (1e-9, 1e-9, 1e-9))
     stiff = rbstab.load_config(leg([5, 5, 2.5], guard(method="stiff", stiffness=1, soft_angle=0.3)))
     at_guard = ((-1e-9, 0.3 - 1e-9, -1e-9), (1e-9, 0.3 + 1e-9, 1e-9))
@@ -177,9 +185,11 @@ def test_each_hypothesis_is_needed(falling):
         (changed(falling, 3, index_proved=False), config, "whether rest state 3 is stable"),
         (changed(falling, 9, degenerate=True, index_proved=False), config, "rest state 9"),
         (saddles, config, "no rest state in the range is proved to be stable"),
-        (falling, without_damper(), "damped by elements of your own alone"),
+        (falling, without_damper(), "without elements of your own, no damper acts"),
         (falling, None, "config of the proof is needed"),
         (changed(falling, 9, enclosure=at_guard), stiff, "may begin to act just at"),
+        (falling, stopped, "the force of limit jumps"),
+        (falling, switching, "is an element of your own with switches"),
     ]
     for proof, given, words in cases:
         found = almost_every_start(proof, given)
@@ -208,8 +218,7 @@ def test_barriers_confine_every_start():
 @pytest.mark.heavy
 def test_elements_of_users_that_switch_are_not_decided():
     """The force of this latch jumps, and pushes away from its switch."""
-    latch = Path(__file__).parents[2] / "configs/examples/latch.yaml"
-    proof = prove(rbstab.load_config(latch, allow_python=True))
+    proof = prove(latch())
     assert proof.proved
     assert proof.stable_count < len(proof.states)
     assert "is an element of your own with switches" in proof.almost_every_start.why

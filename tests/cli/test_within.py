@@ -89,7 +89,7 @@ def test_largest_is_bracketed(held: Path, rbstab: Invoke) -> None:
         ),
         (["--largest-within", "--within"], "needs a KEY, such as controller.K_r; --within is an o"),
         (["--largest-within", "controller.K_x"], "controller.K_x has no numbers"),
-        (["--within", "controller.K_r=±100%"], "at the low end of the tolerance"),
+        (["--within", "controller.K_r=±101%"], "at the low end of the tolerance"),
         (
             ["--within", "controller.K_r=±1%", "--largest-within", "controller"],
             "--largest-within controller:1:1: gives a second tolerance of controller.K_r[0] "

@@ -210,6 +210,7 @@ def test_every_command_that_builds_equations_has_the_option() -> None:
     for module in modules:
         assert "--allow-python" in [name for p in module.command.params for name in p.opts]
     reading = {
+        "export",
         "show",
         "plot",
         "report",

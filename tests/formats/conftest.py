@@ -17,7 +17,7 @@ KINDS = {
     "visco-elastic": VISCO_ELASTIC,
     "embedded": EMBEDDED,
     "compiled": VISCO_ELASTIC + "  engine: heyoka\n",
-    "stopped": edited("orientation: [0, 0, 0]", "orientation: [0, 1.5705, 0]"),
+    "stopped": edited("orientation: [0, 0, 0]", "orientation: [0, 1.56977, 0]"),
 }
 
 

@@ -18,18 +18,24 @@ def rotation(Theta: Array) -> Array:
     Returns:
         A, shape (3, 3), orthonormal; its inverse is its transpose.
     """
-    return np.array(_rotation_rows(Theta))
+    A1, A2, A3 = _turns(Theta, 0.0, 1.0)
+    return A1 @ A2 @ A3
 
 
-def _rotation_rows(Theta: Array) -> tuple[tuple[Number, Number, Number], ...]:
-    """Return the rows of A(Θ); Θ has the shape (3,), or (3, m) for m attitudes."""
+def rotations(Theta: Array) -> Array:
+    """Return A(Θ) of many attitudes, shape (m, 3, 3); Θ has the shape (m, 3), rad."""
+    turns = _turns(Theta.T, np.zeros(len(Theta)), np.ones(len(Theta)))
+    A1, A2, A3 = (np.moveaxis(turn, -1, 0) for turn in turns)
+    return A1 @ A2 @ A3
+
+
+def _turns(Theta: Array, zero: Number | Array, one: Number | Array) -> tuple[Array, Array, Array]:
+    """Return A1(θ1), A2(θ2), A3(θ3); Θ has the shape (3,), or (3, m) for m attitudes."""
     (s1, s2, s3), (c1, c2, c3) = sin(Theta), cos(Theta)
-    a, b = s1 * s2, c1 * s2
-    return (
-        (c2 * c3, -c2 * s3, s2),
-        (a * c3 + c1 * s3, c1 * c3 - a * s3, -s1 * c2),
-        (s1 * s3 - b * c3, b * s3 + s1 * c3, c1 * c2),
-    )
+    A1 = np.array([[one, zero, zero], [zero, c1, -s1], [zero, s1, c1]])
+    A2 = np.array([[c2, zero, s2], [zero, one, zero], [-s2, zero, c2]])
+    A3 = np.array([[c3, -s3, zero], [s3, c3, zero], [zero, zero, one]])
+    return A1, A2, A3
 
 
 def tilt(Theta: Array, desired: Array) -> Array:
@@ -45,14 +51,9 @@ def tilt(Theta: Array, desired: Array) -> Array:
     Returns:
         φ, shape (m,), rad.
     """
-    away: Array = np.array(_rotation_rows(Theta.T)) - rotation(desired)[..., np.newaxis]
-    chord = np.sqrt((away * away).sum(axis=(0, 1)) / 8.0)
+    away = rotations(Theta) - rotation(desired)
+    chord = np.sqrt((away * away).sum(axis=(1, 2)) / 8.0)
     return np.asarray(2.0 * np.arcsin(np.minimum(chord, 1.0)))
-
-
-def rotations(Theta: Array) -> Array:
-    """Return A(Θ) of many attitudes, shape (n, 3, 3); Θ has the shape (n, 3), rad."""
-    return np.array([rotation(angles) for angles in Theta]).reshape(-1, 3, 3)
 
 
 def quaternions(A: Array) -> Array:

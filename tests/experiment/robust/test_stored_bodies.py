@@ -198,10 +198,9 @@ def test_a_proof_that_ended_by_time_is_made_again(
 
 
 def test_largest_ends_where_the_bounds_are_no_config(record: BodiesRecord) -> None:
-    """Gains cannot be zero, so 100 % is not valid; here every valid percentage is "proved"."""
+    """Gains cannot be negative, so 101 % is not valid; here every valid percentage is "proved"."""
     config = config_of("permanent")
     found = largest_within(proving(config, lambda _: record), "controller", [])
     assert found.why is None
-    assert found.percent is not None
-    assert 99 <= found.percent < 100
+    assert found.percent == Fraction(100)
     assert "a bound is not a valid number" in largest_sentences(found, [])[0]

@@ -128,8 +128,8 @@ def test_several_runs_have_a_table_of_words(folder: Path, rbstab: Invoke) -> Non
     ]
     moving = ["still", "moving"]
     assert rows[-2:] == [
-        [printed("results/good.h5"), *moving, "proved", "proved"],
-        [printed("results/other.h5"), *moving, "proved", "proved"],
+        [printed("results/good.h5"), *moving, "proved", "returns:", "proved"],
+        [printed("results/other.h5"), *moving, "proved", "returns:", "proved"],
     ]
 
 

@@ -254,9 +254,9 @@ def _print_answers(runs: list[Finished], *, as_json: bool, quiet: bool) -> None:
         for path, own in warnings.items():
             print_result_warnings(path, own)
         return
-    from rbstab.experiment.answers.rest_frequencies import rest_frequencies
+    from rbstab.experiment.answers.rest_modes import rest_modes
     from rbstab.experiment.answers.run_answer import answer_beside
-    from rbstab_cli.output.answers import print_answers, print_frequencies
+    from rbstab_cli.output.answers import print_answers
 
     # CONFIG alone would leave out -o, --set and --member.
     answers = [
@@ -264,5 +264,6 @@ def _print_answers(runs: list[Finished], *, as_json: bool, quiet: bool) -> None:
         for f in runs
     ]
     print_answers(answers, warnings)
-    if len(runs) == 1:
-        print_frequencies(rest_frequencies(runs[0].run.result, runs[0].config))
+    modes = rest_modes(runs[0].run.result, runs[0].config) if len(runs) == 1 else None
+    if modes is not None:
+        click.echo(f"  {'Modes:':<13}{modes}.")

@@ -243,19 +243,16 @@ def _ends_of_v(result: "Result") -> dict[str, str]:
 
 
 def _zero_of_v(known: "KnownNow") -> list[tuple[str, str]]:
-    """Return the rest state at which v is zero, and the natural frequencies there."""
-    from rbstab.experiment.answers.rest_frequencies import rest_frequencies
-    from rbstab_cli.output.answers import listed
+    """Return the rest state at which v is zero, and the modes there."""
+    from rbstab.experiment.answers.rest_modes import rest_modes
 
     result = known.result
     if "lyapunov_zero" not in result.attributes:
         return []
     rows = [("v = 0 at", str(result.attributes["lyapunov_zero"]))]
     rows.append(("", f"Θ = {_vector(result['rest_orientation'])} rad"))
-    frequencies = rest_frequencies(result, known.config)
-    if frequencies:
-        rows.append(("natural frequencies", f"{listed(frequencies)} rad/s there"))
-    return rows
+    modes = rest_modes(result, known.config)
+    return rows if modes is None else [*rows, ("modes", str(modes))]
 
 
 def _impacts(result: "Result") -> str:

@@ -38,18 +38,6 @@ def print_answer(answer: "RunAnswer", config: "Config | None") -> None:
         click.echo(f"  {QUESTIONS[name] + ':':<13}{word} {found.sentence}.")
 
 
-def print_frequencies(frequencies: Sequence[float]) -> None:
-    """Print natural frequencies at rest, rad/s, in a line below the answers of a run."""
-    if frequencies:
-        text = f"natural frequencies {listed(frequencies)} rad/s at the rest state where v = 0"
-        click.echo(f"  {'Modes:':<13}{text}.")
-
-
-def listed(values: Sequence[float]) -> str:
-    """Return numbers in one line."""
-    return ", ".join(f"{value:.4g}" for value in values)
-
-
 def print_answers(
     answers: "Sequence[tuple[Path, Config | None, RunAnswer]]",
     warnings: Mapping[Path, Sequence[str]],

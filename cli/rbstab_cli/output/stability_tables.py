@@ -89,6 +89,7 @@ def _print_modes(stability: "Stability") -> None:
     modes = mode_data(stability.linearisations[0])
     if not modes:
         return
+    click.echo("Modes at rest state 1:")
     numbers = ("λ [1/s]", "|λ| [rad/s]", "ζ", "τ [s]")
     table = new_table("mode", *numbers, "moves most", numbers=numbers)
     for index, mode in enumerate(modes, start=1):

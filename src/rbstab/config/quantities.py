@@ -207,6 +207,9 @@ def _refuse_six(value: Any) -> Any:
     if is_list and all(type(entry) in (int, float) for entry in value):
         xx, xy, xz, yy, yz, zz = (f"{entry:.12g}" for entry in value)
         matrix = f"[[{xx}, {xy}, {xz}], [{xy}, {yy}, {yz}], [{xz}, {yz}, {zz}]]"
+        if not any(value[3:]):
+            first = f"[{xx}, {xy}, {xz}]"
+            raise value_error("has 6 entries", f"expected the first three alone: {first}")
         raise value_error(
             "has 6 entries",
             f"expected three numbers or a 3x3 matrix; in URDF's order, {' '.join(URDF)}, they are "

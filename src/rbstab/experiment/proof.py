@@ -159,7 +159,7 @@ def _reduced_proof(  # noqa: PLR0913 (as `prove`, with what it has computed)
 def _too_few(rest: "RestStates", most: int) -> str:
     """Return how a search ended that needs far more boxes than any proof tries."""
     share = f"{grouped(rest.examined)} of them decide {100 * rest.covered:.2g} % of the range"
-    return f"{TOO_FEW}: {share}, and no proof tries more than {grouped(most)}"
+    return f"{TOO_FEW}: {share}, so the {grouped(most)} that a proof tries at most are too few"
 
 
 def _with_near_model(config: Config, system: System, proof: Proof) -> Proof:

@@ -228,7 +228,10 @@ def test_several_rest_states_leave_almost_every_start():
     proof = prove(config)
     result = rbstab.simulate(config, proof=proof)
     found = answer_of(result, proof=proof).whole_range
-    assert (found.sureness, found.word) == (Sureness.PROVED, "almost every start: proved")
+    assert (found.sureness, found.word) == (
+        Sureness.PROVED,
+        "almost every start returns: proved",
+    )
     assert found.sentence == (
         "returns: almost every start (all but a set of measure zero) whose motion stays in the "
         "range and away from θ2 = ±90° converges to rest state 1, the only stable one in the "

@@ -27,7 +27,7 @@ def damping(run: Evidence) -> Check:
         for gain in element.gains
         if gain.dissipates
     ]
-    value = min(map(_smallest_eigenvalue, matrices), default=np.inf)
+    value = min(map(_smallest_eigenvalue, matrices), default=0.0)
     quantity = "smallest eigenvalue of the damping matrices"
     return Check("damping", verdict_of(value >= 0), value, 0.0, np.nan, quantity)
 

@@ -17,6 +17,8 @@ from rbstab.experiment.answers.state_words import (
     counted_states,
     counterexample,
     exceptions,
+    found_stable,
+    reached,
 )
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import (
@@ -278,7 +280,9 @@ def _whole_range(
             why = proof.ended
         return Answer(Sureness.NOT_DECIDED, why)
     if line.verdict == Verdict.CERTIFIED:
-        return Answer(Sureness.PROVED, _every_start(found, proof))
+        almost = None if proof is None else proof.almost_every_start
+        outcome = "" if almost is None else almost.outcome
+        return Answer(Sureness.PROVED, _every_start(found, proof), outcome)
     if line.verdict == Verdict.VIOLATED:
         return _not_every_start(line, proof, None if found is None else found.rest_state)
     found_states = counted_states(int(line.value))
@@ -298,7 +302,10 @@ def _every_start(found: Convergence | None, proof: "Proof | None") -> str:
             keeps = f"{keeps} and away from springs without length,"
     elif proof is not None and proof.needs_lengths:
         keeps = "that stays in the range, away from θ2 = ±π/2 and from springs without length,"
-    return f"every motion {keeps} converges to the only rest state in the range"
+    where = "the only rest state in the range"
+    if proof is not None and proof.almost_every_start.proved:
+        where = reached(proof, proof.almost_every_start)
+    return f"every motion {keeps} converges to {where}"
 
 
 def _not_every_start(line: CertificateLine, proof: "Proof | None", own: int | None) -> Answer:
@@ -307,7 +314,8 @@ def _not_every_start(line: CertificateLine, proof: "Proof | None", own: int | No
         almost = proof.almost_every_start
         if almost.proved:
             sentence = f"{almost_sentence(proof, almost)}; {exceptions(proof)}"
-            return Answer(Sureness.PROVED, sentence, ALMOST)
+            scope = f"{ALMOST} {almost.outcome}".rstrip()
+            return Answer(Sureness.PROVED, sentence, scope)
     return Answer(Sureness.FALSE, _counterexample(line, proof, own))
 
 
@@ -320,6 +328,9 @@ def _counterexample(line: CertificateLine, proof: "Proof | None", own: int | Non
         return "the only rest state in the range is not stable"
     other = None if proof is None else counterexample(proof, own)
     rests = "" if other is None else f"the body can also rest at {other}; "
+    stable = None if proof is None else found_stable(proof, own)
+    if stable is not None:
+        rests += f"a search also found {stable}; "
     least, more = "", ""
     if line.quantity == LEAST_REST_STATES:
         least = "at least "

@@ -61,6 +61,24 @@ def counterexample(proof: "Proof", own: int | None = None) -> str | None:
     return f"{where}, {kind}" if state.stable is None else f"the {kind} {where}"
 
 
+def found_stable(proof: "Proof", own: int | None = None) -> str | None:
+    """Return another stable rest state that a search found, where no stable one is proved.
+
+    Args:
+        proof: The proof.
+        own: The number of the rest state in which a start ends; by default the lowest.
+    """
+    others = [
+        (number, state)
+        for number, state in enumerate(proof.states, start=1)
+        if state.index == 0 and number != (own or 1)
+    ]
+    if not others or any(state.proved for _, state in others):
+        return None
+    number, state = others[0]
+    return f"rest state {number}, Θ = {angles(state.orientation)} rad, stable and not proved"
+
+
 def almost_sentence(proof: "Proof", found: "AlmostEveryStart") -> str:
     """Return what is proved of almost every start, without a full stop.
 
@@ -77,7 +95,7 @@ def almost_sentence(proof: "Proof", found: "AlmostEveryStart") -> str:
     else:
         lengths = " and from springs without length" if proof.needs_lengths else ""
         scope = f"{all_but} whose motion stays in the range and away from θ2 = ±90°{lengths}"
-    return f"{begins}{scope} converges to {_reached(proof, found)}"
+    return f"{begins}{scope} converges to {reached(proof, found)}"
 
 
 def exceptions(proof: "Proof") -> str:
@@ -93,7 +111,7 @@ def exceptions(proof: "Proof") -> str:
     return f"the exceptions are {states} and starts that lead to them"
 
 
-def _reached(proof: "Proof", found: "AlmostEveryStart") -> str:
+def reached(proof: "Proof", found: "AlmostEveryStart") -> str:
     """Return the rest states that almost every start reaches, with their tilt."""
     low, high = (f"{math.degrees(tilt):.3g}" for tilt in found.tilts)
     tilt = "at the desired attitude"

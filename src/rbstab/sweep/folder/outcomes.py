@@ -128,6 +128,7 @@ class SweepOutcomes(NamedTuple):
     Attributes:
         counts: The number of members with each kind of outcome; kinds that do not occur have 0.
         proved: How many of those that return are proved to converge to a rest state.
+        moving_proved: How many of those that are still moving are proved to converge to one.
         poses: The number of distinct poses at which members rest; None if there are too many.
         end: When their runs end, as text.
         aim: What is wanted of the bodies.
@@ -136,6 +137,7 @@ class SweepOutcomes(NamedTuple):
 
     counts: dict[OutcomeKind, int]
     proved: int
+    moving_proved: int
     poses: int | None
     end: str
     aim: Wanted
@@ -160,8 +162,12 @@ class SweepOutcomes(NamedTuple):
         sure = f", {grouped(self.proved)} of them proved" if self.proved else ""
         found = [f"{returns[0].words}: {grouped(returns[1])} of {members} members{sure}"]
         for kind, count in others:
-            at = f" at {self.end}" if kind is OutcomeKind.MOVING else ""
-            found += [f"{kind.words}{at}: {grouped(count)}"] if count else []
+            at, later = "", ""
+            if kind is OutcomeKind.MOVING:
+                at = f" at {self.end}"
+                if self.moving_proved:
+                    later = f", {grouped(self.moving_proved)} of them proved to come to rest later"
+            found += [f"{kind.words}{at}: {grouped(count)}{later}"] if count else []
         return found
 
     @property
@@ -175,6 +181,7 @@ class SweepOutcomes(NamedTuple):
         return {
             "outcomes": {str(kind): count for kind, count in self.counts.items()},
             "returns_proved": self.proved,
+            "moving_proved": self.moving_proved,
             "rest_states": self.poses,
             "deciding": self.deciding or None,
         }
@@ -190,10 +197,12 @@ def outcomes_of(table: Table, plan: Plan | None, proved: Array) -> SweepOutcomes
     """
     counts = np.bincount(table["outcome"], minlength=len(KINDS)).tolist()
     returns = table["outcome"] == KINDS.index(OutcomeKind.RETURNS)
+    moving = table["outcome"] == KINDS.index(OutcomeKind.MOVING)
     numbers = table["rest_state"]
     return SweepOutcomes(
         counts=dict(zip(KINDS, counts, strict=True)),
         proved=int(np.count_nonzero(returns & proved)),
+        moving_proved=int(np.count_nonzero(moving & proved)),
         poses=None if (numbers < 0).any() else int(numbers.max(initial=0)),
         end=end_of(table),
         aim=wanted_of(plan),

@@ -25,7 +25,7 @@ PAPER := $(patsubst configs/paper/%.yaml,results/%.h5,$(wildcard configs/paper/*
 SITE := build/site
 
 .DEFAULT_GOAL := help
-.PHONY: help install run test test-quick test-heavy test-long test-times soak check format bench bench-peers \
+.PHONY: help install run test test-quick test-heavy test-long test-times mutants soak check format bench bench-peers \
 	figures docs docs-links docs-outputs coverage clean
 
 help:  ## list the targets
@@ -64,6 +64,9 @@ test-long: $(READY)  ## run all tests, with hundreds of kills, full disks and fa
 test-times: $(READY)  ## run all tests but the long ones, and store how long each takes
 	$(BIN)/python -m pytest $(BY_FILE) -m 'not long$(AND_BROWSERLESS)' --junitxml=.pytest_cache/times.xml
 	PYTHONPATH=tests $(BIN)/python -m support.measure .pytest_cache/times.xml
+
+mutants: $(READY)  ## run the tests against wrong programs, and list those that no test notices (ROOMS="mechanics ..."); this takes hours
+	PYTHONPATH=tests $(BIN)/python -u -m support.mutants $(ROOMS)
 
 soak: $(READY)  ## sweep 10^6 members while workers are killed; check results and memory
 	PYTHONPATH=tests $(BIN)/python -u -m support.soak

@@ -69,4 +69,6 @@ def rest_modes(result: Result, config: Config | None) -> RestModes | None:
     values, real = found.eigenvalues, are_real(found.eigenvalues)
     frequencies = sorted(np.abs(values[(values.imag > 0) & ~real]).tolist())
     slowest = -float(values.real.max())
+    if not frequencies and not slowest > 0:
+        return None  # such a body has no rest state of its own
     return RestModes(frequencies, int(real.sum()), 1 / slowest if slowest > 0 else np.inf)

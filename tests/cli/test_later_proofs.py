@@ -46,7 +46,7 @@ def test_show_says_one_thing(proved_later: Path, rbstab: Invoke) -> None:
 
 def test_list_and_compare_say_it_too(proved_later: Path, rbstab: Invoke) -> None:
     (entry,) = json.loads(rbstab("list", "--json").stdout)
-    assert (entry["this_start"], entry["whole_range"]) == ("proved", "proved")
+    assert (entry["this_start"], entry["whole_range"]) == ("proved", "returns: proved")
     assert (entry["converges"], entry["checks"]) == ("proved", "seen")
     rbstab("run", "good.yaml", "-o", "other", "-q")
     rows = json.loads(rbstab("compare", str(proved_later), "other/good.h5", "--json").stdout)

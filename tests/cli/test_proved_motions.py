@@ -38,16 +38,18 @@ def proved(folder: Path, once: tuple[Path, Result]) -> Result:
 
 def test_the_answers_stand_below_the_table(proved: Result, rbstab: Invoke) -> None:
     done = proved
-    *_, file, this_start, whole_range = done.stdout.strip().splitlines()
+    lines = done.stdout.strip().splitlines()
+    file, outcome, desired, this_start, whole_range, pushes, _ = lines[-7:]
     assert file == "results/good.h5"
-    begin = (
-        "  This start:  proved: the exact motion converges to the only rest state: it is inside "
+    assert outcome.startswith("  Outcome:     still moving at t = 0.5 s: at (")
+    assert this_start.startswith(
+        "  This start:  proved: the exact motion converges to the only rest state in the range: "
+        "it is inside the certified region from t = 0.35"
     )
-    assert this_start.startswith(begin + "the certified region from t = 0.35")
     assert whole_range.startswith("  Whole range: proved: every motion that stays in the range")
     shown = rbstab("show", "results/good.h5")
-    _, *answers = shown.stdout.splitlines()[:3]
-    assert answers == [this_start, whole_range]
+    _, *answers = shown.stdout.splitlines()[:6]
+    assert answers == [outcome, desired, this_start, whole_range, pushes]
     assert "converges to rest state 1: proved" in shown.stdout
     assert "J < 1020.4" in shown.stdout
     assert " steps, " in shown.stdout

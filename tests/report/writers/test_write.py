@@ -147,12 +147,13 @@ def test_answers_of_sweeps_stand_with_those_of_runs(tmp_path):
     assert first.name == "summary"
     # All sentences come before all cards.
     assert [isinstance(block, str) for block in first.blocks] == [True] * 3 + [False] * 2
-    assert str(first.blocks[0]).startswith("Run a: Comes to rest")
+    assert str(first.blocks[0]).startswith("Run a: Rests elsewhere: at (")
     titles = [
         card.title for block in first.blocks if isinstance(block, Cards) for card in block.cards
     ]
     assert titles == ["a", "one", "two"]
-    assert "Sweep two: 20 members: 20 seen to come to rest." in first.blocks
+    returns = "Returns: 20 of 20 members. Desired: upright (default), within 10°."
+    assert f"Sweep two: {returns}" in first.blocks
     # A sweep alone has its card in its first section, after its sentence.
     (alone, *_) = report_of(read_sources(sweeps[:1]), "").sections
     assert alone.name == "sweep-1"

@@ -15,6 +15,7 @@ from rbstab.report.model.figure import Points
 from rbstab.report.reading.read_results import read_one
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.figures.stop import stop_figures
+from rbstab.systems.quantities import LAYOUT_VERSION
 
 ARRAYS = {
     "impact_count",
@@ -120,7 +121,7 @@ def test_file_holds_the_same(resting, tmp_path):
         np.testing.assert_array_equal(again[name], resting[name])
     read: Any = read_one(path)
     assert read.result["stop_angle"] == ANGLE
-    assert again.attributes["layout_version"] == 3
+    assert again.attributes["layout_version"] == LAYOUT_VERSION
 
 
 def run_of(result):

@@ -70,7 +70,7 @@ def _density(config: Config) -> Iterator[str]:
         )
     extent = max(math.hypot(*point) for point in _body_points(config))
     if density < LIGHTEST and 0 < extent < gyration / 10:
-        ratio = math.log10((gyration / extent) ** 2)
+        ratio = 2 * math.log10(gyration / extent)
         unit = min(INERTIA_UNITS, key=lambda name: abs(math.log10(INERTIA_UNITS[name]) - ratio))
         yield (
             f"body.inertia: a ball with this mass and inertia has {density:.2g} kg/m³ and a radius "
@@ -164,9 +164,9 @@ def _inertia(config: Config) -> np.ndarray:
     return np.diag(array) if array.ndim == 1 else array
 
 
-def _gyration(config: Config) -> float:
-    """Return the largest radius of gyration, m."""
-    return math.sqrt(float(np.linalg.norm(_inertia(config), 2)) / config.body.mass)
+def _gyration(config: Config) -> np.float64:
+    """Return the largest radius of gyration, m: powers of this number overflow without an error."""
+    return np.sqrt(np.float64(np.linalg.norm(_inertia(config), 2)) / config.body.mass)
 
 
 def _body_points(config: Config) -> list[tuple[float, ...]]:

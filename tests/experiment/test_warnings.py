@@ -52,7 +52,9 @@ def test_angle_beyond_pi_is_told_with_its_time(engine, axis, name, sign):
     result = turning(sign * 4.0 * np.eye(3)[axis], engine)
     assert result.status == "completed"
     # At 4 rad/s the angle passes π at 0.7854 s; samples are 10 ms apart.
-    assert warnings(result) == [f"{name} is outside [-π, π], the range of eq. 5, from t = 0.79 s"]
+    winding, outside = warnings(result)
+    assert winding.startswith(f"controller.K_r: the spin winds {name} up")
+    assert outside == f"{name} is outside [-π, π], the range of eq. 5, from t = 0.79 s"
 
 
 def test_angle_that_ends_before_pi_is_not_told():

@@ -200,9 +200,6 @@ class Proof(ProvedStates):
         states: The rest states, lowest energy first: orientation Θ, rad; position X, m; energy, J;
             index (0: a minimum); enclosure, a box of Θ that is proved to contain exactly this one.
         stable_count: The number of stable ones.
-        every_start: Whether every start in the range is proved to converge to the one rest state.
-        almost_every_start: Whether almost every start is proved to converge to a stable one: a
-            record with `proved`, `returns`, `states` and `why`.
         region: The certified region. If `region.proved`, every motion with v < `region.lower_bound`
             converges to the lowest rest state; v is the energy above it, J. None: no region.
         regions: A region of each minimum that has one: `rest_state` is its number from 1, and
@@ -250,7 +247,10 @@ class Proof(ProvedStates):
 
     @property
     def almost_every_start(self) -> "AlmostEveryStart":
-        """Whether almost every start converges to a stable rest state (theorem 14)."""
+        """Whether almost every start converges to a stable rest state (theorem 14).
+
+        A record with `proved`, `returns`, `states` and `why`.
+        """
         # Imported late: its hypotheses need the elements and the bounds of proofs.
         from rbstab.experiment.stored_proof.almost_every_start import almost_every_start
 

@@ -85,6 +85,19 @@ def test_a_motion_that_does_not_come_to_rest(
     assert found.sentence.startswith(f"{found.kind.words} at t = ")
 
 
+@pytest.mark.parametrize("name", ["at_rest", "mounts", "half_turns"])
+def test_a_start_at_rest_is_at_rest_from_the_start(name: str) -> None:
+    found = outcome_of(rbstab.simulate(config(name)))
+    assert (found.kind, found.time, found.tilt) == ("returns", 0.0, 0.0)
+
+
+def test_a_body_returns_after_a_knock():
+    """The knock ends at 1.01 s, and v falls as exp(-5 t): to a thousandth in 1.38 s."""
+    found = outcome_of(rbstab.simulate(config("knock")))
+    assert found.kind == "returns"
+    assert 1.01 < found.time < 3.0
+
+
 def test_each_status_has_a_kind():
     assert set(KIND_OF_STATUS) == set(RunStatus)
     left = [s for s, kind in KIND_OF_STATUS.items() if kind is OutcomeKind.LEFT_RANGE]

@@ -1,0 +1,1 @@
+"""Proofs about rest states and motions: one exact expression, one search, one checker."""

@@ -1,0 +1,357 @@
+"""Proved bounds on V(Θ) = min over z of U(Θ, z), its gradient and its Hessian, over many boxes.
+
+With the centre m of a box, z = ẑ + C(Θ - m) + ζ, where ẑ is near the minimiser at m, and C near its
+derivative. Taylor coefficients in (δ, ζ), δ = Θ - m, are then small where they should be, and
+
+    V(m) = U(m, ẑ) - [0, |g_ζ| |ζ|]    ∇V = U_δ    ∇²V = U_δδ - U_δζ U_ζζ⁻¹ U_ζδ    at ζ*(δ).
+
+Krawczyk's test for U_ζ = 0 shows that ζ*(δ) is in a box Z for all δ; as U is convex in z, it is the
+only minimiser. Without free variables this is Taylor's theorem alone.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.expr import Atom, Expr
+from rbstab.proof.intervals import Intervals, met, outward
+from rbstab.proof.taylor import Compiled, Values, exponents
+
+UP = 1 + 1e-12
+"""Covers the round-off of a sum of some magnitudes."""
+
+ROUND_OFF = 1e-14
+"""That of the entries of a product of two small matrices, relative to the sum of its terms."""
+
+
+class Matrices(NamedTuple):
+    """Matrices known to an error, for each box: middles and radii, shape (n, n, boxes)."""
+
+    mid: Array
+    rad: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Bounds:
+    """V and its derivatives over boxes, with proved errors.
+
+    Args:
+        centre: The centres of the boxes, shape (n, boxes).
+        radius: Radii about them that reach the ends, shape (n, boxes).
+        value: V at the centres, J.
+        gradient: ∇V at the centres, shape (n, boxes).
+        gradient_over: ∇V over the boxes, from its terms.
+        slope: S with ∇V(x) = ∇V(m) + S(x - m) for each x of the box.
+        hessian: ∇²V over the boxes.
+        value_over: V over the boxes, from its terms, J.
+    """
+
+    centre: Array
+    radius: Array
+    value: Intervals
+    gradient: Intervals
+    gradient_over: Intervals
+    slope: Matrices
+    hessian: Matrices
+    value_over: Intervals
+
+    @property
+    def slopes(self) -> Intervals:
+        """∇V over the boxes, from its terms and from the mean value theorem."""
+        S, s = self.slope
+        spread = np.einsum("ijm,jm->im", np.abs(S) + s, self.radius) * UP
+        by_mean = outward(self.gradient.lo - spread, self.gradient.hi + spread)
+        return met(self.gradient_over, by_mean)
+
+
+class Minimiser(NamedTuple):
+    """Where U is least over z, near the centres of boxes, and how that moves.
+
+    Attributes:
+        z: ẑ, shape (free, boxes).
+        C: Near dẑ/dΘ, shape (free, n, boxes).
+        inverse: Near U_ζζ⁻¹, shape (free, free, boxes).
+    """
+
+    z: Array
+    C: Array
+    inverse: Array
+
+
+class BoundedEnergy:
+    """V over boxes of Θ, and of other variables if there are some.
+
+    Args:
+        U: The energy.
+        variables: The numbers of the variables of the boxes.
+        free: Those over which it is minimised; U is convex in them.
+        least: Known lower bounds of atoms, such as 0 of cos θ2.
+        order: 3, or 2 for bounds without third derivatives.
+    """
+
+    def __init__(
+        self,
+        U: Expr,
+        variables: Sequence[int] = (0, 1, 2),
+        free: Sequence[int] = (),
+        least: Mapping[Atom, float] | None = None,
+        order: int = 3,
+    ) -> None:
+        self.U, self.variables, self.free = U, tuple(variables), tuple(free)
+        self.least, self.order = least or {}, order
+        self.n, self.k = len(self.variables), len(self.free)
+        total = self.n + self.k
+        leaves = {v: (i,) for i, v in enumerate(self.variables)}
+        moving = {v: (*range(self.n), self.n + j) for j, v in enumerate(self.free)}
+        leaves_of_all: dict[int, Sequence[int]] = {**leaves, **moving}
+        self.points = Compiled([U], total, leaves_of_all, 2, self.least)
+        self.boxes = Compiled([U], total, leaves_of_all, order, self.least)
+        self.evaluated = 0
+        _, place = exponents(total, order)
+        unit = np.eye(total, dtype=int)
+        self.first = [place[tuple(row.tolist())] for row in unit]
+        self.second = np.array([[place[tuple((a + b).tolist())] for b in unit] for a in unit])
+        self.twice = np.where(np.eye(total, dtype=bool), 2.0, 1.0)[:, :, None]
+        if order >= 3:
+            triples = np.array([[[a + b + c for c in unit] for b in unit] for a in unit])
+            flat = triples.reshape(-1, total)
+            self.third = np.array([place[tuple(row.tolist())] for row in flat]).reshape((total,) * 3)
+            most = triples.max(axis=-1)
+            self.thrice = np.array([0.0, 1.0, 2.0, 6.0])[most][..., None]
+
+    # -- coefficients --------------------------------------------------------------------------
+
+    def _values(
+        self,
+        compiled: Compiled,
+        lo: Array,
+        hi: Array,
+        least: Minimiser | None = None,
+        Z: Array | None = None,
+        about: Values | None = None,
+        reach: Array | None = None,
+    ) -> Values:
+        boxes = lo.shape[1]
+        self.evaluated += boxes
+        centre = 0.5 * lo + 0.5 * hi
+        wide = np.maximum(hi - centre, centre - lo)
+
+        def leaf(v: int) -> Intervals:
+            one = np.ones(boxes)
+            if v in self.variables:
+                i = self.variables.index(v)
+                return Intervals(np.stack([lo[i], one]), np.stack([hi[i], one]))
+            j = self.free.index(v)
+            assert least is not None
+            assert Z is not None
+            spread = (np.abs(least.C[j]) * wide).sum(axis=0) * UP + Z[j]
+            whole = outward((least.z[j] - spread)[None], (least.z[j] + spread)[None])
+            slopes = np.stack([*least.C[j], one])
+            return Intervals(
+                np.concatenate([whole.lo, slopes]), np.concatenate([whole.hi, slopes])
+            )
+
+        return compiled(leaf, about, reach)
+
+    def _at(
+        self, centre: Array, least: Minimiser | None = None, Z: Array | None = None
+    ) -> tuple[Intervals, Values | None]:
+        """Return the coefficients at points, and all values there if bounds over boxes need them."""
+        compiled = self.boxes if self.boxes.tightened else self.points
+        values = self._values(compiled, centre, centre, least, Z)
+        return values.dense(0, centre.shape[1]), values if self.boxes.tightened else None
+
+    def minimiser(self, points: Array, steps: int = 60) -> Minimiser:
+        """Return z near the lowest point at some points of shape (n, points), to round-off."""
+        count = points.shape[1]
+        z = np.zeros((self.k, count))
+        nothing = Minimiser(z, np.zeros((self.k, self.n, count)), np.zeros((self.k, self.k, count)))
+        a, b = slice(0, self.n), slice(self.n, None)
+        H = np.broadcast_to(np.eye(self.n + self.k)[..., None], (*self.second.shape, count))
+        with np.errstate(all="ignore"):
+            for _ in range(steps):
+                values = self._values(self.points, points, points, nothing._replace(z=z), 0 * z)
+                f = values.dense(0, count).mid
+                H = f[self.second] * self.twice
+                step = np.einsum("ijm,jm->im", inverses(H[b, b]), f[self.first][b])
+                step = np.where(np.isfinite(step), step, 0.0)
+                z = z - np.clip(step, -0.5, 0.5)
+                if np.abs(step).max(initial=0.0) < 1e-13 * (1 + np.abs(z).max(initial=0.0)):
+                    break
+        inverse = inverses(H[b, b])
+        return Minimiser(z, -np.einsum("ijm,jkm->ikm", inverse, H[b, a]), inverse)
+
+    # -- bounds --------------------------------------------------------------------------------
+
+    def over(self, lo: Array, hi: Array) -> Bounds:
+        """Return bounds over the boxes lo <= Θ <= hi, both of shape (n, boxes)."""
+        centre = 0.5 * lo + 0.5 * hi
+        radius = np.nextafter(np.maximum(hi - centre, centre - lo), np.inf)
+        with np.errstate(all="ignore"):
+            if self.k:
+                return self._reduced(lo, hi, centre, radius)
+            at, about = self._at(centre)
+            values = self._values(self.boxes, lo, hi, about=about, reach=radius)
+            return self._bounds(centre, radius, at, values.dense(0, lo.shape[1]), radius)
+
+    def _bounds(
+        self, centre: Array, radius: Array, at: Intervals, over: Intervals, reach: Array
+    ) -> Bounds:
+        """Return bounds on U and its derivatives by all variables."""
+        H, at_centre = _times(over[self.second], self.twice), _times(at[self.second], self.twice)
+        hessian, slope = Matrices(H.mid, H.rad), Matrices(H.mid, H.rad)
+        if self.order >= 3:
+            T = over.mag[self.third] * self.thrice
+            wide = np.einsum("ijkm,km->ijm", T, reach) * UP
+            # Along the way from the centre, third derivatives by Θ count half in the mean.
+            half = (wide - 0.5 * np.einsum("ijkm,km->ijm", T[:, :, : self.n], radius)) * UP
+            hessian = _sharper(hessian, at_centre, wide)
+            slope = _sharper(slope, at_centre, half)
+        return Bounds(
+            centre, radius, at[0], at[self.first], over[self.first], slope, hessian, over[0]
+        )
+
+    def _reduced(self, lo: Array, hi: Array, centre: Array, radius: Array) -> Bounds:
+        """Return bounds on the least energy over z."""
+        least = self.minimiser(centre)
+        nothing = np.zeros_like(least.z)
+        at, about = self._at(centre, least, nothing)
+        a, b = slice(0, self.n), slice(self.n, None)
+        magnitude = np.abs(least.inverse)
+
+        def box(Z: Array) -> Intervals:
+            reach = np.concatenate([radius, Z])
+            values = self._values(self.boxes, lo, hi, least, Z, about, reach)
+            return values.dense(0, lo.shape[1])
+
+        # ζ at the centre: |ζ| <= 2|Y g_ζ|, which Krawczyk's test for the box below includes.
+        g = at[self.first]
+        at_zero = 2 * np.einsum("ijm,jm->im", magnitude, g.mag[b]) * UP + 1e-18
+        drift = self._slopes_along(at, box(nothing), radius)
+        Z = 2 * np.einsum("ijm,jm->im", magnitude, drift) * UP + 2 * at_zero
+        over = box(Z)
+        H = _times(over[self.second], self.twice)
+        E = _residual(least.inverse, Matrices(H.mid[b, b], H.rad[b, b]))
+        image = np.einsum("ijm,jm->im", magnitude, self._slopes_along(at, over, radius))
+        image = image + np.einsum("ijm,jm->im", E, Z)
+        norm = E.sum(axis=1).max(axis=0) * UP
+        inside = np.all(image * UP < Z, axis=0) & (norm < 1)
+        # |U_ζζ⁻¹| <= (I + E/(1 - |E|))|Y|
+        share = E / np.maximum(1 - norm, 1e-300)
+        bound = np.einsum("ijm,jkm->ikm", np.eye(self.k)[..., None] + share, magnitude) * UP
+        whole = self._bounds(centre, radius, at, over, np.concatenate([radius, Z]))
+        return self._without_free(whole, at, at_zero, bound, inside, (a, b))
+
+    def _without_free(  # noqa: PLR0913 (what `_reduced` has computed)
+        self,
+        whole: Bounds,
+        at: Intervals,
+        at_zero: Array,
+        inverse: Array,
+        inside: Array,
+        blocks: tuple[slice, slice],
+    ) -> Bounds:
+        a, b = blocks
+        cross = np.abs(whole.hessian.mid[a, b]) + whole.hessian.rad[a, b]
+        schur = np.einsum("ijm,jkm,lkm->ilm", cross, inverse, cross) * UP
+        unknown = np.where(inside, 0.0, np.inf)
+        hessian, slope = (
+            Matrices(M.mid[a, a], M.rad[a, a] + schur + unknown)
+            for M in (whole.hessian, whole.slope)
+        )
+        g = whole.gradient
+        fall = (g.mag[b] * at_zero).sum(axis=0) * UP + unknown
+        H = _times(at[self.second], self.twice)
+        off = np.einsum("ijm,jm->im", H.mag[a, b], at_zero) * UP + unknown
+        # Over the way from ẑ to the minimiser the mixed derivatives are those of the box.
+        off = np.maximum(off, np.einsum("ijm,jm->im", cross, at_zero) * UP)
+        natural = whole.gradient_over
+        return Bounds(
+            whole.centre,
+            whole.radius,
+            outward(whole.value.lo - fall, whole.value.hi),
+            outward(g.lo[a] - off, g.hi[a] + off),
+            Intervals(natural.lo[a] - unknown, natural.hi[a] + unknown),
+            slope,
+            hessian,
+            Intervals(whole.value_over.lo - unknown, whole.value_over.hi + unknown),
+        )
+
+    def _slopes_along(self, at: Intervals, over: Intervals, radius: Array) -> Array:
+        """Bound |U_ζ(δ, 0)| over the boxes: at the centre, plus U_ζδ δ, plus ½ third derivatives."""
+        a, b = slice(0, self.n), slice(self.n, None)
+        wide = _times(over[self.second], self.twice).mag[b, a]
+        centre = at.mag[self.first][b]
+        found = centre + np.einsum("ijm,jm->im", wide, radius)
+        if self.order >= 3:
+            H = _times(at[self.second], self.twice).mag[b, a]
+            T = (over.mag[self.third] * self.thrice)[b, a, a]
+            by_third = centre + np.einsum("ijm,jm->im", H, radius)
+            by_third = by_third + 0.5 * np.einsum("ijkm,jm,km->im", T, radius, radius)
+            found = np.fmin(found, by_third)
+        return np.asarray(found * UP)
+
+    def at(self, points: Array) -> tuple[Array, Array, Array]:
+        """Return V, ∇V and ∇²V at points of shape (n, points), to round-off."""
+        count, a = points.shape[1], slice(0, self.n)
+        least = self.minimiser(points) if self.k else None
+        Z = None if least is None else np.zeros_like(least.z)
+        with np.errstate(all="ignore"):
+            f = self._values(self.points, points, points, least, Z).dense(0, count).mid
+        return f[0], f[self.first][a], (f[self.second] * self.twice)[a, a]
+
+
+def inverses(M: Array) -> Array:
+    """Return approximate inverses of matrices of shape (n, n, boxes); NaN for a singular one."""
+    stacked = np.moveaxis(M, 2, 0)
+    with np.errstate(all="ignore"):
+        try:
+            return np.moveaxis(np.linalg.inv(stacked), 0, 2)
+        except np.linalg.LinAlgError:
+            found = np.full(stacked.shape, np.nan)
+            for k, one in enumerate(stacked):
+                try:
+                    found[k] = np.linalg.inv(one)
+                except np.linalg.LinAlgError:
+                    continue
+            return np.moveaxis(found, 0, 2)
+
+
+def _residual(Y: Array, M: Matrices) -> Array:
+    """Bound |I - YM| for each matrix M, shape (n, n, boxes)."""
+    eye = np.eye(len(Y))[..., None]
+    near = np.abs(eye - np.einsum("ijm,jkm->ikm", Y, M.mid))
+    size = np.einsum("ijm,jkm->ikm", np.abs(Y), M.rad + ROUND_OFF * np.abs(M.mid))
+    return np.asarray((near + size) * UP + ROUND_OFF * eye)
+
+
+def _sharper(natural: Matrices, at: Intervals, spread: Array) -> Matrices:
+    """Return the matrices at the centres with a spread, where these are known better."""
+    radius = at.rad + spread * UP
+    better = radius < natural.rad
+    return Matrices(
+        np.where(better, at.mid, natural.mid), np.where(better, radius, natural.rad)
+    )
+
+
+def _times(x: Intervals, factor: Array) -> Intervals:
+    """Return the product with 1 or 2, which is exact."""
+    return Intervals(x.lo * factor, x.hi * factor)
+
+
+def preconditioned(b: Bounds) -> tuple[Array, Array, Array, Array]:
+    """Return Y∇V = step + (I - R)δ over boxes, with an approximate inverse Y of the mean slopes.
+
+    Returns:
+        The step Y∇V(m), shape (n, boxes); its error; bounds on R = |I - YS|, shape (n, n, boxes);
+        and the same for ∇²V in place of S.
+    """
+    Y = inverses(b.slope.mid)
+    g = b.gradient
+    step = np.einsum("ijm,jm->im", Y, g.mid)
+    size = g.rad + ROUND_OFF * np.abs(g.mid)
+    error = np.einsum("ijm,jm->im", np.abs(Y), size) * UP
+    return step, error, _residual(Y, b.slope), _residual(Y, b.hessian)

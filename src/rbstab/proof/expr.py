@@ -1,0 +1,437 @@
+"""Exact expressions: polynomials over atoms with rational coefficients. One more kind of number.
+
+The equations of a system take these numbers, and return their energy exactly. An atom is a
+variable, the sine or cosine of an expression, or another function of one (`sqrt`, `exp`, `step`).
+sin² is always written as 1 - cos², so equal trigonometric polynomials are equal expressions: A'A = I
+cancels, and "is it quadratic in x?" is a question about monomials. Products with other functions
+keep sums as factors (`LET`): (ℓ/ℓ₀ - 1)³ is sharper over a box than its terms.
+
+Expressions and atoms are the same for the same content in every process, and so is their order.
+"""
+
+import hashlib
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+from typing import Any, Union
+from weakref import WeakValueDictionary
+
+import numpy as np
+
+VAR, SIN, COS, LET, STEP, POSITIVE = "var", "sin", "cos", "let", "step", "positive"
+
+FUNCTIONS = frozenset({SIN, COS, "sqrt", "exp", "log", "atan"})
+"""The kinds of atoms that are smooth functions of one argument."""
+
+MOST_PRODUCTS = 20_000
+"""Products of sums with more pairs of terms are not multiplied out."""
+
+Monomial = tuple[tuple["Atom", int], ...]
+"""A product of atoms with powers, in the order of the atoms."""
+
+
+class Atom:
+    """A variable (its argument is a number), or a function of an expression.
+
+    Args:
+        kind: What it is: `VAR`, `SIN`, `COS`, `LET` (the argument itself), `STEP`, `POSITIVE` (the
+            argument where that is positive, else 0), or the name of a function.
+        argument: Its argument.
+        extra: For a step, how many derivatives the sum in which it stands has that do not jump,
+            but for the last of them.
+    """
+
+    __slots__ = ("__weakref__", "argument", "extra", "kind", "order", "variables")
+
+    kind: str
+    argument: Union[int, "Expr"]
+    extra: int | None
+    order: tuple[int, str]
+    variables: frozenset[int]
+
+    def __repr__(self) -> str:
+        """Return the atom as a formula."""
+        return f"x{self.argument}" if self.kind == VAR else f"{self.kind}({self.argument!r})"
+
+    @property
+    def inner(self) -> "Expr":
+        """The argument of a function."""
+        assert isinstance(self.argument, Expr)
+        return self.argument
+
+
+_atoms: WeakValueDictionary[tuple[str, Any, int | None], Atom] = WeakValueDictionary()
+"""The atoms in memory, so that equal ones are one."""
+
+
+def atom(kind: str, argument: Union[int, "Expr"], extra: int | None = None) -> Atom:
+    """Return the atom of a kind and an argument."""
+    name = argument.digest if isinstance(argument, Expr) else argument
+    found = _atoms.get((kind, name, extra))
+    if found is None:
+        found = Atom()
+        found.kind, found.argument, found.extra = kind, argument, extra
+        if isinstance(argument, Expr):
+            found.variables = argument.variables
+            number = variable_of(argument)
+        else:
+            found.variables, number = frozenset({argument}), argument
+        # Variables and their sines and cosines come first.
+        plain = number is not None and kind in {VAR, SIN, COS}
+        found.order = (0, f"{number:04d} {kind}") if plain else (1, f"{name} {kind} {extra}")
+        _atoms[kind, name, extra] = found
+    return found
+
+
+def variable_of(e: "Expr") -> int | None:
+    """Return the number of the variable that an expression is; None if it is none."""
+    if len(e.terms) == 1:
+        ((m, c),) = e.terms.items()
+        if c == 1 and len(m) == 1 and m[0][1] == 1 and m[0][0].kind == VAR:
+            found = m[0][0].argument
+            assert isinstance(found, int)
+            return found
+    return None
+
+
+def meant(value: object) -> Fraction:
+    """Return the number that a double of a config or of code means: 0.4 is 2/5."""
+    if isinstance(value, Fraction):
+        return value
+    if isinstance(value, (bool, int, np.integer)):
+        return Fraction(int(value))
+    if isinstance(value, (float, np.floating)):
+        return Fraction(repr(float(value)))
+    raise TypeError(f"an expression takes no {type(value).__name__}")
+
+
+class Expr:
+    """Σ c Π atom^power.
+
+    Args:
+        terms: c of each monomial; zeros are left out.
+    """
+
+    __slots__ = ("_digest", "_variables", "terms")
+
+    def __init__(self, terms: Mapping[Monomial, Fraction]) -> None:
+        self.terms: dict[Monomial, Fraction] = {m: c for m, c in terms.items() if c}
+        self._digest: str | None = None
+        self._variables: frozenset[int] | None = None
+
+    # -- what it is ---------------------------------------------------------------------------
+
+    @property
+    def digest(self) -> str:
+        """A text that only equal expressions share."""
+        if self._digest is None:
+            rows = [
+                f"{c} " + " ".join(f"{a.order[1]}^{p}" for a, p in m)
+                for m, c in sorted(self.terms.items(), key=_order)
+            ]
+            self._digest = hashlib.blake2b("\n".join(rows).encode(), digest_size=16).hexdigest()
+        return self._digest
+
+    @property
+    def constant(self) -> Fraction | None:
+        """The number that it is; None if it is none."""
+        if not self.terms:
+            return Fraction(0)
+        return self.terms.get(()) if len(self.terms) == 1 else None
+
+    @property
+    def atoms(self) -> set[Atom]:
+        """The atoms of its monomials."""
+        return {a for m in self.terms for a, _ in m}
+
+    @property
+    def all_atoms(self) -> set[Atom]:
+        """Its atoms, with those inside functions."""
+        found, pending = set[Atom](), list(self.atoms)
+        while pending:
+            one = pending.pop()
+            if one not in found:
+                found.add(one)
+                pending += [] if one.kind == VAR else one.inner.atoms
+        return found
+
+    @property
+    def variables(self) -> frozenset[int]:
+        """The numbers of the variables on which it depends, also inside functions."""
+        if self._variables is None:
+            self._variables = frozenset[int]().union(*(a.variables for a in self.atoms))
+        return self._variables
+
+    @property
+    def is_polynomial(self) -> bool:
+        """Whether it is a polynomial of variables, sines and cosines, which is multiplied out."""
+        return all(a.kind in {VAR, SIN, COS} and p > 0 for m in self.terms for a, p in m)
+
+    @property
+    def is_switch(self) -> bool:
+        """Whether it is one product of steps: a factor of each term of a sum, so that terms cancel."""
+        return len(self.terms) == 1 and all(a.kind == STEP for a in self.atoms)
+
+    def __repr__(self) -> str:
+        """Return the expression as a formula."""
+        shown = []
+        for m, c in sorted(self.terms.items(), key=_order):
+            factors = [repr(a) if p == 1 else f"{a!r}^{p}" for a, p in m]
+            shown.append("*".join([str(c), *factors] if c != 1 or not m else factors))
+        return " + ".join(shown) or "0"
+
+    # -- arithmetic ---------------------------------------------------------------------------
+
+    def __add__(self, other: Any) -> "Expr":
+        """Return the sum with an expression or a number."""
+        if isinstance(other, np.ndarray):
+            return NotImplemented
+        terms = dict(self.terms)
+        for m, c in expr(other).terms.items():
+            terms[m] = terms.get(m, Fraction(0)) + c
+        return Expr(terms)
+
+    __radd__ = __add__
+
+    def scaled(self, factor: Fraction) -> "Expr":
+        """Return the product with a number."""
+        return Expr({m: c * factor for m, c in self.terms.items()})
+
+    def __neg__(self) -> "Expr":
+        """Return its negative."""
+        return self.scaled(Fraction(-1))
+
+    def __pos__(self) -> "Expr":
+        """Return itself."""
+        return self
+
+    def __sub__(self, other: Any) -> "Expr":
+        """Return the difference from an expression or a number."""
+        return NotImplemented if isinstance(other, np.ndarray) else self + -expr(other)
+
+    def __rsub__(self, other: Any) -> "Expr":
+        """Return the difference of a number from it."""
+        return NotImplemented if isinstance(other, np.ndarray) else expr(other) + -self
+
+    def __mul__(self, other: Any) -> "Expr":
+        """Return the product with an expression or a number."""
+        if isinstance(other, np.ndarray):
+            return NotImplemented
+        one, two = self, expr(other)
+        for factor, left in ((one, two), (two, one)):
+            if factor.constant is not None:
+                return left.scaled(factor.constant)
+        if one.digest == two.digest:
+            return one**2
+        plain = one.is_polynomial and two.is_polynomial
+        plain = plain and len(one.terms) * len(two.terms) <= MOST_PRODUCTS
+        if not (plain or one.is_switch or two.is_switch):
+            one, two = as_factor(one), as_factor(two)
+        return _product(one, two)
+
+    __rmul__ = __mul__
+
+    def __pow__(self, power: Any) -> "Expr":
+        """Return a whole power, which may be negative.
+
+        Raises:
+            TypeError: The power is not whole.
+        """
+        n = _whole(power)
+        if self.constant is not None:
+            return Expr({(): self.constant**n})
+        if n == 0:
+            return expr(1)
+        if n < 0 or not self.is_polynomial or len(self.terms) ** 2 > MOST_PRODUCTS:
+            ((m, c),) = as_factor(self).terms.items()
+            return _reduced({tuple((a, p * n) for a, p in m): c**n})
+        found = self
+        for _ in range(n - 1):
+            found = _product(found, self)
+        return found
+
+    def __truediv__(self, other: Any) -> "Expr":
+        """Return the quotient by an expression or a number."""
+        return NotImplemented if isinstance(other, np.ndarray) else self * expr(other) ** -1
+
+    def __rtruediv__(self, other: Any) -> "Expr":
+        """Return the quotient of a number by it."""
+        return NotImplemented if isinstance(other, np.ndarray) else expr(other) * self**-1
+
+    # -- a number may be compared, an expression of variables may not ---------------------------
+
+    def _number(self) -> Fraction:
+        if self.constant is None:
+            raise TypeError("an expression has no value, so code must not branch on it")
+        return self.constant
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether two expressions are the same."""
+        if isinstance(other, Expr):
+            return self.digest == other.digest
+        if isinstance(other, (int, float, Fraction)):
+            return self.constant is not None and self.constant == meant(other)
+        return NotImplemented
+
+    def __hash__(self) -> int:
+        """Return a number that equal expressions share."""
+        return hash(self.digest)
+
+    def __lt__(self, other: Any) -> bool:
+        """Compare two numbers."""
+        return self._number() < expr(other)._number()  # noqa: SLF001
+
+    def __le__(self, other: Any) -> bool:
+        """Compare two numbers."""
+        return self._number() <= expr(other)._number()  # noqa: SLF001
+
+    def __gt__(self, other: Any) -> bool:
+        """Compare two numbers."""
+        return self._number() > expr(other)._number()  # noqa: SLF001
+
+    def __ge__(self, other: Any) -> bool:
+        """Compare two numbers."""
+        return self._number() >= expr(other)._number()  # noqa: SLF001
+
+    def __bool__(self) -> bool:
+        """Return whether a number is not zero."""
+        return self._number() != 0
+
+    # -- functions ------------------------------------------------------------------------------
+
+    def function(self, kind: str, extra: int | None = None) -> "Expr":
+        """Return a function of it."""
+        if kind == LET:
+            return self
+        if kind in {SIN, COS} and not self.terms:
+            return expr(kind == COS)
+        return only(atom(kind, self, extra))
+
+    def sin(self) -> "Expr":
+        """Return its sine."""
+        return self.function(SIN)
+
+    def cos(self) -> "Expr":
+        """Return its cosine."""
+        return self.function(COS)
+
+    def tan(self) -> "Expr":
+        """Return its tangent."""
+        return self.sin() / self.cos()
+
+    def sqrt(self) -> "Expr":
+        """Return its square root."""
+        return self.function("sqrt")
+
+    def exp(self) -> "Expr":
+        """Return its exponential."""
+        return self.function("exp")
+
+    def log(self) -> "Expr":
+        """Return its logarithm."""
+        return self.function("log")
+
+    def atan(self) -> "Expr":
+        """Return its arc tangent."""
+        return self.function("atan")
+
+    def sinh(self) -> "Expr":
+        """Return its hyperbolic sine."""
+        return (self.exp() - (-self).exp()).scaled(Fraction(1, 2))
+
+    def cosh(self) -> "Expr":
+        """Return its hyperbolic cosine."""
+        return (self.exp() + (-self).exp()).scaled(Fraction(1, 2))
+
+    def tanh(self) -> "Expr":
+        """Return its hyperbolic tangent."""
+        return 1 - 2 / ((2 * self).exp() + 1)
+
+    def step(self, smooth: int) -> "Expr":
+        """Return 1 where it is positive, else 0.
+
+        Args:
+            smooth: The order of the first derivative that may jump of the sum in which the step
+                stands: 1 for a force that jumps, 2 for one with a kink.
+        """
+        return self.function(STEP, smooth)
+
+
+def expr(x: Any) -> Expr:
+    """Return a number as an expression."""
+    if isinstance(x, Expr):
+        return x
+    if isinstance(x, np.ndarray):
+        return expr(x.item())
+    return Expr({(): meant(x)})
+
+
+def only(a: Atom) -> Expr:
+    """Return an atom as an expression."""
+    return Expr({((a, 1),): Fraction(1)})
+
+
+def variable(number: int) -> Expr:
+    """Return the variable with a number."""
+    return only(atom(VAR, number))
+
+
+def as_factor(e: Expr) -> Expr:
+    """Return an expression as one monomial: a sum becomes an atom of its own."""
+    return e if len(e.terms) == 1 else only(atom(LET, e))
+
+
+def numbers(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Return an array of doubles as the numbers that they mean."""
+    found = np.empty(values.shape, dtype=object)
+    for index in np.ndindex(values.shape):
+        found[index] = expr(values[index])
+    return found
+
+
+def _whole(power: Any) -> int:
+    number = power.constant if isinstance(power, Expr) else meant(power)
+    if number is None or number.denominator != 1:
+        raise TypeError(f"a power {power!r} of an expression is not whole")
+    return int(number)
+
+
+def _order(term: tuple[Monomial, Fraction]) -> list[tuple[tuple[int, str], int]]:
+    return [(a.order, p) for a, p in term[0]]
+
+
+def monomial(factors: Iterable[tuple[Atom, int]]) -> Monomial:
+    """Return a product of powers of different atoms, in order."""
+    return tuple(sorted(((a, p) for a, p in factors if p), key=lambda one: one[0].order))
+
+
+def _product(one: Expr, two: Expr) -> Expr:
+    terms: dict[Monomial, Fraction] = {}
+    for m1, c1 in one.terms.items():
+        for m2, c2 in two.terms.items():
+            powers = dict(m1)
+            for a, p in m2:
+                powers[a] = powers.get(a, 0) + p
+            m = monomial(powers.items())
+            terms[m] = terms.get(m, Fraction(0)) + c1 * c2
+    return _reduced(terms)
+
+
+def _reduced(terms: Mapping[Monomial, Fraction]) -> Expr:
+    """Return a sum of products, with sin² = 1 - cos² and step² = step."""
+    found: dict[Monomial, Fraction] = {}
+    pending = [(m, c) for m, c in terms.items() if c]
+    while pending:
+        m, c = pending.pop()
+        for place, (a, p) in enumerate(m):
+            rest = m[:place] + m[place + 1 :]
+            if a.kind == SIN and p >= 2:
+                square = Expr({(): Fraction(1), ((atom(COS, a.argument), 2),): Fraction(-1)})
+                left = Expr({monomial([*rest, (a, p - 2)]): c})
+                pending += _product(left, square).terms.items()
+                break
+            if a.kind == STEP and p >= 2:
+                pending.append((monomial([*rest, (a, 1)]), c))
+                break
+        else:
+            found[m] = found.get(m, Fraction(0)) + c
+    return Expr(found)

@@ -1,0 +1,175 @@
+"""Rest states at which a force that jumps, or a stop, holds the body.
+
+L(Θ, λ) is the energy with λ in place of one step(h). Its gradient by Θ is that of U with a share λ
+of the jump, and its slope by λ is the jump in energy, which is zero exactly where h = 0. So the body
+rests on the surface h = 0 where ∇L = 0 and 0 < λ < 1: the same search, with one more variable. At a
+stop, θ2 is a number, and ∂U/∂θ2 has to press against it.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.bounds import UP, BoundedEnergy, Bounds, preconditioned
+from rbstab.proof.expr import STEP, VAR, Atom, atom, expr, variable
+from rbstab.proof.intervals import Intervals, constant
+from rbstab.proof.model import Energy
+from rbstab.proof.rewriting import substituted
+from rbstab.proof.search import Box, Boxes, Search, Zero, Zeros, index_of, newton
+
+LAMBDA = 1000
+"""The number of the variable λ."""
+
+GRID = (7, 6, 7)
+"""The points of a range, by axis, from which states on a surface are looked for."""
+
+RADII = np.geomspace(1e-14, 0.5, 100)
+
+FACE_LIMIT = 20_000
+"""Boxes of one face at a stop."""
+
+
+def jumps(energy: Energy) -> list[Atom]:
+    """Return the steps at which the force jumps, in order."""
+    found = [a for a in energy.U.all_atoms if a.kind == STEP and a.extra == 1]
+    return sorted(found, key=lambda a: a.order)
+
+
+def held_zeros(energy: Energy, box: Box, starts: Array | None = None) -> list[Zero]:
+    """Return rest states in a box at which a force that jumps holds the body.
+
+    Args:
+        energy: U; nothing is found if variables besides Θ are left.
+        box: The box of Θ.
+        starts: Points from which they are looked for, shape (3, points); a grid by default.
+    """
+    if energy.free:
+        return []
+    if starts is None:
+        lines = [np.linspace(a, b, n + 2)[1:-1] for a, b, n in zip(*box, GRID, strict=True)]
+        starts = np.stack([x.ravel() for x in np.meshgrid(*lines, indexing="ij")])
+    found = list[Zero]()
+    for step in jumps(energy):
+        surface = _Surface(energy, step)
+        for x in surface.candidates(starts):
+            inside = box.contains(x[:3])
+            if inside and not any(zero.domain.contains(x[:3]) for zero in found):
+                zero = surface.isolated(x)
+                found += [] if zero is None else [zero]
+    return found
+
+
+class _Surface:
+    """The surface h = 0 on which a step changes."""
+
+    def __init__(self, energy: Energy, step: Atom) -> None:
+        L = substituted(energy.U, {step: variable(LAMBDA)})
+        self.energy = BoundedEnergy(L, (0, 1, 2, LAMBDA), least=energy.least)
+        self.argument = BoundedEnergy(step.inner, least=energy.least)
+
+    def candidates(self, starts: Array) -> Iterator[Array]:
+        """Yield points (Θ, λ) where ∇L is zero to round-off, with λ between 0 and 1."""
+        ends, last = newton(self.energy, np.vstack([starts, np.full(starts.shape[1], 0.5)]), 60)
+        good = (last < 1e-11) & (ends[3] > 0) & (ends[3] < 1)
+        yield from ends[:, good].T
+
+    def isolated(self, x: Array) -> Zero | None:
+        """Prove that the body rests at exactly one point near this one."""
+        lo, hi = x[:3, None] - RADII, x[:3, None] + RADII
+        shares = np.zeros_like(RADII), np.ones_like(RADII)
+        wide = self.energy.over(np.vstack([lo, shares[0]]), np.vstack([hi, shares[1]]))
+        near = x[3] - 10 * RADII, x[3] + 10 * RADII
+        small = self.energy.over(np.vstack([lo, near[0]]), np.vstack([hi, near[1]]))
+        normal = self.argument.at(x[:3, None])[1][:, 0]
+        with np.errstate(all="ignore"):
+            _, _, _, hessian = preconditioned(wide)
+            unique = np.all(np.einsum("ijm,jm->im", hessian, wide.radius) * UP < wide.radius, 0)
+            # On both sides of the surface U has slopes across it, of opposite signs.
+            before, after = (
+                self.energy.over(np.vstack([lo, share]), np.vstack([hi, share])).slopes
+                for share in shares
+            )
+            b, a = _along(normal, before), _along(normal, after)
+            pulls, pushes = (b.hi < 0) & (a.lo > 0), (b.lo > 0) & (a.hi < 0)
+            step, error, mean, _ = preconditioned(small)
+            image = np.abs(step) + error + np.einsum("ijm,jm->im", mean, small.radius)
+            inner = np.minimum(small.radius, np.vstack([np.tile(RADII, (3, 1)), 10 * RADII]))
+            exists = np.all(image * UP < inner * (1 - 1e-12), axis=0)
+            exists &= (near[0] > 0) & (near[1] < 1)
+        domains = unique & (pulls | pushes)
+        good = np.flatnonzero(domains & exists)
+        if not len(good):
+            return None
+        e, d = int(good[0]), int(np.flatnonzero(domains)[-1])
+        ridge = bool(pushes[e])
+        index = index_of(small.hessian, e)
+        # ∇²L has one negative eigenvalue more than the Hessian along the surface.
+        return Zero(
+            x[:3],
+            Box(lo[:, e], hi[:, e]),
+            Box(lo[:, d], hi[:, d]),
+            None if index is None else index - 1 + ridge,
+            float(wide.value.mid[e]),
+            held=True,
+            ridge=ridge,
+        )
+
+
+def _along(normal: Array, g: Intervals) -> Intervals:
+    """Return bounds on n'∇L for the three angles."""
+    mid = np.einsum("i,im->m", normal, g.mid[:3])
+    rad = np.einsum("i,im->m", np.abs(normal), g.rad[:3] + 1e-14 * np.abs(g.mid[:3])) * UP
+    return Intervals(mid - rad, mid + rad)
+
+
+def zeros_at_stop(energy: Energy, box: Box, limit: int = FACE_LIMIT) -> list[Zeros]:
+    """Return the rest states at each end of θ2 that a stop holds, proved or not.
+
+    They are the zeros of ∂U/∂θ1 and ∂U/∂θ3 on the face at which U falls outwards. Their boxes have
+    three axes. Where the sign of ∂U/∂θ2 is not known, a box is undecided.
+    """
+    if energy.stop is None or energy.free:
+        return []
+    return [_zeros_on_face(energy, box, side, limit) for side in (-1, 1)]
+
+
+def _zeros_on_face(energy: Energy, box: Box, side: int, limit: int) -> Zeros:
+    assert energy.stop is not None
+    angle = constant(side * energy.stop)
+    ends = np.array([[float(angle.lo)], [float(angle.hi)]])
+    face = substituted(energy.U, {atom(VAR, 1): expr(side * energy.stop)})
+    on_face = BoundedEnergy(face, (0, 2))
+    whole = BoundedEnergy(energy.U, least=energy.least)
+
+    def whole_boxes(boxes: Boxes) -> Boxes:
+        low, high = (np.broadcast_to(end, boxes.lo[:1].shape) for end in ends)
+        return Boxes(
+            np.concatenate([boxes.lo[:1], low, boxes.lo[1:]]),
+            np.concatenate([boxes.hi[:1], high, boxes.hi[1:]]),
+        )
+
+    def outwards(boxes: Boxes) -> Intervals:
+        g = whole.over(*whole_boxes(boxes)).slopes[1]
+        return g if side > 0 else Intervals(-g.hi, -g.lo)
+
+    def leaves(boxes: Boxes, _: Bounds) -> Array:
+        return outwards(boxes).lo > 0
+
+    flat = Box(box.lo[[0, 2]], box.hi[[0, 2]])
+    found = Search(on_face, flat, also=leaves).run(limit)
+    zeros, undecided = list[Zero](), [whole_boxes(found.undecided)]
+    for zero in found.zeros:
+        place = Boxes(zero.enclosure.lo[:, None], zero.enclosure.hi[:, None])
+        slope, at = outwards(place), whole_boxes(place)
+        if slope.hi[0] < 0:
+            point = np.array([zero.point[0], side * float(energy.stop), zero.point[1]])
+            around = Box(at.lo[:, 0], at.hi[:, 0])
+            zeros.append(
+                replace(zero, point=point, enclosure=around, domain=around, held=True)
+            )
+        elif not slope.lo[0] > 0:
+            undecided.append(at)
+    left = Boxes(np.concatenate([u.lo for u in undecided], 1), np.concatenate([u.hi for u in undecided], 1))
+    return Zeros(tuple(zeros), left, found.examined, found.family)

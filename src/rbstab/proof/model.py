@@ -1,0 +1,195 @@
+"""The energy to be proved about: traced once from the equations, with X and own states eliminated.
+
+The system of a config is built with exact expressions as its numbers, so the weight, the anchor and
+all else that follows from the config are exact. Modes of elements that switch become steps of their
+event functions: one formula holds on all sides of a switch.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from rbstab.analysis.configuration import configurations
+from rbstab.elements.ligament import Ligament
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.expr import COS, LET, SIN, VAR, Atom, Expr, atom, expr, numbers, variable
+from rbstab.proof.rewriting import (
+    inverse_of_definite,
+    quadratic_in,
+    substituted,
+    with_known_steps,
+)
+from rbstab.systems.parameters import map_parameters
+from rbstab.systems.system import System
+
+THETA = (0, 1, 2)
+"""The numbers of the variables Θ; those of X and of own states follow, as in a configuration q."""
+
+ExactSystem = Callable[[Callable[[Array], Array]], System]
+"""A function that builds a system in a kind of number, without elements of users."""
+
+COSINE = atom(COS, variable(1))
+"""cos θ2, which is not negative in the range."""
+
+
+class NoMinimumError(Exception):
+    """The energy has no single minimum over X and own states: they are not held."""
+
+
+@dataclass(frozen=True, eq=False)
+class Energy:
+    """The potential energy U(Θ, z), J, least over all other entries of a configuration.
+
+    Args:
+        U: The energy.
+        free: The numbers of the variables z that are left: positions and own states.
+        minimiser: Each other entry of a configuration where U is least, as an expression of Θ.
+        shift: For each z the place from where it is counted, as an expression of Θ.
+        stop: The largest |θ2| that a stop allows, rad; None without one.
+        closed: The angles, 0 to 2, of which no motion reaches the end of the range.
+    """
+
+    U: Expr
+    free: tuple[int, ...] = ()
+    minimiser: Mapping[int, Expr] = field(default_factory=dict)
+    shift: Mapping[int, Expr] = field(default_factory=dict)
+    stop: Fraction | None = None
+    closed: frozenset[int] = frozenset()
+
+    @property
+    def least(self) -> dict[Atom, float]:
+        """Known lower bounds of atoms in the range."""
+        return {COSINE: 0.0}
+
+
+def energy_of(system: System, exact_system: ExactSystem) -> Energy:
+    """Return the potential energy of a system, least over X and own states.
+
+    Args:
+        system: The system, in doubles.
+        exact_system: Builds the same in other numbers, from the numbers of its config, without the
+            elements of users. These get the numbers that their doubles mean.
+
+    Raises:
+        NoMinimumError: Nothing holds the position, or an own state.
+        TypeError: Code of a user branches on a value, or takes no such numbers.
+    """
+    at_rest = configurations(system)
+    exact = configurations(_exact(system, exact_system))
+    q = np.array([variable(k) for k in range(at_rest.size)], dtype=object)
+    motion, own = exact.motion(q), q[at_rest.pose_size :]
+    total, begin, stop = expr(0), 0, None
+    for element in exact.system.elements:
+        mine = own[begin : begin + element.state_size]
+        begin += element.state_size
+        if element.holds:  # a stop: it stores nothing, and ends the range
+            stop = expr(getattr(element, "angle")).constant
+            continue
+        acting: Any = element
+        if element.mode_count:
+            smooth = 1 if element.kinked else 3 if isinstance(element, Ligament) else 2
+            modes = [expr(g).step(smooth) for g in element.guards(motion, mine)]
+            acting = replace(acting, mode=np.array(modes, dtype=object))
+        total = total + acting.stored(motion, mine)
+    found = _eliminated(with_known_steps(total), range(3, at_rest.size))
+    closed = set(_poles(found.U))
+    return replace(found, stop=stop, closed=frozenset(closed | ({1} if stop is not None else set())))
+
+
+def _exact(system: System, exact_system: ExactSystem) -> System:
+    """Return a system with exact numbers, with the elements of users in their places."""
+    known = iter(exact_system(numbers).elements)
+    elements = []
+    for element in system.elements:
+        if element.from_user:
+            alone = replace(system, elements=(element,))
+            (mine,) = map_parameters(alone, lambda _, values: numbers(values)).elements
+            elements.append(mine)
+        else:
+            elements.append(next(known))
+    built = exact_system(numbers)
+    return replace(built, elements=tuple(elements), coordinates=system.coordinates)
+
+
+def _eliminated(total: Expr, others: range) -> Energy:
+    """Minimise over all variables in which the energy is quadratic with constant stiffness."""
+    inside = {
+        v for a in total.atoms if a.kind != VAR for v in a.variables if v >= others.start
+    }
+    chosen = [k for k in others if k not in inside]
+    # Variables with other powers, or with a stiffness that depends on Θ, stay.
+    while bad := _not_quadratic(total, chosen):
+        chosen = [k for k in chosen if k not in bad]
+    parts = quadratic_in(total, chosen)
+    inverse = inverse_of_definite(parts.H)
+    if inverse is None:
+        raise NoMinimumError
+    U, minimiser = parts.rest, dict[int, Expr]()
+    for i, k in enumerate(chosen):
+        minimiser[k] = _sum(parts.b[j].scaled(-inverse[i][j]) for j in range(len(chosen)))
+        U = U + (parts.b[i] * minimiser[k]).scaled(Fraction(1, 2))
+    free = tuple(k for k in others if k not in chosen)
+    U, shift = _shifted(U, free)
+    return Energy(U, free, minimiser, shift)
+
+
+def _not_quadratic(total: Expr, chosen: list[int]) -> set[int]:
+    places = {atom(VAR, k): k for k in chosen}
+    bad = set[int]()
+    for m in total.terms:
+        mine = [(a, p) for a, p in m if a in places]
+        degree = sum(p for _, p in mine)
+        if degree > 2 or (degree == 2 and len(m) > len(mine)):
+            bad |= {places[a] for a, _ in mine}
+    return bad
+
+
+def _shifted(U: Expr, free: tuple[int, ...]) -> tuple[Expr, dict[int, Expr]]:
+    """Count the variables that are left from where the quadratic part of U is least.
+
+    With x = x*(Θ) + z that part is U_Q(Θ) + ½ z'Hz, and only the rest N(Θ, x* + z) keeps its form.
+    """
+    if not free:
+        return U, {}
+    parts = quadratic_in(U, free, constant=(VAR, SIN, COS))
+    inverse = inverse_of_definite(parts.H)
+    if inverse is None:
+        return U, {}
+    n = range(len(free))
+    star = [_sum(parts.b[j].scaled(-inverse[i][j]) for j in n) for i in n]
+    moved = {atom(VAR, k): star[i] + variable(k) for i, k in enumerate(free)}
+    rest = substituted(parts.rest, moved)
+    quadratic = U - parts.rest
+    return substituted(quadratic, moved) + rest, dict(zip(free, star, strict=True))
+
+
+def _sum(terms: Any) -> Expr:
+    return sum(terms, expr(0))
+
+
+def _poles(U: Expr) -> set[int]:
+    """Return the angles at whose end a barrier is: U has a power of 1/cos θ2, or of 1/(1 + cos θ)."""
+    found = set[int]()
+    for m in U.terms:
+        for a, p in m:
+            if p >= 0:
+                continue
+            if a is COSINE:
+                found.add(1)
+            for k in (0, 2):
+                if a.kind == LET and a.inner == 1 + variable(k).cos():
+                    found.add(k)
+    return found
+
+
+def value_at(e: Expr, q: Array) -> float:
+    """Return the value of an expression at numbers of its variables, to round-off."""
+    from rbstab.proof.taylor import Compiled
+    from rbstab.proof.intervals import Intervals
+
+    compiled = Compiled([e], 0, {}, 0)
+    values = compiled(lambda k: Intervals(np.full((1, 1), q[k]), np.full((1, 1), q[k])))
+    return float(values.dense(0, 1).mid[0, 0])

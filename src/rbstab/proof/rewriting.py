@@ -1,0 +1,149 @@
+"""Rewriting of expressions: other expressions in place of atoms, steps that are known, coefficients."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from typing import NamedTuple
+
+from rbstab.proof.expr import (
+    LET,
+    POSITIVE,
+    STEP,
+    VAR,
+    Atom,
+    Expr,
+    Monomial,
+    as_factor,
+    atom,
+    expr,
+    monomial,
+    only,
+)
+
+PLAIN = frozenset({VAR, STEP, POSITIVE})
+
+
+def substituted(e: Expr, given: Mapping[Atom, Expr]) -> Expr:
+    """Put expressions in place of atoms, also inside functions."""
+    if not given:
+        return e
+    numbers = frozenset[int]().union(*(a.variables for a in given))
+    total = expr(0)
+    for m, c in e.terms.items():
+        term = expr(c)
+        for a, p in m:
+            base = only(a)
+            if a in given:
+                base = given[a] if p <= 2 else as_factor(given[a])
+            elif a.kind != VAR and a.variables & numbers:
+                base = substituted(a.inner, given).function(a.kind, a.extra)
+                base = as_factor(base) if a.kind == LET else base
+            term = term * base**p
+        total = total + term
+    return total
+
+
+def with_known_steps(e: Expr) -> Expr:
+    """Put 1 for step(g) in each term with this factor: step·F(step) = step·F(1).
+
+    Arguments of functions there that are affine in g count only where g > 0: they become
+    c + λ·positive(g), which is sharper where the sign of g is not known.
+    """
+    for s in sorted((a for a in e.all_atoms if a.kind == STEP), key=lambda a: a.order):
+        total = expr(0)
+        for m, c in e.terms.items():
+            if not any(a is s for a, _ in m):
+                total = total + Expr({m: c})
+                continue
+            left = Expr({tuple((a, p) for a, p in m if a is not s): c})
+            total = total + _where_positive(substituted(left, {s: expr(1)}), s.inner) * only(s)
+        e = total
+    return e
+
+
+def _where_positive(e: Expr, g: Expr) -> Expr:
+    total = expr(0)
+    for m, c in e.terms.items():
+        term = expr(c)
+        for a, p in m:
+            base = only(a)
+            if a.kind not in PLAIN:
+                new = _affine_in(a.inner, g)
+                new = _where_positive(a.inner, g) if new is None else new
+                base = new.function(a.kind, a.extra)
+                base = as_factor(base) if a.kind == LET else base
+            term = term * base**p
+        total = total + term
+    return total
+
+
+def _affine_in(x: Expr, g: Expr) -> Expr | None:
+    """Return x as c + λ·positive(g) with λ > 0; None if it is not affine in g."""
+    m = next((m for m in g.terms if m), None)
+    if m is None or m not in x.terms:
+        return None
+    factor = x.terms[m] / g.terms[m]
+    constant = (x - g.scaled(factor)).constant
+    if constant is None or factor <= 0:
+        return None
+    return only(atom(POSITIVE, g)).scaled(factor) + constant
+
+
+class Quadratic(NamedTuple):
+    """An expression as ½ x'Hx + b'x + rest, for some variables x.
+
+    Attributes:
+        H: The numbers H, symmetric.
+        b: Expressions without x.
+        rest: What has no x outside functions, and terms of another form.
+    """
+
+    H: list[list[Fraction]]
+    b: list[Expr]
+    rest: Expr
+
+
+def quadratic_in(e: Expr, numbers: Sequence[int], constant: Iterable[str] | None = None) -> Quadratic:
+    """Take an expression apart as a quadratic function of some variables.
+
+    Args:
+        e: The expression.
+        numbers: The variables x.
+        constant: The kinds of atoms that may stand beside x; all by default. Terms of x with other
+            factors, or of a higher degree, stay in the rest.
+    """
+    places = {atom(VAR, k): i for i, k in enumerate(numbers)}
+    n, kinds = len(numbers), None if constant is None else frozenset(constant)
+    H = [[Fraction(0)] * n for _ in range(n)]
+    b, rest = [expr(0)] * n, dict[Monomial, Fraction]()
+    for m, c in e.terms.items():
+        mine = [(places[a], p) for a, p in m if a in places]
+        others = [(a, p) for a, p in m if a not in places]
+        degree = sum(p for _, p in mine)
+        fits = kinds is None or all(a.kind in kinds for a, _ in others)
+        if degree == 1 and fits:
+            k = mine[0][0]
+            b[k] = b[k] + Expr({monomial(others): c})
+        elif degree == 2 and not others:
+            i, j = mine[0][0], mine[-1][0]
+            H[i][j] += c if i != j else 2 * c
+            if i != j:
+                H[j][i] += c
+        else:
+            rest[m] = c
+    return Quadratic(H, b, Expr(rest))
+
+
+def inverse_of_definite(H: Sequence[Sequence[Fraction]]) -> list[list[Fraction]] | None:
+    """Return the inverse of a symmetric matrix; None if it is not positive definite."""
+    n = len(H)
+    rows = [[*row, *(Fraction(int(i == j)) for j in range(n))] for i, row in enumerate(H)]
+    for k in range(n):
+        if rows[k][k] <= 0:
+            return None
+        pivot = rows[k][k]
+        rows[k] = [x / pivot for x in rows[k]]
+        for i in range(n):
+            factor = rows[i][k]
+            if i != k and factor:
+                rows[i] = [x - factor * y for x, y in zip(rows[i], rows[k], strict=True)]
+    return [row[n:] for row in rows]

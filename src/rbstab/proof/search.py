@@ -1,0 +1,326 @@
+"""All zeros of ∇V in a box, by branch and bound, and a proof that each of them is one.
+
+A box is done if a component of ∇V has one sign on it, if Krawczyk's operator maps it out of itself,
+or if it lies where a proved zero is the only one. All others are cut down to the image of this
+operator, and halved.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.analysis.proof.index import proved_index
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.bounds import UP, BoundedEnergy, Bounds, Matrices, inverses, preconditioned
+
+RADII = np.geomspace(1e-15, 2.0, 160)
+"""The radii of the boxes about a point, of which one is proved to have a single zero."""
+
+BATCH = 1024
+"""Boxes that are bounded at once."""
+
+SMALLEST = 2e-7
+"""The size of a box, relative to the scale of each variable, that is not halved any more."""
+
+ZERO_STEP = 1e-9
+"""A Newton step that is shorter has arrived."""
+
+NEAR_FAILED = 1e-8
+"""Points that are nearer to one that could not be isolated are not tried."""
+
+FAMILY_TRIES = 12
+"""So many different points that cannot be isolated are taken for a family of zeros."""
+
+FAMILY_APART = 1e-3
+
+
+class Box(NamedTuple):
+    """A box from lo to hi, both of shape (n,)."""
+
+    lo: Array
+    hi: Array
+
+    def contains(self, x: Array) -> bool:
+        """Return whether a point lies in it."""
+        return bool(np.all((x >= self.lo) & (x <= self.hi)))
+
+
+class Boxes(NamedTuple):
+    """Boxes from lo to hi, both of shape (n, boxes)."""
+
+    lo: Array
+    hi: Array
+
+    @property
+    def count(self) -> int:
+        """Their number."""
+        return int(self.lo.shape[1])
+
+    def __getitem__(self, place: object) -> "Boxes":  # type: ignore[override]
+        """Return some of them."""
+        return Boxes(self.lo[:, place], self.hi[:, place])  # type: ignore[index]
+
+    def within(self, outer: Box) -> Array:
+        """Return which of them lie in a box."""
+        return np.asarray(
+            np.all((self.lo >= outer.lo[:, None]) & (self.hi <= outer.hi[:, None]), axis=0)
+        )
+
+    def touch(self, other: Box) -> Array:
+        """Return which of them have a point in common with a box."""
+        return np.asarray(
+            np.all((self.lo <= other.hi[:, None]) & (self.hi >= other.lo[:, None]), axis=0)
+        )
+
+    def halved(self, axis: Array) -> "Boxes":
+        """Return both halves of each, along its axis."""
+        columns = np.arange(self.count)
+        middle = 0.5 * self.lo[axis, columns] + 0.5 * self.hi[axis, columns]
+        below, above = self.hi.copy(), self.lo.copy()
+        below[axis, columns] = above[axis, columns] = middle
+        return joined([Boxes(self.lo, below), Boxes(above, self.hi)], len(self.lo))
+
+
+def joined(parts: Sequence[Boxes], n: int) -> Boxes:
+    """Return the boxes of all parts, of n axes."""
+    if not parts:
+        return Boxes(np.zeros((n, 0)), np.zeros((n, 0)))
+    return Boxes(
+        np.concatenate([part.lo for part in parts], 1), np.concatenate([part.hi for part in parts], 1)
+    )
+
+
+def one_box(box: Box) -> Boxes:
+    """Return one box as boxes."""
+    return Boxes(box.lo[:, None].astype(float), box.hi[:, None].astype(float))
+
+
+@dataclass(frozen=True, eq=False)
+class Zero:
+    """A zero of ∇V.
+
+    Args:
+        point: A point near it, shape (n,).
+        enclosure: A box that contains exactly this zero.
+        domain: A wider box in which there is no other.
+        index: The number of negative eigenvalues of ∇²V there; None if it is not proved.
+        energy: V near it, J.
+        held: Whether a force that jumps holds the body there.
+        ridge: Whether this force pushes away.
+    """
+
+    point: Array
+    enclosure: Box
+    domain: Box
+    index: int | None
+    energy: float
+    held: bool = False
+    ridge: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Zeros:
+    """The zeros of ∇V in a box, in the order of V.
+
+    Args:
+        zeros: The zeros.
+        undecided: Boxes that may contain others.
+        examined: The number of boxes that were examined.
+        family: Whether the search ended because zeros seem to form a family.
+        share: The share of the volume of the box that is decided.
+    """
+
+    zeros: tuple[Zero, ...]
+    undecided: Boxes
+    examined: int
+    family: bool = False
+    share: float = 1.0
+
+    @property
+    def proved(self) -> bool:
+        """Whether these are proved to be all zeros."""
+        return self.undecided.count == 0
+
+
+def newton(energy: BoundedEnergy, starts: Array, steps: int = 30) -> tuple[Array, Array]:
+    """Follow Newton's method from points of shape (n, points); return the ends and last steps."""
+    x, last = starts.copy(), np.full(starts.shape[1], np.inf)
+    with np.errstate(all="ignore"):
+        for _ in range(steps):
+            _, g, H = energy.at(x)
+            step = np.einsum("ijm,jm->im", inverses(H), g)
+            last = np.abs(step).max(axis=0)
+            step = step * np.minimum(1.0, 0.5 / np.maximum(last, 1e-300))
+            x = x - np.where(np.isfinite(step), step, 0.0)
+            if not np.any(last > 1e-13):
+                break
+    return x, last
+
+
+def isolated(energy: BoundedEnergy, point: Array) -> Zero | None:
+    """Prove that there is exactly one zero near a point; None if no box about it shows this."""
+    lo = np.nextafter(point[:, None] - RADII, -np.inf)
+    hi = np.nextafter(point[:, None] + RADII, np.inf)
+    b = energy.over(lo, hi)
+    step, error, mean, hessian = preconditioned(b)
+    with np.errstate(all="ignore"):
+        unique = hessian.sum(axis=1).max(axis=0) * UP < 1
+        image = np.abs(step) + error + np.einsum("ijm,jm->im", mean, b.radius)
+        inner = np.minimum(hi - b.centre, b.centre - lo)
+        exists = np.all(image * UP < np.nextafter(inner, -np.inf), axis=0)
+    both = np.flatnonzero(unique & exists)
+    if not len(both):
+        return None
+    e, d = int(both[0]), int(np.flatnonzero(unique)[-1])
+    return Zero(
+        point,
+        Box(lo[:, e], hi[:, e]),
+        Box(lo[:, d], hi[:, d]),
+        index_of(b.hessian, e),
+        float(b.value.mid[e]),
+    )
+
+
+def index_of(hessian: Matrices, k: int) -> int | None:
+    """Return the proved number of negative eigenvalues of the k-th matrix, or None."""
+    return proved_index(hessian.mid[:, :, k], hessian.rad[:, :, k] * UP)
+
+
+Test = Callable[[Boxes, Bounds], Array]
+"""One more reason why boxes contain no zero: returns which."""
+
+
+class Search:
+    """The search for all zeros of ∇V in a box.
+
+    Args:
+        energy: V.
+        box: The box.
+        scale: The size of each variable; the widest relative to it is halved.
+        known: Zeros that are proved already.
+        also: One more reason why boxes contain no zero.
+    """
+
+    def __init__(
+        self,
+        energy: BoundedEnergy,
+        box: Box,
+        *,
+        scale: Array | None = None,
+        known: Sequence[Zero] = (),
+        also: Test | None = None,
+    ) -> None:
+        self.energy, self.box, self.also = energy, box, also
+        self.scale = np.ones(len(box.lo)) if scale is None else scale
+        self.zeros: list[Zero] = list(known)
+        self.failed: list[Array] = []
+        self.examined = 0
+
+    def run(self, limit: int, starts: Array | None = None) -> Zeros:
+        """Search until all boxes are done, or a number of boxes is examined.
+
+        Args:
+            limit: The number of boxes.
+            starts: Points from which Newton's method is tried first, shape (n, points).
+        """
+        n = len(self.box.lo)
+        if starts is not None and starts.shape[1]:
+            self._try(starts)
+        pending, left = [one_box(self.box)], list[Boxes]()
+        while pending and self.examined < limit and not self.family:
+            boxes = pending.pop()
+            if boxes.count < BATCH and pending:
+                boxes = joined([boxes, pending.pop()], n)
+            if boxes.count > BATCH:
+                pending.append(boxes[slice(BATCH, None)])
+                boxes = boxes[slice(BATCH)]
+            self.examined += boxes.count
+            halves, tiny = self._step(boxes)
+            left += [tiny] if tiny.count else []
+            pending += [halves] if halves.count else []
+        undecided = joined([*left, *pending], n)
+        undecided = undecided[self._open(undecided)]
+        volume = np.prod((undecided.hi - undecided.lo) / (self.box.hi - self.box.lo)[:, None], axis=0)
+        return self._result(undecided, 1.0 - float(volume.sum()))
+
+    @property
+    def family(self) -> bool:
+        """Whether zeros seem to form a family."""
+        return len(self.failed) >= FAMILY_TRIES
+
+    def _result(self, undecided: Boxes, share: float) -> Zeros:
+        """Return the zeros inside; one that may lie on the border is undecided."""
+        inside, across = [], []
+        for zero in self.zeros:
+            low, high = zero.enclosure
+            if np.all(low > self.box.lo) and np.all(high < self.box.hi):
+                inside.append(zero)
+            elif np.all(high >= self.box.lo) and np.all(low <= self.box.hi):
+                across.append(one_box(zero.enclosure))
+        undecided = joined([undecided, *across], len(self.box.lo))
+        order = tuple(sorted(inside, key=lambda zero: zero.energy))
+        return Zeros(order, undecided, self.examined, self.family, share)
+
+    def _open(self, boxes: Boxes) -> Array:
+        """Return which boxes do not lie in the domain of a proved zero."""
+        found = np.ones(boxes.count, dtype=bool)
+        for zero in self.zeros:
+            found &= ~boxes.within(zero.domain)
+        return found
+
+    def _try(self, points: Array) -> None:
+        """Follow Newton's method from points, and prove the zeros in which it ends."""
+        ends, last = newton(self.energy, points)
+        for x, size in zip(ends.T, last, strict=True):
+            if not size < ZERO_STEP or any(zero.domain.contains(x) for zero in self.zeros):
+                continue
+            if any(np.abs(x - other).max() < NEAR_FAILED for other in self.failed):
+                continue
+            zero = isolated(self.energy, x)
+            if zero is not None:
+                self.zeros.append(zero)
+            elif all(np.abs(x - other).max() > FAMILY_APART for other in self.failed):
+                self.failed.append(x)
+
+    def _step(self, boxes: Boxes) -> tuple[Boxes, Boxes]:
+        """Return the halves of the boxes that are not done, and those too small to be halved."""
+        boxes = boxes[self._open(boxes)]
+        if not boxes.count:
+            return boxes, boxes
+        b = self.energy.over(boxes.lo, boxes.hi)
+        with np.errstate(all="ignore"):
+            g = b.slopes
+            left = ~np.any((g.lo > 0) | (g.hi < 0), axis=0)
+            if self.also is not None:
+                left &= ~self.also(boxes, b)
+            step, error, mean, _ = preconditioned(b)
+            spread = error + np.einsum("ijm,jm->im", mean, b.radius) * UP
+            left &= ~np.any(np.abs(step) > (b.radius + spread) * UP, axis=0)
+            near = left & np.all(np.abs(step) <= 2 * b.radius, axis=0)
+            # Cut down to the image of Krawczyk's operator.
+            low = np.nextafter(b.centre - step - spread * UP, -np.inf)
+            high = np.nextafter(b.centre - step + spread * UP, np.inf)
+            low, high = np.fmax(boxes.lo, low), np.fmin(boxes.hi, high)
+            left &= ~np.any(low > high, axis=0)
+        if near.any():
+            self._try(b.centre[:, near][:, :16])
+        cut = Boxes(np.where(left, low, boxes.lo), np.where(left, high, boxes.hi))
+        left &= self._open(cut)
+        return self._split(cut[left], mean[:, :, left], b.radius[:, left])
+
+    def _split(self, boxes: Boxes, mean: Array, radius: Array) -> tuple[Boxes, Boxes]:
+        """Halve boxes along the axis that spoils Krawczyk's operator most, if it is not narrow."""
+        width = (boxes.hi - boxes.lo) / self.scale[:, None]
+        tiny = width.max(axis=0, initial=0.0) < SMALLEST
+        small, boxes, width = boxes[tiny], boxes[~tiny], width[:, ~tiny]
+        if not boxes.count:
+            return boxes, small
+        with np.errstate(all="ignore"):
+            smear = np.einsum("ijm,jm->jm", np.abs(mean[:, :, ~tiny]), radius[:, ~tiny])
+        widest = width.argmax(axis=0)
+        axis = np.where(np.all(np.isfinite(smear), axis=0), smear.argmax(axis=0), widest)
+        columns = np.arange(boxes.count)
+        axis = np.where(width[axis, columns] < 0.1 * width.max(axis=0), widest, axis)
+        return boxes.halved(axis), small

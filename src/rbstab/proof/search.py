@@ -27,6 +27,9 @@ SMALLEST = 2e-7
 ZERO_STEP = 1e-9
 """A Newton step that is shorter has arrived."""
 
+TRY_STEPS = 12
+"""Newton steps from the centre of a box; a box near a zero needs fewer."""
+
 NEAR_FAILED = 1e-8
 """Points that are nearer to one that could not be isolated are not tried."""
 
@@ -145,18 +148,22 @@ class Zeros:
 
 
 def newton(energy: BoundedEnergy, starts: Array, steps: int = 30) -> tuple[Array, Array]:
-    """Follow Newton's method from points of shape (n, points); return the ends and last steps."""
-    x, last = starts.copy(), np.full(starts.shape[1], np.inf)
+    """Follow Newton's method from points of shape (n, points); return the ends and last steps.
+
+    It moves in all variables at once, from where U is least over z.
+    """
+    z = energy.minimiser(starts).z if energy.k else np.zeros((0, starts.shape[1]))
+    x, last = np.concatenate([starts, z]), np.full(starts.shape[1], np.inf)
     with np.errstate(all="ignore"):
         for _ in range(steps):
-            _, g, H = energy.at(x)
+            _, g, H = energy.at_all(x[: energy.n], x[energy.n :])
             step = np.einsum("ijm,jm->im", inverses(H), g)
             last = np.abs(step).max(axis=0)
             step = step * np.minimum(1.0, 0.5 / np.maximum(last, 1e-300))
             x = x - np.where(np.isfinite(step), step, 0.0)
             if not np.any(last > 1e-13):
                 break
-    return x, last
+    return x[: energy.n], last
 
 
 def isolated(energy: BoundedEnergy, point: Array) -> Zero | None:
@@ -272,7 +279,7 @@ class Search:
 
     def _try(self, points: Array) -> None:
         """Follow Newton's method from points, and prove the zeros in which it ends."""
-        ends, last = newton(self.energy, points)
+        ends, last = newton(self.energy, points, TRY_STEPS)
         for x, size in zip(ends.T, last, strict=True):
             if not size < ZERO_STEP or any(zero.domain.contains(x) for zero in self.zeros):
                 continue
@@ -305,7 +312,7 @@ class Search:
             low, high = np.fmax(boxes.lo, low), np.fmin(boxes.hi, high)
             left &= ~np.any(low > high, axis=0)
         if near.any():
-            self._try(b.centre[:, near][:, :16])
+            self._try(b.centre[:, near][:, :8])
         cut = Boxes(np.where(left, low, boxes.lo), np.where(left, high, boxes.hi))
         left &= self._open(cut)
         return self._split(cut[left], mean[:, :, left], b.radius[:, left])

@@ -226,7 +226,7 @@ class Expr:
         plain = plain and len(one.terms) * len(two.terms) <= MOST_PRODUCTS
         if not (plain or one.is_switch or two.is_switch):
             one, two = as_factor(one), as_factor(two)
-        return _product(one, two)
+        return product(one, two)
 
     __rmul__ = __mul__
 
@@ -246,7 +246,7 @@ class Expr:
             return _reduced({tuple((a, p * n) for a, p in m): c**n})
         found = self
         for _ in range(n - 1):
-            found = _product(found, self)
+            found = product(found, self)
         return found
 
     def __truediv__(self, other: Any) -> "Expr":
@@ -404,7 +404,8 @@ def monomial(factors: Iterable[tuple[Atom, int]]) -> Monomial:
     return tuple(sorted(((a, p) for a, p in factors if p), key=lambda one: one[0].order))
 
 
-def _product(one: Expr, two: Expr) -> Expr:
+def product(one: Expr, two: Expr) -> Expr:
+    """Return the product of two sums, multiplied out."""
     terms: dict[Monomial, Fraction] = {}
     for m1, c1 in one.terms.items():
         for m2, c2 in two.terms.items():
@@ -427,7 +428,7 @@ def _reduced(terms: Mapping[Monomial, Fraction]) -> Expr:
             if a.kind == SIN and p >= 2:
                 square = Expr({(): Fraction(1), ((atom(COS, a.argument), 2),): Fraction(-1)})
                 left = Expr({monomial([*rest, (a, p - 2)]): c})
-                pending += _product(left, square).terms.items()
+                pending += product(left, square).terms.items()
                 break
             if a.kind == STEP and p >= 2:
                 pending.append((monomial([*rest, (a, 1)]), c))

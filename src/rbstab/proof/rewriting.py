@@ -17,6 +17,7 @@ from rbstab.proof.expr import (
     expr,
     monomial,
     only,
+    product,
 )
 
 PLAIN = frozenset({VAR, STEP, POSITIVE})
@@ -86,6 +87,20 @@ def _affine_in(x: Expr, g: Expr) -> Expr | None:
     if constant is None or factor <= 0:
         return None
     return only(atom(POSITIVE, g)).scaled(factor) + constant
+
+
+def spread(e: Expr) -> Expr:
+    """Multiply out sums that stand as factors, also beside negative powers."""
+    total = expr(0)
+    for m, c in e.terms.items():
+        term = Expr({(): c})
+        for a, p in m:
+            base = a.inner if a.kind == LET and p > 0 else only(a)
+            for _ in range(p if a.kind == LET and p > 0 else 1):
+                power = base if a.kind == LET and p > 0 else Expr({((a, p),): Fraction(1)})
+                term = product(term, power)
+        total = total + term
+    return total
 
 
 class Quadratic(NamedTuple):

@@ -88,10 +88,10 @@ class Boxes(NamedTuple):
 
 def joined(parts: Sequence[Boxes], n: int) -> Boxes:
     """Return the boxes of all parts, of n axes."""
-    if not parts:
-        return Boxes(np.zeros((n, 0)), np.zeros((n, 0)))
+    none = np.zeros((n, 0))
     return Boxes(
-        np.concatenate([part.lo for part in parts], 1), np.concatenate([part.hi for part in parts], 1)
+        np.concatenate([none, *(part.lo for part in parts)], 1),
+        np.concatenate([none, *(part.hi for part in parts)], 1),
     )
 
 
@@ -110,7 +110,7 @@ class Zero:
         domain: A wider box in which there is no other.
         index: The number of negative eigenvalues of ∇²V there; None if it is not proved.
         energy: V near it, J.
-        held: Whether a force that jumps holds the body there.
+        normal: Across the surface at which a force that jumps holds the body; None elsewhere.
         ridge: Whether this force pushes away.
     """
 
@@ -119,7 +119,7 @@ class Zero:
     domain: Box
     index: int | None
     energy: float
-    held: bool = False
+    normal: Array | None = None
     ridge: bool = False
 
 
@@ -223,6 +223,7 @@ class Search:
         self.scale = np.ones(len(box.lo)) if scale is None else scale
         self.zeros: list[Zero] = list(known)
         self.failed: list[Array] = []
+        self.ambiguous: list[Box] = []
         self.examined = 0
 
     def run(self, limit: int, starts: Array | None = None) -> Zeros:
@@ -259,7 +260,7 @@ class Search:
 
     def _result(self, undecided: Boxes, share: float) -> Zeros:
         """Return the zeros inside; one that may lie on the border is undecided."""
-        inside, across = [], []
+        inside, across = [], [one_box(box) for box in self.ambiguous]
         for zero in self.zeros:
             low, high = zero.enclosure
             if np.all(low > self.box.lo) and np.all(high < self.box.hi):
@@ -287,9 +288,19 @@ class Search:
                 continue
             zero = isolated(self.energy, x)
             if zero is not None:
-                self.zeros.append(zero)
+                self._add(zero)
             elif all(np.abs(x - other).max() > FAMILY_APART for other in self.failed):
                 self.failed.append(x)
+
+    def _add(self, zero: Zero) -> None:
+        """Add a zero, unless it is a known one; where that is not known, it is undecided."""
+        around = one_box(zero.enclosure)
+        if any(around.within(other.domain)[0] for other in self.zeros):
+            return
+        if any(around.touch(other.domain)[0] for other in self.zeros):
+            self.ambiguous.append(zero.enclosure)
+        else:
+            self.zeros.append(zero)
 
     def _step(self, boxes: Boxes) -> tuple[Boxes, Boxes]:
         """Return the halves of the boxes that are not done, and those too small to be halved."""

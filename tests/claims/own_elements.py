@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Elements of users for the random bodies of the table of claims."""
 
 import numpy as np
@@ -156,9 +157,7 @@ class CreepingCord(Element):
 
     def wrench(self, motion, own):
         along = line(motion, self.point, self.anchor)
-        return force_at(
-            motion, self.point, -self.k * self.extension(motion, own) * along.direction
-        )
+        return force_at(motion, self.point, -self.k * self.extension(motion, own) * along.direction)
 
     def stored(self, motion, own):
         x = self.extension(motion, own)

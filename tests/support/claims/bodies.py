@@ -314,9 +314,7 @@ ELEMENTS: dict[str, Callable[[Draw], Data]] = {
     "rope": _user(
         OWN,
         "Rope",
-        lambda draw: _line(
-            draw, (0.85, 1.05), stiffness=draw.k * draw.between(0.1, 0.5)
-        ),
+        lambda draw: _line(draw, (0.85, 1.05), stiffness=draw.k * draw.between(0.1, 0.5)),
     ),
     "creeping cord": _user(
         OWN,
@@ -368,7 +366,7 @@ def _body(draw: Draw, holding: str, turning: float, kinds: tuple[str, ...]) -> D
     }
     if holding != NONE:
         data["controller"] = _controller(draw, holding, turning)
-    elements = {}
+    elements: dict[str, Data] = {}
     for kind in kinds:
         made = (
             [_creeping_tie(draw, draw.face()) for _ in range(3)]
@@ -385,7 +383,7 @@ def _body(draw: Draw, holding: str, turning: float, kinds: tuple[str, ...]) -> D
     if holding != HELD:
         data["initial"]["attached"] = True
     data["integration"] = {"duration": 2, "samples": 11}
-    return _short(data)  # type: ignore[no-any-return]
+    return _short(data)
 
 
 def _controller(draw: Draw, holding: str, turning: float) -> Data:

@@ -24,8 +24,21 @@ def lost(before: Claims, now: Claims) -> list[str]:
     found = list(_lost_words(before, now))
     for name in RANGES:
         if before[name] is not None:
-            found += [(name, text) for text in _lost_in(before[name], now[name])]
+            every = now["every_start"]
+            found += [(name, text) for text in _lost_in(before[name], now[name], every=every)]
     return [f"{claim}: {text}" if text else claim for claim, text in found if claim not in doubted]
+
+
+def lost_within(before: dict[str, Claims], now: dict[str, Claims]) -> list[str]:
+    """Return what is no longer proved, or refuted, within tolerances, in words."""
+    found = []
+    for texts, old in before.items():
+        new = now[texts]
+        if old["proved"] is not None and new["proved"] != old["proved"]:
+            found.append(f"{texts}: {old['proved']} became {new['proved']}; {new['why']}")
+        elif new["level"] < LEAST_LEVEL * old["level"]:
+            found.append(f"{texts}: the level {old['level']} J became {new['level']} J")
+    return found
 
 
 def gained(before: Claims, now: Claims) -> list[str]:
@@ -72,8 +85,8 @@ def _end_of(claims: Claims) -> list[float] | None:
     return None
 
 
-def _lost_in(old: Claims, new: Claims | None) -> Iterator[str]:
-    """Yield what one range has lost."""
+def _lost_in(old: Claims, new: Claims | None, *, every: bool) -> Iterator[str]:
+    """Yield what one range has lost; where every start converges, no level is needed."""
     if new is None:
         if old["complete"] or old["level"] is not None or _known(old):
             yield "it is not searched"
@@ -92,7 +105,8 @@ def _lost_in(old: Claims, new: Claims | None) -> Iterator[str]:
             continue
         numbers[str(number)] = str(match)
         yield from _changed(state, new["states"][match - 1])
-    yield from _lower(old, new, numbers)
+    if not every:
+        yield from _lower(old, new, numbers)
 
 
 def _known(claims: Claims) -> bool:
@@ -126,17 +140,10 @@ def _changed(old: Claims, new: Claims) -> Iterator[str]:
 
 
 def _lower(old: Claims, new: Claims, numbers: dict[str, str]) -> Iterator[str]:
-    """Yield the levels that are lower, or missing; where every start converges none is needed."""
-    if old["level"] is not None and _is_lower(old["level"], new["level"], new):
-        yield f"the level {old['level']} J became {new['level']} J"
+    """Yield the levels that are lower, or missing."""
+    pairs = {"level": (old["level"], new["level"])} if old["level"] is not None else {}
     for number, depth in old["depths"].items():
-        other = new["depths"].get(numbers.get(number, ""))
-        if _is_lower(depth, other, new):
-            yield f"the depth {depth} J of state {number} became {other} J"
-
-
-def _is_lower(old: float, new: float | None, claims: Claims) -> bool:
-    if new is None:
-        # The program leaves out regions where it proves that every start converges.
-        return not claims.get("all_of_it", False)
-    return new < LEAST_LEVEL * old
+        pairs[f"depth of state {number}"] = (depth, new["depths"].get(numbers.get(number, "")))
+    for name, (before, now) in pairs.items():
+        if now is None or now < LEAST_LEVEL * before:
+            yield f"the {name}, {before} J, became {now} J"

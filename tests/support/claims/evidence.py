@@ -17,7 +17,9 @@ from support.claims.compare import RANGES
 from support.claims.program import Claims
 from support.systems import Array
 
-STARTS = 60
+HELD_STARTS, STARTS = 60, 20
+"""Random starts of a search for more states: of a body that is held, and of one that is not."""
+
 STEP = 1e-5
 """Of differences of energy, in rad and m."""
 
@@ -58,13 +60,14 @@ class _Search:
     outer: bool
     """Whether barriers keep θ1 and θ3 too."""
 
+    stopped: bool
+    """Whether a stop keeps |θ2| <= pitch."""
+
     jumps: bool
-    """Whether forces jump or stops press, so that a state need be no zero of the slope."""
+    """Whether forces jump, so that a state need be no zero of the slope."""
 
     turns: bool
     """Whether the energy changes with whole turns."""
-
-    size: Array
 
     @classmethod
     def of(cls, config: Config, rng: np.random.Generator) -> "_Search":
@@ -76,18 +79,17 @@ class _Search:
         turns = K_r is not None and bool(np.any(np.asarray(K_r)))
         outer = bool(guards.get("barrier", {}).get("outer_stiffness"))
         stop = guards.get("stop", {}).get("angle")
-        jumps = stop is not None or "repelling" in guards
-        jumps |= any(section.get("class_") in kinked or section.get("class") in kinked
-                     for section in sections)  # fmt: skip
+        names = {section.get("class_name") for section in sections}
+        jumps = "repelling" in guards or bool(names & kinked)
         return cls(
             at_rest,
             rng,
             float(stop or np.pi / 2),
             stop is not None or "barrier" in guards,
             outer,
-            bool(jumps),
+            stop is not None,
+            jumps,
             turns,
-            np.ones(at_rest.size),
         )
 
     def energy(self, q: Array) -> float:
@@ -157,40 +159,57 @@ class _Search:
         """Look for states that are not listed: all that are found count against the list."""
         if not part["complete"] and part["level"] is None:
             return
-        for number in range(STARTS):
-            q = self.start(end) if number % 2 else self._descended(self.start(end), end)
-            if not self.jumps:
+        for number in range(HELD_STARTS if self.at_rest.held else STARTS):
+            q = self.start(end)
+            if number % 2:
                 q = root(self.slope, q, method="hybr", tol=1e-10).x
             else:
                 q = self._descended(q, end)
-            Theta = q[:3]
-            inside = np.all(np.abs(Theta) < end - 1e-3)
-            flat = np.abs(self.slope(q)).max() < 1e-4 * max(1.0, np.abs(self.energy(q)))
-            if not (inside and flat) or self._listed(Theta, part):
+            if self._listed(q[:3], part) or not self._is_state(q, end):
                 continue
-            if not self._sharp(q):
-                continue
-            U = self.energy(q)
+            U, at = self.energy(q), np.round(q[:3], 6).tolist()
             if part["complete"]:
-                yield f"another state was found, at {np.round(Theta, 6).tolist()}, {U:.6g} J"
+                yield f"another state was found, at {at}, {U:.6g} J"
                 return
-            lowest = part["states"][0]["energy"]
-            if U - lowest < part["level"] * (1 - 1e-6):
-                yield f"a state below c* was found, at {np.round(Theta, 6).tolist()}, {U:.6g} J"
+            if U - part["states"][0]["energy"] < part["level"] * (1 - 1e-6):
+                yield f"a state below c* was found, at {at}, {U:.6g} J"
                 return
+
+    def _is_state(self, q: Array, end: Array) -> bool:
+        """Return whether a body rests at q, inside the range or pressed against its stop."""
+        free = np.ones(len(q), dtype=bool)
+        if self.stopped and abs(abs(q[1]) - self.pitch) < 1e-6:
+            free[1] = False
+            outward = self.slope(q - [0, np.sign(q[1]) * 1e-4, *np.zeros(len(q) - 2)])[1]
+            if outward * q[1] > 0:
+                return False
+        if not np.all((np.abs(q[:3]) < end - 1e-3) | ~free[:3]):
+            return False
+        return self._flat(q, free) or (self.jumps and self._lowest_near(q))
+
+    def _flat(self, q: Array, free: Array) -> bool:
+        """Return whether U is smooth at q, with a slope of zero and no degenerate curvature."""
+        U, steps = self.energy(q), 1e-6 * np.eye(len(q))
+        sides = [(self.energy(q + h) - U, self.energy(q - h) - U) for h in steps[free]]
+        values = np.linalg.eigvalsh(self.hessian(q)[np.ix_(free, free)])
+        least, most = np.abs(values).min(), np.abs(values).max()
+        if least < 1e-6 * most:
+            return False
+        return bool(np.abs(sides).max() < 1e-6 * 1e-3 * max(1.0, abs(U)))
+
+    def _lowest_near(self, q: Array) -> bool:
+        """Return whether a search without slopes ends at q: it does at a kink that holds."""
+        again = q
+        for _ in range(3):
+            options = {"xatol": 1e-10, "fatol": 1e-14, "maxfev": 4000}
+            again = minimize(self.energy, again, method="Nelder-Mead", options=options).x
+        return bool(np.abs(again - q).max() < SAME)
 
     def _descended(self, q: Array, end: Array) -> Array:
         limits = [(-one, one) for one in end - 1e-9] + [(None, None)] * (len(q) - 3)
-        found = minimize(self.energy, q, jac=self.slope, bounds=limits, method="L-BFGS-B")
-        return np.asarray(found.x)
-
-    def _sharp(self, q: Array) -> bool:
-        """Return whether the energy is a smooth function with a slope of zero near q."""
-        values = np.linalg.eigvalsh(self.hessian(q))
-        if np.abs(values).min() < 1e-6 * np.abs(values).max():
-            return False
-        again = root(self.slope, q, method="hybr", tol=1e-11).x
-        return bool(np.abs(again - q).max() < 1e-4)
+        found = minimize(self.energy, q, jac=self.slope, bounds=limits, method="L-BFGS-B").x
+        near = root(self.slope, found, method="hybr", tol=1e-10).x
+        return np.asarray(near if np.abs(near - found).max() < SAME else found)
 
     def _listed(self, Theta: Array, part: Claims) -> bool:
         others = [np.array(state["at"]) for state in part["states"]]
@@ -201,14 +220,17 @@ class _Search:
         )
 
     def _of_level(self, name: str, part: Claims) -> Iterator[str]:
-        """Look for a point of the border that is below c*: by samples and descents on each face."""
+        """Look for another state or a point of the border below c*: by descents on each face."""
         if part["level"] is None:
             return
         bound = part["states"][0]["energy"] + part["level"]
+        for state in part["states"][1:]:
+            if state["energy"] < bound - 1e-6 * max(1.0, abs(bound)):
+                yield f"the state at {state['at']} is below c*"
         axes = [1] if name == "all_angles" or not self.turns else [0, 1, 2]
         axes = [axis for axis in axes if not (axis == 1 and self.kept)]
         ends = HALF_TURN * (2.0 if name == "all_angles" else 1.0)
-        ends[1] = np.pi / 2 - 1e-9
+        ends[1] = self.pitch - 1e-9
         for axis in axes:
             for sign in (-1.0, 1.0):
                 least = min(self._lowest_on(axis, sign * ends[axis], ends) for _ in range(3))
@@ -224,9 +246,7 @@ class _Search:
         q = min(samples, key=self.energy)
         limits = [(-one, one) for one in ends] + [(None, None)] * (len(q) - 3)
         limits[axis] = (value, value)
-        return float(
-            minimize(self.energy, q, jac=self.slope, bounds=limits, method="L-BFGS-B").fun
-        )
+        return float(minimize(self.energy, q, jac=self.slope, bounds=limits, method="L-BFGS-B").fun)
 
     def _of_sum(self, claims: Claims) -> Iterator[tuple[str, str]]:
         """Count the states: Σ (-1)^index is Euler's number of the space where θ2 is kept."""

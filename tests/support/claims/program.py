@@ -1,13 +1,16 @@
 """What the program claims about a config: the only module here that asks it for proofs."""
 
 import time
+from collections.abc import Sequence
 from typing import Any
 
 import rbstab
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
+from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.convergence.exact_motion import prove_convergence
+from rbstab.experiment.robust.bodies import prove_within
 from rbstab.experiment.stability import kind_of
 from rbstab.experiment.stored_proof.proof import Proof, ProvedState, ProvedStates
 
@@ -68,6 +71,33 @@ def claims_of(config: Config, *, asked: bool = False) -> Claims:
         "why_not": "" if proof.has_energy else proof.ended,
         "brief": proof.brief is True,
         "seconds": {"rest": round(proved - begin, 2), "start": round(ended - proved, 2)},
+    }
+
+
+def within_of(config: Config, texts: Sequence[str], limit: float) -> Claims:
+    """Return what is proved of all bodies within tolerances: that they have one rest state.
+
+    Args:
+        config: The config.
+        texts: The tolerances, as those of `--within`.
+        limit: The CPU time, s, after which no further part of the box is begun.
+
+    Returns:
+        `proved`: true, false or null (not decided, `why`), with the common `level`, J, the boxes
+        and the CPU time `seconds`.
+    """
+    begin = time.process_time()
+    found = prove_within(
+        config,
+        tolerances_of(config, list(texts)),
+        is_late=lambda: time.process_time() - begin > limit,
+    )
+    return {
+        "proved": found.proved,
+        "why": found.why,
+        "level": _rounded(found.level),
+        "boxes": found.boxes,
+        "seconds": round(time.process_time() - begin, 2),
     }
 
 

@@ -38,6 +38,12 @@ FAMILY_TRIES = 12
 
 FAMILY_APART = 1e-3
 
+SINGULAR = 1e-6
+"""A smaller eigenvalue of a Hessian, relative to the largest, is taken for zero."""
+
+AT_BORDER = 1e-6
+"""At the ends of the range the angles themselves may be singular."""
+
 
 class Box(NamedTuple):
     """A box from lo to hi, both of shape (n,)."""
@@ -289,8 +295,16 @@ class Search:
             zero = isolated(self.energy, x)
             if zero is not None:
                 self._add(zero)
-            elif all(np.abs(x - other).max() > FAMILY_APART for other in self.failed):
+            elif self._may_be_of_family(x):
                 self.failed.append(x)
+
+    def _may_be_of_family(self, x: Array) -> bool:
+        """Return whether a point is a singular zero apart from others, and inside of the box."""
+        inside = np.all((x > self.box.lo + AT_BORDER) & (x < self.box.hi - AT_BORDER))
+        if not inside or any(np.abs(x - other).max() <= FAMILY_APART for other in self.failed):
+            return False
+        values = np.abs(np.linalg.eigvalsh(self.energy.at(x[:, None])[2][:, :, 0]))
+        return bool(values.min() <= SINGULAR * values.max())
 
     def _add(self, zero: Zero) -> None:
         """Add a zero, unless it is a known one; where that is not known, it is undecided."""

@@ -9,12 +9,10 @@ from rbstab.elements import (
     Element,
     Gain,
     OwnState,
-    cosh,
     force_at,
     line,
     position,
     power,
-    sinh,
     sqrt,
 )
 
@@ -91,25 +89,6 @@ class SofteningTie(Element):
     def stored(self, motion, own):
         e = position(motion, self.point) - self.anchor
         return self.k * self.width * (sqrt(self.width * self.width + e @ e) - self.width)
-
-
-class ExponentialTie(Element):
-    """A tie that stiffens exponentially: k w² Σ (cosh(e/w) - 1)."""
-
-    gains = (
-        POINT,
-        ANCHOR,
-        Gain("k", "N/m", "stiffness at rest", shape="number"),
-        Gain("width", "m", "w", shape="number"),
-    )
-
-    def wrench(self, motion, own):
-        e = (position(motion, self.point) - self.anchor) / self.width
-        return force_at(motion, self.point, -self.k * self.width * sinh(e))
-
-    def stored(self, motion, own):
-        e = (position(motion, self.point) - self.anchor) / self.width
-        return self.k * self.width * self.width * np.sum(cosh(e) - 1)
 
 
 class Rope(Element):

@@ -52,6 +52,7 @@ def more(names: tuple[str, ...]) -> None:
     stored = table.read(table.TABLE)
     for name, claims in stored.items():
         if _is_meant(name, names):
+            claims.pop("unsearched", None)
             stored[name] = claims | _more(name, claims)
             click.echo(f"{name}: {_summary(stored[name])}")
             table.write(table.TABLE, stored)

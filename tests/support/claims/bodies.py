@@ -71,7 +71,7 @@ RECIPES: list[tuple[str, float, tuple[str, ...]]] = [
     (EMBEDDED, 0.8, ("creeping tie",)),
     (EMBEDDED, 2.0, ("spring",)),
     (EMBEDDED, 1.0, ("stop",)),
-    (EMBEDDED, 1.0, ("exponential tie",)),
+    (EMBEDDED, 1.0, ("stiff",)),
     (FREE, 0.3, ()),
     (FREE, 0.3, ("tie", "attitude")),
     (FREE, 1.0, ("spring",)),
@@ -281,13 +281,10 @@ def _magnet(draw: Draw) -> Data:
     return {"point": at, "anchor": draw.near(at, draw.size), "depth": depth, "width": draw.size / 2}
 
 
-def _soft(width: float) -> Callable[[Draw], Data]:
-    def of(draw: Draw) -> Data:
-        at = draw.point()
-        anchor = draw.near(at, draw.size)
-        return {"point": at, "anchor": anchor, "k": 0.3 * draw.k, "width": width * draw.size}
-
-    return of
+def _softening(draw: Draw) -> Data:
+    at = draw.point()
+    anchor = draw.near(at, draw.size)
+    return {"point": at, "anchor": anchor, "k": 0.3 * draw.k, "width": 0.5 * draw.size}
 
 
 def _users_tie(draw: Draw) -> Data:
@@ -309,8 +306,7 @@ ELEMENTS: dict[str, Callable[[Draw], Data]] = {
     "weight": _user(OWN, "Weight", _weight),
     "stiffening spring": _user(OWN, "StiffeningSpring", _stiffening),
     "cubic tie": _user(OWN, "CubicTie", _cubic_tie),
-    "softening tie": _user(OWN, "SofteningTie", _soft(0.5)),
-    "exponential tie": _user(OWN, "ExponentialTie", _soft(1.0)),
+    "softening tie": _user(OWN, "SofteningTie", _softening),
     "rope": _user(
         OWN,
         "Rope",

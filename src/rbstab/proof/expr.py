@@ -18,9 +18,13 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 VAR, SIN, COS, LET, STEP, POSITIVE = "var", "sin", "cos", "let", "step", "positive"
+OF = "of"
 
 FUNCTIONS = frozenset({SIN, COS, "sqrt", "exp", "log", "atan"})
 """The kinds of atoms that are smooth functions of one argument."""
+
+INNER = -1
+"""The number of the variable of an expression that stands in an atom `OF`."""
 
 MOST_PRODUCTS = 20_000
 """Products of sums with more pairs of terms are not multiplied out."""
@@ -34,17 +38,18 @@ class Atom:
 
     Args:
         kind: What it is: `VAR`, `SIN`, `COS`, `LET` (the argument itself), `STEP`, `POSITIVE` (the
-            argument where that is positive, else 0), or the name of a function.
+            argument where that is positive, else 0), `OF` (an expression of the variable `INNER`, of
+            the argument), or the name of a function.
         argument: Its argument.
-        extra: For a step, how many derivatives the sum in which it stands has that do not jump,
-            but for the last of them.
+        extra: For a step, the order of the first derivative that may jump of the sum in which it
+            stands; for `OF`, the expression.
     """
 
     __slots__ = ("__weakref__", "argument", "extra", "kind", "order", "variables")
 
     kind: str
     argument: Union[int, "Expr"]
-    extra: int | None
+    extra: "int | Expr | None"
     order: tuple[int, str]
     variables: frozenset[int]
 
@@ -59,14 +64,17 @@ class Atom:
         return self.argument
 
 
-_atoms: WeakValueDictionary[tuple[str, Any, int | None], Atom] = WeakValueDictionary()
+_atoms: WeakValueDictionary[tuple[str, Any, Any], Atom] = WeakValueDictionary()
 """The atoms in memory, so that equal ones are one."""
 
 
-def atom(kind: str, argument: Union[int, "Expr"], extra: int | None = None) -> Atom:
+def atom(
+    kind: str, argument: Union[int, "Expr"], extra: Union[int, "Expr", None] = None
+) -> Atom:
     """Return the atom of a kind and an argument."""
     name = argument.digest if isinstance(argument, Expr) else argument
-    found = _atoms.get((kind, name, extra))
+    more = extra.digest if isinstance(extra, Expr) else extra
+    found = _atoms.get((kind, name, more))
     if found is None:
         found = Atom()
         found.kind, found.argument, found.extra = kind, argument, extra
@@ -77,8 +85,8 @@ def atom(kind: str, argument: Union[int, "Expr"], extra: int | None = None) -> A
             found.variables, number = frozenset({argument}), argument
         # Variables and their sines and cosines come first.
         plain = number is not None and kind in {VAR, SIN, COS}
-        found.order = (0, f"{number:04d} {kind}") if plain else (1, f"{name} {kind} {extra}")
-        _atoms[kind, name, extra] = found
+        found.order = (0, f"{number:04d} {kind}") if plain else (1, f"{name} {kind} {more}")
+        _atoms[kind, name, more] = found
     return found
 
 
@@ -298,7 +306,7 @@ class Expr:
 
     # -- functions ------------------------------------------------------------------------------
 
-    def function(self, kind: str, extra: int | None = None) -> "Expr":
+    def function(self, kind: str, extra: Union[int, "Expr", None] = None) -> "Expr":
         """Return a function of it."""
         if kind == LET:
             return self

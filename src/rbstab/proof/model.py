@@ -34,6 +34,7 @@ from rbstab.proof.rewriting import (
     spread,
     substituted,
     with_known_steps,
+    with_outlined_steps,
 )
 from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
@@ -151,7 +152,7 @@ def _eliminated(total: Expr, others: range) -> Energy:
         U = U + (parts.b[i] * minimiser[k]).scaled(Fraction(1, 2))
     free = tuple(k for k in others if k not in chosen)
     U, shift = _shifted(U, free)
-    return Energy(U, free, minimiser, shift)
+    return Energy(with_outlined_steps(U), free, minimiser, shift)
 
 
 def _not_quadratic(total: Expr, chosen: list[int]) -> set[int]:

@@ -1,0 +1,238 @@
+"""Proved bounds of V over boxes, and the least value of V in each of some boxes, such as faces.
+
+With S the mean slopes, V(m + δ) = V(m) + g'δ + ½ δ'S̄δ. For u = δ/r in [-1, 1]^n this is a
+quadratic function a'u + ½ u'Au and what is not known of g and S̄. A numerical A = QDQ' + R with
+any Q and D splits it: QD⁺Q' is convex, so a tangent plane is a lower bound, -QD⁻Q' is at least
+-Σ d⁻(Σ|q|)², and R is bounded with all round-off. Nothing rests on the accuracy of Q and D.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.bounds import UP, BoundedEnergy, Bounds
+from rbstab.proof.intervals import TINY, Intervals
+from rbstab.proof.search import Boxes, joined
+
+BATCH = 1024
+"""Boxes that are bounded at once."""
+
+TOLERANCE = 1e-9
+"""The gap between lower bound and attained value, relative to the energies seen."""
+
+ROUND_OFF = 64 * 2.0**-53
+"""Covers sums and products of some thirty terms, relative to the sum of their magnitudes."""
+
+SWEEPS = 6
+"""Of the coordinates, towards the point at which the tangent plane touches."""
+
+SHORTEST = 1e-9
+"""rad: a descent that moves by less has ended."""
+
+
+class Quadratic(NamedTuple):
+    """Bounds on a'u + ½u'Au for u in [-1, 1]^n, and a point near the lowest, shape (n, boxes)."""
+
+    low: Array
+    high: Array
+    u: Array
+
+
+def quadratic_range(a: Array, A: Array) -> Quadratic:
+    """Bound a'u + ½u'Au for all u in [-1, 1]^n; a has shape (n, boxes), A (n, n, boxes)."""
+    stacked = np.moveaxis(A, 2, 0)
+    D, vectors = np.linalg.eigh(0.5 * (stacked + np.swapaxes(stacked, 1, 2)))
+    D, Q = D.T, np.moveaxis(vectors, 0, 2)
+    size = np.einsum("ikm,km,jkm->ijm", np.abs(Q), np.abs(D), np.abs(Q))
+    rest = np.abs(0.5 * (A + np.swapaxes(A, 0, 1)) - _composed(Q, D)).sum(axis=(0, 1))
+    slack = ROUND_OFF * (np.abs(a).sum(axis=0) + (size + np.abs(A)).sum(axis=(0, 1))) + TINY
+    unknown = 0.5 * rest * UP + slack
+    spans = np.abs(Q).sum(axis=0) ** 2 * UP
+    up, down = np.maximum(D, 0.0), np.maximum(-D, 0.0)
+    lowest, u = _convex_least(a, Q, up)
+    highest, _ = _convex_least(-a, Q, down)
+    low = lowest - (0.5 * (down * spans).sum(axis=0) + unknown) * UP
+    high = -highest + (0.5 * (up * spans).sum(axis=0) + unknown) * UP
+    return Quadratic(low - ROUND_OFF * np.abs(low), high + ROUND_OFF * np.abs(high), u)
+
+
+def _composed(Q: Array, D: Array) -> Array:
+    return np.asarray(np.einsum("ikm,km,jkm->ijm", Q, D, Q))
+
+
+def _convex_least(a: Array, Q: Array, D: Array) -> tuple[Array, Array]:
+    """Bound a'u + ½u'QDQ'u, D >= 0, from below by its tangent plane at a point near the lowest."""
+    P = _composed(Q, D)
+    along = np.einsum("jim,jm->im", Q, a) / np.where(D > 0, D, np.inf)
+    u = np.clip(-np.einsum("ijm,jm->im", Q, along), -1.0, 1.0)
+    for _ in range(SWEEPS):
+        for i in range(len(a)):
+            pull = -(a[i] + np.einsum("jm,jm->m", P[i], u) - P[i, i] * u[i])
+            bent = np.clip(pull / np.where(P[i, i] > 0, P[i, i], 1.0), -1.0, 1.0)
+            u[i] = np.where(P[i, i] > 0, bent, np.sign(pull))
+    slope = a + np.einsum("ijm,jm->im", P, u)
+    value = np.einsum("im,im->m", 0.5 * (a + slope), u)
+    return value - (np.abs(slope) + slope * u).sum(axis=0), u
+
+
+def range_of(b: Bounds) -> Intervals:
+    """Return bounds on V over boxes: from its terms, its slopes, and Taylor's theorem."""
+    return _taylor(b)[0]
+
+
+def _taylor(b: Bounds) -> tuple[Intervals, Array]:
+    """Return bounds on V over boxes, and the points in them where V is lowest by the middles."""
+    r, g, (S, s) = b.radius, b.gradient, b.slope
+    with np.errstate(all="ignore"):
+        S, s = S * (r[:, None] * r), s * (r[:, None] * r)
+        a = g.mid * r
+        spread = (0.5 * s.sum(axis=(0, 1)) + (g.rad * r).sum(axis=0)) * UP
+        # The products above are rounded too.
+        spread = spread + ROUND_OFF * (np.abs(a).sum(axis=0) + np.abs(S).sum(axis=(0, 1)))
+        good = np.isfinite(spread)
+        found = quadratic_range(np.where(good, a, 0.0), np.where(good, S, 0.0))
+        first = (b.slopes.mag * r).sum(axis=0) * UP
+        fall = np.fmin(first, np.where(good, spread - found.low, np.inf))
+        rise = np.fmin(first, np.where(good, spread + found.high, np.inf))
+        low, high = b.value.lo - fall, b.value.hi + rise
+        low = low - ROUND_OFF * (np.abs(b.value.lo) + np.abs(fall))
+        high = high + ROUND_OFF * (np.abs(b.value.hi) + np.abs(rise))
+    low, high = np.fmax(b.value_over.lo, low), np.fmin(b.value_over.hi, high)
+    low, high = np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high)
+    return Intervals(low, high), b.centre + np.where(good, found.u, 0.0) * r
+
+
+def values_over(energy: BoundedEnergy, boxes: Boxes) -> Intervals:
+    """Return bounds on V over boxes, J, in batches."""
+    parts = [
+        range_of(energy.over(boxes.lo[:, k : k + BATCH], boxes.hi[:, k : k + BATCH]))
+        for k in range(0, boxes.count, BATCH)
+    ]
+    empty = np.zeros(0)
+    return Intervals(
+        np.concatenate([empty, *(one.lo for one in parts)]),
+        np.concatenate([empty, *(one.hi for one in parts)]),
+    )
+
+
+class LeastValues(NamedTuple):
+    """The least V in each of some boxes.
+
+    Attributes:
+        value: An upper bound of V at a point, J, shape (boxes,).
+        bound: A proved lower bound, J; far below `value` if the limit of boxes was reached.
+        at: The points, shape (n, boxes).
+        closed: Whether bound and value are near each other, shape (boxes,).
+        examined: The number of boxes that were examined.
+    """
+
+    value: Array
+    bound: Array
+    at: Array
+    closed: Array
+    examined: int
+
+
+def least_values(
+    energy: BoundedEnergy, boxes: Boxes, limit: int = 100_000, cap: float = np.inf
+) -> LeastValues:
+    """Return the least V in each of some boxes, by branch and bound.
+
+    Args:
+        energy: V.
+        boxes: The boxes; they may be flat.
+        limit: The number of boxes that are examined.
+        cap: Boxes in which V is larger than this need not be searched, J.
+    """
+    search = _Descents(boxes)
+    settled, scale = np.full(boxes.count, np.inf), np.zeros(boxes.count)
+    parts, mine, examined = boxes, np.arange(boxes.count), 0
+    while (parts.count or search.moving) and examined < limit:
+        some, owner = parts[slice(BATCH)], mine[:BATCH]
+        parts, mine = parts[slice(BATCH, None)], mine[BATCH:]
+        examined += some.count + boxes.count
+        # The points of the descents are boxes of no width: a call for few boxes is not cheap.
+        b = energy.over(*joined([some, Boxes(search.trial, search.trial)], len(boxes.lo)))
+        over, near = _taylor(b)
+        n = some.count
+        seen = np.where(np.isfinite(b.value.hi), b.value.hi, -np.inf)[:n]
+        search.move(b, near, owner)
+        np.fmax.at(scale, owner, seen - search.best[owner])
+        # Round-off of V itself is the least gap that any box can have.
+        noise = 4 * np.abs(b.value.hi - b.value.lo)[n:] + 1e-14 * np.abs(search.best)
+        aim = np.minimum(search.best - TOLERANCE * scale - noise, cap)
+        low = over.lo[:n]
+        done = low >= aim[owner]
+        np.fmin.at(settled, owner[done], low[done])
+        rest = some[~done]
+        halves = rest.halved((rest.hi - rest.lo).argmax(axis=0))
+        parts = joined([halves, parts], len(boxes.lo))
+        mine = np.concatenate([owner[~done], owner[~done], mine])
+    closed = np.ones(boxes.count, dtype=bool)
+    if parts.count:
+        np.fmin.at(settled, mine, values_over(energy, parts).lo)
+        closed[mine] = False
+    return LeastValues(
+        search.best, np.minimum(settled, search.best), search.at, closed, examined
+    )
+
+
+class _Descents:
+    """One descent in each box, by steps of the quadratic model at its lowest point so far.
+
+    Attributes:
+        best: V there, at most, J.
+        at: The points.
+        trial: The points that are tried next.
+    """
+
+    def __init__(self, boxes: Boxes) -> None:
+        self.boxes, self.count = boxes, boxes.count
+        self.at = self.trial = 0.5 * boxes.lo + 0.5 * boxes.hi
+        self.best, self.reach = np.full(boxes.count, np.inf), np.full(boxes.count, 0.5)
+        self.gradient = np.zeros_like(self.at)
+        self.hessian = np.zeros((len(boxes.lo), *boxes.lo.shape))
+
+    @property
+    def moving(self) -> bool:
+        """Whether some step was longer than round-off."""
+        return bool((np.abs(self.trial - self.at).max(axis=0, initial=0.0) > SHORTEST).any())
+
+    def move(self, b: Bounds, near: Array, owner: Array) -> None:
+        """Take the values at the points that were tried, and go to lower centres of parts."""
+        n = len(owner)
+        value, x = b.value.hi[n:], b.centre[:, n:]
+        lower = value < self.best
+        self.best = np.where(lower, value, self.best)
+        self.at = np.where(lower, x, self.at)
+        self.gradient = np.where(lower, b.gradient.mid[:, n:], self.gradient)
+        self.hessian = np.where(lower, b.hessian.mid[:, :, n:], self.hessian)
+        self.reach = np.where(lower, np.minimum(2 * self.reach, 0.5), 0.25 * self.reach)
+        self.trial = self._step()
+        value = b.value.hi[:n]
+        first = _first_of_each(owner, value)
+        first = first[value[first] < self.best[owner[first]]]
+        who = owner[first]
+        self.trial[:, who] = np.clip(near[:, first], self.boxes.lo[:, who], self.boxes.hi[:, who])
+        self.reach[who] = 0.5
+
+    def _step(self) -> Array:
+        """Return the lowest points of the models in boxes about the points."""
+        lo = np.maximum(self.boxes.lo, self.at - self.reach)
+        hi = np.minimum(self.boxes.hi, self.at + self.reach)
+        m, r = 0.5 * lo + 0.5 * hi, 0.5 * (hi - lo)
+        with np.errstate(all="ignore"):
+            a = self.gradient + np.einsum("ijm,jm->im", self.hessian, m - self.at)
+            A = self.hessian * (r[:, None] * r)
+            good = np.all(np.isfinite(a), axis=0) & np.all(np.isfinite(A), axis=(0, 1))
+            u = quadratic_range(np.where(good, a * r, 0.0), np.where(good, A, 0.0)).u
+        return np.clip(np.where(good, m + u * r, self.at), lo, hi)
+
+
+def _first_of_each(owner: Array, low: Array) -> Array:
+    """Return for each owner the place of its lowest number."""
+    order = np.lexsort((low, owner))
+    first = np.ones(len(order), dtype=bool)
+    first[1:] = owner[order][1:] != owner[order][:-1]
+    return order[first]

@@ -27,10 +27,13 @@ OUTER = (0, 2)
 MARGIN = 1.001
 """Factor on the bounds of θ1 and θ3, so that no rest state is near the border."""
 
-TIGHT = 0.02
+ENOUGH = 0.98
+"""A search for bounds on slopes aims at this share of the largest ones for the least ends."""
+
+TIGHT = 0.05
 """Bounds on slopes may be so much above slopes that occur, relatively."""
 
-LIMIT = 20_000
+LIMIT = 4_000
 """Boxes of the search for bounds on slopes."""
 
 MOST = 20.0
@@ -101,13 +104,13 @@ def confined(energy: Energy, end: float) -> Array | None:
     if inverse is None:
         return None
     compliance = np.array([[abs(float(x)) for x in row] for row in inverse]) * UP
-    slopes = _steepest(replace(energy, U=parts.p), end)
     load = np.array([abs(float(parts.q[i])) + abs(float(parts.K[i][1])) * end for i in OUTER])
-    bound = compliance @ (load + slopes) * MARGIN
     # Wide enough that U is most likely higher at its ends than at θ2 = ±π/2; this needs no proof.
-    height = _height(energy, end)
-    climb = np.sqrt(2.0 * height * np.diag(compliance))
-    found = np.maximum(bound, np.maximum(climb, PERIOD))
+    climb = np.sqrt(2.0 * _height(energy, end) * np.diag(compliance))
+    least = np.maximum(climb, PERIOD)
+    enough = ENOUGH * np.linalg.pinv(compliance) @ (least / MARGIN) - load
+    slopes = _steepest(replace(energy, U=parts.p), end, np.maximum(enough, 0.0))
+    found = np.maximum(compliance @ (load + slopes) * MARGIN, least)
     return found if np.all(found < MOST) else None
 
 
@@ -121,8 +124,11 @@ def _height(energy: Energy, end: float) -> float:
     return max(0.0, float(np.nanmax(values[:2]) - np.nanmin(values)))
 
 
-def _steepest(energy: Energy, end: float) -> Array:
-    """Bound |∂p/∂θ1| and |∂p/∂θ3| over one period, shape (2,), J/rad; infinite if unbounded."""
+def _steepest(energy: Energy, end: float, enough: Array) -> Array:
+    """Bound |∂p/∂θ1| and |∂p/∂θ3| over one period, shape (2,), J/rad; infinite if unbounded.
+
+    Bounds below those that are enough are not made sharper.
+    """
     p = BoundedEnergy(energy.U, free=energy.free, least=energy.least)
     corner = np.array([PERIOD, end, PERIOD])
     pending, places = one_box(Box(-corner, corner)), list(OUTER)
@@ -135,7 +141,8 @@ def _steepest(energy: Energy, end: float) -> Array:
             at = np.abs(b.gradient.mid[places])
             reached = np.maximum(reached, np.where(np.isfinite(at), at, 0.0).max(axis=1))
         size = b.slopes.mag[places]
-        done = np.all(size <= reached[:, None] * (1 + TIGHT) + 1e-12, axis=0)
+        wanted = np.maximum(enough, reached * (1 + TIGHT) + 1e-12)
+        done = np.all(size <= wanted[:, None], axis=0)
         settled = np.maximum(settled, size[:, done].max(axis=1, initial=0.0))
         left = boxes[~done]
         pending = joined([left.halved((left.hi - left.lo).argmax(axis=0)), pending], 3)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -143,7 +144,7 @@ def test_a_start_outside_is_seen_until_its_motion_is_enclosed():
     assert "certified region from t = 0." in proved.sentence
 
 
-FREE_TO_TURN = {
+FREE_TO_TURN: dict[str, Any] = {
     "schema_version": 2,
     "body": {"mass": 10.0, "inertia": [1.0, 1.0, 1.0], "contact_point": [0, 0, 0.5]},
     "gravity": [0, 0, 0],

@@ -4,13 +4,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.leg import BODY
 
 import rbstab
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.answers.run_answer import answer_of
 from rbstab.experiment.robust.bodies import prove_within
 
-BODY = {"mass": 3.5, "inertia": [0.059, 0.059, 0.006], "contact_point": [0, 0, -0.186]}
 TIE = {"K_c": [4000, 4000, 40000], "L_c": [80, 80, 200]}
 EMBEDDED = TIE | {"K_d": [4000, 4000, 40000], "L_d": [80, 80, 200]}
 TURNING = {"K_r": [10, 10, 5], "L_r": [0.8, 0.8, 0.3]}

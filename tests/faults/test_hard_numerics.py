@@ -81,8 +81,8 @@ def assert_truthful(result: Any) -> None:
     r = v - v[0] - (result["lyapunov_change"] - removed)
     np.testing.assert_array_equal(result["energy_residual"], r)
     lines = lines_of(result)
-    system, start = (problem := problem_of(load_config(yaml.safe_load(result.config)))).system, problem.start
-    round_off = value_round_off(lambda y: system.observe(y).energy, start)
+    problem = problem_of(load_config(yaml.safe_load(result.config)))
+    round_off = value_round_off(lambda y: problem.system.observe(y).energy, problem.start)
     size = np.abs(r).max() / max(np.abs(v).max(), DIGITS * round_off)
     assert lines["audit"].value == pytest.approx(size, rel=1e-12, abs=0)
     # An implicit step is of first order, whatever its tolerance.

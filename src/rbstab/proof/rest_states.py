@@ -1,18 +1,21 @@
 """All rest states of a system in a range of Θ, and whether there is exactly one."""
 
 from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
-from rbstab.analysis.rest_state import RestState, held_at_kink, rest_state_at
+from rbstab.analysis.proof import boxes as rows
+from rbstab.analysis.proof.outcome import SearchOutcome
+from rbstab.analysis.proof.rest_point import RestPoint
+from rbstab.analysis.rest_state import held_at_kink, rest_state_at
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import BoundedEnergy
 from rbstab.proof.confine import confined
 from rbstab.proof.held import held_zeros, jumps, zeros_at_stop
 from rbstab.proof.model import Energy, ExactSystem, energy_of, value_at
-from rbstab.proof.search import Box, Boxes, Search, Zero, Zeros, joined, newton
+from rbstab.proof.regions import Regions, regions_of
+from rbstab.proof.search import Box, Search, Zero, Zeros, joined, newton
 from rbstab.systems.system import System
 
 PITCH_END = np.nextafter(np.pi / 2, 4.0)
@@ -34,53 +37,6 @@ MOST_CENTRES = 64
 """Undecided boxes from whose centres states on a surface are looked for."""
 
 
-class Outcome(Enum):
-    """How a search for all rest states ended; the value is the text to show."""
-
-    PROVED = "every zero in the range is known"
-    UNDECIDED = (
-        "in some small parts of the range it could not be decided whether there is a rest state"
-    )
-    BOX_LIMIT = "the limit on the number of boxes was reached"
-    FAMILY = "a continuum (a family) of rest states is suspected, which is not counted"
-    SEARCHED = "looked for, not proved"
-
-
-@dataclass(frozen=True, eq=False)
-class RestPoint:
-    """One of the rest states of a system.
-
-    Args:
-        state: Its Θ, X, own states, energy and remaining gradient.
-        index: The number of negative eigenvalues of the Hessian of the least energy over X and own
-            states: 0 at a minimum. Where a force that jumps holds the body, that along the surface,
-            and one more if the force pushes away from it; at a stop, that by θ1 and θ3.
-        enclosure: If `proved`, a box of Θ that contains exactly this rest state; else the point.
-        proved: Whether it is proved that it exists.
-        index_proved: Whether the index is proved for the exact rest state.
-        on_ridge: Whether a force that jumps pushes away from the surface on which the body rests.
-        degenerate: Whether the index is not proved, and the Hessian is singular to round-off.
-    """
-
-    state: RestState
-    index: int
-    enclosure: Box
-    proved: bool
-    index_proved: bool
-    on_ridge: bool = False
-    degenerate: bool = False
-
-    @property
-    def Theta(self) -> Array:
-        """Θ, shape (3,), rad."""
-        return self.state.motion.Theta
-
-    @property
-    def is_minimum(self) -> bool:
-        """Whether it is proved to be a minimum of the energy."""
-        return self.proved and self.index_proved and self.index == 0
-
-
 @dataclass(frozen=True, eq=False)
 class RestStates:
     """The rest states of a system in a range, from the lowest energy to the highest.
@@ -88,7 +44,7 @@ class RestStates:
     Args:
         energy: The potential energy.
         states: The rest states.
-        undecided: Boxes of Θ that may contain further ones.
+        zeros: The same as zeros of the gradient, in the same order, with the undecided boxes.
         examined: The number of boxes that the proof examined.
         outcome: How it ended.
         end: The largest |Θ| in the range, shape (3,), rad.
@@ -97,16 +53,26 @@ class RestStates:
 
     energy: Energy
     states: tuple[RestPoint, ...]
-    undecided: Boxes
+    zeros: Zeros
     examined: int
-    outcome: Outcome
+    outcome: SearchOutcome
     end: Array
     covered: float = 1.0
 
     @property
+    def undecided(self) -> rows.Boxes:
+        """Boxes of Θ that may contain further rest states."""
+        return rows.Boxes(self.zeros.undecided.lo.T, self.zeros.undecided.hi.T)
+
+    @property
+    def regions(self) -> Regions:
+        """The region of the lowest rest state, and that of each minimum."""
+        return regions_of(self.energy, self.zeros, Box(-self.end, self.end))
+
+    @property
     def proved(self) -> bool:
         """Whether these are proved to be all rest states in the range."""
-        return self.outcome is Outcome.PROVED
+        return self.outcome is SearchOutcome.PROVED
 
     @property
     def unique(self) -> bool | None:
@@ -124,7 +90,8 @@ class RestStates:
         θ1 and θ3, of those in the range of eq. 5: then it is of motions that start there.
         """
         only = self.states[0] if self.proved and self.unique else None
-        return only is not None and only.is_minimum and 1 in self.energy.closed
+        is_minimum = only is not None and only.index_proved and only.index == 0
+        return is_minimum and 1 in self.energy.closed
 
     @property
     def closed(self) -> bool:
@@ -184,14 +151,19 @@ class Body:
         self, found: Zeros, faces: list[Zeros], end: Array, *, stopped: bool
     ) -> RestStates:
         undecided = joined([found.undecided, *(face.undecided for face in faces)], 3)
-        outcome = Outcome.UNDECIDED if undecided.count else Outcome.PROVED
+        outcome = SearchOutcome.UNDECIDED if undecided.count else SearchOutcome.PROVED
         if undecided.count and (found.family or stopped):
-            outcome = Outcome.FAMILY if found.family else Outcome.BOX_LIMIT
+            outcome = SearchOutcome.FAMILY if found.family else SearchOutcome.BOX_LIMIT
         zeros = [*found.zeros, *(zero for face in faces for zero in face.zeros)]
+        zeros.sort(key=lambda zero: zero.energy)
         examined = found.examined + sum(face.examined for face in faces)
-        return RestStates(
-            self.energy, self._points(zeros), undecided, examined, outcome, end, found.share
-        )
+        whole = Zeros(tuple(zeros), undecided, examined, found.family, found.share)
+        points = [self._point(zero, proved=True) for zero in zeros]
+        if outcome in {SearchOutcome.UNDECIDED, SearchOutcome.BOX_LIMIT}:
+            # If all zeros are known, a point that could not be isolated is none.
+            unproved = (_unproved(x, self.bounded) for x in found.singular)
+            points += [self._point(zero, proved=False) for zero in unproved]
+        return RestStates(self.energy, tuple(points), whole, examined, outcome, end, found.share)
 
     def wide(self, rest: RestStates, limit: int) -> RestStates | None:
         """Prove the rest states with |θ2| < π/2 and any θ1 and θ3.
@@ -219,9 +191,10 @@ class Body:
         zeros = [_unproved(x, self.bounded) for x in different]
         zeros += held_zeros(self.energy, box)
         zeros += [zero for face in zeros_at_stop(self.energy, box) for zero in face.zeros]
-        nothing = joined([], 3)
-        found = self._points(zeros, proved=False)
-        return RestStates(self.energy, found, nothing, 0, Outcome.SEARCHED, end)
+        zeros.sort(key=lambda zero: zero.energy)
+        points = tuple(self._point(zero, proved=False) for zero in zeros)
+        nothing = Zeros(tuple(zeros), joined([], 3), 0)
+        return RestStates(self.energy, points, nothing, 0, SearchOutcome.SEARCHED, end)
 
     # -- points ----------------------------------------------------------------------------------
 
@@ -238,10 +211,6 @@ class Body:
             q[k] = value_at(place, q)
         return q
 
-    def _points(self, zeros: list[Zero], *, proved: bool = True) -> tuple[RestPoint, ...]:
-        points = (self._point(zero, proved=proved) for zero in zeros)
-        return tuple(sorted(points, key=lambda point: point.state.energy))
-
     def _point(self, zero: Zero, *, proved: bool) -> RestPoint:
         state = rest_state_at(self.at_rest, self.configuration(zero.point))
         if zero.normal is not None:
@@ -254,7 +223,7 @@ class Body:
         return RestPoint(
             state,
             index,
-            zero.enclosure,
+            rows.Boxes(zero.enclosure.lo[None], zero.enclosure.hi[None]),
             proved,
             proved and zero.index is not None,
             zero.ridge,

@@ -139,6 +139,7 @@ class Zeros:
         examined: The number of boxes that were examined.
         family: Whether the search ended because zeros seem to form a family.
         share: The share of the volume of the box that is decided.
+        singular: Points that seem to be zeros with a singular Hessian, each of shape (n,).
     """
 
     zeros: tuple[Zero, ...]
@@ -146,6 +147,7 @@ class Zeros:
     examined: int
     family: bool = False
     share: float = 1.0
+    singular: tuple[Array, ...] = ()
 
     @property
     def proved(self) -> bool:
@@ -275,7 +277,8 @@ class Search:
                 across.append(one_box(zero.enclosure))
         undecided = joined([undecided, *across], len(self.box.lo))
         order = tuple(sorted(inside, key=lambda zero: zero.energy))
-        return Zeros(order, undecided, self.examined, self.family, share)
+        singular = tuple(self.failed)
+        return Zeros(order, undecided, self.examined, self.family, share, singular)
 
     def _open(self, boxes: Boxes) -> Array:
         """Return which boxes do not lie in the domain of a proved zero."""

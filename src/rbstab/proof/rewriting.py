@@ -96,9 +96,11 @@ def _affine_in(x: Expr, g: Expr) -> Expr | None:
 def with_outlined_steps(e: Expr) -> Expr:
     """Take all terms with steps of one argument g that depend on g alone together: they are F(g).
 
-    Bounds on F over an interval of g are far sharper than those of its terms (`univariate`).
+    Bounds on F over an interval of g are far sharper than those of its terms (`taylor.Outlined`).
+    Steps of a force that jumps stay, as a body may be held there.
     """
-    for g in sorted({a.inner for a in e.atoms if a.kind == STEP}, key=lambda g: g.digest):
+    smooth = {a.inner for a in e.atoms if a.kind == STEP and a.extra != 1}
+    for g in sorted(smooth, key=lambda g: g.digest):
         if variable_of(g) is not None or all(a.kind == VAR for a in g.atoms):
             continue  # a guard of one angle is sharp as it is
         outlined = dict[Monomial, Fraction]()

@@ -19,8 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.bounds import BoundedEnergy
-from rbstab.proof.levels import values_over
+from rbstab.proof.levels import Ranges
 from rbstab.proof.search import Box, Boxes, joined
 
 FIRST_DEPTH = 3
@@ -41,7 +40,7 @@ FAR = 0.6
 AT_OBSTACLE = 0.02
 """rad: cells at an obstacle that may be reached are halved down to this."""
 
-SHARES = (0.6, 0.3, 0.15)
+SHARES = (0.45, 0.2)
 """The sizes of cells that are neither dry nor wet, relative to their distance from high places."""
 
 
@@ -238,13 +237,13 @@ class Land:
     """V over a range, and over the cells with which each flood begins.
 
     Args:
-        energy: V.
+        ranges: V.
         box: The range; the doubles at its ends are not inside the exact one.
         open_axes: The axes of whose ends nothing keeps a motion away.
     """
 
-    def __init__(self, energy: BoundedEnergy, box: Box, open_axes: Collection[int]) -> None:
-        self.energy, self.box, self.open_axes = energy, box, sorted(open_axes)
+    def __init__(self, ranges: Ranges, box: Box, open_axes: Collection[int]) -> None:
+        self.ranges, self.box, self.open_axes = ranges, box, sorted(open_axes)
         self.cells = Cells.of(box)
         self.heights = self.over(self.cells)
 
@@ -252,7 +251,7 @@ class Land:
         """Return bounds on V over cells, and over their parts of open faces."""
         boxes, n = cells.boxes, cells.count
         at_ends = self.faces(boxes)
-        found = values_over(self.energy, joined([boxes, *(one[-1] for one in at_ends)], 3))
+        found = self.ranges.values(joined([boxes, *(one[-1] for one in at_ends)], 3))
         ends, begin = np.full(n, np.inf), n
         for _, _, mine, parts in at_ends:
             low = found.lo[begin : begin + parts.count]

@@ -20,14 +20,14 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import BoundedEnergy
 from rbstab.proof.flood import LIMIT, Flooded, Land, Outcome, flood
-from rbstab.proof.levels import LeastValues, least_values, values_over
+from rbstab.proof.levels import LeastValues, Ranges, least_values
 from rbstab.proof.model import Energy
 from rbstab.proof.search import Box, Boxes, Zero, Zeros, joined, one_box
 
 TIE = 1e-10
 """Energies with a smaller relative difference count as equal; the first place is reported."""
 
-MARGINS = (1e-7, 1e-3)
+MARGINS = (1e-6, 1e-3)
 """How far below a pass a flood is tried, relative to its height: very near it takes small cells."""
 
 SMALLEST_GAIN = 1e-3
@@ -48,7 +48,7 @@ class Certified:
         energy_bound: The same for the sum of all energies; None if nothing is proved.
         attained_at: The first point with energy c*, shape (3,), rad.
         face: The face on which it is; None: at another rest state.
-        closed: Whether the least energies on the faces are known to `levels.TOLERANCE`.
+        closed: Whether the least energies on the faces are known to `levels.LOOSE`.
         examined: The number of boxes of faces.
     """
 
@@ -128,12 +128,12 @@ def is_minimum(zero: Zero) -> bool:
 class _Landscape:
     """The energies of rest states, faces and undecided boxes of a range."""
 
-    def __init__(self, energy: Energy, zeros: Zeros, box: Box, V: BoundedEnergy) -> None:
+    def __init__(self, energy: Energy, zeros: Zeros, box: Box, V: Ranges) -> None:
         self.V, self.box, self.zeros = V, box, zeros
         self.open_axes = [axis for axis in range(3) if axis not in energy.closed]
         places = joined([one_box(zero.enclosure) for zero in zeros.zeros], 3)
-        self.at_zeros = values_over(V, places)
-        undecided = values_over(V, zeros.undecided)
+        self.at_zeros = V.values(places)
+        undecided = V.values(zeros.undecided)
         self.cap = float(undecided.lo.min(initial=np.inf))
         faces = open_faces(box, self.open_axes)
         self.faces = [face for face, _ in faces]
@@ -194,9 +194,7 @@ def regions_of(energy: Energy, zeros: Zeros, box: Box, V: BoundedEnergy | None =
     """
     if not zeros.zeros:
         return Regions(None, ())
-    if V is None:
-        V = BoundedEnergy(energy.U, free=energy.free, least=energy.least)
-    land = _Landscape(energy, zeros, box, V)
+    land = _Landscape(energy, zeros, box, Ranges.of(energy, V))
     certified = _certified(land)
     minima = [k for k, zero in enumerate(zeros.zeros) if is_minimum(zero)]
     found = [] if certified is None else [_region(land, k) for k in minima]
@@ -308,7 +306,7 @@ class _Passes:
             x = face.at
             if x is not None and not self.is_higher(face) and parts.touch(Box(x, x)).any():
                 return None
-        over = values_over(self.land.V, parts)
+        over = self.land.V.values(parts)
         lowest = over.lo <= over.hi.min()
         least = least_values(self.land.V, parts[lowest])
         k = int(np.argmin(least.value))

@@ -33,6 +33,9 @@ MARGINS = (1e-6, 1e-3)
 SMALLEST_GAIN = 1e-3
 """Levels that are higher by a smaller share of the height are not tried."""
 
+BISECTIONS = 10
+"""Levels that are tried where none of those of a place holds."""
+
 Face = tuple[int, int]
 """An axis and the sign of its angle."""
 
@@ -273,6 +276,21 @@ class _Passes:
                 begin = middle + 1
             else:
                 end = middle
+        if self.best is None and some:
+            self.bisect(some[0].bound)
+
+    def bisect(self, failed: float) -> None:
+        """Try levels below all passes that are known: it leaves by the lowest point of some part of a face."""
+        known = self.floor
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (known + failed)
+            if self.holds(_Level(middle, middle)):
+                assert self.best is not None
+                if self.best.at is not None:
+                    return
+                known = middle
+            else:
+                failed = middle
 
     def is_higher(self, level: _Level) -> bool:
         """Return whether a level is worth a flood."""

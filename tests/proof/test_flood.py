@@ -118,7 +118,7 @@ def test_a_minimum_above_all_faces_has_a_region():
 
 
 def lands():
-    """Return the land of two wells, the upper minimum, the lower one, and the level of the saddle."""
+    """Return the land of two wells, the upper minimum, the lower one, and the saddle's V."""
     zeros, _ = found(wells(0.25))
     land = Land(Ranges.of(Energy(wells(0.25))), RANGE, (0, 1, 2))
     low, high, _ = zeros.zeros

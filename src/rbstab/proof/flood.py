@@ -14,7 +14,6 @@ in it at a rest state, and the only one there is that of W. (`Flooded.contains`.
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple
 
 import numpy as np
 
@@ -181,10 +180,15 @@ class Flooded:
         """
         cells, depth = self.cells, int(self.cells.depth.max(initial=0))
         found = np.full(lo.shape[1], self.holds)
-        found &= np.all((lo >= cells.box.lo[:, None]) & (lo <= hi) & (hi <= cells.box.hi[:, None]), 0)
+        found &= np.all(
+            (lo >= cells.box.lo[:, None]) & (lo <= hi) & (hi <= cells.box.hi[:, None]), 0
+        )
         if not found.any():
             return found
-        first, last = cells_of(cells, depth, lo, upper=False), cells_of(cells, depth, hi, upper=True)
+        first, last = (
+            cells_of(cells, depth, lo, upper=False),
+            cells_of(cells, depth, hi, upper=True),
+        )
         first, last = np.minimum(first, last), np.maximum(first, last)
         # A start that is wider than the smallest cells would need all cells between.
         found &= np.all(last - first <= 1, axis=0)
@@ -212,10 +216,11 @@ def cells_of(cells: Cells, depth: int, x: Array, *, upper: bool) -> Array:
     return near
 
 
-class Heights(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Heights:
     """What is known of V over some cells.
 
-    Attributes:
+    Args:
         low: Lower bounds, J.
         high: Upper bounds, J.
         ends: Lower bounds on the parts of open faces that a cell has; infinite without one.
@@ -225,12 +230,16 @@ class Heights(NamedTuple):
     high: Array
     ends: Array
 
-    def __getitem__(self, some: Array) -> "Heights":  # type: ignore[override]
+    def __getitem__(self, some: Array) -> "Heights":
         return Heights(self.low[some], self.high[some], self.ends[some])
 
     def joined(self, other: "Heights") -> "Heights":
         """Return both."""
-        return Heights(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
+        return Heights(
+            np.concatenate([self.low, other.low]),
+            np.concatenate([self.high, other.high]),
+            np.concatenate([self.ends, other.ends]),
+        )
 
 
 class Land:
@@ -283,7 +292,7 @@ def touched(places: Sequence[Box], boxes: Boxes) -> Array:
     return np.array(found, dtype=bool).reshape(len(places), boxes.count)
 
 
-def flood(
+def flood(  # noqa: PLR0913, PLR0917 (each is one fact about the flood)
     land: Land,
     start: Box,
     level: float,

@@ -131,8 +131,8 @@ class Ranges:
     @classmethod
     def of(cls, energy: Energy, V: BoundedEnergy | None = None) -> "Ranges":
         """Return bounds on an energy, with its sides if few forces jump, at surfaces of Θ."""
-        options = {"free": energy.free, "least": energy.least}
-        V = BoundedEnergy(energy.U, **options) if V is None else V
+        free, least = energy.free, energy.least
+        V = BoundedEnergy(energy.U, free=free, least=least) if V is None else V
         steps = [a for a in energy.U.all_atoms if a.kind == STEP and a.extra == 1]
         if len(steps) > MOST_STEPS or any(set(a.inner.variables) & set(energy.free) for a in steps):
             return cls(V)
@@ -140,7 +140,10 @@ class Ranges:
         replaced = [
             {step: expr(one) for step, one in zip(steps, choice, strict=True)} for choice in choices
         ]
-        return cls(V, [BoundedEnergy(substituted(energy.U, one), **options) for one in replaced])
+        return cls(
+            V,
+            [BoundedEnergy(substituted(energy.U, one), free=free, least=least) for one in replaced],
+        )
 
     def over(self, boxes: Boxes) -> tuple[Bounds, Intervals, Array]:
         """Return the bounds over boxes, on V with what they imply, and points where V is low."""
@@ -158,9 +161,7 @@ class Ranges:
 
     def values(self, boxes: Boxes) -> Intervals:
         """Return bounds on V over boxes, J, in batches."""
-        parts = [
-            self.over(boxes[slice(k, k + BATCH)])[1] for k in range(0, boxes.count, BATCH)
-        ]
+        parts = [self.over(boxes[slice(k, k + BATCH)])[1] for k in range(0, boxes.count, BATCH)]
         empty = np.zeros(0)
         return Intervals(
             np.concatenate([empty, *(one.lo for one in parts)]),
@@ -226,9 +227,7 @@ def least_values(
     if parts.count:
         np.fmin.at(settled, mine, ranges.values(parts).lo)
         closed[mine] = False
-    return LeastValues(
-        search.best, np.minimum(settled, search.best), search.at, closed, examined
-    )
+    return LeastValues(search.best, np.minimum(settled, search.best), search.at, closed, examined)
 
 
 class _Descents:

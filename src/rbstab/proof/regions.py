@@ -1,4 +1,4 @@
-"""c*, the level up to which all motions approach the lowest rest state, and the region of each minimum.
+"""c*, below which all motions approach the lowest rest state, and the region of each minimum.
 
 c* is the least energy on the open faces of the range, at all other rest states, and in undecided
 boxes: {V < c*} contains the lowest rest state alone. The region of any minimum is the component of
@@ -67,7 +67,7 @@ class Certified:
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """The region of a minimum: each motion approaches it that is in it at some time with less energy.
+    """The region of a minimum: each motion approaches it that is once in it with less energy.
 
     Args:
         state: The place of the minimum among the zeros.
@@ -94,7 +94,7 @@ class Region:
 
 @dataclass(frozen=True, eq=False)
 class Regions:
-    """The regions in one range; `certified` is None if no rest state is known or nothing bounds it."""
+    """The regions in a range; `certified` is None without a rest state, or if nothing bounds it."""
 
     certified: Certified | None
     minima: tuple[Region, ...]
@@ -249,9 +249,7 @@ def _region(land: _Landscape, minimum: int) -> Region | None:
     if not height > 0:
         return None
     value, examined = best.value - land.zeros.zeros[minimum].energy, search.examined
-    return Region(
-        minimum, value, height, bound, best.state, best.face, best.at, flooded, examined
-    )
+    return Region(minimum, value, height, bound, best.state, best.face, best.at, flooded, examined)
 
 
 class _Passes:
@@ -260,7 +258,8 @@ class _Passes:
     def __init__(self, land: _Landscape, minimum: int, base: _Level | None) -> None:
         self.land, self.minimum = land, minimum
         self.floor = float(land.at_zeros.hi[minimum])
-        self.best, self.flooded, self.examined = base, None, 0
+        self.best, self.examined = base, 0
+        self.flooded: Flooded | None = None
         self.start = land.zeros.zeros[minimum].enclosure
 
     def run(self, levels: list[_Level]) -> None:
@@ -280,7 +279,7 @@ class _Passes:
             self.bisect(some[0].bound)
 
     def bisect(self, failed: float) -> None:
-        """Try levels below all passes that are known: it leaves by the lowest point of some part of a face."""
+        """Try levels below all known passes: the component leaves by a part of a face."""
         known = self.floor
         for _ in range(BISECTIONS):
             middle = 0.5 * (known + failed)

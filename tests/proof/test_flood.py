@@ -218,3 +218,14 @@ def test_an_undecided_box_ends_all_regions():
     for region in regions.minima:
         assert region.energy_bound <= value
         assert region.pass_at is None
+
+
+def test_an_undecided_box_bounds_c_star():
+    """It may contain a rest state that is lower than all others but the lowest."""
+    zeros, before = found(wells(0.25))
+    place = np.array([[-0.9], [0.0], [0.0]])
+    undecided = type(zeros.undecided)(place, place + 1e-3)
+    regions = regions_of(Energy(wells(0.25)), replace(zeros, undecided=undecided), RANGE)
+    value = (0.81 - 1) ** 2 - 0.25 * 0.9
+    assert before.certified.energy_bound > value + 0.1
+    assert value - 0.01 < regions.certified.energy_bound <= value

@@ -30,7 +30,7 @@ DEEPEST = 17
 MOST_ROOTS = 7
 """Cells along one side of the range, before they are halved."""
 
-LIMIT = 30_000
+LIMIT = 16_000
 """Cells that are examined in one flood."""
 
 FAR = 0.6

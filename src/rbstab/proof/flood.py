@@ -14,13 +14,11 @@ in it at a rest state, and the only one there is that of W. (`Flooded.contains`.
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.bounds import BoundedEnergy
-from rbstab.proof.levels import values_over
+from rbstab.proof.levels import Ranges
 from rbstab.proof.search import Box, Boxes, joined
 
 FIRST_DEPTH = 3
@@ -32,7 +30,7 @@ DEEPEST = 17
 MOST_ROOTS = 7
 """Cells along one side of the range, before they are halved."""
 
-LIMIT = 30_000
+LIMIT = 16_000
 """Cells that are examined in one flood."""
 
 FAR = 0.6
@@ -41,7 +39,7 @@ FAR = 0.6
 AT_OBSTACLE = 0.02
 """rad: cells at an obstacle that may be reached are halved down to this."""
 
-SHARES = (0.6, 0.3, 0.15)
+SHARES = (0.45, 0.2)
 """The sizes of cells that are neither dry nor wet, relative to their distance from high places."""
 
 
@@ -182,10 +180,15 @@ class Flooded:
         """
         cells, depth = self.cells, int(self.cells.depth.max(initial=0))
         found = np.full(lo.shape[1], self.holds)
-        found &= np.all((lo >= cells.box.lo[:, None]) & (lo <= hi) & (hi <= cells.box.hi[:, None]), 0)
+        found &= np.all(
+            (lo >= cells.box.lo[:, None]) & (lo <= hi) & (hi <= cells.box.hi[:, None]), 0
+        )
         if not found.any():
             return found
-        first, last = cells_of(cells, depth, lo, upper=False), cells_of(cells, depth, hi, upper=True)
+        first, last = (
+            cells_of(cells, depth, lo, upper=False),
+            cells_of(cells, depth, hi, upper=True),
+        )
         first, last = np.minimum(first, last), np.maximum(first, last)
         # A start that is wider than the smallest cells would need all cells between.
         found &= np.all(last - first <= 1, axis=0)
@@ -213,10 +216,11 @@ def cells_of(cells: Cells, depth: int, x: Array, *, upper: bool) -> Array:
     return near
 
 
-class Heights(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Heights:
     """What is known of V over some cells.
 
-    Attributes:
+    Args:
         low: Lower bounds, J.
         high: Upper bounds, J.
         ends: Lower bounds on the parts of open faces that a cell has; infinite without one.
@@ -226,25 +230,29 @@ class Heights(NamedTuple):
     high: Array
     ends: Array
 
-    def __getitem__(self, some: Array) -> "Heights":  # type: ignore[override]
+    def __getitem__(self, some: Array) -> "Heights":
         return Heights(self.low[some], self.high[some], self.ends[some])
 
     def joined(self, other: "Heights") -> "Heights":
         """Return both."""
-        return Heights(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
+        return Heights(
+            np.concatenate([self.low, other.low]),
+            np.concatenate([self.high, other.high]),
+            np.concatenate([self.ends, other.ends]),
+        )
 
 
 class Land:
     """V over a range, and over the cells with which each flood begins.
 
     Args:
-        energy: V.
+        ranges: V.
         box: The range; the doubles at its ends are not inside the exact one.
         open_axes: The axes of whose ends nothing keeps a motion away.
     """
 
-    def __init__(self, energy: BoundedEnergy, box: Box, open_axes: Collection[int]) -> None:
-        self.energy, self.box, self.open_axes = energy, box, sorted(open_axes)
+    def __init__(self, ranges: Ranges, box: Box, open_axes: Collection[int]) -> None:
+        self.ranges, self.box, self.open_axes = ranges, box, sorted(open_axes)
         self.cells = Cells.of(box)
         self.heights = self.over(self.cells)
 
@@ -252,7 +260,7 @@ class Land:
         """Return bounds on V over cells, and over their parts of open faces."""
         boxes, n = cells.boxes, cells.count
         at_ends = self.faces(boxes)
-        found = values_over(self.energy, joined([boxes, *(one[-1] for one in at_ends)], 3))
+        found = self.ranges.values(joined([boxes, *(one[-1] for one in at_ends)], 3))
         ends, begin = np.full(n, np.inf), n
         for _, _, mine, parts in at_ends:
             low = found.lo[begin : begin + parts.count]
@@ -284,7 +292,7 @@ def touched(places: Sequence[Box], boxes: Boxes) -> Array:
     return np.array(found, dtype=bool).reshape(len(places), boxes.count)
 
 
-def flood(
+def flood(  # noqa: PLR0913, PLR0917 (each is one fact about the flood)
     land: Land,
     start: Box,
     level: float,

@@ -6,13 +6,18 @@ any Q and D splits it: QD⁺Q' is convex, so a tangent plane is a lower bound, -
 -Σ d⁻(Σ|q|)², and R is bounded with all round-off. Nothing rests on the accuracy of Q and D.
 """
 
+from collections.abc import Sequence
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import UP, BoundedEnergy, Bounds
+from rbstab.proof.expr import STEP, expr
 from rbstab.proof.intervals import TINY, Intervals
+from rbstab.proof.model import Energy
+from rbstab.proof.rewriting import substituted
 from rbstab.proof.search import Boxes, joined
 
 BATCH = 1024
@@ -23,6 +28,12 @@ TOLERANCE = 1e-9
 
 ROUND_OFF = 64 * 2.0**-53
 """Covers sums and products of some thirty terms, relative to the sum of their magnitudes."""
+
+LOOSE = 1e-6
+"""The same in the second half of the boxes, such as where V is least along a curve."""
+
+MOST_STEPS = 3
+"""So many forces that jump give eight energies."""
 
 SWEEPS = 6
 """Of the coordinates, towards the point at which the tangent plane touches."""
@@ -103,17 +114,59 @@ def _taylor(b: Bounds) -> tuple[Intervals, Array]:
     return Intervals(low, high), b.centre + np.where(good, found.u, 0.0) * r
 
 
-def values_over(energy: BoundedEnergy, boxes: Boxes) -> Intervals:
-    """Return bounds on V over boxes, J, in batches."""
-    parts = [
-        range_of(energy.over(boxes.lo[:, k : k + BATCH], boxes.hi[:, k : k + BATCH]))
-        for k in range(0, boxes.count, BATCH)
-    ]
-    empty = np.zeros(0)
-    return Intervals(
-        np.concatenate([empty, *(one.lo for one in parts)]),
-        np.concatenate([empty, *(one.hi for one in parts)]),
-    )
+class Ranges:
+    """Bounds on V over boxes, also sharp ones where a force jumps.
+
+    At each point the steps of such forces are 0 or 1, so V is there one of the smooth energies with
+    these numbers in place of the steps. Its bounds over a box are the hull of theirs.
+
+    Args:
+        V: Bounds on V.
+        sides: Bounds on the energies with each choice of 0 and 1; none if no force jumps.
+    """
+
+    def __init__(self, V: BoundedEnergy, sides: Sequence[BoundedEnergy] = ()) -> None:
+        self.V, self.sides, self.n = V, tuple(sides), V.n
+
+    @classmethod
+    def of(cls, energy: Energy, V: BoundedEnergy | None = None) -> "Ranges":
+        """Return bounds on an energy, with its sides if few forces jump, at surfaces of Θ."""
+        free, least = energy.free, energy.least
+        V = BoundedEnergy(energy.U, free=free, least=least) if V is None else V
+        steps = [a for a in energy.U.all_atoms if a.kind == STEP and a.extra == 1]
+        if len(steps) > MOST_STEPS or any(set(a.inner.variables) & set(energy.free) for a in steps):
+            return cls(V)
+        choices = product((0, 1), repeat=len(steps)) if steps else ()
+        replaced = [
+            {step: expr(one) for step, one in zip(steps, choice, strict=True)} for choice in choices
+        ]
+        return cls(
+            V,
+            [BoundedEnergy(substituted(energy.U, one), free=free, least=least) for one in replaced],
+        )
+
+    def over(self, boxes: Boxes) -> tuple[Bounds, Intervals, Array]:
+        """Return the bounds over boxes, on V with what they imply, and points where V is low."""
+        b = self.V.over(boxes.lo, boxes.hi)
+        found, near = _taylor(b)
+        rough = ~np.all(np.isfinite(b.slope.rad), axis=(0, 1)) & bool(self.sides)
+        if rough.any():
+            some = boxes[rough]
+            ranges = [range_of(side.over(some.lo, some.hi)) for side in self.sides]
+            low = np.min([one.lo for one in ranges], axis=0)
+            high = np.max([one.hi for one in ranges], axis=0)
+            found.lo[rough] = np.fmax(found.lo[rough], low)
+            found.hi[rough] = np.fmin(found.hi[rough], high)
+        return b, found, near
+
+    def values(self, boxes: Boxes) -> Intervals:
+        """Return bounds on V over boxes, J, in batches."""
+        parts = [self.over(boxes[slice(k, k + BATCH)])[1] for k in range(0, boxes.count, BATCH)]
+        empty = np.zeros(0)
+        return Intervals(
+            np.concatenate([empty, *(one.lo for one in parts)]),
+            np.concatenate([empty, *(one.hi for one in parts)]),
+        )
 
 
 class LeastValues(NamedTuple):
@@ -135,12 +188,12 @@ class LeastValues(NamedTuple):
 
 
 def least_values(
-    energy: BoundedEnergy, boxes: Boxes, limit: int = 100_000, cap: float = np.inf
+    ranges: Ranges, boxes: Boxes, limit: int = 20_000, cap: float = np.inf
 ) -> LeastValues:
     """Return the least V in each of some boxes, by branch and bound.
 
     Args:
-        energy: V.
+        ranges: V.
         boxes: The boxes; they may be flat.
         limit: The number of boxes that are examined.
         cap: Boxes in which V is larger than this need not be searched, J.
@@ -153,29 +206,28 @@ def least_values(
         parts, mine = parts[slice(BATCH, None)], mine[BATCH:]
         examined += some.count + boxes.count
         # The points of the descents are boxes of no width: a call for few boxes is not cheap.
-        b = energy.over(*joined([some, Boxes(search.trial, search.trial)], len(boxes.lo)))
-        over, near = _taylor(b)
+        points = Boxes(search.trial, search.trial)
+        b, over, near = ranges.over(joined([some, points], ranges.n))
         n = some.count
         seen = np.where(np.isfinite(b.value.hi), b.value.hi, -np.inf)[:n]
-        search.move(b, near, owner)
+        search.move(b, over.hi[n:], near, owner)
         np.fmax.at(scale, owner, seen - search.best[owner])
         # Round-off of V itself is the least gap that any box can have.
-        noise = 4 * np.abs(b.value.hi - b.value.lo)[n:] + 1e-14 * np.abs(search.best)
-        aim = np.minimum(search.best - TOLERANCE * scale - noise, cap)
+        noise = 4 * (over.hi - over.lo)[n:] + 1e-14 * np.abs(search.best)
+        tolerance = TOLERANCE if examined < limit / 2 else LOOSE
+        aim = np.minimum(search.best - tolerance * scale - noise, cap)
         low = over.lo[:n]
         done = low >= aim[owner]
         np.fmin.at(settled, owner[done], low[done])
         rest = some[~done]
         halves = rest.halved((rest.hi - rest.lo).argmax(axis=0))
-        parts = joined([halves, parts], len(boxes.lo))
+        parts = joined([halves, parts], ranges.n)
         mine = np.concatenate([owner[~done], owner[~done], mine])
     closed = np.ones(boxes.count, dtype=bool)
     if parts.count:
-        np.fmin.at(settled, mine, values_over(energy, parts).lo)
+        np.fmin.at(settled, mine, ranges.values(parts).lo)
         closed[mine] = False
-    return LeastValues(
-        search.best, np.minimum(settled, search.best), search.at, closed, examined
-    )
+    return LeastValues(search.best, np.minimum(settled, search.best), search.at, closed, examined)
 
 
 class _Descents:
@@ -199,10 +251,10 @@ class _Descents:
         """Whether some step was longer than round-off."""
         return bool((np.abs(self.trial - self.at).max(axis=0, initial=0.0) > SHORTEST).any())
 
-    def move(self, b: Bounds, near: Array, owner: Array) -> None:
+    def move(self, b: Bounds, value: Array, near: Array, owner: Array) -> None:
         """Take the values at the points that were tried, and go to lower centres of parts."""
         n = len(owner)
-        value, x = b.value.hi[n:], b.centre[:, n:]
+        x = b.centre[:, n:]
         lower = value < self.best
         self.best = np.where(lower, value, self.best)
         self.at = np.where(lower, x, self.at)

@@ -1,4 +1,4 @@
-"""c*, the level up to which all motions approach the lowest rest state, and the region of each minimum.
+"""c*, below which all motions approach the lowest rest state, and the region of each minimum.
 
 c* is the least energy on the open faces of the range, at all other rest states, and in undecided
 boxes: {V < c*} contains the lowest rest state alone. The region of any minimum is the component of
@@ -20,18 +20,21 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import BoundedEnergy
 from rbstab.proof.flood import LIMIT, Flooded, Land, Outcome, flood
-from rbstab.proof.levels import LeastValues, least_values, values_over
+from rbstab.proof.levels import LeastValues, Ranges, least_values
 from rbstab.proof.model import Energy
 from rbstab.proof.search import Box, Boxes, Zero, Zeros, joined, one_box
 
 TIE = 1e-10
 """Energies with a smaller relative difference count as equal; the first place is reported."""
 
-MARGINS = (1e-7, 1e-3)
+MARGINS = (1e-6, 1e-3)
 """How far below a pass a flood is tried, relative to its height: very near it takes small cells."""
 
 SMALLEST_GAIN = 1e-3
 """Levels that are higher by a smaller share of the height are not tried."""
+
+BISECTIONS = 10
+"""Levels that are tried where none of those of a place holds."""
 
 Face = tuple[int, int]
 """An axis and the sign of its angle."""
@@ -48,7 +51,7 @@ class Certified:
         energy_bound: The same for the sum of all energies; None if nothing is proved.
         attained_at: The first point with energy c*, shape (3,), rad.
         face: The face on which it is; None: at another rest state.
-        closed: Whether the least energies on the faces are known to `levels.TOLERANCE`.
+        closed: Whether the least energies on the faces are known to `levels.LOOSE`.
         examined: The number of boxes of faces.
     """
 
@@ -64,7 +67,7 @@ class Certified:
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """The region of a minimum: each motion approaches it that is in it at some time with less energy.
+    """The region of a minimum: each motion approaches it that is once in it with less energy.
 
     Args:
         state: The place of the minimum among the zeros.
@@ -91,7 +94,7 @@ class Region:
 
 @dataclass(frozen=True, eq=False)
 class Regions:
-    """The regions in one range; `certified` is None if no rest state is known or nothing bounds it."""
+    """The regions in a range; `certified` is None without a rest state, or if nothing bounds it."""
 
     certified: Certified | None
     minima: tuple[Region, ...]
@@ -128,12 +131,12 @@ def is_minimum(zero: Zero) -> bool:
 class _Landscape:
     """The energies of rest states, faces and undecided boxes of a range."""
 
-    def __init__(self, energy: Energy, zeros: Zeros, box: Box, V: BoundedEnergy) -> None:
+    def __init__(self, energy: Energy, zeros: Zeros, box: Box, V: Ranges) -> None:
         self.V, self.box, self.zeros = V, box, zeros
         self.open_axes = [axis for axis in range(3) if axis not in energy.closed]
         places = joined([one_box(zero.enclosure) for zero in zeros.zeros], 3)
-        self.at_zeros = values_over(V, places)
-        undecided = values_over(V, zeros.undecided)
+        self.at_zeros = V.values(places)
+        undecided = V.values(zeros.undecided)
         self.cap = float(undecided.lo.min(initial=np.inf))
         faces = open_faces(box, self.open_axes)
         self.faces = [face for face, _ in faces]
@@ -194,9 +197,7 @@ def regions_of(energy: Energy, zeros: Zeros, box: Box, V: BoundedEnergy | None =
     """
     if not zeros.zeros:
         return Regions(None, ())
-    if V is None:
-        V = BoundedEnergy(energy.U, free=energy.free, least=energy.least)
-    land = _Landscape(energy, zeros, box, V)
+    land = _Landscape(energy, zeros, box, Ranges.of(energy, V))
     certified = _certified(land)
     minima = [k for k, zero in enumerate(zeros.zeros) if is_minimum(zero)]
     found = [] if certified is None else [_region(land, k) for k in minima]
@@ -248,9 +249,7 @@ def _region(land: _Landscape, minimum: int) -> Region | None:
     if not height > 0:
         return None
     value, examined = best.value - land.zeros.zeros[minimum].energy, search.examined
-    return Region(
-        minimum, value, height, bound, best.state, best.face, best.at, flooded, examined
-    )
+    return Region(minimum, value, height, bound, best.state, best.face, best.at, flooded, examined)
 
 
 class _Passes:
@@ -259,7 +258,8 @@ class _Passes:
     def __init__(self, land: _Landscape, minimum: int, base: _Level | None) -> None:
         self.land, self.minimum = land, minimum
         self.floor = float(land.at_zeros.hi[minimum])
-        self.best, self.flooded, self.examined = base, None, 0
+        self.best, self.examined = base, 0
+        self.flooded: Flooded | None = None
         self.start = land.zeros.zeros[minimum].enclosure
 
     def run(self, levels: list[_Level]) -> None:
@@ -275,6 +275,21 @@ class _Passes:
                 begin = middle + 1
             else:
                 end = middle
+        if self.best is None and some:
+            self.bisect(some[0].bound)
+
+    def bisect(self, failed: float) -> None:
+        """Try levels below all known passes: the component leaves by a part of a face."""
+        known = self.floor
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (known + failed)
+            if self.holds(_Level(middle, middle)):
+                assert self.best is not None
+                if self.best.at is not None:
+                    return
+                known = middle
+            else:
+                failed = middle
 
     def is_higher(self, level: _Level) -> bool:
         """Return whether a level is worth a flood."""
@@ -308,7 +323,7 @@ class _Passes:
             x = face.at
             if x is not None and not self.is_higher(face) and parts.touch(Box(x, x)).any():
                 return None
-        over = values_over(self.land.V, parts)
+        over = self.land.V.values(parts)
         lowest = over.lo <= over.hi.min()
         least = least_values(self.land.V, parts[lowest])
         k = int(np.argmin(least.value))

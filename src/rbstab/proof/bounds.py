@@ -309,6 +309,11 @@ class BoundedEnergy:
             f = self._values(self.points, points, points, least, Z).dense(0, count).mid
         return f[0], f[self.first][a], (f[self.second] * self.twice)[a, a]
 
+    def curvatures(self, x: Array) -> Array:
+        """Return the eigenvalues of ∇²V at one point of shape (n,), to round-off."""
+        found: Array = np.linalg.eigvalsh(self.at(x[:, None])[2][:, :, 0])
+        return found
+
 
 def inverses(M: Array) -> Array:
     """Return approximate inverses of matrices of shape (n, n, boxes); NaN for a singular one."""

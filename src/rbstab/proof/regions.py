@@ -30,6 +30,9 @@ TIE = 1e-10
 MARGINS = (1e-6, 1e-3)
 """How far below a pass a flood is tried, relative to its height: very near it takes small cells."""
 
+RIDGE_MARGINS = (0.01, 0.018)
+"""The same for a pass on a ridge, whose walls are thin: they take cells all along the ridge."""
+
 SMALLEST_GAIN = 1e-3
 """Levels that are higher by a smaller share of the height are not tried."""
 
@@ -300,7 +303,8 @@ class _Passes:
     def holds(self, level: _Level) -> bool:
         """Flood up to a level, or to the least energy on the parts of faces that this reaches."""
         land, k = self.land, self.minimum
-        for margin in MARGINS:
+        at = None if level.state is None else land.zeros.zeros[level.state]
+        for margin in RIDGE_MARGINS if at is not None and at.ridge else MARGINS:
             height = level.bound - margin * (level.bound - self.floor)
             found = land.flood(k, height, level.at)
             self.examined += found.examined

@@ -1,31 +1,37 @@
 """All rest states of a system in a range of Θ, and whether there is exactly one."""
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.proof import boxes as rows
+from rbstab.analysis.proof.boxes import RANGE_END
 from rbstab.analysis.proof.outcome import SearchOutcome
-from rbstab.analysis.proof.rest_point import RestPoint
+from rbstab.analysis.proof.reduced_energy import ReducedEnergy, reduced_energy
+from rbstab.analysis.proof.rest_states import (
+    RestPoint,
+    RestStates,
+    end_of_rest_states,
+    within_stops,
+)
+from rbstab.analysis.proof.unwrapped import MAX_END, box_limit_of, unwrapped_end
 from rbstab.analysis.rest_state import held_at_kink, rest_state_at
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import BoundedEnergy
-from rbstab.proof.confine import confined
 from rbstab.proof.held import held_zeros, jumps, zeros_at_stop
-from rbstab.proof.model import Energy, ExactSystem, energy_of, value_at
-from rbstab.proof.regions import Regions, regions_of
-from rbstab.proof.search import Box, Search, Zero, Zeros, joined, newton
+from rbstab.proof.model import ExactSystem, energy_of, value_at
+from rbstab.proof.search import (
+    FAMILY_TRIES,
+    SINGULAR,
+    Box,
+    Search,
+    Zero,
+    Zeros,
+    joined,
+    newton,
+)
 from rbstab.systems.system import System
-
-PITCH_END = np.nextafter(np.pi / 2, 4.0)
-"""A double beyond π/2."""
-
-TURN_END = np.nextafter(np.pi, 4.0)
-"""A double beyond π."""
-
-WIDE_LIMIT = 16_000
-"""The number of boxes at which a proof for all real θ1 and θ3 stops."""
 
 STARTS = 256
 """Random starts of a search without a proof."""
@@ -37,71 +43,6 @@ MOST_CENTRES = 64
 """Undecided boxes from whose centres states on a surface are looked for."""
 
 
-@dataclass(frozen=True, eq=False)
-class RestStates:
-    """The rest states of a system in a range, from the lowest energy to the highest.
-
-    Args:
-        energy: The potential energy.
-        states: The rest states.
-        zeros: The same as zeros of the gradient, in the same order, with the undecided boxes.
-        examined: The number of boxes that the proof examined.
-        outcome: How it ended.
-        end: The largest |Θ| in the range, shape (3,), rad.
-        covered: The share of the range that is decided.
-    """
-
-    energy: Energy
-    states: tuple[RestPoint, ...]
-    zeros: Zeros
-    examined: int
-    outcome: SearchOutcome
-    end: Array
-    covered: float = 1.0
-
-    @property
-    def undecided(self) -> rows.Boxes:
-        """Boxes of Θ that may contain further rest states."""
-        return rows.Boxes(self.zeros.undecided.lo.T, self.zeros.undecided.hi.T)
-
-    @property
-    def regions(self) -> Regions:
-        """The region of the lowest rest state, and that of each minimum."""
-        return regions_of(self.energy, self.zeros, Box(-self.end, self.end))
-
-    @property
-    def proved(self) -> bool:
-        """Whether these are proved to be all rest states in the range."""
-        return self.outcome is SearchOutcome.PROVED
-
-    @property
-    def unique(self) -> bool | None:
-        """Whether the range has exactly one rest state; None if neither answer is proved."""
-        if sum(point.proved for point in self.states) > 1:
-            return False
-        return len(self.states) == 1 if self.proved else None
-
-    @property
-    def every_start(self) -> bool:
-        """Whether all motions from |θ2| < π/2 converge to the only rest state (theorem 10).
-
-        To be asked of the rest states for all real θ1 and θ3: a barrier or a stop keeps all motions
-        away from θ2 = ±π/2, and the energy grows with |θ1| and |θ3| (`confine`). With barriers on
-        θ1 and θ3, of those in the range of eq. 5: then it is of motions that start there.
-        """
-        only = self.states[0] if self.proved and self.unique else None
-        is_minimum = only is not None and only.index_proved and only.index == 0
-        return is_minimum and 1 in self.energy.closed
-
-    @property
-    def closed(self) -> bool:
-        """Whether all motions from the range of eq. 5 converge to the one rest state.
-
-        It needs barriers on θ1 and θ3 too, which keep these motions in the range.
-        """
-        return self.every_start and {0, 2} <= self.energy.closed
-
-
 class Body:
     """A system with its exact potential energy, of which rest states are proved.
 
@@ -110,29 +51,30 @@ class Body:
         exact_system: Builds the same in exact numbers, without elements of users.
 
     Raises:
-        NoMinimumError: As `energy_of`.
-        TypeError: As `energy_of`.
+        NoReducedEnergy: The system has no reduced potential energy; the error gives the reason.
     """
 
     def __init__(self, system: System, exact_system: ExactSystem) -> None:
+        self.reduced: ReducedEnergy = reduced_energy(system, exact_system)
         self.energy = energy_of(system, exact_system)
         self.at_rest: Configurations = configurations(system)
         self.bounded = BoundedEnergy(
             self.energy.U, free=self.energy.free, least=self.energy.least
         )
 
-    @property
-    def range(self) -> Array:
-        """The largest |Θ| in the range of eq. 5, up to a stop, shape (3,), rad."""
-        stop = self.energy.stop
-        pitch = PITCH_END if stop is None else min(PITCH_END, np.nextafter(float(stop), 4.0))
-        return np.array([TURN_END, pitch, TURN_END])
+    def proved(self, limit: int, end: Array = RANGE_END) -> RestStates:
+        """Prove the rest states with -end <= Θ <= end, with at most so many boxes.
 
-    def proved(self, end: Array, limit: int) -> RestStates:
-        """Prove the rest states with -end <= Θ <= end, with at most so many boxes."""
+        Raises:
+            NoReducedEnergy: A barrier is too weak for double precision.
+        """
+        end = end_of_rest_states(self.reduced.form, end)
         box = Box(-end, end)
         held = held_zeros(self.energy, box)
-        found = Search(self.bounded, box, known=held).run(limit)
+        search = Search(self.bounded, box, known=held)
+        found = search.run(limit)
+        if found.undecided.count and found.examined >= limit:
+            found = search.with_zeros_near(_random(end, STARTS // 4))
         if found.undecided.count and not found.family and jumps(self.energy):
             found = self._once_more(box, held, found, limit)
         faces = zeros_at_stop(self.energy, box)
@@ -157,32 +99,47 @@ class Body:
         zeros = [*found.zeros, *(zero for face in faces for zero in face.zeros)]
         zeros.sort(key=lambda zero: zero.energy)
         examined = found.examined + sum(face.examined for face in faces)
-        whole = Zeros(tuple(zeros), undecided, examined, found.family, found.share)
+        left = rows.Boxes(undecided.lo.T, undecided.hi.T)
         points = [self._point(zero, proved=True) for zero in zeros]
         if outcome in {SearchOutcome.UNDECIDED, SearchOutcome.BOX_LIMIT}:
             # If all zeros are known, a point that could not be isolated is none.
             unproved = (_unproved(x, self.bounded) for x in found.singular)
             points += [self._point(zero, proved=False) for zero in unproved]
-        return RestStates(self.energy, tuple(points), whole, examined, outcome, end, found.share)
+        share = found.share
+        return RestStates(self._reduced(end), tuple(points), left, examined, outcome, end, share)
 
-    def wide(self, rest: RestStates, limit: int) -> RestStates | None:
+    def _reduced(self, end: Array) -> ReducedEnergy:
+        """Return the energy as it is stored, for a range."""
+        form = self.reduced.form
+        return replace(self.reduced, form=replace(form, reach=max(form.reach, float(end.max()))))
+
+    def wide(self, rest: RestStates, limit: int | None = None) -> RestStates | None:
         """Prove the rest states with |θ2| < π/2 and any θ1 and θ3.
+
+        Args:
+            rest: The rest states in the range of eq. 5.
+            limit: The number of boxes at which the proof stops, if it is less than by default.
 
         Returns:
             Those in a box beyond which there are none: `rest` itself if its box is this one. None
-            if no such box is known.
+            if no such box is known, or if a barrier closes the range of θ1 and θ3.
         """
-        bounds = confined(self.energy, float(rest.end[1]))
-        if bounds is None:
+        form = self.reduced.form
+        closed = form.guard is not None and form.guard.outer is not None
+        if closed or not all(line.periodic for line in form.lines):
             return None
-        end = np.array([bounds[0], rest.end[1], bounds[1]])
-        return rest if np.array_equal(end, rest.end) else self.proved(end, limit)
+        end = unwrapped_end(form)
+        if end is None or not np.all(end < MAX_END):
+            return None
+        if np.array_equal(end_of_rest_states(form, end), rest.end):
+            return rest
+        most = box_limit_of(form)
+        return self.proved(most if limit is None else min(most, limit), end)
 
     def searched(self, seed: int = 0) -> RestStates:
         """Return the rest states in the range that Newton's method reaches; nothing is proved."""
-        end = self.range
-        starts = np.random.default_rng(seed).uniform(-1, 1, (3, STARTS)) * end[:, None]
-        points, last = newton(self.bounded, np.concatenate([np.zeros((3, 1)), starts], 1))
+        end = within_stops(self.reduced.form, RANGE_END)
+        points, last = newton(self.bounded, _random(end, STARTS, seed))
         inside = np.all(np.abs(points) < end[:, None], axis=0) & (last < 1e-9)
         box, different = Box(-end, end), list[Array]()
         for x in points[:, inside].T:
@@ -192,9 +149,12 @@ class Body:
         zeros += held_zeros(self.energy, box)
         zeros += [zero for face in zeros_at_stop(self.energy, box) for zero in face.zeros]
         zeros.sort(key=lambda zero: zero.energy)
+        family = sum(_is_singular(self.bounded, zero.point) for zero in zeros) >= FAMILY_TRIES
+        outcome = SearchOutcome.FAMILY if family else SearchOutcome.SEARCHED
+        if family:
+            zeros = [zero for zero in zeros if not _is_singular(self.bounded, zero.point)]
         points = tuple(self._point(zero, proved=False) for zero in zeros)
-        nothing = Zeros(tuple(zeros), joined([], 3), 0)
-        return RestStates(self.energy, points, nothing, 0, SearchOutcome.SEARCHED, end)
+        return RestStates(self._reduced(end), points, rows.no_boxes(), 0, outcome, end)
 
     # -- points ----------------------------------------------------------------------------------
 
@@ -217,9 +177,8 @@ class Body:
             state = held_at_kink(self.at_rest, state, zero.normal)
         index, degenerate = zero.index, False
         if index is None:
-            values = np.linalg.eigvalsh(self.bounded.at(zero.point[:, None])[2][:, :, 0])
-            index = int(np.sum(values < 0))
-            degenerate = bool(np.abs(values).min() <= 1e-6 * np.abs(values).max())
+            index = int(np.sum(self.bounded.curvatures(zero.point) < 0))
+            degenerate = _is_singular(self.bounded, zero.point)
         return RestPoint(
             state,
             index,
@@ -229,6 +188,17 @@ class Body:
             zero.ridge,
             degenerate,
         )
+
+
+def _random(end: Array, count: int, seed: int = 0) -> Array:
+    """Return Θ = 0 and random points of a range, shape (3, points)."""
+    points = np.random.default_rng(seed).uniform(-1, 1, (3, count)) * end[:, None]
+    return np.concatenate([np.zeros((3, 1)), points], 1)
+
+
+def _is_singular(energy: BoundedEnergy, x: Array) -> bool:
+    values = np.abs(energy.curvatures(x))
+    return bool(values.min() <= SINGULAR * values.max())
 
 
 def _unproved(x: Array, energy: BoundedEnergy) -> Zero:

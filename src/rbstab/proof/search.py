@@ -232,6 +232,7 @@ class Search:
         self.zeros: list[Zero] = list(known)
         self.failed: list[Array] = []
         self.ambiguous: list[Box] = []
+        self.left = one_box(box)
         self.examined = 0
 
     def run(self, limit: int, starts: Array | None = None) -> Zeros:
@@ -256,8 +257,15 @@ class Search:
             halves, tiny = self._step(boxes)
             left += [tiny] if tiny.count else []
             pending += [halves] if halves.count else []
-        undecided = joined([*left, *pending], n)
-        undecided = undecided[self._open(undecided)]
+        return self._ended(joined([*left, *pending], n))
+
+    def with_zeros_near(self, points: Array) -> Zeros:
+        """Return what the last search found, with zeros that are reached from further points."""
+        self._try(points)
+        return self._ended(self.left)
+
+    def _ended(self, undecided: Boxes) -> Zeros:
+        undecided = self.left = undecided[self._open(undecided)]
         volume = np.prod((undecided.hi - undecided.lo) / (self.box.hi - self.box.lo)[:, None], axis=0)
         return self._result(undecided, 1.0 - float(volume.sum()))
 
@@ -306,7 +314,7 @@ class Search:
         inside = np.all((x > self.box.lo + AT_BORDER) & (x < self.box.hi - AT_BORDER))
         if not inside or any(np.abs(x - other).max() <= FAMILY_APART for other in self.failed):
             return False
-        values = np.abs(np.linalg.eigvalsh(self.energy.at(x[:, None])[2][:, :, 0]))
+        values = np.abs(self.energy.curvatures(x))
         return bool(values.min() <= SINGULAR * values.max())
 
     def _add(self, zero: Zero) -> None:

@@ -14,8 +14,11 @@ from rbstab.analysis.proof.lines.slopes import steepest_periodic
 from rbstab.analysis.proof.trigonometric import ROUND_OFF, TrigonometricForm
 from rbstab.mechanics.numbers import Array
 
+BOX_LIMIT = 16_000
+"""The number of boxes at which the proof stops. A soft body may have hundreds of rest states."""
+
 BOX_LIMIT_WITH_LINES = 100_000
-"""The number of boxes at which the proof stops for a tied body with springs."""
+"""The same for an energy with springs, whose boxes are smaller."""
 
 MARGIN = 1.001
 """Factor on the bounds of θ1 and θ3, so that no rest state is near the border."""
@@ -25,6 +28,11 @@ ENOUGH = 0.98
 
 MAX_END = 20.0
 """rad: wider boxes are not searched, because they take too long."""
+
+
+def box_limit_of(form: TrigonometricForm) -> int:
+    """Return the number of boxes at which the proof for all θ1 and θ3 stops."""
+    return BOX_LIMIT_WITH_LINES if form.lines else BOX_LIMIT
 
 
 def unwrapped_end(form: TrigonometricForm) -> Array | None:

@@ -2,17 +2,19 @@
 
 from dataclasses import dataclass
 
-from rbstab.analysis.proof.branch_and_bound import BOX_LIMIT
 from rbstab.analysis.proof.ligaments.separate import ligaments_apart
 from rbstab.analysis.proof.traced.separate import formula_count
 from rbstab.systems.system import System
+
+BOX_LIMIT = 400_000
+"""The number of boxes at which a search stops that is asked for."""
 
 BRIEF_BOX_LIMIT = 60_000
 """The number of boxes at which a brief search stops: 15,000 a second with springs, and up to
 100,000 without. Bodies of the paper need some 1,000."""
 
-BRIEF_LIGAMENT_BOX_LIMIT = 30_000
-"""The same for one ligament of a body that is not held: some three seconds."""
+BRIEF_LIGAMENT_BOX_LIMIT = 10_000
+"""The same for one ligament of a body that is not held: some five seconds."""
 
 BRIEF_FORMULA_BOX_LIMIT = 12_000
 """The same for one formula of a user: some five seconds."""

@@ -1,0 +1,102 @@
+"""Polynomials in z of bounded degree, for |z_i| <= 1: their products and substitutions."""
+
+from dataclasses import dataclass
+from functools import cache, cached_property
+from itertools import combinations_with_replacement
+from math import comb
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+
+
+@dataclass(frozen=True)
+class Monomials:
+    """The monomials of some variables up to a degree; lower degrees come first.
+
+    A polynomial is an array with one row of coefficients for each monomial.
+
+    Args:
+        variables: The number of variables.
+        degree: The highest degree; 0 for polynomials that do not depend on z.
+    """
+
+    variables: int
+    degree: int
+
+    @cached_property
+    def exponents(self) -> tuple[tuple[int, ...], ...]:
+        """The exponents of each monomial; those of a lower degree are the first ones."""
+        numbers = range(self.variables)
+        return tuple(
+            tuple(map(factors.count, numbers))
+            for degree in range(self.degree + 1)
+            for factors in combinations_with_replacement(numbers, degree)
+        )
+
+    @cached_property
+    def place(self) -> dict[tuple[int, ...], int]:
+        """The place of each monomial."""
+        return {exponents: index for index, exponents in enumerate(self.exponents)}
+
+    @cached_property
+    def degrees(self) -> Array:
+        """The degree of each monomial."""
+        return np.array([sum(one) for one in self.exponents])
+
+    @cached_property
+    def first_of_degree(self) -> Array:
+        """The place of the first monomial of each degree."""
+        return np.searchsorted(self.degrees, np.arange(self.degree + 1))
+
+    def __len__(self) -> int:
+        return comb(self.variables + self.degree, self.degree)
+
+    @cached_property
+    def pairs(self) -> tuple[Array, Array, Array]:
+        """All pairs of monomials whose product is kept, ordered by the product.
+
+        Returns:
+            The places of the first factors and of the second ones, and where the pairs of each
+            product begin.
+        """
+        found = []
+        for i, first in enumerate(self.exponents):
+            for j, second in enumerate(self.exponents):
+                total = tuple(a + b for a, b in zip(first, second, strict=True))
+                if sum(total) <= self.degree:
+                    found.append((self.place[total], i, j))
+        table = np.array(sorted(found))
+        begins = np.searchsorted(table[:, 0], np.arange(len(self)))
+        return table[:, 1], table[:, 2], begins
+
+    @cached_property
+    def most_pairs(self) -> int:
+        """The largest number of pairs with the same product."""
+        ends = np.append(self.pairs[2], len(self.pairs[0]))
+        return int(np.diff(ends).max())
+
+    def half(self, variable: int, side: int) -> Array:
+        """Return the matrix that replaces z_i by (z_i + side)/2: one half of the set.
+
+        Its entries are binomial coefficients over powers of 2: exact doubles.
+
+        Args:
+            variable: i.
+            side: -1 or 1.
+        """
+        matrix = np.zeros((len(self), len(self)))
+        for column, exponents in enumerate(self.exponents):
+            n = exponents[variable]
+            for k in range(n + 1):
+                target = list(exponents)
+                target[variable] = k
+                row = self.place[tuple(target)]
+                matrix[row, column] = comb(n, k) * float(side) ** (n - k) / 2.0**n
+        return matrix
+
+
+@cache
+def monomials_up_to(variables: int, degree: int) -> Monomials:
+    """Return monomials whose pairs are found only once."""
+    return Monomials(variables, degree)

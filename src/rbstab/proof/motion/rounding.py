@@ -1,0 +1,98 @@
+"""Sums and products of matrices of doubles, with proved bounds on their rounding errors.
+
+One operation on doubles has a relative error of at most u = 2⁻⁵³. A sum of n products, added in any
+order, has an error of at most n u / (1 - n u) times the sum of the absolute products (N. Higham,
+"Accuracy and Stability of Numerical Algorithms", 2002, section 3.1). All sums here have fewer than
+`MAX_TERMS` terms.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+
+MAX_TERMS = 100_000
+"""The largest number of operations that one result of this module is made of."""
+
+RELATIVE_ERROR = 2.0 * MAX_TERMS * 2.0**-53
+"""An upper bound on n u / (1 - n u) for n <= `MAX_TERMS`."""
+
+LARGEST = 1e15
+"""The largest entry of a matrix for which `UNDERFLOW` holds; see `all_moderate`."""
+
+UNDERFLOW = 1e-250
+"""More than underflow can take away from a result. A product that underflows loses at most 5e-324;
+what is lost is multiplied by at most three further entries, and added up `MAX_TERMS` times."""
+
+
+def all_moderate(*matrices: Array) -> bool:
+    """Return whether all entries are finite, and at most `LARGEST`."""
+    return all(bool(np.all(np.abs(matrix) <= LARGEST)) for matrix in matrices)
+
+
+def rounded_up(magnitude: Any) -> Any:
+    """Return an upper bound on the exact value of a sum of products of non-negative numbers.
+
+    Args:
+        magnitude: The computed value, of any shape.
+    """
+    return magnitude * (1.0 + RELATIVE_ERROR) + UNDERFLOW
+
+
+def error_of_products(magnitude: Any) -> Any:
+    """Return a bound on the rounding error of a sum of products.
+
+    Args:
+        magnitude: The same sum, computed from the absolute values of its factors.
+    """
+    return RELATIVE_ERROR * rounded_up(magnitude) + UNDERFLOW
+
+
+def magnitude_of(value: Any) -> float:
+    """Return a double that is at least the absolute value of each number in a ball.
+
+    Args:
+        value: An `arb` or an `acb`. If it is not finite, the result is infinite.
+    """
+    # `value != 0` is no test for this: it is false for every ball that contains zero.
+    bound = float(value.abs_upper())
+    return 0.0 if bound == 0.0 and value == 0 else _next(bound)
+
+
+def _next(bound: float) -> float:
+    return math.inf if math.isnan(bound) else math.nextafter(bound, math.inf)
+
+
+def middle_and_radius(value: Any) -> tuple[float, float]:
+    """Return a double near the middle of a ball, and a bound on the distance to each number in it.
+
+    Args:
+        value: An `arb`.
+    """
+    middle = float(value.mid())
+    return middle, magnitude_of(value - middle)
+
+
+def error_of_inverse(matrix: Array, inverse: Array) -> Array:
+    """Return a bound on |M⁻¹ - X| for a computed inverse X of a matrix M of doubles.
+
+    With E = I - XM and its row sum norm η < 1, M⁻¹ = (I - E)⁻¹X and |M⁻¹ - X| <= η/(1 - η) 1 1'|X|.
+
+    Args:
+        matrix: M, shape (..., n, n).
+        inverse: X, in the same shape.
+
+    Returns:
+        The bound, shape (..., n, n); infinite if it is not proved that M has an inverse.
+    """
+    identity = np.eye(matrix.shape[-1])
+    magnitude = np.abs(inverse) @ np.abs(matrix) + identity
+    defect = np.abs(identity - inverse @ matrix) + error_of_products(magnitude)
+    norm = rounded_up(defect.sum(axis=-1).max(axis=-1))
+    proved = norm < 0.5  # a NaN fails as well
+    columns = rounded_up(np.abs(inverse).sum(axis=-2))
+    ratio = np.where(proved, norm / (1.0 - norm), np.inf)[..., np.newaxis, np.newaxis]
+    bound = rounded_up(ratio * columns[..., np.newaxis, :] * np.ones_like(matrix))
+    return np.where(proved[..., np.newaxis, np.newaxis], bound, np.inf)

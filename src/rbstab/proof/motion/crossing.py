@@ -138,9 +138,9 @@ def _across(
     at_end = equations.possible(step.end.models)
     in_tube = equations.possible(step.tube(states.space))
     alone = all(len(one) == 1 for k, one in enumerate(in_tube) if k != which)
-    if alone and possible[which] == (now[which],) and at_end[which] == (after[which],):
-        if now != after:
-            step = _cut_down(equations, (now, after, which), states, step, scale)
+    crossed = possible[which] == (now[which],) and at_end[which] == (after[which],)
+    if alone and crossed and now != after:
+        step = _cut_down(equations, (now, after, which), states, step, scale)
     return step, longest, "" if all(len(one) == 1 for one in at_end) else switch
 
 

@@ -138,7 +138,7 @@ class _Running:
         return Followed(int(self.steps[k]), float(self.time[k]), None, variable, True, switch)
 
 
-def followed(
+def followed(  # noqa: PLR0913, PLR0917 (two of them are options)
     equations: Equations,
     starts: MotionSet,
     scale: Array,
@@ -163,7 +163,8 @@ def followed(
     # Sets of a system that switches are in different modes, and are followed one by one.
     groups = [all_sets[k : k + 1] for k in range(count)] if equations.switches else [all_sets]
     found: dict[int, Followed] = {}
-    for running in groups:
+    for group in groups:
+        running = group
         while len(running.number):
             decisions = decide(running.states, running.time, running.number)
             left = running.steps < max_steps

@@ -139,6 +139,12 @@ def _sums(forms: Iterable[Form], place: dict[int, int]) -> Sums:
     return Sums(places, factors, radii, constants, constant_radii)
 
 
+def doubles_of(constants: Iterable[Form]) -> tuple[Array, Array]:
+    """Return forms without nodes as doubles, and bounds on the errors."""
+    found = np.array([_double(form.constant) for form in constants])
+    return found[:, 0], found[:, 1]
+
+
 def _double(constant: Any) -> tuple[float, float]:
     from flint import arb  # imported late: most runs need no balls
 

@@ -100,6 +100,19 @@ class SetSteps(NamedTuple):
         """Return the states on the whole steps as models."""
         return Models(space, self.p, np.ascontiguousarray(self.distance.T))
 
+    def at(self, time: float) -> tuple[Array, Array]:
+        """Return bounds on all states of the first set at a time of its step, each of shape (n,).
+
+        Args:
+            time: The time from the beginning of the step, s, rounded at most twice.
+        """
+        p, powers = self.p[:, :, 0], np.arange(len(self.p))
+        centre = (time / self.h[0]) ** powers @ p[..., 0]
+        aside = np.abs(p[..., 1:]).sum(axis=0).sum(axis=-1)
+        rounding = 8 * len(p) * UNIT * ((1.0 + powers) @ np.abs(p[..., 0]))
+        reach = rounded_up(self.distance[0] + aside + rounding)
+        return np.nextafter(centre - reach, -np.inf), np.nextafter(centre + reach, np.inf)
+
 
 def set_steps(
     field: Field,

@@ -1,7 +1,7 @@
 """Motions to many digits, by a method that shares nothing with the proofs of motions.
 
 Gragg's midpoint rule and extrapolation in the step (Bulirsch and Stoer), in 220 bits. The proofs
-use Taylor series in 80 bits. Both take the equations from the project.
+use Taylor models in doubles. Both take the equations from the project.
 """
 
 from collections.abc import Iterator
@@ -11,6 +11,7 @@ from flint import arb, ctx
 
 from rbstab.analysis.exact import decimal_balls
 from rbstab.config.build import start_of, system_of
+from rbstab.systems.modes import guards_at, with_modes
 
 BITS = 220
 COLUMNS = 14
@@ -42,6 +43,34 @@ def state_after(system, y, step: float):
         found, change = _extrapolated(system.rates, y, arb(step))
     assert change < 1e-25
     return found
+
+
+def state_through(system, y, step: float):
+    """Return the state a step later of a motion that may switch, and the number of switches.
+
+    The times of the switches are found by Newton's method, and each begins a new step.
+    """
+    crossings = 0
+    with ctx.workprec(BITS):
+        left, g = arb(step), guards_at(system, y)
+        modes = [float(one > 0) for one in g]
+        while True:
+            system = with_modes(system, tuple(modes))
+            end, change = _extrapolated(system.rates, y, left)
+            assert change < 1e-25
+            changed = [k for k, g in enumerate(guards_at(system, end)) if float(g > 0) != modes[k]]
+            if not changed:
+                return end, crossings
+            (k,) = changed
+            t = left / 2
+            for _ in range(9):
+                there, _ = _extrapolated(system.rates, y, t)
+                ahead, _ = _extrapolated(system.rates, there, arb(2) ** -80)
+                g, later = (guards_at(system, one)[k] for one in (there, ahead))
+                t = (t - g * arb(2) ** -80 / (later - g)).mid()
+            y, _ = _extrapolated(system.rates, y, t)
+            assert abs(guards_at(system, y)[k]) < 1e-25
+            modes[k], left, crossings = 1.0 - modes[k], (left - t).mid(), crossings + 1
 
 
 def _extrapolated(rates, y, step):

@@ -70,13 +70,13 @@ class Models:
     def _by_degree(self) -> Array:
         """The same by degree in z, shape (degree + 1, models, sets)."""
         first = self.space.first_of_degree
-        size = np.add.reduceat(np.abs(self.polynomial).sum(axis=0), first, axis=-1)
+        size = np.add.reduceat(_total(np.abs(self.polynomial)), first, axis=-1)
         return np.ascontiguousarray(np.moveaxis(size, -1, 0))
 
     @cached_property
     def size(self) -> Array:
         """A bound on the polynomials, shape (models, sets)."""
-        bound: Array = rounded_up(self._by_power.sum(axis=0))
+        bound: Array = rounded_up(_total(self._by_power))
         return bound
 
     @cached_property
@@ -100,7 +100,7 @@ class Models:
         for a, b in ((self._by_power, other._by_power), (self._by_degree, other._by_degree)):
             # What has a higher degree: each degree of one factor with the high ones of the other.
             high = np.cumsum(b[::-1], axis=0)[:-1]
-            error = error + (a[1:] * high).sum(axis=0)
+            error = error + _total(a[1:] * high)
         return Models(self.space, polynomial, rounded_up(error))
 
     def scaled(self, factors: Any) -> "Models":
@@ -233,7 +233,7 @@ def _product(space: Monomials, a: Array, b: Array) -> Array:
     """Multiply polynomials; terms of higher degrees are dropped."""
     first, second, begins = space.pairs
     if len(first) > 1:
-        a, b = a[..., first], b[..., second]
+        a, b = np.take(a, first, axis=-1), np.take(b, second, axis=-1)
     found = a[0] * b
     for k in range(1, len(a)):
         found[k:] += a[k] * b[: len(a) - k]
@@ -241,6 +241,11 @@ def _product(space: Monomials, a: Array, b: Array) -> Array:
         return found
     reduced: Array = np.add.reduceat(found, begins, axis=-1)
     return reduced
+
+
+def _total(terms: Array) -> Any:
+    """Return the sum over the first axis, in an order that does not depend on the others."""
+    return np.cumsum(terms, axis=0)[-1] if len(terms) else 0.0
 
 
 def _quotient(above: Array, below: Array) -> Array:

@@ -125,8 +125,8 @@ def _product(space: Monomials, a: Array, b: Array) -> Array:
     """Return the coefficient of the highest power of τ in a product."""
     first, second, begins = space.pairs
     if len(first) == 1:
-        found: Array = (a * b[::-1]).sum(axis=0)
+        found: Array = np.cumsum(a * b[::-1], axis=0)[-1]  # in order, for any number of sets
         return found
-    products = np.einsum("k...p,k...p->...p", a[..., first], b[::-1, ..., second])
+    products = (np.take(a, first, axis=-1) * np.take(b[::-1], second, axis=-1)).sum(axis=0)
     reduced: Array = np.add.reduceat(products, begins, axis=-1)
     return reduced

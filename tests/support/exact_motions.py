@@ -52,7 +52,7 @@ def state_through(system, y, step: float):
     """
     crossings = 0
     with ctx.workprec(BITS):
-        left, g = arb(step), guards_at(system, y)
+        left, tiny, g = arb(step), arb(2) ** -80, guards_at(system, y)
         modes = [float(one > 0) for one in g]
         while True:
             system = with_modes(system, tuple(modes))
@@ -63,13 +63,16 @@ def state_through(system, y, step: float):
                 return end, crossings
             (k,) = changed
             t = left / 2
-            for _ in range(9):
+            there, tiny = y, arb(2) ** -80
+            while abs((g := guards_at(system, there)[k]).mid()) > 1e-28:
+                ahead = middles(there + tiny * system.rates(there))
+                t = (
+                    (t - g * tiny / (guards_at(system, ahead)[k] - g)).mid()
+                    if there is not y
+                    else t
+                )
                 there, _ = _extrapolated(system.rates, y, t)
-                ahead, _ = _extrapolated(system.rates, there, arb(2) ** -80)
-                g, later = (guards_at(system, one)[k] for one in (there, ahead))
-                t = (t - g * arb(2) ** -80 / (later - g)).mid()
-            y, _ = _extrapolated(system.rates, y, t)
-            assert abs(guards_at(system, y)[k]) < 1e-25
+            y = there
             modes[k], left, crossings = 1.0 - modes[k], (left - t).mid(), crossings + 1
 
 

@@ -1,5 +1,7 @@
 """Taylor models hold the functions for which they stand, compared in 220 bits."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from flint import arb, ctx
@@ -126,7 +128,7 @@ def test_constants_are_the_decimals_that_they_mean():
     """0.1 is a tenth, and its sine is that of a tenth; equal formulas cancel exactly."""
     graph = Graph()
     with proof_precision():
-        tenth = graph.numbers(np.array(0.1))[()]
+        tenth: Any = graph.numbers(np.array(0.1))[()]
         x = graph.variables(1)[0]
         forms = [tenth * x, tenth.sin() * x, x * tenth - tenth * x + 0.0]
     assert forms[2].is_zero

@@ -19,8 +19,9 @@ from support.motion_steps import (
 from support.polynomial_sets import BITS, place_in_frame, state_of, value_at
 from support.start_sets import VARIANTS, random_config, random_set, together
 
-from rbstab.proof.motion.linear_flow import frames_of, linear_bounds, linear_flow
+from rbstab.proof.motion.linear_flow import LinearBounds, frames_of, linear_bounds, linear_flow
 from rbstab.proof.motion.models import Models
+from rbstab.proof.motion.monomials import monomials_up_to
 from rbstab.proof.motion.step import MARGIN, TIME_GRID, _error_bounds, _series, _Steps, set_steps
 
 POINT = {"variables": 0, "degree": 0}
@@ -60,7 +61,7 @@ def test_points_over_several_steps(variant, coordinates):
 
 
 def test_what_a_polynomial_misses_is_in_the_defect():
-    """p' beside hf(p), at points of τ and z, in 220 bits; also of a polynomial that is no motion."""
+    """p' beside hf(p), at points of τ and z, in 220 bits; also where p is no motion."""
     config = random_config("embedded", "W", 5)
     states, scale = random_set(config, 7, width=3e-2)
     field, rng = equations(config).field(), np.random.default_rng(1)
@@ -166,13 +167,9 @@ def test_the_linear_flow():
 def test_the_bounds_of_a_step_satisfy_their_inequality():
     """And are within the margin; of several steps at once, one of them hopeless."""
     rng, n = np.random.default_rng(11), 4
-    config = random_config("permanent", "reduced", 5)
-    del config
     sizes = np.array([0.1, 0.3, 9.0, 0.5, 0.2])[:, np.newaxis, np.newaxis]
     shape = (len(sizes), n, n)
     eye, some = np.eye(n), [sizes * rng.uniform(0, 1, shape) for _ in range(4)]
-    from rbstab.proof.motion.linear_flow import LinearBounds
-
     linear = LinearBounds(1e-4 * some[0], eye + some[1], eye + some[2], 0.1 * some[3])
     radius, d = rng.uniform(0, 1e-9, (2, len(sizes), n))
     G, margin = rng.uniform(0, 1e-3, shape), np.full((len(sizes), n), 1e-7)
@@ -255,5 +252,5 @@ def test_a_disturbance_is_in_the_set_at_the_end():
 
 
 def test_models_of_a_tube_hold_its_margin():
-    models = Models(None, np.zeros((1, 2, 1, 1)), np.array([[1.0], [2.0]]))
+    models = Models(monomials_up_to(0, 0), np.zeros((1, 2, 1, 1)), np.array([[1.0], [2.0]]))
     assert np.all(models.within(np.array([[0.5], [0.0]])).remainder >= [[1.5], [2.0]])

@@ -53,27 +53,27 @@ def state_through(system, y, step: float):
     crossings = 0
     with ctx.workprec(BITS):
         left, tiny, g = arb(step), arb(2) ** -80, guards_at(system, y)
-        modes = [float(one > 0) for one in g]
-        while True:
+        modes, piece = [float(one > 0) for one in g], arb(step)
+        while left > 0:
             system = with_modes(system, tuple(modes))
-            end, change = _extrapolated(system.rates, y, left)
+            piece = piece if piece < left else left
+            end, change = _extrapolated(system.rates, y, piece)
             assert change < 1e-25
             changed = [k for k, g in enumerate(guards_at(system, end)) if float(g > 0) != modes[k]]
             if not changed:
-                return end, crossings
-            (k,) = changed
-            t = left / 2
-            there, tiny = y, arb(2) ** -80
-            while abs((g := guards_at(system, there)[k]).mid()) > 1e-28:
-                ahead = middles(there + tiny * system.rates(there))
-                t = (
-                    (t - g * tiny / (guards_at(system, ahead)[k] - g)).mid()
-                    if there is not y
-                    else t
-                )
+                y, left = end, (left - piece).mid()
+            elif len(changed) > 1:
+                piece = piece / 2
+            else:
+                (k,), t = changed, piece / 2
                 there, _ = _extrapolated(system.rates, y, t)
-            y = there
-            modes[k], left, crossings = 1.0 - modes[k], (left - t).mid(), crossings + 1
+                while abs((g := guards_at(system, there)[k]).mid()) > 1e-28:
+                    ahead = middles(there + tiny * system.rates(there))
+                    t = (t - g * tiny / (guards_at(system, ahead)[k] - g)).mid()
+                    there, _ = _extrapolated(system.rates, y, t)
+                modes[k], crossings = 1.0 - modes[k], crossings + 1
+                y, left, piece = there, (left - t).mid(), left
+        return y, crossings
 
 
 def _extrapolated(rates, y, step):

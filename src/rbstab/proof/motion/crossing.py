@@ -25,11 +25,15 @@ from rbstab.proof.motion.models import UNIT, Models, evaluated
 from rbstab.proof.motion.motion_set import MotionSet
 from rbstab.proof.motion.program import Program
 from rbstab.proof.motion.rounding import error_of_products, rounded_up
-from rbstab.proof.motion.step import TIME_GRID, SetSteps, set_steps
+from rbstab.proof.motion.step import TIME_GRID, Disturbance, SetSteps, set_steps
 from rbstab.systems.modes import Modes
 
 NEAR = 1e-10
 """s: how near to a surface a step in one mode ends."""
+
+APART = 3.0
+"""A step ends before a surface at this many times its error: in a tilted frame a set is larger than
+its errors, and g is to have a sign in all of it."""
 
 SHORTEST = 8 * TIME_GRID
 """s: the shortest step across a surface."""
@@ -60,9 +64,10 @@ def switching_step(
         step = set_steps(field, states, scale, longest)
         after = np.where(step.proved, GROWTH * step.h, longest / 2)
         while step.proved[0]:
-            safe = safe_time(equations, step, modes, states)
-            if safe == step.h[0]:
+            if safe_time(equations, step, modes, states) == step.h[0]:
                 return step, after, ""
+            wide = step._replace(distance=APART * step.distance)
+            safe = safe_time(equations, wide, modes, states)
             if safe <= NEAR:
                 return _across(equations, states, possible, scale, after)
             step = set_steps(field, states, scale, np.array([safe]))
@@ -121,14 +126,11 @@ def _across(
     now, which, rising, h = _next_switch(equations, states, possible, float(longest[0]))
     after = tuple(float(rising) if k == which else mode for k, mode in enumerate(now))
     upright = states.upright(scale)  # in a tilted frame, δ would leak into the other states
+    beside = tuple(1.0 - mode if k == which else mode for k, mode in enumerate(after))
+    jump = evaluated(equations.difference(beside, after), states.models).bound.T
+    hull = Disturbance(lambda tube: _disturbance(equations, after, tube), jump)
     while True:
-        step = set_steps(
-            equations.field(after),
-            upright,
-            scale,
-            np.array([h]),
-            lambda tube: _disturbance(equations, after, tube),
-        )
+        step = set_steps(equations.field(after), upright, scale, np.array([h]), hull)
         if step.proved[0] or h < 2 * SHORTEST:
             break
         h = _on_grid(h / 2)
@@ -202,7 +204,8 @@ def _cut_down(
     rest = on_tube[slice(n)].plus(-jump[:, np.newaxis]).bound[:, 0]
     D = rounded_up(rest + rounded_up(slopes @ np.abs(jump)) * h)
     moved = _moved_start(program, states, jump, (lows[0], highs[0]), scale)
-    again = set_steps(field, moved, scale, step.h, lambda _: D[np.newaxis])
+    left = Disturbance(lambda _: D[np.newaxis], D[np.newaxis])
+    again = set_steps(field, moved, scale, step.h, left)
     better = again.proved[0] and again.h[0] == h
     # The tube is that of the motions themselves; only the end is the smaller one.
     return step._replace(end=again.end) if better else step

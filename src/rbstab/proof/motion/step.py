@@ -75,8 +75,16 @@ TIME_GRID = 2.0**-40
 """s: steps are multiples of this, so that the times of many steps are sums without rounding."""
 
 
-Disturbance = Callable[[Models], Array]
-"""Bounds D, shape (sets, n), on |δ| for all states of a tube of models."""
+class Disturbance(NamedTuple):
+    """What bounds |δ|.
+
+    Attributes:
+        bound: Returns D, shape (sets, n), for all states of a tube of models.
+        expected: A guess at it; it makes the margin wide enough.
+    """
+
+    bound: Callable[[Models], Array]
+    expected: Array
 
 
 class SetSteps(NamedTuple):
@@ -119,7 +127,7 @@ def set_steps(
     start: MotionSet,
     scale: Array,
     longest: Array,
-    others: Disturbance | None = None,
+    disturbance: Disturbance | None = None,
 ) -> SetSteps:
     """Prove one step of all motions from each of several sets.
 
@@ -130,19 +138,24 @@ def set_steps(
         start: The sets.
         scale: The size of each state, shape (n,); the choice has no effect on what is proved.
         longest: The largest steps, shape (sets,), s.
-        others: Finds D from the models of all states within the margin; default D = 0.
+        disturbance: Finds D from all states within the margin; default D = 0.
     """
     with np.errstate(all="ignore"):  # a number that is not finite fails every test below
         h, series = _series(field, start, scale, longest)
-        step = _Steps(field, start.space, h, series, start.error, scale)
+        margin = GROWTH * start.error + MARGIN * scale
+        if disturbance is not None:
+            reached = (disturbance.expected / scale).max(axis=-1) * h  # one state moves others
+            margin = margin + 2.0 * GROWTH * reached[:, np.newaxis] * scale
+        step = _Steps(field, start.space, h, series, margin)
         tube = step.tube()
         d = step.defect()
-        if others is not None:
-            d = rounded_up(d + h[:, np.newaxis] * others(tube))
+        if disturbance is not None:
+            d = rounded_up(d + h[:, np.newaxis] * disturbance.bound(tube))
         J, G = step.jacobian(tube)
         flow, frame = linear_flow(J), frames_of(start.frame)
         linear = linear_bounds(flow, frame)
-        b, W, found = _error_bounds(linear, start.radius, d, G, step.margin)
+        share = SHARE if disturbance is None else 1.0
+        b, W, found = _error_bounds(linear, start.radius, d, G, step.margin, share)
         size = rounded_up(np.abs(step.p).sum(axis=0).sum(axis=-1)).T
         beside = rounded_up(_times(linear.mismatch, b) + (len(step.p) + 1) * UNIT * size)
         end = moved_frames(flow, frame, W, beside, scale)
@@ -177,26 +190,19 @@ class _Steps:
 
     Args:
         series: The series of the nodes of `field.step`, in τ; p is that of the variables.
-        error: A bound on |e| at the beginning, shape (sets, n).
+        margin: The largest |e| for which the bounds hold, shape (sets, n).
     """
 
     field: Field
     space: Monomials
     h: Array
     series: Array
-    error: Array
-    scale: Array
+    margin: Array
 
     @property
     def p(self) -> Array:
         """p, shape (terms, n, sets, monomials)."""
-        return self.series[:, : len(self.scale)]
-
-    @property
-    def margin(self) -> Array:
-        """The largest |e| for which the bounds hold, shape (sets, n)."""
-        bound: Array = rounded_up(GROWTH * self.error + MARGIN * self.scale)
-        return bound
+        return self.series[:, : self.margin.shape[1]]
 
     def tube(self) -> Models:
         """The states within the margin of p."""
@@ -221,7 +227,7 @@ class _Steps:
         margin. High powers of τ, and higher degrees in z, go into the remainders.
         """
         low = monomials_up_to(self.space.variables, min(JACOBIAN_DEGREE, self.space.degree))
-        n, count, terms = len(self.scale), len(low), JACOBIAN_TERMS
+        n, count, terms = self.margin.shape[1], len(low), JACOBIAN_TERMS
         cut = np.ascontiguousarray(self.series[:terms, ..., :count])
         left_out = np.abs(tube.polynomial)
         left_out[:terms, ..., :count] = 0.0
@@ -252,8 +258,8 @@ def _times(matrix: Array, vector: Array) -> Array:
     return (matrix @ vector[..., np.newaxis])[..., 0]
 
 
-def _error_bounds(
-    linear: LinearBounds, radius: Array, d: Array, G: Array, margin: Array
+def _error_bounds(  # noqa: PLR0913, PLR0917 (the parts of one inequality)
+    linear: LinearBounds, radius: Array, d: Array, G: Array, margin: Array, share: float = SHARE
 ) -> tuple[Array, Array, Array]:
     """Return b and W, and whether it is proved that |e| < b and |w| <= W on the whole step.
 
@@ -263,6 +269,7 @@ def _error_bounds(
         d: The bound on the defect and on δ, shape (sets, n).
         G: The bound on |J̄ - J| within the margin, shape (sets, n, n).
         margin: The largest b, shape (sets, n).
+        share: The largest part of W that may come from A b + C G b.
     """
     guess = rounded_up(_times(linear.forward, radius + _times(linear.backward, d)))
     best_b, best_W = np.zeros_like(guess), np.zeros_like(guess)
@@ -272,7 +279,7 @@ def _error_bounds(
         by_b = _times(linear.residual, b) + _times(linear.backward, _times(G, b))
         W = rounded_up(radius + by_b + _times(linear.backward, d))
         reached = rounded_up(_times(linear.forward, W) + _times(linear.mismatch, b))
-        new = ~found & np.all((reached < b) & (b <= margin) & (by_b <= SHARE * W), axis=-1)
+        new = ~found & np.all((reached < b) & (b <= margin) & (by_b <= share * W), axis=-1)
         best_b[new], best_W[new] = b[new], W[new]
         found |= new
         if found.all():

@@ -104,7 +104,7 @@ def test_code_without_formulas(folder):
     assert why_not_recorded(loaded(folder, ROPE, AT | {"k": 1.0})[0].system) is None
     other = ROPE.replace(
         "def guards(self, motion, own):",
-        "def guards(self, motion, own):\n        if self.mode[0]:\n            return np.array([motion.X[0]])",
+        "def guards(self, motion, own):\n        if self.mode[0]:\n            return motion.X[:1]",
     )
     assert other != ROPE
     at_rest, _ = loaded(folder, other, AT | {"k": 1.0})

@@ -10,6 +10,7 @@ from rbstab.elements.guards.soft_guards import SoftGuard
 from rbstab.elements.guards.stop import Stop
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.sliding_ties import SlidingByModes
 from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF, Convergence, Undecided
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
@@ -90,9 +91,10 @@ def not_enclosed(problem: Problem) -> Convergence | None:
         why = "the force of a sliding connector jumps, and only smooth equations can be enclosed"
         return Convergence(None, why=why, reason=Undecided.SLIDING)
     for element in problem.system.elements:
-        if isinstance(element, Stop) or element.holds or element.slides:
-            what = "turns back at once" if isinstance(element, Stop) else "switches by its loads"
-            why = f"{element.name} {what}, and motions are enclosed only through other switches"
+        stops = isinstance(element, Stop)
+        if stops or isinstance(element, SlidingByModes) or element.holds or element.slides:
+            how = "turns the motion back at once" if stops else "may slide on a surface"
+            why = f"an element switches in a way that no enclosure follows: {element.name} {how}"
             return Convergence(None, why=why, reason=Undecided.SWITCHES)
     return None
 

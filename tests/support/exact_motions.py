@@ -1,7 +1,7 @@
 """Motions to many digits, by a method that shares nothing with the proofs of motions.
 
 Gragg's midpoint rule and extrapolation in the step (Bulirsch and Stoer), in 220 bits. The proofs
-use Taylor series in 80 bits. Both take the equations from the project.
+use Taylor models in doubles. Both take the equations from the project.
 """
 
 from collections.abc import Iterator
@@ -11,6 +11,7 @@ from flint import arb, ctx
 
 from rbstab.analysis.exact import decimal_balls
 from rbstab.config.build import start_of, system_of
+from rbstab.systems.modes import guards_at, with_modes
 
 BITS = 220
 COLUMNS = 14
@@ -42,6 +43,37 @@ def state_after(system, y, step: float):
         found, change = _extrapolated(system.rates, y, arb(step))
     assert change < 1e-25
     return found
+
+
+def state_through(system, y, step: float):
+    """Return the state a step later of a motion that may switch, and the number of switches.
+
+    The times of the switches are found by Newton's method, and each begins a new step.
+    """
+    crossings = 0
+    with ctx.workprec(BITS):
+        left, tiny, g = arb(step), arb(2) ** -80, guards_at(system, y)
+        modes, piece = [float(one > 0) for one in g], arb(step)
+        while left > 0:
+            system = with_modes(system, tuple(modes))
+            piece = piece if piece < left else left
+            end, change = _extrapolated(system.rates, y, piece)
+            assert change < 1e-25
+            changed = [k for k, g in enumerate(guards_at(system, end)) if float(g > 0) != modes[k]]
+            if not changed:
+                y, left = end, (left - piece).mid()
+            elif len(changed) > 1:
+                piece = piece / 2
+            else:
+                (k,), t = changed, piece / 2
+                there, _ = _extrapolated(system.rates, y, t)
+                while abs((g := guards_at(system, there)[k]).mid()) > 1e-28:
+                    ahead = middles(there + tiny * system.rates(there))
+                    t = (t - g * tiny / (guards_at(system, ahead)[k] - g)).mid()
+                    there, _ = _extrapolated(system.rates, y, t)
+                modes[k], crossings = 1.0 - modes[k], crossings + 1
+                y, left, piece = there, (left - t).mid(), left
+        return y, crossings
 
 
 def _extrapolated(rates, y, step):

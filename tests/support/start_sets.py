@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from rbstab.analysis.motion_proof.sets.monomials import monomials_up_to
-from rbstab.analysis.motion_proof.sets.motion_set import MotionSet
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.experiment.convergence.enclosed_system import state_scale
+from rbstab.proof.motion.monomials import monomials_up_to
+from rbstab.proof.motion.motion_set import MotionSet
 from support.configs import BY_VARIANT, plain
 
 FULL = [[500.0, 40.0, -30.0], [40.0, 420.0, 25.0], [-30.0, 25.0, 300.0]]

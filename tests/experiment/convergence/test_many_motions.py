@@ -10,8 +10,6 @@ from support.paper_runs import paper_config
 from support.valleys import TWO_VALLEYS
 
 import rbstab
-from rbstab.analysis.motion_proof.sets.set_motion import followed
-from rbstab.analysis.motion_proof.sets.set_step import FOR_POINTS
 from rbstab.config.build import problem_of, start_of
 from rbstab.experiment.convergence import many_motions as module
 from rbstab.experiment.convergence.convergence import Convergence, Undecided
@@ -21,6 +19,8 @@ from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.convergence.many_motions import ManyMotions
 from rbstab.experiment.convergence.region_bounds import region_energies
 from rbstab.experiment.proof import prove
+from rbstab.proof.motion.motion import followed
+from rbstab.proof.motion.motion_set import POINT, point_sets
 
 MAX_STEPS = 400
 ROUND_OFF = 1e-14
@@ -207,17 +207,18 @@ def test_errors_of_the_start_are_in_the_bounds_of_the_energy():
 def decisions_of(lows, highs, proof):
     """Return what is decided of motions with some bounds on their energies, shape (times, m)."""
     _, many = many_of("free")
-    decide: Any = module._Decisions(proof, many._equations, lows.shape[1])
+    decide: Any = module.Decisions(proof, many._equations)
+
+    class Bounds:
+        @staticmethod
+        def energy_bounds(states):
+            return lows[states.k, states.numbers], highs[states.k, states.numbers]
+
+    decide.equations = Bounds
 
     class States:
         def __init__(self, k, numbers):
             self.k, self.numbers = k, numbers
-
-        def __len__(self):
-            return len(self.numbers)
-
-        def bounds(self, _):
-            return lows[self.k, self.numbers], highs[self.k, self.numbers]
 
         def angle_bounds(self):
             return np.zeros((2, len(self.numbers), 3))
@@ -273,9 +274,9 @@ def test_each_decision_is_about_its_own_motion(monkeypatch):
     values[:, :3] += 0.001 * np.arange(12).reshape(4, 3)
     seen = []
     monkeypatch.setattr(module, "convergence_in", lambda *given: seen.append(given))
-    decide = module._Decisions(many.proof, many._equations, 6)
+    decide = module.Decisions(many.proof, many._equations)
     times = np.array([0.1, 0.2, 0.3, 0.4])
-    states = many._starts(values, errors)
+    states = point_sets(values, errors, many.scale)
     assert decide(states, times, np.array([1, 2, 4, 5])) == [None] * 4
     system = enclosed_system(config, lambda numbers: numbers)
     assert [given[3] for given in seen] == [0.1, 0.3, 0.4]  # the second has too much energy
@@ -286,7 +287,7 @@ def test_each_decision_is_about_its_own_motion(monkeypatch):
         assert np.all((least < values[k, :3]) & (values[k, :3] < most) & (most < least + 1e-9))
 
 
-def test_follow_uses_the_orders_of_points(monkeypatch):
+def test_motions_are_followed_in_batches(monkeypatch):
     asked = []
 
     def follow(equations, starts, scale, decide, *options):
@@ -297,4 +298,4 @@ def test_follow_uses_the_orders_of_points(monkeypatch):
     monkeypatch.setattr(module, "followed", follow)
     monkeypatch.setattr(module, "BATCH_SIZE", 3)
     many.follow(np.zeros((7, 12)), np.zeros((7, 12)), 11)
-    assert asked == [(n, module.POINT, 11, FOR_POINTS) for n in (3, 3, 1)]
+    assert asked == [(n, POINT, 11) for n in (3, 3, 1)]

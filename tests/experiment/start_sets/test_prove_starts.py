@@ -12,10 +12,6 @@ from support.paper_runs import paper_config
 from support.valleys import TWO_VALLEYS
 
 import rbstab
-from rbstab.analysis.motion_proof.motion import proof_precision
-from rbstab.analysis.motion_proof.sets import set_motion
-from rbstab.analysis.motion_proof.sets.motion_set import _bounds
-from rbstab.analysis.motion_proof.sets.set_motion import Followed
 from rbstab.config.build import problem_of, start_of
 from rbstab.config.entries import replaced
 from rbstab.config.tolerances import tolerances_of
@@ -25,6 +21,7 @@ from rbstab.experiment.proof import prove
 from rbstab.experiment.start_sets import prove_starts as module
 from rbstab.experiment.start_sets.prove_starts import prove_starts
 from rbstab.experiment.start_sets.start_set import start_set_of
+from rbstab.proof.motion.motion import NARROWEST, Followed
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 
@@ -128,11 +125,10 @@ def test_a_decision_is_about_all_states_of_a_set(monkeypatch):
     seen = []
     monkeypatch.setattr(module, "convergence_in", lambda *given: seen.append(given))
     proof = prove(config)
-    with proof_precision():
-        states = start_set_of(config, tolerances, state_scale(problem_of(config)))
-        assert states is not None
-        follower = module._Follower(config, proof)
-        assert follower._decide(states, np.array([0.25]), np.arange(1)) == [None]
+    states = start_set_of(config, tolerances, state_scale(problem_of(config)))
+    assert states is not None
+    follower = module._Follower(config, proof)
+    assert follower._decide(states, np.array([0.25]), np.arange(1)) == [None]
     ((given, energy, (low, high), t),) = seen
     assert (given, t) == (proof, 0.25)
     assert low == pytest.approx([0.2, 0.0, -0.1], abs=1e-10)
@@ -196,8 +192,8 @@ def outcomes(monkeypatch, decide):
     """Decide parts by the bounds of their first states alone, in place of following them."""
 
     def follow(equations, start, scale, decide_of):
-        (rows,) = start.polynomial[:, 3:6]
-        return [decide(np.transpose(_bounds(rows, np.zeros(3))))]
+        low, high = start.models[3:6].range()
+        return [decide(np.hstack([low, high]))]
 
     monkeypatch.setattr(module, "followed", follow)
 
@@ -290,7 +286,7 @@ def test_parts_are_not_halved_beyond_what_doubles_hold(monkeypatch):
     assert "narrower" in found.why
     assert check_cover(found, 1) < 1
     narrowest = min(b - a for part in found.parts for a, b in zip(part.low, part.high, strict=True))
-    assert narrowest == set_motion.NARROWEST
+    assert narrowest == NARROWEST
 
 
 def test_parts_that_are_given_up_count(monkeypatch):

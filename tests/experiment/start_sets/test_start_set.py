@@ -10,7 +10,6 @@ from support.polynomial_sets import BITS, value_at
 from support.start_sets import VARIANTS, random_config
 
 from rbstab.analysis.exact import decimal_balls
-from rbstab.analysis.motion_proof.motion import proof_precision
 from rbstab.config.build import problem_of, start_of
 from rbstab.config.entries import replaced
 from rbstab.config.tolerances import tolerances_of
@@ -20,8 +19,7 @@ from rbstab.experiment.start_sets.start_set import MAX_MONOMIALS, monomials_of, 
 
 def start_set(config, *texts):
     tolerances = tolerances_of(config, texts)
-    with proof_precision():
-        states = start_set_of(config, tolerances, state_scale(problem_of(config)))
+    states = start_set_of(config, tolerances, state_scale(problem_of(config)))
     assert states is not None
     assert len(states) == 1
     return tolerances, states
@@ -139,9 +137,8 @@ def test_tolerances_of_all_numbers_of_a_free_start():
 
 def test_starts_without_bounds_are_none():
     def no_set(config, text):
-        with proof_precision():
-            tolerances = tolerances_of(config, [text])
-            return start_set_of(config, tolerances, state_scale(problem_of(config))) is None
+        tolerances = tolerances_of(config, [text])
+        return start_set_of(config, tolerances, state_scale(problem_of(config))) is None
 
     config = random_config("visco-elastic", "W", initial={"orientation": [0, 0, 0]})
     assert no_set(config, "initial.orientation[0]=±2.5")

@@ -82,7 +82,8 @@ def test_convergence_of_members_with_a_sliding_tie_is_not_decided():
         assert not any(shares_proof(other, variant) for variant in other.variants)
 
 
-def test_members_with_a_ligament_and_a_guard_are_proved_in_a_region():
+def test_members_with_a_ligament_and_a_guard_are_proved():
+    """At their starts, or by following them through their switches."""
     from rbstab.sweep.proofs.columns import MOTION_PROOFS
     from rbstab.sweep.proofs.convergence import shares_proof
     from rbstab.sweep.proofs.motions import motion_columns
@@ -92,8 +93,10 @@ def test_members_with_a_ligament_and_a_guard_are_proved_in_a_region():
     assert all(shares_proof(plan, variant) for variant in plan.variants)
     columns = motion_columns(plan, 0, 3)
     words = [MOTION_PROOFS[code] for code in columns["motion_proof"]]
-    assert words[2] == "switches"
-    assert columns["proved_rest_state"].tolist() == [1, 1, 0]
+    assert words[2] == "proved"
+    assert columns["proved_rest_state"].tolist() == [1, 1, 1]
+    assert columns["proof_steps"].tolist()[:2] == [0, 0]
+    assert columns["proof_steps"][2] > 0
 
 
 def test_modes_of_a_member_are_those_of_its_own_start():

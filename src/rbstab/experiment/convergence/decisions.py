@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rbstab.elements.guards.soft_guards import SoftGuard, StiffGuard
+from rbstab.elements.guards.soft_guards import SoftGuard
 from rbstab.elements.guards.stop import Stop
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.sliding_ties import SlidingByModes
 from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF, Convergence, Undecided
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.modes import has_modes
 
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.proof import Proof
@@ -82,7 +82,7 @@ def not_enclosed(problem: Problem) -> Convergence | None:
 
         why_not = why_not_recorded(problem.system)
         if why_not is not None:
-            why = f"{why_not}, and only motions under smooth formulas can be enclosed"
+            why = f"{why_not}, and only motions under formulas can be enclosed"
             return Convergence(None, why=why, reason=Undecided.USER_CODE)
     if problem.system.supplies:
         why = "an input supplies power, so v may rise"
@@ -90,13 +90,12 @@ def not_enclosed(problem: Problem) -> Convergence | None:
     if any(isinstance(element, SlidingConnector) for element in problem.system.elements):
         why = "the force of a sliding connector jumps, and only smooth equations can be enclosed"
         return Convergence(None, why=why, reason=Undecided.SLIDING)
-    if has_modes(problem.system):
-        why = "an element switches, and only smooth equations can be enclosed"
-        soft = [element for element in problem.system.elements if isinstance(element, SoftGuard)]
-        if soft:
-            method = "stiff" if isinstance(soft[0], StiffGuard) else "repelling"
-            why += f"; rbstab guard --method {method} says what its guard proves"
-        return Convergence(None, why=why, reason=Undecided.SWITCHES)
+    for element in problem.system.elements:
+        stops = isinstance(element, Stop)
+        if stops or isinstance(element, SlidingByModes) or element.holds or element.slides:
+            how = "turns the motion back at once" if stops else "may slide on a surface"
+            why = f"an element switches in a way that no enclosure follows: {element.name} {how}"
+            return Convergence(None, why=why, reason=Undecided.SWITCHES)
     return None
 
 

@@ -1,18 +1,26 @@
-"""The system whose exact motions are enclosed, and the size of its states."""
+"""The system whose exact motions are enclosed, their starts, and the size of its states."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.motion_proof.motion import scale_of
-from rbstab.config.build import Numbers, system_of
+from rbstab.config.build import Numbers, start_of, system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code, without_code
 from rbstab.integrate.problem import Problem
+from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import OMEGA, THETA, V_OF_Z, X_OF_Z
+from rbstab.proof.motion.graph import Graph, proof_precision
+from rbstab.proof.motion.motion_set import MotionSet, point_sets
+from rbstab.proof.motion.program import doubles_of
 from rbstab.systems.coordinates import ReducedCoordinates
+from rbstab.systems.modes import modes_of, with_modes
 from rbstab.systems.system import System
+
+MIN_ENERGY = 1e-6
+"""J: the energy from which the size of the velocities is computed is at least this."""
 
 
 def enclosed_system(config: Config, numbers: Numbers) -> System:
@@ -30,14 +38,50 @@ def enclosed_system(config: Config, numbers: Numbers) -> System:
     return _with_six_states(system) if system.coordinates.holds_contact else system
 
 
+def exact_start(config: Config, scale: Array) -> MotionSet:
+    """Return a set about the start of a config, whose numbers are taken as exact decimals."""
+    graph = Graph()
+    with proof_precision():
+        system = enclosed_system(config, graph.numbers)
+        start = start_of(config, system, graph.numbers)
+        values, errors = doubles_of(graph.form(entry) for entry in start)
+    return point_sets(values[np.newaxis], errors[np.newaxis], scale)
+
+
 def state_scale(problem: Problem) -> Array:
-    """Return the size of each state of the enclosed system, shape (n,)."""
-    system = problem.system
+    """Return a size of each state of the enclosed system, shape (n,).
+
+    1 rad, the lever of C in m; and speeds at which the kinetic energy is that of the start, or with
+    which the stiffest spring swings by these sizes. It decides how long steps are and how frames
+    are turned, not what is proved.
+    """
+    system, start = problem.system, problem.start
     with np.errstate(all="ignore"):
-        energy = float(np.abs(system.observe(problem.start).energy).sum())
-    return scale_of(
-        _with_six_states(system) if system.coordinates.holds_contact else system, energy
-    )
+        energy = max(float(np.abs(system.observe(start).energy).sum()), MIN_ENERGY)
+    held = system.coordinates.holds_contact
+    system = _with_six_states(system) if held else system
+    body, scale = system.body, np.ones(system.size)
+    scale *= max(float(np.linalg.norm(body.contact_point)), 0.1)
+    speeds = [(THETA, OMEGA, np.sqrt(6 * energy / np.trace(body.inertia)))]
+    scale[THETA] = 1.0
+    if not held:
+        speeds.append((X_OF_Z, V_OF_Z, np.sqrt(2 * energy / body.mass)))
+    for place, speed, size in speeds:
+        scale[speed] = np.maximum(size, _frequency(system, start, place, speed) * scale[place])
+    return scale
+
+
+def _frequency(system: System, start: Array, place: slice, speed: slice) -> float:
+    """Return the largest frequency of one kind of motion with all springs taut, 1/s; or zero."""
+    stiff = with_modes(system, (1.0,) * len(modes_of(system)))
+    body = OMEGA.stop if isinstance(system.coordinates, ReducedCoordinates) else V_OF_Z.stop
+    state = np.concatenate([start[:body], start[len(start) - system.size + body :]])
+    with np.errstate(all="ignore"):
+        J = jacobian(stiff.rates, state)
+        square = J[speed, place] @ J[place, speed]
+    if not np.isfinite(square).all():
+        return 0.0
+    return float(np.sqrt(np.abs(np.linalg.eigvals(square)).max()))
 
 
 def _with_six_states(system: System) -> System:

@@ -1,16 +1,9 @@
-"""The convergence of many exact motions of one system: they are enclosed together, in doubles."""
+"""The convergence of exact motions of one system: they are enclosed until it is decided."""
 
 from functools import partial
 
 import numpy as np
 
-from rbstab.analysis.motion_proof.motion import proof_precision
-from rbstab.analysis.motion_proof.rounding import rounded_up
-from rbstab.analysis.motion_proof.sets.equations import Equations, equations_of
-from rbstab.analysis.motion_proof.sets.monomials import Monomials
-from rbstab.analysis.motion_proof.sets.motion_set import MotionSet
-from rbstab.analysis.motion_proof.sets.set_motion import Followed, followed
-from rbstab.analysis.motion_proof.sets.set_step import FOR_POINTS
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.experiment.convergence.convergence import Convergence, Undecided
@@ -19,12 +12,12 @@ from rbstab.experiment.convergence.enclosed_system import enclosed_system, state
 from rbstab.experiment.convergence.region_bounds import region_energies
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.motion.equations import Equations
+from rbstab.proof.motion.motion import Followed, followed
+from rbstab.proof.motion.motion_set import MotionSet, point_sets
 
 BATCH_SIZE = 256
 """Motions that are enclosed at once. With more, the arrays do not fit into a cache."""
-
-POINT = Monomials(0, 0)
-"""The monomials of a set with a single start."""
 
 
 class ManyMotions:
@@ -38,8 +31,7 @@ class ManyMotions:
     def __init__(self, config: Config, proof: Proof) -> None:
         self.proof = proof
         self.scale = state_scale(problem_of(config))
-        with proof_precision():
-            self._equations = equations_of(partial(enclosed_system, config))
+        self._equations = Equations(partial(enclosed_system, config))
 
     def follow(self, values: Array, errors: Array, max_steps: int) -> list[Followed]:
         """Follow the exact motions from some starts until their convergence is proved.
@@ -58,54 +50,47 @@ class ManyMotions:
         found: list[Followed] = []
         for first in range(0, len(values), BATCH_SIZE):
             some = slice(first, first + BATCH_SIZE)
-            starts = self._starts(values[some], errors[some])
-            decide = _Decisions(self.proof, self._equations, len(starts))
-            found += followed(self._equations, starts, self.scale, decide, max_steps, FOR_POINTS)
+            starts = point_sets(values[some], errors[some], self.scale)
+            decide = Decisions(self.proof, self._equations)
+            found += followed(self._equations, starts, self.scale, decide, max_steps)
         return found
 
-    def _starts(self, values: Array, errors: Array) -> MotionSet:
-        frame = np.broadcast_to(np.diag(self.scale), (len(values), *2 * (len(self.scale),)))
-        return MotionSet(POINT, values[..., np.newaxis], frame, rounded_up(errors / self.scale))
 
-
-class _Decisions:
+class Decisions:
     """Decides on some motions: a region that they have reached, or that they have come to rest.
 
     Args:
         proof: The proof of the rest states and of their regions.
         equations: The equations.
-        count: The number of motions.
     """
 
-    def __init__(self, proof: Proof, equations: Equations, count: int) -> None:
-        self.proof, self.energy = proof, equations.energy
+    def __init__(self, proof: Proof, equations: Equations) -> None:
+        self.proof, self.equations = proof, equations
         self._highest = max((bound for _, bound in region_energies(proof)), default=-np.inf)
-        self._lows: list[Array] = []
-        self._count = count
+        self._lows: dict[int, list[float]] = {}
 
     def __call__(
         self, states: MotionSet, times: Array, numbers: Array
     ) -> list[Convergence | Undecided | None]:
         """Return what is decided of each set; see `Decide`."""
-        lows, highs = states.bounds(self.energy)
-        low_corners, high_corners = states.angle_bounds()
-        found: list[Convergence | Undecided | None] = [None] * len(states)
-        for k in np.flatnonzero(self._at_rest(lows, numbers)).tolist():
-            found[k] = Undecided.AT_REST
-        for k in np.flatnonzero(highs < self._highest).tolist():
-            energy, box = (float(lows[k]), float(highs[k])), (low_corners[k], high_corners[k])
-            found[k] = convergence_in(self.proof, energy, box, float(times[k])) or found[k]
+        lows, highs = self.equations.energy_bounds(states)
+        boxes = zip(*states.angle_bounds(), strict=True)
+        found: list[Convergence | Undecided | None] = []
+        rows = (lows.tolist(), highs.tolist(), boxes, times.tolist(), numbers.tolist())
+        for low, high, box, time, number in zip(*rows, strict=True):
+            reached = None
+            if high < self._highest:
+                reached = convergence_in(self.proof, (low, high), box, time)
+            found.append(reached or (Undecided.AT_REST if self._rests(number, low) else None))
         return found
 
-    def _at_rest(self, lows: Array, numbers: Array) -> Array:
-        """Return whether the energy of each motion has stopped falling.
+    def _rests(self, number: int, low: float) -> bool:
+        """Return whether the energy of a motion, at least `low`, has stopped falling.
 
         A step that could not be proved counts as one without a fall.
         """
-        row = np.full(self._count, np.nan)
-        row[numbers] = lows
-        self._lows.append(row)
-        if len(self._lows) <= PATIENCE:
-            return np.zeros(len(numbers), dtype=bool)
-        first, before = self._lows[0][numbers], self._lows[-PATIENCE - 1][numbers]
-        return np.asarray(before - lows < LEAST_FALL * (first - lows))
+        lows = self._lows.setdefault(number, [])
+        lows.append(low)
+        if len(lows) <= PATIENCE:
+            return False
+        return lows[-PATIENCE - 1] - low < LEAST_FALL * (lows[0] - low)

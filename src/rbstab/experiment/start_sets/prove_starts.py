@@ -8,23 +8,10 @@ from contextlib import suppress
 from fractions import Fraction
 from functools import partial
 
-from rbstab.analysis.motion_proof.motion import proof_precision
-from rbstab.analysis.motion_proof.sets.equations import Equations, equations_of
-from rbstab.analysis.motion_proof.sets.motion_set import MotionSet
-from rbstab.analysis.motion_proof.sets.set_motion import (
-    MAX_STEPS,
-    NARROWEST,
-    Followed,
-    Part,
-    followed,
-    whole,
-)
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
-from rbstab.config.user_code.permission import has_code
-from rbstab.elements.spring import Spring
-from rbstab.experiment.convergence.convergence import Convergence, Undecided
+from rbstab.experiment.convergence.convergence import Convergence
 from rbstab.experiment.convergence.decisions import convergence_in, refusal
 from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
 from rbstab.experiment.start_sets.start_set import start_set_of
@@ -38,15 +25,19 @@ from rbstab.experiment.start_sets.starts_record import (
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics.numbers import Array
 from rbstab.processes.workers import waited, worker_pool
+from rbstab.proof.motion.equations import Equations
+from rbstab.proof.motion.motion import (
+    MAX_STEPS,
+    NARROWEST,
+    Followed,
+    Part,
+    followed,
+    whole,
+)
+from rbstab.proof.motion.motion_set import MotionSet
 
 MAX_PARTS = 64
 """The most parts into which the starts are divided: a limit that is the same on every machine."""
-
-SPRINGS = "sets of starts are not followed with a spring: a length is a square root"
-
-FUNCTIONS_OF_USERS = (
-    "sets of starts are not followed with code of a user that has other functions than sin and cos"
-)
 
 TIME_LIMIT = "the time limit was reached"
 """Why a proof is not complete that is not stored: with more time, it may be."""
@@ -65,8 +56,7 @@ class _Follower:
 
     def __init__(self, config: Config, proof: Proof) -> None:
         self.proof, self.scale = proof, state_scale(problem_of(config))
-        with proof_precision():
-            self.equations: Equations = equations_of(partial(enclosed_system, config))
+        self.equations = Equations(partial(enclosed_system, config))
 
     def follow(self, start: MotionSet) -> Followed:
         """Follow the motions from a set of starts."""
@@ -75,7 +65,7 @@ class _Follower:
 
     def _decide(self, states: MotionSet, times: Array, _numbers: Array) -> list[Convergence | None]:
         """Return the convergence of all motions of each set; None if it is not proved."""
-        lows, highs = states.bounds(self.equations.energy)
+        lows, highs = self.equations.energy_bounds(states)
         boxes = zip(*states.angle_bounds(), strict=True)
         rows = zip(lows.tolist(), highs.tolist(), boxes, times.tolist(), strict=True)
         return [convergence_in(self.proof, (low, high), box, t) for low, high, box, t in rows]
@@ -108,10 +98,6 @@ def prove_starts(  # noqa: PLR0913 (options by name)
     begin = time.perf_counter()
     problem = problem_of(config)
     refused = refusal(problem, proof)
-    if refused is None and any(isinstance(one, Spring) for one in problem.system.elements):
-        refused = Convergence(None, why=SPRINGS, reason=Undecided.NO_REGION)
-    if refused is None and not _has_equations(config):
-        refused = Convergence(None, why=FUNCTIONS_OF_USERS, reason=Undecided.USER_CODE)
     parts: list[ProvedPart] = []
     examined, steps, given_up = 0, 0, 0
     waiting, why = ([], refused.why) if refused is not None else _all_starts(config, tolerances)
@@ -149,20 +135,9 @@ def prove_starts(  # noqa: PLR0913 (options by name)
     )
 
 
-def _has_equations(config: Config) -> bool:
-    """Return whether elements of users have no other functions than sines and cosines."""
-    if not has_code(config):
-        return True
-    with proof_precision(), suppress(AttributeError):
-        equations_of(partial(enclosed_system, config))
-        return True
-    return False
-
-
 def _all_starts(config: Config, tolerances: Sequence[Tolerance]) -> tuple[list[Part], str]:
     """Return all starts as one part; none, and the reason, if they have no bounds."""
-    with proof_precision():
-        starts = start_set_of(config, tolerances, state_scale(problem_of(config)))
+    starts = start_set_of(config, tolerances, state_scale(problem_of(config)))
     if starts is None:
         return [], "the tolerances are too wide, or the numbers of the start too large"
     return [whole(starts)], ""

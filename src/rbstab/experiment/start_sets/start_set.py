@@ -4,18 +4,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rbstab.analysis.motion_proof.linear_flow import frames_of
-from rbstab.analysis.motion_proof.rounding import rounded_up
-from rbstab.analysis.motion_proof.sets.graph import Graph, traced
-from rbstab.analysis.motion_proof.sets.models import Model, evaluated, program
-from rbstab.analysis.motion_proof.sets.monomials import Monomials, monomials_up_to
-from rbstab.analysis.motion_proof.sets.motion_set import MotionSet
 from rbstab.config.build import start_of
 from rbstab.config.entries import replaced
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
 from rbstab.experiment.convergence.enclosed_system import enclosed_system
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.motion.graph import Graph, proof_precision
+from rbstab.proof.motion.linear_flow import frames_of
+from rbstab.proof.motion.models import Models, evaluated
+from rbstab.proof.motion.monomials import Monomials, monomials_up_to
+from rbstab.proof.motion.motion_set import MotionSet
+from rbstab.proof.motion.program import program
+from rbstab.proof.motion.rounding import rounded_up
 
 MAX_DEGREE = 6
 """The highest degree in z."""
@@ -33,7 +34,7 @@ def monomials_of(variables: int) -> Monomials:
 
 
 def start_set_of(config: Config, tolerances: Sequence[Tolerance], scale: Array) -> MotionSet | None:
-    """Return the set of all starts, as the only one; call it in `proof_precision`.
+    """Return the set of all starts, as the only one.
 
     The number with the i-th tolerance is middle + radius z_i, with |z_i| <= 1.
 
@@ -50,29 +51,30 @@ def start_set_of(config: Config, tolerances: Sequence[Tolerance], scale: Array) 
     """
     if not tolerances or any(one.section != "initial" for one in tolerances):
         raise ValueError("a set of starts needs tolerances of the initial state, and no others")
-    graph = Graph()
-    z = graph.variables(len(tolerances))
-    numbers = {
-        path: one.middle + variable * one.radius
-        for one, variable in zip(tolerances, z, strict=True)
-        for path in one.entry.paths
-    }
-    system = enclosed_system(config, graph.numbers)
-    start = start_of(replaced(config, numbers), system, graph.numbers)
-    space = monomials_of(len(tolerances))
-    forms = traced(lambda _: start, graph, z)
-    found = evaluated(program(graph, forms), [_variable(space, i) for i in range(len(tolerances))])
-    remainder = np.array([[one.remainder[0] for one in found]])
-    polynomial = np.array([[one.polynomial[:, 0] for one in found]])
+    graph, count = Graph(), len(tolerances)
+    z = graph.variables(count)
+    with proof_precision():
+        numbers = {
+            path: one.middle + variable * one.radius
+            for one, variable in zip(tolerances, z, strict=True)
+            for path in one.entry.paths
+        }
+        system = enclosed_system(config, graph.numbers)
+        start = start_of(replaced(config, numbers), system, graph.numbers)
+        forms = graph.traced(lambda _: start, z)
+        of_z = program(graph, count, forms)
+    space = monomials_of(count)
+    found = evaluated(of_z, _variables(space))
     frame = np.diag(scale)[np.newaxis]
     with np.errstate(all="ignore"):
-        states = MotionSet(space, polynomial, frame, rounded_up(remainder / scale))
+        radius = rounded_up(found.remainder.T / scale)
+        states = MotionSet(space, found.polynomial[0].swapaxes(0, 1), frame, radius)
         usable = np.isfinite(frames_of(frame).error).all() and np.isfinite(states.error).all()
     return states if usable else None
 
 
-def _variable(space: Monomials, index: int) -> Model:
-    """Return the model of z_i."""
-    polynomial = np.zeros((len(space), 1))
-    polynomial[1 + index] = 1.0
-    return Model(space, polynomial, np.zeros(1))
+def _variables(space: Monomials) -> Models:
+    """Return the models of z."""
+    polynomial = np.zeros((1, space.variables, 1, len(space)))
+    polynomial[0, :, 0, 1 : space.variables + 1] = np.eye(space.variables)
+    return Models(space, polynomial, np.zeros((space.variables, 1)))

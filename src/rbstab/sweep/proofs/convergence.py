@@ -99,7 +99,7 @@ class ProvedConvergence:
 
     Members of a variant share a proof if the plan varies only their initial state. Members of
     other variants are "unknown", unless a proof for all bodies within tolerances covers them. So
-    are sliding members: only smooth motions have proofs.
+    are sliding members.
 
     Args:
         plan: The plan.

@@ -8,19 +8,15 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from rbstab.analysis.motion_proof.expansion import FAST
-from rbstab.analysis.motion_proof.sets.set_motion import Followed
 from rbstab.config.build import problem_of
 from rbstab.experiment.convergence.convergence import Convergence, Undecided
 from rbstab.experiment.convergence.decisions import nothing_proved, refusal
-from rbstab.experiment.convergence.exact_motion import (
-    Limits,
-    prove_convergence,
-)
+from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.convergence.many_motions import ManyMotions
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stored_proof.proof import Proof, no_proof
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.motion.motion import Followed
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.proof_selection import ProofSelection
 from rbstab.sweep.proofs.columns import MOTION_COLUMNS, MOTION_PROOFS
@@ -144,8 +140,7 @@ class MotionProver:
         elif found.decision is not None:
             word = str(found.decision)
         else:
-            reached = found.steps >= self.selection.steps
-            word = str(Undecided.STEP_LIMIT if reached else Undecided.NO_STEP)
+            word = str(Undecided.NO_STEP if found.lost else Undecided.STEP_LIMIT)
         columns["motion_proof"][row] = MOTION_PROOFS.index(word)
 
     def _enclose(self, columns: dict[str, Array], variant: str, start: int, row: int) -> None:
@@ -172,8 +167,8 @@ class MotionProver:
             return refused
         shared = self._shared_by(variant)
         proof = shared.proof if shared is not None else prove(config, problem)
-        limits = Limits(self.selection.steps, FAST)
-        return prove_convergence(config, problem, proof, limits=limits).convergence
+        steps = self.selection.steps
+        return prove_convergence(config, problem, proof, max_steps=steps).convergence
 
     def _shared_by(self, variant: str) -> _Shared | None:
         """Return what the members of a variant share; None if each needs its own proof."""

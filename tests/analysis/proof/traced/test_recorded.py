@@ -6,7 +6,7 @@ from flint import arb, ctx
 from support.user_code import CREEPING_TIE, MAXWELL, ROPE, SPRING, TIE, element_text, mine
 
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.motion_proof.dual import decimal_duals
+from rbstab.analysis.exact import decimal_balls
 from rbstab.analysis.proof.traced.recorded import recorded_element, why_not_recorded
 from rbstab.analysis.proof.traced.tracing import NotRecordedError
 from rbstab.config.build import problem_of
@@ -88,30 +88,36 @@ def test_constants_are_what_they_mean(folder):
     """A third of the code, and a tenth of the config, are no doubles."""
     with ctx.workprec(200):
         at_rest, element = loaded(folder, ALL_FUNCTIONS, {"k": 0.1})
-        found = recorded_element(at_rest, element, decimal_duals)
+        found = recorded_element(at_rest, element, decimal_balls)
         y = np.zeros(12)
         y[9] = y[3] = 1.0
         motion = at_rest.system.motion(y)
         lost = found.dissipated(motion, np.zeros(0))
-        assert (3 * lost.value).contains(1)
-        assert not lost.value.contains(arb(1 / 3))
+        assert (3 * lost).contains(1)
+        assert not lost.contains(arb(1 / 3))
         stored = found.stored(motion, np.zeros(0))
-        assert (10 * stored.value).contains(1)
-        assert not stored.value.contains(arb(0.1))
+        assert (10 * stored).contains(1)
+        assert not stored.contains(arb(0.1))
 
 
 def test_code_without_formulas(folder):
-    at_rest, element = loaded(folder, ROPE, AT | {"k": 1.0})
-    assert "switches" in str(why_not_recorded(at_rest.system))
+    assert why_not_recorded(loaded(folder, ROPE, AT | {"k": 1.0})[0].system) is None
+    other = ROPE.replace(
+        "def guards(self, motion, own):",
+        "def guards(self, motion, own):\n        if self.mode[0]:\n            return motion.X[:1]",
+    )
+    assert other != ROPE
+    at_rest, _ = loaded(folder, other, AT | {"k": 1.0})
+    assert "its event functions depend on its modes" in str(why_not_recorded(at_rest.system))
     text = TIE.replace("return f @ self.L_c @ f", "return f @ self.L_c @ f if f[0] > 0 else 0.0")
     at_rest, element = loaded(folder, text, KINDS["tie"][1])
     why = str(why_not_recorded(at_rest.system))
     assert "one is code of a user that cannot be recorded" in why
     with pytest.raises(NotRecordedError):
-        recorded_element(at_rest, element, decimal_duals)
+        recorded_element(at_rest, element, decimal_balls)
     timed = SPRING.replace("-self.k * motion.X", "-self.k * motion.time * motion.X")
     at_rest, element = loaded(folder, timed, {"k": 3.0})
     assert "a statement depends on the time" in str(why_not_recorded(at_rest.system))
     with pytest.raises(NotRecordedError):
-        recorded_element(at_rest, element, decimal_duals)
+        recorded_element(at_rest, element, decimal_balls)
     assert why_not_recorded(loaded(folder, *KINDS["tie"])[0].system) is None

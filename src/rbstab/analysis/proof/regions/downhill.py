@@ -69,30 +69,35 @@ class Landscape:
         Returns:
             The minimum; None if no path is found or its proof fails.
         """
-        vertices = descent(self.form, start.centre[0], self.domain)
-        ends = [np.abs(vertices[-1] - minimum.centre[0]).max() for minimum in self.minima]
-        if not ends or min(ends) > SAME_POINT:
-            return None
-        reached = int(np.argmin(ends))
-        path = np.concatenate([vertices, self.minima[reached].centre])
-        both_ends = joined([start, self.minima[reached]])
-        below = stays_below(self.form, path, both_ends, level, self.domain)
-        return reached if below else None
+        # The widest smooth energy may slide over a ridge; the narrowest one may get stuck on it.
+        for widths in (WIDTHS[-1:], WIDTHS) if self.form.kinks else (WIDTHS,):
+            vertices = descent(self.form, start.centre[0], self.domain, widths)
+            ends = [np.abs(vertices[-1] - minimum.centre[0]).max() for minimum in self.minima]
+            if not ends or min(ends) > SAME_POINT:
+                continue
+            reached = int(np.argmin(ends))
+            path = np.concatenate([vertices, self.minima[reached].centre])
+            both_ends = joined([start, self.minima[reached]])
+            if stays_below(self.form, path, both_ends, level, self.domain):
+                return reached
+        return None
 
 
 @np.errstate(all="ignore")  # comparisons with NaN are false
-def descent(form: TrigonometricForm, start: Array, domain: Boxes) -> Array:
+def descent(
+    form: TrigonometricForm, start: Array, domain: Boxes, widths: Sequence[float] = WIDTHS
+) -> Array:
     """Descend from a point by short Newton steps, away from saddles, shape (vertices, 3).
 
     Where a guard jumps, a step ends at its angle; the next one goes along it if the guard can hold
-    θ2 there. Where elements of users jump, the descent is one in smooth energies near U, closer and
-    closer to it. It ends where it leaves the domain or finds no lower point. Nothing is proved.
+    θ2 there. Where elements of users jump, the descent is one in smooth energies near U, of the
+    given widths. It ends where it leaves the domain or finds no lower point. Nothing is proved.
     """
     if not form.kinks:
         return _descent(form, start, domain)
     size = form.noise[0] / np.finfo(float).eps
     path = start[np.newaxis]
-    for width in WIDTHS:
+    for width in widths:
         path = np.concatenate([path, _descent(form.smoothed(width * size), path[-1], domain)])
     return path
 

@@ -6,8 +6,9 @@ proved of the formulas of which the rest states are.
 
 import operator
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -52,17 +53,31 @@ Numbers = Callable[[Array], Array]
 """Converts doubles to a kind of number: those of a config to the decimals that they mean."""
 
 
+GUARDS_SWITCH = "its event functions depend on its modes"
+
+
 @dataclass(frozen=True, eq=False)
 class RecordedElement(Element):
     """The statements of an element of a user, from its recorded operations.
 
     Args:
         name: Its name.
-        formulas: The statements.
+        by_mode: The statements in each tuple of its modes.
+        mode: Its modes, shape (mode_count,), each 0 or 1.
     """
 
     name: str
-    formulas: "Formulas"
+    by_mode: "Mapping[tuple[float, ...], Formulas]"
+    mode: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def formulas(self) -> "Formulas":
+        """The statements in its modes."""
+        return self.by_mode[tuple(map(float, self.mode))]
+
+    def guards(self, motion: Motion, own: Array) -> Array:
+        """Return the event functions."""
+        return self.formulas("guards", motion, own)
 
     def wrench(self, motion: Motion, own: Array) -> Wrench:
         """Return the force, couple and contact force on the body."""
@@ -105,6 +120,11 @@ class Formulas:
             if kind == CONSTANT
         }
 
+    def recorded(self, name: str) -> tuple[Any, ...]:
+        """Return the operations and the places of the results of the first statement."""
+        results = tuple(self._results[name])
+        return tuple(self._operations[: 1 + max(results, default=-1)]), results
+
     def __call__(self, name: str, motion: Motion, own: Array) -> Array:
         """Return the results of a statement."""
         entries, found = entries_of(motion, own), dict[int, Number]()
@@ -137,15 +157,21 @@ def recorded_element(at_rest: Configurations, element: Element, numbers: Numbers
     Raises:
         NotRecordedError: Its code cannot be recorded, or it depends on the time.
     """
-    try:
-        operations, results = _statements(at_rest, element)
-    except Exception as error:
-        # An element of a user may raise anything.
-        raise NotRecordedError(str(error) or type(error).__name__) from error
-    if TIME in variables_of(operations, {one for some in results.values() for one in some}):
-        raise NotRecordedError(TIMED)
-    kind = type(type(element).__name__, (RecordedElement,), {"states": element.states})
-    found: Element = kind(element.name, Formulas(operations, results, numbers))
+    by_mode = {}
+    for modes in product((0.0, 1.0), repeat=element.mode_count):
+        try:
+            operations, results = _statements(at_rest, element, modes)
+        except Exception as error:
+            # An element of a user may raise anything.
+            raise NotRecordedError(str(error) or type(error).__name__) from error
+        if TIME in variables_of(operations, {one for some in results.values() for one in some}):
+            raise NotRecordedError(TIMED)
+        by_mode[modes] = Formulas(operations, results, numbers)
+    if len({one.recorded("guards") for one in by_mode.values()}) > 1:
+        raise NotRecordedError(GUARDS_SWITCH)
+    stated = {"states": element.states, "mode_count": element.mode_count}
+    kind = type(type(element).__name__, (RecordedElement,), stated)
+    found: Element = kind(element.name, by_mode, np.zeros(element.mode_count))
     return found
 
 
@@ -155,8 +181,8 @@ def why_not_recorded(system: System) -> str | None:
     for element in system.elements:
         if not element.from_user:
             continue
-        if element.mode_count or not in_proofs(element):
-            return f"{element.name} is code of a user that switches"
+        if not in_proofs(element):
+            return f"{element.name} is code of a user that switches by its loads, or has many modes"
         try:
             recorded_element(at_rest, element, lambda values: values)
         except NotRecordedError as error:
@@ -165,14 +191,17 @@ def why_not_recorded(system: System) -> str | None:
 
 
 def _statements(
-    at_rest: Configurations, element: Element
+    at_rest: Configurations, element: Element, modes: tuple[float, ...]
 ) -> tuple[Sequence[Operation], Mapping[str, Sequence[int]]]:
-    """Return the operations of all statements, and the indices of their results."""
+    """Return the operations of all statements in some modes, and the indices of their results."""
     _, any_motion, any_own = traced_motion(at_rest, element, (Trace(), {}))
     trace, inputs = recorded = Trace(), dict[int, Operation]()
     motion, own = free_motion(recorded, any_motion, any_own)
-    mine = with_recorded_parameters(at_rest.system, element, recorded)
+    mine: Any = with_recorded_parameters(at_rest.system, element, recorded)
+    if modes:
+        mine = replace(mine, mode=np.array(modes))
     stated: dict[str, Any] = {
+        "guards": mine.guards(motion, own) if modes else (),
         "wrench": np.concatenate(mine.wrench(motion, own)),
         "stored": [mine.stored(motion, own)],
         "dissipated": [mine.dissipated(motion, own)],

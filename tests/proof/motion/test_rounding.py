@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from flint import acb, arb
 
-from rbstab.analysis.motion_proof.rounding import (
+from rbstab.proof.motion.rounding import (
     all_moderate,
     error_of_inverse,
     error_of_products,

@@ -4,12 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rbstab.analysis.motion_proof.linear_flow import frames_of
-from rbstab.analysis.motion_proof.rounding import rounded_up
-from rbstab.analysis.motion_proof.sets.models import UNIT, Model, Program, evaluated
-from rbstab.analysis.motion_proof.sets.monomials import Monomials
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import THETA
+from rbstab.proof.motion.linear_flow import frames_of
+from rbstab.proof.motion.models import UNIT, Models
+from rbstab.proof.motion.monomials import Monomials, monomials_up_to
+from rbstab.proof.motion.rounding import rounded_up
+
+POINT = monomials_up_to(0, 0)
+"""The monomials of a set about a single start."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,13 +56,15 @@ class MotionSet:
         return bound
 
     @property
-    def models(self) -> list[Model]:
+    def models(self) -> Models:
         """The states as models without τ, with |Qw| in the remainders."""
-        error = self.error
-        return [
-            Model(self.space, self.polynomial[:, i, :, np.newaxis], error[:, i, np.newaxis])
-            for i in range(self.polynomial.shape[1])
-        ]
+        polynomial = np.ascontiguousarray(self.polynomial.swapaxes(0, 1))
+        return Models(self.space, polynomial[np.newaxis], np.ascontiguousarray(self.error.T))
+
+    def upright(self, scale: Array) -> "MotionSet":
+        """Return the sets in a frame along the axes: larger sets."""
+        frame = np.broadcast_to(np.diag(scale), self.frame.shape)
+        return MotionSet(self.space, self.polynomial, frame, rounded_up(self.error / scale))
 
     def halves(self, variable: int) -> "tuple[MotionSet, MotionSet]":
         """Return the two halves of each set, z_i < 0 and z_i > 0, each with |z_i| <= 1 again.
@@ -95,24 +100,19 @@ class MotionSet:
         found: Array = chosen @ np.array(self.space.exponents).reshape(len(self.space), -1)
         return found
 
-    def bounds(self, program: Program) -> tuple[Array, Array]:
-        """Return bounds on a function of the states, each of shape (sets,).
-
-        A bound that is not finite is none.
-
-        Args:
-            program: The function, as a program with one result.
-        """
-        (value,) = evaluated(program, self.models)
-        return _bounds(value.polynomial[..., 0], value.remainder[..., 0])
-
     def angle_bounds(self) -> tuple[Array, Array]:
         """Return the smallest and the largest Θ, each of shape (sets, 3), rounded outwards, rad."""
-        return _bounds(self.polynomial[:, THETA], self.error[:, THETA])
+        low, high = self.models[THETA].range()
+        return low.T, high.T
 
 
-def _bounds(polynomial: Array, remainder: Array) -> tuple[Array, Array]:
-    """Return bounds on polynomials in z, shape (..., monomials)."""
-    spread = rounded_up(np.abs(polynomial[..., 1:]).sum(axis=-1) + remainder)
-    middle = np.where(np.isfinite(polynomial[..., 0]), polynomial[..., 0], np.nan)
-    return np.nextafter(middle - spread, -np.inf), np.nextafter(middle + spread, np.inf)
+def point_sets(values: Array, errors: Array, scale: Array) -> MotionSet:
+    """Return sets about single states.
+
+    Args:
+        values: Shape (sets, n).
+        errors: Bounds on their distances from the exact states, in the same shape.
+        scale: The size of each state, shape (n,).
+    """
+    frame = np.broadcast_to(np.diag(scale), (len(values), len(scale), len(scale)))
+    return MotionSet(POINT, values[..., np.newaxis], frame, rounded_up(errors / scale))

@@ -1,14 +1,15 @@
 """The equations of a system as a graph, so that they can be evaluated for many numbers at once.
 
-The nodes are the variables, products, inverses, sines and cosines. Between them stand sums with
-constant factors: rational numbers, or balls where they are sines and cosines. The graph is traced
-from the equations of the house: a `Form` is one more kind of number.
+The nodes are the variables, products, and functions of one number. Between them stand sums with
+constant factors: rational numbers, or balls where they are functions of constants. The graph is
+traced from the equations of the house: a `Form` is one more kind of number.
 
 Two equal balls need not stand for the same number, so only forms of equal rational numbers (or of
 balls without an error) are taken to be equal.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
@@ -16,12 +17,25 @@ from typing import Any
 import numpy as np
 
 from rbstab.analysis.exact import decimals
-from rbstab.analysis.motion_proof.dual import objects
 from rbstab.mechanics.numbers import Array
 
-VARIABLE, PRODUCT, INVERSE, SINE, COSINE = "variable", "product", "inverse", "sine", "cosine"
+VARIABLE, PRODUCT, INVERSE = "variable", "product", "inverse"
+SINE, COSINE, EXPONENTIAL = "sin", "cos", "exp"
+ROOT, LOGARITHM, INVERSE_TANGENT = "sqrt", "log", "atan"
+
+PRECISION = 80
+"""Bits of a ball: rounding its middle to a double loses far more than the ball does."""
 
 Key = tuple[Any, ...]
+
+
+@contextmanager
+def proof_precision() -> Iterator[None]:
+    """Return a context in which balls have `PRECISION` bits."""
+    from flint import ctx  # imported late: most runs need no balls
+
+    with ctx.workprec(PRECISION):
+        yield
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,13 +66,8 @@ class Form:
         other = self.graph.form(other)
         terms = dict(self.terms)
         for node, factor in other.terms.items():
-            if node not in terms:
-                terms[node] = factor
-                continue
-            total = terms[node] + factor
-            if total == 0:
-                del terms[node]
-            else:
+            total = terms.pop(node) + factor if node in terms else factor
+            if total != 0:
                 terms[node] = total
         return Form(self.graph, terms, self.constant + other.constant)
 
@@ -104,18 +113,49 @@ class Form:
 
     def sin(self) -> "Form":
         """Return the sine."""
-        return self._of_angle(SINE)
+        return self._function(SINE)
 
     def cos(self) -> "Form":
         """Return the cosine."""
-        return self._of_angle(COSINE)
+        return self._function(COSINE)
 
-    def _of_angle(self, kind: str) -> "Form":
-        from flint import arb  # imported late: most runs need no balls
+    def exp(self) -> "Form":
+        """Return the exponential."""
+        return self._function(EXPONENTIAL)
+
+    def sqrt(self) -> "Form":
+        """Return the square root."""
+        return self._function(ROOT)
+
+    def log(self) -> "Form":
+        """Return the logarithm."""
+        return self._function(LOGARITHM)
+
+    def atan(self) -> "Form":
+        """Return the inverse tangent."""
+        return self._function(INVERSE_TANGENT)
+
+    def tan(self) -> Any:
+        """Return the tangent."""
+        return self.sin() / self.cos()
+
+    def sinh(self) -> Any:
+        """Return the hyperbolic sine."""
+        return (self.exp() - (-self).exp()) * 0.5
+
+    def cosh(self) -> Any:
+        """Return the hyperbolic cosine."""
+        return (self.exp() + (-self).exp()) * 0.5
+
+    def tanh(self) -> Any:
+        """Return the hyperbolic tangent."""
+        return 1.0 - 2.0 / ((self * 2.0).exp() + 1.0)
+
+    def _function(self, kind: str) -> "Form":
+        from flint import arb
 
         if not self.terms:
-            sine, cosine = arb(self.constant).sin_cos()
-            return Form(self.graph, {}, sine if kind == SINE else cosine)
+            return Form(self.graph, {}, getattr(arb(self.constant), kind)())
         return self.graph.node(kind, self)
 
     def _scaled(self, factor: Any) -> "Form":
@@ -132,6 +172,11 @@ class Form:
             ((node, factor),) = self.terms.items()
             return self.graph.only(node), factor
         return self, 1
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether it is surely zero."""
+        return not self.terms and bool(self.constant == 0)
 
     @property
     def key(self) -> Key:
@@ -162,7 +207,7 @@ class Graph:
         """Add variables, and return them as an object array of forms."""
         first = len(self.nodes)
         self.nodes += [Node(VARIABLE, ()) for _ in range(count)]
-        return objects([self.only(first + k) for k in range(count)])
+        return _objects([self.only(first + k) for k in range(count)])
 
     def form(self, number: Any) -> Form:
         """Return a rational number, a double, a ball or a form as a form.
@@ -204,7 +249,31 @@ class Graph:
             entry if isinstance(entry, Form) else self.form(decimals(np.array(entry))[()])
             for entry in values.ravel().tolist()
         ]
-        return objects(entries).reshape(values.shape)
+        return _objects(entries).reshape(values.shape)
+
+    def traced(self, function: Callable[[Array], Any], variables: Array) -> tuple[Form, ...]:
+        """Return the entries of a function of variables as forms."""
+        return tuple(self.form(entry) for entry in np.ravel(function(variables)))
+
+    def slope(self, node: int) -> Form:
+        """Return the derivative of a function node by its operand."""
+        kind, (x,), y = self.nodes[node].kind, self.nodes[node].operands, self.only(node)
+        found: Form
+        if kind == INVERSE:
+            found = -(y * y)
+        elif kind == SINE:
+            found = x.cos()
+        elif kind == COSINE:
+            found = -x.sin()
+        elif kind == EXPONENTIAL:
+            found = y
+        elif kind == ROOT:
+            found = 0.5 * y.inverse()
+        elif kind == LOGARITHM:
+            found = x.inverse()
+        else:
+            found = (1.0 + x * x).inverse()
+        return found
 
     def derivative(self, of: Form, by: int) -> Form:
         """Return the derivative of a form by a variable, with nodes of this graph."""
@@ -228,14 +297,11 @@ class Graph:
             (a, b), (da, db) = operands, slopes
             found: Form = da * b + a * db
             return found
-        (slope,) = slopes
-        if kind == INVERSE:
-            inverse = self.only(node)
-            return -(inverse * inverse * slope)
-        (angle,) = operands
-        return angle.cos() * slope if kind == SINE else -(angle.sin() * slope)
+        return self.form(0.0) if slopes[0].is_zero else self.slope(node) * slopes[0]
 
 
-def traced(function: Callable[[Array], Array], graph: Graph, variables: Array) -> tuple[Form, ...]:
-    """Return the entries of a function of variables as forms of a graph."""
-    return tuple(graph.form(entry) for entry in np.ravel(function(variables)))
+def _objects(entries: list[Any]) -> Array:
+    """Return numbers as an object array."""
+    found = np.empty(len(entries), dtype=object)
+    found[:] = entries
+    return found

@@ -1,1 +1,0 @@
-"""Motions proved: an enclosure of the exact motion, and the convergence that follows from it."""

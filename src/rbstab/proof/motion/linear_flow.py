@@ -1,0 +1,194 @@
+"""The linear part of a step: polynomials near the fundamental matrix, and bounds on what they miss.
+
+Small differences follow e' = Je, with a polynomial J in τ. Φ and Ψ are polynomials in τ with
+matrices of doubles as coefficients: Φ is near the fundamental matrix, Ψ near its inverse. They are
+exact as they are; only their defects are bounded.
+
+All arrays may have further axes in front: then there is one motion for each of their entries.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.motion.rounding import error_of_inverse, error_of_products, rounded_up
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A frame Q, with a computed inverse and a bound on its error, each of shape (n, n)."""
+
+    matrix: Array
+    inverse: Array
+    error: Array
+
+    @property
+    def inverse_size(self) -> Array:
+        """A bound on |Q⁻¹|."""
+        return np.abs(self.inverse) + self.error
+
+
+def frames_of(matrices: Array) -> Frame:
+    """Return frames, shape (..., n, n); errors are infinite where no inverse is proved."""
+    identity = np.eye(matrices.shape[-1])
+    usable = np.where(np.isfinite(matrices).all(axis=(-2, -1), keepdims=True), matrices, identity)
+    flat = usable.reshape(-1, *identity.shape)
+    inverse = np.array([_inverse(one) for one in flat]).reshape(matrices.shape)
+    return Frame(matrices, inverse, error_of_inverse(matrices, inverse))
+
+
+def _inverse(matrix: Array) -> Array:
+    try:
+        found: Array = np.linalg.inv(matrix)
+    except np.linalg.LinAlgError:  # the error of this is infinite
+        found = np.zeros_like(matrix)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class LinearFlow:
+    """J, Φ and Ψ of a step: the coefficients of τᵏ, shape (..., terms, n, n)."""
+
+    J: Array
+    forward: Array
+    backward: Array
+
+    def last_term(self, scale: Array) -> Array:
+        """Return the norm of the last term of Φ, in scaled states; NaN if it is not finite."""
+        term = self.forward[..., -1, :, :] / scale[..., np.newaxis] * scale
+        found: Array = np.sqrt((term * term).sum(axis=(-2, -1)))
+        return found
+
+
+def linear_flow(J: Array) -> LinearFlow:
+    """Return polynomials near the solutions of Φ' = JΦ and Ψ' = -ΨJ from the identity."""
+    terms, n = J.shape[-3:-1]
+    J_terms = np.moveaxis(J, -3, 0)
+    identity = np.broadcast_to(np.eye(n), J_terms.shape[1:])
+    forward, backward = [identity], [identity]
+    for k in range(terms):
+        growth = sum(J_terms[j] @ forward[k - j] for j in range(k + 1))
+        decay = sum(backward[k - j] @ J_terms[j] for j in range(k + 1))
+        forward.append(growth / (k + 1))
+        backward.append(-decay / (k + 1))
+    return LinearFlow(J, np.stack(forward, axis=-3), np.stack(backward, axis=-3))
+
+
+@dataclass(frozen=True, eq=False)
+class LinearBounds:
+    """Bounds for 0 <= τ <= 1, each of shape (..., n, n).
+
+    Attributes:
+        residual: On |Q⁻¹| ∫|Ψ' + ΨJ|, with each power of τ by itself.
+        backward: On |Q⁻¹Ψ|.
+        forward: On |ΦQ|.
+        mismatch: On |I - ΦΨ|.
+    """
+
+    residual: Array
+    backward: Array
+    forward: Array
+    mismatch: Array
+
+
+def linear_bounds(flow: LinearFlow, frame: Frame) -> LinearBounds:
+    """Return the bounds of a flow in a frame."""
+    Phi, Psi = flow.forward, flow.backward
+    Q, inverse = frame.matrix[..., np.newaxis, :, :], frame.inverse[..., np.newaxis, :, :]
+    Phi_size, Psi_size = np.abs(Phi), np.abs(Psi)
+    directed = np.abs(inverse @ Psi) + error_of_products(np.abs(inverse) @ Psi_size)
+    forward = np.abs(Phi @ Q) + error_of_products(Phi_size @ np.abs(Q))
+    product, size = _product(Phi, Psi), _product(Phi_size, Psi_size)
+    identity = np.eye(Phi.shape[-1])
+    product[..., 0, :, :] -= identity
+    size[..., 0, :, :] += identity
+    mismatch = np.abs(product) + error_of_products(size)
+    return LinearBounds(
+        residual=rounded_up(frame.inverse_size @ _residual(flow)),
+        backward=rounded_up(directed.sum(axis=-3) + frame.error @ Psi_size.sum(axis=-3)),
+        forward=rounded_up(forward.sum(axis=-3)),
+        mismatch=rounded_up(mismatch.sum(axis=-3)),
+    )
+
+
+def _residual(flow: LinearFlow) -> Array:
+    """Bound ∫|Ψ' + ΨJ| over 0 <= τ <= 1, each power of τ by itself, shape (..., n, n)."""
+    Psi, terms = flow.backward, flow.J.shape[-3]
+    coefficients, size = _product(Psi, flow.J), _product(np.abs(Psi), np.abs(flow.J))
+    derivative = Psi[..., 1:, :, :] * _powers(Psi.shape[-3] - 1)
+    coefficients[..., :terms, :, :] += derivative
+    size[..., :terms, :, :] += np.abs(derivative)
+    bound = np.abs(coefficients) + error_of_products(size)
+    # The integral of τᵏ is at most 1/(k + 1).
+    residual: Array = rounded_up((bound / _powers(bound.shape[-3])).sum(axis=-3))
+    return residual
+
+
+def _powers(count: int) -> Array:
+    """Return 1, 2, ..., one for each coefficient."""
+    return np.arange(1, count + 1)[:, np.newaxis, np.newaxis]
+
+
+def _product(first: Array, second: Array) -> Array:
+    """Multiply two polynomials whose coefficients are matrices."""
+    terms, more = first.shape[-3], second.shape[-3]
+    found = np.zeros((*first.shape[:-3], terms + more - 1, *first.shape[-2:]))
+    for k in range(terms):
+        found[..., k : k + more, :, :] += first[..., k : k + 1, :, :] @ second
+    return found
+
+
+def moved_frames(
+    flow: LinearFlow, frame: Frame, W: Array, apart: Array, scale: Array
+) -> tuple[Array, Array]:
+    """Return new frames, and radii in them, of all Φ(1)Qw + r with |w| <= W and |r| <= `apart`.
+
+    A radius that is not finite is no bound.
+
+    Args:
+        flow: Φ.
+        frame: Q.
+        W: Shape (..., n).
+        apart: Shape (..., n).
+        scale: The size of each state, shape (n,).
+    """
+    Phi_size = np.abs(flow.forward).sum(axis=-3)
+    return turned_frames(
+        flow.forward.sum(axis=-3), error_of_products(Phi_size), frame, (W, apart), scale
+    )
+
+
+def turned_frames(
+    matrix: Array, error: Array, frame: Frame, radii: tuple[Array, Array], scale: Array
+) -> tuple[Array, Array]:
+    """Return new frames, and radii in them, of all MQw + r with |w| <= W and |r| <= `apart`.
+
+    Args:
+        matrix: Shape (..., n, n), near M.
+        error: A bound on the distance of M.
+        frame: Q.
+        radii: W and `apart`, each of shape (..., n).
+        scale: The size of each state, shape (n,).
+    """
+    Q_size, W, apart = np.abs(frame.matrix), *(part[..., np.newaxis] for part in radii)
+    moved = matrix @ frame.matrix
+    moved_error = error_of_products(np.abs(matrix) @ Q_size) + rounded_up(error @ Q_size)
+    new = frames_of(_frame(moved * np.swapaxes(W, -2, -1), scale))
+    turned = np.abs(new.inverse @ moved) + error_of_products(np.abs(new.inverse) @ np.abs(moved))
+    turned = rounded_up(turned + new.error @ np.abs(moved))
+    beside = rounded_up(moved_error @ W + apart)
+    radius: Array = rounded_up(turned @ W + new.inverse_size @ beside)[..., 0]
+    return new.matrix, radius
+
+
+def _frame(edges: Array, scale: Array) -> Array:
+    """Return a frame: orthonormal in scaled states, its first axis along the longest edge."""
+    scaled = edges / scale[..., np.newaxis]
+    scaled = np.where(np.isfinite(scaled), scaled, 0.0)
+    lengths = np.linalg.norm(scaled, axis=-2)
+    order = np.argsort(-lengths, axis=-1, kind="stable")[..., np.newaxis, :]
+    unit = scaled / np.maximum(lengths, 1e-300)[..., np.newaxis, :]
+    orthonormal, _ = np.linalg.qr(np.take_along_axis(unit, order, axis=-1))
+    framed: Array = scale[..., np.newaxis] * orthonormal
+    return framed

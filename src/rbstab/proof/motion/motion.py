@@ -1,0 +1,214 @@
+"""All motions from sets of starts, step by step. Where no step is proved, a set is halved."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.motion.crossing import switching_step
+from rbstab.proof.motion.equations import Equations
+from rbstab.proof.motion.motion_set import MotionSet
+from rbstab.proof.motion.step import SetSteps, set_steps
+
+FIRST_STEP = 0.05
+"""s: the first step is at most this long."""
+
+GROWTH = 1.5
+"""A step may be longer than the one before by this factor."""
+
+SHORTEST = 1e-7
+"""s: a single motion whose smooth steps would be shorter is given up."""
+
+SHORTEST_OF_SET = 1.0 / 64
+"""A step of a set is at least this fraction of the longest one before; else the set is halved."""
+
+SHORTEST_FIRST = 1e-5
+"""s: the first step of a set is at least this long."""
+
+MAX_ERROR = 1e-2
+"""The largest error |Qw| of a set, in scaled states; with a larger one the set is halved."""
+
+MAX_TIME = 2.0**12
+"""s: up to here, sums of multiples of 2⁻⁴⁰ s are exact doubles; no motion goes on."""
+
+NARROWEST = 2.0**-40
+"""A part with this width in z is not halved, so that the bounds of all parts are exact doubles."""
+
+MAX_STEPS = 500
+"""Steps after which a set is given up. The motions of the paper need some 120."""
+
+Decide = Callable[[MotionSet, Array, Array], Sequence[Any]]
+"""Returns what is decided of each of several sets, None for nothing. It is called with the sets,
+their times, shape (sets,), s, and their places among all starts, shape (sets,)."""
+
+Watch = Callable[[float, SetSteps], None]
+"""Called with the time at the beginning of each proved step, s, and the step: of one set alone."""
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A part of the starts.
+
+    Args:
+        low: The smallest z of the part, shape (variables,), in the z of the whole; exact.
+        high: The largest one.
+        start: The set of its starts.
+    """
+
+    low: Array
+    high: Array
+    start: MotionSet
+
+    def can_be_halved(self, variable: int) -> bool:
+        """Return whether the bounds of its halves along one variable are exact."""
+        return bool(self.high[variable] - self.low[variable] > NARROWEST)
+
+    def halves(self, variable: int) -> "tuple[Part, Part]":
+        """Return the two halves of the part along one variable."""
+        middle = (self.low[variable] + self.high[variable]) / 2
+        lower, upper = self.start.halves(variable)
+        high, low = self.high.copy(), self.low.copy()
+        high[variable] = low[variable] = middle
+        return Part(self.low, high, lower), Part(low, self.high, upper)
+
+
+def whole(starts: MotionSet) -> Part:
+    """Return all starts of a set, the only one, as a part."""
+    ones = np.ones(starts.space.variables)
+    return Part(-ones, ones, starts)
+
+
+class Followed(NamedTuple):
+    """What came of a set of starts.
+
+    Attributes:
+        steps: The number of steps.
+        time: The time at their end, s; exact.
+        decision: What is decided of the set; None if nothing is.
+        variable: The number of the z along which to halve it; None if it is decided, given up, or
+            about a single start.
+        lost: Whether no further step was proved.
+        switch: The name of the element that may have switched there, if it is lost; else empty.
+    """
+
+    steps: int
+    time: float
+    decision: Any = None
+    variable: int | None = None
+    lost: bool = False
+    switch: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class _Running:
+    """Sets that are followed: one entry for each.
+
+    number is the place of the set among all starts. longest is the largest next step, and largest
+    the longest step so far, s.
+    """
+
+    number: Array
+    states: MotionSet
+    steps: Array
+    time: Array
+    longest: Array
+    largest: Array
+
+    def __getitem__(self, chosen: Array | slice) -> "_Running":
+        parts = (self.steps, self.time, self.longest, self.largest)
+        return _Running(self.number[chosen], self.states[chosen], *(part[chosen] for part in parts))
+
+    @property
+    def shortest(self) -> Array:
+        """The shortest step that is worth while, s: about a set, a half of it needs fewer."""
+        if not self.states.space.variables:
+            return np.full(len(self.number), SHORTEST)
+        return np.where(self.steps > 0, SHORTEST_OF_SET * self.largest, SHORTEST_FIRST)
+
+    def ended(self, k: int, decision: Any) -> Followed:
+        """Return what came of the k-th set, which is decided or given up."""
+        return Followed(int(self.steps[k]), float(self.time[k]), decision)
+
+    def lost(self, k: int, scale: Array, switch: str) -> Followed:
+        """Return that no step of the k-th set was proved, and along which z to halve it."""
+        nonlinear = self.states[k : k + 1].nonlinearity(scale)[0]
+        variable = int(nonlinear.argmax()) if len(nonlinear) else None
+        return Followed(int(self.steps[k]), float(self.time[k]), None, variable, True, switch)
+
+
+def followed(  # noqa: PLR0913, PLR0917 (two of them are options)
+    equations: Equations,
+    starts: MotionSet,
+    scale: Array,
+    decide: Decide,
+    max_steps: int = MAX_STEPS,
+    watch: Watch | None = None,
+) -> list[Followed]:
+    """Follow several sets of motions until each is decided, or has to be halved.
+
+    What is found of a set does not depend on the others.
+
+    Args:
+        equations: The equations.
+        starts: The sets of the starts.
+        scale: The size of each state, shape (n,).
+        decide: Returns what is decided of sets.
+        max_steps: The most steps of a set.
+        watch: Called after each step, if there is one set.
+    """
+    count, zero = len(starts), np.zeros(len(starts))
+    all_sets = _Running(np.arange(count), starts, zero.astype(int), zero, zero + FIRST_STEP, zero)
+    # Sets of a system that switches are in different modes, and are followed one by one.
+    groups = [all_sets[k : k + 1] for k in range(count)] if equations.switches else [all_sets]
+    found: dict[int, Followed] = {}
+    for group in groups:
+        running = group
+        while len(running.number):
+            decisions = decide(running.states, running.time, running.number)
+            left = running.steps < max_steps
+            left &= [decision is None for decision in decisions]
+            for k in np.flatnonzero(~left).tolist():
+                found[int(running.number[k])] = running.ended(k, decisions[k])
+            running = running[left]
+            if len(running.number):
+                step, longest, switch = _next(equations, running, scale)
+                if watch is not None and step.proved[0]:
+                    watch(float(running.time[0]), step)
+                running = _moved(running, step, longest, found, scale, switch)
+    return [found[number] for number in range(count)]
+
+
+def _next(equations: Equations, running: _Running, scale: Array) -> tuple[SetSteps, Array, str]:
+    """Return a step of each set, the largest one to be tried after it, and what may switch."""
+    if equations.switches:
+        return switching_step(equations, running.states, scale, running.longest)
+    step = set_steps(equations.field(), running.states, scale, running.longest)
+    return step, np.where(step.proved, GROWTH * step.h, running.longest / 2), ""
+
+
+def _moved(  # noqa: PLR0913, PLR0917 (the parts of one step)
+    running: _Running,
+    step: SetSteps,
+    longest: Array,
+    found: dict[int, Followed],
+    scale: Array,
+    switch: str,
+) -> _Running:
+    """Return the sets after one more step; those that are lost are put into `found`."""
+    moved, h = step.proved, np.where(step.proved, step.h, 0.0)
+    narrow = np.all(step.end.error <= MAX_ERROR * scale, axis=-1)
+    usable = narrow & (running.time + h <= MAX_TIME)
+    lost = np.where(moved, ~usable, longest < running.shortest)
+    for k in np.flatnonzero(lost).tolist():
+        found[int(running.number[k])] = running.lost(k, scale, switch)
+    new = _Running(
+        running.number,
+        running.states.replaced(moved, step.end),
+        running.steps + moved,
+        running.time + h,
+        longest,
+        np.maximum(running.largest, h),
+    )
+    return new[~lost]

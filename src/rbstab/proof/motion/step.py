@@ -1,0 +1,288 @@
+"""One step of all motions from a set: P(z) + Qw with |z| <= 1 and |w| <= ω, and such a set later.
+
+On the step, y = p + e with a polynomial p in z and in τ = t/h: one for each start. All rates are by
+τ. Let y' = h f(y) + δ with |δ| <= D; then
+
+    e' = J̄e + (hf(p) - p') + δ,    e(0) = Qw,
+
+where J̄ is the mean of h∂f/∂y between p and p + e. Φ and Ψ are polynomials near the fundamental
+matrix of e' = Je and its inverse, for a polynomial J near J̄ at z = 0. With w(τ) = Q⁻¹Ψe,
+
+    w' = Q⁻¹(Ψ' + ΨJ)e + Q⁻¹Ψ((J̄ - J)e + hf(p) - p' + δ),    e = ΦQw + (I - ΦΨ)e.
+
+A, C, G and d bound |Q⁻¹| ∫|Ψ' + ΨJ|, |Q⁻¹Ψ|, |J̄ - J| and |hf(p) - p'| + D, while |e| is within a
+margin. Then |e| is below b on the whole step and |w| at most W, as soon as b is within the margin
+and
+
+    W = ω + A b + C (G b + d),    |ΦQ| W + |I - ΦΨ| b < b
+
+in every component: e is continuous, starts below b, and cannot be the first to reach it. δ need not
+be continuous, so motions through switches are steps too (`crossing`). `docs/proofs.md` has the
+proof (R. Lohner, 1988, for the frames).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.motion.equations import Field
+from rbstab.proof.motion.linear_flow import (
+    LinearBounds,
+    frames_of,
+    linear_bounds,
+    linear_flow,
+    moved_frames,
+)
+from rbstab.proof.motion.models import UNIT, Models, evaluated
+from rbstab.proof.motion.monomials import Monomials, monomials_up_to
+from rbstab.proof.motion.motion_set import MotionSet
+from rbstab.proof.motion.rounding import LARGEST, rounded_up
+from rbstab.proof.motion.series import node_series, summed
+
+ORDER = 16
+"""The highest power of τ in p."""
+
+JACOBIAN_TERMS = 12
+"""The number of terms of J, and the degree of Φ and Ψ."""
+
+JACOBIAN_DEGREE = 3
+"""The highest degree in z of the models of ∂f/∂y."""
+
+TOLERANCE = 1e-15
+"""The size of the last terms of p in τ, relative to the scale of a state."""
+
+MAX_LAST_TERM = 1e-8
+"""The norm of the last term of Φ, in scaled states. It decides the length of a step where the
+system is stiff and its motion slow."""
+
+MARGIN = 1e-8
+"""The least |e| for which a step is bounded, relative to the scale of a state."""
+
+GROWTH = 2.0
+"""The largest |e| for which a step is bounded, relative to that at its beginning."""
+
+SHARE = 0.03
+"""A step may widen the set by this fraction through its own estimates. Near the longest step that
+can be proved, they add a quarter with each step, and the width grows exponentially."""
+
+ATTEMPTS = 12
+"""Attempts to find the bound b of one step."""
+
+TIME_GRID = 2.0**-40
+"""s: steps are multiples of this, so that the times of many steps are sums without rounding."""
+
+
+class Disturbance(NamedTuple):
+    """What bounds |δ|.
+
+    Attributes:
+        bound: Returns D, shape (sets, n), for all states of a tube of models.
+        expected: A guess at it; it makes the margin wide enough.
+    """
+
+    bound: Callable[[Models], Array]
+    expected: Array
+
+
+class SetSteps(NamedTuple):
+    """Steps of several sets.
+
+    Attributes:
+        h: Their lengths, shape (sets,), s.
+        p: The coefficients of τᵏ z^α, shape (terms, n, sets, monomials).
+        distance: b, shape (sets, n): each motion is within b of p on the whole step.
+        end: The sets at their ends.
+        proved: Whether each step is proved, shape (sets,); otherwise nothing else has a meaning.
+    """
+
+    h: Array
+    p: Array
+    distance: Array
+    end: MotionSet
+    proved: Array
+
+    def tube(self, space: Monomials) -> Models:
+        """Return the states on the whole steps as models."""
+        return Models(space, self.p, np.ascontiguousarray(self.distance.T))
+
+    def at(self, time: float) -> tuple[Array, Array]:
+        """Return bounds on all states of the first set at a time of its step, each of shape (n,).
+
+        Args:
+            time: The time from the beginning of the step, s, rounded at most twice.
+        """
+        p, powers = self.p[:, :, 0], np.arange(len(self.p))
+        centre = (time / self.h[0]) ** powers @ p[..., 0]
+        aside = np.abs(p[..., 1:]).sum(axis=0).sum(axis=-1)
+        rounding = 8 * len(p) * UNIT * ((1.0 + powers) @ np.abs(p[..., 0]))
+        reach = rounded_up(self.distance[0] + aside + rounding)
+        return np.nextafter(centre - reach, -np.inf), np.nextafter(centre + reach, np.inf)
+
+
+def set_steps(
+    field: Field,
+    start: MotionSet,
+    scale: Array,
+    longest: Array,
+    disturbance: Disturbance | None = None,
+) -> SetSteps:
+    """Prove one step of all motions from each of several sets.
+
+    Where no bounds were found, a shorter step or a smaller set may succeed.
+
+    Args:
+        field: The equations.
+        start: The sets.
+        scale: The size of each state, shape (n,); the choice has no effect on what is proved.
+        longest: The largest steps, shape (sets,), s.
+        disturbance: Finds D from all states within the margin; default D = 0.
+    """
+    with np.errstate(all="ignore"):  # a number that is not finite fails every test below
+        h, series = _series(field, start, scale, longest)
+        margin = GROWTH * start.error + MARGIN * scale
+        if disturbance is not None:
+            reached = (disturbance.expected / scale).max(axis=-1) * h  # one state moves others
+            margin = margin + 2.0 * GROWTH * reached[:, np.newaxis] * scale
+        step = _Steps(field, start.space, h, series, margin)
+        tube = step.tube()
+        d = step.defect()
+        if disturbance is not None:
+            d = rounded_up(d + h[:, np.newaxis] * disturbance.bound(tube))
+        J, G = step.jacobian(tube)
+        flow, frame = linear_flow(J), frames_of(start.frame)
+        linear = linear_bounds(flow, frame)
+        share = SHARE if disturbance is None else 1.0
+        b, W, found = _error_bounds(linear, start.radius, d, G, step.margin, share)
+        size = rounded_up(np.abs(step.p).sum(axis=0).sum(axis=-1)).T
+        beside = rounded_up(_times(linear.mismatch, b) + (len(step.p) + 1) * UNIT * size)
+        end = moved_frames(flow, frame, W, beside, scale)
+        entries = (frame.matrix, frame.inverse, flow.forward, flow.backward, J, G, *end)
+        usable = np.all([_are_moderate(part) for part in entries], axis=0)
+        usable = usable & found & (h > 0) & (size <= LARGEST).all(axis=-1)
+        polynomial = np.ascontiguousarray(step.p.sum(axis=0).swapaxes(0, 1))
+    return SetSteps(h, step.p, b, MotionSet(start.space, polynomial, *end), usable)
+
+
+def _series(field: Field, start: MotionSet, scale: Array, longest: Array) -> tuple[Array, Array]:
+    """Return the length of each step, and the series of the nodes of `field.step` in τ."""
+    known = start.polynomial.swapaxes(0, 1)[np.newaxis]
+    values = node_series(field.step, start.space, known, longest, ORDER)
+    n, factor = len(scale), np.ones(len(start))
+    for k in (ORDER - 1, ORDER):
+        size = (np.abs(values[k, :n]).sum(axis=-1) / scale[:, np.newaxis]).max(axis=0)
+        factor = np.minimum(factor, (TOLERANCE / np.maximum(size, 1e-300)) ** (1.0 / k))
+    slopes = summed(field.step.results[n:], values[:JACOBIAN_TERMS])[..., 0]
+    last = linear_flow(_matrices(slopes, field.places, n) * longest[:, None, None, None])
+    power = 1.0 / JACOBIAN_TERMS
+    factor = np.minimum(factor, (MAX_LAST_TERM / last.last_term(scale)) ** power)
+    h = np.floor(longest * factor / TIME_GRID) * TIME_GRID
+    # p is what these products are; p at τ = 0 stays as it is.
+    powers = (h / longest) ** np.arange(ORDER + 1)[:, np.newaxis]
+    return h, values * powers[:, np.newaxis, :, np.newaxis]
+
+
+@dataclass(frozen=True, eq=False)
+class _Steps:
+    """Steps that are to be proved. All rates are by τ, so times h.
+
+    Args:
+        series: The series of the nodes of `field.step`, in τ; p is that of the variables.
+        margin: The largest |e| for which the bounds hold, shape (sets, n).
+    """
+
+    field: Field
+    space: Monomials
+    h: Array
+    series: Array
+    margin: Array
+
+    @property
+    def p(self) -> Array:
+        """p, shape (terms, n, sets, monomials)."""
+        return self.series[:, : self.margin.shape[1]]
+
+    def tube(self) -> Models:
+        """The states within the margin of p."""
+        return Models(self.space, self.p, np.ascontiguousarray(self.margin.T))
+
+    def defect(self) -> Array:
+        """Bound |hf(p) - p'| for 0 <= τ <= 1 and all z, shape (sets, n)."""
+        p = Models(self.space, self.p, np.zeros_like(self.margin.T))
+        rates = evaluated(self.field.rates, p, self.series[:, self.field.guess])
+        coefficients = self.h[:, np.newaxis] * rates.polynomial
+        slopes = np.zeros_like(coefficients)
+        slopes[:-1] = self.p[1:] * np.arange(1, len(self.p))[:, None, None, None]
+        rounding = 3 * UNIT * (np.abs(coefficients) + np.abs(slopes))
+        found = (np.abs(coefficients - slopes) + rounding).sum(axis=0).sum(axis=-1)
+        bound: Array = rounded_up(found + self.h * rates.remainder).T
+        return bound
+
+    def jacobian(self, tube: Models) -> tuple[Array, Array]:
+        """Return J, h∂f/∂y along p at z = 0, and G.
+
+        G, shape (sets, n, n), bounds |h∂f/∂y(p + e) - J| for all z, 0 <= τ <= 1 and |e| within the
+        margin. High powers of τ, and higher degrees in z, go into the remainders.
+        """
+        low = monomials_up_to(self.space.variables, min(JACOBIAN_DEGREE, self.space.degree))
+        n, count, terms = self.margin.shape[1], len(low), JACOBIAN_TERMS
+        cut = np.ascontiguousarray(self.series[:terms, ..., :count])
+        left_out = np.abs(tube.polynomial)
+        left_out[:terms, ..., :count] = 0.0
+        remainder = rounded_up(tube.remainder + left_out.sum(axis=0).sum(axis=-1))
+        slopes = evaluated(self.field.step, Models(low, cut[:, :n], remainder), cut)[n:]
+        middle = self.h * slopes.polynomial[..., 0]
+        slopes.polynomial[..., 0] = 0.0
+        size = np.abs(slopes.polynomial).sum(axis=0).sum(axis=-1) + slopes.remainder
+        bound = self.h * size + 2 * UNIT * np.abs(middle).sum(axis=0)
+        G = np.zeros((len(self.h), n, n))
+        G[:, self.field.places[0], self.field.places[1]] = rounded_up(bound).T
+        return _matrices(middle, self.field.places, n), G
+
+
+def _matrices(entries: Array, places: Array, n: int) -> Array:
+    """Return matrices, shape (sets, terms, n, n), from their entries, (terms, entries, sets)."""
+    found = np.zeros((entries.shape[2], len(entries), n, n))
+    found[:, :, places[0], places[1]] = entries.transpose(2, 0, 1)
+    return found
+
+
+def _are_moderate(entries: Array) -> Array:
+    """Return for each set whether the bounds on rounding errors hold for all its entries."""
+    return np.asarray((np.abs(entries) <= LARGEST).reshape(len(entries), -1).all(axis=1))
+
+
+def _times(matrix: Array, vector: Array) -> Array:
+    return (matrix @ vector[..., np.newaxis])[..., 0]
+
+
+def _error_bounds(  # noqa: PLR0913, PLR0917 (the parts of one inequality)
+    linear: LinearBounds, radius: Array, d: Array, G: Array, margin: Array, share: float = SHARE
+) -> tuple[Array, Array, Array]:
+    """Return b and W, and whether it is proved that |e| < b and |w| <= W on the whole step.
+
+    Args:
+        linear: The bounds of the linear part.
+        radius: ω, shape (sets, n).
+        d: The bound on the defect and on δ, shape (sets, n).
+        G: The bound on |J̄ - J| within the margin, shape (sets, n, n).
+        margin: The largest b, shape (sets, n).
+        share: The largest part of W that may come from A b + C G b.
+    """
+    guess = rounded_up(_times(linear.forward, radius + _times(linear.backward, d)))
+    best_b, best_W = np.zeros_like(guess), np.zeros_like(guess)
+    found = np.zeros(len(guess), dtype=bool)
+    for _ in range(ATTEMPTS):
+        b = 1.1 * guess + 1e-240
+        by_b = _times(linear.residual, b) + _times(linear.backward, _times(G, b))
+        W = rounded_up(radius + by_b + _times(linear.backward, d))
+        reached = rounded_up(_times(linear.forward, W) + _times(linear.mismatch, b))
+        new = ~found & np.all((reached < b) & (b <= margin) & (by_b <= share * W), axis=-1)
+        best_b[new], best_W[new] = b[new], W[new]
+        found |= new
+        if found.all():
+            break
+        guess = np.maximum(guess, reached)
+    return best_b, best_W, found

@@ -1,0 +1,227 @@
+"""Steps through switches hold the exact motions, whose crossings are found in 220 bits."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from support.exact_motions import state_through
+from support.motion_steps import equations, exact_system, some_starts
+from support.polynomial_sets import place_in_frame, state_of
+from support.start_sets import random_config, random_set
+
+from rbstab.experiment.convergence.enclosed_system import enclosed_system
+from rbstab.proof.motion import crossing
+from rbstab.proof.motion.crossing import safe_time, switching_step
+from rbstab.proof.motion.motion_set import MotionSet
+from rbstab.proof.motion.step import set_steps
+from rbstab.systems.modes import with_modes
+
+AT, BEGIN = 0.0021, 0.0016
+"""s: when the middle of the set crosses, and when the set begins."""
+
+LIGAMENT = {
+    "kind": "ligament",
+    "point": [0.1, 0.05, 0.2],
+    "anchor": [0.9, -0.3, 0.4],
+    "stiffness": 9e4,
+    "toe_strain": 0.001,
+    "damping": 700.0,
+    "slack_length": 1.0,
+}
+KINDS = {
+    "stiff": {"kind": "guard", "method": "stiff", "stiffness": 9e5, "soft_angle": 1.0},
+    "repelling": {"kind": "guard", "method": "repelling", "couple": 4e3, "soft_angle": 1.0},
+    "ligament": LIGAMENT,
+}
+PARAMETER = {"stiff": "soft_angle", "repelling": "soft_angle", "ligament": "slack_length"}
+
+
+def moved(kind, value, variant, coordinates):
+    """Return a config whose switch is at a value, and its state in doubles at a time."""
+    element = KINDS[kind] | {PARAMETER[kind]: value}
+    return random_config(variant, coordinates, 5, schema_version=2, elements={"it": element})
+
+
+def about_to_switch(kind, variant="visco-elastic", coordinates="Z", **shape):
+    """Return a config and a set of states that begin to switch soon, and a size of the states."""
+    far = moved(kind, 1.5 if kind != "ligament" else 3.0, variant, coordinates)
+    states, scale = random_set(far, 7, **shape)
+    system = enclosed_system(far, lambda values: values)
+    y = np.array(states.polynomial[0, :, 0])
+    y[4] = 9.0 if y[1] > 0 else -9.0
+    path = solve_ivp(
+        lambda _, s: system.rates(s), (0, AT), y, rtol=1e-12, atol=1e-12, t_eval=[BEGIN, AT]
+    )
+    states.polynomial[0, :, 0] = path.y[:, 0]
+    if kind == "ligament":
+        from rbstab.elements.spring import squared_length
+
+        element: Any = next(one for one in system.elements if one.name == "it")
+        found = np.sqrt(squared_length(system.motion(path.y[:, 1]), element.point, element.anchor))
+    else:
+        found = abs(path.y[1, 1])
+    return moved(kind, round(float(found), 9), variant, coordinates), states, scale
+
+
+def followed_through(config, states, scale, until=0.0012):
+    """Return the set after some steps, the time, and the numbers of steps and of undecided ends."""
+    time, longest, count, on_surface = 0.0, np.array([0.002]), 0, 0
+    while time < until:
+        step, longest, switch = switching_step(equations(config), states, scale, longest)
+        if not step.proved[0]:
+            assert longest[0] > 1e-8, "no step"
+            continue
+        time, states = time + float(step.h[0]), step.end
+        count, on_surface = count + 1, on_surface + bool(switch)
+    return states, time, count, on_surface
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    ("variant", "coordinates", "shape", "widest"),
+    [
+        ("permanent", "reduced", {"variables": 0, "degree": 0, "error": 1e-12}, 3e-10),
+        ("visco-elastic", "Z", {"variables": 0, "degree": 0, "error": 1e-7}, 1e-5),
+        ("permanent", "reduced", {"variables": 2, "degree": 3, "width": 1e-4, "error": 1e-9}, 1e-4),
+    ],
+)
+def test_every_start_of_a_set_is_in_it_after_a_switch(kind, variant, coordinates, shape, widest):
+    config, states, scale = about_to_switch(kind, variant, coordinates, **shape)
+    before = equations(config).possible(states.models)
+    end, time, *_ = followed_through(config, states, scale)
+    assert before != equations(config).possible(end.models)
+    assert np.all(end.error < widest * scale)
+    worst = 0.0
+    for z, w in some_starts(states, 2):
+        y = state_of(states, z.tolist(), w.tolist())
+        there, crossings = state_through(exact_system(config), y, time)
+        assert crossings >= 1
+        place = place_in_frame(end, z.tolist(), there) / end.radius[0]
+        worst = max(worst, np.abs(place).max())
+        assert worst <= 1
+    assert worst > 1e-3
+
+
+def test_a_hull_holds_the_motion_and_the_saltation_makes_it_narrow(monkeypatch):
+    """Without the saltation, a jump of the force costs its size times the time of crossing."""
+    shape = {"variables": 0, "degree": 0, "error": 1e-7}
+    config, states, scale = about_to_switch("repelling", **shape)
+    narrow, *_ = followed_through(config, states, scale)
+    monkeypatch.setattr(
+        crossing, "_cut_down", lambda _equations, _switch, _states, step, _scale: step
+    )
+    wide, other, *_ = followed_through(config, states, scale)
+    assert np.max(wide.error / scale) > 1.3 * np.max(narrow.error / scale)
+    for z, w in some_starts(states, 2):
+        y = state_of(states, z.tolist(), w.tolist())
+        there, _ = state_through(exact_system(config), y, other)
+        assert np.all(np.abs(place_in_frame(wide, z.tolist(), there)) <= wide.radius[0])
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_grazing(sign):
+    """A set of which a part crosses, and comes back, or none does; nothing is lost."""
+    shape = {"variables": 0, "degree": 0, "error": 1e-9}
+    config, states, scale = about_to_switch("stiff", "permanent", "reduced", **shape)
+    system = with_modes(enclosed_system(config, lambda values: values), (0.0, 0.0))
+
+    def turns(_, y):
+        return system.rates(y)[1]
+
+    turns.terminal = True  # type: ignore[attr-defined]
+    y = states.polynomial[0, :, 0].copy()
+    y[3:6] = 0.0
+    towards = -np.sign(system.rates(y)[1 + 3])
+    y[1], y[4] = towards * abs(y[1]), towards * 0.05
+    assert np.sign(system.rates(y)[4]) == -towards
+    path = solve_ivp(
+        lambda _, s: system.rates(s), (0, 0.3), y, rtol=1e-13, atol=1e-13, events=turns
+    )
+    peak = abs(path.y_events[0][0][1])
+    config = moved("stiff", float(peak - sign * 1e-10), "permanent", "reduced")
+    t = float(path.t_events[0][0])
+    assert 1e-4 < t < 0.2
+    states = MotionSet(states.space, y[np.newaxis, :, np.newaxis], states.frame, states.radius)
+    end, time, _, on_surface = followed_through(config, states, scale, t + 2e-3)
+    assert on_surface > 0
+    assert np.all(end.error < 1e-6 * scale)
+    assert len(equations(config).possible(end.models)[0]) == 1
+    free = solve_ivp(lambda _, s: system.rates(s), (0, time), y, rtol=1e-13, atol=1e-13).y[:, -1]
+    place = np.linalg.solve(end.frame[0], free - end.polynomial[0, :, 0])
+    assert np.all(np.abs(place) <= end.radius[0] + 1e-9)
+
+
+def test_a_start_on_a_surface():
+    """It leaves it with its speed."""
+    config, states, scale = about_to_switch("repelling", variables=0, degree=0, error=1e-12)
+    y = states.polynomial[0, :, 0].copy()
+    angle = round(float(abs(y[1])), 9)
+    y[1] = np.sign(y[1]) * angle
+    config = moved("repelling", angle, "visco-elastic", "Z")
+    states = MotionSet(states.space, y[np.newaxis, :, np.newaxis], states.frame, states.radius)
+    end, *_ = followed_through(config, states, scale, 1e-3)
+    assert np.all(end.error < 1e-9 * scale)
+    assert sorted(map(len, equations(config).possible(end.models))) == [1, 1]
+
+
+def test_resting_on_a_kink_is_not_proved():
+    """A load presses the body against a repelling guard, which is stronger: it stays there."""
+    config, states, scale = about_to_switch("repelling", variables=0, degree=0, error=1e-12)
+    y = states.polynomial[0, :, 0].copy()
+    y[3:6] = 0.0
+    states = MotionSet(states.space, y[np.newaxis, :, np.newaxis], states.frame, states.radius)
+    base = moved("repelling", 1.5, "visco-elastic", "Z")
+    rates = enclosed_system(base, lambda values: values).rates(y)
+    y[1] = abs(y[1]) * np.sign(rates[4])
+    config = moved("repelling", round(float(abs(y[1])), 12), "visco-elastic", "Z")
+    states.polynomial[0, :, 0] = y
+    longest, width, name = np.array([0.01]), [], ""
+    for _ in range(200):
+        step, longest, name = switching_step(equations(config), states, scale, longest)
+        if not step.proved[0]:
+            break
+        states = step.end
+        width.append((states.error / scale).max())
+        if width[-1] > 1e-2:
+            break
+    assert name == "it"
+    assert not step.proved[0] or width[-1] > 1e-2
+
+
+def test_the_time_up_to_a_surface():
+    """It is before the surface, by less than a step of the bisection; the tube counts."""
+    config, states, scale = about_to_switch("stiff", variables=0, degree=0, error=1e-12)
+    system, exact = equations(config), exact_system(config)
+    (modes,) = [tuple(one[0] for one in system.possible(states.models))]
+    step = set_steps(system.field(modes), states, scale, np.array([0.002]))
+    assert step.proved[0]
+    safe = safe_time(system, step, modes, states)
+    assert 0 < safe < step.h[0]
+    y = state_of(states, [], [0.0] * len(scale))
+    for later, crossings in ((safe, 0), (safe + 1e-9, 1)):
+        assert state_through(exact, y, later)[1] == crossings
+    wide = step._replace(distance=step.distance + 1e-6 * scale)
+    speed = abs(float(states.polynomial[0, 4, 0]))
+    assert safe - safe_time(system, wide, modes, states) > 0.5e-6 / speed
+
+
+def test_a_system_in_all_modes():
+    """Its equations, differences and energies are those of the house in these modes."""
+    config, states, _ = about_to_switch("ligament", variables=0, degree=0)
+    found, y = equations(config), states.polynomial[0, :, 0]
+    house = enclosed_system(config, lambda values: values)
+    assert found.switches == ("it", "it")
+    at = MotionSet(states.space, states.polynomial, states.frame, 0 * states.radius).models
+    from rbstab.proof.motion.models import evaluated
+
+    def rates(modes):
+        return with_modes(house, modes).rates(y)
+
+    for modes in ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)):
+        near = evaluated(found.field(modes).rates, at).polynomial[0, :, 0, 0]
+        assert near == pytest.approx(rates(modes), rel=1e-12, abs=1e-9)
+    jump = evaluated(found.difference((1.0, 0.0), (0.0, 0.0)), at).polynomial[0, :, 0, 0]
+    assert jump == pytest.approx(rates((1.0, 0.0)) - rates((0.0, 0.0)), abs=1e-9)
+    assert np.abs(jump).max() > 1
+    assert np.all(jump[:3] == 0)  # the angles move alike: this cancels exactly

@@ -1,0 +1,166 @@
+"""Taylor models hold the functions for which they stand, compared in 220 bits."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from flint import arb, ctx
+from support.polynomial_sets import BITS, value_at
+
+from rbstab.proof.motion.graph import Graph, proof_precision
+from rbstab.proof.motion.models import Models, evaluated
+from rbstab.proof.motion.monomials import monomials_up_to
+from rbstab.proof.motion.program import program
+
+SHAPES = [(0, 0, 1), (0, 0, 4), (2, 3, 1), (2, 2, 3)]
+"""Variables and degree in z, and terms in τ."""
+
+FUNCTIONS = ["inverse", "sqrt", "log", "atan", "sin", "cos", "exp", "tan", "sinh", "cosh", "tanh"]
+
+
+def random_models(shape, rng, count, size=0.2, remainder=0.0):
+    """Return models of 3 sets with constants in 0.6 to 1.3."""
+    space = monomials_up_to(*shape[:2])
+    polynomial = size * rng.uniform(-1, 1, (shape[2], count, 3, len(space)))
+    polynomial /= len(space) * shape[2]
+    polynomial[0, ..., 0] = rng.uniform(0.6, 1.3, (count, 3))
+    return Models(space, polynomial, np.full((count, 3), remainder))
+
+
+def values(models, z, tau, signs):
+    """Return a function in each model of each set, exactly: it is on an edge of the model."""
+    with ctx.workprec(BITS):
+        found = np.empty(models.remainder.shape, dtype=object)
+        for (i, k), r in np.ndenumerate(models.remainder):
+            total = arb(float(signs[i])) * arb(float(r))
+            for power, row in enumerate(models.polynomial[:, i, k].tolist()):
+                total += value_at(models.space, row, z) * arb(tau) ** power
+            found[i, k] = total
+    return found
+
+
+def assert_holds(function, shape, seed, count=2, **given):
+    """Check what `function` gives of models against what it gives of numbers in them."""
+    rng = np.random.default_rng(seed)
+    models = random_models(shape, rng, count, **given)
+    graph = Graph()
+    with proof_precision():
+        forms = graph.traced(function, graph.variables(count))
+        found = evaluated(program(graph, count, forms), models)
+    assert np.isfinite(found.remainder).all()
+    worst = 0.0
+    for _ in range(6):
+        z = rng.choice([-1.0, 1.0, 0.3], shape[0]).tolist()
+        tau, signs = float(rng.choice([0.0, 1.0, 0.7])), rng.choice([-1.0, 1.0], 9)
+        with ctx.workprec(BITS):
+            x = values(models, z, tau, signs)
+            near = values(Models(found.space, found.polynomial, 0 * found.remainder), z, tau, signs)
+            for k in range(3):
+                exact = np.ravel(function(x[:, k]))
+                for i, one in enumerate(exact):
+                    apart = abs(one - near[i, k])
+                    assert apart <= arb(float(found.remainder[i, k]))
+                    worst = max(worst, float(apart) / found.remainder[i, k])
+    return found, worst
+
+
+def named(name):
+    if name == "inverse":
+        return lambda x: 1 / x[:1]
+    return lambda x: np.array([getattr(x[0], name)()], dtype=object)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_functions(name, shape):
+    for seed, given in enumerate([{}, {"remainder": 1e-3}, {"size": 1e-3}, {"remainder": 1e-9}]):
+        found, _ = assert_holds(named(name), shape, seed, count=1, **given)
+        if given.get("size") or shape == (0, 0, 1):
+            left_out = 1e-13 if shape == (0, 0, 1) else 1e-5
+            assert found.remainder.max() < left_out + 30 * given.get("remainder", 0.0)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_sums_and_products(shape):
+    """Rounding errors and high terms are in the remainders, which are not far too large."""
+
+    def some(x):
+        a, b = x[0] + 0.1, x[1] - 7.3 * x[0]
+        return np.array([0.3 * a + b, a * b, (a * a) * (b - 2.0), 0 * a + 0.1])
+
+    seen = [
+        assert_holds(some, shape, seed, **given)[1]
+        for seed in range(9)
+        for given in ({}, {"remainder": 1e-2})
+    ]
+    assert max(seen) > 0.05
+
+
+def test_ranges_hold_and_are_reached():
+    rng = np.random.default_rng(5)
+    models = random_models((2, 3, 3), rng, 2, remainder=1e-3)
+    low, high = models.range()
+    size = np.abs(models.polynomial).sum(axis=(0, 3)) - np.abs(models.polynomial[0, ..., 0])
+    assert np.all(high - models.polynomial[0, ..., 0] >= size + models.remainder)
+    assert np.all(high - low <= 2 * (size + models.remainder) * (1 + 1e-9))
+
+
+@pytest.mark.parametrize(
+    ("name", "constant", "size"),
+    [
+        ("inverse", 0.1, 0.2),
+        ("sqrt", 0.1, 0.2),
+        ("log", 0.1, 0.2),
+        ("exp", 0.0, 2.5),
+        ("inverse", np.nan, 0.1),
+    ],
+)
+def test_nothing_is_known_beyond_the_domain(name, constant, size):
+    space = monomials_up_to(1, 2)
+    polynomial = np.array([constant, size, 0.0]).reshape(1, 1, 1, 3)
+    graph = Graph()
+    forms = graph.traced(named(name), graph.variables(1))
+    found = evaluated(program(graph, 1, forms), Models(space, polynomial, np.zeros((1, 1))))
+    assert not np.isfinite(found.remainder).any()
+
+
+def test_constants_are_the_decimals_that_they_mean():
+    """0.1 is a tenth, and its sine is that of a tenth; equal formulas cancel exactly."""
+    graph = Graph()
+    with proof_precision():
+        tenth: Any = graph.numbers(np.array(0.1))[()]
+        x = graph.variables(1)[0]
+        forms = [tenth * x, tenth.sin() * x, x * tenth - tenth * x + 0.0]
+    assert forms[2].is_zero
+    found = program(graph, 1, forms).results
+    with ctx.workprec(BITS):
+        for exact, factor, radius in zip(
+            [arb(1) / 10, (arb(1) / 10).sin()], found.factors[:, 0], found.radii[:, 0], strict=False
+        ):
+            assert 0 < abs(exact - arb(float(factor))) <= arb(float(radius)) < 1e-16
+
+
+def test_derivatives():
+    """Of all functions, against complex steps of the same formulas."""
+
+    def some(x):
+        a, b = x
+        s = np.sqrt(a) if isinstance(a, complex) else a.sqrt()
+        inner = [
+            getattr(np, n)(b) if isinstance(b, complex) else getattr(b, n)()
+            for n in ("sin", "cos", "exp", "log", "tanh")
+        ]
+        turn = np.arctan(a * b) if isinstance(a, complex) else (a * b).atan()
+        return np.array([s * inner[0] + inner[1] / a, inner[2] * turn, inner[3] * inner[4]])
+
+    graph = Graph()
+    with proof_precision():
+        y = graph.variables(2)
+        forms = graph.traced(some, y)
+        slopes = [graph.derivative(one, j) for one in forms for j in range(2)]
+        of_slopes = program(graph, 2, slopes)
+    point = np.array([0.7, 1.2])
+    models = Models(monomials_up_to(0, 0), point.reshape(1, 2, 1, 1), np.zeros((2, 1)))
+    found = evaluated(of_slopes, models).polynomial.ravel()
+    steps = [(some([*(point + 1e-30j * np.eye(2)[j])]).imag / 1e-30) for j in range(2)]
+    assert found == pytest.approx(np.array(steps).T.ravel(), rel=1e-13)

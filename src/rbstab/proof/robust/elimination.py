@@ -31,7 +31,7 @@ from rbstab.proof.robust.numbers import (
 if TYPE_CHECKING:
     from flint import fmpq, fmpq_mat
 
-PRODUCTS = 20_000
+PRODUCTS = 2_000
 """The order of x_0 is raised while it takes at most so many products of matrices."""
 
 HIGHEST = 3
@@ -128,12 +128,14 @@ def _taken_apart(energy: Weighted, numbers: list[int]) -> tuple[Rows, _Quadratic
 def _minimiser(of: _Quadratic) -> "tuple[dict[Powers, fmpq_mat], dict[Powers, fmpq_mat]]":
     """Return x_0 and q, of the highest order that `PRODUCTS` allows."""
     inverse = _inverse(of)
-    found = _of_order(of, inverse, 1)
-    for order in range(2, HIGHEST + 1):
-        estimate = len(found[0]) * (len(found[1]) + len(of.B)) * len(of.H)
-        if estimate > PRODUCTS or not found[1]:
+    found = _of_order(of, inverse, 0)
+    for order in range(1, HIGHEST + 1):
+        if not found[1]:  # x_0 is the minimiser
             break
-        found = _of_order(of, inverse, order)
+        x, q = _of_order(of, inverse, order)
+        if len(x) * (len(q) + len(of.B)) > PRODUCTS:
+            break
+        found = x, q
     return found
 
 
@@ -214,7 +216,8 @@ def _bounded(of: _Quadratic, q: "Mapping[Powers, fmpq_mat]") -> tuple[Array, Arr
     if bound is None:
         raise NoFamilyError(NoFamilyReason.NOT_HELD)
     F, n = bound.factor / np.sqrt(bound.least), len(middle)
-    matrices = np.array([_doubles(matrix) for matrix in q.values()]).reshape(len(q), n, -1)
+    columns = max(1, len(of.entries))
+    matrices = np.array([_doubles(matrix) for matrix in q.values()]).reshape(-1, n, columns)
     matrices = matrices[:, :, : len(of.entries)]
     rounding = 1e-14 * np.einsum("ij,ajk->ik", np.abs(F), np.abs(matrices))
     return np.einsum("ij,ajk->aik", F, matrices), rounding

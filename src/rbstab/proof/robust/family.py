@@ -115,6 +115,7 @@ class Family:
         results = [Expr({m: ONE}) for m in (*forms.functions, *forms.left.entries)]
         leaves = {v: (i,) for i, v in enumerate((*THETA, *forms.inner))}
         self.compiled = Compiled(results, self.n, leaves, 3, {COSINE: 0.0})
+        self.points = Compiled(results, self.n, leaves, 2, {COSINE: 0.0})
         rows, place = exponents(self.n, 3)
         unit = np.eye(self.n, dtype=int)
 
@@ -133,8 +134,18 @@ class Family:
 
     # -- coefficients ---------------------------------------------------------------------------
 
+    @property
+    def batch(self) -> int:
+        """How many boxes are worth bounding at once."""
+        return int(min(1024, max(64, 200_000 // max(1, len(self.forms.others)))))
+
     def _values(
-        self, lo: Array, hi: Array, about: Values | None = None, reach: Array | None = None
+        self,
+        compiled: Compiled,
+        lo: Array,
+        hi: Array,
+        about: Values | None = None,
+        reach: Array | None = None,
     ) -> tuple[Intervals, Values]:
         """Return the derivatives of all functions, shape (functions, coefficients, boxes)."""
         variables = (*THETA, *self.forms.inner)
@@ -145,10 +156,11 @@ class Family:
             return Intervals(np.stack([lo[i], one]), np.stack([hi[i], one]))
 
         with np.errstate(all="ignore"):
-            found = self.compiled(leaf, about, reach)
-            dense = [found.dense(k, lo.shape[1]) for k in range(len(self.compiled.results))]
-            low = np.stack([one.lo for one in dense]) * self.factors
-            high = np.stack([one.hi for one in dense]) * self.factors
+            found = compiled(leaf, about, reach)
+            dense = [found.dense(k, lo.shape[1]) for k in range(len(compiled.results))]
+            factors = self.factors[: len(compiled.exponents)]
+            low = np.stack([one.lo for one in dense]) * factors
+            high = np.stack([one.hi for one in dense]) * factors
         return Intervals(low, high), found
 
     def summed(self, mid: Array, rad: Array) -> tuple[Array, Array, Array]:
@@ -168,11 +180,13 @@ class Family:
         wide = np.nextafter(np.maximum(hi - centre, centre - lo), np.inf)
         radius = np.vstack([wide, ends])
         with np.errstate(all="ignore"):
-            c, about = self._values(middle, middle)
-            reach = radius if self.compiled.tightened else None
-            o, _ = self._values(
-                np.vstack([lo, -ends]), np.vstack([hi, ends]), about if reach is not None else None, reach
-            )
+            tightened = bool(self.compiled.tightened)
+            c, about = self._values(self.compiled if tightened else self.points, middle, middle)
+            low, high = np.vstack([lo, -ends]), np.vstack([hi, ends])
+            if tightened:
+                o, _ = self._values(self.compiled, low, high, about, radius)
+            else:
+                o, _ = self._values(self.compiled, low, high)
         return Over(self, centre, radius, c, o)
 
     def plain(self, o: Intervals, places: Array, remainder: Array) -> Intervals:
@@ -243,7 +257,7 @@ class Family:
 
     def _at_points(self, points: Array) -> Intervals:
         middle = np.vstack([points, np.zeros((self.n - 3, points.shape[1]))])
-        return self._values(middle, middle)[0]
+        return self._values(self.points, middle, middle)[0]
 
 
 class Over:
@@ -258,10 +272,10 @@ class Over:
     def local(self) -> Local:
         """Bounds on ∇U."""
         f = self.family
-        n, low, first = slice(0, f.count), f.order <= 2, f.first[:3]
-        rows = np.cumsum(low) - 1
+        n, first = slice(0, f.count), f.first[:3]
+        low = slice(0, int(np.sum(f.order <= 2)))
         f0, forms, error = f.summed(self.c.mid[n, low], self.c.rad[n, low])
-        one, two = rows[first], rows[f.second[:3]]
+        one, two = first, f.second[:3]
         with np.errstate(all="ignore"):
             remainder = f.remainder(self.o)[1]
             rest = error[one] + np.einsum("ijm,jm->im", error[two], self.radius)

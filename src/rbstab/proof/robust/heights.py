@@ -10,12 +10,10 @@ from rbstab.proof.bounds import UP
 from rbstab.proof.robust.family import Family, Over
 from rbstab.proof.search import Box, Boxes, joined
 
-BATCH = 256
-
 BOX_LIMIT = 20_000
 """The number of boxes at which the search stops; the bound is then weak."""
 
-TOLERANCE = 1e-3
+TOLERANCE = 3e-3
 """The largest gap between the bound and the best that smaller boxes can give, relative to it."""
 
 
@@ -42,10 +40,11 @@ def border_height(
     Returns:
         The bound; 0 if it is not positive.
     """
+    size = family.batch
     at_point = family.over(point[:, None], point[:, None])
     pending, proved, reachable, examined = joined(list(_faces(family, box)), 3), np.inf, np.inf, 0
     while pending.count and examined < BOX_LIMIT and reachable > 0 and not is_late():
-        batch, pending = pending[slice(-BATCH, None)], pending[slice(0, -BATCH)]
+        batch, pending = pending[slice(-size, None)], pending[slice(0, -size)]
         examined += batch.count
         lower, best = _bounds(family.over(batch.lo, batch.hi), at_point)
         # No division can give more: this point stays in one of the boxes.
@@ -54,10 +53,10 @@ def border_height(
         proved = min(proved, float(lower[finished].min(initial=np.inf)))
         left = batch[~finished]
         pending = joined([pending, left.halved((left.hi - left.lo).argmax(axis=0))], 3)
-    for k in range(0, pending.count, BATCH):
+    for k in range(0, pending.count, size):
         if not reachable > 0 or is_late():
             return Height(0.0, examined)
-        left = pending[slice(k, k + BATCH)]
+        left = pending[slice(k, k + size)]
         lower, _ = _bounds(family.over(left.lo, left.hi), at_point)
         proved = min(proved, float(np.where(np.isnan(lower), -np.inf, lower).min()))
     return Height(max(0.0, proved) if np.isfinite(proved) else 0.0, examined)

@@ -15,9 +15,6 @@ from rbstab.proof.search import Box, Boxes, joined, one_box
 BOX_LIMIT = 20_000
 """The number of boxes of Θ at which the proof of one box of bodies stops."""
 
-BATCH = 256
-"""Boxes that are bounded at once."""
-
 SMALLEST = 1e-6
 """rad: smaller boxes are not halved."""
 
@@ -132,7 +129,8 @@ class _Search:
             if self.examined >= BOX_LIMIT or is_late():
                 self._doubt(pending)
                 return
-            batch, pending = pending[slice(-BATCH, None)], pending[slice(0, -BATCH)]
+            size = self.family.batch
+            batch, pending = pending[slice(-size, None)], pending[slice(0, -size)]
             self.examined += batch.count
             if not self.side:
                 batch = batch[~batch.within(self.minimum.domain)]

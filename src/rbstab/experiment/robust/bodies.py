@@ -30,7 +30,11 @@ if TYPE_CHECKING:
 BODIES_VERSION = 1
 """To be increased when a change of the method changes its results; older proofs are then redone."""
 
-CODE_OF_BODIES = "no proof for all bodies within tolerances takes code of a user into account"
+CODE_VARIES = (
+    "the numbers of a user's code, the contact point and the anchor beside it cannot have tolerances"
+)
+
+UNUSUAL_CODE = "code of a user has more than 6 switches, a stop of its own, or depends on the time"
 
 NOT_DECIDED = "not decided"
 """The outcome of a proof whose hypotheses do not hold for each body."""
@@ -83,7 +87,7 @@ def prove_within(
         "sections": sections_of(config),
         "tolerances": bounds,
     }
-    why = CODE_OF_BODIES if has_code(config) else _undamped(config, tolerances)
+    why = _unknown_code(config, tolerances) or _undamped(config, tolerances)
     if why is not None:
         return BodiesRecord(
             outcome=NOT_DECIDED,
@@ -119,6 +123,33 @@ def prove_within(
         brief=True if limited else None,
         **facts,
     )
+
+
+def _unknown_code(config: Config, tolerances: Sequence[Tolerance]) -> str | None:
+    """Return why code of users is not shown to be passive for each body; None if it is, or none is.
+
+    It is shown for the body in the middle (`user_energies`); mass, inertia, gravity and the gains of
+    other elements do not enter its statements.
+    """
+    if not has_code(config):
+        return None
+    from rbstab.analysis.configuration import configurations
+    from rbstab.analysis.proof.traced.separate import NotInProofsError, in_proofs, user_energies
+
+    system = system_of(config)
+    users = [element for element in system.elements if element.from_user]
+    fixed = [("body", "contact_point"), *(("elements", element.name) for element in users)]
+    paths = [path for one in tolerances for path in one.entry.paths]
+    moved = any(path[: len(start)] == start for path in paths for start in fixed)
+    if moved or getattr(config.controller, "anchor", "origin") == "equilibrium":
+        return CODE_VARIES
+    if not all(in_proofs(element) for element in users):
+        return UNUSUAL_CODE
+    try:
+        user_energies(configurations(system))
+    except NotInProofsError as error:
+        return str(error)
+    return None
 
 
 def _undamped(config: Config, tolerances: Sequence[Tolerance]) -> str | None:

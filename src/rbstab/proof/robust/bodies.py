@@ -11,7 +11,12 @@ from fractions import Fraction
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.robust.counterexample import Counterexample, counterexample, proved_rest_states
+from rbstab.proof.robust.counterexample import (
+    Counterexample,
+    counterexample,
+    proved_rest_states,
+    shown_by,
+)
 from rbstab.proof.robust.family import Family
 from rbstab.proof.robust.forms import forms_of
 from rbstab.proof.robust.numbers import Members, NoFamilyError, Part
@@ -92,6 +97,7 @@ class _Search:
         # If the body in the middle has no energy of the right form, smaller boxes do not help.
         forms_of(members, box.without_width())
         zeros = proved_rest_states(members, box.middle, _grid())
+        self.false = shown_by(box.middle, zeros)
         self.starts = np.array([zero.point for zero in zeros]).reshape(-1, 3)
         self.whole = box
         self.pending = [(box, self.starts[0] if len(self.starts) else np.zeros(3))]
@@ -101,6 +107,8 @@ class _Search:
 
     def run(self, part_limit: int, is_late: IsLate) -> BodiesProof:
         """Examine the parts until all are proved, one is false, or a limit is reached."""
+        if self.false is not None:
+            return self._false(self.false)
         while self.pending:
             if self.examined == part_limit:
                 return self._ended(BodiesOutcome.PART_LIMIT)
@@ -143,13 +151,17 @@ class _Search:
         if self.examined == 1:
             self.axis = axis
         if false is not None:
-            several = len(false.rest_states) > 1
-            outcome = BodiesOutcome.SEVERAL if several else BodiesOutcome.NO_MINIMUM
-            return self._ended(outcome, false)
+            return self._false(false)
         if axis is None:
             return self._ended(BodiesOutcome.UNDECIDED)
         self.pending += [(half, near) for half in part.halves(axis)]
         return None
+
+    def _false(self, false: Counterexample) -> BodiesProof:
+        several = len(false.rest_states) > 1
+        return self._ended(
+            BodiesOutcome.SEVERAL if several else BodiesOutcome.NO_MINIMUM, false
+        )
 
     def _ended(self, outcome: BodiesOutcome, false: Counterexample | None = None) -> BodiesProof:
         level = self.level if outcome is BodiesOutcome.PROVED else 0.0

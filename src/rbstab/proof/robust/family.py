@@ -112,7 +112,7 @@ class Family:
     def __init__(self, forms: Forms) -> None:
         self.forms, self.n = forms, 3 + len(forms.inner)
         self.count = len(forms.functions)
-        results = [Expr({m: ONE}) for m in (*forms.functions, *forms.left.entries)]
+        results = [*forms.functions, *(Expr({m: ONE}) for m in forms.left.entries)]
         leaves = {v: (i,) for i, v in enumerate((*THETA, *forms.inner))}
         self.compiled = Compiled(results, self.n, leaves, 3, {COSINE: 0.0})
         self.points = Compiled(results, self.n, leaves, 2, {COSINE: 0.0})

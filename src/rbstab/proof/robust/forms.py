@@ -7,6 +7,7 @@ Each power of a number z outside of them is written in Chebyshev polynomials, wh
 z² = ½ + ½ c_2(z). Products of these with proportional rows C are taken together.
 """
 
+from fractions import Fraction
 from functools import partial
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
@@ -15,11 +16,12 @@ import numpy as np
 
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.expr import Expr, Monomial
+from rbstab.proof.expr import STEP, Expr, Monomial, as_factor, monomial
 from rbstab.proof.model import stored_energy
 from rbstab.proof.robust.elimination import Eliminated, Rows, eliminated
 from rbstab.proof.robust.numbers import (
     FIRST,
+    ONE,
     REMAINDERS,
     Members,
     NoFamilyError,
@@ -52,7 +54,7 @@ class Forms(NamedTuple):
         stop: The double next above the largest |θ2| that a stop allows, rad; None without one.
     """
 
-    functions: tuple[Monomial, ...]
+    functions: tuple[Expr, ...]
     middle: Array
     others: Array
     shares: Array
@@ -105,18 +107,22 @@ def _collected(
     left: Eliminated, numbers: int, used: frozenset[int], stop: float | None
 ) -> Forms:
     by_degrees = _in_chebyshev(left.rows)
-    middle = by_degrees.pop((), {})
+    middle = _functions(by_degrees.pop((), {}))
     grouped = _grouped(by_degrees)
-    functions = tuple(
-        dict.fromkeys(m for row in (middle, *(one.row for one in grouped)) for m in row if m)
-    )
-    place = {m: k for k, m in enumerate(functions)}
+    of_groups = [_functions(one.row) for one in grouped]
+    firsts = {
+        powers[0][0] - FIRST: _functions(row)
+        for powers, row in left.rows.items()
+        if len(powers) == 1 and powers[0][1] == 1 and powers[0][0] < REMAINDERS
+    }
+    rows = (middle, *of_groups, *firsts.values())
+    functions = tuple(dict.fromkeys(f for row in rows for f in row))
+    place = {f: k for k, f in enumerate(functions)}
 
-    def doubles(row: "Row") -> Array:
+    def doubles(row: "dict[Expr, fmpq]") -> Array:
         found = np.zeros(len(functions))
-        for m, c in row.items():
-            if m in place:
-                found[place[m]] = int(c.p) / int(c.q)
+        for f, c in row.items():
+            found[place[f]] = int(c.p) / int(c.q)
         return found
 
     shares = np.zeros((len(grouped), numbers))
@@ -124,21 +130,51 @@ def _collected(
         for z, size in one.by_number.items():
             shares[k, z] = size
     linear = np.zeros((numbers, len(functions)))
-    for powers, row in left.rows.items():
-        if len(powers) == 1 and powers[0][1] == 1 and powers[0][0] < REMAINDERS:
-            linear[powers[0][0] - FIRST] = doubles(row)
-    everything = Expr({m: 1 for m in (*functions, *left.entries)})  # type: ignore[misc]
+    for k, row in firsts.items():
+        linear[k] = doubles(row)
+    variables = frozenset[int]().union(
+        *(f.variables for f in functions), *(a.variables for m in left.entries for a, _ in m)
+    )
     return Forms(
         functions,
         doubles(middle),
-        np.array([doubles(one.row) for one in grouped]).reshape(-1, len(functions)),
+        np.array([doubles(row) for row in of_groups]).reshape(-1, len(functions)),
         shares,
         linear,
         left,
-        tuple(sorted(v for v in everything.variables if v >= FIRST)),
+        tuple(sorted(v for v in variables if v >= FIRST)),
         used,
         stop,
     )
+
+
+def _functions(row: "Row") -> "dict[Expr, fmpq]":
+    """Write a sum of products of atoms in functions: one for each product without a step.
+
+    Terms with the same steps are one function, step·(θ2 - a): it is small where the step is not
+    known, and its terms are not. A constant is left out.
+    """
+    found: dict[Expr, fmpq] = {}
+    by_steps: dict[Monomial, Row] = {}
+    for m, c in row.items():
+        steps = tuple((a, p) for a, p in m if a.kind == STEP)
+        rest = tuple((a, p) for a, p in m if a.kind != STEP)
+        if steps:
+            by_steps.setdefault(steps, {})[rest] = c
+        elif m and c != 0:
+            found[Expr({m: ONE})] = c
+    for steps, terms in by_steps.items():
+        kept = sorted(((m, c) for m, c in terms.items() if c != 0), key=_place)
+        if kept:
+            lead = kept[0][1]
+            sum_ = Expr({m: Fraction(int((c / lead).p), int((c / lead).q)) for m, c in kept})
+            ((one, factor),) = as_factor(sum_).terms.items()
+            found[Expr({monomial([*steps, *one]): factor})] = lead
+    return found
+
+
+def _place(term: "tuple[Monomial, fmpq]") -> list[tuple[tuple[int, str], int]]:
+    return [(a.order, p) for a, p in term[0]]
 
 
 class _Group(NamedTuple):
@@ -153,10 +189,7 @@ def _grouped(by_degrees: "dict[Powers, Row]") -> list[_Group]:
     leads: dict[tuple[tuple[Monomial, str], ...], tuple[Row, list[tuple[fmpq, Powers]]]] = {}
     for degrees, row in by_degrees.items():
         # A constant has no effect on rest states, nor on differences of energies of the same body.
-        kept = sorted(
-            ((m, c) for m, c in row.items() if m and c != 0),
-            key=lambda one: [(a.order, p) for a, p in one[0]],
-        )
+        kept = sorted(((m, c) for m, c in row.items() if m and c != 0), key=_place)
         if kept:
             lead = kept[0][1]
             scaled = {m: c / lead for m, c in kept}

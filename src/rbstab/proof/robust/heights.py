@@ -40,25 +40,26 @@ def border_height(
     Returns:
         The bound; 0 if it is not positive.
     """
-    size = family.batch
     at_point = family.over(point[:, None], point[:, None])
     pending, proved, reachable, examined = joined(list(_faces(family, box)), 3), np.inf, np.inf, 0
+    bounds = np.full(pending.count, -np.inf)
     while pending.count and examined < BOX_LIMIT and reachable > 0 and not is_late():
-        batch, pending = pending[slice(-size, None)], pending[slice(0, -size)]
+        # Those with the lowest bounds first: the least of all bounds is that of the border.
+        order = np.argsort(bounds, kind="stable")
+        first, others = order[: family.batch], order[family.batch :]
+        batch, pending, bounds = pending[first], pending[others], bounds[others]
         examined += batch.count
         lower, best = _bounds(family.over(batch.lo, batch.hi), at_point)
         # No division can give more: this point stays in one of the boxes.
         reachable = min(reachable, float(np.nanmin(best, initial=np.inf)))
+        lower = np.where(np.isnan(lower), -np.inf, lower)
         finished = lower > reachable * (1 - TOLERANCE)
         proved = min(proved, float(lower[finished].min(initial=np.inf)))
         left = batch[~finished]
-        pending = joined([pending, left.halved((left.hi - left.lo).argmax(axis=0))], 3)
-    for k in range(0, pending.count, size):
-        if not reachable > 0 or is_late():
-            return Height(0.0, examined)
-        left = pending[slice(k, k + size)]
-        lower, _ = _bounds(family.over(left.lo, left.hi), at_point)
-        proved = min(proved, float(np.where(np.isnan(lower), -np.inf, lower).min()))
+        halves = left.halved((left.hi - left.lo).argmax(axis=0))
+        pending = joined([pending, halves], 3)
+        bounds = np.concatenate([bounds, np.tile(lower[~finished], 2)])
+    proved = min(proved, float(bounds.min(initial=np.inf)))
     return Height(max(0.0, proved) if np.isfinite(proved) else 0.0, examined)
 
 

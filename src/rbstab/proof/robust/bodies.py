@@ -7,6 +7,7 @@ most. The proof is complete when it holds for all parts.
 from dataclasses import dataclass, replace
 from enum import Enum
 from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 
@@ -15,12 +16,12 @@ from rbstab.proof.robust.counterexample import (
     Counterexample,
     counterexample,
     proved_rest_states,
-    shown_by,
 )
 from rbstab.proof.robust.family import Family
 from rbstab.proof.robust.forms import forms_of
 from rbstab.proof.robust.numbers import Members, NoFamilyError, Part
-from rbstab.proof.robust.part import IsLate, PartProof, prove_part
+from rbstab.proof.robust.part import IsLate, PartProof, lowest_near, prove_part
+from rbstab.proof.search import Zero
 
 PART_LIMIT = 32
 """The number of parts that are examined at most."""
@@ -93,56 +94,63 @@ class _Search:
     """The parts of one box that are not proved yet, and what is proved of the others."""
 
     def __init__(self, members: Members, box: Part) -> None:
-        self.members = members
+        self.members, self.whole = members, box
         # If the body in the middle has no energy of the right form, smaller boxes do not help.
-        forms_of(members, box.without_width())
-        zeros = proved_rest_states(members, box.middle, _grid())
-        self.false = shown_by(box.middle, zeros)
-        self.starts = np.array([zero.point for zero in zeros]).reshape(-1, 3)
-        self.whole = box
-        self.pending = [(box, self.starts[0] if len(self.starts) else np.zeros(3))]
+        self.middle = Family(forms_of(members, box.without_width()))
+        self.pending = [box]
         self.level, self.proved, self.examined, self.boxes = np.inf, 0, 0, 0
         self.share = Fraction(0)
         self.axis: int | None = None
 
+    @cached_property
+    def zeros(self) -> list[Zero]:
+        """Proved rest states of the body in the middle, from a grid of starts."""
+        return proved_rest_states(self.members, self.whole.middle, _grid())
+
+    @cached_property
+    def near(self) -> Array:
+        """The rest state of the body in the middle, or a point from where it is looked for."""
+        found = lowest_near(self.middle, np.zeros(3))
+        if found is not None:
+            return found
+        return self.zeros[0].point if self.zeros else np.zeros(3)
+
     def run(self, part_limit: int, is_late: IsLate) -> BodiesProof:
         """Examine the parts until all are proved, one is false, or a limit is reached."""
-        if self.false is not None:
-            return self._false(self.false)
         while self.pending:
             if self.examined == part_limit:
                 return self._ended(BodiesOutcome.PART_LIMIT)
             if is_late():
                 return self._ended(BodiesOutcome.TIME_LIMIT)
-            part, near = self.pending.pop()
+            part = self.pending.pop()
             self.examined += 1
-            ended = self._examine(part, near, is_late)
+            ended = self._examine(part, is_late)
             if ended is not None:
                 return ended
         return self._ended(BodiesOutcome.PROVED)
 
-    def _examine(self, part: Part, near: Array, is_late: IsLate) -> BodiesProof | None:
+    def _examine(self, part: Part, is_late: IsLate) -> BodiesProof | None:
         """Prove a part, or halve it; return a result if this ends the proof."""
         try:
             family = Family(forms_of(self.members, part))
         except NoFamilyError:
-            return self._halve(part, near, _widest(part))
-        proof = prove_part(family, near, is_late)
+            return self._halve(part, _widest(part))
+        proof = prove_part(family, self.near, is_late)
         self.boxes += proof.examined
         if proof.proved:
             self.level, self.proved = min(self.level, proof.level), self.proved + 1
             self.share += part.share_of(self.whole)
             return None
         if is_late():
-            self.pending.append((part, near))
-            self.examined -= 1
+            self.pending.append(part)
             return self._ended(BodiesOutcome.TIME_LIMIT)
-        starts = np.concatenate([self.starts, proof.doubtful])
+        starts = np.array([zero.point for zero in self.zeros]).reshape(-1, 3)
+        starts = np.concatenate([starts, proof.doubtful])
         false = counterexample(self.members, part, starts, family)
-        return self._halve(part, near, _axis(family, part, proof), false)
+        return self._halve(part, _axis(family, part, proof), false)
 
     def _halve(
-        self, part: Part, near: Array, axis: int | None, false: Counterexample | None = None
+        self, part: Part, axis: int | None, false: Counterexample | None = None
     ) -> BodiesProof | None:
         """Halve a part that is not proved; return a result if this ends the proof.
 
@@ -154,7 +162,7 @@ class _Search:
             return self._false(false)
         if axis is None:
             return self._ended(BodiesOutcome.UNDECIDED)
-        self.pending += [(half, near) for half in part.halves(axis)]
+        self.pending += part.halves(axis)
         return None
 
     def _false(self, false: Counterexample) -> BodiesProof:

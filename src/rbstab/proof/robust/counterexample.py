@@ -3,7 +3,6 @@
 The search is numerical; what it finds is proved for the exact numbers of the body.
 """
 
-from collections.abc import Sequence
 from fractions import Fraction
 from functools import partial
 from typing import NamedTuple
@@ -51,12 +50,7 @@ def counterexample(
 def _shown_by(
     members: Members, numbers: tuple[Fraction, ...], starts: Array
 ) -> Counterexample | None:
-    starts = np.concatenate([np.zeros((1, 3)), starts])
-    return shown_by(numbers, proved_rest_states(members, numbers, starts))
-
-
-def shown_by(numbers: tuple[Fraction, ...], zeros: Sequence[Zero]) -> Counterexample | None:
-    """Return what some proved rest states of one body show, or None."""
+    zeros = proved_rest_states(members, numbers, np.concatenate([np.zeros((1, 3)), starts]))
     if not zeros or (len(zeros) == 1 and not zeros[0].index):
         return None
     return Counterexample(numbers, np.array([zero.point for zero in zeros]))

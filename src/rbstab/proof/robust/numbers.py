@@ -14,7 +14,19 @@ from itertools import product
 from typing import Any, NamedTuple
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.expr import LET, VAR, Atom, Expr, as_factor, expr, monomial, only, variable
+from rbstab.proof.expr import (
+    LET,
+    POSITIVE,
+    STEP,
+    VAR,
+    Atom,
+    Expr,
+    as_factor,
+    expr,
+    monomial,
+    only,
+    variable,
+)
 from rbstab.systems.system import System
 
 ONE = Fraction(1)
@@ -24,6 +36,9 @@ FIRST = 2000
 
 REMAINDERS = 5000
 """The first variable that stands for the remainder of a series; it is in [-1, 1] too."""
+
+STEPS = frozenset({STEP, POSITIVE})
+"""The kinds of atoms that are not smooth."""
 
 SERIES = 8
 """The largest number of terms of the series of a reciprocal."""
@@ -110,43 +125,55 @@ def weighted(e: Expr) -> Weighted:
     """Write an expression as a polynomial in the numbers z, where these are outside of functions.
 
     Sums that are factors (`LET`) are taken apart by their powers of z. A reciprocal of a polynomial
-    in z alone becomes a series with a remainder, which is one more variable in [-1, 1].
+    in z alone becomes a series with a remainder, which is one more variable in [-1, 1]. A number that
+    places a step stays in all terms with steps: step(θ - a)(θ - a)² is smooth, and is not with another
+    number a in its second factor.
 
     Raises:
         NoFamilyError: A divisor may be zero for some body.
     """
-    return _Splitting().split(e)
+    steps = [a for a in e.all_atoms if a.kind in STEPS]
+    placing = frozenset(v for a in steps for v in a.variables if v >= FIRST)
+    return _Splitting(placing).split(e, frozenset())
 
 
 class _Splitting:
-    """The taking apart of one expression; equal reciprocals share a remainder."""
+    """The taking apart of one expression; equal reciprocals share a remainder.
 
-    def __init__(self) -> None:
-        self.remainders = 0
+    Args:
+        placing: The numbers that stay in terms with steps.
+    """
+
+    def __init__(self, placing: frozenset[int]) -> None:
+        self.placing, self.remainders = placing, 0
         self.reciprocals: dict[Expr, Expr] = {}
 
-    def split(self, e: Expr) -> Weighted:
+    def split(self, e: Expr, fixed: frozenset[int]) -> Weighted:
+        """Return an expression as a polynomial in all numbers but the fixed ones."""
         found: Weighted = {}
         for m, c in e.terms.items():
-            plain = [(a, p) for a, p in m if not _varies(a)]
+            stay = fixed | (self.placing if any(_has_step(a) for a, _ in m) else frozenset())
+            apart = [any(v >= FIRST for v in a.variables - stay) for a, _ in m]
+            plain = [one for one, varies in zip(m, apart, strict=True) if not varies]
             term: Weighted = {(): Expr({monomial(plain): c})}
-            for a, p in m:
-                if _varies(a):
-                    term = _product(term, self._power(a, p))
+            for (a, p), varies in zip(m, apart, strict=True):
+                if varies:
+                    term = _product(term, self._power(a, p, stay))
             _add(found, term)
         return found
 
-    def _power(self, a: Atom, p: int) -> Weighted:
+    def _power(self, a: Atom, p: int, fixed: frozenset[int]) -> Weighted:
         if a.kind == VAR:
             if p < 0:
                 raise NoFamilyError(NoFamilyReason.NOT_FINITE)
             assert isinstance(a.argument, int)
             return {((a.argument, p),): expr(1)}
-        if a.kind == LET and p < 0 and min(a.variables) >= FIRST:
-            return self.split(self._reciprocal(a.inner) ** -p)
+        alone = min(a.variables) >= FIRST and not a.variables & fixed
+        if a.kind == LET and p < 0 and alone:
+            return self.split(self._reciprocal(a.inner) ** -p, fixed)
         if a.kind != LET or p < 0:
             return {(): only(a) ** p}
-        base = {powers: _as_one(x) for powers, x in self.split(a.inner).items()}
+        base = {powers: _as_one(x) for powers, x in self.split(a.inner, fixed).items()}
         found: Weighted = {(): expr(1)}
         for _ in range(p):
             found = _product(found, base)
@@ -158,7 +185,7 @@ class _Splitting:
         1/q = (1 - d + d² - ...)/q0 + w δⁿ/((1 - δ) |q0|), with n terms in brackets.
         """
         if q not in self.reciprocals:
-            of = self.split(q)
+            of = self.split(q, frozenset())
             if any(x.constant is None for x in of.values()):
                 raise NoFamilyError(NoFamilyReason.NOT_FINITE)
             sizes = {powers: x.constant or Fraction(0) for powers, x in of.items()}
@@ -178,8 +205,8 @@ class _Splitting:
         return self.reciprocals[q]
 
 
-def _varies(a: Atom) -> bool:
-    return any(v >= FIRST for v in a.variables)
+def _has_step(a: Atom) -> bool:
+    return a.kind in STEPS or (a.kind != VAR and any(b.kind in STEPS for b in a.inner.all_atoms))
 
 
 def _as_one(e: Expr) -> Expr:

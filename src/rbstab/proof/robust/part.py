@@ -61,7 +61,8 @@ def prove_part(family: Family, near: Array, is_late: IsLate = lambda: False) -> 
         near: A point near the rest states, shape (3,), rad.
         is_late: Returns whether the proof is to be given up.
     """
-    point = _lowest_near(family, near)
+    found = lowest_near(family, near)
+    point = near if found is None else found
     minimum = minimum_near(family, point)
     box = range_of(family)
     if minimum is None or not _inside(minimum.enclosure, box):
@@ -94,19 +95,19 @@ def _inside(inner: Box, outer: Box) -> bool:
     return bool(np.all(inner.lo > outer.lo) and np.all(inner.hi < outer.hi))
 
 
-def _lowest_near(family: Family, near: Array) -> Array:
-    """Follow Newton's method for the body in the middle, or stay if it does not arrive."""
+def lowest_near(family: Family, near: Array) -> Array | None:
+    """Follow Newton's method for the body in the middle to a minimum; None if it finds none."""
     x = near.copy()
     with np.errstate(all="ignore"):
         for _ in range(NEWTON_STEPS):
             _, g, H = family.at(x[:, None])
             step = np.einsum("ijm,jm->im", inverses(H), g)[:, 0]
             if not np.all(np.isfinite(step)):
-                return near
+                return None
             x = x - step * min(1.0, 0.5 / max(float(np.abs(step).max()), 1e-300))
             if np.abs(step).max() < 1e-12:
-                return x
-    return near
+                return x if np.linalg.eigvalsh(H[..., 0]).min() > 0 else None
+    return None
 
 
 class _Search:

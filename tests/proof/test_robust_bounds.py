@@ -1,23 +1,26 @@
 """The bounds of a family hold for each body in its box; a single number attains them."""
 
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 import pytest
+from scipy.optimize import root
 from support.bodies import box_of, config_of, least_over_x, member, some_bodies
 from support.config_elements import CONTROLLER, config_data
 
 from rbstab.analysis.configuration import configurations
 from rbstab.config.load import load_config
+from rbstab.proof.expr import variable
+from rbstab.proof.model import stored_energy, value_at
 from rbstab.proof.robust.elimination import eliminated
 from rbstab.proof.robust.family import Family
 from rbstab.proof.robust.forms import forms_of
 from rbstab.proof.robust.heights import border_height
 from rbstab.proof.robust.majorants import lower_bound
 from rbstab.proof.robust.minimum import minimum_near
-from rbstab.proof.robust.numbers import FIRST, chebyshev, joined, weighted
+from rbstab.proof.robust.numbers import FIRST, REMAINDERS, chebyshev, joined, weighted
 from rbstab.proof.robust.part import lowest_near, range_of
-from rbstab.proof.expr import variable
 
 FULL = {
     "K_t": [[4100, 600, 0], [600, 4100, -300], [0, -300, 3280]],
@@ -82,14 +85,14 @@ def test_slopes_of_each_body_are_within_the_bounds(config, texts):
     """The slopes of single bodies come from the equations, without a box and without z."""
     rng = np.random.default_rng(1)
     members, part = box_of(config, *texts)
-    lo, hi = some_boxes(rng, 40)
+    lo, hi = some_boxes(rng, 24)
     with np.errstate(all="ignore"):
         local = Family(forms_of(members, part)).over(lo, hi).local
         directions = [*np.eye(3), *rng.normal(size=(6, 3))]
-        bounds = [local.along(np.repeat(y[:, None], 40, 1)) for y in directions]
+        bounds = [local.along(np.repeat(y[:, None], 24, 1)) for y in directions]
     middle, others, error = local.slopes
     largest, known = 0.0, 0
-    for numbers in some_bodies(part, rng, 16):
+    for numbers in some_bodies(part, rng, 8):
         at_rest = configurations(member(members, numbers))
         found = slopes(at_rest, (lo + (hi - lo) * rng.uniform(size=lo.shape)).T)
         slack = 1e-9 * (1 + np.abs(found).max())
@@ -102,10 +105,10 @@ def test_slopes_of_each_body_are_within_the_bounds(config, texts):
             assert np.all(np.abs(found @ y - y @ middle)[good] <= by_terms[good] + slack)
             largest = max(largest, float((apart[finite] / (spread[finite] + slack)).max()))
             known += int(finite.sum())
-        assert np.all(found.T >= local.plain.lo - slack)
-        assert np.all(found.T <= local.plain.hi + slack)
+        assert np.all(local.plain.lo - slack <= found.T)
+        assert np.all(local.plain.hi + slack >= found.T)
     # The bounds are not far too wide: some body comes near them.
-    assert known > 1000
+    assert known > 500
     assert largest > 0.2
 
 
@@ -149,12 +152,12 @@ def test_energies_are_within_the_bounds(config, texts):
     height = border_height(family, point, box)
     assert height.lower_bound > 0
     least = np.inf
-    lines = [np.linspace(-1, 1, 13)] * 2
+    lines = [np.linspace(-1, 1, 9)] * 2
     face = np.stack([x.ravel() for x in np.meshgrid(*lines)])
     sides = [np.insert(face, axis, side, axis=0) for axis in range(3) for side in (-1, 1)]
     # Of a barrier the ends of θ2 have no energy in doubles.
     points = np.concatenate(sides, axis=1).T * box.hi * [1, 1 - 1e-9, 1]
-    for numbers in some_bodies(part, rng, 6):
+    for numbers in some_bodies(part, rng, 4):
         at_rest = configurations(member(members, numbers))
         energies = np.array([at_rest.energy(least_over_x(at_rest, x)) for x in points])
         at_point = at_rest.energy(least_over_x(at_rest, point))
@@ -165,8 +168,6 @@ def test_energies_are_within_the_bounds(config, texts):
 
 @pytest.mark.parametrize(("config", "texts"), CASES[:8])
 def test_the_rest_state_of_each_body_is_in_the_enclosure(config, texts):
-    from scipy.optimize import root
-
     rng = np.random.default_rng(6)
     members, part = box_of(config, *texts)
     family = Family(forms_of(members, part))
@@ -174,24 +175,23 @@ def test_the_rest_state_of_each_body_is_in_the_enclosure(config, texts):
     minimum = minimum_near(family, point)
     if minimum is None:
         pytest.skip("the box is too wide")
-    for numbers in some_bodies(part, rng, 20):
+    for numbers in some_bodies(part, rng, 8):
         at_rest = configurations(member(members, numbers))
         found = root(lambda x: slopes(at_rest, x[None])[0], point, tol=1e-12).x  # noqa: B023
         assert np.all(found >= minimum.enclosure.lo - 1e-9)
         assert np.all(found <= minimum.enclosure.hi + 1e-9)
         inner = minimum.domain.lo + (minimum.domain.hi - minimum.domain.lo) * rng.uniform(size=3)
         steps = 1e-6 * np.eye(3)
-        H = [(slopes(at_rest, (inner + h)[None]) - slopes(at_rest, (inner - h)[None]))[0] for h in steps]
+        H = [
+            (slopes(at_rest, (inner + h)[None]) - slopes(at_rest, (inner - h)[None]))[0]
+            for h in steps
+        ]
         assert np.linalg.eigvalsh(np.array(H) + np.array(H).T).min() > 0
 
 
 @pytest.mark.parametrize("orders", [0, 2000])
 def test_what_elimination_leaves_is_bounded(orders, monkeypatch):
     """The energy of each body is the polynomial in z, less at most ½|Σ z^α L_α e|²."""
-    from functools import partial
-
-    from rbstab.proof.model import stored_energy
-
     monkeypatch.setattr("rbstab.proof.robust.elimination.PRODUCTS", orders)
     rng = np.random.default_rng(3)
     config = config_of("embedded", gravity=HEAVY, controller=FULL)
@@ -235,14 +235,22 @@ def test_a_polynomial_in_the_numbers_is_the_same_expression():
     e = (x.sin() + 2 * z) ** 2 * (x.sqrt() + z) ** 2
     parts = weighted(e)
     assert set(parts) == {(), *(((FIRST, n),) for n in (1, 2, 3, 4))}
-    again = weighted(joined(parts))
-    assert all(again[powers] == found for powers, found in parts.items())
+    at = {0: 0.7, FIRST: -0.4}
+    assert value_at(joined(parts), at) == pytest.approx(value_at(e, at), rel=1e-12)
+
+
+def test_a_number_that_places_a_step_stays_in_its_terms():
+    """step(x - z)(x - z)² is smooth in both; with independent numbers it would jump."""
+    x, z, k = variable(0), variable(FIRST), variable(FIRST + 1)
+    energy = (1 + k) * ((x - z).step(2) * (x - z) ** 2) + z * x
+    parts = weighted(energy)
+    assert set(parts) == {(), ((FIRST, 1),), ((FIRST + 1, 1),)}
+    assert parts[((FIRST, 1),)] == x
+    assert FIRST in parts[()].variables
 
 
 @pytest.mark.parametrize("z", [-1.0, -0.3, 0.0, 1.0])
 def test_a_reciprocal_is_a_series_with_a_remainder(z):
-    from rbstab.proof.robust.numbers import REMAINDERS
-
     divisor = 3 + variable(FIRST).scaled(Fraction(1, 2))
     terms = {powers: float(x.constant) for powers, x in weighted((divisor + 0) ** -2).items()}
 

@@ -109,7 +109,7 @@ def stored_energy(system: System, exact_system: ExactSystem) -> Stored:
         mine = own[begin : begin + element.state_size]
         begin += element.state_size
         if element.holds:  # a stop: it stores nothing, and ends the range
-            stop = expr(getattr(element, "angle"))
+            stop = expr(element.angle)
             continue
         acting: Any = element
         if element.mode_count:
@@ -137,9 +137,7 @@ def _exact(system: System, exact_system: ExactSystem) -> System:
 
 def _eliminated(total: Expr, others: range) -> Energy:
     """Minimise over all variables in which the energy is quadratic with constant stiffness."""
-    inside = {
-        v for a in total.atoms if a.kind != VAR for v in a.variables if v >= others.start
-    }
+    inside = {v for a in total.atoms if a.kind != VAR for v in a.variables if v >= others.start}
     chosen = [k for k in others if k not in inside]
     # Variables with other powers, or with a stiffness that depends on Θ, stay.
     while bad := _not_quadratic(total, chosen):
@@ -208,8 +206,8 @@ def _poles(U: Expr) -> set[int]:
 
 def value_at(e: Expr, q: Array) -> float:
     """Return the value of an expression at numbers of its variables, to round-off."""
-    from rbstab.proof.taylor import Compiled
     from rbstab.proof.intervals import Intervals
+    from rbstab.proof.taylor import Compiled
 
     compiled = Compiled([e], 0, {}, 0)
     values = compiled(lambda k: Intervals(np.full((1, 1), q[k]), np.full((1, 1), q[k])))

@@ -31,7 +31,7 @@ BODIES_VERSION = 1
 """To be increased when a change of the method changes its results; older proofs are then redone."""
 
 CODE_VARIES = (
-    "the numbers of a user's code, the contact point and the anchor beside it cannot have tolerances"
+    "beside code of a user, its numbers, the contact point and the anchor have no tolerances"
 )
 
 UNUSUAL_CODE = "code of a user has more than 6 switches, a stop of its own, or depends on the time"
@@ -128,8 +128,8 @@ def prove_within(
 def _unknown_code(config: Config, tolerances: Sequence[Tolerance]) -> str | None:
     """Return why code of users is not shown to be passive for each body; None if it is, or none is.
 
-    It is shown for the body in the middle (`user_energies`); mass, inertia, gravity and the gains of
-    other elements do not enter its statements.
+    It is shown for the body in the middle (`user_energies`); mass, inertia, gravity and the gains
+    of other elements do not enter its statements.
     """
     if not has_code(config):
         return None

@@ -19,12 +19,16 @@ from rbstab.proof.robust.counterexample import (
 )
 from rbstab.proof.robust.family import Family
 from rbstab.proof.robust.forms import forms_of
-from rbstab.proof.robust.numbers import Members, NoFamilyError, Part
+from rbstab.proof.robust.numbers import Members, NoFamilyError, NoFamilyReason, Part
 from rbstab.proof.robust.part import IsLate, PartProof, lowest_near, prove_part
 from rbstab.proof.search import Zero
 
 PART_LIMIT = 32
 """The number of parts that are examined at most."""
+
+
+OF_WIDE_BOXES = frozenset({NoFamilyReason.NOT_HELD, NoFamilyReason.NOT_FINITE})
+"""The reasons that may not hold for the halves of a box."""
 
 
 class BodiesOutcome(Enum):
@@ -133,7 +137,11 @@ class _Search:
         """Prove a part, or halve it; return a result if this ends the proof."""
         try:
             family = Family(forms_of(self.members, part))
-        except NoFamilyError:
+        except NoFamilyError as error:
+            if error.reason not in OF_WIDE_BOXES:
+                return BodiesProof(
+                    BodiesOutcome.NO_ENERGY, 0.0, self.examined, self.boxes, str(error)
+                )
             return self._halve(part, _widest(part))
         proof = prove_part(family, self.near, is_late)
         self.boxes += proof.examined
@@ -167,9 +175,7 @@ class _Search:
 
     def _false(self, false: Counterexample) -> BodiesProof:
         several = len(false.rest_states) > 1
-        return self._ended(
-            BodiesOutcome.SEVERAL if several else BodiesOutcome.NO_MINIMUM, false
-        )
+        return self._ended(BodiesOutcome.SEVERAL if several else BodiesOutcome.NO_MINIMUM, false)
 
     def _ended(self, outcome: BodiesOutcome, false: Counterexample | None = None) -> BodiesProof:
         level = self.level if outcome is BodiesOutcome.PROVED else 0.0
@@ -195,7 +201,9 @@ def _axis(family: Family, part: Part, proof: PartProof) -> int | None:
     If only inertia and damping vary, all bodies have one energy U, and those of halves have too.
     """
     scores = family.disturbance(proof.doubtful[:4].T)
-    scores = np.where([k in family.forms.used and bool(r) for k, r in enumerate(part.radius)], scores, -1)
+    scores = np.where(
+        [k in family.forms.used and bool(r) for k, r in enumerate(part.radius)], scores, -1
+    )
     return int(np.argmax(scores)) if scores.max(initial=-1) >= 0 else None
 
 

@@ -84,7 +84,9 @@ def proved_rest_states(
             continue
         # Enclosures that do not meet hold different zeros.
         apart = [
-            bool(np.any((zero.enclosure.lo > z.enclosure.hi) | (zero.enclosure.hi < z.enclosure.lo)))
+            bool(
+                np.any((zero.enclosure.lo > z.enclosure.hi) | (zero.enclosure.hi < z.enclosure.lo))
+            )
             for z in found
         ]
         if all(apart):

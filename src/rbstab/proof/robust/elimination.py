@@ -5,8 +5,8 @@ x_0(Θ; z), with q = Hx_0 + b,
 
     U = min over x of Π = c + ½ x_0'(b + q) - ½ q'H⁻¹q.
 
-Here x_0 is the minimiser's Taylor polynomial in z, a polynomial times few functions e of Θ. So q is of
-a higher order in z, and q'H⁻¹q of twice that order: what is left is bounded by F'F/μ >= H⁻¹.
+Here x_0 is the minimiser's Taylor polynomial in z, with few functions e of Θ. So q is of a higher
+order in z, and q'H⁻¹q of twice that order: what is left is bounded by F'F/μ >= H⁻¹.
 """
 
 from collections.abc import Mapping
@@ -85,10 +85,9 @@ def eliminated(energy: Weighted, size: int) -> Eliminated:
     for powers, matrix in quadratic.B.items():
         both[powers] = both[powers] + matrix if powers in both else matrix
     for one, left in x.items():
-        left = left.transpose()
+        transposed = left.transpose()
         for other, right in both.items():
-            place = times(one, other)
-            term = left * right
+            place, term = times(one, other), transposed * right
             pairs[place] = pairs[place] + term if place in pairs else term
     _multiplied_out(rows, pairs, quadratic.entries)
     return Eliminated(rows, quadratic.entries, *_bounded(quadratic, q))
@@ -148,7 +147,9 @@ def _inverse(of: _Quadratic) -> "fmpq_mat":
     if middle is not None:
         n = range(middle.nrows())
         entries = [[middle[i, j] for j in n] for i in n]
-        exact = inverse_of_definite([[Fraction(int(c.p), int(c.q)) for c in row] for row in entries])
+        exact = inverse_of_definite(
+            [[Fraction(int(c.p), int(c.q)) for c in row] for row in entries]
+        )
     if exact is None:
         raise NoFamilyError(NoFamilyReason.NOT_HELD)
     return fmpq_mat([[fmpq(c.numerator, c.denominator) for c in row] for row in exact])
@@ -207,7 +208,7 @@ def _multiplied_out(
 
 
 def _bounded(of: _Quadratic, q: "Mapping[Powers, fmpq_mat]") -> tuple[Array, Array]:
-    """Return the matrices L_α of Fq, where F'F >= H(z)⁻¹ for all z, and the rounding of their sum."""
+    """Return the matrices L_α of Fq, where F'F >= H(z)⁻¹ for all z, and their rounding."""
     middle = _doubles(of.H[()])
     others = np.array([_doubles(H) for powers, H in of.H.items() if powers])
     others = others.reshape(-1, *middle.shape)

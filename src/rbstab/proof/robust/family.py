@@ -4,8 +4,8 @@ With the centre m of a box, δ = (Θ - m, z), and the matrices of the forms in p
 
     ∇U = g_0 + H_0 δ + Σ w_j (g_j + H_j δ) + rest,
 
-so y'∇U is not zero if |y'g_0| > |y'H_0| r + Σ (|y'g_j| + |y'H_j| r) + |y'| |rest|: a body has the same
-weight w_j in all components. Whatever is proved from these bounds holds for each body.
+so y'∇U is not zero if |y'g_0| > |y'H_0| r + Σ (|y'g_j| + |y'H_j| r) + |y'| |rest|: a body has the
+same weight w_j in all components. Whatever is proved from these bounds holds for each body.
 """
 
 from dataclasses import dataclass
@@ -34,7 +34,8 @@ class Local:
         centre: The centres, shape (3, boxes).
         radius: The radii r of δ, shape (n, boxes).
         gradient: g_0 and g_j, shapes (3, boxes) and (forms, 3, boxes).
-        hessian: H_0 and H_j, rows by Θ and columns by δ, shapes (3, n, boxes), (forms, 3, n, boxes).
+        hessian: H_0 and H_j, rows by Θ and columns by δ, shapes (3, n, boxes) and
+            (forms, 3, n, boxes).
         rest: A bound on all else, with all rounding, shape (3, boxes).
         slopes: ∇U over the boxes from its terms: of f_0, of the forms, and their errors.
         plain: The same as intervals, with infinite ends where a function has a pole.
@@ -87,7 +88,6 @@ class Local:
         by_terms = (by_terms + np.einsum("im,im->m", np.abs(y), error)) * UP
         return found | _signs(np.einsum("im,im->m", middle, y), by_terms, y, side)
 
-
     def rises(self, side: int = 0) -> Array:
         """Return in which boxes a slope of U has one sign for all bodies by its terms alone."""
         up, down = self.plain.lo > 0, self.plain.hi < 0
@@ -99,7 +99,9 @@ class Local:
 def _signs(rise: Array, spread: Array, y: Array, side: int) -> Array:
     if not side:
         return np.asarray(np.abs(rise) > spread)
-    return np.asarray(((rise > spread) & (side * y[1] >= 0)) | ((-rise > spread) & (side * y[1] <= 0)))
+    return np.asarray(
+        ((rise > spread) & (side * y[1] >= 0)) | ((-rise > spread) & (side * y[1] <= 0))
+    )
 
 
 class Family:
@@ -202,7 +204,8 @@ class Family:
         lost_low = np.where(np.isfinite(lost), lost, self.epsilon * np.abs(terms.lo).sum(axis=0))
         lost_high = np.where(np.isfinite(lost), lost, self.epsilon * np.abs(terms.hi).sum(axis=0))
         return Intervals(
-            terms.lo.sum(axis=0) - lost_low - remainder, terms.hi.sum(axis=0) + lost_high + remainder
+            terms.lo.sum(axis=0) - lost_low - remainder,
+            terms.hi.sum(axis=0) + lost_high + remainder,
         )
 
     def remainder(self, o: Intervals) -> tuple[Array, Array, Array]:
@@ -221,7 +224,7 @@ class Family:
         return 0.5 * N0**2 * UP, N0 * N1 * UP, (N0 * N2 + N1[:, None] * N1[None]) * UP
 
     def at(self, points: Array) -> tuple[Array, Array, Array]:
-        """Return U, ∇U and ∇²U by Θ of the body in the middle, at points (3, points), to round-off."""
+        """Return U, ∇U and ∇²U by Θ of the body in the middle at points (3, m), to round-off."""
         c = self._at_points(points)
         f = np.tensordot(self.forms.middle, c.mid[: self.count], 1)
         return f[0], f[self.first[:3]], f[self.second[:3, :3]]
@@ -327,7 +330,9 @@ class Over:
         """
         f = self.family
         n, places = slice(0, f.count), f.second[:3, :3]
-        middle, others, error = (x[..., 0] for x in f.summed(self.c.mid[n, places], self.c.rad[n, places]))
+        middle, others, error = (
+            x[..., 0] for x in f.summed(self.c.mid[n, places], self.c.rad[n, places])
+        )
         t0, t, wrong = self._third
         rows = np.cumsum(f.order == 3) - 1
         inner = np.moveaxis(rows[f.third[:3, :3, 3:]], 2, 0)

@@ -92,8 +92,8 @@ def forms_of(members: Members, part: Part) -> Forms:
 
 def reject_unsuited(system: object) -> None:
     """Raise `NoFamilyError` if an element slides, or supplies power."""
-    elements = getattr(system, "elements")
-    if getattr(system, "supplies"):
+    elements = system.elements
+    if system.supplies:
         raise NoFamilyError(NoFamilyReason.SUPPLIES)
     for element in elements:
         if isinstance(element, SlidingConnector):
@@ -103,9 +103,7 @@ def reject_unsuited(system: object) -> None:
             )
 
 
-def _collected(
-    left: Eliminated, numbers: int, used: frozenset[int], stop: float | None
-) -> Forms:
+def _collected(left: Eliminated, numbers: int, used: frozenset[int], stop: float | None) -> Forms:
     by_degrees = _in_chebyshev(left.rows)
     middle = _functions(by_degrees.pop((), {}))
     grouped = _grouped(by_degrees)

@@ -73,7 +73,9 @@ def prove_part(family: Family, near: Array, is_late: IsLate = lambda: False) -> 
         search.run(boxes, is_late)
         examined += search.examined
         if len(search.doubtful):
-            return PartProof(False, 0.0, examined, None, np.concatenate([point[None], search.doubtful]))
+            return PartProof(
+                False, 0.0, examined, None, np.concatenate([point[None], search.doubtful])
+            )
     height = border_height(family, minimum.point, box, is_late)
     return PartProof(
         True, height.lower_bound, examined + height.examined, minimum, np.zeros((0, 3))

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from fractions import Fraction
 from itertools import count
+from typing import Any
 
 import numpy as np
 import pytest
@@ -35,9 +36,9 @@ FULL = {
     "K_r": [[400, 50, 20], [50, 400, 0], [20, 0, 320]],
 }
 HELD = CONTROLLER | {"variant": "permanent"}
-STRUT = {"kind": "spring", "point": [0.02, 0.0, 0.3], "anchor": [0.3, 0.01, 1.0]}
+STRUT: dict[str, Any] = {"kind": "spring", "point": [0.02, 0.0, 0.3], "anchor": [0.3, 0.01, 1.0]}
 STRUT |= {"stiffness": 900.0, "rest_length": 0.5}
-BAND = {"kind": "ligament", "point": [0.1, 0.2, 0.3], "anchor": [0.5, 0.1, 0.5]}
+BAND: dict[str, Any] = {"kind": "ligament", "point": [0.1, 0.2, 0.3], "anchor": [0.5, 0.1, 0.5]}
 BAND |= {"stiffness": 100.0, "slack_length": 0.3, "toe_strain": 0.2, "damping": 8.0}
 
 
@@ -195,14 +196,14 @@ def test_pendulum_is_proved_where_its_equation_says(low, high, outcome):
 def test_what_is_proved_by_a_limit_of_time_is_told(monkeypatch):
     """Of the box from 61 to 143, the half with k > 100 is proved, and is examined second."""
     monkeypatch.setattr(bodies, "counterexample", lambda *_: None)
-    proved = []
+    proved: list[bool] = []
 
     def examined(*arguments):
         found = prove_part(*arguments)
         proved.append(found.proved)
         return found
 
-    prove_part = bodies.prove_part
+    prove_part = bodies.prove_part  # type: ignore[attr-defined]
     monkeypatch.setattr(bodies, "prove_part", examined)
     members, part = pendulum("61", "143")
     late = prove_bodies(members, part, is_late=lambda: any(proved))
@@ -288,7 +289,7 @@ def test_parts_cover_the_box(monkeypatch):
     """Parts that are wider than a quarter are called undecided here; the others have a level."""
     members, box = box_of(config_of("permanent"), "controller.K_r[0]=±8%", "controller.K_t[0]=±8%")
     examined: list[Part] = []
-    forms_of = bodies.forms_of
+    forms_of = bodies.forms_of  # type: ignore[attr-defined]
 
     def recorded(members, part):
         if any(part.radius):

@@ -2,6 +2,7 @@
 
 from fractions import Fraction
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,9 +29,9 @@ FULL = {
 }
 HEAVY = [1.0, -2.0, -9.81]
 HELD = CONTROLLER | {"variant": "permanent"}
-SPRING = {"kind": "spring", "point": [0.02, 0.0, 0.3], "anchor": [0.3, 0.01, 1.0]}
+SPRING: dict[str, Any] = {"kind": "spring", "point": [0.02, 0.0, 0.3], "anchor": [0.3, 0.01, 1.0]}
 SPRING |= {"stiffness": 900.0, "rest_length": 0.5}
-BAND = {"kind": "ligament", "point": [0.1, 0.2, 0.3], "anchor": [0.5, 0.1, 0.5]}
+BAND: dict[str, Any] = {"kind": "ligament", "point": [0.1, 0.2, 0.3], "anchor": [0.5, 0.1, 0.5]}
 BAND |= {"stiffness": 100.0, "slack_length": 0.3, "toe_strain": 0.2, "damping": 8.0}
 STIFF = {"kind": "guard", "method": "stiff", "stiffness": 50.0, "soft_angle": 0.9}
 REPELLING = {"kind": "guard", "method": "repelling", "couple": 50.0, "soft_angle": 0.9}
@@ -172,6 +173,7 @@ def test_the_rest_state_of_each_body_is_in_the_enclosure(config, texts):
     members, part = box_of(config, *texts)
     family = Family(forms_of(members, part))
     point = lowest_near(family, np.zeros(3))
+    assert point is not None
     minimum = minimum_near(family, point)
     if minimum is None:
         pytest.skip("the box is too wide")
@@ -219,7 +221,7 @@ def _power(z, powers):
 
 
 def _value(row, Theta):
-    functions = {"var": lambda x: x, "sin": np.sin, "cos": np.cos}
+    functions: dict[str, Any] = {"var": lambda x: x, "sin": np.sin, "cos": np.cos}
     total = 0.0
     for m, c in row.items():
         term = float(Fraction(str(c)))
@@ -235,7 +237,8 @@ def test_a_polynomial_in_the_numbers_is_the_same_expression():
     e = (x.sin() + 2 * z) ** 2 * (x.sqrt() + z) ** 2
     parts = weighted(e)
     assert set(parts) == {(), *(((FIRST, n),) for n in (1, 2, 3, 4))}
-    at = {0: 0.7, FIRST: -0.4}
+    at = np.zeros(FIRST + 1)
+    at[[0, FIRST]] = 0.7, -0.4
     assert value_at(joined(parts), at) == pytest.approx(value_at(e, at), rel=1e-12)
 
 
@@ -252,7 +255,7 @@ def test_a_number_that_places_a_step_stays_in_its_terms():
 @pytest.mark.parametrize("z", [-1.0, -0.3, 0.0, 1.0])
 def test_a_reciprocal_is_a_series_with_a_remainder(z):
     divisor = 3 + variable(FIRST).scaled(Fraction(1, 2))
-    terms = {powers: float(x.constant) for powers, x in weighted((divisor + 0) ** -2).items()}
+    terms = {powers: float(x.constant or 0) for powers, x in weighted((divisor + 0) ** -2).items()}
 
     def at(w):
         return sum(

@@ -1,7 +1,7 @@
-"""The energies of all bodies in a box: functions of Θ with coefficients that are known to an interval.
+"""The energies of all bodies in a box: functions of Θ with coefficients in intervals.
 
-U = Σ_μ (C_0 + Σ_j w_j C_j)_μ μ(Θ, z) + r with all weights |w_j| <= 1. The functions μ are products of
-atoms, the z are numbers of the body inside of them, and |r| is bounded (`elimination`).
+U = Σ_μ (C_0 + Σ_j w_j C_j)_μ μ(Θ, z) + r with all weights |w_j| <= 1. The functions μ are products
+of atoms, the z are numbers of the body inside of them, and |r| is bounded (`elimination`).
 
 Each power of a number z outside of them is written in Chebyshev polynomials, which lie in [-1, 1]:
 z² = ½ + ½ c_2(z). Products of these with proportional rows C are taken together.
@@ -31,6 +31,7 @@ from rbstab.proof.robust.numbers import (
     chebyshev,
     weighted,
 )
+from rbstab.systems.system import System
 
 if TYPE_CHECKING:
     from flint import fmpq
@@ -90,12 +91,11 @@ def forms_of(members: Members, part: Part) -> Forms:
     return _collected(left, len(part.middle), used, stop)
 
 
-def reject_unsuited(system: object) -> None:
+def reject_unsuited(system: System) -> None:
     """Raise `NoFamilyError` if an element slides, or supplies power."""
-    elements = system.elements
     if system.supplies:
         raise NoFamilyError(NoFamilyReason.SUPPLIES)
-    for element in elements:
+    for element in system.elements:
         if isinstance(element, SlidingConnector):
             on_position = element.rate_weight == 0
             raise NoFamilyError(

@@ -1,7 +1,7 @@
 """The one minimum of each body near a point, by convexity.
 
-With a matrix F near the inverse of the Cholesky factor of ∇²U of the middle body, F∇²U F' >= μ at the
-point for all bodies (`majorants`), and F∇²U F' >= μ - τ over a box, where third derivatives bound τ.
+With a matrix F near the inverse of the Cholesky factor of ∇²U of the middle body, F∇²U F' >= μ at
+the point for all bodies (`majorants`). Over a box it is at least μ - τ; third derivatives bound τ.
 """
 
 from typing import NamedTuple
@@ -37,8 +37,8 @@ def minimum_near(family: Family, point: Array) -> Minimum | None:
     """Prove that each body has one rest state near a point, a minimum.
 
     In y with Θ = Θ̂ + F'y, U has the gradient F∇U and, on a box that contains Θ̂, a Hessian of at
-    least μ - τ. If the ball |y| <= |F∇U(Θ̂)|/(μ - τ) lies inside the box, U has a minimum in it. As U
-    is strictly convex on the box, it is the only zero of ∇U there.
+    least μ - τ. If the ball |y| <= |F∇U(Θ̂)|/(μ - τ) lies inside the box, U has a minimum in it. As
+    U is strictly convex on the box, it is the only zero of ∇U there.
 
     Args:
         family: The energies.

@@ -125,9 +125,9 @@ def weighted(e: Expr) -> Weighted:
     """Write an expression as a polynomial in the numbers z, where these are outside of functions.
 
     Sums that are factors (`LET`) are taken apart by their powers of z. A reciprocal of a polynomial
-    in z alone becomes a series with a remainder, which is one more variable in [-1, 1]. A number that
-    places a step stays in all terms with steps: step(θ - a)(θ - a)² is smooth, and is not with another
-    number a in its second factor.
+    in z alone becomes a series with a remainder, which is one more variable in [-1, 1]. A number
+    that places a step stays in all terms with steps: step(θ - a)(θ - a)² is smooth, and is not with
+    another number a in its second factor.
 
     Raises:
         NoFamilyError: A divisor may be zero for some body.
@@ -238,9 +238,7 @@ def joined(terms: Mapping[Powers, Expr]) -> Expr:
     """Return a polynomial in z as one expression."""
     total = expr(0)
     for powers, x in terms.items():
-        for z, n in powers:
-            x = x * variable(z) ** n
-        total = total + x
+        total = total + math.prod((variable(z) ** n for z, n in powers), start=x)
     return total
 
 

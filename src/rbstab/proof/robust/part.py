@@ -169,7 +169,7 @@ class _Search:
         return np.where(width[axis, columns] < 0.2 * width.max(axis=0), widest, axis)
 
     def _flat(self, local: Local, directions: list[Array]) -> Array:
-        """Return at which centres outside the domain no test succeeds: smaller boxes do not help."""
+        """Return at which centres outside the domain no test succeeds, nor in smaller boxes."""
         domain = self.minimum.domain
         inside = (local.centre >= domain.lo[:, None]) & (local.centre <= domain.hi[:, None])
         flat = ~np.all(inside, axis=0) if not self.side else np.ones(local.centre.shape[1], bool)

@@ -46,6 +46,7 @@ def main() -> None:
         run("run", "box.yaml", "-q")
         take("results/box.h5", "run-1-states", "tutorial_box.png")
         run("sweep", "stiffness.yaml", "-q", "--no-prove")
+        take("results/stiffness", "sweep-1-first", "tutorial_outcome.png")
         take("results/stiffness", "sweep-1-map", "tutorial_map.png")
 
 

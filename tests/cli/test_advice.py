@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from support.leg import LIGAMENTS, leg
 
 import rbstab
 from rbstab.analysis.proof.searches import limits
@@ -54,33 +55,7 @@ SPIN = {
     "integration": {"duration": 2, "samples": 21},
 }
 
-LEG: dict[str, Any] = {
-    "schema_version": 2,
-    "body": {"mass": 3.5, "inertia": [0.059, 0.059, 0.006], "contact_point": [0, 0, -0.186]},
-    "gravity": [0, 0, -9.81],
-    "controller": {
-        "variant": "visco-elastic",
-        "K_t": [1e-6] * 3,
-        "L_t": [1e-6] * 3,
-        "K_r": [10, 10, 5],
-        "L_r": [0.8, 0.8, 0.3],
-        "K_c": [4000, 4000, 40000],
-        "L_c": [80, 80, 200],
-    },
-    "initial": {"orientation": {"deg": [5, 10, 0]}, "angular_velocity": [0, 2, 0]},
-    "integration": {"duration": 5},
-}
-LEG["initial"]["attached"] = True
-
-LIGAMENT = {"kind": "ligament", "toe_strain": 0.03, "damping": 20}
-LIGAMENTS = {
-    "medial": LIGAMENT
-    | {"point": [0.0, -0.03, -0.13], "anchor": [0, -0.04, -0.21]}
-    | {"stiffness": 3000, "slack_length": 0.082},
-    "lateral": LIGAMENT
-    | {"point": [-0.02, 0.04, -0.156], "anchor": [0, 0.04, -0.21]}
-    | {"stiffness": 2400, "slack_length": 0.058},
-}
+LEG = leg()
 
 KNOCK: dict[str, Any] = {
     "schema_version": 2,

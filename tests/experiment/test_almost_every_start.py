@@ -4,23 +4,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.leg import BODY, LIGAMENTS
 
 import rbstab
 from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.answers.state_words import almost_sentence
 from rbstab.experiment.proof import prove
+from rbstab.experiment.run_certificate import rest_state_check
 from rbstab.experiment.stored_proof.almost_every_start import almost_every_start
 from rbstab.experiment.stored_proof.proof import SUPPLIES, Proof
 
-BODY = {"mass": 3.5, "inertia": [0.059, 0.059, 0.006], "contact_point": [0, 0, -0.186]}
 GAINS = {"K_t": [1e-6, 1e-6, 1e-6], "L_t": [1e-6, 1e-6, 1e-6], "L_r": [0.8, 0.8, 0.3]}
-
-LIGAMENTS = {
-    "medial": {"point": [0.0, -0.03, -0.13], "anchor": [0, -0.04, -0.21]}
-    | {"stiffness": 3000, "slack_length": 0.082},
-    "lateral": {"point": [-0.02, 0.04, -0.156], "anchor": [0, 0.04, -0.21]}
-    | {"stiffness": 2400, "slack_length": 0.058},
-}
 
 
 def leg(K_r, elements=None, **more):
@@ -40,7 +34,7 @@ def ligament(**of):
     return {"kind": "ligament", "toe_strain": 0.03, "damping": 20, **of}
 
 
-HELD_BY_LIGAMENTS = leg([10, 10, 5], {name: ligament(**one) for name, one in LIGAMENTS.items()})
+HELD_BY_LIGAMENTS = leg([10, 10, 5], LIGAMENTS)
 FALLING = leg([5, 5, 2.5])
 """K_r < m g l = 6.386 N m/rad: it leans in one of four directions, with 5 θ = 6.386 sin θ."""
 
@@ -68,6 +62,9 @@ def test_of_a_leg_with_two_ligaments_only_the_upright_state_is_stable():
     found = proof.almost_every_start
     assert (found.proved, found.returns, found.states, found.why) == (True, True, (1,), "")
     assert (proof.stable_count, proof.every_start) == (1, False)
+    check = rest_state_check(proof)
+    assert (check.verdict, check.value) == ("violated", 5)
+    assert check.quantity.endswith(": 1 stable, 4 unstable; almost every start converges")
 
 
 @pytest.mark.heavy

@@ -6,6 +6,7 @@ entries of K. Where two entries are equal, half turns about all axes between are
 
 import numpy as np
 import pytest
+from support.leg import BODY
 
 import rbstab
 from rbstab.experiment.proof import prove
@@ -62,7 +63,7 @@ def test_a_degenerate_rest_state_is_neither_stable_nor_unstable():
     m, g, h, K_t = 3.5, 9.81, 0.186, 1e-6
     config = {
         "schema_version": 2,
-        "body": {"mass": m, "inertia": [0.059, 0.059, 0.006], "contact_point": [0, 0, -h]},
+        "body": BODY,
         "gravity": [0, 0, -g],
         "controller": {
             "variant": "permanent",

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.leg import held, leg
 
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.summary import settling_time_of, summary_of
@@ -15,39 +16,17 @@ from rbstab.sweep.members.scipy_comparison import compare
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
 
-G = 9.81
+WEIGHT = 3.5 * 9.81
+"""m g of the leg, N."""
+
 Config = dict[str, Any]
 
 
-def held(**initial: Any) -> Config:
-    """Return a body that is held at its contact point, without a load."""
-    return {
-        "body": {"mass": 12, "inertia": [0.29, 0.34, 0.13], "contact_point": [0, 0, -0.25]},
-        "controller": {
-            "variant": "permanent",
-            "K_t": [40, 40, 40],
-            "L_t": [8, 8, 8],
-            "K_r": [60, 60, 30],
-            "L_r": [6, 6, 3],
-        },
-        "initial": initial,
-        "integration": {"duration": 4, "samples": 201},
-    }
-
-
-def leg(stiffness: float = 4e4, **initial: Any) -> Config:
+def standing(stiffness: float = 4e4, **initial: Any) -> Config:
     """Return a leg that stands on a tie under its weight; at rest it is lower by m g / k."""
-    ties, turning = [4000, 4000, stiffness], {"K_r": [10, 10, 5], "L_r": [0.8, 0.8, 0.3]}
-    small = {"K_t": [1e-6] * 3, "L_t": [1e-6] * 3}
-    controller = {"variant": "visco-elastic", **small, **turning, "K_c": ties, "L_c": [80, 80, 200]}
-    lowered = 3.5 * G / (stiffness + 1e-6)
-    return {
-        "body": {"mass": 3.5, "inertia": [0.059, 0.059, 0.006], "contact_point": [0, 0, -0.186]},
-        "gravity": [0, 0, -G],
-        "controller": controller,
-        "initial": {"position": [0, 0, -lowered]} | initial,
-        "integration": {"duration": 2, "samples": 101},
-    }
+    config = leg(initial={"position": [0, 0, -WEIGHT / (stiffness + 1e-6)]} | initial)
+    config["controller"]["K_c"] = [4000, 4000, stiffness]
+    return config | {"integration": {"duration": 2, "samples": 101}}
 
 
 def on_elements(**initial: Any) -> Config:
@@ -78,9 +57,9 @@ def alone(**initial: Any) -> Config:
 AT_REST = {
     "held": held(),
     "on elements": on_elements(),
-    "under its weight": leg(),
-    "under its weight, stiff": leg(4e8),
-    "under its weight, to round-off": leg(orientation=[0, 1e-12, 0]),
+    "under its weight": standing(),
+    "under its weight, stiff": standing(4e8),
+    "under its weight, to round-off": standing(orientation=[0, 1e-12, 0]),
     "alone and turned": alone(orientation=[0.3, -0.2, 0.1]),
 }
 
@@ -103,7 +82,7 @@ def test_a_start_at_rest_is_at_rest_from_the_start(name: str, engine: str) -> No
         (alone(angular_velocity=[0, 0, 1]), False),
         (alone(angular_velocity=[0, 0, 1e-6]), False),
         (on_elements(orientation=[1e-5, 0, 0]), True),
-        (leg(orientation=[0, 1e-5, 0]), True),
+        (standing(orientation=[0, 1e-5, 0]), True),
     ],
 )
 def test_a_body_that_moves_is_not_at_rest_from_the_start(config: Config, settles: bool) -> None:
@@ -142,7 +121,10 @@ SETTLED_KNOCK = 1.01 + math.log(1000) / 5
 PLANS: dict[str, Config] = {
     "at rest": {"base": held(), "vary": {"initial.angular_velocity[1]": {"linspace": [-4, 4, 9]}}},
     "knock": {"base": KNOCK, "vary": {"elements.knock.amplitude": {"values": [1, 10, 100]}}},
-    "loaded": {"base": leg(), "vary": {"initial.angular_velocity[1]": {"linspace": [-1, 1, 3]}}},
+    "loaded": {
+        "base": standing(),
+        "vary": {"initial.angular_velocity[1]": {"linspace": [-1, 1, 3]}},
+    },
 }
 
 

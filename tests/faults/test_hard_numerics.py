@@ -10,11 +10,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+import yaml
 from flint import acb, ctx
 from support.configs import BY_VARIANT, plain
 from support.hang_guard import within
 from support.problems import ENGINES
 
+from rbstab.analysis.lyapunov import DIGITS
+from rbstab.analysis.settling import value_round_off
+from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.stored_certificate import certificate_lines
@@ -77,7 +81,9 @@ def assert_truthful(result: Any) -> None:
     r = v - v[0] - (result["lyapunov_change"] - removed)
     np.testing.assert_array_equal(result["energy_residual"], r)
     lines = lines_of(result)
-    size = np.abs(r).max() / max(v[0], 1e-4 * np.abs(energy).max())
+    problem = problem_of(load_config(yaml.safe_load(result.config)))
+    round_off = value_round_off(lambda y: problem.system.observe(y).energy, problem.start)
+    size = np.abs(r).max() / max(np.abs(v).max(), DIGITS * round_off)
     assert lines["audit"].value == pytest.approx(size, rel=1e-12, abs=0)
     # An implicit step is of first order, whatever its tolerance.
     bound = 1e-2 if "implicit: " in result.config else 1e-8

@@ -44,7 +44,7 @@ class Tags(HTMLParser):
 def test_a_run() -> None:
     opened = rbstab.open_result(STORED / "runs/embedded.h5")
     shown = repr(opened)
-    assert shown.startswith('<rbstab.Result "Stored": status completed, checks seen, ')
+    assert shown.startswith('<rbstab.Result "Stored": outcome ')
     assert re.search(r", \d+ samples, \d+ arrays>$", shown)
     assert len(shown) < 200
     page = opened._repr_html_()

@@ -1,6 +1,22 @@
-"""A leg on its knee: a held body above a joint, which a rotational spring holds upright."""
+"""A leg on its knee: a held body above a joint, which a rotational spring holds upright; a body
+that is held at its contact point without a load.
+"""
 
 from typing import Any
+
+BODY = {"mass": 3.5, "inertia": [0.059, 0.059, 0.006], "contact_point": [0, 0, -0.186]}
+
+_LINE = {"kind": "ligament", "toe_strain": 0.03, "damping": 20}
+
+LIGAMENTS = {
+    "medial": _LINE
+    | {"point": [0.0, -0.03, -0.13], "anchor": [0, -0.04, -0.21]}
+    | {"stiffness": 3000, "slack_length": 0.082},
+    "lateral": _LINE
+    | {"point": [-0.02, 0.04, -0.156], "anchor": [0, 0.04, -0.21]}
+    | {"stiffness": 2400, "slack_length": 0.058},
+}
+"""Two ligaments of the knee."""
 
 WEIGHT_MOMENT = 3.5 * 9.81 * 0.186
 """m g l, N m/rad: the leg stands upright if its spring is stiffer than this, 6.386."""
@@ -11,7 +27,7 @@ def leg(stiffness: float = 10.0, **sections: Any) -> dict[str, Any]:
     return {
         "schema_version": 2,
         "title": "A leg on its knee",
-        "body": {"mass": 3.5, "inertia": [0.059, 0.059, 0.006], "contact_point": [0, 0, -0.186]},
+        "body": BODY,
         "gravity": [0, 0, -9.81],
         "controller": {
             "variant": "visco-elastic",
@@ -29,3 +45,19 @@ def leg(stiffness: float = 10.0, **sections: Any) -> dict[str, Any]:
         },
         "integration": {"duration": 5},
     } | sections
+
+
+def held(**initial: Any) -> dict[str, Any]:
+    """Return the config of a body that is held at its contact point, without a load."""
+    return {
+        "body": {"mass": 12, "inertia": [0.29, 0.34, 0.13], "contact_point": [0, 0, -0.25]},
+        "controller": {
+            "variant": "permanent",
+            "K_t": [40, 40, 40],
+            "L_t": [8, 8, 8],
+            "K_r": [60, 60, 30],
+            "L_r": [6, 6, 3],
+        },
+        "initial": initial,
+        "integration": {"duration": 4, "samples": 201},
+    }

@@ -189,7 +189,7 @@ def _print_table(runs: list[Finished]) -> None:
     """Print the numbers of runs: a row for each."""
     from rbstab.analysis.lyapunov import ENERGY_SCALE
     from rbstab.experiment.answers.outcome import outcome_of
-    from rbstab.experiment.answers.run_answer import SETTLED, SETTLED_DRIVEN
+    from rbstab.experiment.answers.run_answer import SETTLED, SETTLED_DRIVEN, STARTS_AT_REST
     from rbstab.experiment.summary import (
         at_least,
         at_rest_from,
@@ -236,7 +236,8 @@ def _print_table(runs: list[Finished]) -> None:
         meaning += f"; where inputs supply power, {SETTLED_DRIVEN}"
     before = "; ≤: not later, the samples do not show it better" if "≤" in "".join(settling) else ""
     never = "" if all(settling) else "; -: not in this run"
-    print_table(table, f"At rest: {meaning} from then on{before}{never}.")
+    at_start = f"; {STARTS_AT_REST}" if "0" in settling else ""
+    print_table(table, f"At rest: {meaning} from then on{at_start}{before}{never}.")
 
 
 def _print_answers(runs: list[Finished], *, as_json: bool, quiet: bool) -> None:

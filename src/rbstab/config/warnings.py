@@ -40,6 +40,9 @@ INERTIA_UNITS = {"g m²": 1e3, "kg cm²": 1e4, "kg mm²": 1e6, "g mm²": 1e9}
 LARGEST_STRAIN = 0.3
 """Ligaments tear at less; a larger strain is most likely one in %."""
 
+STRONGEST_GRAVITY = 100.0
+"""m/s². That of Jupiter is 25; a stronger one is most likely in mm/s²."""
+
 FASTEST = 180.0
 """A faster rate, rad/s (29 turns a second), is most likely one in degrees per second."""
 
@@ -99,6 +102,9 @@ def _strains(config: Config) -> Iterator[str]:
 def _gravity(config: Config) -> Iterator[str]:
     if config.gravity[2] > 0:
         yield f"gravity: it points up, for z points up; down is [0, 0, {-config.gravity[2]:g}]"
+    size = math.hypot(*config.gravity)
+    if size > STRONGEST_GRAVITY:
+        yield f"gravity: {size:g} m/s²; is it in m/s² (not mm/s²)?"
 
 
 def _angles(config: Config) -> Iterator[str]:

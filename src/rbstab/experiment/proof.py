@@ -31,7 +31,7 @@ from rbstab.systems.system import System
 
 if TYPE_CHECKING:
     from rbstab.analysis.proof.reduced_energy import ExactSystem, NoReducedEnergy
-    from rbstab.analysis.proof.rest_states import RestStates
+    from rbstab.proof.rest_states import RestStates
 
 
 ENOUGH = 0.5
@@ -122,16 +122,19 @@ def _reduced_proof(  # noqa: PLR0913 (as `prove`, with what it has computed)
     brief: bool,
 ) -> Proof:
     """Prove the rest states of a body by an energy of Θ alone."""
-    from rbstab.analysis.proof.branch_and_bound import SearchOutcome
-    from rbstab.analysis.proof.rest_states import rest_states
+    from rbstab.analysis.proof.outcome import SearchOutcome
+    from rbstab.analysis.proof.reduced_energy import reduced_energy
     from rbstab.analysis.proof.searches.limits import search_limit
-    from rbstab.analysis.proof.unwrapped import box_limit_of, unwrapped_rest_states
+    from rbstab.proof.rest_states import WIDE_LIMIT, Body
 
     def seconds() -> float:
         return time.perf_counter() - start_time
 
+    energy, body = reduced_energy(system, exact_system), Body(system, exact_system)
+    if search_only:
+        return proof_record(identity, energy, Found(body.searched()), None, seconds())
     limit = search_limit(system, brief=brief)
-    rest = rest_states(system, exact_system, proof=not search_only, box_limit=limit.boxes)
+    rest = body.proved(body.range, limit.boxes)
     stopped = rest.outcome is SearchOutcome.BOX_LIMIT
     most = search_limit(system, brief=False).boxes
     rate_known = stopped and rest.examined >= MANY
@@ -139,20 +142,19 @@ def _reduced_proof(  # noqa: PLR0913 (as `prove`, with what it has computed)
     changes = {"outcome": _too_few(rest, most)} if too_few else {}
     if limit.slow and stopped:
         # Undecided boxes cover most of the range, so no region is left.
-        record = proof_record(identity, _without_regions(rest), None, seconds())
+        record = proof_record(identity, energy, Found(rest), None, seconds())
         return record.model_copy(update={**changes, "brief": brief or None})
-    left = limit.boxes - rest.examined
-    wide = None
-    if not search_only:
-        wide = unwrapped_rest_states(rest, left if brief else None)
+    left = min(limit.boxes - rest.examined, WIDE_LIMIT) if brief else WIDE_LIMIT
+    wide = body.wide(rest, left)
     # Where every start converges, no region is needed: it is all of the range.
     every_start = rest.closed or (wide is not None and wide.every_start)
-    regions_of = _without_regions if every_start else _regions_of
-    found = regions_of(rest)
-    unwrapped = found if wide is rest else None if wide is None else regions_of(wide)
-    record = proof_record(identity, found, unwrapped, seconds())
+    found = Found(rest) if every_start else _regions_of(rest)
+    unwrapped = found if wide is rest else None
+    if wide is not None and wide is not rest:
+        unwrapped = Found(wide) if every_start else _regions_of(wide)
+    record = proof_record(identity, energy, found, unwrapped, seconds())
     wide_stopped = wide is not None and wide.outcome is SearchOutcome.BOX_LIMIT
-    by_limit = stopped or (left < box_limit_of(rest.energy.form) and wide_stopped)
+    by_limit = stopped or (left < WIDE_LIMIT and wide_stopped)
     return record.model_copy(update={**changes, "brief": True if brief and by_limit else None})
 
 
@@ -181,7 +183,7 @@ def _tied_proof(
     brief: bool,
 ) -> Proof:
     """Prove the rest states of a tied body in six variables, such as one with springs."""
-    from rbstab.analysis.proof.branch_and_bound import SearchOutcome
+    from rbstab.analysis.proof.outcome import SearchOutcome
     from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
     from rbstab.analysis.proof.tied.energy import tied_energy
     from rbstab.analysis.proof.tied.rest_states import tied_rest_states, unwrapped_tied_states
@@ -243,19 +245,12 @@ def _no_theorem(config: Config) -> str | None:
     return None if undamped is None else f"{NOT_DAMPED}: {undamped}"
 
 
-def _without_regions(rest: "RestStates") -> Found:
-    return Found(rest, None, ())
-
-
 def _regions_of(rest: "RestStates") -> Found:
     """Return rest states with the regions of the minima."""
     from rbstab.analysis.proof.boxes import RANGE_END
-    from rbstab.analysis.proof.branch_and_bound import SearchOutcome
-    from rbstab.analysis.proof.certified_region import certified_region
-    from rbstab.analysis.proof.regions.minimum_regions import minimum_regions
+    from rbstab.analysis.proof.outcome import SearchOutcome
 
     if rest.outcome is SearchOutcome.BOX_LIMIT and np.any(rest.end > RANGE_END):
         # Undecided boxes cover most of the range, so no region is left, but it would take long.
-        return Found(rest, None, ())
-    region = certified_region(rest)
-    return Found(rest, region, minimum_regions(rest, region))
+        return Found(rest)
+    return Found(rest, rest.regions)

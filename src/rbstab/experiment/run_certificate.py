@@ -108,6 +108,8 @@ def rest_state_check(proof: "Proof | None") -> Check:
             return stable._replace(verdict=verdict, value=float(known), quantity=LEAST_REST_STATES)
         verdict = Verdict.UNKNOWN
     quantity = f"{REST_STATES}: {kinds_of(proof.states)}" if count > 1 else REST_STATES
+    if verdict is Verdict.VIOLATED and proof.almost_every_start.proved:
+        quantity += "; almost every start converges"
     return stable._replace(verdict=verdict, value=float(count), quantity=quantity)
 
 

@@ -27,6 +27,10 @@ ROUND_OFF = 1e-14
 """That of the entries of a product of two small matrices, relative to the sum of its terms."""
 
 
+ARRIVED = 1e-12
+"""Relative size of a Newton step that is round-off; what is left of it counts in the bounds."""
+
+
 class Matrices(NamedTuple):
     """Matrices known to an error, for each box: middles and radii, shape (n, n, boxes)."""
 
@@ -166,23 +170,25 @@ class BoundedEnergy:
 
     def minimiser(self, points: Array, steps: int = 60) -> Minimiser:
         """Return z near the lowest point at some points of shape (n, points), to round-off."""
-        count = points.shape[1]
-        z = np.zeros((self.k, count))
-        nothing = Minimiser(z, np.zeros((self.k, self.n, count)), np.zeros((self.k, self.k, count)))
+        z = np.zeros((self.k, points.shape[1]))
         a, b = slice(0, self.n), slice(self.n, None)
-        H = np.broadcast_to(np.eye(self.n + self.k)[..., None], (*self.second.shape, count))
         with np.errstate(all="ignore"):
             for _ in range(steps):
-                values = self._values(self.points, points, points, nothing._replace(z=z), 0 * z)
-                f = values.dense(0, count).mid
-                H = f[self.second] * self.twice
-                step = np.einsum("ijm,jm->im", inverses(H[b, b]), f[self.first][b])
+                _, g, H = self.at_all(points, z)
+                step = np.einsum("ijm,jm->im", inverses(H[b, b]), g[b])
                 step = np.where(np.isfinite(step), step, 0.0)
                 z = z - np.clip(step, -0.5, 0.5)
-                if np.abs(step).max(initial=0.0) < 1e-13 * (1 + np.abs(z).max(initial=0.0)):
+                if np.abs(step).max(initial=0.0) < ARRIVED * (1 + np.abs(z).max(initial=0.0)):
                     break
         inverse = inverses(H[b, b])
         return Minimiser(z, -np.einsum("ijm,jkm->ikm", inverse, H[b, a]), inverse)
+
+    def at_all(self, points: Array, z: Array) -> tuple[Array, Array, Array]:
+        """Return U, ∇U and ∇²U by Θ and z at points (n, points) and z (free, points)."""
+        count = points.shape[1]
+        fixed = Minimiser(z, np.zeros((self.k, self.n, count)), np.zeros((self.k, self.k, count)))
+        f = self._values(self.points, points, points, fixed, np.zeros_like(z)).dense(0, count).mid
+        return f[0], f[self.first], f[self.second] * self.twice
 
     # -- bounds --------------------------------------------------------------------------------
 

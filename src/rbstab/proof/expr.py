@@ -18,9 +18,13 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 VAR, SIN, COS, LET, STEP, POSITIVE = "var", "sin", "cos", "let", "step", "positive"
+OF = "of"
 
 FUNCTIONS = frozenset({SIN, COS, "sqrt", "exp", "log", "atan"})
 """The kinds of atoms that are smooth functions of one argument."""
+
+INNER = -1
+"""The number of the variable of an expression that stands in an atom `OF`."""
 
 MOST_PRODUCTS = 20_000
 """Products of sums with more pairs of terms are not multiplied out."""
@@ -34,17 +38,18 @@ class Atom:
 
     Args:
         kind: What it is: `VAR`, `SIN`, `COS`, `LET` (the argument itself), `STEP`, `POSITIVE` (the
-            argument where that is positive, else 0), or the name of a function.
+            argument where that is positive, else 0), `OF` (an expression of the variable `INNER`, of
+            the argument), or the name of a function.
         argument: Its argument.
-        extra: For a step, how many derivatives the sum in which it stands has that do not jump,
-            but for the last of them.
+        extra: For a step, the order of the first derivative that may jump of the sum in which it
+            stands; for `OF`, the expression.
     """
 
     __slots__ = ("__weakref__", "argument", "extra", "kind", "order", "variables")
 
     kind: str
     argument: Union[int, "Expr"]
-    extra: int | None
+    extra: "int | Expr | None"
     order: tuple[int, str]
     variables: frozenset[int]
 
@@ -59,14 +64,17 @@ class Atom:
         return self.argument
 
 
-_atoms: WeakValueDictionary[tuple[str, Any, int | None], Atom] = WeakValueDictionary()
+_atoms: WeakValueDictionary[tuple[str, Any, Any], Atom] = WeakValueDictionary()
 """The atoms in memory, so that equal ones are one."""
 
 
-def atom(kind: str, argument: Union[int, "Expr"], extra: int | None = None) -> Atom:
+def atom(
+    kind: str, argument: Union[int, "Expr"], extra: Union[int, "Expr", None] = None
+) -> Atom:
     """Return the atom of a kind and an argument."""
     name = argument.digest if isinstance(argument, Expr) else argument
-    found = _atoms.get((kind, name, extra))
+    more = extra.digest if isinstance(extra, Expr) else extra
+    found = _atoms.get((kind, name, more))
     if found is None:
         found = Atom()
         found.kind, found.argument, found.extra = kind, argument, extra
@@ -77,8 +85,8 @@ def atom(kind: str, argument: Union[int, "Expr"], extra: int | None = None) -> A
             found.variables, number = frozenset({argument}), argument
         # Variables and their sines and cosines come first.
         plain = number is not None and kind in {VAR, SIN, COS}
-        found.order = (0, f"{number:04d} {kind}") if plain else (1, f"{name} {kind} {extra}")
-        _atoms[kind, name, extra] = found
+        found.order = (0, f"{number:04d} {kind}") if plain else (1, f"{name} {kind} {more}")
+        _atoms[kind, name, more] = found
     return found
 
 
@@ -226,7 +234,7 @@ class Expr:
         plain = plain and len(one.terms) * len(two.terms) <= MOST_PRODUCTS
         if not (plain or one.is_switch or two.is_switch):
             one, two = as_factor(one), as_factor(two)
-        return _product(one, two)
+        return product(one, two)
 
     __rmul__ = __mul__
 
@@ -246,7 +254,7 @@ class Expr:
             return _reduced({tuple((a, p * n) for a, p in m): c**n})
         found = self
         for _ in range(n - 1):
-            found = _product(found, self)
+            found = product(found, self)
         return found
 
     def __truediv__(self, other: Any) -> "Expr":
@@ -298,7 +306,7 @@ class Expr:
 
     # -- functions ------------------------------------------------------------------------------
 
-    def function(self, kind: str, extra: int | None = None) -> "Expr":
+    def function(self, kind: str, extra: Union[int, "Expr", None] = None) -> "Expr":
         """Return a function of it."""
         if kind == LET:
             return self
@@ -404,7 +412,8 @@ def monomial(factors: Iterable[tuple[Atom, int]]) -> Monomial:
     return tuple(sorted(((a, p) for a, p in factors if p), key=lambda one: one[0].order))
 
 
-def _product(one: Expr, two: Expr) -> Expr:
+def product(one: Expr, two: Expr) -> Expr:
+    """Return the product of two sums, multiplied out."""
     terms: dict[Monomial, Fraction] = {}
     for m1, c1 in one.terms.items():
         for m2, c2 in two.terms.items():
@@ -427,7 +436,7 @@ def _reduced(terms: Mapping[Monomial, Fraction]) -> Expr:
             if a.kind == SIN and p >= 2:
                 square = Expr({(): Fraction(1), ((atom(COS, a.argument), 2),): Fraction(-1)})
                 left = Expr({monomial([*rest, (a, p - 2)]): c})
-                pending += _product(left, square).terms.items()
+                pending += product(left, square).terms.items()
                 break
             if a.kind == STEP and p >= 2:
                 pending.append((monomial([*rest, (a, 1)]), c))

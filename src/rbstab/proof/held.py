@@ -25,6 +25,9 @@ LAMBDA = 1000
 GRID = (7, 6, 7)
 """The points of a range, by axis, from which states on a surface are looked for."""
 
+UPWARDS = np.array([0.0, 1.0, 0.0])
+"""Across the surface at which a stop holds θ2."""
+
 RADII = np.geomspace(1e-14, 0.5, 100)
 
 FACE_LIMIT = 20_000
@@ -112,7 +115,7 @@ class _Surface:
             Box(lo[:, d], hi[:, d]),
             None if index is None else index - 1 + ridge,
             float(wide.value.mid[e]),
-            held=True,
+            normal=normal,
             ridge=ridge,
         )
 
@@ -167,7 +170,7 @@ def _zeros_on_face(energy: Energy, box: Box, side: int, limit: int) -> Zeros:
             point = np.array([zero.point[0], side * float(energy.stop), zero.point[1]])
             around = Box(at.lo[:, 0], at.hi[:, 0])
             zeros.append(
-                replace(zero, point=point, enclosure=around, domain=around, held=True)
+                replace(zero, point=point, enclosure=around, domain=around, normal=UPWARDS)
             )
         elif not slope.lo[0] > 0:
             undecided.append(at)

@@ -53,18 +53,27 @@ class Intervals:
 
 def outward(lo: Array, hi: Array, slack: float = SLACK) -> Intervals:
     """Move ends outwards by a share of their magnitude; what is no number becomes no bound."""
-    lo = lo - slack * np.abs(lo) - TINY
-    hi = hi + slack * np.abs(hi) + TINY
-    return Intervals(
-        np.where(np.isnan(lo), -np.inf, lo), np.where(np.isnan(hi), np.inf, hi)
-    )
+    return Intervals(-_raised(-lo, slack), _raised(hi, slack))
+
+
+def _raised(x: Array, slack: float) -> Array:
+    found = np.abs(x)
+    found *= slack
+    found += TINY
+    found += x
+    if np.isnan(found.sum()):  # also where infinite numbers of both signs are summed
+        found = np.where(np.isnan(found), np.inf, found)
+    return np.asarray(found)
 
 
 def product(a: Intervals, b: Intervals) -> Intervals:
     """Return ab. 0·inf counts as 0: an infinite end stands for arbitrarily large finite numbers."""
-    corners = (a.lo * b.lo, a.lo * b.hi, a.hi * b.lo, a.hi * b.hi)
-    low = np.fmin(np.fmin(corners[0], corners[1]), np.fmin(corners[2], corners[3]))
-    high = np.fmax(np.fmax(corners[0], corners[1]), np.fmax(corners[2], corners[3]))
+    one, two = a.lo * b.lo, a.lo * b.hi
+    low, high = np.fmin(one, two), np.fmax(one, two, out=one)
+    for end in (b.lo, b.hi):
+        np.multiply(a.hi, end, out=two)
+        np.fmin(low, two, out=low)
+        np.fmax(high, two, out=high)
     return outward(low, high)
 
 

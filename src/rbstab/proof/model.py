@@ -15,12 +15,26 @@ import numpy as np
 from rbstab.analysis.configuration import configurations
 from rbstab.elements.ligament import Ligament
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.expr import COS, LET, SIN, VAR, Atom, Expr, atom, expr, numbers, variable
+from rbstab.proof.expr import (
+    COS,
+    LET,
+    SIN,
+    VAR,
+    Atom,
+    Expr,
+    atom,
+    expr,
+    numbers,
+    only,
+    variable,
+)
 from rbstab.proof.rewriting import (
     inverse_of_definite,
     quadratic_in,
+    spread,
     substituted,
     with_known_steps,
+    with_outlined_steps,
 )
 from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
@@ -33,6 +47,10 @@ ExactSystem = Callable[[Callable[[Array], Array]], System]
 
 COSINE = atom(COS, variable(1))
 """cos θ2, which is not negative in the range."""
+
+
+HALVES = {k: atom(COS, variable(k).scaled(Fraction(1, 2))) for k in (0, 2)}
+"""cos ½θ1 and cos ½θ3, which are not negative for angles from -π to π."""
 
 
 class NoMinimumError(Exception):
@@ -61,8 +79,8 @@ class Energy:
 
     @property
     def least(self) -> dict[Atom, float]:
-        """Known lower bounds of atoms in the range."""
-        return {COSINE: 0.0}
+        """Known lower bounds of atoms in the range |θ2| <= π/2, and where barriers keep a motion."""
+        return {COSINE: 0.0} | {HALVES[k]: 0.0 for k in self.closed if k in HALVES}
 
 
 class Stored(NamedTuple):
@@ -117,7 +135,7 @@ def stored_energy(system: System, exact_system: ExactSystem) -> Stored:
             modes = [expr(g).step(smooth) for g in element.guards(motion, mine)]
             acting = replace(acting, mode=np.array(modes, dtype=object))
         total = total + acting.stored(motion, mine)
-    return Stored(with_known_steps(total), at_rest.size, stop)
+    return Stored(_by_half_angles(with_known_steps(total)), at_rest.size, stop)
 
 
 def _exact(system: System, exact_system: ExactSystem) -> System:
@@ -152,7 +170,7 @@ def _eliminated(total: Expr, others: range) -> Energy:
         U = U + (parts.b[i] * minimiser[k]).scaled(Fraction(1, 2))
     free = tuple(k for k in others if k not in chosen)
     U, shift = _shifted(U, free)
-    return Energy(U, free, minimiser, shift)
+    return Energy(with_outlined_steps(U), free, minimiser, shift)
 
 
 def _not_quadratic(total: Expr, chosen: list[int]) -> set[int]:
@@ -189,19 +207,24 @@ def _sum(terms: Any) -> Expr:
     return sum(terms, expr(0))
 
 
+def _by_half_angles(U: Expr) -> Expr:
+    """Write poles at 1 + cos θ = 0 by the half angle, whose cosine has one sign: 2 cos² ½θ."""
+    total = expr(0)
+    for m, c in U.terms.items():
+        term = Expr({m: c})
+        for k, half in HALVES.items():
+            pole = only(atom(LET, 1 + variable(k).cos()))
+            if any(p < 0 for a, p in m if only(a) == pole):
+                given = {atom(COS, variable(k)): 2 * only(half) ** 2 - 1}
+                term = spread(substituted(term, given))
+        total = total + term
+    return total
+
+
 def _poles(U: Expr) -> set[int]:
-    """Return the angles at whose end a barrier is: U has a power of 1/cos θ2, or of 1/(1 + cos θ)."""
-    found = set[int]()
-    for m in U.terms:
-        for a, p in m:
-            if p >= 0:
-                continue
-            if a is COSINE:
-                found.add(1)
-            for k in (0, 2):
-                if a.kind == LET and a.inner == 1 + variable(k).cos():
-                    found.add(k)
-    return found
+    """Return the angles at whose ends a barrier is: U has a power of 1/cos θ2, or of 1/cos ½θ."""
+    places = {COSINE: 1} | {half: k for k, half in HALVES.items()}
+    return {places[a] for m in U.terms for a, p in m if p < 0 and a in places}
 
 
 def value_at(e: Expr, q: Array) -> float:

@@ -5,7 +5,9 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from rbstab.proof.expr import (
+    INNER,
     LET,
+    OF,
     POSITIVE,
     STEP,
     VAR,
@@ -17,6 +19,9 @@ from rbstab.proof.expr import (
     expr,
     monomial,
     only,
+    product,
+    variable,
+    variable_of,
 )
 
 PLAIN = frozenset({VAR, STEP, POSITIVE})
@@ -86,6 +91,67 @@ def _affine_in(x: Expr, g: Expr) -> Expr | None:
     if constant is None or factor <= 0:
         return None
     return only(atom(POSITIVE, g)).scaled(factor) + constant
+
+
+def with_outlined_steps(e: Expr) -> Expr:
+    """Take all terms with steps of one argument g that depend on g alone together: they are F(g).
+
+    Bounds on F over an interval of g are far sharper than those of its terms (`taylor.Outlined`).
+    Steps of a force that jumps stay, as a body may be held there.
+    """
+    smooth = {a.inner for a in e.atoms if a.kind == STEP and a.extra != 1}
+    for g in sorted(smooth, key=lambda g: g.digest):
+        if variable_of(g) is not None or all(a.kind == VAR for a in g.atoms):
+            continue  # a guard of one angle is sharp as it is
+        outlined = dict[Monomial, Fraction]()
+        inner = expr(0)
+        for m, c in e.terms.items():
+            if any(a.kind == STEP and _in_terms_of(a.inner, g) is not None for a, _ in m):
+                found = _in_terms_of(Expr({m: c}), g)
+                if found is not None:
+                    outlined[m] = c
+                    inner = inner + found
+        if outlined:
+            rest = Expr({m: c for m, c in e.terms.items() if m not in outlined})
+            e = rest + only(atom(OF, g, inner))
+    return e
+
+
+def _in_terms_of(e: Expr, g: Expr) -> Expr | None:
+    """Return an expression as one of g, in the variable `INNER`; None if it is none."""
+    m = next((m for m in g.terms if m), None)
+    if e.constant is not None:
+        return e
+    if m in e.terms:
+        factor = e.terms[m] / g.terms[m]
+        constant = (e - g.scaled(factor)).constant
+        if constant is not None:
+            return variable(INNER).scaled(factor) + constant
+    total = expr(0)
+    for m, c in e.terms.items():
+        term = expr(c)
+        for a, p in m:
+            inner = None if a.kind in {VAR, OF} else _in_terms_of(a.inner, g)
+            if inner is None:
+                return None
+            base = inner.function(a.kind, a.extra)
+            term = term * (as_factor(base) if a.kind == LET else base) ** p
+        total = total + term
+    return total
+
+
+def spread(e: Expr) -> Expr:
+    """Multiply out sums that stand as factors, also beside negative powers."""
+    total = expr(0)
+    for m, c in e.terms.items():
+        term = Expr({(): c})
+        for a, p in m:
+            base = a.inner if a.kind == LET and p > 0 else only(a)
+            for _ in range(p if a.kind == LET and p > 0 else 1):
+                power = base if a.kind == LET and p > 0 else Expr({((a, p),): Fraction(1)})
+                term = product(term, power)
+        total = total + term
+    return total
 
 
 class Quadratic(NamedTuple):

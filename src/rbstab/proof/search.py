@@ -19,13 +19,16 @@ RADII = np.geomspace(1e-15, 2.0, 160)
 """The radii of the boxes about a point, of which one is proved to have a single zero."""
 
 BATCH = 1024
-"""Boxes that are bounded at once."""
+"""Boxes that are bounded at once; a quarter of it with free variables, whose series are longer."""
 
 SMALLEST = 2e-7
 """The size of a box, relative to the scale of each variable, that is not halved any more."""
 
 ZERO_STEP = 1e-9
 """A Newton step that is shorter has arrived."""
+
+TRY_STEPS = 12
+"""Newton steps from the centre of a box; a box near a zero needs fewer."""
 
 NEAR_FAILED = 1e-8
 """Points that are nearer to one that could not be isolated are not tried."""
@@ -34,6 +37,12 @@ FAMILY_TRIES = 12
 """So many different points that cannot be isolated are taken for a family of zeros."""
 
 FAMILY_APART = 1e-3
+
+SINGULAR = 1e-6
+"""A smaller eigenvalue of a Hessian, relative to the largest, is taken for zero."""
+
+AT_BORDER = 1e-6
+"""At the ends of the range the angles themselves may be singular."""
 
 
 class Box(NamedTuple):
@@ -85,10 +94,10 @@ class Boxes(NamedTuple):
 
 def joined(parts: Sequence[Boxes], n: int) -> Boxes:
     """Return the boxes of all parts, of n axes."""
-    if not parts:
-        return Boxes(np.zeros((n, 0)), np.zeros((n, 0)))
+    none = np.zeros((n, 0))
     return Boxes(
-        np.concatenate([part.lo for part in parts], 1), np.concatenate([part.hi for part in parts], 1)
+        np.concatenate([none, *(part.lo for part in parts)], 1),
+        np.concatenate([none, *(part.hi for part in parts)], 1),
     )
 
 
@@ -107,7 +116,7 @@ class Zero:
         domain: A wider box in which there is no other.
         index: The number of negative eigenvalues of ∇²V there; None if it is not proved.
         energy: V near it, J.
-        held: Whether a force that jumps holds the body there.
+        normal: Across the surface at which a force that jumps holds the body; None elsewhere.
         ridge: Whether this force pushes away.
     """
 
@@ -116,7 +125,7 @@ class Zero:
     domain: Box
     index: int | None
     energy: float
-    held: bool = False
+    normal: Array | None = None
     ridge: bool = False
 
 
@@ -130,6 +139,7 @@ class Zeros:
         examined: The number of boxes that were examined.
         family: Whether the search ended because zeros seem to form a family.
         share: The share of the volume of the box that is decided.
+        singular: Points that seem to be zeros with a singular Hessian, each of shape (n,).
     """
 
     zeros: tuple[Zero, ...]
@@ -137,6 +147,7 @@ class Zeros:
     examined: int
     family: bool = False
     share: float = 1.0
+    singular: tuple[Array, ...] = ()
 
     @property
     def proved(self) -> bool:
@@ -145,18 +156,22 @@ class Zeros:
 
 
 def newton(energy: BoundedEnergy, starts: Array, steps: int = 30) -> tuple[Array, Array]:
-    """Follow Newton's method from points of shape (n, points); return the ends and last steps."""
-    x, last = starts.copy(), np.full(starts.shape[1], np.inf)
+    """Follow Newton's method from points of shape (n, points); return the ends and last steps.
+
+    It moves in all variables at once, from where U is least over z.
+    """
+    z = energy.minimiser(starts).z if energy.k else np.zeros((0, starts.shape[1]))
+    x, last = np.concatenate([starts, z]), np.full(starts.shape[1], np.inf)
     with np.errstate(all="ignore"):
         for _ in range(steps):
-            _, g, H = energy.at(x)
+            _, g, H = energy.at_all(x[: energy.n], x[energy.n :])
             step = np.einsum("ijm,jm->im", inverses(H), g)
             last = np.abs(step).max(axis=0)
             step = step * np.minimum(1.0, 0.5 / np.maximum(last, 1e-300))
             x = x - np.where(np.isfinite(step), step, 0.0)
             if not np.any(last > 1e-13):
                 break
-    return x, last
+    return x[: energy.n], last
 
 
 def isolated(energy: BoundedEnergy, point: Array) -> Zero | None:
@@ -216,6 +231,7 @@ class Search:
         self.scale = np.ones(len(box.lo)) if scale is None else scale
         self.zeros: list[Zero] = list(known)
         self.failed: list[Array] = []
+        self.ambiguous: list[Box] = []
         self.examined = 0
 
     def run(self, limit: int, starts: Array | None = None) -> Zeros:
@@ -225,17 +241,17 @@ class Search:
             limit: The number of boxes.
             starts: Points from which Newton's method is tried first, shape (n, points).
         """
-        n = len(self.box.lo)
+        n, batch = len(self.box.lo), BATCH // 4 if self.energy.k else BATCH
         if starts is not None and starts.shape[1]:
             self._try(starts)
         pending, left = [one_box(self.box)], list[Boxes]()
         while pending and self.examined < limit and not self.family:
             boxes = pending.pop()
-            if boxes.count < BATCH and pending:
+            if boxes.count < batch and pending:
                 boxes = joined([boxes, pending.pop()], n)
-            if boxes.count > BATCH:
-                pending.append(boxes[slice(BATCH, None)])
-                boxes = boxes[slice(BATCH)]
+            if boxes.count > batch:
+                pending.append(boxes[slice(batch, None)])
+                boxes = boxes[slice(batch)]
             self.examined += boxes.count
             halves, tiny = self._step(boxes)
             left += [tiny] if tiny.count else []
@@ -252,7 +268,7 @@ class Search:
 
     def _result(self, undecided: Boxes, share: float) -> Zeros:
         """Return the zeros inside; one that may lie on the border is undecided."""
-        inside, across = [], []
+        inside, across = [], [one_box(box) for box in self.ambiguous]
         for zero in self.zeros:
             low, high = zero.enclosure
             if np.all(low > self.box.lo) and np.all(high < self.box.hi):
@@ -261,7 +277,8 @@ class Search:
                 across.append(one_box(zero.enclosure))
         undecided = joined([undecided, *across], len(self.box.lo))
         order = tuple(sorted(inside, key=lambda zero: zero.energy))
-        return Zeros(order, undecided, self.examined, self.family, share)
+        singular = tuple(self.failed)
+        return Zeros(order, undecided, self.examined, self.family, share, singular)
 
     def _open(self, boxes: Boxes) -> Array:
         """Return which boxes do not lie in the domain of a proved zero."""
@@ -272,7 +289,7 @@ class Search:
 
     def _try(self, points: Array) -> None:
         """Follow Newton's method from points, and prove the zeros in which it ends."""
-        ends, last = newton(self.energy, points)
+        ends, last = newton(self.energy, points, TRY_STEPS)
         for x, size in zip(ends.T, last, strict=True):
             if not size < ZERO_STEP or any(zero.domain.contains(x) for zero in self.zeros):
                 continue
@@ -280,9 +297,27 @@ class Search:
                 continue
             zero = isolated(self.energy, x)
             if zero is not None:
-                self.zeros.append(zero)
-            elif all(np.abs(x - other).max() > FAMILY_APART for other in self.failed):
+                self._add(zero)
+            elif self._may_be_of_family(x):
                 self.failed.append(x)
+
+    def _may_be_of_family(self, x: Array) -> bool:
+        """Return whether a point is a singular zero apart from others, and inside of the box."""
+        inside = np.all((x > self.box.lo + AT_BORDER) & (x < self.box.hi - AT_BORDER))
+        if not inside or any(np.abs(x - other).max() <= FAMILY_APART for other in self.failed):
+            return False
+        values = np.abs(np.linalg.eigvalsh(self.energy.at(x[:, None])[2][:, :, 0]))
+        return bool(values.min() <= SINGULAR * values.max())
+
+    def _add(self, zero: Zero) -> None:
+        """Add a zero, unless it is a known one; where that is not known, it is undecided."""
+        around = one_box(zero.enclosure)
+        if any(around.within(other.domain)[0] for other in self.zeros):
+            return
+        if any(around.touch(other.domain)[0] for other in self.zeros):
+            self.ambiguous.append(zero.enclosure)
+        else:
+            self.zeros.append(zero)
 
     def _step(self, boxes: Boxes) -> tuple[Boxes, Boxes]:
         """Return the halves of the boxes that are not done, and those too small to be halved."""
@@ -305,7 +340,7 @@ class Search:
             low, high = np.fmax(boxes.lo, low), np.fmin(boxes.hi, high)
             left &= ~np.any(low > high, axis=0)
         if near.any():
-            self._try(b.centre[:, near][:, :16])
+            self._try(b.centre[:, near][:, :8])
         cut = Boxes(np.where(left, low, boxes.lo), np.where(left, high, boxes.hi))
         left &= self._open(cut)
         return self._split(cut[left], mean[:, :, left], b.radius[:, left])

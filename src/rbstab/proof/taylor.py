@@ -18,7 +18,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.expr import COS, LET, POSITIVE, SIN, STEP, VAR, Atom, Expr, monomial
+from rbstab.proof.expr import (
+    COS,
+    INNER,
+    LET,
+    OF,
+    POSITIVE,
+    SIN,
+    STEP,
+    VAR,
+    Atom,
+    Expr,
+    monomial,
+)
 from rbstab.proof.intervals import Intervals, constant, met, outward, product, scaled
 from rbstab.proof.univariate import coefficients
 
@@ -94,7 +106,7 @@ class Function(NamedTuple):
     """A function g(x): its kind and a number; the rows of x, and the tables of its powers."""
 
     kind: str
-    extra: int | None
+    extra: Any
     atom: Atom | None
     inner: Array
     tables: tuple[Table, ...]
@@ -233,8 +245,10 @@ class Compiled:
         ]
         return self._add(key, STEP, [x], [0, *above], None)
 
-    def _function(self, kind: str, extra: int | None, a: Atom | None, x: int) -> int:
-        key = ("function", kind, extra, x)
+    def _function(self, kind: str, extra: Any, a: Atom | None, x: int) -> int:
+        if kind == OF:
+            extra = Outlined(extra, self.order)
+        key = ("function", kind, a if kind == OF else extra, x)
         inner = [row for row in self._support(x) if row]
         support, tables, rows = {0, *inner}, list[Table](), inner
         for _ in range(2, self.order + 1):  # u², u³ where u is x without its value
@@ -333,6 +347,43 @@ class Compiled:
                 plan.append(terms)
             self._expansions[k] = plan
         return self._expansions[k]
+
+
+PIECES = 8
+"""Into so many pieces the interval of the argument of an outlined expression is cut."""
+
+
+class Outlined:
+    """An expression of one variable, whose coefficients are bounded over pieces of an interval.
+
+    Args:
+        F: The expression of the variable `INNER`.
+        order: The highest order of a coefficient.
+    """
+
+    def __init__(self, F: Expr, order: int) -> None:
+        self.compiled = Compiled([F], 1, {INNER: (0,)}, order)
+
+    def coefficients(self, x: Intervals) -> list[Intervals]:
+        """Return bounds on F^(k)(x)/k! for k up to the order, for intervals of shape (boxes,)."""
+        pieces = 1 if np.array_equal(x.lo, x.hi) else PIECES
+        with np.errstate(all="ignore"):
+            edges = x.lo + (x.hi - x.lo) * np.linspace(0.0, 1.0, pieces + 1)[:, None]
+            edges[0], edges[-1] = x.lo, x.hi
+            edges = np.maximum.accumulate(np.minimum(edges, x.hi))
+        lo, hi = edges[:-1].ravel(), edges[1:].ravel()
+        middle = 0.5 * lo + 0.5 * hi
+        at = self.compiled(_variable_at(middle, middle))
+        reach = np.nextafter(np.maximum(hi - middle, middle - lo), np.inf)[None]
+        over = self.compiled(_variable_at(lo, hi), at, reach).dense(0, len(lo))
+        shape = (-1, pieces, len(x.lo))
+        low, high = over.lo.reshape(shape).min(axis=1), over.hi.reshape(shape).max(axis=1)
+        return [Intervals(a, b) for a, b in zip(low, high, strict=True)]
+
+
+def _variable_at(lo: Array, hi: Array) -> Leaf:
+    one = np.ones_like(lo)
+    return lambda _: Intervals(np.stack([lo, one]), np.stack([hi, one]))
 
 
 class Values(NamedTuple):
@@ -437,7 +488,10 @@ def _function(compiled: Compiled, one: Operation, given: list[Intervals], _: Lea
     """Return Σ g_k u^k, where u is x without its value, and g_k is the k-th coefficient of g."""
     (x,), detail = given, one.detail
     least = None if detail.atom is None else compiled.least.get(detail.atom)
-    g = coefficients(detail.kind, detail.extra, x[0], compiled.order, least)
+    if detail.kind == OF:
+        g = detail.extra.coefficients(x[0])
+    else:
+        g = coefficients(detail.kind, detail.extra, x[0], compiled.order, least)
     low = np.zeros((len(one.support), x.lo.shape[1]))
     high = low.copy()
     low[0], high[0] = g[0].lo, g[0].hi

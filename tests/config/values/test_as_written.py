@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.configs import PERMANENT, PLAN, VISCO_ELASTIC, edited, messages_of, plain
+from support.leg import held
 
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config, run_id
@@ -212,19 +213,8 @@ KEY, RIGHT = "initial.angular_velocity[2]", "initial.angular_velocity.deg[2]"
 
 
 def base_in_degrees() -> dict[str, Any]:
-    """Return a leg of which v(0) is 0.1699 J at 90 degrees per second about z."""
-    return {
-        "body": {"mass": 12, "inertia": [0.29, 0.34, 0.13], "contact_point": [0, 0, -0.25]},
-        "controller": {
-            "variant": "permanent",
-            "K_t": [40, 40, 40],
-            "L_t": [8, 8, 8],
-            "K_r": [60, 60, 30],
-            "L_r": [6, 6, 3],
-        },
-        "initial": IN_DEGREES,
-        "integration": {"duration": 0.1, "samples": 2},
-    }
+    """Return a body of which v(0) is 0.1699 J at 90 degrees per second about z."""
+    return held(**IN_DEGREES) | {"integration": {"duration": 0.1, "samples": 2}}
 
 
 def plan_of(key: str, distribution: dict[str, Any], base: Any = None) -> dict[str, Any]:

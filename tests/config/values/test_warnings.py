@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.leg import BODY
 
 from rbstab.config.load import config_to_read, load_config
 from rbstab.config.schema import Config
@@ -16,7 +17,7 @@ CONFIGS = Path(__file__).parents[3] / "configs"
 
 LEG: dict[str, Any] = {
     "schema_version": 2,
-    "body": {"mass": 3.5, "inertia": [0.059, 0.059, 0.006], "contact_point": [0, 0, -0.186]},
+    "body": BODY,
     "gravity": [0, 0, -9.81],
     "elements": {
         "medial": {
@@ -53,6 +54,7 @@ FIRES = [
     (["body.inertia=[59e3,59e3,6e3]"], "body.inertia: a ball with this", "(not kg mm²)"),
     (["body.inertia=[59e6,59e6,6e6]"], "body.inertia: a ball with this", "(not g mm²)"),
     (["body.inertia=[59e-6,59e-6,6e-6]"], "body.mass: a ball with", "the inertia in kg m²?"),
+    (["gravity=[0,0,-9810]"], "gravity: 9810 m/s²", "in m/s² (not mm/s²)?"),
     (["gravity=[0,0,9.81]"], "gravity: it points up", "down is [0, 0, -9.81]"),
     (["initial.angular_velocity=[0,0,200]"], "initial.angular_velocity: 200 rad/s is 31.8", "deg:"),
     (["elements.hum.signal.phase=90"], "elements.hum.signal.phase: 90 rad is 14.3", "{deg: 90}"),

@@ -7,11 +7,14 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
+from support.leg import leg
 
 import rbstab
 from rbstab.config.load import run_id
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.outcome import KIND_OF_STATUS, OutcomeKind, outcome_of, pushes_of
+from rbstab.experiment.answers.rest_modes import rest_modes
+from rbstab.experiment.answers.wanted import wanted
 from rbstab.experiment.run_to_file import run_to_file
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.attitude import tilt
@@ -154,3 +157,26 @@ def test_the_tilt_is_the_angle_of_the_rotation_between_two_attitudes(
 def test_a_tilt_beyond_a_half_turn_is_refused():
     with pytest.raises(rbstab.ConfigError, match=r"desired\.within: "):
         config("leg_falls", "desired.within={deg: 200}")
+
+
+@pytest.mark.slow
+def test_a_result_shows_its_outcome_first(fallen: Result) -> None:
+    away = f"{math.degrees(LEANING):.1f}°"
+    assert f"outcome rests elsewhere, {away} away: seen, status completed" in repr(fallen)
+    assert f"rests elsewhere, {away} away" in fallen._repr_html_()
+
+
+def test_the_desired_tilt_has_few_digits() -> None:
+    """0.2 rad are 11.459155902616464°."""
+    assert str(wanted(config("leg_falls", "desired.within=0.2"))) == "upright, within 11.46°"
+
+
+@pytest.mark.parametrize(("stiffness", "growing"), [(10, 0), (5, 2)])
+def test_modes_of_an_unstable_rest_state_grow(stiffness: float, growing: int) -> None:
+    """An upright leg falls over about both axes if K_r < m g l = 6.386 N m/rad."""
+    given = leg(stiffness, initial={"position": [0, 0, -3.5 * 9.81 / (4e4 + 1e-6)]})
+    upright = rbstab.load_config(given, ["integration.duration=0.1"])
+    modes = rest_modes(rbstab.simulate(upright), upright)
+    assert modes is not None
+    assert modes.growing == growing
+    assert ("2 modes grow: this rest state is unstable" in str(modes)) == (growing == 2)

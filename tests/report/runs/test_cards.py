@@ -22,7 +22,7 @@ from rbstab.experiment.proof_cache import cached_proof
 from rbstab.experiment.stored_proof.starts import start_level
 from rbstab.report.model.document import Cards
 from rbstab.report.reading.answers import RegionCheck
-from rbstab.report.runs.answers import MAX_CARDS, answer_blocks
+from rbstab.report.runs.answers import MAX_CARDS, answer_blocks, answer_sentence
 from rbstab.report.runs.config_tables import MAX_SPECIAL, own_keys
 from rbstab.store.run_file import write_result
 
@@ -38,9 +38,8 @@ def test_each_run_has_a_card_unless_there_are_many(tmp_path):
     sentence, first, cards = answer_blocks(facts(*paths))
     assert sentence == (
         f"{MAX_CARDS} runs. Rests elsewhere: {MAX_CARDS}. "
-        f"Comes to rest from its start: {MAX_CARDS} seen. "
-        f"Where all motions that stay in the range, and away from θ2 = ±π/2, come to rest: "
-        f"{MAX_CARDS} not decided."
+        f"Comes to rest from its start: seen ({MAX_CARDS}). "
+        f"All motions that stay in the range, and away from θ2 = ±π/2: not decided ({MAX_CARDS})."
     )
     assert isinstance(first, str)
     # Runs that are alike have no first one.
@@ -86,6 +85,24 @@ def test_a_card_begins_with_the_outcome(outcome, word, tone, tmp_path):
     assert "at (0°, 67.7°, 0°), 67.7° from the desired attitude" in first.sentence.lower()
     assert (this_start.word, this_start.tone) == ("proved", "")
     assert sentence.startswith(outcome.sentence.capitalize()[:9])
+
+
+def test_the_summary_counts_all_answers(tmp_path):
+    """Also those that say of which starts they are."""
+    (entry,) = facts(made_file(tmp_path / "a.h5"))
+    every = Answer(Sureness.PROVED, "it converges", "returns")
+    almost = Answer(Sureness.PROVED, "it converges", "almost every start rests elsewhere")
+    open_question = Answer(Sureness.NOT_DECIDED, "it is unknown")
+    several = [
+        dataclasses.replace(entry, answer=entry.answer._replace(whole_range=answer))
+        for answer in (open_question, almost, every, almost)
+    ]
+    assert answer_sentence(several).endswith(
+        "from θ2 = ±π/2: almost every start rests elsewhere: proved (2); returns: proved (1); "
+        "not decided (1)."
+    )
+    alone = answer_sentence(several[1:2])
+    assert alone.endswith("±π/2: almost every start rests elsewhere: proved.")
 
 
 def margin_on_card(path):

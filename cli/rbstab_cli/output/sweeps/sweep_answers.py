@@ -205,8 +205,8 @@ def _ended_early(count: int) -> list[str]:
     """Return a sentence on brief proofs that may prove more with more boxes, if any."""
     if not count:
         return []
-    proofs = "one proof" if count == 1 else f"{grouped(count)} proofs"
-    return [f"{proofs} of rest states need more boxes; --prove tries more"]
+    need = "one proof needs" if count == 1 else f"{grouped(count)} proofs need"
+    return [f"{need} more boxes for the rest states; --prove tries more"]
 
 
 def _number(count: int, one: str, many: str) -> str:

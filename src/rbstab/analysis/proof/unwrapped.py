@@ -1,27 +1,21 @@
-"""The rest states for all real θ1 and θ3: a box that contains all of them.
+"""A box that contains the rest states for all real θ1 and θ3.
 
 θ1 and θ3 are not singular and are never wrapped: a body that turns twice about an axis has stored
 the energy of two turns. At a rest state the quadratic part of U, ½ Θ'KΘ + q'Θ, balances the
 trigonometric part, whose gradient is bounded. This bounds θ1 and θ3.
 """
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.analysis.proof.boxes import PI, RANGE_END
 from rbstab.analysis.proof.lines.slopes import steepest_periodic
-from rbstab.analysis.proof.rest_states import RestStates, end_of_rest_states, proved_rest_states
-from rbstab.analysis.proof.searches.zeros import search
 from rbstab.analysis.proof.trigonometric import ROUND_OFF, TrigonometricForm
 from rbstab.mechanics.numbers import Array
 
-BOX_LIMIT = 16_000
-"""The number of boxes at which the proof stops. A soft body may have hundreds of rest states."""
-
 BOX_LIMIT_WITH_LINES = 100_000
-"""The same for an energy with springs, whose boxes are smaller."""
+"""The number of boxes at which the proof stops for a tied body with springs."""
 
 MARGIN = 1.001
 """Factor on the bounds of θ1 and θ3, so that no rest state is near the border."""
@@ -31,42 +25,6 @@ ENOUGH = 0.98
 
 MAX_END = 20.0
 """rad: wider boxes are not searched, because they take too long."""
-
-
-def unwrapped_rest_states(rest: RestStates, box_limit: int | None = None) -> RestStates | None:
-    """Find the rest states with |θ2| < π/2 and any θ1 and θ3, and prove that there are no others.
-
-    Args:
-        rest: The rest states in the range of eq. 5.
-        box_limit: The number of boxes at which the proof stops, if it is less than by default.
-
-    Returns:
-        The rest states in the box `RestStates.end`, beyond which there are none: `rest` itself if
-        its box is this one. None if there is no such bound, or if it is too large, or if a barrier
-        closes the range of θ1 and θ3.
-    """
-    form = rest.energy.form
-    if form.guard is not None and form.guard.outer is not None:
-        return None
-    if not all(line.periodic for line in form.lines):
-        return None
-    end = unwrapped_end(form)
-    if end is None or not np.all(end < MAX_END):
-        return None
-    end = end_of_rest_states(form, end)
-    if np.array_equal(end, rest.end):
-        return rest
-    # The centres of boxes and their zeros lie in the box.
-    wide = replace(form, reach=max(form.reach, float(end.max())))
-    energy = replace(rest.energy, form=wide)
-    known = [point.Theta for point in rest.states if point.proved]
-    limit = box_limit_of(form) if box_limit is None else min(box_limit_of(form), box_limit)
-    return proved_rest_states(energy, end, [*known, *search(wide, end=end)], limit)
-
-
-def box_limit_of(form: TrigonometricForm) -> int:
-    """Return the number of boxes at which the proof for all θ1 and θ3 stops."""
-    return BOX_LIMIT_WITH_LINES if form.lines else BOX_LIMIT
 
 
 def unwrapped_end(form: TrigonometricForm) -> Array | None:

@@ -51,6 +51,8 @@ def comparison(line: CertificateLine) -> str:
     if math.isnan(line.value):
         return NO_PROOF if line.check in {GLOBAL_STABILITY, CERTIFIED_REGION} else "no number"
     value = f"{line.value:.4g}"
+    if line.check == GLOBAL_STABILITY and line.verdict == Verdict.UNKNOWN:
+        return f"{value} found"
     if compares_v_minus_work(line):
         return f"{value}; v - ε has no lower bound"
     if line.check == CERTIFIED_REGION and line.bound == math.inf:

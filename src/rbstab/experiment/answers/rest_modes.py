@@ -13,6 +13,9 @@ from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code
 from rbstab.store.result import Result
 
+GROWS = 1e-6
+"""A mode grows if Re λ is larger than this, relative to the largest |λ|; less may be round-off."""
+
 
 class RestModes(NamedTuple):
     """The modes of the motion, linearised at rest.
@@ -21,11 +24,13 @@ class RestModes(NamedTuple):
         frequencies: |λ| of each mode that oscillates, lowest first, rad/s.
         others: The number of modes that do not oscillate.
         slowest: The time constant of the slowest mode, s; infinite if one does not decay.
+        growing: The number of modes that grow: the rest state is unstable if there is one.
     """
 
     frequencies: list[float]
     others: int
     slowest: float
+    growing: int = 0
 
     def __str__(self) -> str:
         shown = ", ".join(f"{value:.4g}" for value in self.frequencies)
@@ -35,6 +40,9 @@ class RestModes(NamedTuple):
         slowest = "one mode does not decay"
         if np.isfinite(self.slowest):
             slowest = f"the slowest mode decays with τ = {self.slowest:.4g} s"
+        if self.growing:
+            modes = "1 mode grows" if self.growing == 1 else f"{self.growing} modes grow"
+            slowest = f"{modes}: this rest state is unstable"
         return f"{'; '.join([*parts, slowest])}; at the rest state where v = 0"
 
 
@@ -71,4 +79,6 @@ def rest_modes(result: Result, config: Config | None) -> RestModes | None:
     slowest = -float(values.real.max())
     if not frequencies and not slowest > 0:
         return None  # such a body has no rest state of its own
-    return RestModes(frequencies, int(real.sum()), 1 / slowest if slowest > 0 else np.inf)
+    # Re λ of a mode without damping is round-off.
+    growing = int((values.real > GROWS * np.abs(values).max()).sum())
+    return RestModes(frequencies, int(real.sum()), 1 / slowest if slowest > 0 else np.inf, growing)

@@ -22,6 +22,10 @@ class Result(result.Result):
         config: The resolved config, YAML, with all defaults.
     """
 
+    def _facts(self) -> list[tuple[str, str]]:
+        """Return the outcome, and then what each result shows of itself."""
+        return [("outcome", f"{self.outcome.brief}: {self.outcome.sureness}"), *super()._facts()]
+
     @property
     def rotation(self) -> Array:
         """A(Θ) of each sample, from body to inertial coordinates (eq. 2), shape (time, 3, 3)."""

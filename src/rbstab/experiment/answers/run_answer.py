@@ -57,6 +57,10 @@ SETTLED_DRIVEN = f"v stays below {SETTLED_FRACTION:g} of its largest value"
 """The same where inputs supply power: v(0) may be zero."""
 
 
+STARTS_AT_REST = "0: it starts at rest, and v stays at round-off"
+"""What a settling time of 0 means: v(0) may be zero."""
+
+
 class Answer(NamedTuple):
     """An answer: how sure it is, and a sentence without a full stop.
 
@@ -207,7 +211,7 @@ def _fall_of(result: Result) -> str:
     begin, last, largest = float(v[0]), float(v[-1]), float(abs(v).max())
     end = float(result["time"][-1])
     did = f"{'fell' if last < begin else 'rose'} from {begin:.4g} J to {last:.4g} J"
-    if abs(begin - last) <= FALL * largest:
+    if abs(begin - last) <= FALL * largest or f"{begin:.4g}" == f"{last:.4g}":
         did = f"stays at {last:.4g} J"
     text = f"the Lyapunov function v {did} along the computed run"
     if last < 0:
@@ -242,6 +246,8 @@ def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
         why = f"inputs drive the computed motion to t = {end:.4g} s; {stays}"
     elif settled:
         text = f"the computed motion is at rest {_from(settled)} ({SETTLED})"
+        if settled == "0":
+            text = "the computed motion starts at rest, and stays there (v stays at round-off)"
         if str(result.attributes.get("lyapunov_zero")).endswith(A_LOWER_ONE):
             text += ", at a rest state that is not the lowest one known"
         return Answer(Sureness.SEEN, text)

@@ -27,7 +27,7 @@ class Wanted(NamedTuple):
     def __str__(self) -> str:
         pose = "upright" if not any(self.orientation) else f"Θ = {in_degrees(self.orientation)}"
         default = " (default)" if self.is_default else ""
-        return f"{pose}{default}, within {math.degrees(self.within):.6g}°"
+        return f"{pose}{default}, within {math.degrees(self.within):.4g}°"
 
     def holds(self, Theta: Iterable[float]) -> bool:
         """Return whether a body that rests at Θ, rad, rests where it should."""

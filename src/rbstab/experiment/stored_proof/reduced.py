@@ -15,10 +15,10 @@ from rbstab.experiment.stored_proof.written_energies import energy_of
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
-    from rbstab.analysis.proof.certified_region import CertifiedRegion
-    from rbstab.analysis.proof.regions.minimum_regions import MinimumRegion
-    from rbstab.analysis.proof.rest_states import RestStates
+    from rbstab.analysis.proof.reduced_energy import ReducedEnergy
     from rbstab.analysis.proof.searches.rest_states import SearchedState
+    from rbstab.proof.regions import Certified, Region, Regions
+    from rbstab.proof.rest_states import RestStates
 
 
 def searched_record(
@@ -33,8 +33,8 @@ def searched_record(
         outcome: Why nothing is proved of them; by default, that nothing was to be proved.
     """
     from rbstab.analysis.proof.boxes import box_around
-    from rbstab.analysis.proof.branch_and_bound import SearchOutcome
-    from rbstab.analysis.proof.rest_states import RestPoint
+    from rbstab.analysis.proof.outcome import SearchOutcome
+    from rbstab.analysis.proof.rest_point import RestPoint
 
     points = [
         RestPoint(
@@ -55,20 +55,25 @@ class Found(NamedTuple):
 
     Attributes:
         rest: The rest states.
-        region: The region of the lowest.
-        regions: The region of each minimum.
+        regions: The region of the lowest, and that of each minimum; None if none is looked for.
     """
 
     rest: "RestStates"
-    region: "CertifiedRegion | None"
-    regions: "tuple[MinimumRegion, ...]"
+    regions: "Regions | None" = None
 
 
-def proof_record(identity: str, found: Found, unwrapped: Found | None, seconds: float) -> Proof:
+def proof_record(
+    identity: str,
+    energy: "ReducedEnergy",
+    found: Found,
+    unwrapped: Found | None,
+    seconds: float,
+) -> Proof:
     """Return what was proved as plain data.
 
     Args:
         identity: The id of the proof.
+        energy: The energy, as it is stored.
         found: What was proved in the range of eq. 5.
         unwrapped: The same for all real θ1 and θ3, or None.
         seconds: The time that it took.
@@ -82,7 +87,7 @@ def proof_record(identity: str, found: Found, unwrapped: Found | None, seconds: 
     return Proof(
         id=identity,
         seconds=seconds,
-        reduced_energy=energy_of(found.rest.energy.form),
+        reduced_energy=energy_of(energy.form),
         unwrapped=wide,
         closed=found.rest.closed or None,
         **_entries(found),
@@ -91,35 +96,36 @@ def proof_record(identity: str, found: Found, unwrapped: Found | None, seconds: 
 
 def _entries(found: Found) -> dict[str, Any]:
     """Return the fields of `ProvedStates`."""
-    rest, region = found.rest, found.region
+    rest, regions = found.rest, found.regions
+    certified = None if regions is None else regions.certified
+    minima = () if regions is None else regions.minima
     return {
         **search_entries(rest),
         "states": tuple(state_of(point) for point in rest.states),
-        "region": None if region is None else _region(region, rest.end),
-        "regions": tuple(_minimum(one, rest.end) for one in found.regions),
+        "region": None if certified is None else _region(certified, rest),
+        "regions": tuple(_minimum(one, rest.end) for one in minima),
     }
 
 
-def _region(region: "CertifiedRegion", end: Array) -> ProvedRegion:
+def _region(region: "Certified", rest: "RestStates") -> ProvedRegion:
     return ProvedRegion(
         energy=region.energy,
         level=region.level,
         lower_bound=region.lower_bound,
         attained_at=triple(region.attained_at),
-        face=None if region.face is None else face_name(region.face, end),
-        proved=region.proved,
+        face=None if region.face is None else face_name(region.face, rest.end),
+        proved=rest.proved and region.closed,
         energy_bound=region.energy_bound,
     )
 
 
-def _minimum(region: "MinimumRegion", end: Array) -> ProvedMinimum:
-    gate = region.gate
+def _minimum(region: "Region", end: Array) -> ProvedMinimum:
     return ProvedMinimum(
         rest_state=region.state + 1,
         level=region.level,
         lower_bound=region.lower_bound,
         energy_bound=region.energy_bound,
-        pass_state=None if gate.state is None else gate.state + 1,
-        pass_face=None if gate.face is None else face_name(gate.face, end),
-        pass_at=None if gate.Theta is None else triple(gate.Theta),
+        pass_state=None if region.pass_state is None else region.pass_state + 1,
+        pass_face=None if region.pass_face is None else face_name(region.pass_face, end),
+        pass_at=None if region.pass_at is None else triple(region.pass_at),
     )

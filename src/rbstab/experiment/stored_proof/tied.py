@@ -63,7 +63,7 @@ def _tied_state(one: "TiedPoint") -> ProvedState:
 
 
 def _tied_region(region: "TiedRegion", rest: "TiedRestStates") -> ProvedRegion:
-    face = None if region.face is None else face_name(region.face, rest.end)
+    face = None if region.face is None else face_name(region.face.value, rest.end)
     lowest = rest.states[0].point.state.energy
     return ProvedRegion(
         energy=region.energy,

@@ -18,12 +18,15 @@ from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import UP
 from rbstab.proof.expr import Expr
 from rbstab.proof.intervals import Intervals, product
-from rbstab.proof.model import COSINE, THETA
+from rbstab.proof.model import COSINE, HALVES, THETA
 from rbstab.proof.robust.forms import Forms
 from rbstab.proof.robust.numbers import FIRST, ONE, REMAINDERS
 from rbstab.proof.taylor import Compiled, Values, exponents
 
 ROUNDING = 2.0**-52
+
+LEAST = {COSINE: 0.0, **dict.fromkeys(HALVES.values(), 0.0)}
+"""Lower bounds of cosines in the range of eq. 5."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,8 +119,8 @@ class Family:
         self.count = len(forms.functions)
         results = [*forms.functions, *(Expr({m: ONE}) for m in forms.left.entries)]
         leaves = {v: (i,) for i, v in enumerate((*THETA, *forms.inner))}
-        self.compiled = Compiled(results, self.n, leaves, 3, {COSINE: 0.0})
-        self.points = Compiled(results, self.n, leaves, 2, {COSINE: 0.0})
+        self.compiled = Compiled(results, self.n, leaves, 3, LEAST)
+        self.points = Compiled(results, self.n, leaves, 2, LEAST)
         rows, place = exponents(self.n, 3)
         unit = np.eye(self.n, dtype=int)
 

@@ -2,14 +2,14 @@
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import starmap
 
 import numpy as np
 
 from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.experiment.answers.outcome import KINDS
-from rbstab.experiment.answers.run_answer import SETTLED, SETTLED_DRIVEN, Answer
+from rbstab.experiment.answers.run_answer import SETTLED, SETTLED_DRIVEN, STARTS_AT_REST, Answer
 from rbstab.experiment.answers.wanted import wanted
 from rbstab.experiment.answers.words import Sureness, meanings, words_with_meanings
 from rbstab.experiment.convergence.convergence import EVERY_START
@@ -36,7 +36,7 @@ QUESTIONS = {
 }
 """What a run is asked then; the names are those of `RunAnswer.answers`."""
 
-ALL_MOTIONS = "Where all motions that stay in the range, and away from θ2 = ±π/2, come to rest"
+ALL_MOTIONS = "All motions that stay in the range, and away from θ2 = ±π/2"
 
 OTHER_START = "start above the rest state of c*"
 """Name of v(0) as it is compared with the certified region, if that of the run is another."""
@@ -47,8 +47,8 @@ MARGIN = "v(0)/c*"
 SYMBOLS = {
     "at rest from": (
         "at rest from",
-        f"{SETTLED} from then on; where inputs supply power, {SETTLED_DRIVEN}. ≤: the samples do "
-        "not show it better",
+        f"{SETTLED} from then on; where inputs supply power, {SETTLED_DRIVEN}. "
+        f"{STARTS_AT_REST}. ≤: the samples do not show it better",
     ),
     "v(0)": (
         "v(0)",
@@ -100,20 +100,19 @@ def _symbols(cards: Sequence[Card]) -> tuple[tuple[str, str], ...]:
 
 def answer_sentence(facts: Sequence[RunFacts]) -> str:
     """Return a sentence with the outcomes and the answers of all runs."""
-    this = Counter(entry.answer.this_start.word for entry in facts)
-    every = Counter(entry.answer.whole_range.word for entry in facts)
     if len(facts) == 1:
-        outcome = facts[0].answer.outcome.sentence
+        answer = facts[0].answer
         return (
-            f"{_capital(outcome)}. Desired: {wanted(facts[0].run.config)}. "
-            f"Comes to rest from this start: {_only(this)}. {ALL_MOTIONS}: {_only(every)}."
+            f"{_capital(answer.outcome.sentence)}. Desired: {wanted(facts[0].run.config)}. "
+            f"Comes to rest from this start: {answer.this_start.word}. "
+            f"{ALL_MOTIONS}: {answer.whole_range.word}."
         )
     kinds = Counter(entry.answer.outcome.kind for entry in facts)
     outcomes = "; ".join(f"{kind.words}: {kinds[kind]}" for kind in KINDS if kinds[kind])
     return (
         f"{counted(len(facts), 'run')}. {_capital(outcomes)}. "
-        f"Comes to rest from its start: {_counts(this)}. "
-        f"{ALL_MOTIONS}: {_counts(every)}{_kept(facts)}."
+        f"Comes to rest from its start: {_counts(entry.answer.this_start for entry in facts)}. "
+        f"{ALL_MOTIONS}: {_counts(entry.answer.whole_range for entry in facts)}{_kept(facts)}."
     )
 
 
@@ -154,13 +153,10 @@ def _share_v(facts: Sequence[RunFacts]) -> bool:
     return all(found == first for found in others)
 
 
-def _only(words: Counter[str]) -> str:
-    (word,) = words
-    return word
-
-
-def _counts(words: Counter[str]) -> str:
-    return ", ".join(f"{words[word]} {word}" for word in Sureness if words[word])
+def _counts(answers: Iterable[Answer]) -> str:
+    """Return how many answers have each word, the surest first."""
+    counts = Counter((list(Sureness).index(one.sureness), one.word) for one in answers)
+    return "; ".join(f"{word} ({count})" for (_, word), count in sorted(counts.items()))
 
 
 def _card(facts: RunFacts, special: str, sketch: Sketch | None) -> Card:

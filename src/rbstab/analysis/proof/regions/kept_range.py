@@ -15,7 +15,7 @@ import numpy as np
 
 from rbstab.analysis.exact import decimal_balls, in_balls, upper
 from rbstab.analysis.proof.boxes import RANGE_END, Boxes, joined
-from rbstab.analysis.proof.certified_region import FACE_BOX_LIMIT, Face
+from rbstab.analysis.proof.face import Face
 from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.least_value import least_value
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
@@ -24,6 +24,8 @@ from rbstab.elements.guards.soft_guards import SoftGuard
 from rbstab.mechanics.numbers import Array
 
 BATCH = 2048
+
+FACE_BOX_LIMIT = 100_000
 
 BOX_LIMIT = 200_000
 """The number of boxes beyond the soft angle at which the search stops."""

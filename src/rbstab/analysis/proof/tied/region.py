@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rbstab.analysis.proof.boxes import Boxes, joined
-from rbstab.analysis.proof.branch_and_bound import SearchOutcome
-from rbstab.analysis.proof.certified_region import Face
+from rbstab.analysis.proof.outcome import SearchOutcome
+from rbstab.analysis.proof.face import Face
 from rbstab.analysis.proof.formulas import jets
 from rbstab.analysis.proof.lines.intervals import ROUNDING, Intervals
 from rbstab.analysis.proof.tied.bounds import ANGLES, SHIFT, Bounds, Forms, Pose

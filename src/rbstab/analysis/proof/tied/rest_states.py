@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rbstab.analysis.proof.boxes import RANGE_END, Boxes, box_around
-from rbstab.analysis.proof.branch_and_bound import SearchOutcome
+from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
-from rbstab.analysis.proof.rest_states import RestPoint, end_of_rest_states
+from rbstab.analysis.proof.range_end import end_of_rest_states
+from rbstab.analysis.proof.rest_point import RestPoint
 from rbstab.analysis.proof.tied.bounds import ANGLES, SHIFT, Pose
 from rbstab.analysis.proof.tied.energy import TiedEnergy
 from rbstab.analysis.proof.tied.extent import (

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rbstab.analysis.proof.boxes import RANGE_END, Boxes, box_around, joined
-from rbstab.analysis.proof.branch_and_bound import SearchOutcome
+from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.index import proved_index
 from rbstab.analysis.proof.lines.intervals import Intervals, exact
 from rbstab.analysis.proof.tied.bounds import ANGLES, SHIFT, Pose

@@ -1,0 +1,160 @@
+"""All real θ1 and θ3: a box that contains all rest states (theorem 6 of docs/proofs.md).
+
+U = ½Θ'KΘ + q'Θ + p(Θ), where p is periodic in θ1 and θ3. There ∂U/∂θ1 = ∂U/∂θ3 = 0 is
+
+    k [θ1, θ3]' = -[q1 + K12 θ2 + ∂p/∂θ1, q3 + K32 θ2 + ∂p/∂θ3]'
+
+with the block k of K for θ1 and θ3, and |θ2| <= π/2. So |k⁻¹| times the largest magnitudes on the
+right bounds |θ1| and |θ3|; a search over one period bounds the slopes of p.
+"""
+
+from dataclasses import replace
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.bounds import UP, BoundedEnergy
+from rbstab.proof.expr import COS, SIN, VAR, Atom, Expr, Monomial, atom
+from rbstab.proof.model import Energy
+from rbstab.proof.rewriting import inverse_of_definite
+from rbstab.proof.search import Box, Boxes, joined, one_box
+
+OUTER = (0, 2)
+"""The angles θ1 and θ3, which are never wrapped."""
+
+MARGIN = 1.001
+"""Factor on the bounds of θ1 and θ3, so that no rest state is near the border."""
+
+ENOUGH = 0.98
+"""A search for bounds on slopes aims at this share of the largest ones for the least ends."""
+
+TIGHT = 0.05
+"""Bounds on slopes may be so much above slopes that occur, relatively."""
+
+LIMIT = 4_000
+"""Boxes of the search for bounds on slopes."""
+
+MOST = 20.0
+"""rad: wider boxes are not searched, because they take too long."""
+
+PERIOD = np.nextafter(np.pi, 4.0)
+
+
+class Parts(NamedTuple):
+    """U = ½Θ'KΘ + q'Θ + p as far as θ1 and θ3 are concerned: K and q are exact."""
+
+    K: list[list[Fraction]]
+    q: list[Fraction]
+    p: Expr
+
+
+def parts_of(U: Expr) -> Parts | None:
+    """Take an energy apart; None if θ1 or θ3 stand in it otherwise."""
+    angles = {atom(VAR, k): k for k in range(3)}
+    K, q = [[Fraction(0)] * 3 for _ in range(3)], [Fraction(0)] * 3
+    periodic: dict[Monomial, Fraction] = {}
+    for m, c in U.terms.items():
+        if not any(a in angles and angles[a] in OUTER for a, _ in m):
+            if not all(_is_periodic(a) for a, _ in m):
+                return None
+            periodic[m] = c
+            continue
+        powers = [(angles[a], p) for a, p in m if a in angles]
+        degree = sum(p for _, p in powers)
+        if len(powers) < len(m) or degree > 2 or any(p < 0 for _, p in powers):
+            return None
+        i, j = powers[0][0], powers[-1][0]
+        if degree == 1:
+            q[i] += c
+        elif i == j:
+            K[i][i] += 2 * c
+        else:
+            K[i][j] += c
+            K[j][i] += c
+    return Parts(K, q, Expr(periodic))
+
+
+def _is_periodic(a: Atom) -> bool:
+    """Return whether θ1 and θ3 are in sines and cosines alone, of themselves."""
+    if a.kind == VAR:
+        return a.argument not in OUTER
+    if a.kind in {SIN, COS} and a.inner in (_THETA1, _THETA3):
+        return True
+    return all(_is_periodic(b) for b in a.inner.atoms)
+
+
+_THETA1, _THETA3 = (Expr({((atom(VAR, k), 1),): Fraction(1)}) for k in OUTER)
+
+
+def confined(energy: Energy, end: float) -> Array | None:
+    """Return bounds on |θ1| and |θ3| at rest, shape (2,), rad; None if none are found.
+
+    Args:
+        energy: U.
+        end: The largest |θ2|, rad.
+    """
+    if energy.closed & set(OUTER):
+        return None
+    parts = parts_of(energy.U)
+    if parts is None:
+        return None
+    inverse = inverse_of_definite([[parts.K[i][j] for j in OUTER] for i in OUTER])
+    if inverse is None:
+        return None
+    compliance = np.array([[abs(float(x)) for x in row] for row in inverse]) * UP
+    load = np.array([abs(float(parts.q[i])) + abs(float(parts.K[i][1])) * end for i in OUTER])
+    # Wide enough that U is most likely higher at its ends than at θ2 = ±π/2; this needs no proof.
+    climb = np.sqrt(2.0 * _height(energy, end) * np.diag(compliance))
+    least = np.maximum(climb, PERIOD)
+    enough = ENOUGH * np.linalg.pinv(compliance) @ (least / MARGIN) - load
+    slopes = _steepest(replace(energy, U=parts.p), end, np.maximum(enough, 0.0))
+    found = np.maximum(compliance @ (load + slopes) * MARGIN, least)
+    return found if np.all(found < MOST) else None
+
+
+def _height(energy: Energy, end: float) -> float:
+    """Return an estimate of how far U is at θ2 = ±π/2 above its least value, J."""
+    if 1 in energy.closed:
+        return 0.0
+    points = np.random.default_rng(0).uniform(-1, 1, (3, 64)) * [[1.0], [end], [1.0]]
+    points[:, :2] = [[0.0, 0.0], [-end, end], [0.0, 0.0]]
+    values = BoundedEnergy(energy.U, free=energy.free, least=energy.least).at(points)[0]
+    return max(0.0, float(np.nanmax(values[:2]) - np.nanmin(values)))
+
+
+def _steepest(energy: Energy, end: float, enough: Array) -> Array:
+    """Bound |∂p/∂θ1| and |∂p/∂θ3| over one period, shape (2,), J/rad; infinite if unbounded.
+
+    Bounds below those that are enough are not made sharper.
+    """
+    p = BoundedEnergy(energy.U, free=energy.free, least=energy.least)
+    corner = np.array([PERIOD, end, PERIOD])
+    pending, places = one_box(Box(-corner, corner)), list(OUTER)
+    reached, settled, examined = np.zeros(2), np.zeros(2), 0
+    while pending.count and examined < LIMIT:
+        boxes, pending = pending[slice(1024)], pending[slice(1024, None)]
+        examined += boxes.count
+        b = p.over(boxes.lo, boxes.hi)
+        with np.errstate(invalid="ignore"):
+            at = np.abs(b.gradient.mid[places])
+            reached = np.maximum(reached, np.where(np.isfinite(at), at, 0.0).max(axis=1))
+        size = b.slopes.mag[places]
+        wanted = np.maximum(enough, reached * (1 + TIGHT) + 1e-12)
+        done = np.all(size <= wanted[:, None], axis=0)
+        settled = np.maximum(settled, size[:, done].max(axis=1, initial=0.0))
+        left = boxes[~done]
+        pending = joined([left.halved((left.hi - left.lo).argmax(axis=0)), pending], 3)
+    if pending.count:
+        settled = np.maximum(settled, _over(p, pending)[places].max(axis=1))
+    return np.asarray(settled * UP)
+
+
+def _over(p: BoundedEnergy, boxes: Boxes) -> Array:
+    """Bound the magnitudes of ∇p over boxes, shape (3, boxes)."""
+    found = [
+        p.over(boxes.lo[:, k : k + 1024], boxes.hi[:, k : k + 1024]).slopes.mag
+        for k in range(0, boxes.count, 1024)
+    ]
+    return np.concatenate(found, axis=1)

@@ -1,0 +1,290 @@
+"""Proved bounds of V over boxes, and the least value of V in each of some boxes, such as faces.
+
+With S the mean slopes, V(m + δ) = V(m) + g'δ + ½ δ'S̄δ. For u = δ/r in [-1, 1]^n this is a
+quadratic function a'u + ½ u'Au and what is not known of g and S̄. A numerical A = QDQ' + R with
+any Q and D splits it: QD⁺Q' is convex, so a tangent plane is a lower bound, -QD⁻Q' is at least
+-Σ d⁻(Σ|q|)², and R is bounded with all round-off. Nothing rests on the accuracy of Q and D.
+"""
+
+from collections.abc import Sequence
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.bounds import UP, BoundedEnergy, Bounds
+from rbstab.proof.expr import STEP, expr
+from rbstab.proof.intervals import TINY, Intervals
+from rbstab.proof.model import Energy
+from rbstab.proof.rewriting import substituted
+from rbstab.proof.search import Boxes, joined
+
+BATCH = 1024
+"""Boxes that are bounded at once."""
+
+TOLERANCE = 1e-9
+"""The gap between lower bound and attained value, relative to the energies seen."""
+
+ROUND_OFF = 64 * 2.0**-53
+"""Covers sums and products of some thirty terms, relative to the sum of their magnitudes."""
+
+LOOSE = 1e-6
+"""The same in the second half of the boxes, such as where V is least along a curve."""
+
+MOST_STEPS = 3
+"""So many forces that jump give eight energies."""
+
+SWEEPS = 6
+"""Of the coordinates, towards the point at which the tangent plane touches."""
+
+SHORTEST = 1e-9
+"""rad: a descent that moves by less has ended."""
+
+
+class Quadratic(NamedTuple):
+    """Bounds on a'u + ½u'Au for u in [-1, 1]^n, and a point near the lowest, shape (n, boxes)."""
+
+    low: Array
+    high: Array
+    u: Array
+
+
+def quadratic_range(a: Array, A: Array) -> Quadratic:
+    """Bound a'u + ½u'Au for all u in [-1, 1]^n; a has shape (n, boxes), A (n, n, boxes)."""
+    stacked = np.moveaxis(A, 2, 0)
+    D, vectors = np.linalg.eigh(0.5 * (stacked + np.swapaxes(stacked, 1, 2)))
+    D, Q = D.T, np.moveaxis(vectors, 0, 2)
+    size = np.einsum("ikm,km,jkm->ijm", np.abs(Q), np.abs(D), np.abs(Q))
+    rest = np.abs(0.5 * (A + np.swapaxes(A, 0, 1)) - _composed(Q, D)).sum(axis=(0, 1))
+    slack = ROUND_OFF * (np.abs(a).sum(axis=0) + (size + np.abs(A)).sum(axis=(0, 1))) + TINY
+    unknown = 0.5 * rest * UP + slack
+    spans = np.abs(Q).sum(axis=0) ** 2 * UP
+    up, down = np.maximum(D, 0.0), np.maximum(-D, 0.0)
+    lowest, u = _convex_least(a, Q, up)
+    highest, _ = _convex_least(-a, Q, down)
+    low = lowest - (0.5 * (down * spans).sum(axis=0) + unknown) * UP
+    high = -highest + (0.5 * (up * spans).sum(axis=0) + unknown) * UP
+    return Quadratic(low - ROUND_OFF * np.abs(low), high + ROUND_OFF * np.abs(high), u)
+
+
+def _composed(Q: Array, D: Array) -> Array:
+    return np.asarray(np.einsum("ikm,km,jkm->ijm", Q, D, Q))
+
+
+def _convex_least(a: Array, Q: Array, D: Array) -> tuple[Array, Array]:
+    """Bound a'u + ½u'QDQ'u, D >= 0, from below by its tangent plane at a point near the lowest."""
+    P = _composed(Q, D)
+    along = np.einsum("jim,jm->im", Q, a) / np.where(D > 0, D, np.inf)
+    u = np.clip(-np.einsum("ijm,jm->im", Q, along), -1.0, 1.0)
+    for _ in range(SWEEPS):
+        for i in range(len(a)):
+            pull = -(a[i] + np.einsum("jm,jm->m", P[i], u) - P[i, i] * u[i])
+            bent = np.clip(pull / np.where(P[i, i] > 0, P[i, i], 1.0), -1.0, 1.0)
+            u[i] = np.where(P[i, i] > 0, bent, np.sign(pull))
+    slope = a + np.einsum("ijm,jm->im", P, u)
+    value = np.einsum("im,im->m", 0.5 * (a + slope), u)
+    return value - (np.abs(slope) + slope * u).sum(axis=0), u
+
+
+def range_of(b: Bounds) -> Intervals:
+    """Return bounds on V over boxes: from its terms, its slopes, and Taylor's theorem."""
+    return _taylor(b)[0]
+
+
+def _taylor(b: Bounds) -> tuple[Intervals, Array]:
+    """Return bounds on V over boxes, and the points in them where V is lowest by the middles."""
+    r, g, (S, s) = b.radius, b.gradient, b.slope
+    with np.errstate(all="ignore"):
+        S, s = S * (r[:, None] * r), s * (r[:, None] * r)
+        a = g.mid * r
+        spread = (0.5 * s.sum(axis=(0, 1)) + (g.rad * r).sum(axis=0)) * UP
+        # The products above are rounded too.
+        spread = spread + ROUND_OFF * (np.abs(a).sum(axis=0) + np.abs(S).sum(axis=(0, 1)))
+        good = np.isfinite(spread)
+        found = quadratic_range(np.where(good, a, 0.0), np.where(good, S, 0.0))
+        first = (b.slopes.mag * r).sum(axis=0) * UP
+        fall = np.fmin(first, np.where(good, spread - found.low, np.inf))
+        rise = np.fmin(first, np.where(good, spread + found.high, np.inf))
+        low, high = b.value.lo - fall, b.value.hi + rise
+        low = low - ROUND_OFF * (np.abs(b.value.lo) + np.abs(fall))
+        high = high + ROUND_OFF * (np.abs(b.value.hi) + np.abs(rise))
+    low, high = np.fmax(b.value_over.lo, low), np.fmin(b.value_over.hi, high)
+    low, high = np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high)
+    return Intervals(low, high), b.centre + np.where(good, found.u, 0.0) * r
+
+
+class Ranges:
+    """Bounds on V over boxes, also sharp ones where a force jumps.
+
+    At each point the steps of such forces are 0 or 1, so V is there one of the smooth energies with
+    these numbers in place of the steps. Its bounds over a box are the hull of theirs.
+
+    Args:
+        V: Bounds on V.
+        sides: Bounds on the energies with each choice of 0 and 1; none if no force jumps.
+    """
+
+    def __init__(self, V: BoundedEnergy, sides: Sequence[BoundedEnergy] = ()) -> None:
+        self.V, self.sides, self.n = V, tuple(sides), V.n
+
+    @classmethod
+    def of(cls, energy: Energy, V: BoundedEnergy | None = None) -> "Ranges":
+        """Return bounds on an energy, with its sides if few forces jump, at surfaces of Θ."""
+        free, least = energy.free, energy.least
+        V = BoundedEnergy(energy.U, free=free, least=least) if V is None else V
+        steps = [a for a in energy.U.all_atoms if a.kind == STEP and a.extra == 1]
+        if len(steps) > MOST_STEPS or any(set(a.inner.variables) & set(energy.free) for a in steps):
+            return cls(V)
+        choices = product((0, 1), repeat=len(steps)) if steps else ()
+        replaced = [
+            {step: expr(one) for step, one in zip(steps, choice, strict=True)} for choice in choices
+        ]
+        return cls(
+            V,
+            [BoundedEnergy(substituted(energy.U, one), free=free, least=least) for one in replaced],
+        )
+
+    def over(self, boxes: Boxes) -> tuple[Bounds, Intervals, Array]:
+        """Return the bounds over boxes, on V with what they imply, and points where V is low."""
+        b = self.V.over(boxes.lo, boxes.hi)
+        found, near = _taylor(b)
+        rough = ~np.all(np.isfinite(b.slope.rad), axis=(0, 1)) & bool(self.sides)
+        if rough.any():
+            some = boxes[rough]
+            ranges = [range_of(side.over(some.lo, some.hi)) for side in self.sides]
+            low = np.min([one.lo for one in ranges], axis=0)
+            high = np.max([one.hi for one in ranges], axis=0)
+            found.lo[rough] = np.fmax(found.lo[rough], low)
+            found.hi[rough] = np.fmin(found.hi[rough], high)
+        return b, found, near
+
+    def values(self, boxes: Boxes) -> Intervals:
+        """Return bounds on V over boxes, J, in batches."""
+        parts = [self.over(boxes[slice(k, k + BATCH)])[1] for k in range(0, boxes.count, BATCH)]
+        empty = np.zeros(0)
+        return Intervals(
+            np.concatenate([empty, *(one.lo for one in parts)]),
+            np.concatenate([empty, *(one.hi for one in parts)]),
+        )
+
+
+class LeastValues(NamedTuple):
+    """The least V in each of some boxes.
+
+    Attributes:
+        value: An upper bound of V at a point, J, shape (boxes,).
+        bound: A proved lower bound, J; far below `value` if the limit of boxes was reached.
+        at: The points, shape (n, boxes).
+        closed: Whether bound and value are near each other, shape (boxes,).
+        examined: The number of boxes that were examined.
+    """
+
+    value: Array
+    bound: Array
+    at: Array
+    closed: Array
+    examined: int
+
+
+def least_values(
+    ranges: Ranges, boxes: Boxes, limit: int = 20_000, cap: float = np.inf
+) -> LeastValues:
+    """Return the least V in each of some boxes, by branch and bound.
+
+    Args:
+        ranges: V.
+        boxes: The boxes; they may be flat.
+        limit: The number of boxes that are examined.
+        cap: Boxes in which V is larger than this need not be searched, J.
+    """
+    search = _Descents(boxes)
+    settled, scale = np.full(boxes.count, np.inf), np.zeros(boxes.count)
+    parts, mine, examined = boxes, np.arange(boxes.count), 0
+    while (parts.count or search.moving) and examined < limit:
+        some, owner = parts[slice(BATCH)], mine[:BATCH]
+        parts, mine = parts[slice(BATCH, None)], mine[BATCH:]
+        examined += some.count + boxes.count
+        # The points of the descents are boxes of no width: a call for few boxes is not cheap.
+        points = Boxes(search.trial, search.trial)
+        b, over, near = ranges.over(joined([some, points], ranges.n))
+        n = some.count
+        seen = np.where(np.isfinite(b.value.hi), b.value.hi, -np.inf)[:n]
+        search.move(b, over.hi[n:], near, owner)
+        np.fmax.at(scale, owner, seen - search.best[owner])
+        # Round-off of V itself is the least gap that any box can have.
+        noise = 4 * (over.hi - over.lo)[n:] + 1e-14 * np.abs(search.best)
+        tolerance = TOLERANCE if examined < limit / 2 else LOOSE
+        aim = np.minimum(search.best - tolerance * scale - noise, cap)
+        low = over.lo[:n]
+        done = low >= aim[owner]
+        np.fmin.at(settled, owner[done], low[done])
+        rest = some[~done]
+        halves = rest.halved((rest.hi - rest.lo).argmax(axis=0))
+        parts = joined([halves, parts], ranges.n)
+        mine = np.concatenate([owner[~done], owner[~done], mine])
+    closed = np.ones(boxes.count, dtype=bool)
+    if parts.count:
+        np.fmin.at(settled, mine, ranges.values(parts).lo)
+        closed[mine] = False
+    return LeastValues(search.best, np.minimum(settled, search.best), search.at, closed, examined)
+
+
+class _Descents:
+    """One descent in each box, by steps of the quadratic model at its lowest point so far.
+
+    Attributes:
+        best: V there, at most, J.
+        at: The points.
+        trial: The points that are tried next.
+    """
+
+    def __init__(self, boxes: Boxes) -> None:
+        self.boxes, self.count = boxes, boxes.count
+        self.at = self.trial = 0.5 * boxes.lo + 0.5 * boxes.hi
+        self.best, self.reach = np.full(boxes.count, np.inf), np.full(boxes.count, 0.5)
+        self.gradient = np.zeros_like(self.at)
+        self.hessian = np.zeros((len(boxes.lo), *boxes.lo.shape))
+
+    @property
+    def moving(self) -> bool:
+        """Whether some step was longer than round-off."""
+        return bool((np.abs(self.trial - self.at).max(axis=0, initial=0.0) > SHORTEST).any())
+
+    def move(self, b: Bounds, value: Array, near: Array, owner: Array) -> None:
+        """Take the values at the points that were tried, and go to lower centres of parts."""
+        n = len(owner)
+        x = b.centre[:, n:]
+        lower = value < self.best
+        self.best = np.where(lower, value, self.best)
+        self.at = np.where(lower, x, self.at)
+        self.gradient = np.where(lower, b.gradient.mid[:, n:], self.gradient)
+        self.hessian = np.where(lower, b.hessian.mid[:, :, n:], self.hessian)
+        self.reach = np.where(lower, np.minimum(2 * self.reach, 0.5), 0.25 * self.reach)
+        self.trial = self._step()
+        value = b.value.hi[:n]
+        first = _first_of_each(owner, value)
+        first = first[value[first] < self.best[owner[first]]]
+        who = owner[first]
+        self.trial[:, who] = np.clip(near[:, first], self.boxes.lo[:, who], self.boxes.hi[:, who])
+        self.reach[who] = 0.5
+
+    def _step(self) -> Array:
+        """Return the lowest points of the models in boxes about the points."""
+        lo = np.maximum(self.boxes.lo, self.at - self.reach)
+        hi = np.minimum(self.boxes.hi, self.at + self.reach)
+        m, r = 0.5 * lo + 0.5 * hi, 0.5 * (hi - lo)
+        with np.errstate(all="ignore"):
+            a = self.gradient + np.einsum("ijm,jm->im", self.hessian, m - self.at)
+            A = self.hessian * (r[:, None] * r)
+            good = np.all(np.isfinite(a), axis=0) & np.all(np.isfinite(A), axis=(0, 1))
+            u = quadratic_range(np.where(good, a * r, 0.0), np.where(good, A, 0.0)).u
+        return np.clip(np.where(good, m + u * r, self.at), lo, hi)
+
+
+def _first_of_each(owner: Array, low: Array) -> Array:
+    """Return for each owner the place of its lowest number."""
+    order = np.lexsort((low, owner))
+    first = np.ones(len(order), dtype=bool)
+    first[1:] = owner[order][1:] != owner[order][:-1]
+    return order[first]

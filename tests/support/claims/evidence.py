@@ -1,0 +1,262 @@
+"""Doubts about claims: what searches in plain doubles find that contradicts them.
+
+The searches know nothing of the proofs. They use the stored energy alone, and differences of it.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize, root
+
+from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.analysis.rest_system import smooth_rest_system
+from rbstab.config.build import problem_of
+from rbstab.config.schema import Config
+from support.claims.compare import RANGES
+from support.claims.program import Claims
+from support.systems import Array
+
+HELD_STARTS, STARTS = 60, 20
+"""Random starts of a search for more states: of a body that is held, and of one that is not."""
+
+STEP = 1e-5
+"""Of differences of energy, in rad and m."""
+
+SAME = 1e-3
+"""rad: how far a state that is found may be from one that is claimed."""
+
+HALF_TURN = np.array([np.pi, np.pi / 2, np.pi])
+
+
+def doubts(config: Config, claims: Claims, seed: int = 0) -> dict[str, str]:
+    """Return what contradicts the claims about a config: by claim, in words.
+
+    Args:
+        config: The config.
+        claims: The claims about it.
+        seed: Of the random starts.
+    """
+    found: dict[str, str] = {}
+    if not claims["passive"]:
+        return found
+    search = _Search.of(config, np.random.default_rng(seed))
+    with np.errstate(all="ignore"):
+        for claim, text in search.contradictions(claims):
+            found.setdefault(claim, text)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """The stored energy of a body at rest, random numbers, and the largest |θ2|."""
+
+    at_rest: Configurations
+    rng: np.random.Generator
+    pitch: float
+    kept: bool
+    """Whether a barrier or a stop keeps θ2 in the range."""
+
+    outer: bool
+    """Whether barriers keep θ1 and θ3 too."""
+
+    stopped: bool
+    """Whether a stop keeps |θ2| <= pitch."""
+
+    jumps: bool
+    """Whether forces jump, so that a state need be no zero of the slope."""
+
+    turns: bool
+    """Whether the energy changes with whole turns."""
+
+    @classmethod
+    def of(cls, config: Config, rng: np.random.Generator) -> "_Search":
+        sections = [section.model_dump() for section in config.elements.values()]
+        guards = {section.get("method"): section for section in sections}
+        kinked = {"Latch", "Counterweight"}
+        at_rest = configurations(smooth_rest_system(problem_of(config)))
+        K_r = getattr(config.controller, "K_r", None)
+        turns = K_r is not None and bool(np.any(np.asarray(K_r)))
+        outer = bool(guards.get("barrier", {}).get("outer_stiffness"))
+        stop = guards.get("stop", {}).get("angle")
+        names = {section.get("class_name") for section in sections}
+        jumps = "repelling" in guards or bool(names & kinked)
+        return cls(
+            at_rest,
+            rng,
+            float(stop or np.pi / 2),
+            stop is not None or "barrier" in guards,
+            outer,
+            stop is not None,
+            jumps,
+            turns,
+        )
+
+    def energy(self, q: Array) -> float:
+        return float(self.at_rest.energy(np.asarray(q, dtype=float)))
+
+    def slope(self, q: Array) -> Array:
+        """Return central differences of the energy."""
+        steps = STEP * np.eye(len(q))
+        return np.array([(self.energy(q + h) - self.energy(q - h)) / (2 * STEP) for h in steps])
+
+    def hessian(self, q: Array) -> Array:
+        h = 1e-4 * np.eye(len(q))
+        n = range(len(q))
+        found = np.zeros((len(q), len(q)))
+        for i in n:
+            for j in n[: i + 1]:
+                four = [self.energy(q + a * h[i] + b * h[j]) for a in (1, -1) for b in (1, -1)]
+                found[i, j] = found[j, i] = (four[0] - four[1] - four[2] + four[3]) / 4e-8
+        return found
+
+    def start(self, end: Array) -> Array:
+        """Return a random configuration with its lowest energy at these angles."""
+        Theta = self.rng.uniform(-1, 1, 3) * end
+        return np.concatenate([Theta, self.lowest_rest(Theta)])
+
+    def lowest_rest(self, Theta: Array) -> Array:
+        """Return X and own states of the lowest energy at given angles."""
+        if self.at_rest.size == 3:
+            return np.zeros(0)
+        guess = self.at_rest.unloaded[3:]
+        found = minimize(lambda x: self.energy(np.concatenate([Theta, x])), guess, method="BFGS")
+        return found.x
+
+    def contradictions(self, claims: Claims) -> Iterator[tuple[str, str]]:
+        """Yield claims with what contradicts them."""
+        for name in RANGES:
+            part = claims[name]
+            if part is None:
+                continue
+            end = np.array([np.pi, self.pitch, np.pi])
+            if name == "all_angles":
+                end *= [2.0, 1.0, 2.0]
+            yield from ((name, text) for text in self._of_states(part))
+            yield from ((name, text) for text in self._of_list(part, end))
+            yield from ((name, text) for text in self._of_level(name, part))
+        yield from self._of_sum(claims)
+
+    def _of_states(self, part: Claims) -> Iterator[str]:
+        """Compare the energy, slope and index of each proved state with those of differences."""
+        for state in part["states"]:
+            if not state["proved"] or "held" in state["kind"] or "ridge" in state["kind"]:
+                continue
+            Theta = np.array(state["at"])
+            q = np.concatenate([Theta, self.lowest_rest(Theta)])
+            scale = max(1.0, abs(state["energy"]))
+            if abs(self.energy(q) - state["energy"]) > 1e-5 * scale:
+                yield f"U is {self.energy(q):.6g} J at {state['at']}"
+            curvature = self.hessian(q)
+            values = np.linalg.eigvalsh(curvature)
+            sure = np.abs(values).min() > 1e-4 * np.abs(values).max()
+            if sure and state["index"] is not None and np.sum(values < 0) != state["index"]:
+                yield f"the index is {np.sum(values < 0)} at {state['at']}"
+            if np.abs(self.slope(q)[:3]).max() > 1e-3 * np.abs(values).max():
+                yield f"U has a slope at {state['at']}"
+
+    def _of_list(self, part: Claims, end: Array) -> Iterator[str]:
+        """Look for states that are not listed: all that are found count against the list."""
+        if not part["complete"] and part["level"] is None:
+            return
+        for number in range(HELD_STARTS if self.at_rest.held else STARTS):
+            q = self.start(end)
+            if number % 2:
+                q = root(self.slope, q, method="hybr", tol=1e-10).x
+            else:
+                q = self._descended(q, end)
+            if self._listed(q[:3], part) or not self._is_state(q, end):
+                continue
+            U, at = self.energy(q), np.round(q[:3], 6).tolist()
+            if part["complete"]:
+                yield f"another state was found, at {at}, {U:.6g} J"
+                return
+            if U - part["states"][0]["energy"] < part["level"] * (1 - 1e-6):
+                yield f"a state below c* was found, at {at}, {U:.6g} J"
+                return
+
+    def _is_state(self, q: Array, end: Array) -> bool:
+        """Return whether a body rests at q, inside the range or pressed against its stop."""
+        free = np.ones(len(q), dtype=bool)
+        if self.stopped and abs(abs(q[1]) - self.pitch) < 1e-6:
+            free[1] = False
+            outward = self.slope(q - [0, np.sign(q[1]) * 1e-4, *np.zeros(len(q) - 2)])[1]
+            if outward * q[1] > 0:
+                return False
+        if not np.all((np.abs(q[:3]) < end - 1e-3) | ~free[:3]):
+            return False
+        return self._flat(q, free) or (self.jumps and self._lowest_near(q))
+
+    def _flat(self, q: Array, free: Array) -> bool:
+        """Return whether U is smooth at q, with a slope of zero and no degenerate curvature."""
+        U, steps = self.energy(q), 1e-6 * np.eye(len(q))
+        sides = [(self.energy(q + h) - U, self.energy(q - h) - U) for h in steps[free]]
+        values = np.linalg.eigvalsh(self.hessian(q)[np.ix_(free, free)])
+        least, most = np.abs(values).min(), np.abs(values).max()
+        if least < 1e-6 * most:
+            return False
+        return bool(np.abs(sides).max() < 1e-6 * 1e-3 * max(1.0, abs(U)))
+
+    def _lowest_near(self, q: Array) -> bool:
+        """Return whether a search without slopes ends at q: it does at a kink that holds."""
+        again = q
+        for _ in range(3):
+            options = {"xatol": 1e-10, "fatol": 1e-14, "maxfev": 4000}
+            again = minimize(self.energy, again, method="Nelder-Mead", options=options).x
+        return bool(np.abs(again - q).max() < SAME)
+
+    def _descended(self, q: Array, end: Array) -> Array:
+        limits = [(-one, one) for one in end - 1e-9] + [(None, None)] * (len(q) - 3)
+        found = minimize(self.energy, q, jac=self.slope, bounds=limits, method="L-BFGS-B").x
+        near = root(self.slope, found, method="hybr", tol=1e-10).x
+        return np.asarray(near if np.abs(near - found).max() < SAME else found)
+
+    def _listed(self, Theta: Array, part: Claims) -> bool:
+        others = [np.array(state["at"]) for state in part["states"]]
+        if self.turns or self.outer:
+            return any(np.abs(Theta - other).max() < SAME for other in others)
+        return any(
+            np.abs((Theta - other + np.pi) % (2 * np.pi) - np.pi).max() < SAME for other in others
+        )
+
+    def _of_level(self, name: str, part: Claims) -> Iterator[str]:
+        """Look for another state or a point of the border below c*: by descents on each face."""
+        if part["level"] is None:
+            return
+        bound = part["states"][0]["energy"] + part["level"]
+        for state in part["states"][1:]:
+            if state["energy"] < bound - 1e-6 * max(1.0, abs(bound)):
+                yield f"the state at {state['at']} is below c*"
+        axes = [1] if name == "all_angles" or not self.turns else [0, 1, 2]
+        axes = [axis for axis in axes if not (axis == 1 and self.kept)]
+        ends = HALF_TURN * (2.0 if name == "all_angles" else 1.0)
+        ends[1] = self.pitch - 1e-9
+        for axis in axes:
+            for sign in (-1.0, 1.0):
+                least = min(self._lowest_on(axis, sign * ends[axis], ends) for _ in range(3))
+                if least < bound - 1e-6 * max(1.0, abs(bound)):
+                    yield f"U is {least:.6g} J on the border of θ{axis + 1}, below c*"
+
+    def _lowest_on(self, axis: int, value: float, ends: Array) -> float:
+        samples = []
+        for _ in range(30 if self.at_rest.size == 3 else 6):
+            q = self.start(ends)
+            q[axis] = value
+            samples.append(q)
+        q = min(samples, key=self.energy)
+        limits = [(-one, one) for one in ends] + [(None, None)] * (len(q) - 3)
+        limits[axis] = (value, value)
+        return float(minimize(self.energy, q, jac=self.slope, bounds=limits, method="L-BFGS-B").fun)
+
+    def _of_sum(self, claims: Claims) -> Iterator[tuple[str, str]]:
+        """Count the states: Σ (-1)^index is Euler's number of the space where θ2 is kept."""
+        name = "range" if self.outer else "all_angles"
+        part = claims[name]
+        if not self.kept or part is None or not part["complete"]:
+            return
+        if any(state["index"] is None for state in part["states"]):
+            return
+        total = sum((-1) ** state["index"] for state in part["states"])
+        wanted = 1 if self.turns or self.outer else 0
+        if total != wanted:
+            yield name, f"Σ (-1)^index is {total}, not {wanted}"

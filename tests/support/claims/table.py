@@ -1,0 +1,64 @@
+"""The stored table: the configs, and what was claimed about them when it was made."""
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from rbstab.config.load import load_config
+from rbstab.config.schema import Config
+from support.claims.program import Claims
+
+ROOT = Path(__file__).resolve().parents[3]
+FOLDER = ROOT / "tests/claims"
+TABLE = FOLDER / "claims.json"
+BODIES = FOLDER / "bodies.json"
+"""The configs of the random bodies, by name; the files of elements are relative to the root."""
+
+Table = dict[str, Claims]
+
+
+def names() -> list[str]:
+    """Return the names of all configs: paths of those that are shipped, then the random ones."""
+    return [*shipped(), *read(BODIES)]
+
+
+def shipped() -> list[str]:
+    """Return the paths of the shipped configs, relative to the root; plans of sweeps are none."""
+    folders = (ROOT / "configs/paper", ROOT / "configs/examples")
+    paths = sorted(path for folder in folders for path in folder.rglob("*.yaml"))
+    return [path.relative_to(ROOT).as_posix() for path in paths]
+
+
+def config_of(name: str, bodies: Mapping[str, Any] | None = None) -> Config:
+    """Return the config of a name; the files of elements may be run."""
+    if name.endswith(".yaml"):
+        return load_config(ROOT / name, allow_python=True)
+    data = (read(BODIES) if bodies is None else bodies)[name]
+    for element in data.get("elements", {}).values():
+        if "file" in element:
+            element["file"] = str(ROOT / element["file"])
+    return load_config(data, allow_python=True)
+
+
+def read(file: Path) -> dict[str, Any]:
+    """Return a stored table, by name."""
+    found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    return found
+
+
+def write(file: Path, table: Mapping[str, Any]) -> None:
+    """Write a table with one line a name."""
+    lines = [f"{json.dumps(name)}: {_line(entry)}" for name, entry in table.items()]
+    file.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
+
+
+def _line(entry: Any) -> str:
+    return json.dumps(entry, ensure_ascii=False)
+
+
+def states_in(claims: Claims) -> Iterator[tuple[str, Claims]]:
+    """Yield the ranges of the claims about a config that have been searched, by name."""
+    for name in ("range", "all_angles"):
+        if claims[name] is not None:
+            yield name, claims[name]

@@ -7,7 +7,6 @@ from support.switching import data, ligament
 from support.user_code import CUBIC, TIE, element_text, mine, write_template
 
 import rbstab
-from rbstab.analysis.proof.reduced_energy import NoEnergyReason
 from rbstab.config.elements import kind_of
 from rbstab.config.entries import entries_of
 from rbstab.config.load import load_config
@@ -15,7 +14,7 @@ from rbstab.config.tolerances import tolerances_of
 from rbstab.config.units import unit_of
 from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.proof import prove
-from rbstab.experiment.robust.bodies import prove_within
+from rbstab.experiment.robust.bodies import CODE_VARIES, prove_within
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import SUPPLIES
 from rbstab.experiment.tuning.sensitivities import sensitivities
@@ -169,11 +168,17 @@ def test_sensitivities_of_an_element_that_switches(folder):
     np.testing.assert_allclose(theirs.derivatives[rows], expected, rtol=1e-8, atol=1e-9)
 
 
-def test_no_proof_for_all_bodies_takes_code_into_account(folder):
+def test_proofs_for_all_bodies_are_those_of_the_same_element_of_ours(folder):
     (folder / "mine.py").write_text(TIE)
     config = load({"one": mine(**VALUES)}, controller=FREE)
-    within = prove_within(config, tolerances_of(config, ["body.mass=±1%"]))
-    assert within.why == NoEnergyReason.CODE_OF_BODIES.value
+    ours = load({"one": {"kind": "visco-elastic"} | VALUES}, controller=FREE)
+    texts = ["controller.K_t=±1%", "controller.K_r=±1%"]
+    within, known = (prove_within(one, tolerances_of(one, texts)) for one in (config, ours))
+    assert within.proved
+    assert within.level == pytest.approx(known.level, rel=1e-9)
+    for text in ("body.contact_point=±0.01", "elements.one=±1%"):
+        varied = prove_within(config, tolerances_of(config, [text]))
+        assert (varied.proved, varied.why) == (None, CODE_VARIES)
 
 
 def test_a_proof_is_not_that_of_another_element(folder):
@@ -272,7 +277,7 @@ def test_an_input_beside_code_decides_nothing(tmp_path):
     config = load({"tie": MINE, "knock": OTHERS["knock"]}, controller=FREE)
     assert prove(config).outcome == SUPPLIES
     within = prove_within(config, tolerances_of(config, ["body.mass=±1%"]))
-    assert (within.proved, within.why) == (None, NoEnergyReason.CODE_OF_BODIES.value)
+    assert (within.proved, within.why) == (None, SUPPLIES)
     found = rbstab.simulate(config, proof=prove(config), enclose=Enclose.TO_END)
     assert found.attributes["convergence"] == "not decided"
     assert "an input supplies power" in str(found.attributes["convergence_reason"])

@@ -26,6 +26,7 @@ from rbstab.experiment.start_sets.prove_starts import prove_starts
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.starts import start_state
 from rbstab.experiment.verification.verify import verify
+from rbstab.proof.robust.numbers import NoFamilyReason
 
 RANGE_END = np.array([np.pi, np.pi / 2, np.pi])
 HELD = CONTROLLER | {"variant": "permanent"}
@@ -201,11 +202,14 @@ def test_sets_of_starts_are_not_decided_with_a_spring():
     assert "spring" in found.why
 
 
-def test_bodies_within_tolerances_are_not_decided_with_a_spring():
+def test_bodies_within_tolerances_are_proved_with_a_spring_of_a_held_body():
     config = load_config(config_data({"strut": SPRING}, HELD))
-    within = prove_within(config, tolerances_of(config, ["body.mass=±1%"]))
+    within = prove_within(config, tolerances_of(config, ["elements.strut.stiffness=±5%"]))
+    assert within.proved
+    tied = load_config(config_data({"strut": SPRING}))
+    within = prove_within(tied, tolerances_of(tied, ["elements.strut.stiffness=±5%"]))
     assert within.proved is None
-    assert "spring" in within.why
+    assert within.why == NoFamilyReason.NOT_QUADRATIC.value
 
 
 @pytest.mark.heavy

@@ -9,9 +9,9 @@ from scipy.optimize import minimize, root
 
 import rbstab
 from rbstab.analysis.configuration import Configurations, configurations
-from rbstab.analysis.proof.robust.numbers import Members, Part
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.robust.bodies import members_of
+from rbstab.proof.robust.numbers import Members, Part
 from rbstab.systems.system import System
 from support.paper_runs import paper_config
 from support.systems import Array
@@ -51,7 +51,20 @@ def some_bodies(
 
 def member(members: Members, numbers: Sequence[Fraction]) -> System:
     """Return the system of one body in doubles."""
-    return members([float(number) for number in numbers], lambda a: np.asarray(a, dtype=float))
+    return members.own([float(number) for number in numbers])
+
+
+def least_over_x(at_rest: Configurations, Theta: Array) -> Array:
+    """Return the configuration of least energy at Θ; the energy is quadratic in all but Θ."""
+    n = at_rest.size - 3
+    q = np.concatenate([Theta, np.zeros(n)])
+    if not n:
+        return q
+    slope = at_rest.gradient(q)[3:]
+    steps = np.eye(at_rest.size)[3:]
+    H = np.array([at_rest.gradient(q + step)[3:] - slope for step in steps])
+    q[3:] = np.linalg.solve(H.T, -slope)
+    return q
 
 
 def rest_states_by_scipy(system: System, rng: np.random.Generator, starts: int = 12) -> list[Array]:

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from rbstab.experiment.start_sets.starts_record import StartsProof
 
 
+SECONDS_OF_BODIES, SECONDS_OF_STARTS = 60.0, 600.0
+"""The default limits of time for all bodies and for all starts within tolerances."""
+
 _OF_BODIES = "expected only numbers of body, gravity and controller"
 
 
@@ -144,7 +147,7 @@ def proved_within(
     tolerances: "tuple[Tolerance, ...]",
     largest: tuple[str, ...],
     progress: "Progress | None",
-    time_limit: float,
+    time_limit: float | None,
 ) -> Within | None:
     """Prove the tolerances of the options for one config; None without these options.
 
@@ -155,12 +158,15 @@ def proved_within(
         tolerances: Their tolerances, from `checked_tolerances`.
         largest: The values of --largest-within.
         progress: Called during a proof for all starts, see `prove_starts`.
-        time_limit: The wall time for the tolerances, and for each key of `largest`, s.
+        time_limit: The wall time for the tolerances, and for each key of `largest`, s; by default
+            `SECONDS_OF_BODIES` or `SECONDS_OF_STARTS`.
     """
     from rbstab.experiment.robust.largest import largest_within, proving
 
     if not texts and not largest:
         return None
+    if time_limit is None:
+        time_limit = SECONDS_OF_STARTS if are_of_starts(tolerances) else SECONDS_OF_BODIES
     if are_of_starts(tolerances):
         starts = _proved_starts(config, results, tolerances, progress, _late_after(time_limit))
         return Within(texts, None, (), starts)

@@ -52,12 +52,10 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--time-limit",
-    default=600.0,
-    show_default=True,
     metavar="SECONDS",
     type=click.FloatRange(min=0.0, min_open=True),
     help="Wall time for the proof of --within, and for each --largest-within; what is proved by "
-    "then is printed. A part that is begun is finished first.",
+    "then is printed.  [default: 60, or 600 for tolerances of the initial state]",
 )
 @CHANGES
 @ALLOW_PYTHON
@@ -80,7 +78,7 @@ def command(
     alongs: tuple[str, ...],
     withins: tuple[str, ...],
     largest: tuple[str, ...],
-    time_limit: float,
+    time_limit: float | None,
     changes: tuple[str, ...],
     allow_python: bool,
     results: Path,

@@ -8,7 +8,7 @@ event functions: one formula holds on all sides of a switch.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -83,6 +83,20 @@ class Energy:
         return {COSINE: 0.0} | {HALVES[k]: 0.0 for k in self.closed if k in HALVES}
 
 
+class Stored(NamedTuple):
+    """The stored energy Π(q) of all configurations q, before X and own states are eliminated.
+
+    Attributes:
+        total: Π, J, an expression of the variables q.
+        size: The number of entries of q.
+        stop: The largest |θ2| that a stop allows, rad, an expression; None without one.
+    """
+
+    total: Expr
+    size: int
+    stop: Expr | None
+
+
 def energy_of(system: System, exact_system: ExactSystem) -> Energy:
     """Return the potential energy of a system, least over X and own states.
 
@@ -95,6 +109,15 @@ def energy_of(system: System, exact_system: ExactSystem) -> Energy:
         NoMinimumError: Nothing holds the position, or an own state.
         TypeError: Code of a user branches on a value, or takes no such numbers.
     """
+    total, size, end = stored_energy(system, exact_system)
+    found = _eliminated(total, range(3, size))
+    stop = None if end is None else end.constant
+    closed = _poles(found.U) | ({1} if stop is not None else set())
+    return replace(found, stop=stop, closed=frozenset(closed))
+
+
+def stored_energy(system: System, exact_system: ExactSystem) -> Stored:
+    """Return the stored energy of a system as one expression; arguments as for `energy_of`."""
     at_rest = configurations(system)
     exact = configurations(_exact(system, exact_system))
     q = np.array([variable(k) for k in range(at_rest.size)], dtype=object)
@@ -104,7 +127,7 @@ def energy_of(system: System, exact_system: ExactSystem) -> Energy:
         mine = own[begin : begin + element.state_size]
         begin += element.state_size
         if element.holds:  # a stop: it stores nothing, and ends the range
-            stop = expr(getattr(element, "angle")).constant
+            stop = expr(element.angle)
             continue
         acting: Any = element
         if element.mode_count:
@@ -112,10 +135,7 @@ def energy_of(system: System, exact_system: ExactSystem) -> Energy:
             modes = [expr(g).step(smooth) for g in element.guards(motion, mine)]
             acting = replace(acting, mode=np.array(modes, dtype=object))
         total = total + acting.stored(motion, mine)
-    total = _by_half_angles(with_known_steps(total))
-    found = _eliminated(total, range(3, at_rest.size))
-    closed = set(_poles(found.U))
-    return replace(found, stop=stop, closed=frozenset(closed | ({1} if stop is not None else set())))
+    return Stored(_by_half_angles(with_known_steps(total)), at_rest.size, stop)
 
 
 def _exact(system: System, exact_system: ExactSystem) -> System:
@@ -135,9 +155,7 @@ def _exact(system: System, exact_system: ExactSystem) -> System:
 
 def _eliminated(total: Expr, others: range) -> Energy:
     """Minimise over all variables in which the energy is quadratic with constant stiffness."""
-    inside = {
-        v for a in total.atoms if a.kind != VAR for v in a.variables if v >= others.start
-    }
+    inside = {v for a in total.atoms if a.kind != VAR for v in a.variables if v >= others.start}
     chosen = [k for k in others if k not in inside]
     # Variables with other powers, or with a stiffness that depends on Θ, stay.
     while bad := _not_quadratic(total, chosen):
@@ -211,8 +229,8 @@ def _poles(U: Expr) -> set[int]:
 
 def value_at(e: Expr, q: Array) -> float:
     """Return the value of an expression at numbers of its variables, to round-off."""
-    from rbstab.proof.taylor import Compiled
     from rbstab.proof.intervals import Intervals
+    from rbstab.proof.taylor import Compiled
 
     compiled = Compiled([e], 0, {}, 0)
     values = compiled(lambda k: Intervals(np.full((1, 1), q[k]), np.full((1, 1), q[k])))

@@ -61,7 +61,6 @@ class NoEnergyReason(Enum):
         "switches, and no stop of its own"
     )
     NOT_IN_PROOFS = "no proof takes this code of a user into account"
-    CODE_OF_BODIES = "no proof for all bodies within tolerances takes code of a user into account"
     NOT_HELD = "nothing holds the position: the energy has no single minimum over X and D"
     NOT_QUADRATIC = "the energy is not a quadratic function of X and D with constant stiffness"
     NOT_FINITE = (
@@ -80,18 +79,11 @@ class NoEnergyReason(Enum):
         "the line of a spring may have no length at some attitude, and then its force no direction"
     )
     SIX_VARIABLES = "the body is not held, and its energy is no quadratic function of X"
-    LINES_OF_BODIES = (
-        "no proof for all bodies within tolerances takes a spring or a ligament into account"
-    )
     NO_EXTENT = "no bound is found on the position of the body at rest"
     STOP_IN_SIX = (
         "the body is not held, and no proof takes springs, or elements of users whose energy is no "
         "quadratic function of X, beside a stop into account then"
     )
-    SWITCHING_GUARDS_OF_BODIES = (
-        "no proof for all bodies within tolerances takes a soft guard or a stop into account"
-    )
-    BARRIER_OF_BODIES = "no proof for all bodies within tolerances takes a barrier into account"
 
 
 SEARCHED_INSTEAD = frozenset(

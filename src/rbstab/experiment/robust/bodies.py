@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,8 +24,17 @@ from rbstab.experiment.stored_proof.proof import SUPPLIES
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 
+if TYPE_CHECKING:
+    from rbstab.proof.robust.numbers import Members
+
 BODIES_VERSION = 1
 """To be increased when a change of the method changes its results; older proofs are then redone."""
+
+CODE_VARIES = (
+    "beside code of a user, its numbers, the contact point and the anchor have no tolerances"
+)
+
+UNUSUAL_CODE = "code of a user has more than 6 switches, a stop of its own, or depends on the time"
 
 NOT_DECIDED = "not decided"
 """The outcome of a proof whose hypotheses do not hold for each body."""
@@ -68,9 +77,8 @@ def prove_within(
         is_late: Returns whether no further part is to be examined.
     """
     # Imported late: a stored proof is usually read, and none is made.
-    from rbstab.analysis.proof.reduced_energy import NoEnergyReason
-    from rbstab.analysis.proof.robust.bodies import PART_LIMIT, BodiesOutcome, prove_bodies
-    from rbstab.analysis.proof.robust.numbers import Part
+    from rbstab.proof.robust.bodies import PART_LIMIT, BodiesOutcome, prove_bodies
+    from rbstab.proof.robust.numbers import Part
 
     start, bounds = time.perf_counter(), stored(tolerances)
     facts: dict[str, Any] = {
@@ -79,7 +87,7 @@ def prove_within(
         "sections": sections_of(config),
         "tolerances": bounds,
     }
-    why = NoEnergyReason.CODE_OF_BODIES.value if has_code(config) else _undamped(config, tolerances)
+    why = _unknown_code(config, tolerances) or _undamped(config, tolerances)
     if why is not None:
         return BodiesRecord(
             outcome=NOT_DECIDED,
@@ -117,10 +125,37 @@ def prove_within(
     )
 
 
+def _unknown_code(config: Config, tolerances: Sequence[Tolerance]) -> str | None:
+    """Return why code of users is not shown to be passive for each body; None if it is, or none is.
+
+    It is shown for the body in the middle (`user_energies`); mass, inertia, gravity and the gains
+    of other elements do not enter its statements.
+    """
+    if not has_code(config):
+        return None
+    from rbstab.analysis.configuration import configurations
+    from rbstab.analysis.proof.traced.separate import NotInProofsError, in_proofs, user_energies
+
+    system = system_of(config)
+    users = [element for element in system.elements if element.from_user]
+    fixed = [("body", "contact_point"), *(("elements", element.name) for element in users)]
+    paths = [path for one in tolerances for path in one.entry.paths]
+    moved = any(path[: len(start)] == start for path in paths for start in fixed)
+    if moved or getattr(config.controller, "anchor", "origin") == "equilibrium":
+        return CODE_VARIES
+    if not all(in_proofs(element) for element in users):
+        return UNUSUAL_CODE
+    try:
+        user_energies(configurations(system))
+    except NotInProofsError as error:
+        return str(error)
+    return None
+
+
 def _undamped(config: Config, tolerances: Sequence[Tolerance]) -> str | None:
     """Return why it is not known that each body loses energy in each motion; None if it is."""
     from rbstab.analysis.proof.definite import indefinite_parameter, why_not_damped
-    from rbstab.analysis.proof.robust.definite import lowest_systems
+    from rbstab.proof.robust.definite import lowest_systems
 
     if system_of(config).supplies:
         return SUPPLIES
@@ -135,28 +170,27 @@ def _undamped(config: Config, tolerances: Sequence[Tolerance]) -> str | None:
     return None
 
 
-def members_of(
-    config: Config, tolerances: Sequence[Tolerance]
-) -> Callable[[Sequence[Any], Callable[[Array], Array]], System]:
-    """Return a function that builds the system of a member, as `robust.numbers.Members`."""
+def members_of(config: Config, tolerances: Sequence[Tolerance]) -> "Members":
+    """Return the functions that build the system of a member."""
+    from rbstab.proof.robust.numbers import Members
 
-    def members(numbers: Sequence[Any], convert: Callable[[Array], Array]) -> System:
-        changes = {
-            path: number
-            for one, number in zip(tolerances, numbers, strict=True)
-            for path in one.entry.paths
-        }
-        return system_of(replaced(config, changes), convert)
+    def changed(base: Config, numbers: Sequence[Any]) -> Config:
+        pairs = zip(tolerances, numbers, strict=True)
+        return replaced(base, {path: number for one, number in pairs for path in one.entry.paths})
 
-    return members
+    known = without_code(config)
+    return Members(
+        lambda numbers, convert: system_of(changed(known, numbers), convert),
+        lambda numbers: system_of(changed(config, numbers)),
+    )
 
 
 def _corner(config: Config, tolerances: Sequence[Tolerance], signs: tuple[int, int, int]) -> System:
     """Return the system at one corner of the tolerances, in rational numbers."""
-    from rbstab.analysis.proof.robust.definite import bound_at
+    from rbstab.proof.robust.definite import bound_at
 
     numbers = [bound_at(one.entry.paths[0], one.low, one.high, signs) for one in tolerances]
-    return members_of(config, tolerances)(numbers, _rational)
+    return members_of(config, tolerances).exact(numbers, _rational)
 
 
 def _rational(numbers: Array) -> Array:

@@ -4,23 +4,31 @@ Where the bounds of a box of bodies decide nothing, it is halved along the numbe
 most. The proof is complete when it holds for all parts.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 
-from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
-from rbstab.analysis.proof.robust.counterexample import Counterexample, counterexample
-from rbstab.analysis.proof.robust.energies import Energies, energies_of, relevant
-from rbstab.analysis.proof.robust.numbers import Members, Part
-from rbstab.analysis.proof.robust.part import PartProof, most_disturbing, prove_part
-from rbstab.analysis.proof.searches.zeros import search
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.robust.counterexample import (
+    Counterexample,
+    counterexample,
+    proved_rest_states,
+)
+from rbstab.proof.robust.family import Family
+from rbstab.proof.robust.forms import forms_of
+from rbstab.proof.robust.numbers import Members, NoFamilyError, NoFamilyReason, Part
+from rbstab.proof.robust.part import IsLate, PartProof, lowest_near, prove_part
+from rbstab.proof.search import Zero
 
 PART_LIMIT = 32
 """The number of parts that are examined at most."""
+
+
+OF_WIDE_BOXES = frozenset({NoFamilyReason.NOT_HELD, NoFamilyReason.NOT_FINITE})
+"""The reasons that may not hold for the halves of a box."""
 
 
 class BodiesOutcome(Enum):
@@ -59,7 +67,7 @@ def prove_bodies(
     members: Members,
     box: Part,
     part_limit: int = PART_LIMIT,
-    is_late: Callable[[], bool] = lambda: False,
+    is_late: IsLate = lambda: False,
 ) -> BodiesProof:
     """Prove that each body in a box has one rest state, a minimum, and bound its level.
 
@@ -70,58 +78,87 @@ def prove_bodies(
         is_late: Returns whether no further part is to be examined.
     """
     try:
-        search_ = _Search(members, box)
-    except NoReducedEnergy as error:
+        search = _Search(members, box)
+    except NoFamilyError as error:
         return BodiesProof(BodiesOutcome.NO_ENERGY, 0.0, 0, 0, str(error))
-    return search_.run(part_limit, is_late)
+    return search.run(part_limit, is_late)
+
+
+def relevant(members: Members, part: Part) -> Part:
+    """Return a box without the widths of the numbers that have no effect on U.
+
+    These are inertia and damping, and the mass of a body without weight.
+    """
+    used = forms_of(members, part).used
+    radius = [r if k in used else Fraction(0) for k, r in enumerate(part.radius)]
+    return replace(part, radius=tuple(radius))
 
 
 class _Search:
     """The parts of one box that are not proved yet, and what is proved of the others."""
 
     def __init__(self, members: Members, box: Part) -> None:
-        self.members = members
+        self.members, self.whole = members, box
         # If the body in the middle has no energy of the right form, smaller boxes do not help.
-        middle = energies_of(members, box.centre).family
-        self.starts = search(middle)
-        self.whole = relevant(members, box)
-        self.pending = [(self.whole, self.starts[0] if len(self.starts) else np.zeros(3))]
+        self.middle = Family(forms_of(members, box.without_width()))
+        self.pending = [box]
         self.level, self.proved, self.examined, self.boxes = np.inf, 0, 0, 0
         self.share = Fraction(0)
         self.axis: int | None = None
 
-    def run(self, part_limit: int, is_late: Callable[[], bool]) -> BodiesProof:
+    @cached_property
+    def zeros(self) -> list[Zero]:
+        """Proved rest states of the body in the middle, from a grid of starts."""
+        return proved_rest_states(self.members, self.whole.middle, _grid())
+
+    @cached_property
+    def near(self) -> Array:
+        """The rest state of the body in the middle, or a point from where it is looked for."""
+        found = lowest_near(self.middle, np.zeros(3))
+        if found is not None:
+            return found
+        return self.zeros[0].point if self.zeros else np.zeros(3)
+
+    def run(self, part_limit: int, is_late: IsLate) -> BodiesProof:
         """Examine the parts until all are proved, one is false, or a limit is reached."""
         while self.pending:
             if self.examined == part_limit:
                 return self._ended(BodiesOutcome.PART_LIMIT)
             if is_late():
                 return self._ended(BodiesOutcome.TIME_LIMIT)
-            part, near = self.pending.pop()
+            part = self.pending.pop()
             self.examined += 1
-            false = self._examine(part, near)
-            if false is not None:
-                return false
+            ended = self._examine(part, is_late)
+            if ended is not None:
+                return ended
         return self._ended(BodiesOutcome.PROVED)
 
-    def _examine(self, part: Part, near: Array) -> BodiesProof | None:
+    def _examine(self, part: Part, is_late: IsLate) -> BodiesProof | None:
         """Prove a part, or halve it; return a result if this ends the proof."""
         try:
-            energies = energies_of(self.members, part)
-        except NoReducedEnergy:
-            return self._halve(part, near, _widest(part))
-        proof = prove_part(energies.family, near)
+            family = Family(forms_of(self.members, part))
+        except NoFamilyError as error:
+            if error.reason not in OF_WIDE_BOXES:
+                return BodiesProof(
+                    BodiesOutcome.NO_ENERGY, 0.0, self.examined, self.boxes, str(error)
+                )
+            return self._halve(part, _widest(part))
+        proof = prove_part(family, self.near, is_late)
         self.boxes += proof.examined
         if proof.proved:
             self.level, self.proved = min(self.level, proof.level), self.proved + 1
             self.share += part.share_of(self.whole)
             return None
-        starts = np.concatenate([self.starts, proof.doubtful])
-        false = counterexample(self.members, part, starts)
-        return self._halve(part, near, _axis(energies, proof), false)
+        if is_late():
+            self.pending.append(part)
+            return self._ended(BodiesOutcome.TIME_LIMIT)
+        starts = np.array([zero.point for zero in self.zeros]).reshape(-1, 3)
+        starts = np.concatenate([starts, proof.doubtful])
+        false = counterexample(self.members, part, starts, family)
+        return self._halve(part, _axis(family, part, proof), false)
 
     def _halve(
-        self, part: Part, near: Array, axis: int | None, false: Counterexample | None = None
+        self, part: Part, axis: int | None, false: Counterexample | None = None
     ) -> BodiesProof | None:
         """Halve a part that is not proved; return a result if this ends the proof.
 
@@ -130,13 +167,15 @@ class _Search:
         if self.examined == 1:
             self.axis = axis
         if false is not None:
-            several = len(false.rest_states) > 1
-            outcome = BodiesOutcome.SEVERAL if several else BodiesOutcome.NO_MINIMUM
-            return self._ended(outcome, false)
+            return self._false(false)
         if axis is None:
             return self._ended(BodiesOutcome.UNDECIDED)
-        self.pending += [(half, near) for half in part.halves(axis)]
+        self.pending += part.halves(axis)
         return None
+
+    def _false(self, false: Counterexample) -> BodiesProof:
+        several = len(false.rest_states) > 1
+        return self._ended(BodiesOutcome.SEVERAL if several else BodiesOutcome.NO_MINIMUM, false)
 
     def _ended(self, outcome: BodiesOutcome, false: Counterexample | None = None) -> BodiesProof:
         level = self.level if outcome is BodiesOutcome.PROVED else 0.0
@@ -150,15 +189,22 @@ class _Search:
         return BodiesProof(outcome, level, self.examined, self.boxes, reason, false, self.axis)
 
 
-def _axis(energies: Energies, proof: PartProof) -> int | None:
+def _grid() -> Array:
+    """Return points from which the rest states of the body in the middle are looked for."""
+    lines = [np.linspace(-a, a, n) for a, n in ((2.8, 5), (1.3, 3), (2.8, 5))]
+    return np.stack([x.ravel() for x in np.meshgrid(*lines, indexing="ij")], axis=1)
+
+
+def _axis(family: Family, part: Part, proof: PartProof) -> int | None:
     """Return the index of the number along which a part is halved; None if it does not matter.
 
     If only inertia and damping vary, all bodies have one energy U, and those of halves have too.
     """
-    if not energies.varied:
-        return None
-    place = most_disturbing(energies.family, proof)
-    return energies.varied[place] if place < len(energies.varied) else energies.varied[0]
+    scores = family.disturbance(proof.doubtful[:4].T)
+    scores = np.where(
+        [k in family.forms.used and bool(r) for k, r in enumerate(part.radius)], scores, -1
+    )
+    return int(np.argmax(scores)) if scores.max(initial=-1) >= 0 else None
 
 
 def _widest(part: Part) -> int:

@@ -1,0 +1,1 @@
+"""Claims about all bodies in a box of tolerances."""

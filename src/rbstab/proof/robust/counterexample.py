@@ -1,0 +1,114 @@
+"""A body in a box that has several rest states, or one that is not a minimum: the claim is false.
+
+The search is numerical; what it finds is proved for the exact numbers of the body.
+"""
+
+from fractions import Fraction
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.bounds import BoundedEnergy
+from rbstab.proof.model import NoMinimumError, energy_of
+from rbstab.proof.robust.family import Family
+from rbstab.proof.robust.numbers import Members, Part
+from rbstab.proof.search import ZERO_STEP, Zero, isolated, newton
+
+STEPS = 16
+"""A body is chosen from as many steps between the middle and an end of each number."""
+
+
+class Counterexample(NamedTuple):
+    """A body, as the numbers that have a tolerance, and its proved rest states, shape (n, 3), rad.
+
+    With a single rest state, this one is proved not to be a minimum.
+    """
+
+    numbers: tuple[Fraction, ...]
+    rest_states: Array
+
+
+def counterexample(
+    members: Members, part: Part, starts: Array, family: Family | None = None
+) -> Counterexample | None:
+    """Look for a counterexample in a box: its middle, and the body that is flattest at some points.
+
+    Args:
+        members: Builds the system of a member.
+        part: The box of bodies.
+        starts: Points at which the gradient of some body may be zero, shape (n, 3), rad.
+        family: The energies of the box, if they are known.
+    """
+    found = _shown_by(members, part.middle, starts)
+    if found is None and len(starts) and family is not None:
+        found = _shown_by(members, _flattest(family, part, starts), starts)
+    return found
+
+
+def _shown_by(
+    members: Members, numbers: tuple[Fraction, ...], starts: Array
+) -> Counterexample | None:
+    zeros = proved_rest_states(members, numbers, np.concatenate([np.zeros((1, 3)), starts]))
+    if not zeros or (len(zeros) == 1 and not zeros[0].index):
+        return None
+    return Counterexample(numbers, np.array([zero.point for zero in zeros]))
+
+
+@np.errstate(all="ignore")  # comparisons with NaN are false
+def proved_rest_states(
+    members: Members, numbers: tuple[Fraction, ...], starts: Array
+) -> list[Zero]:
+    """Return proved rest states of one body in the range of eq. 5 that Newton's method reaches.
+
+    Args:
+        members: Builds the system of a member.
+        numbers: The numbers of the body.
+        starts: Points to start from, shape (n, 3), rad.
+    """
+    exact = partial(members.exact, [Fraction(x) for x in numbers])
+    try:
+        U = energy_of(members.own([float(x) for x in numbers]), exact)
+    except (NoMinimumError, TypeError):
+        return []
+    V = BoundedEnergy(U.U, free=U.free, least=U.least)
+    ends, last = newton(V, starts.T)
+    high = np.array([np.pi, np.pi / 2 if U.stop is None else float(U.stop), np.pi])
+    found: list[Zero] = []
+    for point in ends.T[last < ZERO_STEP]:
+        if np.any(np.abs(point) > high) or any(zero.domain.contains(point) for zero in found):
+            continue
+        zero = isolated(V, point)
+        if zero is None or np.any(np.maximum(-zero.enclosure.lo, zero.enclosure.hi) >= high):
+            continue
+        # Enclosures that do not meet hold different zeros.
+        apart = [
+            bool(
+                np.any((zero.enclosure.lo > z.enclosure.hi) | (zero.enclosure.hi < z.enclosure.lo))
+            )
+            for z in found
+        ]
+        if all(apart):
+            found.append(zero)
+    return found
+
+
+def _flattest(family: Family, part: Part, points: Array) -> tuple[Fraction, ...]:
+    """Return the body whose gradient is nearly zero at one of some points, to first order in z."""
+    from scipy.optimize import lsq_linear  # imported late: most boxes need no counterexample
+
+    at_middle, by_number = family.gradients(points.T)
+    moved = [k for k, radius in enumerate(part.radius) if radius]
+    best, chosen = np.inf, np.zeros(len(moved))
+    for place in range(len(points)):
+        slopes = by_number[moved, :, place].T
+        if not np.all(np.isfinite(slopes)) or not np.all(np.isfinite(at_middle[:, place])):
+            continue
+        found = lsq_linear(slopes, -at_middle[:, place], bounds=(-1.0, 1.0))
+        if found.cost < best:
+            best, chosen = found.cost, found.x
+    numbers = list(part.middle)
+    for k, z in zip(moved, chosen, strict=True):
+        numbers[k] += Fraction(round(float(z) * STEPS), STEPS) * part.radius[k]
+    return tuple(numbers)

@@ -1,0 +1,223 @@
+"""The energies of all bodies in a box: functions of Θ with coefficients in intervals.
+
+U = Σ_μ (C_0 + Σ_j w_j C_j)_μ μ(Θ, z) + r with all weights |w_j| <= 1. The functions μ are products
+of atoms, the z are numbers of the body inside of them, and |r| is bounded (`elimination`).
+
+Each power of a number z outside of them is written in Chebyshev polynomials, which lie in [-1, 1]:
+z² = ½ + ½ c_2(z). Products of these with proportional rows C are taken together.
+"""
+
+from fractions import Fraction
+from functools import partial
+from itertools import product
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from rbstab.elements.sliding import SlidingConnector
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.expr import STEP, Expr, Monomial, as_factor, monomial
+from rbstab.proof.model import stored_energy
+from rbstab.proof.robust.elimination import Eliminated, Rows, eliminated
+from rbstab.proof.robust.numbers import (
+    FIRST,
+    ONE,
+    REMAINDERS,
+    Members,
+    NoFamilyError,
+    NoFamilyReason,
+    Part,
+    Powers,
+    chebyshev,
+    weighted,
+)
+from rbstab.systems.system import System
+
+if TYPE_CHECKING:
+    from flint import fmpq
+
+    Row = dict[Monomial, fmpq]
+
+
+class Forms(NamedTuple):
+    """The energies of all bodies in a box.
+
+    Attributes:
+        functions: The functions μ.
+        middle: C_0, shape (μ,).
+        others: C_j, shape (forms, μ).
+        shares: For each form, how much of its size depends on each number of the box, from 0 to 1,
+            shape (forms, numbers).
+        linear: For each number of the box the coefficients of its first power, shape (numbers, μ).
+        left: What elimination leaves.
+        inner: The variables z inside of functions.
+        used: The numbers of the box on which U depends.
+        stop: The double next above the largest |θ2| that a stop allows, rad; None without one.
+    """
+
+    functions: tuple[Expr, ...]
+    middle: Array
+    others: Array
+    shares: Array
+    linear: Array
+    left: Eliminated
+    inner: tuple[int, ...]
+    used: frozenset[int]
+    stop: float | None
+
+
+def forms_of(members: Members, part: Part) -> Forms:
+    """Return the energies of all bodies in a box, each up to a constant.
+
+    Args:
+        members: Builds the system of a member.
+        part: The box of bodies.
+
+    Raises:
+        NoFamilyError: They cannot be bounded, or the box is too wide for the series.
+    """
+    middle = members.own([float(number) for number in part.middle])
+    reject_unsuited(middle)
+    try:
+        exact = partial(members.exact, part.expressions())
+        total, size, end = stored_energy(middle, exact)
+    except TypeError as error:
+        raise NoFamilyError(NoFamilyReason.CODE) from error
+    if end is not None and end.constant is None:
+        raise NoFamilyError(NoFamilyReason.STOP_VARIES)
+    left = eliminated(weighted(total), size)
+    stop = None if end is None else float(np.nextafter(float(end.constant or 0), np.inf))
+    used = frozenset(v - FIRST for v in total.variables if v >= FIRST)
+    return _collected(left, len(part.middle), used, stop)
+
+
+def reject_unsuited(system: System) -> None:
+    """Raise `NoFamilyError` if an element slides, or supplies power."""
+    if system.supplies:
+        raise NoFamilyError(NoFamilyReason.SUPPLIES)
+    for element in system.elements:
+        if isinstance(element, SlidingConnector):
+            on_position = element.rate_weight == 0
+            raise NoFamilyError(
+                NoFamilyReason.NOT_SMOOTH if on_position else NoFamilyReason.NO_POTENTIAL
+            )
+
+
+def _collected(left: Eliminated, numbers: int, used: frozenset[int], stop: float | None) -> Forms:
+    by_degrees = _in_chebyshev(left.rows)
+    middle = _functions(by_degrees.pop((), {}))
+    grouped = _grouped(by_degrees)
+    of_groups = [_functions(one.row) for one in grouped]
+    firsts = {
+        powers[0][0] - FIRST: _functions(row)
+        for powers, row in left.rows.items()
+        if len(powers) == 1 and powers[0][1] == 1 and powers[0][0] < REMAINDERS
+    }
+    rows = (middle, *of_groups, *firsts.values())
+    functions = tuple(dict.fromkeys(f for row in rows for f in row))
+    place = {f: k for k, f in enumerate(functions)}
+
+    def doubles(row: "dict[Expr, fmpq]") -> Array:
+        found = np.zeros(len(functions))
+        for f, c in row.items():
+            found[place[f]] = int(c.p) / int(c.q)
+        return found
+
+    shares = np.zeros((len(grouped), numbers))
+    for k, one in enumerate(grouped):
+        for z, size in one.by_number.items():
+            shares[k, z] = size
+    linear = np.zeros((numbers, len(functions)))
+    for k, row in firsts.items():
+        linear[k] = doubles(row)
+    variables = frozenset[int]().union(
+        *(f.variables for f in functions), *(a.variables for m in left.entries for a, _ in m)
+    )
+    return Forms(
+        functions,
+        doubles(middle),
+        np.array([doubles(row) for row in of_groups]).reshape(-1, len(functions)),
+        shares,
+        linear,
+        left,
+        tuple(sorted(v for v in variables if v >= FIRST)),
+        used,
+        stop,
+    )
+
+
+def _functions(row: "Row") -> "dict[Expr, fmpq]":
+    """Write a sum of products of atoms in functions: one for each product without a step.
+
+    Terms with the same steps are one function, step·(θ2 - a): it is small where the step is not
+    known, and its terms are not. A constant is left out.
+    """
+    found: dict[Expr, fmpq] = {}
+    by_steps: dict[Monomial, Row] = {}
+    for m, c in row.items():
+        steps = tuple((a, p) for a, p in m if a.kind == STEP)
+        rest = tuple((a, p) for a, p in m if a.kind != STEP)
+        if steps:
+            by_steps.setdefault(steps, {})[rest] = c
+        elif m and c != 0:
+            found[Expr({m: ONE})] = c
+    for steps, terms in by_steps.items():
+        kept = sorted(((m, c) for m, c in terms.items() if c != 0), key=_place)
+        if kept:
+            lead = kept[0][1]
+            sum_ = Expr({m: Fraction(int((c / lead).p), int((c / lead).q)) for m, c in kept})
+            ((one, factor),) = as_factor(sum_).terms.items()
+            found[Expr({monomial([*steps, *one]): factor})] = lead
+    return found
+
+
+def _place(term: "tuple[Monomial, fmpq]") -> list[tuple[tuple[int, str], int]]:
+    return [(a.order, p) for a, p in term[0]]
+
+
+class _Group(NamedTuple):
+    """A form, and how much of its size depends on each number."""
+
+    row: "Row"
+    by_number: dict[int, float]
+
+
+def _grouped(by_degrees: "dict[Powers, Row]") -> list[_Group]:
+    """Take forms that are proportional together: the magnitudes of their factors add up."""
+    leads: dict[tuple[tuple[Monomial, str], ...], tuple[Row, list[tuple[fmpq, Powers]]]] = {}
+    for degrees, row in by_degrees.items():
+        # A constant has no effect on rest states, nor on differences of energies of the same body.
+        kept = sorted(((m, c) for m, c in row.items() if m and c != 0), key=_place)
+        if kept:
+            lead = kept[0][1]
+            scaled = {m: c / lead for m, c in kept}
+            key = tuple((m, str(c)) for m, c in scaled.items())
+            leads.setdefault(key, (scaled, []))[1].append((abs(lead), degrees))
+    found = []
+    for scaled, sizes in leads.values():
+        total = sum((size for size, _ in sizes[1:]), sizes[0][0])
+        by_number: dict[int, float] = {}
+        for size, degrees in sizes:
+            for z, _ in degrees:
+                if z < REMAINDERS:
+                    part = size / total
+                    by_number[z - FIRST] = by_number.get(z - FIRST, 0.0) + int(part.p) / int(part.q)
+        found.append(_Group({m: c * total for m, c in scaled.items()}, by_number))
+    return found
+
+
+def _in_chebyshev(rows: Rows) -> "dict[Powers, Row]":
+    """Write Σ z^α f_α(Θ) as Σ c_d(z) f_d(Θ), with products c_d of Chebyshev polynomials."""
+    found: dict[Powers, Row] = {}
+    for powers, row in rows.items():
+        factors = [[(z, k, weight) for k, weight in chebyshev(n).items()] for z, n in powers]
+        for chosen in product(*factors):
+            degrees = tuple((z, k) for z, k, _ in chosen if k)
+            target = found.setdefault(degrees, {})
+            p = q = 1
+            for _, _, weight in chosen:
+                p, q = p * weight.numerator, q * weight.denominator
+            for m, c in row.items():
+                term = c * p / q
+                target[m] = target[m] + term if m in target else term
+    return found

@@ -1,0 +1,355 @@
+"""Boxes of bodies: what is proved holds for random bodies; what is false is never proved."""
+
+from dataclasses import replace
+from fractions import Fraction
+from itertools import count
+from typing import Any
+
+import numpy as np
+import pytest
+from support.bodies import (
+    box_of,
+    config_of,
+    least_over_x,
+    lowest_on_border,
+    member,
+    rest_states_by_scipy,
+    some_bodies,
+)
+from support.config_elements import CONTROLLER, config_data
+from support.rest import inverted_pendulum
+
+import rbstab
+from rbstab.analysis.configuration import configurations
+from rbstab.config.load import load_config, plain_data
+from rbstab.config.tolerances import tolerances_of
+from rbstab.experiment.robust.bodies import prove_within
+from rbstab.proof.robust import bodies
+from rbstab.proof.robust.bodies import BodiesOutcome, prove_bodies, relevant
+from rbstab.proof.robust.definite import lowest_systems
+from rbstab.proof.robust.numbers import Members, Part
+from rbstab.proof.robust.part import PartProof
+
+HEAVY = [0.0, 1.0, -9.81]
+FULL = {
+    "K_t": [[4100, 600, 0], [600, 4100, -300], [0, -300, 3280]],
+    "K_r": [[400, 50, 20], [50, 400, 0], [20, 0, 320]],
+}
+HELD = CONTROLLER | {"variant": "permanent"}
+STRUT: dict[str, Any] = {"kind": "spring", "point": [0.02, 0.0, 0.3], "anchor": [0.3, 0.01, 1.0]}
+STRUT |= {"stiffness": 900.0, "rest_length": 0.5}
+BAND: dict[str, Any] = {"kind": "ligament", "point": [0.1, 0.2, 0.3], "anchor": [0.5, 0.1, 0.5]}
+BAND |= {"stiffness": 100.0, "slack_length": 0.3, "toe_strain": 0.2, "damping": 8.0}
+
+
+def guard(method, **numbers):
+    return {"kind": "guard", "method": method, **numbers}
+
+
+def with_element(element, controller=HELD):
+    return load_config(config_data({"one": element}, controller))
+
+
+PROVED = [
+    (config_of("permanent"), ["controller=±20%", "body.contact_point=±0.01"]),
+    (config_of("permanent", gravity=HEAVY), ["controller=±5%", "gravity=±0.2", "body.mass=±2%"]),
+    (config_of("visco-elastic"), ["controller=±20%", "body.contact_point=±0.01"]),
+    (config_of("visco-elastic", controller=FULL), ["controller=±10%"]),
+    (config_of("embedded"), ["controller=±20%", "body.contact_point=±0.01"]),
+    (config_of("free", gravity=HEAVY), ["controller=±20%"]),
+    (with_element(STRUT), ["controller=±5%", "elements.one.stiffness=±10%"]),
+    (with_element(STRUT), ["elements.one.rest_length=±2%"]),
+    (with_element(BAND), ["controller=±5%", "elements.one.stiffness=±10%"]),
+    (
+        with_element(guard("barrier", stiffness=30.0)),
+        ["controller=±10%", "elements.one.stiffness=±20%"],
+    ),
+    (
+        with_element(guard("stiff", stiffness=50.0, soft_angle=0.9)),
+        ["controller=±5%", "elements.one.soft_angle=±1%"],
+    ),
+    (with_element(guard("repelling", couple=5.0, soft_angle=0.9)), ["controller=±10%"]),
+    (with_element(guard("stop", restitution=0.5, angle=1.2)), ["controller=±10%"]),
+    (with_element(guard("stop", restitution=0.5, angle=1.2), CONTROLLER), ["controller=±10%"]),
+]
+
+
+@pytest.mark.parametrize(("config", "texts"), PROVED)
+def test_random_bodies_are_as_proved(config, texts):
+    """Scipy searches the configurations of each body, without U and without this proof."""
+    rng = np.random.default_rng(8)
+    members, part = box_of(config, *texts)
+    proof = prove_bodies(members, part)
+    assert proof.outcome is BodiesOutcome.PROVED
+    assert proof.level > 0
+    lowest = np.inf
+    for numbers in some_bodies(part, rng, 12):
+        system = member(members, numbers)
+        (Theta,) = rest_states_by_scipy(system, rng, starts=4)
+        at_rest = configurations(system)
+        assert np.linalg.eigvalsh(hessian(at_rest, Theta)).min() > 0
+        if not any(one.holds or "barrier" in str(one) for one in system.elements):
+            least = at_rest.energy(least_over_x(at_rest, Theta))
+            lowest = min(lowest, lowest_on_border(system, rng, starts=1) - least)
+    assert proof.level <= lowest + 1e-6
+
+
+def hessian(at_rest, Theta):
+    def slope(x):
+        return at_rest.gradient(least_over_x(at_rest, x))[:3]
+
+    H = np.array([(slope(Theta + h) - slope(Theta - h)) / 2e-6 for h in 1e-6 * np.eye(3)])
+    return 0.5 * (H + H.T)
+
+
+def test_figures_of_another_program():
+    """It proved 733 J in three parts, and 641 J for gains ±30 %."""
+    config = config_of("permanent")
+    for text, level in (("controller=±20%", 733), ("controller=±30%", 641)):
+        proof = prove_bodies(*box_of(config, text, "body.contact_point=±0.01"))
+        assert proof.outcome is BodiesOutcome.PROVED
+        assert level <= proof.level < 1.1 * level
+
+
+def test_without_width_the_level_is_that_of_one_body():
+    config = config_of("permanent")
+    members, part = box_of(config, "controller=±0.000001%")
+    proof = prove_bodies(members, part)
+    rng = np.random.default_rng(1)
+    lowest = lowest_on_border(member(members, part.middle), rng)
+    assert 0.995 * lowest < proof.level <= lowest
+
+
+def test_wider_boxes_have_lower_levels():
+    config = config_of("permanent")
+    levels = [
+        prove_bodies(*box_of(config, f"controller=±{percent}%")).level for percent in (1, 15, 40)
+    ]
+    assert np.all(np.diff(levels) < 0)
+    assert levels[-1] > 0
+
+
+@pytest.mark.parametrize("scale", [0.03, 0.1, 0.3])
+@pytest.mark.parametrize("percent", ["0.001", "20"])
+def test_several_rest_states_are_never_proved(scale, percent):
+    members, part = box_of(config_of("permanent", scale=scale), f"controller=±{percent}%")
+    proof = prove_bodies(members, part, part_limit=6)
+    assert proof.outcome is BodiesOutcome.SEVERAL
+    assert proof.false is not None
+    at_rest = configurations(member(members, proof.false.numbers))
+    assert len(proof.false.rest_states) >= 2
+    for Theta in proof.false.rest_states:
+        assert np.abs(at_rest.gradient(Theta)).max() < 1e-9
+    for number, middle, radius in zip(proof.false.numbers, part.middle, part.radius, strict=True):
+        assert abs(number - middle) <= radius
+
+
+def test_a_single_bad_body_at_the_edge_is_enough():
+    """With K_r at 0.3 there are two rest states, at 1 there is one; the middle body has one."""
+    config = config_of("permanent", scale=0.65)
+    members, part = box_of(config, "controller.K_r=±54%")
+    proof = prove_bodies(members, part, part_limit=10)
+    assert proof.outcome is not BodiesOutcome.PROVED
+    assert proof.level == 0
+
+
+def pendulum(low, high):
+    """Return the box of pendulums that stand if k > 100, with k from low to high."""
+
+    def exact(numbers, convert):
+        system = inverted_pendulum([100.0, 250, 70], 100.0)
+        gravity, rotational = system.elements
+        K_r = np.array([[numbers[0], 0, 0], [0, 250, 0], [0, 0, 70]], dtype=object)
+        body = replace(
+            system.body,
+            mass=convert(np.array(1.0))[()],
+            inertia=convert(system.body.inertia),
+            contact_point=convert(system.body.contact_point),
+        )
+        weight = replace(gravity, weight=convert(gravity.weight))
+        return replace(system, body=body, elements=(weight, replace(rotational, K_r=convert(K_r))))
+
+    def own(numbers):
+        return exact(numbers, lambda a: np.asarray(a, dtype=float))
+
+    low, high = Fraction(low), Fraction(high)
+    return Members(exact, own), Part(((low + high) / 2,), ((high - low) / 2,))
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "outcome"),
+    [
+        ("102", "130", BodiesOutcome.PROVED),
+        ("70", "95", BodiesOutcome.SEVERAL),
+        # Below 100 the pendulum can also rest upright, which is a saddle.
+        ("99", "130", BodiesOutcome.NO_MINIMUM),
+        ("100", "100.0001", BodiesOutcome.PART_LIMIT),
+        ("99.9999999999", "100", BodiesOutcome.PART_LIMIT),
+    ],
+)
+def test_pendulum_is_proved_where_its_equation_says(low, high, outcome):
+    """K θ1 = 100 sin θ1 has one root if k >= 100, a threefold one at 100, else three."""
+    members, part = pendulum(low, high)
+    assert prove_bodies(members, part, part_limit=12).outcome is outcome
+
+
+def test_what_is_proved_by_a_limit_of_time_is_told(monkeypatch):
+    """Of the box from 61 to 143, the half with k > 100 is proved, and is examined second."""
+    monkeypatch.setattr(bodies, "counterexample", lambda *_: None)
+    proved: list[bool] = []
+
+    def examined(*arguments):
+        found = prove_part(*arguments)
+        proved.append(found.proved)
+        return found
+
+    prove_part = bodies.prove_part  # type: ignore[attr-defined]
+    monkeypatch.setattr(bodies, "prove_part", examined)
+    members, part = pendulum("61", "143")
+    late = prove_bodies(members, part, is_late=lambda: any(proved))
+    assert (late.outcome, late.level) == (BodiesOutcome.TIME_LIMIT, 0.0)
+    assert "1 of 2 parts are not proved" in late.reason
+    assert "the claim is proved for 50 % of the tolerances" in late.reason
+    at_once = prove_bodies(members, part, is_late=lambda: True)
+    assert (at_once.parts, "proved for" in at_once.reason) == (0, False)
+
+
+def test_a_limit_of_time_ends_the_search_of_one_part():
+    members, part = box_of(config_of("permanent"), "controller=±40%")
+    asked = count()
+    proof = prove_bodies(members, part, is_late=lambda: next(asked) > 3)
+    assert proof.outcome is BodiesOutcome.TIME_LIMIT
+    assert 0 < proof.boxes < 200
+
+
+def test_sliding_connectors_have_no_energy():
+    data = plain_data(config_of("permanent"))
+    data["controller"] |= {"variant": "sliding", "K_s": [60, 60, 40], "surface": "position"}
+    data["integration"] = {"duration": 1.0}
+    proof = prove_bodies(*box_of(rbstab.load_config(data), "controller.K_r=±1%"))
+    assert proof.outcome is BodiesOutcome.NO_ENERGY
+    assert "no gradient" in proof.reason
+
+
+def test_a_stop_whose_angle_varies_is_refused():
+    config = with_element(guard("stop", restitution=0.5, angle=1.2))
+    proof = prove_bodies(*box_of(config, "elements.one.angle=±1%"))
+    assert proof.outcome is BodiesOutcome.NO_ENERGY
+    assert "stop" in proof.reason
+
+
+def test_a_body_that_a_stop_may_hold_is_not_proved():
+    """A load presses θ2 to the stop: no ∇U is zero in the range, but the body rests on the face."""
+    arm = HELD | {"K_r": [40.0, 4.0, 40.0], "K_t": [1.0, 1.0, 1.0]}
+    data = config_data({"one": guard("stop", restitution=0.5, angle=0.2)}, arm)
+    data["gravity"] = [3.0, 0.0, -9.81]
+    proof = prove_bodies(*box_of(load_config(data), "controller.K_r=±1%"), part_limit=3)
+    assert proof.outcome is not BodiesOutcome.PROVED
+
+
+def test_all_matrices_must_be_definite():
+    """With L_t12 from 0 to 400, L_t is not positive definite for all bodies."""
+    L_t = [[200, 150, 0], [150, 200, 0], [0, 0, 140]]
+    config = config_of("permanent", controller={"L_t": L_t})
+    good = prove_within(config, tolerances_of(config, ["controller.L_t[0][1]=±49"]))
+    assert good.proved is True
+    diagonal = prove_within(config, tolerances_of(config, ["controller.L_t=±14.2%"]))
+    bad = prove_within(config, tolerances_of(config, ["controller.L_t=±14.3%"]))
+    assert (diagonal.proved, bad.proved) == (True, None)
+    assert "L_t is not positive definite for each body" in bad.why
+    assert bad.level == 0
+
+
+def test_signs_beside_the_diagonal_are_all_tried():
+    """A matrix may be definite with all its entries low, and all high, and yet not between."""
+    seen = []
+
+    def corner(signs):
+        seen.append(signs)
+        members, part = box_of(config_of("free"), "controller.K_r=±1%")
+        return members.exact(list(part.middle), lambda a: a)
+
+    assert len(list(lowest_systems(corner))) == len(set(seen)) == 8
+
+
+def test_only_numbers_that_matter_are_varied():
+    """Without weight, mass has no effect on U; inertia and damping never have."""
+    texts = ["controller=±10%", "body=±10%"]
+    for gravity, mass in (([0, 0, 0], 0), (HEAVY, Fraction("4.1"))):
+        members, part = box_of(config_of("permanent", gravity=gravity), *texts)
+        left = relevant(members, part)
+        kept = [bool(radius) for radius in left.radius]
+        # K_t, L_t, K_r, L_r, then mass, inertia and contact point.
+        assert kept[:12] == [True] * 3 + [False] * 3 + [True] * 3 + [False] * 3
+        assert left.radius[12] == mass
+        assert kept[13:] == [False] * 3 + [True] * 3
+
+
+def test_parts_cover_the_box(monkeypatch):
+    """Parts that are wider than a quarter are called undecided here; the others have a level."""
+    members, box = box_of(config_of("permanent"), "controller.K_r[0]=±8%", "controller.K_t[0]=±8%")
+    examined: list[Part] = []
+    forms_of = bodies.forms_of  # type: ignore[attr-defined]
+
+    def recorded(members, part):
+        if any(part.radius):
+            examined.append(part)
+        return forms_of(members, part)
+
+    def proved(*_):
+        narrow = all(4 * x <= y for x, y in zip(examined[-1].radius, box.radius, strict=True))
+        return PartProof(narrow, float(len(examined)), 1, None, np.zeros((1, 3)))
+
+    monkeypatch.setattr(bodies, "forms_of", recorded)
+    monkeypatch.setattr(bodies, "prove_part", proved)
+    monkeypatch.setattr(bodies, "counterexample", lambda *_: None)
+    monkeypatch.setattr(bodies, "_axis", lambda *_: bodies._widest(examined[-1]))
+    proof = prove_bodies(members, box)
+    leaves = [
+        one
+        for one in examined
+        if all(4 * x == y for x, y in zip(one.radius, box.radius, strict=True))
+    ]
+    assert proof.outcome is BodiesOutcome.PROVED
+    assert len(leaves) == 16
+    steps = {Fraction(k, 4) for k in (-3, -1, 1, 3)}
+    places = {
+        tuple(
+            (middle - whole) / radius
+            for middle, whole, radius in zip(one.middle, box.middle, box.radius, strict=True)
+        )
+        for one in leaves
+    }
+    assert places == {(one, two) for one in steps for two in steps}
+    # The lowest level of all parts counts: that of the first leaf.
+    assert proof.level == examined.index(leaves[0]) + 1
+
+
+def test_a_box_of_inertias_is_not_halved(monkeypatch):
+    """All bodies of a held point have the same energy, and so have those of halves."""
+    undecided = PartProof(False, 0.0, 1, None, np.zeros((1, 3)))
+    monkeypatch.setattr(bodies, "prove_part", lambda *_: undecided)
+    monkeypatch.setattr(bodies, "counterexample", lambda *_: None)
+    members, box = box_of(config_of("permanent"), "body.inertia=±10%", "controller.L_r=±10%")
+    proof = prove_bodies(members, box)
+    assert (proof.outcome, proof.parts, proof.axis) == (BodiesOutcome.UNDECIDED, 1, None)
+
+
+def test_a_box_is_halved_along_the_number_that_disturbs_most(monkeypatch):
+    """K_r[0] is a hundred times as uncertain as K_r[1], where no slope is known."""
+    members, box = box_of(
+        config_of("permanent", scale=0.2), "controller.K_r[0]=±20%", "controller.K_r[1]=±0.2%"
+    )
+    undecided = PartProof(False, 0.0, 1, None, np.array([[2.0, 0.5, 1.0]]))
+    monkeypatch.setattr(bodies, "prove_part", lambda *_: undecided)
+    monkeypatch.setattr(bodies, "counterexample", lambda *_: None)
+    proof = prove_bodies(members, box, part_limit=2)
+    assert (proof.outcome, proof.axis) == (BodiesOutcome.PART_LIMIT, 0)
+
+
+def test_a_box_that_cannot_be_eliminated_is_halved_along_its_widest_number():
+    """K_t from -0.4 to 2.8 of its middle holds the position of no body; its upper half does."""
+    members, box = box_of(config_of("free"), "controller.K_t=±99%", "controller.K_r=±1%")
+    wide = replace(box, radius=tuple(r * Fraction(11, 10) for r in box.radius))
+    proof = prove_bodies(members, wide, part_limit=2)
+    assert (proof.outcome, proof.axis) == (BodiesOutcome.PART_LIMIT, 0)

@@ -1,0 +1,305 @@
+"""The bounds of a family hold for each body in its box; a single number attains them."""
+
+from fractions import Fraction
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import root
+from support.bodies import box_of, config_of, least_over_x, member, some_bodies
+from support.config_elements import CONTROLLER, config_data
+
+from rbstab.analysis.configuration import configurations
+from rbstab.config.load import load_config
+from rbstab.proof.expr import variable
+from rbstab.proof.model import stored_energy, value_at
+from rbstab.proof.robust.elimination import eliminated
+from rbstab.proof.robust.family import Family
+from rbstab.proof.robust.forms import forms_of
+from rbstab.proof.robust.heights import border_height
+from rbstab.proof.robust.majorants import lower_bound
+from rbstab.proof.robust.minimum import minimum_near
+from rbstab.proof.robust.numbers import FIRST, REMAINDERS, chebyshev, joined, weighted
+from rbstab.proof.robust.part import lowest_near, range_of
+
+FULL = {
+    "K_t": [[4100, 600, 0], [600, 4100, -300], [0, -300, 3280]],
+    "K_r": [[400, 50, 20], [50, 400, 0], [20, 0, 320]],
+}
+HEAVY = [1.0, -2.0, -9.81]
+HELD = CONTROLLER | {"variant": "permanent"}
+SPRING: dict[str, Any] = {"kind": "spring", "point": [0.02, 0.0, 0.3], "anchor": [0.3, 0.01, 1.0]}
+SPRING |= {"stiffness": 900.0, "rest_length": 0.5}
+BAND: dict[str, Any] = {"kind": "ligament", "point": [0.1, 0.2, 0.3], "anchor": [0.5, 0.1, 0.5]}
+BAND |= {"stiffness": 100.0, "slack_length": 0.3, "toe_strain": 0.2, "damping": 8.0}
+STIFF = {"kind": "guard", "method": "stiff", "stiffness": 50.0, "soft_angle": 0.9}
+REPELLING = {"kind": "guard", "method": "repelling", "couple": 50.0, "soft_angle": 0.9}
+BARRIER = {"kind": "guard", "method": "barrier", "stiffness": 30.0}
+
+
+def of_paper(variant, sections):
+    return config_of(variant, **sections)
+
+
+def of_element(element):
+    return load_config(config_data({"one": element}, HELD))
+
+
+CASES = [
+    (of_paper("permanent", {}), ["controller=±20%", "body.contact_point=±0.02"]),
+    (of_paper("permanent", {"gravity": HEAVY}), ["body.mass=±10%", "gravity=±0.5"]),
+    (of_paper("permanent", {"controller": FULL}), ["controller=±10%"]),
+    (
+        of_paper("permanent", {"gravity": HEAVY, "controller": {"anchor": "equilibrium"}}),
+        ["controller.K_t=±5%"],
+    ),
+    (of_paper("free", {"gravity": HEAVY}), ["controller=±10%", "body.mass=±10%"]),
+    (
+        of_paper("visco-elastic", {"gravity": HEAVY}),
+        ["controller=±20%", "body.contact_point=±0.02"],
+    ),
+    (of_paper("visco-elastic", {"controller": FULL}), ["controller=±10%"]),
+    (of_paper("embedded", {"gravity": HEAVY}), ["controller=±20%", "body.contact_point=±0.02"]),
+    (of_element(SPRING), ["controller=±10%", "elements.one.rest_length=±5%"]),
+    (of_element(SPRING), ["elements.one.anchor=±0.02", "elements.one.stiffness=±10%"]),
+    (of_element(BAND), ["elements.one.slack_length=±2%", "elements.one.stiffness=±20%"]),
+    (of_element(STIFF), ["controller=±5%", "elements.one.soft_angle=±10%"]),
+    (of_element(REPELLING), ["controller=±5%", "elements.one=±10%"]),
+    (of_element(BARRIER), ["controller=±5%", "elements.one.stiffness=±20%"]),
+]
+
+
+def slopes(at_rest, points):
+    """Return ∂U/∂Θ at points, shape (points, 3), from the equations in doubles."""
+    return np.array([at_rest.gradient(least_over_x(at_rest, x))[:3] for x in points])
+
+
+def some_boxes(rng, count):
+    centre = rng.uniform(-1, 1, size=(3, count)) * np.array([[3.0], [1.4], [3.0]])
+    radius = 10.0 ** rng.uniform(-4, -0.7, size=count) * np.ones((3, 1))
+    return centre - radius, centre + radius
+
+
+@pytest.mark.parametrize(("config", "texts"), CASES)
+def test_slopes_of_each_body_are_within_the_bounds(config, texts):
+    """The slopes of single bodies come from the equations, without a box and without z."""
+    rng = np.random.default_rng(1)
+    members, part = box_of(config, *texts)
+    lo, hi = some_boxes(rng, 24)
+    with np.errstate(all="ignore"):
+        local = Family(forms_of(members, part)).over(lo, hi).local
+        directions = [*np.eye(3), *rng.normal(size=(6, 3))]
+        bounds = [local.along(np.repeat(y[:, None], 24, 1)) for y in directions]
+    middle, others, error = local.slopes
+    largest, known = 0.0, 0
+    for numbers in some_bodies(part, rng, 8):
+        at_rest = configurations(member(members, numbers))
+        found = slopes(at_rest, (lo + (hi - lo) * rng.uniform(size=lo.shape)).T)
+        slack = 1e-9 * (1 + np.abs(found).max())
+        for y, (rise, spread) in zip(directions, bounds, strict=True):
+            apart = np.abs(found @ y - rise)
+            finite = np.isfinite(spread)
+            assert np.all(apart[finite] <= spread[finite] + slack)
+            by_terms = np.abs(np.einsum("fim,i->fm", others, y)).sum(axis=0) + np.abs(y) @ error
+            good = np.isfinite(by_terms)
+            assert np.all(np.abs(found @ y - y @ middle)[good] <= by_terms[good] + slack)
+            largest = max(largest, float((apart[finite] / (spread[finite] + slack)).max()))
+            known += int(finite.sum())
+        assert np.all(local.plain.lo - slack <= found.T)
+        assert np.all(local.plain.hi + slack >= found.T)
+    # The bounds are not far too wide: some body comes near them.
+    assert known > 500
+    assert largest > 0.2
+
+
+ALONE = [
+    ("permanent", "controller.K_r[0]=±30%", 0.999),
+    ("permanent", "controller.K_t[1]=±30%", 0.999),
+    ("permanent", "body.contact_point[2]=±0.01", 0.95),
+    ("free", "controller.K_r[2]=±30%", 0.999),
+    ("visco-elastic", "controller.K_c[0]=±10%", 0.9),
+    ("embedded", "controller.K_d[0]=±10%", 0.9),
+]
+
+
+@pytest.mark.parametrize(("variant", "text", "share"), ALONE)
+def test_a_single_number_attains_the_bounds(variant, text, share):
+    """So no term of U may be missing, and none may be counted twice."""
+    members, part = box_of(config_of(variant), text)
+    point = np.array([[0.7], [-0.4], [1.1]])
+    local = Family(forms_of(members, part)).over(point, point).local
+    ends = [
+        slopes(configurations(member(members, (part.middle[0] + s * part.radius[0],))), point.T)[0]
+        for s in (-1, 1)
+    ]
+    width = np.abs(ends[1] - ends[0]) / 2
+    spread = np.array([local.along(axis[:, None])[1][0] for axis in np.eye(3)])
+    seen = spread > 1e-6
+    assert np.any(seen)
+    assert np.all(width[seen] >= share * spread[seen])
+    assert np.all(width <= spread * (1 + 1e-9) + 1e-9)
+
+
+@pytest.mark.parametrize(("config", "texts"), CASES)
+def test_energies_are_within_the_bounds(config, texts):
+    """Of all bodies, U - U(Θ̂) on the border is at least the proved height."""
+    rng = np.random.default_rng(2)
+    members, part = box_of(config, *texts)
+    family = Family(forms_of(members, part))
+    box, point = range_of(family), lowest_near(family, np.zeros(3))
+    if point is None:
+        pytest.skip("no minimum near Θ = 0")
+    height = border_height(family, point, box)
+    assert height.lower_bound > 0
+    least = np.inf
+    lines = [np.linspace(-1, 1, 9)] * 2
+    face = np.stack([x.ravel() for x in np.meshgrid(*lines)])
+    sides = [np.insert(face, axis, side, axis=0) for axis in range(3) for side in (-1, 1)]
+    # Of a barrier the ends of θ2 have no energy in doubles.
+    points = np.concatenate(sides, axis=1).T * box.hi * [1, 1 - 1e-9, 1]
+    for numbers in some_bodies(part, rng, 4):
+        at_rest = configurations(member(members, numbers))
+        energies = np.array([at_rest.energy(least_over_x(at_rest, x)) for x in points])
+        at_point = at_rest.energy(least_over_x(at_rest, point))
+        least = min(least, float(np.nanmin(energies)) - at_point)
+    assert height.lower_bound <= least + 1e-8 * abs(least)
+    assert height.lower_bound >= 0.4 * least
+
+
+@pytest.mark.parametrize(("config", "texts"), CASES[:8])
+def test_the_rest_state_of_each_body_is_in_the_enclosure(config, texts):
+    rng = np.random.default_rng(6)
+    members, part = box_of(config, *texts)
+    family = Family(forms_of(members, part))
+    point = lowest_near(family, np.zeros(3))
+    assert point is not None
+    minimum = minimum_near(family, point)
+    if minimum is None:
+        pytest.skip("the box is too wide")
+    for numbers in some_bodies(part, rng, 8):
+        at_rest = configurations(member(members, numbers))
+        found = root(lambda x: slopes(at_rest, x[None])[0], point, tol=1e-12).x  # noqa: B023
+        assert np.all(found >= minimum.enclosure.lo - 1e-9)
+        assert np.all(found <= minimum.enclosure.hi + 1e-9)
+        inner = minimum.domain.lo + (minimum.domain.hi - minimum.domain.lo) * rng.uniform(size=3)
+        steps = 1e-6 * np.eye(3)
+        H = [
+            (slopes(at_rest, (inner + h)[None]) - slopes(at_rest, (inner - h)[None]))[0]
+            for h in steps
+        ]
+        assert np.linalg.eigvalsh(np.array(H) + np.array(H).T).min() > 0
+
+
+@pytest.mark.parametrize("orders", [0, 2000])
+def test_what_elimination_leaves_is_bounded(orders, monkeypatch):
+    """The energy of each body is the polynomial in z, less at most ½|Σ z^α L_α e|²."""
+    monkeypatch.setattr("rbstab.proof.robust.elimination.PRODUCTS", orders)
+    rng = np.random.default_rng(3)
+    config = config_of("embedded", gravity=HEAVY, controller=FULL)
+    texts = ["controller.K_t=±20%", "controller.K_c=±20%", "controller.K_d=±20%"]
+    members, part = box_of(config, *texts)
+    exact = partial(members.exact, part.expressions())
+    total, size, _ = stored_energy(members.own([float(x) for x in part.middle]), exact)
+    left = eliminated(weighted(total), size)
+    biggest = 0.0
+    for numbers in some_bodies(part, rng, 10):
+        z = [float((x - m) / r) for x, m, r in zip(numbers, part.middle, part.radius, strict=True)]
+        at_rest = configurations(member(members, numbers))
+        for Theta in rng.uniform(-1, 1, size=(3, 3)) * [3, 1.5, 3]:
+            expected = at_rest.energy(least_over_x(at_rest, Theta))
+            got = sum(_power(z, a) * _value(row, Theta) for a, row in left.rows.items())
+            e = np.array([_value({m: 1}, Theta) for m in left.entries])
+            allowed = 0.5 * (np.abs(left.left @ e).sum(axis=0) ** 2).sum()
+            assert -1e-6 <= got - expected <= allowed + 1e-6
+            biggest = max(biggest, (got - expected) / allowed)
+    assert biggest > 0.002
+
+
+def _power(z, powers):
+    return float(np.prod([z[k - FIRST] ** n for k, n in powers])) if powers else 1.0
+
+
+def _value(row, Theta):
+    functions: dict[str, Any] = {"var": lambda x: x, "sin": np.sin, "cos": np.cos}
+    total = 0.0
+    for m, c in row.items():
+        term = float(Fraction(str(c)))
+        for a, p in m:
+            number = a.argument if a.kind == "var" else next(iter(a.variables))
+            term *= functions[a.kind](Theta[number]) ** p
+        total += term
+    return total
+
+
+def test_a_polynomial_in_the_numbers_is_the_same_expression():
+    x, z = variable(0), variable(FIRST)
+    e = (x.sin() + 2 * z) ** 2 * (x.sqrt() + z) ** 2
+    parts = weighted(e)
+    assert set(parts) == {(), *(((FIRST, n),) for n in (1, 2, 3, 4))}
+    at = np.zeros(FIRST + 1)
+    at[[0, FIRST]] = 0.7, -0.4
+    assert value_at(joined(parts), at) == pytest.approx(value_at(e, at), rel=1e-12)
+
+
+def test_a_number_that_places_a_step_stays_in_its_terms():
+    """step(x - z)(x - z)² is smooth in both; with independent numbers it would jump."""
+    x, z, k = variable(0), variable(FIRST), variable(FIRST + 1)
+    energy = (1 + k) * ((x - z).step(2) * (x - z) ** 2) + z * x
+    parts = weighted(energy)
+    assert set(parts) == {(), ((FIRST, 1),), ((FIRST + 1, 1),)}
+    assert parts[((FIRST, 1),)] == x
+    assert FIRST in parts[()].variables
+
+
+@pytest.mark.parametrize("z", [-1.0, -0.3, 0.0, 1.0])
+def test_a_reciprocal_is_a_series_with_a_remainder(z):
+    divisor = 3 + variable(FIRST).scaled(Fraction(1, 2))
+    terms = {powers: float(x.constant or 0) for powers, x in weighted((divisor + 0) ** -2).items()}
+
+    def at(w):
+        return sum(
+            c * np.prod([(z if k == FIRST else w) ** n for k, n in powers])
+            for powers, c in terms.items()
+        )
+
+    assert any(k == REMAINDERS for powers in terms for k, _ in powers)
+    ends = [at(w) for w in np.linspace(-1, 1, 9)]
+    assert min(ends) <= (3 + z / 2) ** -2 <= max(ends)
+    assert max(ends) - min(ends) < 1e-3
+
+
+@pytest.mark.parametrize("power", range(7))
+def test_powers_in_chebyshev_polynomials(power):
+    z = np.linspace(-1, 1, 11)
+    terms = chebyshev(power).items()
+    total = sum(float(weight) * np.cos(degree * np.arccos(z)) for degree, weight in terms)
+    np.testing.assert_allclose(total, z**power, atol=1e-14)
+
+
+def test_majorants_bound_all_matrices():
+    rng = np.random.default_rng(5)
+    for size in (0.02, 0.1, 0.3):
+        A = rng.normal(size=(4, 4))
+        middle = A @ A.T + np.eye(4)
+        others = size * rng.normal(size=(5, 4, 4))
+        others = others + np.swapaxes(others, 1, 2)
+        found = lower_bound(middle, others, np.zeros((4, 4)))
+        signs = np.array(np.meshgrid(*[[-1, 1]] * 5)).reshape(5, -1).T
+        least = min(
+            np.linalg.eigvalsh(middle + np.einsum("f,fij->ij", s, others)).min() for s in signs
+        )
+        if found is not None:
+            F = found.factor
+            for s in signs:
+                H = middle + np.einsum("f,fij->ij", s, others)
+                assert np.linalg.eigvalsh(F @ H @ F.T).min() >= found.least
+        if least < 0:
+            assert found is None
+    # A stiffness that changes by a half leaves a half.
+    K = np.diag([1.0, 2.0, 3.0])
+    half = lower_bound(K, np.array([0.25 * K, 0.25 * K]), np.zeros((3, 3)))
+    assert half is not None
+    assert half.least == pytest.approx(0.5, rel=1e-5)
+    assert lower_bound(K, np.array([0.6 * K, 0.4 * K]), np.zeros((3, 3))) is None
+    assert lower_bound(K, np.zeros((0, 3, 3)), 0.34 * np.ones((3, 3))) is None

@@ -94,7 +94,7 @@ def energy_of(system: System, exact_system: ExactSystem) -> Energy:
             modes = [expr(g).step(smooth) for g in element.guards(motion, mine)]
             acting = replace(acting, mode=np.array(modes, dtype=object))
         total = total + acting.stored(motion, mine)
-    found = _eliminated(with_known_steps(total), range(3, at_rest.size))
+    found = eliminated(with_known_steps(total), range(3, at_rest.size))
     closed = set(_poles(found.U))
     return replace(found, stop=stop, closed=frozenset(closed | ({1} if stop is not None else set())))
 
@@ -114,7 +114,7 @@ def _exact(system: System, exact_system: ExactSystem) -> System:
     return replace(built, elements=tuple(elements), coordinates=system.coordinates)
 
 
-def _eliminated(total: Expr, others: range) -> Energy:
+def eliminated(total: Expr, others: range) -> Energy:
     """Minimise over all variables in which the energy is quadratic with constant stiffness."""
     inside = {
         v for a in total.atoms if a.kind != VAR for v in a.variables if v >= others.start

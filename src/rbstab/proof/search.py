@@ -257,12 +257,12 @@ class Search:
         inside, across = [], []
         for zero in self.zeros:
             low, high = zero.enclosure
+            touches = np.all(high >= self.box.lo) and np.all(low <= self.box.hi)
             if np.all(low > self.box.lo) and np.all(high < self.box.hi):
                 inside.append(zero)
-            elif np.all(high >= self.box.lo) and np.all(low <= self.box.hi):
-                if self.across:
-                    inside.append(zero)
-                    continue
+            elif touches and self.across:
+                inside.append(zero)
+            elif touches:
                 across.append(one_box(zero.enclosure))
         undecided = joined([undecided, *across], len(self.box.lo))
         order = tuple(sorted(inside, key=lambda zero: zero.energy))

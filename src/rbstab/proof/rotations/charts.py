@@ -10,7 +10,7 @@ import numpy as np
 from rbstab.proof.bounds import BoundedEnergy
 from rbstab.proof.rotations.energy import RotationEnergy
 from rbstab.proof.rotations.forms import in_chart
-from rbstab.proof.rotations.states import RestRotation, Rotations, against_morse
+from rbstab.proof.rotations.states import FAMILY, RestRotation, Rotations, against_morse
 from rbstab.proof.search import Box, Search, Zero
 
 CHARTS = range(4)
@@ -18,9 +18,9 @@ CHARTS = range(4)
 END = np.full(3, np.nextafter(1.0, 2.0))
 """The end of the cube of a chart: no rotation has its largest entry outside of all four."""
 
-FAMILY = "rest states seem to form a family"
-
 BOX_LIMIT = "the limit on the number of boxes was reached"
+
+SMALL_PARTS = "in small parts it could not be decided whether there is a rest state"
 
 
 def searched_states(energy: RotationEnergy, limit: int) -> Rotations:
@@ -39,7 +39,8 @@ def searched_states(energy: RotationEnergy, limit: int) -> Rotations:
         if found.family:
             return Rotations(tuple(states), examined, FAMILY, share=share)
         if not found.proved:
-            why = BOX_LIMIT
+            why = SMALL_PARTS if found.examined < limit else BOX_LIMIT
+            return Rotations(tuple(states), examined, why, share=share)
         for zero in found.zeros:
             state = _state(V, zero, k)
             if state is None:
@@ -66,9 +67,7 @@ def _state(V: BoundedEnergy, zero: Zero, k: int) -> RestRotation | None:
     away = np.maximum(high - zero.point, zero.point - low)
     radius = float(np.linalg.norm(away)) * (1 + 1e-12) + 1e-15
     unit = q / np.linalg.norm(q)
-    return RestRotation(
-        unit, radius, zero.index, float(value.lo[0]), float(value.hi[0]), k, zero
-    )
+    return RestRotation(unit, radius, zero.index, float(value.lo[0]), float(value.hi[0]), k, zero)
 
 
 def same(one: RestRotation, two: RestRotation) -> bool | None:

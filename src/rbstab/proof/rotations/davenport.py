@@ -58,8 +58,9 @@ def _states(Q: Rows) -> Rotations | None:
 
     p = fmpq_mat([[fmpq(x.numerator, x.denominator) for x in row] for row in Q]).charpoly()
     different = 4 - p.gcd(p.derivative()).degree()
+    enclosed: Any = p.numer().complex_roots()
     roots = sorted(
-        ((root.real, count) for root, count in p.numer().complex_roots()),
+        ((root.real, count) for root, count in enclosed),
         key=lambda one: float(one[0].mid()),
     )
     separate = all(a < b for (a, _), (b, _) in zip(roots, roots[1:], strict=False))
@@ -68,7 +69,7 @@ def _states(Q: Rows) -> Rotations | None:
     states, families, below = list[RestRotation](), list[Family](), 0
     for value, count in roots:
         if count > 1:
-            families.append(Family(float(value.mid()), below, count - 1))
+            families.append(Family(*_ends(value), below, count - 1))
         else:
             state = _state(Q, value, below)
             if state is None:
@@ -82,8 +83,10 @@ def _state(Q: Rows, value: Any, index: int) -> RestRotation | None:
     """Return the rest state of a simple eigenvalue; None if more bits are needed."""
     from flint import arb, arb_mat, fmpq
 
-    M = [[value * (i == j) - arb(fmpq(x.numerator, x.denominator)) for j, x in enumerate(row)]
-         for i, row in enumerate(Q)]
+    M = [
+        [value * (i == j) - arb(fmpq(x.numerator, x.denominator)) for j, x in enumerate(row)]
+        for i, row in enumerate(Q)
+    ]
 
     def minor(i: int, j: int) -> Any:
         rows = [[x for k, x in enumerate(row) if k != j] for m, row in enumerate(M) if m != i]
@@ -99,6 +102,10 @@ def _state(Q: Rows, value: Any, index: int) -> RestRotation | None:
     q = np.array([float(x.mid()) for x in unit])
     spread = sum((abs(x - arb(float(y))) for x, y in zip(unit, q, strict=True)), arb(0))
     radius = float(np.nextafter(float(spread.upper()), np.inf))
-    low = np.nextafter(float(value.lower()), -np.inf)
-    high = np.nextafter(float(value.upper()), np.inf)
-    return None if not radius < 1e-9 else RestRotation(q, radius, index, float(low), float(high))
+    return None if not radius < 1e-9 else RestRotation(q, radius, index, *_ends(value))
+
+
+def _ends(value: Any) -> tuple[float, float]:
+    """Return doubles below and above a ball."""
+    low, high = float(value.lower()), float(value.upper())
+    return float(np.nextafter(low, -np.inf)), float(np.nextafter(high, np.inf))

@@ -4,7 +4,7 @@ The nine entries of A are variables. Θ and B are given as things that no formul
 element that depends on Euler angles is noticed where it does.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, NoReturn
@@ -80,12 +80,16 @@ class RotationEnergy:
         system: The system in exact numbers.
         just_taut: For each ligament with a damper ½((ℓ/ℓ₀)² - 1) as a function of A; None where
             the position is not a function of A.
+        minimiser: Each other entry of a configuration where U is least, as an expression of A.
+        shift: For each z the place from where it is counted.
     """
 
     U: Expr
     free: tuple[int, ...]
     system: System
     just_taut: dict[str, Expr | None]
+    minimiser: Mapping[int, Expr]
+    shift: Mapping[int, Expr]
 
 
 def rotation_energy(system: System, exact_system: ExactSystem) -> RotationEnergy:
@@ -128,7 +132,7 @@ def rotation_energy(system: System, exact_system: ExactSystem) -> RotationEnergy
         found = eliminated(with_known_steps(total), range(3, configurations(system).size))
     except NoMinimumError as error:
         raise NotOnRotationsError(NO_POSITION) from error
-    return RotationEnergy(found.U, found.free, exact, taut)
+    return RotationEnergy(found.U, found.free, exact, taut, found.minimiser, found.shift)
 
 
 def _without_angles(element: Element) -> Element:

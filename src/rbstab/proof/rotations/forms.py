@@ -10,7 +10,19 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import NamedTuple
 
-from rbstab.proof.expr import LET, VAR, Atom, Expr, Monomial, as_factor, atom, expr, monomial, only, variable
+from rbstab.proof.expr import (
+    LET,
+    VAR,
+    Atom,
+    Expr,
+    Monomial,
+    as_factor,
+    atom,
+    expr,
+    monomial,
+    only,
+    variable,
+)
 from rbstab.proof.rewriting import substituted
 from rbstab.proof.rotations.energy import ENTRIES
 

@@ -1,10 +1,14 @@
 """All rest states on SO(3) of a system: the exact ones of a quadratic form, or those of a search."""
 
+import numpy as np
+
+from rbstab.proof.bounds import BoundedEnergy
+from rbstab.proof.model import value_at
 from rbstab.proof.rotations.charts import searched_states
 from rbstab.proof.rotations.davenport import eigen_states, matrix_of
-from rbstab.proof.rotations.energy import RotationEnergy
-from rbstab.proof.rotations.forms import Form, parts
-from rbstab.proof.rotations.states import Rotations, against_morse
+from rbstab.proof.rotations.energy import ENTRIES, RotationEnergy
+from rbstab.proof.rotations.forms import Form, in_chart, parts
+from rbstab.proof.rotations.states import FAMILIES, RestRotation, Rotations, against_morse
 from rbstab.proof.rotations.symmetries import symmetries
 
 
@@ -26,7 +30,7 @@ def rest_rotations(energy: RotationEnergy, limit: int) -> Rotations:
     turns = symmetries(energy.U)
     if turns:
         about = ", or ".join(turn.words for turn in turns)
-        why = f"turns about {about} do not change the energy, so rest states form families"
+        why = f"turns about {about} do not change the energy, so {FAMILIES}"
         return Rotations((), 0, why)
     return searched_states(energy, limit)
 
@@ -38,6 +42,24 @@ def quadratic_form(energy: RotationEnergy) -> Form | None:
         found = [((), Form(energy.U, 0))]
     ((rest, form), *others) = found
     return None if others or rest or form.power > 1 or energy.free else form
+
+
+def configuration_at(energy: RotationEnergy, state: RestRotation) -> dict[int, float]:
+    """Return X and own states at a rest state, to round-off, by their numbers in a configuration.
+
+    Of a body that is held, X is not among them.
+    """
+    values = np.zeros(ENTRIES + 9)
+    values[ENTRIES:] = state.rotation.ravel()
+    if energy.free:
+        assert state.zero is not None
+        V = BoundedEnergy(in_chart(energy.U, state.chart), free=energy.free)
+        z = V.minimiser(state.zero.point[:, None]).z[:, 0]
+        for k, own in zip(energy.free, z, strict=True):
+            values[k] = own + (value_at(energy.shift[k], values) if energy.shift else 0.0)
+    for k, place in energy.minimiser.items():
+        values[k] = value_at(place, values)
+    return {k: float(values[k]) for k in (*energy.free, *energy.minimiser)}
 
 
 def _indices(found: Rotations) -> list[int]:

@@ -8,6 +8,10 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.search import Zero
 
+FAMILY = "rest states seem to form a family"
+
+FAMILIES = "rest states form families"
+
 DIMENSION = 3
 """That of SO(3): indices are 0 to 3."""
 
@@ -53,14 +57,21 @@ class Family:
     """Rest states of one energy that form a curve, a surface, or all rotations.
 
     Args:
-        energy: Their energy, J.
+        low: A lower bound of their energy, J.
+        high: An upper bound.
         index: The number of independent directions in which the energy falls.
         dimension: 1 for a curve, 2 for a surface, 3 for all rotations.
     """
 
-    energy: float
+    low: float
+    high: float
     index: int
     dimension: int
+
+    @property
+    def energy(self) -> float:
+        """Their energy, J."""
+        return 0.5 * self.low + 0.5 * self.high
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +93,11 @@ class Rotations:
     share: float = 1.0
 
     @property
+    def is_family(self) -> bool:
+        """Whether rest states are known, or seem, to form families."""
+        return bool(self.families) or self.why.startswith(FAMILY) or self.why.endswith(FAMILIES)
+
+    @property
     def proved(self) -> bool:
         """Whether `states` are proved to be all rest states, with their indices."""
         return not self.why and not self.families
@@ -93,11 +109,12 @@ class Rotations:
 
     @property
     def level(self) -> float:
-        """c, J: a lower bound of the energies of all states of index >= 1.
+        """c, J: a lower bound of the energies of all but isolated minima; -inf without others.
 
         Each component of {U < c} has one rest state, a minimum: SO(3) is compact, without a border.
         """
-        return min((state.low for state in self.states if state.index), default=-np.inf)
+        others = [state.low for state in self.states if state.index]
+        return min([*others, *(family.low for family in self.families)], default=-np.inf)
 
 
 def counts_of(indices: Sequence[int]) -> list[int]:

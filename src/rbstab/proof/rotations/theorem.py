@@ -6,9 +6,6 @@ springs in Q6 `rotation_energy`; Q4 `why_not_damped_on_rotations`; Q5 `Rotations
 """
 
 from collections.abc import Iterator
-from fractions import Fraction
-
-import numpy as np
 
 from rbstab.analysis.exact import is_positive_definite
 from rbstab.analysis.proof.definite import indefinite_parameter, why_not_damped
@@ -19,14 +16,14 @@ from rbstab.elements.gravity import Gravity
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
+from rbstab.mechanics.algebra import cross
+from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import BoundedEnergy
 from rbstab.proof.expr import Expr
 from rbstab.proof.rotations.energy import RotationEnergy
 from rbstab.proof.rotations.forms import in_chart
-from rbstab.proof.rotations.states import RestRotation, Rotations
+from rbstab.proof.rotations.states import FAMILIES, RestRotation, Rotations
 from rbstab.systems.system import System
-
-FAMILIES = "the rest states form families"
 
 
 def why_not_almost_every_start(energy: RotationEnergy, found: Rotations, exact: System) -> str:
@@ -75,19 +72,19 @@ def _two_ties_are_enough(exact: System) -> bool:
     """
     if exact.coordinates.holds_contact:
         return False
-    points = list[list[Fraction]]()
+    points = list[Array]()
     for element in exact.elements:
         if isinstance(element, (ViscoElasticConnector, EmbeddedConnector)):
             if not is_positive_definite(element.L_c):
                 return False
             place = element.point if isinstance(element, AtPoint) else exact.body.contact_point
-            points.append([Fraction(x) for x in place.tolist()])
+            points.append(place)
         elif isinstance(element, TranslationalStabilizer):
             if any(k != 0 for k in element.K_t.flat):
                 return False
         elif not isinstance(element, (Gravity, AttitudeSpring, RotationalStabilizer)):
             return False
-    return any(any(np.cross(p, q)) for p in points for q in points)
+    return any(any(cross(p, q)) for p in points for q in points)
 
 
 def why_just_taut(energy: RotationEnergy, found: Rotations) -> Iterator[str]:

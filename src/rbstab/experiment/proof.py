@@ -24,7 +24,7 @@ from rbstab.experiment.stored_proof.proof import (
     no_proof,
 )
 from rbstab.experiment.stored_proof.reduced import Found, proof_record, searched_record
-from rbstab.experiment.stored_proof.rotations import rotations_record
+from rbstab.experiment.stored_proof.rotations import rotations_record, state_records
 from rbstab.experiment.stored_proof.tied import tied_record
 from rbstab.files.counts import grouped
 from rbstab.integrate.problem import Problem
@@ -156,7 +156,8 @@ def _rotations_proof(
                 return found.why if found.is_family else ""
             why = why_not_almost_every_start(energy, found, exact)
             seconds = time.perf_counter() - start_time
-            return rotations_record(identity, system, energy, found, why, seconds)
+            states = state_records(system, energy, found)
+            return rotations_record(identity, states, found, why, seconds)
     except NotOnRotationsError:
         return ""
 

@@ -38,6 +38,9 @@ UNWRAPPED = "For all real θ1 and θ3"
 SEARCHED = "looked for, not proved"
 """The outcome of a search without a proof (`SearchOutcome.SEARCHED`)."""
 
+POLE = 1e-6
+"""|cos θ2| below which equations in Euler angles have no derivatives."""
+
 NOT_DEEPER = 1e-6
 """A region that is relatively deeper by less than this is not named beside the certified one."""
 
@@ -93,7 +96,7 @@ def stability_of(
     with np.errstate(all="ignore"):
         for state in proof.states:
             Z = np.concatenate([state.orientation, ZERO, state.position, ZERO])
-            if state.held:
+            if state.held or abs(np.cos(state.orientation[1])) < POLE:
                 linearisations.append(None)
                 continue
             rest = motion_from_centre(system.body, system.anchor, Z)
@@ -150,11 +153,13 @@ def _rest_state_sentences(proof: Proof) -> list[str]:
 def _counts_sentence(proof: Proof) -> str:
     """Return a sentence on how many rest states there are, and how sure that is."""
     count, boxes = len(proof.states), f"{grouped(proof.examined)} boxes"
+    if proof.on_rotations is not None and not proof.examined:
+        boxes = "exactly, as eigenvectors"
     kinds = f": {kinds_of(proof.states)}" if count else ""
     if proof.proved:
         every = " to be all" if count else ""
         lengths = " at which each spring has a length" if proof.needs_lengths else ""
-        where = f"in the range{lengths}{kinds}"
+        where = f"{proof.place}{lengths}{kinds}"
         return f"Rest states: {counted_states(count)} {where}; proved{every} ({boxes})."
     known = sum(state.proved for state in proof.states)
     some = f"; {known} of them proved" if 0 < known < count else ""
@@ -253,7 +258,7 @@ def _pass_of(region: ProvedMinimum) -> str:
 
 def _unwrapped_sentences(proof: Proof) -> list[str]:
     """Return sentences on all real θ1 and θ3."""
-    if not proof.has_energy or proof.outcome == SEARCHED:
+    if not proof.has_energy or proof.outcome == SEARCHED or proof.on_rotations is not None:
         return []
     found = proof.unwrapped
     if proof.within_barriers:

@@ -88,7 +88,9 @@ def almost_sentence(proof: "Proof", found: "AlmostEveryStart") -> str:
     """
     begins = f"{found.outcome}: " if found.outcome else ""
     all_but = f"{ALMOST} (all but a set of measure zero)"
-    if proof.confined and proof.within_barriers:
+    if proof.on_rotations is not None:
+        scope = all_but
+    elif proof.confined and proof.within_barriers:
         scope = f"{all_but} in the range, to which barriers confine every motion,"
     elif proof.confined:
         scope = f"{all_but} with |θ2| < 90°, to which {proof.kept_by} confines every motion,"
@@ -119,7 +121,7 @@ def reached(proof: "Proof", found: "AlmostEveryStart") -> str:
         between = low if low == high else f"{low}° to {high}"
         tilt = f"{between}° from the desired attitude"
     if len(proof.states) == 1:
-        return f"the only rest state in the range, {tilt}"
+        return f"the only rest state {proof.place}, {tilt}"
     if len(found.states) == 1:
-        return f"rest state {found.states[0]}, the only stable one in the range, {tilt}"
+        return f"rest state {found.states[0]}, the only stable one {proof.place}, {tilt}"
     return f"one of the {len(found.states)} stable rest states, {tilt}"

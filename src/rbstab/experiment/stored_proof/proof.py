@@ -190,8 +190,8 @@ class OnRotations(Entry):
     """That the rest states are those among all rotations: the energy depends on no Euler angles.
 
     Then `Proof.states` are all rest states on SO(3), each once, also with θ2 = ±π/2, and no motion
-    has a range to leave. quaternions has a unit quaternion of each of them, w first; the exact one is
-    at most the entry of `radii` away, and its index is proved. If `Proof.proved` is False, rest
+    has a range to leave. quaternions has a unit quaternion of each of them, w first; the exact one
+    is at most the entry of `radii` away, and its index is proved. If `Proof.proved` is False, rest
     states form families, and these are the isolated ones.
 
     why is the first hypothesis of theorem 15 that is not known to hold; empty if all do. Then every

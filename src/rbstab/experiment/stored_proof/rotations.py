@@ -34,8 +34,7 @@ POLE = 1e-6
 
 def rotations_record(
     identity: str,
-    system: System,
-    energy: "RotationEnergy",
+    states: tuple[ProvedState, ...],
     found: "Rotations",
     why_not: str,
     seconds: float,
@@ -44,13 +43,11 @@ def rotations_record(
 
     Args:
         identity: The id of the proof.
-        system: The system, in doubles.
-        energy: Its energy.
+        states: The rest states as plain data (`state_records`).
         found: The rest states: all of them, or all that are isolated.
         why_not: Why almost every start is not proved to converge to a stable one; else empty.
         seconds: The time that it took.
     """
-    states = tuple(_state(system, energy, state) for state in found.states)
     count = len(states)
     return Proof(
         id=identity,
@@ -69,6 +66,19 @@ def rotations_record(
             why=why_not,
         ),
     )
+
+
+def state_records(
+    system: System, energy: "RotationEnergy", found: "Rotations"
+) -> tuple[ProvedState, ...]:
+    """Return rest states as plain data.
+
+    Args:
+        system: The system, in doubles.
+        energy: Its energy.
+        found: The rest states.
+    """
+    return tuple(_state(system, energy, state) for state in found.states)
 
 
 def families_in_words(found: "Rotations") -> str:
@@ -119,10 +129,10 @@ def angles_of(A: Array) -> Array:
 def _enclosure(Theta: Array, radius: float) -> tuple[Triple, Triple]:
     """Return a box of Θ that contains the rest state.
 
-    A rotation by φ is 2 sin(φ/4) away in quaternions, and |dΘ/dφ| <= 1/cos θ2. Where θ2 may be ±π/2,
-    θ1 and θ3 are anything.
+    Unit quaternions of two rotations with the angle φ between them are 2 sin(φ/4) apart, so φ is at
+    most π times that; and |dΘ/dφ| <= 1/cos θ2. Where θ2 may be ±π/2, θ1 and θ3 are anything.
     """
-    # φ <= π/2 |dq| · 2, and then twice the slope at Θ, where this is small beside cos θ2.
+    # With cos θ2 >= 4φ at Θ, it is more than half of that in the box.
     angle, cosine = 3.2 * radius + 1e-14, math.cos(Theta[1])
     if cosine < max(POLE, 4 * angle):
         wide = np.array([math.pi, 2 * angle, math.pi])

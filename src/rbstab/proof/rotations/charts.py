@@ -75,7 +75,7 @@ def same(one: RestRotation, two: RestRotation) -> bool | None:
 
     They are the same if the enclosure of one, seen in the chart of the other, lies where the other
     is the only zero; and different if it has no point in common with its enclosure. They are also
-    different if (q_j/q_k)(q_k/q_j) = 1 cannot hold, with k the chart of one and j that of the other.
+    different if (q_j/q_k)(q_k/q_j) = 1 cannot hold, with their charts k and j.
     """
     for a, b in ((one, two), (two, one)):
         box, zero = _mapped(a, b), b.zero

@@ -6,6 +6,7 @@ eigenvalues. How many of these are different is exact.
 """
 
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -63,7 +64,7 @@ def _states(Q: Rows) -> Rotations | None:
         ((root.real, count) for root, count in enclosed),
         key=lambda one: float(one[0].mid()),
     )
-    separate = all(a < b for (a, _), (b, _) in zip(roots, roots[1:], strict=False))
+    separate = all(a < b for (a, _), (b, _) in pairwise(roots))
     if not separate or len(roots) != different:
         return None
     states, families, below = list[RestRotation](), list[Family](), 0

@@ -1,4 +1,4 @@
-"""All rest states on SO(3) of a system: the exact ones of a quadratic form, or those of a search."""
+"""All rest states on SO(3): the exact ones of a quadratic form, or those of a search."""
 
 import numpy as np
 

@@ -106,6 +106,9 @@ def rest_state_check(proof: "Proof | None") -> Check:
     verdicts = {True: Verdict.CERTIFIED, False: Verdict.VIOLATED, None: Verdict.UNKNOWN}
     verdict, count = verdicts[proof.globally_stable], len(proof.states)
     known = sum(state.proved for state in proof.states)
+    if proof.families:
+        more = float(max(count + 1, 2))
+        return stable._replace(verdict=verdict, value=more, quantity=LEAST_REST_STATES)
     if verdict is Verdict.VIOLATED and not proof.proved:
         if known > 1:
             return stable._replace(verdict=verdict, value=float(known), quantity=LEAST_REST_STATES)

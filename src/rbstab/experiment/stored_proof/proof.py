@@ -186,13 +186,24 @@ class UnwrappedStates(ProvedStates):
         return self
 
 
+class ProvedFamily(Entry):
+    """Rest states of one energy, J, that form a curve (dimension 1), a surface (2) or SO(3) (3).
+
+    index is the number of independent directions in which the energy falls.
+    """
+
+    energy: float
+    index: NonNegativeInt
+    dimension: PositiveInt
+
+
 class OnRotations(Entry):
     """That the rest states are those among all rotations: the energy depends on no Euler angles.
 
     Then `Proof.states` are all rest states on SO(3), each once, also with θ2 = ±π/2, and no motion
     has a range to leave. quaternions has a unit quaternion of each of them, w first; the exact one
-    is at most the entry of `radii` away, and its index is proved. If `Proof.proved` is False, rest
-    states form families, and these are the isolated ones.
+    is at most the entry of `radii` away, and its index is proved. If there are `families`, these
+    are the isolated ones, `Proof.proved` is False, and both together are proved to be all.
 
     why is the first hypothesis of theorem 15 that is not known to hold; empty if all do. Then every
     motion exists for all times and converges to a rest state, and almost every one to a stable one.
@@ -201,6 +212,7 @@ class OnRotations(Entry):
     quaternions: tuple[Quadruple, ...]
     radii: tuple[float, ...]
     why: str
+    families: tuple[ProvedFamily, ...] = ()
 
 
 class Proof(ProvedStates):
@@ -305,6 +317,16 @@ class Proof(ProvedStates):
         """Whether the bounds of its regions are proved bounds on energies; not in version 1."""
         energy = self.reduced_energy or self.tied_energy
         return energy is not None or self.on_rotations is not None
+
+    @property
+    def globally_stable(self) -> bool | None:
+        """Whether every motion converges to the only rest state; not if some form families."""
+        return False if self.families else super().globally_stable
+
+    @property
+    def families(self) -> tuple[ProvedFamily, ...]:
+        """The families of rest states, where all of these are known."""
+        return () if self.on_rotations is None else self.on_rotations.families
 
     @property
     def place(self) -> str:

@@ -9,6 +9,7 @@ from rbstab.experiment.stored_proof.entries import Triple, triple
 from rbstab.experiment.stored_proof.proof import (
     OnRotations,
     Proof,
+    ProvedFamily,
     ProvedMinimum,
     ProvedRegion,
     ProvedState,
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
 COMPLETE = "all rest states among all rotations were found"
 """The outcome of a complete list."""
 
-SHAPES = {1: "curves", 2: "a surface", 3: "all rotations"}
-"""What families of rest states are, by their dimension."""
+FAMILIES = "all rest states among all rotations were found; some form a continuum (a family)"
+"""That of one with families."""
 
 POLE = 1e-6
 """|cos θ2| below which θ1 and θ3 are not determined by the rotation."""
@@ -51,7 +52,7 @@ def rotations_record(
     count = len(states)
     return Proof(
         id=identity,
-        outcome=COMPLETE if found.proved else families_in_words(found),
+        outcome=COMPLETE if found.proved else FAMILIES,
         proved=found.proved,
         unique=(count == 1) if found.proved else None,
         examined=found.examined,
@@ -64,6 +65,10 @@ def rotations_record(
             quaternions=tuple(_quadruple(state.quaternion) for state in found.states),
             radii=tuple(state.radius for state in found.states),
             why=why_not,
+            families=tuple(
+                ProvedFamily(energy=one.energy, index=one.index, dimension=one.dimension)
+                for one in found.families
+            ),
         ),
     )
 
@@ -79,15 +84,6 @@ def state_records(
         found: The rest states.
     """
     return tuple(_state(system, energy, state) for state in found.states)
-
-
-def families_in_words(found: "Rotations") -> str:
-    """Return which families rest states form, without a full stop."""
-    parts = [
-        f"{SHAPES[family.dimension]} at {family.energy:.6g} J (index {family.index})"
-        for family in found.families
-    ]
-    return f"rest states form a continuum (a family), and are not counted: {' and '.join(parts)}"
 
 
 def _quadruple(q: Array) -> tuple[float, float, float, float]:

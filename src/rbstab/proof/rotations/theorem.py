@@ -41,9 +41,20 @@ def _failing(energy: RotationEnergy, found: Rotations, exact: System) -> Iterato
     for why in (why_indefinite(exact), why_not_damped_on_rotations(exact)):
         if why is not None:
             yield why
-    if not found.proved:
-        yield found.why or FAMILIES
+    if found.why:
+        yield found.why
+    if found.families:
+        yield from _why_families_matter(found, exact)
     yield from why_just_taut(energy, found)
+
+
+def _why_families_matter(found: Rotations, exact: System) -> Iterator[str]:
+    """Yield why part (c) of theorem 15 does not hold: a quadratic form with families."""
+    if any(not family.index for family in found.families):
+        yield f"{FAMILIES}, and the lowest are one"
+    undamped = why_not_damped(exact)
+    if undamped is not None:
+        yield f"{FAMILIES}, and {undamped}"
 
 
 def why_indefinite(exact: System) -> str | None:

@@ -18,6 +18,10 @@ from rbstab.proof.rotations.theorem import (
 )
 
 UP = {"tie": tie([0, 0, 0]), "up": attitude([1, 1.2, 1.5])}
+LIGAMENT = {"kind": "ligament", "point": [0, 0, 0.1], "anchor": [0, 0, 1], "stiffness": 50} | {
+    "slack_length": 0.5,
+    "toe_strain": 0.05,
+}
 SPRING = {"kind": "spring", "stiffness": 50, "rest_length": 0.4}
 
 
@@ -35,6 +39,8 @@ def test_all_hypotheses_of_a_simple_body_hold():
     [
         (held({}, {"K_r": [1, 1, 1]}), "K_r acts on Euler angles"),
         (config_of({"up": attitude([1, 1, 1])}), NO_POSITION),
+        # A ligament alone holds no position: it is slack in a part of space.
+        (config_of({"up": attitude([1, 1, 1]), "l": LIGAMENT}), NO_POSITION),
         (config_of(UP | {"s": SPRING | {"point": [0, 0, 0.1], "anchor": [0, 0, 1]}}), "not convex"),
         (
             held({"s": SPRING | {"point": [0.05, -0.02, 0.3], "anchor": [0.55, -0.02, -0.2]}}),

@@ -132,6 +132,8 @@ def rotation_energy(system: System, exact_system: ExactSystem) -> RotationEnergy
         found = eliminated(with_known_steps(total), range(3, configurations(system).size))
     except NoMinimumError as error:
         raise NotOnRotationsError(NO_POSITION) from error
+    if found.free and not found.shift:
+        raise NotOnRotationsError(NO_POSITION)
     return RotationEnergy(found.U, found.free, exact, taut, found.minimiser, found.shift)
 
 

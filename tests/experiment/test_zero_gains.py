@@ -76,7 +76,7 @@ REASONS = [
     ("free", TURNING, "no damper acts on them: L_t is 0"),
     ("free", TURNING | {"L_t": [1, 1, 1]}, "nothing holds the position"),
     ("visco-elastic", {}, "no damper acts on them: L_r is 0"),
-    ("visco-elastic", {"L_r": [1, 1, 1]}, "K_r is not positive definite"),
+    ("visco-elastic", {"L_r": [1, 1, 1]}, "a continuum (a family)"),
     ("permanent", {"L_r": [1, 1, 1], "K_r": [10, 10, 0]}, "K_r is not positive definite"),
 ]
 

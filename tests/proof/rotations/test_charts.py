@@ -122,6 +122,7 @@ PLAIN = charts._state
 
 def index_of_three_is_zero(*of):
     state = PLAIN(*of)
+    assert state is not None
     return replace(state, index=state.index % 3)
 
 

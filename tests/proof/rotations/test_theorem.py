@@ -151,7 +151,7 @@ def test_symmetries_leave_the_energy_as_it_is_and_others_do_not():
     u, v = (np.array(w, dtype=float) for w in turn)
 
     def U(A):
-        return value_at(energy.U, {ENTRIES + k: x for k, x in enumerate(A.ravel())})
+        return value_at(energy.U, np.concatenate([np.zeros(ENTRIES), A.ravel()]))
 
     start = rotation(np.array([0.3, 0.7, -1.1]))
     moved = (

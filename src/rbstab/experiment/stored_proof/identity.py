@@ -62,8 +62,8 @@ was proved of them, and before 2, nothing where only ties damp them, and zeros a
 families were counted as rest states."""
 
 ROTATIONS_VERSION = 1
-"""The same for configs whose energy may depend on no Euler angles: before it, zeros at θ2 = ±π/2 hid
-their rest states."""
+"""The same for configs whose energy may depend on no Euler angles: before it, zeros of ∂U/∂Θ at
+θ2 = ±π/2 hid their rest states."""
 
 USER_CODE_VERSION = 7
 """The same for configs with elements of users: before 1, nothing was proved of them, and before 2,

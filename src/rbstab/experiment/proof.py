@@ -24,6 +24,7 @@ from rbstab.experiment.stored_proof.proof import (
     no_proof,
 )
 from rbstab.experiment.stored_proof.reduced import Found, proof_record, searched_record
+from rbstab.experiment.stored_proof.rotations import rotations_record, state_records
 from rbstab.experiment.stored_proof.tied import tied_record
 from rbstab.files.counts import grouped
 from rbstab.integrate.problem import Problem
@@ -40,6 +41,9 @@ so far: with less, more boxes will not help."""
 
 MANY = 8_000
 """The boxes after which this rate is known well enough."""
+
+BRIEF_LIMIT, FULL_LIMIT = 15_000, 100_000
+"""The most boxes in each of the four charts of rotations, of a proof for which nobody asked."""
 
 TIES_OF_C = ("visco-elastic", "embedded")
 
@@ -94,13 +98,19 @@ def _proof_of(config: Config, problem: Problem | None, *, search_only: bool, bri
         system = smooth_rest_system(problem or problem_of(config))
     # Code of users is recorded in doubles; it need not accept other numbers.
     exact_system = partial(system_of, without_code(config))
+    options = {"search_only": search_only, "brief": brief}
+    families = ""
+    if not search_only:
+        found = _rotations_proof(identity, system, exact_system, start_time, brief=brief)
+        if isinstance(found, Proof):
+            return found
+        families = found
     why_not = _no_theorem(config)
     try:
         with np.errstate(all="ignore"):
             if why_not is not None:
                 why = f"no proof was tried, as {why_not}"
                 return _searched(identity, system, why, start_time)
-            options = {"search_only": search_only, "brief": brief}
             proof = _reduced_proof(identity, system, exact_system, start_time, **options)
     except NoReducedEnergy as error:
         if error.reason is not NoEnergyReason.SIX_VARIABLES:
@@ -109,7 +119,47 @@ def _proof_of(config: Config, problem: Problem | None, *, search_only: bool, bri
             seconds = time.perf_counter() - start_time
             return searched_record(identity, searched_rest_states(system), seconds)
         proof = _tied_proof(identity, system, exact_system, start_time, brief=brief)
+    if families and not proof.proved:
+        proof = proof.model_copy(update={"outcome": families})
     return _with_near_model(config, system, proof)
+
+
+def _rotations_proof(
+    identity: str,
+    system: System,
+    exact_system: "ExactSystem",
+    start_time: float,
+    *,
+    brief: bool,
+) -> "Proof | str":
+    """Prove the rest states among all rotations of a body that is damped, and reads no angles.
+
+    Returns:
+        The proof; if there is none, which families rest states form, or "".
+    """
+    from rbstab.proof.rotations.energy import NotOnRotationsError, rotation_energy
+    from rbstab.proof.rotations.lists import rest_rotations
+    from rbstab.proof.rotations.theorem import (
+        why_indefinite,
+        why_not_almost_every_start,
+        why_not_damped_on_rotations,
+    )
+
+    try:
+        with np.errstate(all="ignore"):
+            energy = rotation_energy(system, exact_system)
+            exact = exact_system(decimals)
+            if why_indefinite(exact) or why_not_damped_on_rotations(exact):
+                return ""
+            found = rest_rotations(energy, BRIEF_LIMIT if brief else FULL_LIMIT)
+            if not (found.proved or found.families):
+                return found.why if found.is_family else ""
+            why = why_not_almost_every_start(energy, found, exact)
+            seconds = time.perf_counter() - start_time
+            states = state_records(system, energy, found)
+            return rotations_record(identity, states, found, why, seconds)
+    except NotOnRotationsError:
+        return ""
 
 
 def _reduced_proof(  # noqa: PLR0913 (as `prove`, with what it has computed)

@@ -27,6 +27,9 @@ GLOBAL_STABILITY, CERTIFIED_REGION = "global stability", "certified region"
 REST_STATES = "rest states in the range"
 """What is counted by the check of global stability; of several, their kinds follow."""
 
+ON_ROTATIONS = "rest states on SO(3)"
+"""The same of a body whose energy depends on no Euler angles."""
+
 LEAST_REST_STATES = f"{REST_STATES}, at least"
 """The same where the search was not complete: there may be more."""
 
@@ -103,11 +106,15 @@ def rest_state_check(proof: "Proof | None") -> Check:
     verdicts = {True: Verdict.CERTIFIED, False: Verdict.VIOLATED, None: Verdict.UNKNOWN}
     verdict, count = verdicts[proof.globally_stable], len(proof.states)
     known = sum(state.proved for state in proof.states)
+    if proof.families:
+        more = float(max(count + 1, 2))
+        return stable._replace(verdict=verdict, value=more, quantity=LEAST_REST_STATES)
     if verdict is Verdict.VIOLATED and not proof.proved:
         if known > 1:
             return stable._replace(verdict=verdict, value=float(known), quantity=LEAST_REST_STATES)
         verdict = Verdict.UNKNOWN
-    quantity = f"{REST_STATES}: {kinds_of(proof.states)}" if count > 1 else REST_STATES
+    counted = REST_STATES if proof.on_rotations is None else ON_ROTATIONS
+    quantity = f"{counted}: {kinds_of(proof.states)}" if count > 1 else counted
     if verdict is Verdict.VIOLATED and proof.almost_every_start.proved:
         quantity += "; almost every start converges"
     return stable._replace(verdict=verdict, value=float(count), quantity=quantity)

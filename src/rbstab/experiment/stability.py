@@ -11,6 +11,7 @@ from rbstab.experiment.answers.state_words import (
     almost_sentence,
     counted_states,
     counterexample,
+    families_of,
     kinds_of,
 )
 from rbstab.experiment.convergence.convergence import Convergence
@@ -37,6 +38,9 @@ UNWRAPPED = "For all real θ1 and θ3"
 
 SEARCHED = "looked for, not proved"
 """The outcome of a search without a proof (`SearchOutcome.SEARCHED`)."""
+
+POLE = 1e-6
+"""|cos θ2| below which equations in Euler angles have no derivatives."""
 
 NOT_DEEPER = 1e-6
 """A region that is relatively deeper by less than this is not named beside the certified one."""
@@ -93,7 +97,7 @@ def stability_of(
     with np.errstate(all="ignore"):
         for state in proof.states:
             Z = np.concatenate([state.orientation, ZERO, state.position, ZERO])
-            if state.held:
+            if state.held or abs(np.cos(state.orientation[1])) < POLE:
                 linearisations.append(None)
                 continue
             rest = motion_from_centre(system.body, system.anchor, Z)
@@ -135,14 +139,14 @@ def kind_of(state: ProvedState) -> str:
 
 
 def _rest_state_sentences(proof: Proof) -> list[str]:
-    if not proof.states and not proof.proved:
+    if not (proof.states or proof.proved or proof.families):
         return [f"Rest states: not decided ({proof.ended})."]
     almost, count = proof.almost_every_start, len(proof.states)
     sentences = [_counts_sentence(proof), _global_sentence(proof)]
     if almost.proved and not proof.globally_stable:
         sentence = almost_sentence(proof, almost)
         sentences.insert(1, f"Almost every start: proved. {sentence[:1].upper()}{sentence[1:]}.")
-    elif proof.proved and count > 1:
+    elif (proof.proved and count > 1) or proof.families:
         sentences.append(f"Almost every start: not decided ({almost.why}).")
     return sentences
 
@@ -150,11 +154,17 @@ def _rest_state_sentences(proof: Proof) -> list[str]:
 def _counts_sentence(proof: Proof) -> str:
     """Return a sentence on how many rest states there are, and how sure that is."""
     count, boxes = len(proof.states), f"{grouped(proof.examined)} boxes"
+    if proof.on_rotations is not None and not proof.examined:
+        boxes = "exactly, as eigenvectors"
     kinds = f": {kinds_of(proof.states)}" if count else ""
+    if proof.families:
+        alone = f"{count or 'no'} isolated rest state{'s' if count > 1 else ''}"
+        others = f"and a continuum (a family): {families_of(proof)}"
+        return f"Rest states: {alone} on SO(3){kinds}, {others}; proved to be all ({boxes})."
     if proof.proved:
         every = " to be all" if count else ""
         lengths = " at which each spring has a length" if proof.needs_lengths else ""
-        where = f"in the range{lengths}{kinds}"
+        where = f"{proof.place}{lengths}{kinds}"
         return f"Rest states: {counted_states(count)} {where}; proved{every} ({boxes})."
     known = sum(state.proved for state in proof.states)
     some = f"; {known} of them proved" if 0 < known < count else ""
@@ -171,7 +181,7 @@ def _global_sentence(proof: Proof) -> str:
         return "Globally stable: false; no motion that stays in the range comes to rest."
     if proof.unique and proof.globally_stable is False:
         return "Globally stable: false; the only rest state in the range is not a minimum."
-    other = counterexample(proof) if proof.unique is False else None
+    other = counterexample(proof) if proof.unique is False else families_of(proof) or None
     if other is not None:
         not_all = "not every start" if proof.stable_count == 1 else "false"
         return f"Globally stable: {not_all}; the body can also rest at {other}."
@@ -253,7 +263,7 @@ def _pass_of(region: ProvedMinimum) -> str:
 
 def _unwrapped_sentences(proof: Proof) -> list[str]:
     """Return sentences on all real θ1 and θ3."""
-    if not proof.has_energy or proof.outcome == SEARCHED:
+    if not proof.has_energy or proof.outcome == SEARCHED or proof.on_rotations is not None:
         return []
     found = proof.unwrapped
     if proof.within_barriers:

@@ -110,7 +110,7 @@ def energy_of(system: System, exact_system: ExactSystem) -> Energy:
         TypeError: Code of a user branches on a value, or takes no such numbers.
     """
     total, size, end = stored_energy(system, exact_system)
-    found = _eliminated(total, range(3, size))
+    found = eliminated(total, range(3, size))
     stop = None if end is None else end.constant
     closed = _poles(found.U) | ({1} if stop is not None else set())
     return replace(found, stop=stop, closed=frozenset(closed))
@@ -153,7 +153,7 @@ def _exact(system: System, exact_system: ExactSystem) -> System:
     return replace(built, elements=tuple(elements), coordinates=system.coordinates)
 
 
-def _eliminated(total: Expr, others: range) -> Energy:
+def eliminated(total: Expr, others: range) -> Energy:
     """Minimise over all variables in which the energy is quadratic with constant stiffness."""
     inside = {v for a in total.atoms if a.kind != VAR for v in a.variables if v >= others.start}
     chosen = [k for k in others if k not in inside]

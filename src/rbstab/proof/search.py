@@ -216,6 +216,7 @@ class Search:
         scale: The size of each variable; the widest relative to it is halved.
         known: Zeros that are proved already.
         also: One more reason why boxes contain no zero.
+        across: Whether a zero that may lie on the border counts too, and is not left undecided.
     """
 
     def __init__(
@@ -226,8 +227,9 @@ class Search:
         scale: Array | None = None,
         known: Sequence[Zero] = (),
         also: Test | None = None,
+        across: bool = False,
     ) -> None:
-        self.energy, self.box, self.also = energy, box, also
+        self.energy, self.box, self.also, self.across = energy, box, also, across
         self.scale = np.ones(len(box.lo)) if scale is None else scale
         self.zeros: list[Zero] = list(known)
         self.failed: list[Array] = []
@@ -279,9 +281,12 @@ class Search:
         inside, across = [], [one_box(box) for box in self.ambiguous]
         for zero in self.zeros:
             low, high = zero.enclosure
+            touches = np.all(high >= self.box.lo) and np.all(low <= self.box.hi)
             if np.all(low > self.box.lo) and np.all(high < self.box.hi):
                 inside.append(zero)
-            elif np.all(high >= self.box.lo) and np.all(low <= self.box.hi):
+            elif touches and self.across:
+                inside.append(zero)
+            elif touches:
                 across.append(one_box(zero.enclosure))
         undecided = joined([undecided, *across], len(self.box.lo))
         order = tuple(sorted(inside, key=lambda zero: zero.energy))

@@ -343,7 +343,8 @@ def _counterexample(line: CertificateLine, proof: "Proof | None", own: int | Non
         more = "" if proof is None else f"; a search found {len(proof.states)}"
     _, _, kinds = line.quantity.partition(": ")
     kinds = f": {kinds}" if kinds else ""
-    return f"{rests}it has {least}{counted_states(count)} in the range{kinds}{more}"
+    place = "in the range" if proof is None else proof.place
+    return f"{rests}it has {least}{counted_states(count)} {place}{kinds}{more}"
 
 
 def _rest_states(lines: dict[str, CertificateLine]) -> int | None:

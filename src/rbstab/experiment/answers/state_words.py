@@ -38,6 +38,16 @@ def counted_states(count: int) -> str:
     return f"{count or 'no'} rest state{'s' if count > 1 else ''}"
 
 
+def families_of(proof: "Proof") -> str:
+    """Return which families rest states form, such as "a surface of them at 2 J (index 1)"."""
+    shapes = {1: "a curve of them", 2: "a surface of them", 3: "all rotations"}
+    parts = [
+        f"{shapes[one.dimension]} at {one.energy:.6g} J (index {one.index})"
+        for one in proof.families
+    ]
+    return " and ".join(parts)
+
+
 def counterexample(proof: "Proof", own: int | None = None) -> str | None:
     """Return a rest state at which a body can stay while another start ends elsewhere.
 
@@ -88,7 +98,9 @@ def almost_sentence(proof: "Proof", found: "AlmostEveryStart") -> str:
     """
     begins = f"{found.outcome}: " if found.outcome else ""
     all_but = f"{ALMOST} (all but a set of measure zero)"
-    if proof.confined and proof.within_barriers:
+    if proof.on_rotations is not None:
+        scope = all_but
+    elif proof.confined and proof.within_barriers:
         scope = f"{all_but} in the range, to which barriers confine every motion,"
     elif proof.confined:
         scope = f"{all_but} with |θ2| < 90°, to which {proof.kept_by} confines every motion,"
@@ -101,6 +113,10 @@ def almost_sentence(proof: "Proof", found: "AlmostEveryStart") -> str:
 def exceptions(proof: "Proof") -> str:
     """Return which rest states are not stable, without a full stop; empty if all are."""
     numbers = [n for n, state in enumerate(proof.states, start=1) if not state.stable]
+    if proof.families:
+        listed = "".join(f"rest state {number}, " for number in numbers)
+        others = f"other rest states ({listed}{families_of(proof)})"
+        return f"the exceptions are {others} and starts that lead to them"
     if not numbers:
         return ""
     if len(numbers) == 1:
@@ -118,8 +134,8 @@ def reached(proof: "Proof", found: "AlmostEveryStart") -> str:
     if float(high) >= 0.1:
         between = low if low == high else f"{low}° to {high}"
         tilt = f"{between}° from the desired attitude"
-    if len(proof.states) == 1:
-        return f"the only rest state in the range, {tilt}"
+    if len(proof.states) == 1 and not proof.families:
+        return f"the only rest state {proof.place}, {tilt}"
     if len(found.states) == 1:
-        return f"rest state {found.states[0]}, the only stable one in the range, {tilt}"
+        return f"rest state {found.states[0]}, the only stable one {proof.place}, {tilt}"
     return f"one of the {len(found.states)} stable rest states, {tilt}"

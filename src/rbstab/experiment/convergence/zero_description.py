@@ -106,6 +106,7 @@ def described_by_proof(
     if number is None:
         return text
     name, count = text.partition(";")[0], len(proof.states)
+    place = "in the range of eq. 5" if proof.on_rotations is None else proof.place
     if count == 1:
-        return f"{name}; proved to be the only one in the range of eq. 5"
-    return f"{name}; number {number} of the {count} in the range of eq. 5, the lowest first"
+        return f"{name}; proved to be the only one {place}"
+    return f"{name}; number {number} of the {count} {place}, the lowest first"

@@ -1,6 +1,8 @@
 """Almost every start: whether all motions but a set of measure zero end in stable rest states.
 
-This is theorem 14 of docs/proofs.md. Each of its hypotheses is checked here, by its name there.
+This is theorem 14 of docs/proofs.md. Each of its hypotheses is checked here, by its name there. Of
+a list among all rotations the hypotheses of theorem 15 were checked where it was made
+(`proof/rotations/theorem.py`).
 """
 
 from collections.abc import Iterator
@@ -52,7 +54,7 @@ class AlmostEveryStart:
 
     Args:
         proved: Whether almost every start, whose motion stays in the range and away from θ2 = ±90°,
-            converges to a stable rest state.
+            converges to a stable rest state; of a list among all rotations, almost every start.
         returns: Whether the body rests where it should in each rest state that is reached; None if
             nothing is proved.
         states: The numbers of the rest states that are reached, from 1 for the lowest.
@@ -86,7 +88,7 @@ class AlmostEveryStart:
 
 
 def almost_every_start(proof: "Proof", config: Config | None) -> AlmostEveryStart:
-    """Return whether almost every start converges to a stable rest state (theorem 14).
+    """Return whether almost every start converges to a stable rest state (theorem 14 or 15).
 
     Args:
         proof: The proof of the rest states of the config.
@@ -109,7 +111,11 @@ def almost_every_start(proof: "Proof", config: Config | None) -> AlmostEveryStar
 
 
 def _failing(proof: "Proof", config: Config | None) -> Iterator[str]:
-    """Yield the hypotheses of theorem 14 that are not known to hold, one after the other."""
+    """Yield the hypotheses of theorem 14, or 15, that are not known to hold, one by one."""
+    if proof.on_rotations is not None:
+        if proof.on_rotations.why:
+            yield proof.on_rotations.why
+        return
     if not proof.proved:
         yield f"the list of rest states is not proved to be complete: {proof.ended}"
     if not any(state.stable for state in proof.states):

@@ -14,6 +14,8 @@ from rbstab.mechanics.numbers import Array
 
 Triple = tuple[float, float, float]
 
+Quadruple = tuple[float, float, float, float]
+
 OF_ELEMENTS = (
     "barrier",
     "brief",
@@ -26,6 +28,7 @@ OF_ELEMENTS = (
     "kinks",
     "ligaments",
     "lines",
+    "on_rotations",
     "outer_barrier",
     "position",
     "ridge",

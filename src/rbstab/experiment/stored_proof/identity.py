@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from rbstab.analysis.fingerprint import fingerprint
 from rbstab.config.build import system_of
 from rbstab.config.load import acting_sections
@@ -59,6 +61,10 @@ DAMPED_VERSION = 2
 was proved of them, and before 2, nothing where only ties damp them, and zeros at θ2 = ±π/2 and
 families were counted as rest states."""
 
+ROTATIONS_VERSION = 1
+"""The same for configs whose energy may depend on no Euler angles: before it, zeros of ∂U/∂Θ at
+θ2 = ±π/2 hid their rest states."""
+
 USER_CODE_VERSION = 7
 """The same for configs with elements of users: before 1, nothing was proved of them, and before 2,
 nothing if they switch or have own states, if the body is not held, or if nothing else damps it.
@@ -103,8 +109,17 @@ def proof_id(config: Config, version: int = PROOF_VERSION) -> str:
     damped = any(element.kind in DAMPING_KINDS for element in config.elements.values())
     if damped and config.controller.variant == NO_VARIANT:
         parts.append(f"damped by elements {DAMPED_VERSION}")
+    if _may_need_no_angles(config):
+        parts.append(f"rotations {ROTATIONS_VERSION}")
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+def _may_need_no_angles(config: Config) -> bool:
+    """Return whether nothing in a config is known to depend on Euler angles."""
+    stiffness = np.asarray(getattr(config.controller, "K_r", 0.0))
+    angles = any(element.kind == "guard" for element in config.elements.values())
+    return not (angles or has_code(config) or np.any(stiffness != 0.0))
 
 
 def _versions_of_tied(config: Config) -> Iterator[str]:

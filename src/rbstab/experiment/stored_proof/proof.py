@@ -9,7 +9,7 @@ from rbstab.config.schema import Config
 from rbstab.experiment.answers.reasons import Reason
 from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF
 from rbstab.experiment.stored_proof.energies import ProvedEnergy, ProvedTiedEnergy
-from rbstab.experiment.stored_proof.entries import Entry, Triple
+from rbstab.experiment.stored_proof.entries import Entry, Quadruple, Triple
 from rbstab.files.counts import grouped
 from rbstab.store.cards import card, line
 
@@ -186,6 +186,35 @@ class UnwrappedStates(ProvedStates):
         return self
 
 
+class ProvedFamily(Entry):
+    """Rest states of one energy, J, that form a curve (dimension 1), a surface (2) or SO(3) (3).
+
+    index is the number of independent directions in which the energy falls.
+    """
+
+    energy: float
+    index: NonNegativeInt
+    dimension: PositiveInt
+
+
+class OnRotations(Entry):
+    """That the rest states are those among all rotations: the energy depends on no Euler angles.
+
+    Then `Proof.states` are all rest states on SO(3), each once, also with θ2 = ±π/2, and no motion
+    has a range to leave. quaternions has a unit quaternion of each of them, w first; the exact one
+    is at most the entry of `radii` away, and its index is proved. If there are `families`, these
+    are the isolated ones, `Proof.proved` is False, and both together are proved to be all.
+
+    why is the first hypothesis of theorem 15 that is not known to hold; empty if all do. Then every
+    motion exists for all times and converges to a rest state, and almost every one to a stable one.
+    """
+
+    quaternions: tuple[Quadruple, ...]
+    radii: tuple[float, ...]
+    why: str
+    families: tuple[ProvedFamily, ...] = ()
+
+
 class Proof(ProvedStates):
     """The rest states of a config and the starts that converge to them, made by `prove`.
 
@@ -217,6 +246,8 @@ class Proof(ProvedStates):
             region then, as none is needed. None: not proved.
         brief: True if nobody asked for the proof, and a search stopped at its smaller limit of
             boxes: `rbstab run --prove` may prove more. None otherwise.
+        on_rotations: Of a body whose energy depends on no Euler angles: that `states` are those
+            among all rotations, with their quaternions. None for other bodies.
         id: A checksum of the body, its gravity, what acts on it, and the equations.
         seconds: The time that the proof took, s.
     """
@@ -228,6 +259,7 @@ class Proof(ProvedStates):
     tied_energy: ProvedTiedEnergy | None = None
     brief: Literal[True] | None = None
     closed: Literal[True] | None = None
+    on_rotations: OnRotations | None = None
 
     @model_validator(mode="after")
     def _check_closed(self) -> Self:
@@ -282,8 +314,24 @@ class Proof(ProvedStates):
 
     @property
     def has_energy(self) -> bool:
-        """Whether the proof contains the energy (U or W) on which it is based; not in version 1."""
-        return self.reduced_energy is not None or self.tied_energy is not None
+        """Whether the bounds of its regions are proved bounds on energies; not in version 1."""
+        energy = self.reduced_energy or self.tied_energy
+        return energy is not None or self.on_rotations is not None
+
+    @property
+    def globally_stable(self) -> bool | None:
+        """Whether every motion converges to the only rest state; not if some form families."""
+        return False if self.families else super().globally_stable
+
+    @property
+    def families(self) -> tuple[ProvedFamily, ...]:
+        """The families of rest states, where all of these are known."""
+        return () if self.on_rotations is None else self.on_rotations.families
+
+    @property
+    def place(self) -> str:
+        """Where it looks for rest states, as the end of a phrase."""
+        return "in the range" if self.on_rotations is None else "on SO(3)"
 
     @property
     def needs_lengths(self) -> bool:

@@ -12,6 +12,7 @@ from rbstab.analysis.approached_state import SAME_STATE
 from rbstab.analysis.exact import ball, decimal_balls, in_balls, upper
 from rbstab.experiment.stored_proof.proof import Proof, ProvedState, ProvedStates
 from rbstab.integrate.problem import Problem
+from rbstab.mechanics.attitude import tilt
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.modes import guards_at, has_modes, with_modes
 from rbstab.systems.system import System
@@ -65,7 +66,11 @@ def number_of(proof: Proof, Theta: Array) -> int | None:
     if not proof.proved:
         return None
     for number, state in enumerate(proof.states, start=1):
-        if np.abs(Theta - state.orientation).max() < SAME_STATE:
+        if proof.on_rotations is None:
+            away = np.abs(Theta - state.orientation).max()
+        else:
+            away = tilt(Theta[None], np.array(state.orientation))[0]
+        if away < SAME_STATE:
             return number
     return None
 
@@ -115,6 +120,9 @@ def reached_state(proof: Proof, energy: float, low: Array, high: Array) -> int |
     if proof.every_start and proof.within_barriers:
         inside = np.all(low >= -OPEN_RANGE) and np.all(low <= high) and np.all(high <= OPEN_RANGE)
         return 1 if inside else None
+    if proof.on_rotations is not None:
+        below = proof.region is not None and _is_below(energy, proof.region.energy_bound)
+        return 1 if below else None
     number = _reached(proof, proof, OPEN_RANGE, energy, (low, high))
     wide = proof.unwrapped
     if number is not None or wide is None:

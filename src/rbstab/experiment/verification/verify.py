@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
 CONFIG = "the config"
 
+NO_CHECKER = "rotations"
+"""The claim that is not checked: a list of rest states among all rotations."""
+
 
 class Verification(NamedTuple):
     """The result of verifying a proof.
@@ -43,14 +46,16 @@ class Verification(NamedTuple):
         """Whether no claim is refused, but the check ended before all were verified."""
         from rbstab.analysis.proof_check.findings import TIME
 
-        left = [finding for finding in self.findings if not finding.verified]
-        return bool(left) and all(finding.claim == TIME for finding in left)
+        left = [finding.claim for finding in self.findings if not finding.verified]
+        return bool(left) and all(claim in {TIME, NO_CHECKER} for claim in left)
 
     @property
     def outcome(self) -> str:
         """The result in words."""
         if self.verified:
             return "verified"
+        if any(finding.claim == NO_CHECKER for finding in self.findings):
+            return "not decided: there is no checker of rest states among all rotations"
         return "not decided: the check takes too long" if self.takes_too_long else "REFUSED"
 
 
@@ -70,6 +75,9 @@ def verify(
     from rbstab.analysis.proof_check.findings import IN_RANGE, Finding
     from rbstab.analysis.proof_check.tied.checker import check_tied
 
+    if proof.on_rotations is not None:
+        text = "No separate program checks it: `rbstab stability` can only make it again."
+        return Verification([Finding("rest states on SO(3)", NO_CHECKER, False, text)], [])
     if not proof.has_energy:
         text = "The file has no reduced energy U. Make the proof again with `rbstab stability`."
         if proof.claims_nothing:

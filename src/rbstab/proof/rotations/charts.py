@@ -1,0 +1,114 @@
+"""All rest states of an energy on SO(3), by the search for zeros in four charts.
+
+The closed cubes of the charts cover SO(3). A zero near the border of one is found in several, and
+proved to be the same, or another. Nothing is left out: a box of a chart is done only if it has no
+zero, or lies where a proved zero, which may be beyond the border, is the only one.
+"""
+
+import numpy as np
+
+from rbstab.proof.bounds import BoundedEnergy
+from rbstab.proof.rotations.energy import RotationEnergy
+from rbstab.proof.rotations.forms import in_chart
+from rbstab.proof.rotations.states import FAMILY, RestRotation, Rotations, against_morse
+from rbstab.proof.search import Box, Search, Zero
+
+CHARTS = range(4)
+
+END = np.full(3, np.nextafter(1.0, 2.0))
+"""The end of the cube of a chart: no rotation has its largest entry outside of all four."""
+
+BOX_LIMIT = "the limit on the number of boxes was reached"
+
+SMALL_PARTS = "in small parts it could not be decided whether there is a rest state"
+
+
+def searched_states(energy: RotationEnergy, limit: int) -> Rotations:
+    """Return the rest states of an energy on SO(3).
+
+    Args:
+        energy: The energy.
+        limit: The largest number of boxes in each chart.
+    """
+    states, examined, why, share = list[RestRotation](), 0, "", 0.0
+    for k in CHARTS:
+        V = BoundedEnergy(in_chart(energy.U, k), free=energy.free)
+        found = Search(V, Box(-END, END), across=True).run(limit)
+        examined += found.examined
+        share += found.share / len(CHARTS)
+        if found.family:
+            return Rotations(tuple(states), examined, FAMILY, share=share)
+        if not found.proved:
+            why = SMALL_PARTS if found.examined < limit else BOX_LIMIT
+            return Rotations(tuple(states), examined, why, share=share)
+        for zero in found.zeros:
+            state = _state(V, zero, k)
+            if state is None:
+                why = why or "whether a rest state is stable could not be decided"
+                continue
+            verdicts = [same(state, other) for other in states]
+            if None in verdicts:
+                why = why or "whether two rest states are the same could not be decided"
+            if True not in verdicts:
+                states.append(state)
+    why = why or against_morse([state.index for state in states])
+    order = tuple(sorted(states, key=lambda state: state.energy))
+    return Rotations(order, examined, why, share=share)
+
+
+def _state(V: BoundedEnergy, zero: Zero, k: int) -> RestRotation | None:
+    """Return a zero of a chart as a rest state; None if its index is not proved."""
+    if zero.index is None:
+        return None
+    low, high = zero.enclosure
+    value = V.over(low[:, None], high[:, None]).value_over
+    q = np.insert(zero.point, k, 1.0)
+    # To put a vector with |q| >= 1 on the unit sphere brings no two of them farther apart.
+    away = np.maximum(high - zero.point, zero.point - low)
+    radius = float(np.linalg.norm(away)) * (1 + 1e-12) + 1e-15
+    unit = q / np.linalg.norm(q)
+    return RestRotation(unit, radius, zero.index, float(value.lo[0]), float(value.hi[0]), k, zero)
+
+
+def same(one: RestRotation, two: RestRotation) -> bool | None:
+    """Return whether two zeros of charts are the same rest state, if that is proved; else None.
+
+    They are the same if the enclosure of one, seen in the chart of the other, lies where the other
+    is the only zero; and different if it has no point in common with its enclosure. They are also
+    different if (q_j/q_k)(q_k/q_j) = 1 cannot hold, with their charts k and j.
+    """
+    for a, b in ((one, two), (two, one)):
+        box, zero = _mapped(a, b), b.zero
+        if box is None or zero is None:
+            continue
+        if np.all(box.lo >= zero.domain.lo) and np.all(box.hi <= zero.domain.hi):
+            return True
+        if np.any(box.hi < zero.enclosure.lo) or np.any(box.lo > zero.enclosure.hi):
+            return False
+    (a_lo, a_hi), (b_lo, b_hi) = _ratio(one, two), _ratio(two, one)
+    products = np.array([a_lo * b_lo, a_lo * b_hi, a_hi * b_lo, a_hi * b_hi])
+    one_is_product = products.min() * (1 + 1e-12) <= 1 <= products.max() * (1 + 1e-12)
+    return None if one_is_product else False
+
+
+def _ratio(a: RestRotation, b: RestRotation) -> tuple[float, float]:
+    """Return bounds on q_j/q_k of a zero, with k its chart and j that of another."""
+    box = _corners(a)
+    return float(box.lo[b.chart]), float(box.hi[b.chart])
+
+
+def _mapped(a: RestRotation, b: RestRotation) -> Box | None:
+    """Return the enclosure of one zero in the chart of another; None where it may be infinite."""
+    j, (lo, hi) = b.chart, _corners(a)
+    if lo[j] <= 0 <= hi[j]:
+        return None
+    ends = np.array([lo / lo[j], lo / hi[j], hi / lo[j], hi / hi[j]])
+    low, high = np.nextafter(ends.min(axis=0), -np.inf), np.nextafter(ends.max(axis=0), np.inf)
+    return Box(np.delete(low, j), np.delete(high, j))
+
+
+def _corners(a: RestRotation) -> Box:
+    """Return the enclosure of a zero as a box of q."""
+    assert a.zero is not None
+    low, high = a.zero.enclosure
+    return Box(np.insert(low, a.chart, 1.0), np.insert(high, a.chart, 1.0))

@@ -1,0 +1,112 @@
+"""Energies that are a quadratic form of the quaternion: rest states without a search.
+
+U = q'Qq/q'q with a symmetric matrix Q of rational numbers (Davenport). Rest states are the
+eigenvectors of Q, their energies its eigenvalues, and the index of one is the number of smaller
+eigenvalues. How many of these are different is exact.
+"""
+
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from rbstab.proof.rewriting import quadratic_in
+from rbstab.proof.rotations.forms import Form
+from rbstab.proof.rotations.states import Family, RestRotation, Rotations
+
+BITS = 256
+"""The precision of the balls that enclose eigenvectors."""
+
+MOST_BITS = 1 << 14
+"""That up to which it is doubled for eigenvalues that are near each other."""
+
+Rows = list[list[Fraction]]
+
+
+def matrix_of(form: Form) -> Rows:
+    """Return Q of a quadratic form over N."""
+    if form.power == 0:
+        constant = form.numerator.constant
+        assert constant is not None
+        return [[constant * (i == j) for j in range(4)] for i in range(4)]
+    H = quadratic_in(form.numerator, range(4)).H
+    return [[x / 2 for x in row] for row in H]
+
+
+def eigen_states(Q: Rows) -> Rotations:
+    """Return all rest states of U = q'Qq/q'q.
+
+    The eigenvalues are the roots of the characteristic polynomial p. 4 - deg gcd(p, p') of them are
+    different, each of which python-flint encloses with its multiplicity. Where one is simple, each
+    column of the adjugate of λI - Q is a multiple of the eigenvector.
+    """
+    from flint import ctx
+
+    bits = BITS
+    while bits <= MOST_BITS:
+        with ctx.workprec(bits):
+            found = _states(Q)
+        if found is not None:
+            return found
+        bits *= 2
+    return Rotations((), 0, "two eigenvalues are too near each other")
+
+
+def _states(Q: Rows) -> Rotations | None:
+    """Return the rest states; None if more bits are needed."""
+    from flint import fmpq, fmpq_mat
+
+    p = fmpq_mat([[fmpq(x.numerator, x.denominator) for x in row] for row in Q]).charpoly()
+    different = 4 - p.gcd(p.derivative()).degree()
+    enclosed: Any = p.numer().complex_roots()
+    roots = sorted(
+        ((root.real, count) for root, count in enclosed),
+        key=lambda one: float(one[0].mid()),
+    )
+    separate = all(a < b for (a, _), (b, _) in pairwise(roots))
+    if not separate or len(roots) != different:
+        return None
+    states, families, below = list[RestRotation](), list[Family](), 0
+    for value, count in roots:
+        if count > 1:
+            families.append(Family(*_ends(value), below, count - 1))
+        else:
+            state = _state(Q, value, below)
+            if state is None:
+                return None
+            states.append(state)
+        below += count
+    return Rotations(tuple(states), 0, families=tuple(families))
+
+
+def _state(Q: Rows, value: Any, index: int) -> RestRotation | None:
+    """Return the rest state of a simple eigenvalue; None if more bits are needed."""
+    from flint import arb, arb_mat, fmpq
+
+    M = [
+        [value * (i == j) - arb(fmpq(x.numerator, x.denominator)) for j, x in enumerate(row)]
+        for i, row in enumerate(Q)
+    ]
+
+    def minor(i: int, j: int) -> Any:
+        rows = [[x for k, x in enumerate(row) if k != j] for m, row in enumerate(M) if m != i]
+        return arb_mat(rows).det() * (-1) ** (i + j)
+
+    diagonal = [minor(k, k) for k in range(4)]
+    k = max(range(4), key=lambda k: abs(float(diagonal[k].mid())))
+    column = [minor(k, j) for j in range(4)]
+    norm = sum((x * x for x in column), arb(0)).sqrt()
+    if not norm > 0:
+        return None
+    unit = [x / norm for x in column]
+    q = np.array([float(x.mid()) for x in unit])
+    spread = sum((abs(x - arb(float(y))) for x, y in zip(unit, q, strict=True)), arb(0))
+    radius = float(np.nextafter(float(spread.upper()), np.inf))
+    return None if not radius < 1e-9 else RestRotation(q, radius, index, *_ends(value))
+
+
+def _ends(value: Any) -> tuple[float, float]:
+    """Return doubles below and above a ball."""
+    low, high = float(value.lower()), float(value.upper())
+    return float(np.nextafter(low, -np.inf)), float(np.nextafter(high, np.inf))

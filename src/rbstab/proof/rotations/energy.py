@@ -1,0 +1,207 @@
+"""The energy as a function of the rotation A alone, traced without Euler angles.
+
+The nine entries of A are variables. Θ and B are given as things that no formula can read, so an
+element that depends on Euler angles is noticed where it does.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any, NoReturn
+
+import numpy as np
+
+from rbstab.analysis.configuration import configurations
+from rbstab.elements.attitude_spring import AttitudeSpring
+from rbstab.elements.element import Element
+from rbstab.elements.embedded import EmbeddedConnector
+from rbstab.elements.gravity import Gravity
+from rbstab.elements.ligament import Ligament
+from rbstab.elements.rotational_stabilizer import RotationalStabilizer
+from rbstab.elements.spring import Spring, ZeroLengthSpring
+from rbstab.elements.translational_stabilizer import TranslationalStabilizer
+from rbstab.elements.visco_elastic import ViscoElasticConnector
+from rbstab.mechanics import contact
+from rbstab.mechanics.motion import Motion
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.expr import Expr, expr, numbers, variable
+from rbstab.proof.model import ExactSystem, NoMinimumError, eliminated
+from rbstab.proof.rewriting import with_known_steps
+from rbstab.systems.system import System
+
+ENTRIES = 1000
+"""The number of the variable A_ij is `ENTRIES` + 3i + j, with i and j from 0."""
+
+RATES = 2000
+"""Those of Ω, and then of V, while it is traced what an element reads."""
+
+KINDS = (
+    Gravity,
+    TranslationalStabilizer,
+    RotationalStabilizer,
+    ViscoElasticConnector,
+    EmbeddedConnector,
+    AttitudeSpring,
+    ZeroLengthSpring,
+    Spring,
+    Ligament,
+)
+"""The elements of which it is known that they store and dissipate no less than nothing."""
+
+NO_POSITION = "nothing holds the position of the body"
+
+
+class NotOnRotationsError(Exception):
+    """The energy is no function of the rotation alone; the message says why."""
+
+
+class _Unreadable:
+    """Stands in place of Θ, B and the time: who computes with it depends on them."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def _refuse(self, *_: object) -> NoReturn:
+        raise NotOnRotationsError(f"reads {self.name}")
+
+    __getitem__ = __iter__ = __array__ = __len__ = __float__ = _refuse
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = _refuse
+    __matmul__ = __rmatmul__ = __truediv__ = __rtruediv__ = __neg__ = _refuse
+    T = property(_refuse)
+
+
+@dataclass(frozen=True, eq=False)
+class RotationEnergy:
+    """The stored energy U(A, z), J, least over all of the position and own states but z.
+
+    Args:
+        U: The energy; A_ij is the variable `ENTRIES` + 3i + j.
+        free: The numbers of the variables z, in which U is convex.
+        system: The system in exact numbers.
+        just_taut: For each ligament with a damper ½((ℓ/ℓ₀)² - 1) as a function of A; None where
+            the position is not a function of A.
+        minimiser: Each other entry of a configuration where U is least, as an expression of A.
+        shift: For each z the place from where it is counted.
+    """
+
+    U: Expr
+    free: tuple[int, ...]
+    system: System
+    just_taut: dict[str, Expr | None]
+    minimiser: Mapping[int, Expr]
+    shift: Mapping[int, Expr]
+
+
+def rotation_energy(system: System, exact_system: ExactSystem) -> RotationEnergy:
+    """Return the energy of a system as a function of the rotation (Q2, Q3 and Q6 of theorem 15).
+
+    Q2: all elements are of `KINDS`; what they exert, store and dissipate, and the rates of their
+    own states, are traced with A, X, Ω, V and own states only (`_read_rotations_only`). Q3: X and
+    own states are eliminated with exact pivots, or all in which U is not quadratic is convex
+    (`eliminated`, `_check_lines`). Q6: springs keep a length (`_check_lines`).
+
+    Args:
+        system: The system, in doubles.
+        exact_system: Builds the same in other numbers, from the numbers of its config.
+
+    Raises:
+        NotOnRotationsError: The energy depends on more, or is not known to be convex in the rest.
+    """
+    for element in system.elements:
+        if element.from_user or not isinstance(element, KINDS):
+            raise NotOnRotationsError(f"{element.name} is no element of the rotation alone")
+    exact = exact_system(numbers)
+    exact = replace(exact, elements=tuple(map(_without_angles, exact.elements)))
+    held = system.coordinates.holds_contact
+    _check_lines(exact, held=held)
+    motion, own = _motion(exact, held=held), _own_states(system)
+    total, begin, taut = expr(0), 0, dict[str, Expr | None]()
+    for element in exact.elements:
+        mine = own[begin : begin + element.state_size]
+        begin += element.state_size
+        acting: Any = element
+        if isinstance(element, Ligament):
+            guards = element.guards(motion, mine)
+            steps = [expr(g).step(3) for g in guards]
+            acting = replace(element, mode=np.array(steps, dtype=object))
+            if element.damping > 0:
+                taut[element.name] = expr(guards[0]) if held else None
+        _read_rotations_only(acting, motion, mine)
+        total = total + acting.stored(motion, mine)
+    try:
+        found = eliminated(with_known_steps(total), range(3, configurations(system).size))
+    except NoMinimumError as error:
+        raise NotOnRotationsError(NO_POSITION) from error
+    if found.free and not found.shift:
+        raise NotOnRotationsError(NO_POSITION)
+    return RotationEnergy(found.U, found.free, exact, taut, found.minimiser, found.shift)
+
+
+def _without_angles(element: Element) -> Element:
+    """Return a stabilizer without K_r as the damper that it is, and any other element itself."""
+    if not isinstance(element, RotationalStabilizer):
+        return element
+    if any(K != 0 for K in element.K_r.flat):
+        raise NotOnRotationsError("K_r acts on Euler angles")
+    return AttitudeSpring(name=element.name, K=element.K_r, L=element.L_r)
+
+
+def _own_states(system: System) -> Array:
+    at_rest = configurations(system)
+    return np.array([variable(k) for k in range(at_rest.pose_size, at_rest.size)], dtype=object)
+
+
+def _motion(exact: System, *, held: bool) -> Motion:
+    """Return a motion in variables, without Θ, B and a time."""
+    A = np.array([[variable(ENTRIES + 3 * i + j) for j in range(3)] for i in range(3)])
+    Omega, V = (_variables(range(RATES + 3 * k, RATES + 3 * k + 3)) for k in range(2))
+    zero = np.array([expr(0)] * 3, dtype=object)
+    if held:
+        X = contact.centre_position(exact.body, A, zero, exact.anchor)
+        V = contact.centre_velocity(exact.body, A, Omega, zero)
+        E, F = zero, zero
+    else:
+        X = _variables(range(3, 6))
+        E = contact.displacement(exact.body, A, X, exact.anchor)
+        F = contact.velocity(exact.body, A, Omega, V)
+    angles, rates, time = (_Unreadable(name) for name in ("Θ", "B", "the time"))
+    unread: Any = (angles, rates, time)
+    return Motion(unread[0], Omega, X, V, A, unread[1], E, F, unread[2])
+
+
+def _variables(places: Iterable[int]) -> Array:
+    return np.array([variable(k) for k in places], dtype=object)
+
+
+def _read_rotations_only(element: Element, motion: Motion, own: Array) -> None:
+    """Compute all that an element states; what it must not read raises."""
+    try:
+        element.wrench(motion, own)
+        element.stored(motion, own)
+        element.dissipated(motion, own)
+        element.rates(motion, own)
+    except NotOnRotationsError as error:
+        raise NotOnRotationsError(f"{element.name} {error}") from None
+
+
+def _check_lines(exact: System, *, held: bool) -> None:
+    """Refuse springs that may lose their length, or whose energy is not convex in X (Q3, Q6).
+
+    A point p of a body that is held at its contact point c is at A(p - c) + c + X_a. Its distance
+    from an anchor a is never zero if |p - c| is not |a - c - X_a|, which is exact.
+    """
+    c = exact.body.contact_point
+    for element in exact.elements:
+        if not isinstance(element, Spring):
+            continue
+        if not held:
+            raise NotOnRotationsError(f"the energy of {element.name} is not convex in X")
+        arm, reach = element.point - c, element.anchor - c - exact.anchor
+        if _square(arm) == _square(reach):
+            raise NotOnRotationsError(f"{element.name} has no length at some rotation")
+
+
+def _square(vector: Array) -> Fraction:
+    found = expr(sum(x * x for x in vector.tolist())).constant
+    assert found is not None
+    return found

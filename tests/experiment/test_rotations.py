@@ -1,0 +1,109 @@
+"""What is said of a body whose energy depends on no Euler angles: no words about a range."""
+
+import numpy as np
+import pytest
+from support.rotations import attitude, config_of, held, tie
+
+import rbstab
+from rbstab.experiment.answers.run_answer import answer_beside
+from rbstab.experiment.proof import prove
+from rbstab.experiment.stability import stability_of, statements_of
+from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.stored_proof.starts import number_of, start_state
+from rbstab.experiment.verification.verify import verify
+
+HALF_TURNS = config_of({"tie": tie([0, 0, 0]), "up": attitude([1, 1.2, 1.5])})
+
+EQUAL = config_of({"tie": tie([0, 0, 0]), "up": attitude([1, 1, 1])})
+
+SLANTED = attitude([1, 1, 1]) | {"K": [[3, 0, 1], [0, 1.5, 0], [1, 0, 3]]}
+
+AT_POLES = config_of({"tie": tie([0, 0, 0]), "up": SLANTED})
+"""Half turns about (1, 0, ±1) rest, where θ2 = ±90°."""
+
+
+def from_angle(config, angle):
+    return rbstab.load_config({**config, "initial": {"orientation": [0, 0, angle]}})
+
+
+def test_the_sentences_have_no_words_about_a_range():
+    proof = prove(HALF_TURNS)
+    first, almost, *others = statements_of(proof)
+    assert first.startswith("Rest states: 4 rest states on SO(3): 1 stable, 3 unstable; proved")
+    assert almost.startswith("Almost every start: proved. Returns: almost every start (all but a")
+    assert not any("range" in text or "θ1" in text for text in (first, almost, *others))
+    assert " 2.19" in " ".join(others)
+
+
+@pytest.mark.parametrize("config", [HALF_TURNS, EQUAL], ids=["four", "family"])
+def test_a_run_says_that_almost_every_start_returns(config):
+    config = from_angle(config, 0.5)
+    result, proof = rbstab.simulate(config), prove(config)
+    answer = answer_beside(result, config, proof)
+    assert answer.whole_range.word == "almost every start returns: proved"
+    assert "range" not in answer.whole_range.sentence
+    assert "the exceptions are" in answer.whole_range.sentence
+    assert answer.this_start.sureness == "proved"
+    assert answer.pushes is not None
+
+
+def test_starts_below_the_least_energy_of_another_state_are_proved():
+    # U = (1 + 1.2)(1 - cos θ3)/2, so half of 2.2 J at 90°, and 2.19 J at 170°.
+    for angle, reached in ((1.5, 1), (2.97, 1), (3.14159, 1)):
+        config = from_angle(HALF_TURNS, angle)
+        proof = prove(config)
+        assert start_state(rbstab.config.build.problem_of(config), proof) == reached
+    fast = {"orientation": [0, 0, 3.0], "angular_velocity": [0, 0, 5]}
+    config = rbstab.load_config({**HALF_TURNS, "initial": fast})
+    assert start_state(rbstab.config.build.problem_of(config), prove(config)) is None
+
+
+def test_states_at_the_poles_of_the_angles_are_listed_once():
+    proof = prove(AT_POLES)
+    # K has the eigenvalues 4, 2 and 1.5: half turns have the sums of two of them.
+    assert [state.energy for state in proof.states] == pytest.approx([0, 3.5, 5.5, 6])
+    pitches = [abs(state.orientation[1]) for state in proof.states]
+    assert pitches == pytest.approx([0, np.pi / 2, np.pi / 2, 0], abs=1e-9)
+    assert proof.almost_every_start.proved
+    found = stability_of(rbstab.config.build.problem_of(rbstab.load_config(AT_POLES)), proof)
+    assert [linear is None for linear in found.linearisations] == [False, True, True, False]
+    for linear, state in zip(found.linearisations, proof.states, strict=True):
+        if linear is not None:
+            assert sum(linear.eigenvalues.real > 1e-9) == state.index
+    # The half turn about (1, 0, 1), with the eigenvalue 4, has U = 2 + 1.5 = 3.5 J.
+    assert number_of(proof, np.array([np.pi / 2, np.pi / 2, np.pi / 2])) == 2
+
+
+def test_the_record_is_read_as_it_was_written_and_others_stay_as_they_were():
+    proof = prove(EQUAL)
+    data = proof.model_dump(mode="json")
+    assert Proof.model_validate(data) == proof
+    assert data["on_rotations"]["families"] == [{"energy": 2.0, "index": 1, "dimension": 2}]
+    assert "on_rotations" not in prove(held({}, {"K_r": [50, 50, 50]})).model_dump(mode="json")
+
+
+def test_no_separate_program_checks_it_yet():
+    found = verify(prove(HALF_TURNS))
+    assert not found.verified
+    assert found.outcome.startswith("not decided: there is no checker")
+
+
+@pytest.mark.heavy
+def test_two_ties_are_enough_without_a_line_through_the_centre_of_gravity():
+    stiff = {"K": (50, 60, 70)}
+    a, b = tie([0.2, 0.1, 0], **stiff), tie([-0.2, 0.1, 0.05], **stiff)
+    weight = {"gravity": [0, 0, -9.81]}
+    proof = prove(config_of({"a": a, "b": b}, **weight))
+    assert [state.index for state in proof.states] == [0, 1, 2, 3]
+    assert proof.almost_every_start.proved
+    # G in the middle of both: a turn about their line loses no energy.
+    on_line = {"a": tie([0.2, 0, 0], **stiff), "b": tie([-0.2, 0, 0], **stiff)}
+    other = prove(config_of(on_line, **weight))
+    assert other.on_rotations is None
+    assert "no damper acts" in other.outcome
+
+
+def test_a_body_that_keeps_its_spin_has_no_such_proof():
+    proof = prove(held({}, {"L_r": [0, 0, 0]}))
+    assert proof.on_rotations is None
+    assert not proof.almost_every_start.proved

@@ -1,0 +1,173 @@
+"""Lists of rest states from four charts: against other equations, and wrong programs."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from support.rotations import (
+    attitude,
+    config_of,
+    energy_of_mounts,
+    four_mounts,
+    negative_directions,
+    stationary_points,
+    tie,
+    traced,
+    zero_of_chart,
+)
+
+from rbstab.proof.rotations import charts
+from rbstab.proof.rotations.charts import same, searched_states
+from rbstab.proof.rotations.energy import RotationEnergy
+from rbstab.proof.rotations.lists import quadratic_form, rest_rotations
+from rbstab.proof.rotations.states import Rotations
+from rbstab.proof.search import Search, Zeros
+
+LIMIT = 40_000
+
+
+def on_axes(K):
+    """An attitude spring with eigenvectors between the axes: half turns on borders of charts."""
+    return config_of({"tie": tie([0, 0, 0]), "up": attitude(K)})
+
+
+BORDERS = [
+    pytest.param([[1.5, -0.5, 0], [-0.5, 1.5, 0], [0, 0, 3]], id="two charts"),
+    pytest.param([[2.3, 0.4, 0.5], [0.4, 2.4, 0.4], [0.5, 0.4, 2.3]], id="near three charts"),
+]
+
+
+class Recorded(NamedTuple):
+    energy: RotationEnergy
+    zeros: list[Zeros]
+    listed: Rotations
+
+
+@pytest.fixture(scope="module")
+def recorded():
+    """The search for the rest states of the machine on mounts, and the zeros of each chart."""
+    energy, zeros = traced(four_mounts()).energy, list[Zeros]()
+
+    class Recording(Search):
+        def run(self, limit, starts=None):
+            zeros.append(super().run(limit, starts))
+            return zeros[-1]
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(charts, "Search", Recording)
+        return Recorded(energy, zeros, rest_rotations(energy, LIMIT))
+
+
+@pytest.fixture
+def mounts(recorded):
+    return recorded.listed
+
+
+@pytest.mark.heavy
+def test_the_machine_on_mounts_has_the_states_that_follow_by_hand(mounts):
+    assert mounts.proved
+    assert mounts.counts == [2, 4, 4, 2]
+    # Upside down about x: (1 - cos π)² and sin² terms: Σ ½ (K_y + ...) (2 · 0.2)² = 960 J.
+    half_turns = [energy_of_mounts(np.diag(d)) for d in ([1, -1, -1], [-1, 1, -1], [-1, -1, 1])]
+    assert half_turns == pytest.approx([960, 1440, 2400])
+    energies = [state.energy for state in mounts.states]
+    assert all(np.abs(np.subtract(energies, U)).min() < 1e-6 for U in [0, *half_turns])
+    assert mounts.level == pytest.approx(1024, abs=1e-6)
+
+
+@pytest.mark.heavy
+def test_a_search_with_other_equations_finds_no_other_state_of_the_mounts(mounts):
+    listed = [state.rotation for state in mounts.states]
+    seen = set()
+    for A in stationary_points(energy_of_mounts, 60, seed=4):
+        away = [np.abs(A - B).max() for B in listed]
+        assert min(away) < 1e-4
+        seen.add(int(np.argmin(away)))
+    assert len(seen) >= 8
+    for state in mounts.states:
+        assert energy_of_mounts(state.rotation) == pytest.approx(state.energy, abs=1e-6)
+        assert negative_directions(energy_of_mounts, state.rotation) == state.index
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("K", BORDERS)
+def test_charts_and_eigenvectors_agree_where_states_are_on_borders(K):
+    _, energy, _ = traced(on_axes(K))
+    assert quadratic_form(energy) is not None
+    exact, searched = rest_rotations(energy, 0), searched_states(energy, LIMIT)
+    assert searched.proved
+    assert searched.counts == exact.counts == [1, 1, 1, 1]
+    for one, two in zip(exact.states, searched.states, strict=True):
+        assert abs(one.quaternion @ two.quaternion) == pytest.approx(1, abs=1e-12)
+        assert two.low <= one.energy <= two.high
+        close = min(np.linalg.norm(one.quaternion - s * two.quaternion) for s in (1, -1))
+        assert close <= one.radius + two.radius + 1e-15
+
+
+def listed_again(monkeypatch, recorded, **changed):
+    """The list from the zeros of all charts, with parts of the program changed."""
+    zeros = iter(recorded.zeros)
+    monkeypatch.setattr(
+        charts, "Search", lambda *_, **__: SimpleNamespace(run=lambda _: next(zeros))
+    )
+    for name, change in changed.items():
+        monkeypatch.setattr(charts, name, change)
+    return searched_states(recorded.energy, LIMIT)
+
+
+PLAIN = charts._state
+
+
+def index_of_three_is_zero(*of):
+    state = PLAIN(*of)
+    assert state is not None
+    return replace(state, index=state.index % 3)
+
+
+def merged(one, two):
+    return same(one, two) or one.index == two.index == 3
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    ("changed", "why"),
+    [
+        ({"CHARTS": range(3)}, "index 3"),
+        ({"_state": index_of_three_is_zero}, "index 3"),
+        ({"same": merged}, "cannot be all"),
+        ({"same": lambda *_: None}, "whether two rest states are the same"),
+        ({"_state": lambda *_: None}, "whether a rest state is stable"),
+    ],
+)
+def test_wrong_programs_are_noticed(monkeypatch, recorded, changed, why):
+    assert recorded.listed.proved
+    found = listed_again(monkeypatch, recorded, **changed)
+    assert not found.proved
+    assert why in found.why
+
+
+def test_a_limit_is_told():
+    _, energy, _ = traced(four_mounts())
+    found = searched_states(energy, 100)
+    assert (found.proved, found.why) == (False, charts.BOX_LIMIT)
+
+
+def test_same_and_different_and_not_known():
+    # q = (1, 0.5, 0.2, -0.4) in the charts 0 and 1.
+    one, two = zero_of_chart(0, [0.5, 0.2, -0.4]), zero_of_chart(1, [2, 0.4, -0.8])
+    assert same(one, two) is True
+    assert same(one, zero_of_chart(1, [2, 0.4, 0.8])) is False
+    # Its enclosure meets that of the other, and is not where the other is the only one.
+    assert (
+        same(
+            zero_of_chart(0, [0.5, 0.2, -0.4], 1e-3, 1e-3),
+            zero_of_chart(1, [2, 0.4, -0.7985], 1e-3, 1e-3),
+        )
+        is None
+    )
+    # q1 = 0 in chart 0, and q0 = 0 in chart 1: half a turn apart.
+    assert same(zero_of_chart(0, [0, 0.1, 0]), zero_of_chart(1, [0, 0.1, 0])) is False
+    assert same(one, zero_of_chart(0, [0.5, 0.2, -0.4])) is True
+    assert same(one, zero_of_chart(0, [0.5, 0.2, -0.3])) is False

@@ -1,0 +1,91 @@
+"""Entries of A as forms of quaternions, and energies in the four charts."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from support.rotations import attitude, config_of, held, rotation_of, tie, traced
+
+from rbstab.analysis.configuration import configurations
+from rbstab.mechanics.attitude import rotation
+from rbstab.proof.expr import expr, variable
+from rbstab.proof.model import value_at
+from rbstab.proof.rotations.energy import ENTRIES
+from rbstab.proof.rotations.forms import N, Q, derivative, divided, in_chart, parts, rotation_form
+from rbstab.proof.rotations.lists import configuration_at
+from rbstab.proof.rotations.states import RestRotation
+
+A = np.array([[variable(ENTRIES + 3 * i + j) for j in range(3)] for i in range(3)])
+
+quaternions = st.lists(st.floats(-1, 1), min_size=4, max_size=4).filter(
+    lambda q: np.linalg.norm(q) > 0.1
+)
+
+
+@given(quaternions)
+def test_the_forms_are_those_of_the_rotation_of_a_quaternion(q):
+    found = [[value_at(rotation_form(i, j), q) for j in range(3)] for i in range(3)]
+    assert np.array(found) / np.dot(q, q) == pytest.approx(rotation_of(q), abs=1e-12)
+
+
+def test_what_is_constant_on_rotations_is_one_number():
+    for product in (A.T @ A, A @ A.T):
+        for (i, j), entry in np.ndenumerate(product):
+            ((_, form),) = parts(entry)
+            assert (form.numerator, form.power) == (expr(i == j), 0)
+    a, b, c = A
+    ((_, form),) = parts(a @ np.cross(b, c))
+    assert (form.numerator, form.power) == (expr(1), 0)
+
+
+def test_division_is_exact_or_refused():
+    assert divided(N * (Q[0] * Q[1] - 3)) == Q[0] * Q[1] - 3
+    assert divided(N + Q[1]) is None
+    assert divided(Q[1] ** 2 + Q[2] ** 2 + Q[3] ** 2) is None
+
+
+def test_derivatives_of_forms():
+    assert derivative(3 * Q[0] ** 2 * Q[1] + Q[2], 0) == 6 * Q[0] * Q[1]
+    assert derivative(N, 3) == 2 * Q[3]
+
+
+TIED = config_of(
+    {
+        "a": tie([0.1, 0.2, 0], [0.2, 0.1, 0.3], K=[100, 300, 200]),
+        "b": {"kind": "embedded", "point": [0, -0.2, 0.1], "anchor": [0, 0, 0], "K_c": [80, 90, 70]}
+        | {"L_c": [1, 1, 1], "K_d": [60, 50, 40], "L_d": [5, 5, 5]},
+        "up": attitude([3, 4, 5]),
+    },
+    gravity=[0, 0, -9.81],
+)
+SPRUNG = held(
+    {
+        "s": {"kind": "spring", "point": [0.1, 0, 0.2], "anchor": [0.6, 0.1, 0.4]}
+        | {"stiffness": 60, "rest_length": 0.4},
+        "l": {"kind": "ligament", "point": [0, 0.1, 0.2], "anchor": [0, 0.5, 0.4]}
+        | {"stiffness": 40, "slack_length": 0.3, "toe_strain": 0.05},
+    },
+    {"K_t": [60, 25, 50]},
+)
+
+
+@pytest.mark.parametrize("config", [TIED, SPRUNG], ids=["tied", "sprung"])
+def test_the_energy_in_each_chart_is_that_of_the_program_at_its_angles(config):
+    system, energy, _ = traced(config)
+    at = configurations(system)
+    rng = np.random.default_rng(3)
+    for _ in range(5):
+        Theta = rng.uniform([-3, -1.5, -3], [3, 1.5, 3])
+        q = _quaternion(rotation(Theta))
+        state = RestRotation(q, 0.0, 0, 0.0, 0.0)
+        rest = configuration_at(energy, state)
+        expected = at.energy(np.array([*Theta, *(rest[k] for k in range(3, at.size))]))
+        for k in range(4):
+            x = np.delete(q / q[k], k)
+            assert value_at(in_chart(energy.U, k), x) == pytest.approx(expected, rel=1e-9)
+
+
+def _quaternion(A):
+    from rbstab.mechanics.attitude import quaternions
+
+    return quaternions(A[None])[0]

@@ -11,7 +11,7 @@ ALL = list(mutants())
 @pytest.mark.parametrize("mutant", ALL, ids=lambda one: f"{one.room}: {one.what}")
 def test_a_mutant_changes_one_place_of_the_code(mutant: Mutant) -> None:
     ast.parse(mutant.changed())
-    for path in mutant.tests:
+    for path in (*mutant.first, *mutant.tests):
         assert (ROOT / path.partition("::")[0]).exists()
 
 

@@ -89,7 +89,7 @@ def test_a_proof_depends_on_the_equations(monkeypatch):
     monkeypatch.setattr(identity, "_KNOWN_EQUATIONS", {})
     assert proof_id(config) == first
     monkeypatch.setattr(identity, "_KNOWN_EQUATIONS", {})
-    monkeypatch.setattr(identity, "fingerprint", lambda build: "other equations")
+    monkeypatch.setattr(identity, "fingerprint", lambda _: "other equations")
     assert proof_id(config) != first
     # The ids of old files have no fingerprint.
     assert proof_id(config, version=2) == older

@@ -27,7 +27,7 @@ def test_the_first_region_above_the_energy_counts(proof):
 def test_of_several_regions_the_lowest_that_has_the_motion_counts(monkeypatch):
     upright, lying = (0.0, 0.0, 0.0), (0.0, 1.5, 0.0)
     bounds = [(upright, 5.0), (lying, 6.0), (upright, 8.0), (lying, 9.0)]
-    monkeypatch.setattr(region_bounds, "region_energies", lambda proof, in_range: bounds)
+    monkeypatch.setattr(region_bounds, "region_energies", lambda *_, **__: bounds)
     proof = SimpleNamespace(states=[SimpleNamespace(orientation=upright, energy=1.0)])
     proof.states.append(SimpleNamespace(orientation=lying, energy=2.0))
     assert level_of(proof, 1, 4.0) == pytest.approx(5.0 - 1.0)

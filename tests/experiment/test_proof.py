@@ -12,6 +12,7 @@ from rbstab.config.build import problem_of
 from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.proof import prove
 from rbstab.experiment.proof_cache import cached_proof, proof_file, proof_for
+from rbstab.experiment.run_certificate import rest_state_check
 from rbstab.experiment.run_to_file import finished_run, run_to_file
 from rbstab.experiment.stability import kind_of, stability_of
 from rbstab.experiment.stored_proof import identity
@@ -287,7 +288,10 @@ def test_one_rest_state_that_is_no_minimum_is_not_stable():
     saddle = proof.model_copy(update={"states": (state.model_copy(update={"index": 1}),)})
     assert proof.globally_stable is True
     assert saddle.globally_stable is False
-    assert proof.model_copy(update={"unique": None}).globally_stable is None
+    open_question = proof.model_copy(update={"unique": None})
+    assert open_question.globally_stable is None
+    verdicts = [rest_state_check(one).verdict for one in (proof, saddle, open_question)]
+    assert verdicts == ["certified", "violated", "unknown"]
     stability = stability_of(problem_of(config_of("free")), saddle)
     assert any("not a minimum" in statement for statement in stability.statements)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import settings
 from support import missing_heyoka, time_left
-from support.tiers import longest_first, mark_by_time, read_seconds
+from support.tiers import SHORTEST_FIRST, mark_by_time, order_files, read_seconds
 
 # No deadline: on a busy machine a single example can take long.
 settings.register_profile("patient", deadline=None)
@@ -15,8 +15,9 @@ settings.load_profile("patient")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the option for the time of a test run."""
+    """Add the options for the time of a test run and for its order."""
     time_left.add_option(parser)
+    parser.addoption(SHORTEST_FIRST, action="store_true", help="begin with the quickest files")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -51,7 +52,7 @@ def pytest_collection_modifyitems(
     mark_by_time(items, seconds)
     yield
     if config.getoption(time_left.OPTION) is None:
-        longest_first(items, seconds)
+        order_files(items, seconds, config.getoption(SHORTEST_FIRST))
     else:
         time_left.shuffle_files(items, time_left.commit_of(Path(__file__).parent))
 

@@ -51,6 +51,22 @@ def test_the_energy_never_rises():
     np.testing.assert_allclose(q[0] ** 3 - q[0] + heights, 0, atol=1e-9)
 
 
+def narrow_valley(rows, q):
+    """Return √(w² + x²) with w = 0.01; full steps jump over the valley again and again."""
+    (x,), w = q, 0.01
+    size = np.sqrt(w**2 + x**2)
+    return At(size, (x / size)[:, np.newaxis], (w**2 / size**3)[:, np.newaxis, np.newaxis])
+
+
+def test_a_step_that_would_climb_is_shortened():
+    """From 0.3 the longest step leads to -0.2, and the next one back to 0.3."""
+    starts = np.array([[0.3, -0.45, 2.0, 0.001]])
+    q, value, converged = descend(narrow_valley, starts, np.full(4, 1e-8))
+    assert converged.all()
+    np.testing.assert_allclose(q, 0, atol=1e-9)
+    np.testing.assert_allclose(value, 0.01, rtol=1e-12)
+
+
 class CountedHessians:
     """Energies that count how often their Hessians are read."""
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from support.evidence import CONSISTENT, UNKNOWN, VIOLATED, check, settled
 
-from rbstab.analysis.certificate.evidence import audit_bound
-from rbstab.analysis.certificate.value_checks import decrease
+from rbstab.analysis.certificate.evidence import Supply, audit_bound
+from rbstab.analysis.certificate.value_checks import breakpoints, decrease, supplied
 from rbstab.analysis.exact import ball
 
 
@@ -66,6 +66,8 @@ def test_a_rest_state_that_is_not_accurate_violates_nothing():
     assert rough.found
     assert check(below, "positive").verdict is VIOLATED
     assert check(replace(below, rest=rough), "positive").verdict is UNKNOWN
+    # A motion that approaches another rest state may end below this one.
+    assert check(replace(below, approached=False), "positive").verdict is UNKNOWN
 
 
 def test_the_audit_allows_the_round_off_of_the_energies():
@@ -131,3 +133,27 @@ def test_the_bound_of_a_rise_grows_with_v(values):
     nothing = {"residual": np.zeros(3), "energy": np.zeros((3, 2)), "times": np.arange(3.0)}
     bound = decrease(replace(run, value=value, **nothing)).bound
     assert bound == pytest.approx(16 * np.finfo(float).eps * 1e6, rel=1e-6)
+
+
+@pytest.mark.parametrize(("share", "verdict"), [(1.0, CONSISTENT), (0.9, VIOLATED)])
+def test_v_may_rise_by_what_is_supplied(share, verdict):
+    run = settled()
+    rise = 2.0 * run.scale
+    risen = replace(run, value=np.array([0.0, rise]))
+    supply = Supply(np.zeros((2, 1)), np.array([0.0, share * rise]), np.zeros(0), np.zeros(0))
+    found = supplied(risen, supply)
+    assert found.verdict is verdict
+    assert found.value == pytest.approx(2.0 * (1.0 - share), abs=1e-12)
+    assert decrease(risen).verdict is VIOLATED
+
+
+@pytest.mark.parametrize(
+    ("reached", "missed", "first"),
+    [([0.5, 1.5], 0, np.nan), ([0.5], 1, 1.5), ([], 2, 0.5), ([0.2, 0.5, 1.5], 0, np.nan)],
+)
+def test_a_step_must_end_on_every_breakpoint(reached, missed, first):
+    nothing = np.zeros(2)
+    found = breakpoints(Supply(nothing, nothing, np.array([0.5, 1.5]), np.array(reached)))
+    assert found.verdict is (VIOLATED if missed else CONSISTENT)
+    assert found.value == missed
+    assert found.time == pytest.approx(first, nan_ok=True)

@@ -105,3 +105,14 @@ def test_linearisation_at_a_rest_against_the_stop():
 def test_no_rest_state():
     rest = rest_state_below(configurations(system(0.3)), np.array([0.1, np.nan, 0.0]))
     assert rest is None
+
+
+def test_descent_does_not_end_at_a_stop_that_the_load_pulls_away_from():
+    """A turned body touches one side; when it has turned back, its weight pulls it to the other."""
+    found = system(0.1)
+    at_rest = configurations(found)
+    rest = rest_state_below(at_rest, np.array([0.5576, -0.048, 2.0393]))
+    assert rest is not None
+    q = at_rest.configuration(rest.motion, rest.own)
+    assert q[1] == 0.1
+    np.testing.assert_allclose(q, least(found, 0.1), atol=3e-6)

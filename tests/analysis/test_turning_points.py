@@ -55,10 +55,11 @@ def test_points_without_an_estimate_stay_unknown():
     assert after.value[unknown].tobytes() == before.value[unknown].tobytes()
 
 
+@pytest.mark.parametrize("strength", [0.3, -2.0, 3.0])
 @pytest.mark.parametrize("shift", np.linspace(-0.14, 0.14, 15))
-def test_a_corner_near_a_turn_has_an_error_of_its_size(shift):
+def test_a_corner_near_a_turn_has_an_error_of_its_size(shift, strength):
     """Beside a corner no degree is accurate: the estimate must not be too small."""
-    kink, strength = 1.0 + shift, 0.3
+    kink = 1.0 + shift
     phase = 10.0 * TIMES - 10.0 + np.pi / 2
     beyond = np.maximum(TIMES - kink, 0.0)
     values = (np.sin(phase) + strength * beyond)[np.newaxis]

@@ -282,6 +282,21 @@ def test_an_interrupt_just_after_a_run_is_stored_counts_it(
     assert "Interrupted: 1 of 1 runs are stored." in done.stderr
 
 
+def test_the_result_of_an_older_config_does_not_count_after_an_interrupt(
+    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert rbstab("run", "--no-prove", "good.yaml").exit_code == 0
+    Path("good.yaml").write_text(GOOD.replace("samples: 11", "samples: 21"))
+
+    def interrupted(*arguments: Any, **options: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(run_to_file, "run_to_file", interrupted)
+    done = rbstab("run", "--no-prove", "--force", "good.yaml")
+    assert done.exit_code == 130
+    assert "Interrupted: 0 of 1 runs are stored." in done.stderr
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT cannot be sent to one process")
 def test_an_interrupt_keeps_what_is_done(folder: Path) -> None:
     endless = GOOD.replace("duration: 0.1, samples: 11", "duration: 1e6, samples: 2")

@@ -22,6 +22,11 @@ def test_a_better_config_is_written_and_not_overwritten(folder: Path, rbstab: In
     assert "energy ∫v dt [J s]" in done.stdout
     assert done.stderr.endswith("good.yaml: found a better config -> good_tuned.yaml\n")
     assert load_config("good_tuned.yaml").title == "A short run, tuned for energy"
+    (row,) = [line for line in done.stdout.splitlines() if "controller.L_t[2]" in line]
+    given, tuned, factor = map(float, row.split()[-3:])
+    assert given == load_config("good.yaml").controller.L_t[2]
+    assert tuned == pytest.approx(load_config("good_tuned.yaml").controller.L_t[2], rel=1e-5)
+    assert tuned == pytest.approx(given * factor, rel=1e-3)
     text = Path("good_tuned.yaml").read_text()
     again = rbstab(*arguments)
     assert again.exit_code == 4

@@ -4,6 +4,8 @@ Virtual motions are rotations by SciPy. The energies are written anew here, in c
 pose of the body. That the power balances is in `test_passivity.py`, for these elements too.
 """
 
+from dataclasses import replace
+
 import mpmath
 import numpy as np
 import pytest
@@ -17,7 +19,7 @@ from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.element import NO_STATE
 from rbstab.elements.embedded import EmbeddedConnector, EmbeddedTie
 from rbstab.elements.guards.barrier import Barrier
-from rbstab.elements.spring import Spring
+from rbstab.elements.spring import Spring, ZeroLengthSpring
 from rbstab.elements.visco_elastic import ViscoElasticConnector, ViscoElasticTie
 from rbstab.mechanics.motion import motion_from_centre
 from rbstab.systems.coordinates import CentreCoordinates, ContactCoordinates
@@ -304,3 +306,21 @@ def test_system_with_such_a_tie_moves_like_that_with_the_connector(rng, coordina
     found, expected = tied.observe(y), system.observe(y)
     assert relative_error(found.energy, expected.energy) < 1e-13
     assert relative_error(found.dissipation, expected.dissipation) < 1e-13
+
+
+def test_a_spring_without_a_length_is_one_whose_rest_length_is_zero(rng):
+    given = random_element(rng, Spring)
+    bare = replace(given, rest_length=0.0, damping=0.0)
+    smooth = ZeroLengthSpring(
+        name=given.name, point=given.point, anchor=given.anchor, stiffness=given.stiffness
+    )
+    Z, motion = still(rng)
+    expected = spring_energy(bare, Z[6:9], attitude(Z[:3]))
+    assert smooth.stored(motion, NO_STATE) == pytest.approx(expected, rel=1e-13)
+    for found, wanted in zip(
+        smooth.wrench(motion, NO_STATE), bare.wrench(motion, NO_STATE), strict=True
+    ):
+        assert relative_error(found, wanted, 1.0) < 1e-12
+    short = np.concatenate([NO_MOTION, NO_MOTION, given.anchor - given.point, NO_MOTION])
+    at_anchor = motion_from_centre(random_body(rng), NO_MOTION, short)
+    assert smooth.stored(at_anchor, NO_STATE) == pytest.approx(0, abs=1e-25)

@@ -12,8 +12,10 @@ from rbstab.config.build import problem_of
 from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.proof import prove
 from rbstab.experiment.proof_cache import cached_proof, proof_file, proof_for
+from rbstab.experiment.run_certificate import rest_state_check
 from rbstab.experiment.run_to_file import finished_run, run_to_file
 from rbstab.experiment.stability import kind_of, stability_of
+from rbstab.experiment.stored_proof import identity
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import start_level, starts_inside
@@ -80,6 +82,18 @@ def test_a_search_alone_certifies_nothing():
     assert proof.region.lower_bound == 0.0
     assert not starts_inside(problem_of(config), proof)
     assert rbstab.simulate(config, proof=proof).attributes["verdict"] == "consistent"
+
+
+def test_a_proof_depends_on_the_equations(monkeypatch):
+    config = config_of("visco-elastic")
+    first, older = proof_id(config), proof_id(config, version=2)
+    monkeypatch.setattr(identity, "_KNOWN_EQUATIONS", {})
+    assert proof_id(config) == first
+    monkeypatch.setattr(identity, "_KNOWN_EQUATIONS", {})
+    monkeypatch.setattr(identity, "fingerprint", lambda _: "other equations")
+    assert proof_id(config) != first
+    # The ids of old files have no fingerprint.
+    assert proof_id(config, version=2) == older
 
 
 def test_what_a_proof_depends_on():
@@ -274,7 +288,10 @@ def test_one_rest_state_that_is_no_minimum_is_not_stable():
     saddle = proof.model_copy(update={"states": (state.model_copy(update={"index": 1}),)})
     assert proof.globally_stable is True
     assert saddle.globally_stable is False
-    assert proof.model_copy(update={"unique": None}).globally_stable is None
+    open_question = proof.model_copy(update={"unique": None})
+    assert open_question.globally_stable is None
+    verdicts = [rest_state_check(one).verdict for one in (proof, saddle, open_question)]
+    assert verdicts == ["certified", "violated", "unknown"]
     stability = stability_of(problem_of(config_of("free")), saddle)
     assert any("not a minimum" in statement for statement in stability.statements)
 

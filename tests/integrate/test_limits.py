@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.integrate
 from support.hang_guard import within
 from support.problems import ENGINES, METHODS, bare_system, problem, solve
 from support.systems import random_body
@@ -26,6 +27,20 @@ TIMES = np.linspace(0.0, 2.0, 41)
 def run(engine_name, method="DOP853", times=TIMES, **changes):
     tolerances = {"rtol": 1e-8, "atol": 1e-8, "method": method}
     return solve(engine_name, problem(SYSTEM, START, times, **(tolerances | changes)))
+
+
+def test_scipy_gets_each_tolerance(monkeypatch):
+    found = []
+
+    class Seen(scipy.integrate.DOP853):
+        def __init__(self, *arguments, **options):
+            super().__init__(*arguments, **options)
+            found.append((np.max(self.rtol), np.max(self.atol)))
+
+    monkeypatch.setattr(scipy.integrate, "DOP853", Seen)
+    run("scipy", times=TIMES[:3], rtol=1e-5, atol=1e-9)
+    assert len(found) > 0
+    assert all((rtol == 1e-5) and (atol == 1e-9) for rtol, atol in found)
 
 
 @each_method

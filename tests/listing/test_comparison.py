@@ -3,10 +3,13 @@ to their result, and no ratio of numbers that have no common meaning.
 """
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from support.configs import VISCO_ELASTIC, plain
+from support.made_runs import made_config, made_file, made_result
 
 from rbstab.config.load import load_config
 from rbstab.experiment.simulate import simulate
@@ -14,6 +17,7 @@ from rbstab.experiment.summary import summary_of
 from rbstab.listing.comparison import Row, compare
 from rbstab.store.errors import StoreError
 from rbstab.store.run_file import open_result, write_result
+from rbstab.sweep.folder.sweep_folder import open_sweep
 
 STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
 
@@ -67,6 +71,31 @@ def test_the_numbers_are_those_of_their_run(usual: Path, tmp_path: Path) -> None
     assert float(row.ratio) == pytest.approx(peaks[1] / peaks[0], rel=1e-2)
 
 
+def test_a_key_of_one_config_is_a_difference(tmp_path: Path) -> None:
+    plain_file = made_file(tmp_path / "plain.h5", made_config())
+    aimed_file = made_file(tmp_path / "aimed.h5", made_config(desired={"within": 0.25}))
+    rows = compare(plain_file, aimed_file).inputs
+    assert all(row.name.startswith("desired.") for row in rows)
+    assert ("-", "0.25") in [row[1:3] for row in rows]
+    assert ("0.25", "-") in [row[1:3] for row in compare(aimed_file, plain_file).inputs]
+
+
+def test_the_last_v_is_that_of_the_last_sample(usual: Path, tmp_path: Path) -> None:
+    result = made_result()
+    v = result.variables["lyapunov"]
+    # v may rise, for example if an input supplies power.
+    risen = v._replace(data=np.array([*v.data[:-2], 1.5, 2.5]))
+    variables = {**result.variables, "lyapunov": risen}
+    write_result(tmp_path / "risen.h5", replace(result, variables=variables))
+    assert named(compare(usual, tmp_path / "risen.h5").outcomes)["v(end) [J]"].second == "2.5"
+
+
+def test_a_start_that_leaves_the_range_where_all_others_come_to_rest() -> None:
+    outcomes = named(compare(STORED / "runs/range_left.h5", STORED / "runs/embedded.h5").outcomes)
+    assert outcomes["this start comes to rest"].first == "not decided"
+    assert outcomes["whole range"].first == "proved"
+
+
 def test_the_same_config(usual: Path, tmp_path: Path) -> None:
     other = run_file(tmp_path, "other")
     found = compare(usual, other)
@@ -84,6 +113,12 @@ def test_sweeps() -> None:
     assert "base.body.mass" not in " ".join(inputs)
     assert outcomes["members completed"][1:3] == ("30", "20")
     assert outcomes["members: come to rest, proved"][1:3] == ("4 of 30", "3 of 20")
+    settled = [
+        np.isfinite(open_sweep(folder / name)["settling_time"]).sum()
+        for name in ("finished_map", "finished_variants")
+    ]
+    assert settled == [30, 0]
+    assert outcomes["members that settled"][1:3] == ("30", "0")
     words = ("proved", "false", "seen", "not decided")
     for place, members in ((1, 30), (2, 20)):
         counts = [outcomes[f"members: come to rest, {word}"][place].split() for word in words]
@@ -119,6 +154,15 @@ def test_a_folder_stands_for_the_only_result_in_it(tmp_path: Path) -> None:
         (tmp_path / name).parent.mkdir(parents=True)
         shutil.copy(file, tmp_path / name)
     assert compare(tmp_path / "one", tmp_path / "other") == compare(file, file)
+
+
+def test_of_two_results_in_a_folder_one_must_be_named(usual: Path, tmp_path: Path) -> None:
+    pair = tmp_path / "pair"
+    pair.mkdir()
+    for name in ("a.h5", "b.h5"):
+        shutil.copy(usual, pair / name)
+    with pytest.raises(StoreError, match=r"pair has 2 results\. Name one of them: .*a\.h5.*b\.h5"):
+        compare(pair, usual)
 
 
 def test_a_peak_between_samples_is_a_lower_bound(usual: Path, tmp_path: Path) -> None:

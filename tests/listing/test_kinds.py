@@ -34,7 +34,7 @@ def test_kinds(path: Path, kind: Kind, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_names_alone_make_no_sweep(tmp_path: Path) -> None:
-    for name in ("sweep.h5", "shards/00000000.npy", "traces/00000000.h5"):
+    for name in ("sweep.h5", "shards/00000000.npy", "traces/00000000.h5", "other/proof.json"):
         path = tmp_path / name
         path.parent.mkdir(exist_ok=True)
         path.touch()

@@ -8,6 +8,8 @@ from support.systems import random_body, random_Z
 
 from rbstab.mechanics.attitude import (
     angle_rates,
+    in_range,
+    is_upright,
     rate_matrix,
     rate_matrix_inverse,
     regularity,
@@ -120,3 +122,15 @@ def test_eq_05_inverse_of_rate_matrix_is_finite_at_the_end_of_the_range():
     Omega = rate_matrix_inverse(Theta) @ Theta_rate
     expected = derivative(lambda t: attitude(Theta + t * Theta_rate))
     assert relative_error(A @ skew(Omega), expected) < 1e-12
+
+
+def test_eq_05_range_of_the_angles():
+    half, most = np.pi / 2, np.pi
+    beside = np.nextafter(half, 0)
+    assert is_upright(np.array([9.0, beside, 9.0]))
+    assert not is_upright(np.array([0.0, half, 0.0]))
+    assert not is_upright(np.array([0.0, -half - 0.1, 0.0]))
+    inside = [(0, 0, 0), (most, -beside, -most), (-most, beside, most)]
+    outside = [(3.2, 0, 0), (-3.2, 0, 0), (0, half, 0), (0, -1.6, 0), (0, 0, 3.2), (0, 0, -3.2)]
+    assert in_range(np.array(inside, dtype=float).T).tolist() == [True] * 3
+    assert in_range(np.array(outside, dtype=float).T).tolist() == [False] * 6

@@ -5,7 +5,7 @@ from concurrent.futures import Future
 from multiprocessing.connection import Connection
 
 import pytest
-from support.isolated_calls import crash_at_once, serve_doubles
+from support.isolated_calls import crash_at_once, serve_doubles, serve_errors
 
 from rbstab.processes import workers
 from rbstab.processes.workers import Worker, WorkerDiedError, waited
@@ -48,6 +48,16 @@ def test_answers(monkeypatch):
         worker.send(21)
         assert worker.has_answer(60.0)
         assert worker.receive() == 42
+    finally:
+        worker.close()
+
+
+def test_an_exception_that_a_worker_sends_is_raised():
+    worker = Worker(serve_errors)
+    try:
+        worker.send("the answer")
+        with pytest.raises(LookupError, match="the answer"):
+            worker.receive()
     finally:
         worker.close()
 

@@ -17,7 +17,7 @@ from support.sliding import (
 
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching import connector_switches
-from rbstab.integrate.switching.chatter import most_axes_stick
+from rbstab.integrate.switching.chatter import Chatter, most_axes_stick
 from rbstab.systems.connector import with_connector
 
 STATE = np.array([0.2, -0.3, 0.4, 3.0, 5.0, -4.0, 0.0, 0.0, 0.0, 0.3, -0.2, 0.4, 7.0, 8.0])
@@ -77,6 +77,18 @@ def test_the_impulse_takes_the_velocity_of_every_axis(F, held):
     assert (found.state[6:12] == 0).all()
     assert found.state[12:].tolist() == y[12:].tolist()
     assert found.discarded == pytest.approx(-0.5 * p @ np.array(F), rel=1e-9)
+
+
+def test_the_energy_of_the_chatter_is_that_of_the_velocity_and_of_the_displacement():
+    y = STATE.copy()
+    y[6:9] = [1e-3, -2e-3, 3e-3]
+    chatter = Chatter(bound_by([1000, 2000, 3000]).system)
+    W, _ = mobility(y)
+    F = y[9:12]
+    expected = 0.5 * F @ np.linalg.solve(W, F) + 1 + 4 + 9
+    assert chatter.energy(y) == pytest.approx(expected, rel=1e-13)
+    assert chatter.is_below(1.001 * expected, y)
+    assert not chatter.is_below(0.999 * expected, y)
 
 
 @pytest.mark.parametrize("weak", range(3))

@@ -109,5 +109,11 @@ def serve_doubles(connection):
         connection.send(2 * connection.recv())
 
 
+def serve_errors(connection):
+    """Answer each request with an exception that names it."""
+    while True:
+        connection.send(LookupError(connection.recv()))
+
+
 def crash_at_once(connection):
     os._exit(3)

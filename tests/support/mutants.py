@@ -1,15 +1,17 @@
 """Wrong programs: each mutant changes one place of the code, and the tests must notice.
 
-`python -m support.mutants [ROOM ...]` runs the tests of each mutant's room against a copy of the
-program with that change, until the first test fails. It lists the survivors, with exit code 1 if
-one of them is not expected.
+`python -m support.mutants [ROOM ...]` runs tests against a copy of the program with that change,
+until one fails, and prints which. It lists the survivors, with exit code 1 if one of them is not
+expected.
 
 A room is a file `tests/mutants/ROOM.toml`: the paths of its tests, and its mutants. Each has the
-file, the text that is replaced, the new text, and what is wrong then. `survives` gives the reason
-why no test can notice.
+file, the text that is replaced, the new text, and what is wrong then. `first` names the tests that
+should notice; all tests of the room run only if these pass. `survives` gives the reason why no test
+can notice.
 """
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -24,13 +26,18 @@ from typing import NamedTuple
 
 import click
 
+from support.tiers import SHORTEST_FIRST
+
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "tests/mutants"
 PROGRAM = ("src", "cli", "configs")
 """What a copy of the program needs."""
 
 MARKS = "not heavy and not long and not browser"
-TIME_LIMIT = 600.0
+FIRST_MARKS = "not long and not browser"
+"""Tests that are named by a mutant run also if they are heavy."""
+
+TIME_LIMIT = 300.0
 """s: a mutant whose tests take longer counts as killed; some mutants never end."""
 
 
@@ -39,11 +46,12 @@ class Mutant(NamedTuple):
 
     Attributes:
         room: The name of its room.
-        tests: The tests of the room, in the order in which they run.
+        tests: The tests of the room.
         file: The file that is changed, relative to the root.
         old: The text that is replaced; it occurs once.
         new: The text in its place.
         what: What is wrong then.
+        first: The tests that should notice.
         survives: Why no test can notice; "" if one must.
     """
 
@@ -53,6 +61,7 @@ class Mutant(NamedTuple):
     old: str
     new: str
     what: str
+    first: tuple[str, ...] = ()
     survives: str = ""
 
     def changed(self, root: Path = ROOT) -> str:
@@ -73,33 +82,46 @@ def mutants(rooms: Sequence[str] = ()) -> Iterator[Mutant]:
         if not rooms or path.stem in rooms:
             table = tomllib.loads(path.read_text(encoding="utf-8"))
             for entry in table["mutant"]:
-                tests = (*entry.pop("first", ()), *table["tests"])
-                yield Mutant(path.stem, tests, **entry)
+                first = tuple(entry.pop("first", ()))
+                yield Mutant(path.stem, tuple(table["tests"]), first=first, **entry)
 
 
-def survives(mutant: Mutant, tree: Path) -> bool:
-    """Return whether the tests of a mutant's room pass; `tree` is a copy of the program."""
+def killer(mutant: Mutant, tree: Path) -> str:
+    """Return the test that notices a mutant, "" if none does; `tree` is a copy of the program."""
     file = tree / mutant.file
     original = file.read_text(encoding="utf-8")
     file.write_text(mutant.changed(), encoding="utf-8")
+    try:
+        failed = first_failure(mutant.first, FIRST_MARKS, tree) if mutant.first else ""
+        return failed or first_failure(mutant.tests, MARKS, tree)
+    finally:
+        file.write_text(original, encoding="utf-8")
+
+
+def first_failure(tests: Sequence[str], marks: str, tree: Path) -> str:
+    """Return the first of some tests that fails against a copy of the program; "" if none does.
+
+    Raises:
+        RuntimeError: pytest ran no test, or the call is wrong.
+    """
     paths = os.pathsep.join(str(tree / part) for part in PROGRAM[:2])
-    options = ("-x", "-q", "-p", "no:cacheprovider", "-m", MARKS)
+    options = ("-x", "-q", "-p", "no:cacheprovider", SHORTEST_FIRST, "-m", marks)
     try:
         done = subprocess.run(
-            [sys.executable, "-m", "pytest", *options, *mutant.tests],
+            [sys.executable, "-m", "pytest", *options, *tests],
             cwd=ROOT,
             env=os.environ | {"PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1"},
             capture_output=True,
+            text=True,
             timeout=TIME_LIMIT,
             check=False,
         )
     except subprocess.TimeoutExpired:
-        return False
-    finally:
-        file.write_text(original, encoding="utf-8")
+        return f"no end within {TIME_LIMIT:g} s"
     if done.returncode not in {0, 1, 2}:
-        raise RuntimeError(f"{mutant.file}: pytest ended with {done.returncode}: {mutant.tests}")
-    return done.returncode == 0
+        raise RuntimeError(f"pytest ended with {done.returncode}: {tests}")
+    names = re.findall(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", done.stdout, re.MULTILINE)
+    return next(iter(names), "not imported") if done.returncode else ""
 
 
 @click.command()
@@ -113,13 +135,15 @@ def main(rooms: tuple[str, ...], processes: int) -> None:
     def run(mutant: Mutant) -> bool:
         tree, begin = trees.get(), time.perf_counter()
         try:
-            alive = survives(mutant, tree)
+            failed = killer(mutant, tree)
         finally:
             trees.put(tree)
-        word = "SURVIVED" if alive else "killed"
+        word = "killed" if failed else "SURVIVED"
         seconds = time.perf_counter() - begin
         click.echo(f"{word:<9} {seconds:5.0f} s  {mutant.room}: {mutant.file}: {mutant.what}")
-        return alive
+        if failed:
+            click.echo(f"{'':<19}{failed}")
+        return not failed
 
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(processes) as pool:
         for number in range(processes):

@@ -16,9 +16,9 @@ from support.tiers import (
     below,
     covering,
     identity,
-    longest_first,
     mark_by_time,
     names_of,
+    order_files,
 )
 
 ROOT = Path(__file__).parents[2]
@@ -148,9 +148,18 @@ def test_equal_values_are_one_value():
 def test_the_longest_file_is_first_and_the_order_in_a_file_is_kept():
     names = ["a.py::test_a", "a.py::test_b", "b.py::test_a", "c.py::test_a", "b.py::test_b"]
     items = [Collected(f"tests/{name}") for name in names]
-    longest_first(items, {"b.py": {"test_b": 2.0}, "a.py": {"test_a": 0.5, "test_b": 1.0}})
+    order_files(items, {"b.py": {"test_b": 2.0}, "a.py": {"test_a": 0.5, "test_b": 1.0}})
     found = [item.nodeid.removeprefix("tests/") for item in items]
     assert found == ["b.py::test_a", "b.py::test_b", "a.py::test_a", "a.py::test_b", "c.py::test_a"]
+
+
+def test_the_shortest_test_of_the_shortest_file_is_first():
+    names = ["a.py::test_b", "a.py::test_a", "b.py::test_a", "b.py::test_b"]
+    items = [Collected(f"tests/{name}") for name in names]
+    seconds = {"a.py": {"test_b": 2.0, "test_a": 0.5}, "b.py": {"test_a": 1.0, "test_b": 1.0}}
+    order_files(items, seconds, shortest_first=True)
+    found = [item.nodeid.removeprefix("tests/") for item in items]
+    assert found == ["b.py::test_a", "b.py::test_b", "a.py::test_a", "a.py::test_b"]
 
 
 def test_names_are_without_cases():

@@ -23,6 +23,9 @@ LIMITS = {"slow": 0.3, "heavy": 1.25}
 LONGEST = 5.0
 """s: the longest time of the cases of a test that are not `long`, unless one case takes longer."""
 
+SHORTEST_FIRST = "--shortest-first"
+"""The option with which the tests that take the shortest time come first."""
+
 SEEDS = ("rng", "seed")
 """Parameters of which any value will do."""
 
@@ -104,14 +107,19 @@ def covering(cases: list[Case]) -> set[int]:
     return kept
 
 
-def longest_first(items: list[Item], seconds: Seconds) -> None:
-    """Order the files by the time that their selected tests take, the longest first.
+def order_files(items: list[Item], seconds: Seconds, shortest_first: bool = False) -> None:
+    """Order the files by the time that their selected tests take, the longest first by default.
 
     The processes of pytest-xdist take the files one after the other. A long file at the end would
-    leave the other processes idle.
+    leave the other processes idle. A search for one test that fails begins with the shortest.
     """
     total: dict[str, float] = defaultdict(float)
     for item in items:
         file, name = names_of(item.nodeid)
         total[file] += seconds.get(file, {}).get(name, 0.0)
-    items.sort(key=lambda item: -total[names_of(item.nodeid)[0]])
+
+    def time(item: Item) -> tuple[float, float]:
+        file, name = names_of(item.nodeid)
+        return total[file], seconds.get(file, {}).get(name, 0.0) if shortest_first else 0.0
+
+    items.sort(key=time, reverse=not shortest_first)

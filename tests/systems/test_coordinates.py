@@ -12,6 +12,7 @@ from rbstab.systems.coordinates import (
     ContactCoordinates,
     Coordinates,
     ManifoldCoordinates,
+    PartlyHeldCoordinates,
     ReducedCoordinates,
 )
 
@@ -63,6 +64,20 @@ def test_both_held_coordinates_move_alike(rng):
     assert relative_error(twelve[:6], six) < 1e-13
     assert relative_error(constraining, holding) < 1e-13
     np.testing.assert_array_equal(twelve[6:9], motion.V)
+
+
+@pytest.mark.parametrize("held", [(1, 0, 0), (0, 1, 1), (1, 1, 1)], ids=str)
+def test_held_axes_move_as_they_must_under_the_force_that_is_returned(rng, held):
+    body, anchor, axes = random_body(rng), rng.normal(size=3), np.array(held) == 1
+    motion = motion_from_centre(body, anchor, random_Z(rng))
+    wrench = Wrench(*rng.normal(size=(3, 3)))
+    a, b = 3.0, 7.0
+    rates, Lambda_ = PartlyHeldCoordinates(1.0 * axes, a, b).dynamics(body, motion, wrench)
+    wanted = -a * motion.F - b * motion.E
+    assert relative_error(rates[9:][axes], wanted[axes], 10.0) < 1e-13
+    np.testing.assert_array_equal(Lambda_[~axes], wrench.contact_force[~axes])
+    free, _ = ContactCoordinates().dynamics(body, motion, wrench._replace(contact_force=Lambda_))
+    assert relative_error(rates, free) < 1e-13
 
 
 def test_coordinates_have_to_state_their_equations(rng):

@@ -13,7 +13,10 @@ from support.systems import VARIANTS, random_state, random_system
 from rbstab.elements.element import NO_STATE
 from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.gravity import Gravity
+from rbstab.elements.inputs.loads import ForceInput
+from rbstab.elements.inputs.signals import Constant
 from rbstab.elements.visco_elastic import ViscoElasticConnector
+from rbstab.mechanics.algebra import ZERO
 from rbstab.systems.coordinates import (
     CentreCoordinates,
     ContactCoordinates,
@@ -54,6 +57,20 @@ def test_audited_rates_are_the_rates_and_the_audit(rng, system):
     observed = system.observe(y)
     assert audited[-2] == pytest.approx(-observed.dissipation.sum(), rel=1e-13)
     assert audited[-1] == pytest.approx(observed.motion.F @ observed.contact_force, rel=1e-13)
+
+
+def test_audit_of_a_system_with_inputs_has_what_they_supply(rng):
+    system = random_system(rng, "visco_elastic", CentreCoordinates())
+    d, amplitude = np.array([0.6, 0.0, 0.8]), 3.0
+    push = ForceInput(name="push", direction=d, amplitude=amplitude, signal=Constant(), point=ZERO)
+    driven = with_elements(system, *system.elements, push)
+    y = random_state(rng, system)
+    observed = driven.observe(y)
+    supplied, lyapunov_rate, work = driven.audited_rates(y)[driven.size :]
+    # The force acts at the centre of gravity, so it works with V alone.
+    assert supplied == pytest.approx(amplitude * d @ observed.motion.V, rel=1e-13)
+    assert lyapunov_rate == pytest.approx(supplied - observed.dissipation.sum(), rel=1e-13)
+    assert work == pytest.approx(observed.motion.F @ observed.contact_force, rel=1e-13)
 
 
 def test_audit_states_are_not_read(rng, system):

@@ -29,6 +29,8 @@ SAME = [
     (VISCO_ELASTIC, VISCO_ELASTIC + "reference:\n"),
     (VISCO_ELASTIC, VISCO_ELASTIC + "  engine: scipy\n  method: DOP853\n  rtol: 1e-12\n"),
     (VISCO_ELASTIC, VISCO_ELASTIC + "  time_limit: 600\n"),
+    # What is wanted of a motion does not change it.
+    (VISCO_ELASTIC, VISCO_ELASTIC + "desired:\n  orientation: [0, 0.5, 0]\n  within: 0.2\n"),
     # Keys without effect.
     (HEYOKA, HEYOKA + "  method: Radau\n"),
     (HEYOKA, HEYOKA + "  atol: 1e-6\n"),

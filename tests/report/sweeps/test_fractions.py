@@ -9,6 +9,7 @@ from support.sections import figures_in, sweep_sections, tables, texts
 from rbstab.report.model.figure import Shares
 from rbstab.report.sweeps.fractions import EVEN_DESIGN_NOTE, GRID_NOTE, POOLED_NOTE, fraction
 from rbstab.report.sweeps.members import OUTCOME_COLOURS, OUTCOMES
+from rbstab.sweep.proofs.columns import NO_PROOF, PROVED
 
 Z = 1.959963984540054
 """The 97.5 % quantile of the normal distribution."""
@@ -51,6 +52,16 @@ def test_a_table_of_what_was_drawn(made):
     left = next(row for row in table.rows if row[0].text == "left the range")
     interval = binomtest(7, 100).proportion_ci(method="wilson")
     assert [cell.value for cell in left[1:]] == [7, 0.07, interval.low, interval.high]
+
+
+def test_of_proofs_of_some_members_there_is_no_fraction_of_all(made):
+    def columns(a):
+        return {"convergence": np.where(a["run"] < 90, PROVED, NO_PROOF)}
+
+    sections = sweep_sections(made(DRAWN, columns, design="random", members=100, seed=1))
+    rows = [row[0] for row in texts(tables(sections)["sweep-1-fractions"])]
+    assert "completed" in rows
+    assert "proved to converge" not in rows
 
 
 def bars_of(sections):

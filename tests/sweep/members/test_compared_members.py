@@ -103,6 +103,13 @@ def test_infinite_numbers_hide_no_difference(ours, theirs, expected):
     assert compare(*columns) == (0, {"settling_time": expected})
 
 
+def test_members_that_end_otherwise_are_counted_and_not_compared():
+    """The second has another status, and the third has settled in one of both only."""
+    ours = {"status": np.array([0, 1, 0, 0]), "settling_time": np.array([1.0, 2.0, np.nan, 4.0])}
+    theirs = {"status": np.zeros(4), "settling_time": np.array([1.0, 9.0, 3.0, 4.0])}
+    assert compare(ours, theirs) == (2, {"settling_time": 0.0})
+
+
 @pytest.mark.parametrize(
     ("name", "scale", "values", "expected"),
     [

@@ -1,6 +1,7 @@
 """Protects the column `convergence`: members that share a proof agree with their single runs."""
 
 from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,8 @@ from rbstab.experiment.stored_proof.proof import no_proof
 from rbstab.experiment.stored_proof.starts import enclosed_start, start_state
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
-from rbstab.sweep.proofs.columns import CONVERGENCE
-from rbstab.sweep.proofs.convergence import ProvedConvergence
+from rbstab.sweep.proofs.columns import CONVERGENCE, NO_PROOF, NOT_PROVED
+from rbstab.sweep.proofs.convergence import ProvedConvergence, outside_code
 from rbstab.sweep.proofs.starts import ProvedStarts, Starts
 from rbstab.systems.modes import modes_of
 
@@ -48,6 +49,13 @@ def test_inside_and_outside_are_those_of_single_runs(tmp_path, with_gravity):
 
 def test_without_a_proof_nothing_is_said(tmp_path):
     assert words(plan_of({SPIN: {"values": [1.0, 2.0]}}), tmp_path) == ["unknown", "unknown"]
+
+
+@pytest.mark.parametrize(("goes_on", "code"), [(True, NO_PROOF), (False, NOT_PROVED)])
+def test_a_proof_that_may_go_on_excludes_no_start(goes_on, code):
+    """After more boxes the start may be in a region."""
+    proof: Any = SimpleNamespace(goes_on=goes_on)
+    assert outside_code(proof) == code
 
 
 def test_members_that_do_not_share_the_proof_are_not_judged_by_it(tmp_path):

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from support.config_elements import CONTROLLER, config_data
 from support.tied_springs import spring_of, tied_system
 
-from rbstab.analysis.proof.branch_and_bound import SearchOutcome
+from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.searches import limits
 from rbstab.analysis.proof.tied import rest_states, search
 from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import minimize
+from support.proofs import rest_states
 from support.user_code import element_text, loaded_with, mine
 
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.proof.rest_states import rest_states
 from rbstab.analysis.proof.traced.separate import NotInProofsError, user_energies
 from rbstab.analysis.proof.traced.switching import NOT_CONTINUOUS, SIGN_UNKNOWN
 from rbstab.analysis.proof_check.equations import agrees_with_equations

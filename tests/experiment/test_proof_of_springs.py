@@ -12,9 +12,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, root
 from support.config_elements import CONTROLLER, STRUT, TIE, config_data
 from support.held_springs import energy_of, held_system, random_springs
+from support.proofs import rest_states, unwrapped_rest_states
 
-from rbstab.analysis.proof.rest_states import rest_states
-from rbstab.analysis.proof.unwrapped import unwrapped_rest_states
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import minimize
+from support.proofs import rest_states
 from support.switching_cords import (
     CLUTCH,
     CORD,
@@ -22,7 +23,6 @@ from support.switching_cords import (
 from support.user_code import loaded_with, mine
 
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.proof.rest_states import rest_states
 from rbstab.analysis.proof.traced.separate import (
     NOT_CONVEX_IN_STATES,
     NOT_RELAXING,

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.problems import problem, solve
+from support.proofs import rest_states
 from support.rest import random_rest_system
 from support.systems import VARIANTS
 
 from rbstab.analysis.proof.certified_region import certified_region
-from rbstab.analysis.proof.rest_states import rest_states
 from rbstab.elements.gravity import Gravity
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.attitude import regularity

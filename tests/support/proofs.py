@@ -1,21 +1,59 @@
 """Proofs as plain data: those of systems, and small ones that are written by hand."""
 
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from rbstab.analysis.proof.branch_and_bound import BOX_LIMIT
-from rbstab.analysis.proof.rest_states import rest_states
-from rbstab.analysis.proof.unwrapped import unwrapped_rest_states
+from rbstab.analysis.proof.rest_states import RestStates
+from rbstab.analysis.proof.searches.limits import BOX_LIMIT
 from rbstab.analysis.proof_check.checker import check
 from rbstab.analysis.proof_check.cover import Cover
 from rbstab.analysis.proof_check.findings import Finding
 from rbstab.experiment.proof import _regions_of
 from rbstab.experiment.stored_proof.reduced import proof_record
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.model import ExactSystem
+from rbstab.proof.rest_states import Body
+from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
 
 PROOF = dict[str, Any]
+
+
+def body_of(system: System, exact_system: ExactSystem | None = None) -> Body:
+    """Return a system with its exact energy; by default its doubles mean the numbers they show."""
+    without = replace(system, elements=tuple(e for e in system.elements if not e.from_user))
+    return Body(
+        system, exact_system or (lambda kind: map_parameters(without, lambda _, x: kind(x)))
+    )
+
+
+_BODIES: WeakKeyDictionary[RestStates, Body] = WeakKeyDictionary()
+
+
+def rest_states(
+    system: System,
+    exact_system: ExactSystem | None = None,
+    *,
+    proof: bool = True,
+    seed: int = 0,
+    box_limit: int = BOX_LIMIT,
+) -> RestStates:
+    """Return the rest states of a system in the range of eq. 5, proved or looked for."""
+    with np.errstate(all="ignore"):
+        body = body_of(system, exact_system)
+        found = body.proved(box_limit) if proof else body.searched(seed)
+    _BODIES[found] = body
+    return found
+
+
+def unwrapped_rest_states(rest: RestStates, limit: int | None = None) -> RestStates | None:
+    """Return those for all real θ1 and θ3; None if nothing bounds these."""
+    with np.errstate(all="ignore"):
+        return _BODIES[rest].wide(rest, limit)
 
 
 def proof_of(system: System, *, wide: bool = False, box_limit: int = BOX_LIMIT) -> PROOF:

@@ -300,8 +300,8 @@ def _without_regions(rest: "RestStates") -> Found:
 def _regions_of(rest: "RestStates") -> Found:
     """Return rest states with the regions of the minima."""
     from rbstab.analysis.proof.boxes import RANGE_END
-    from rbstab.analysis.proof.outcome import SearchOutcome
     from rbstab.analysis.proof.certified_region import certified_region
+    from rbstab.analysis.proof.outcome import SearchOutcome
     from rbstab.analysis.proof.regions.minimum_regions import minimum_regions
 
     if rest.outcome is SearchOutcome.BOX_LIMIT and np.any(rest.end > RANGE_END):

@@ -122,13 +122,15 @@ class BoundedEnergy:
         if order >= 3:
             triples = np.array([[[a + b + c for c in unit] for b in unit] for a in unit])
             flat = triples.reshape(-1, total)
-            self.third = np.array([place[tuple(row.tolist())] for row in flat]).reshape((total,) * 3)
+            self.third = np.array([place[tuple(row.tolist())] for row in flat]).reshape(
+                (total,) * 3
+            )
             most = triples.max(axis=-1)
             self.thrice = np.array([0.0, 1.0, 2.0, 6.0])[most][..., None]
 
     # -- coefficients --------------------------------------------------------------------------
 
-    def _values(
+    def _values(  # noqa: PLR0913, PLR0917 (what it is computed from, where it is needed)
         self,
         compiled: Compiled,
         lo: Array,
@@ -154,16 +156,14 @@ class BoundedEnergy:
             spread = (np.abs(least.C[j]) * wide).sum(axis=0) * UP + Z[j]
             whole = outward((least.z[j] - spread)[None], (least.z[j] + spread)[None])
             slopes = np.stack([*least.C[j], one])
-            return Intervals(
-                np.concatenate([whole.lo, slopes]), np.concatenate([whole.hi, slopes])
-            )
+            return Intervals(np.concatenate([whole.lo, slopes]), np.concatenate([whole.hi, slopes]))
 
         return compiled(leaf, about, reach)
 
     def _at(
         self, centre: Array, least: Minimiser | None = None, Z: Array | None = None
     ) -> tuple[Intervals, Values | None]:
-        """Return the coefficients at points, and all values there if bounds over boxes need them."""
+        """Return the coefficients at points, and all values there if bounds over boxes use them."""
         compiled = self.boxes if self.boxes.tightened else self.points
         values = self._values(compiled, centre, centre, least, Z)
         return values.dense(0, centre.shape[1]), values if self.boxes.tightened else None
@@ -251,7 +251,7 @@ class BoundedEnergy:
         whole = self._bounds(centre, radius, at, over, np.concatenate([radius, Z]))
         return self._without_free(whole, at, at_zero, bound, inside, (a, b))
 
-    def _without_free(  # noqa: PLR0913 (what `_reduced` has computed)
+    def _without_free(  # noqa: PLR0913, PLR0917 (what `_reduced` has computed)
         self,
         whole: Bounds,
         at: Intervals,
@@ -287,7 +287,7 @@ class BoundedEnergy:
         )
 
     def _slopes_along(self, at: Intervals, over: Intervals, radius: Array) -> Array:
-        """Bound |U_ζ(δ, 0)| over the boxes: at the centre, plus U_ζδ δ, plus ½ third derivatives."""
+        """Bound |U_ζ(δ, 0)| over the boxes: at the centre, plus U_ζδ δ, plus ½ U_ζδδ δδ."""
         a, b = slice(0, self.n), slice(self.n, None)
         wide = _times(over[self.second], self.twice).mag[b, a]
         centre = at.mag[self.first][b]
@@ -343,9 +343,7 @@ def _sharper(natural: Matrices, at: Intervals, spread: Array) -> Matrices:
     """Return the matrices at the centres with a spread, where these are known better."""
     radius = at.rad + spread * UP
     better = radius < natural.rad
-    return Matrices(
-        np.where(better, at.mid, natural.mid), np.where(better, radius, natural.rad)
-    )
+    return Matrices(np.where(better, at.mid, natural.mid), np.where(better, radius, natural.rad))
 
 
 def _times(x: Intervals, factor: Array) -> Intervals:

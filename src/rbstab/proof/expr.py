@@ -2,9 +2,9 @@
 
 The equations of a system take these numbers, and return their energy exactly. An atom is a
 variable, the sine or cosine of an expression, or another function of one (`sqrt`, `exp`, `step`).
-sin² is always written as 1 - cos², so equal trigonometric polynomials are equal expressions: A'A = I
-cancels, and "is it quadratic in x?" is a question about monomials. Products with other functions
-keep sums as factors (`LET`): (ℓ/ℓ₀ - 1)³ is sharper over a box than its terms.
+sin² is always written as 1 - cos², so equal trigonometric polynomials are equal expressions:
+A'A = I cancels, and "is it quadratic in x?" is a question about monomials. Products with other
+functions keep sums as factors (`LET`): (ℓ/ℓ₀ - 1)³ is sharper over a box than its terms.
 
 Expressions and atoms are the same for the same content in every process, and so is their order.
 """
@@ -38,8 +38,8 @@ class Atom:
 
     Args:
         kind: What it is: `VAR`, `SIN`, `COS`, `LET` (the argument itself), `STEP`, `POSITIVE` (the
-            argument where that is positive, else 0), `OF` (an expression of the variable `INNER`, of
-            the argument), or the name of a function.
+            argument where that is positive, else 0), `OF` (an expression of one variable, of the
+            argument), or the name of a function.
         argument: Its argument.
         extra: For a step, the order of the first derivative that may jump of the sum in which it
             stands; for `OF`, the expression.
@@ -68,9 +68,7 @@ _atoms: WeakValueDictionary[tuple[str, Any, Any], Atom] = WeakValueDictionary()
 """The atoms in memory, so that equal ones are one."""
 
 
-def atom(
-    kind: str, argument: Union[int, "Expr"], extra: Union[int, "Expr", None] = None
-) -> Atom:
+def atom(kind: str, argument: Union[int, "Expr"], extra: Union[int, "Expr", None] = None) -> Atom:
     """Return the atom of a kind and an argument."""
     name = argument.digest if isinstance(argument, Expr) else argument
     more = extra.digest if isinstance(extra, Expr) else extra
@@ -176,7 +174,7 @@ class Expr:
 
     @property
     def is_switch(self) -> bool:
-        """Whether it is one product of steps: a factor of each term of a sum, so that terms cancel."""
+        """Whether it is one product of steps: a factor of each term, so that terms cancel."""
         return len(self.terms) == 1 and all(a.kind == STEP for a in self.atoms)
 
     def __repr__(self) -> str:
@@ -286,19 +284,19 @@ class Expr:
 
     def __lt__(self, other: Any) -> bool:
         """Compare two numbers."""
-        return self._number() < expr(other)._number()  # noqa: SLF001
+        return self._number() < expr(other)._number()
 
     def __le__(self, other: Any) -> bool:
         """Compare two numbers."""
-        return self._number() <= expr(other)._number()  # noqa: SLF001
+        return self._number() <= expr(other)._number()
 
     def __gt__(self, other: Any) -> bool:
         """Compare two numbers."""
-        return self._number() > expr(other)._number()  # noqa: SLF001
+        return self._number() > expr(other)._number()
 
     def __ge__(self, other: Any) -> bool:
         """Compare two numbers."""
-        return self._number() >= expr(other)._number()  # noqa: SLF001
+        return self._number() >= expr(other)._number()
 
     def __bool__(self) -> bool:
         """Return whether a number is not zero."""

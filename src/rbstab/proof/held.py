@@ -1,9 +1,9 @@
 """Rest states at which a force that jumps, or a stop, holds the body.
 
 L(Θ, λ) is the energy with λ in place of one step(h). Its gradient by Θ is that of U with a share λ
-of the jump, and its slope by λ is the jump in energy, which is zero exactly where h = 0. So the body
-rests on the surface h = 0 where ∇L = 0 and 0 < λ < 1: the same search, with one more variable. At a
-stop, θ2 is a number, and ∂U/∂θ2 has to press against it.
+of the jump, and its slope by λ is the jump in energy, which is zero exactly where h = 0. So the
+body rests on the surface h = 0 where ∇L = 0 and 0 < λ < 1: the same search, with one more variable.
+At a stop, θ2 is a number, and ∂U/∂θ2 has to press against it.
 """
 
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ from rbstab.proof.expr import STEP, VAR, Atom, atom, expr, variable
 from rbstab.proof.intervals import Intervals, constant
 from rbstab.proof.model import Energy
 from rbstab.proof.rewriting import substituted
-from rbstab.proof.search import Box, Boxes, Search, Zero, Zeros, index_of, newton
+from rbstab.proof.search import Box, Boxes, Search, Zero, Zeros, index_of, joined, newton
 
 LAMBDA = 1000
 """The number of the variable λ."""
@@ -174,5 +174,7 @@ def _zeros_on_face(energy: Energy, box: Box, side: int, limit: int) -> Zeros:
             )
         elif not slope.lo[0] > 0:
             undecided.append(at)
-    left = Boxes(np.concatenate([u.lo for u in undecided], 1), np.concatenate([u.hi for u in undecided], 1))
+    left = Boxes(
+        np.concatenate([u.lo for u in undecided], 1), np.concatenate([u.hi for u in undecided], 1)
+    )
     return Zeros(tuple(zeros), left, found.examined, found.family)

@@ -79,7 +79,7 @@ class Energy:
 
     @property
     def least(self) -> dict[Atom, float]:
-        """Known lower bounds of atoms in the range |θ2| <= π/2, and where barriers keep a motion."""
+        """Known lower bounds of atoms where |θ2| <= π/2, and where barriers keep a motion."""
         return {COSINE: 0.0} | {HALVES[k]: 0.0 for k in self.closed if k in HALVES}
 
 

@@ -58,9 +58,7 @@ class Body:
         self.reduced: ReducedEnergy = reduced_energy(system, exact_system)
         self.energy = energy_of(system, exact_system)
         self.at_rest: Configurations = configurations(system)
-        self.bounded = BoundedEnergy(
-            self.energy.U, free=self.energy.free, least=self.energy.least
-        )
+        self.bounded = BoundedEnergy(self.energy.U, free=self.energy.free, least=self.energy.least)
 
     def proved(self, limit: int, end: Array = RANGE_END) -> RestStates:
         """Prove the rest states with -end <= Θ <= end, with at most so many boxes.
@@ -84,9 +82,7 @@ class Body:
         """Search again, if there are further states on a surface near undecided boxes."""
         left = found.undecided[slice(MOST_CENTRES)]
         more = held_zeros(self.energy, box, 0.5 * (left.lo + left.hi))
-        new = [
-            zero for zero in more if not any(one.domain.contains(zero.point) for one in held)
-        ]
+        new = [zero for zero in more if not any(one.domain.contains(zero.point) for one in held)]
         return Search(self.bounded, box, known=[*held, *new]).run(limit) if new else found
 
     def _rest_states(

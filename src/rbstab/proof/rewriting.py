@@ -1,4 +1,4 @@
-"""Rewriting of expressions: other expressions in place of atoms, steps that are known, coefficients."""
+"""Rewriting of expressions: others in place of atoms, steps that are known, coefficients."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
@@ -168,7 +168,9 @@ class Quadratic(NamedTuple):
     rest: Expr
 
 
-def quadratic_in(e: Expr, numbers: Sequence[int], constant: Iterable[str] | None = None) -> Quadratic:
+def quadratic_in(
+    e: Expr, numbers: Sequence[int], constant: Iterable[str] | None = None
+) -> Quadratic:
     """Take an expression apart as a quadratic function of some variables.
 
     Args:

@@ -219,7 +219,7 @@ class Search:
         across: Whether a zero that may lie on the border counts too, and is not left undecided.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 (what a search may be given besides V)
         self,
         energy: BoundedEnergy,
         box: Box,
@@ -268,7 +268,9 @@ class Search:
 
     def _ended(self, undecided: Boxes) -> Zeros:
         undecided = self.left = undecided[self._open(undecided)]
-        volume = np.prod((undecided.hi - undecided.lo) / (self.box.hi - self.box.lo)[:, None], axis=0)
+        volume = np.prod(
+            (undecided.hi - undecided.lo) / (self.box.hi - self.box.lo)[:, None], axis=0
+        )
         return self._result(undecided, 1.0 - float(volume.sum()))
 
     @property
@@ -282,9 +284,9 @@ class Search:
         for zero in self.zeros:
             low, high = zero.enclosure
             touches = np.all(high >= self.box.lo) and np.all(low <= self.box.hi)
-            if np.all(low > self.box.lo) and np.all(high < self.box.hi):
-                inside.append(zero)
-            elif touches and self.across:
+            if (np.all(low > self.box.lo) and np.all(high < self.box.hi)) or (
+                touches and self.across
+            ):
                 inside.append(zero)
             elif touches:
                 across.append(one_box(zero.enclosure))

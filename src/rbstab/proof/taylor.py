@@ -9,8 +9,7 @@ gives values at points (boxes of no width), Newton steps (their middles), and pr
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from functools import lru_cache
-from itertools import pairwise
+from functools import cache
 from itertools import product as all_pairs
 from math import comb, prod
 from typing import Any, NamedTuple
@@ -42,9 +41,9 @@ Exponents = tuple[int, ...]
 ROUNDING = 2.0**-52
 
 
-@lru_cache(maxsize=None)
+@cache
 def exponents(n: int, order: int) -> tuple[list[Exponents], dict[Exponents, int]]:
-    """Return all multi-indices of n variables up to an order, lower ones first; and their places."""
+    """Return all multi-indices of n variables up to an order, lower first; and their places."""
     rows = [a for a in all_pairs(range(order + 1), repeat=n) if sum(a) <= order]
     rows.sort(key=lambda a: (sum(a), tuple(-x for x in a)))
     return rows, {a: k for k, a in enumerate(rows)}
@@ -158,7 +157,9 @@ class Compiled:
 
     # -- compilation ---------------------------------------------------------------------------
 
-    def _add(self, key: Any, kind: str, places: Sequence[int], support: Sequence[int], detail: Any) -> int:
+    def _add(
+        self, key: Any, kind: str, places: Sequence[int], support: Sequence[int], detail: Any
+    ) -> int:
         if key not in self._known:
             self._known[key] = len(self.operations)
             entries = np.array(support, dtype=int)
@@ -293,7 +294,9 @@ class Compiled:
 
     # -- evaluation ----------------------------------------------------------------------------
 
-    def __call__(self, leaf: Leaf, about: "Values | None" = None, reach: Array | None = None) -> "Values":
+    def __call__(
+        self, leaf: Leaf, about: "Values | None" = None, reach: Array | None = None
+    ) -> "Values":
         """Return the coefficients of all operations over some boxes.
 
         Args:

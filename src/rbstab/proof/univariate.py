@@ -1,4 +1,4 @@
-"""Taylor coefficients g^(k)(x)/k! of functions of one number, for intervals of it, up to order 3."""
+"""Taylor coefficients g^(k)(x)/k! of functions of one number, over intervals of it, up to k = 3."""
 
 from fractions import Fraction
 from math import factorial
@@ -88,8 +88,9 @@ def _log(x: Intervals) -> list[Intervals]:
     bad = x.lo <= 0
     inside = Intervals(np.where(bad, 1.0, x.lo), np.where(bad, 1.0, x.hi))
     found = [monotone("log", inside)]
-    for k in range(1, 4):
-        found.append(scaled(power(inside, -k), constant(Fraction((-1) ** (k + 1), k))))
+    found += [
+        scaled(power(inside, -k), constant(Fraction((-1) ** (k + 1), k))) for k in range(1, 4)
+    ]
     return [_unless(bad, one) for one in found]
 
 

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.proofs import rest_states
 from support.rest import DAMPING, HEAVY, K_R, inverted_pendulum, paper_system, random_rest_system
 
 from rbstab.analysis.proof.boxes import RANGE_END
-from rbstab.analysis.proof.branch_and_bound import SearchOutcome
 from rbstab.analysis.proof.certified_region import Face, certified_region
+from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.reduced_energy import reduced_energy
-from rbstab.analysis.proof.rest_states import rest_states
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.proofs import rest_states
 from support.rest import (
     HEAVY,
     SADDLES,
@@ -17,8 +18,7 @@ from support.rest import (
 )
 from support.systems import VARIANTS
 
-from rbstab.analysis.proof.branch_and_bound import SearchOutcome
-from rbstab.analysis.proof.rest_states import rest_states
+from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.rest_state import nearest_rest_state
 
 

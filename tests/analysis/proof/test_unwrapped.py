@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.optimize import root
+from support.proofs import rest_states, unwrapped_rest_states
 from support.rest import HEAVY, inverted_pendulum, paper_system, random_rest_system
 
 from rbstab.analysis.proof.boxes import RANGE_END
-from rbstab.analysis.proof.branch_and_bound import SearchOutcome
 from rbstab.analysis.proof.certified_region import Face, certified_region
+from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.reduced_energy import reduced_energy
 from rbstab.analysis.proof.regions.minimum_regions import minimum_regions
-from rbstab.analysis.proof.rest_states import rest_states
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
-from rbstab.analysis.proof.unwrapped import unwrapped_end, unwrapped_rest_states
+from rbstab.analysis.proof.unwrapped import unwrapped_end
 
 
 def unwrapped(system):

@@ -12,9 +12,9 @@ from enum import Enum
 import numpy as np
 
 from rbstab.analysis.proof.boxes import RANGE_END, Boxes, joined
-from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.least_value import LeastValue, least_value, lower_bounds, upper_bounds
+from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.rest_states import RestPoint, RestStates
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.mechanics.numbers import Array

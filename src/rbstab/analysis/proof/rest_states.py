@@ -107,7 +107,7 @@ class RestStates:
         """Whether all motions from |θ2| < π/2 converge to the only rest state (theorem 10).
 
         To be asked of the rest states for all real θ1 and θ3: a barrier or a stop keeps all motions
-        away from θ2 = ±π/2, and the energy grows with |θ1| and |θ3| (`unwrapped_rest_states`). With
+        away from θ2 = ±π/2, and the energy grows with |θ1| and |θ3| (`unwrapped_end`). With
         barriers on θ1 and θ3, of those in the range of eq. 5: then it is of motions that start
         there.
         """

@@ -8,9 +8,10 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from rbstab.analysis.proof.branch_and_bound import SearchOutcome, prove
+from rbstab.analysis.proof.searches.zeros import search
 from support.guards import parabola_with
 
-from rbstab.analysis.proof.branch_and_bound import SearchOutcome, prove
 from rbstab.analysis.proof.guards.barrier import BarrierEnergy
 from rbstab.analysis.proof.guards.guard import Guard
 from rbstab.analysis.proof.guards.kinks import (
@@ -22,7 +23,6 @@ from rbstab.analysis.proof.guards.kinks import (
     newton_at_kink,
 )
 from rbstab.analysis.proof.guards.soft import SoftEnergy
-from rbstab.analysis.proof.searches.zeros import search
 
 CENTRE = np.array([0.3, 0.7, -0.2])
 

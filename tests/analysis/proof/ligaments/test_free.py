@@ -10,16 +10,16 @@ from support.ligaments import (
     random_ligaments,
     tied_energy,
 )
+from support.proofs import rest_states
 from support.tied_springs import K_C, K_D, spring_of, tied_system
 
 from rbstab.analysis.proof.boxes import Boxes
-from rbstab.analysis.proof.branch_and_bound import SearchOutcome
 from rbstab.analysis.proof.certified_region import certified_region
 from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.ligaments import free_bounds
 from rbstab.analysis.proof.lines.intervals import Intervals, exact
+from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy, reduced_energy
-from rbstab.analysis.proof.rest_states import rest_states
 from rbstab.analysis.proof.searches.limits import BRIEF_LIGAMENT_BOX_LIMIT, search_limit
 from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
 

@@ -8,13 +8,13 @@ from scipy.optimize import root
 from support.held_springs import held_system, random_springs
 from support.held_springs import length_of as spring_length
 from support.ligaments import held_energy, ligament_of, random_ligaments
+from support.proofs import rest_states
 
 from rbstab.analysis.proof.boxes import Boxes
-from rbstab.analysis.proof.branch_and_bound import SearchOutcome
 from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.ligaments.held import LigamentLine
+from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.reduced_energy import reduced_energy
-from rbstab.analysis.proof.rest_states import rest_states
 
 seeds = st.integers(0, 2**32)
 

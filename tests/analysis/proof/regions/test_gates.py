@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.proofs import rest_states
 from support.rest import inverted_pendulum
 
 from rbstab.analysis.proof.boxes import RANGE_END, box_around, whole_range
@@ -17,7 +18,6 @@ from rbstab.analysis.proof.regions.gates import (
     state_gate,
     undecided_gate,
 )
-from rbstab.analysis.proof.rest_states import rest_states
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 
 

@@ -7,13 +7,13 @@ import pytest
 from scipy.optimize import brentq
 from support.landscapes import end_of_flow, flooded
 from support.problems import problem, solve
+from support.proofs import rest_states
 from support.rest import HEAVY, inverted_pendulum, paper_system, soft_body
 
 from rbstab.analysis.proof.boxes import RANGE_END
-from rbstab.analysis.proof.branch_and_bound import SearchOutcome
 from rbstab.analysis.proof.certified_region import Face, certified_region
+from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.regions.minimum_regions import minimum_regions
-from rbstab.analysis.proof.rest_states import rest_states
 
 # Bodies with several minima, or whose lowest border point lies behind a saddle: variant, seed.
 SOFT = [("permanent", 4), ("visco-elastic", 4), ("visco-elastic", 8), ("visco-elastic", 10)]

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.landscapes import end_of_flow, flooded
+from support.proofs import rest_states
 from support.rest import random_rest_system
 
 from rbstab.analysis.proof.boxes import RANGE_END, Boxes
 from rbstab.analysis.proof.certified_region import certified_region
 from rbstab.analysis.proof.regions.downhill import Landscape
 from rbstab.analysis.proof.regions.minimum_regions import minimum_regions
-from rbstab.analysis.proof.rest_states import rest_states
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
+from rbstab.analysis.proof.branch_and_bound import prove as branch_and_bound
 from support.valleys import TWO_VALLEYS
 
 import rbstab
 from rbstab.analysis.proof.boxes import RANGE_END, Boxes
-from rbstab.analysis.proof.branch_and_bound import SearchOutcome
-from rbstab.analysis.proof.branch_and_bound import prove as branch_and_bound
 from rbstab.analysis.proof.guards.guard import Guard
 from rbstab.analysis.proof.guards.soft import SoftEnergy
+from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.regions.downhill import Landscape
 from rbstab.analysis.proof.regions.starts import RegionLevel, StartRegions
 from rbstab.analysis.proof.rest_states import end_of_rest_states

@@ -9,6 +9,7 @@ from scipy.optimize import minimize
 from support.held_springs import energy_of as held_energy
 from support.held_springs import held_system
 from support.pose import attitude
+from support.proofs import rest_states
 from support.tied_springs import (
     K_D,
     energy_of,
@@ -19,9 +20,8 @@ from support.tied_springs import (
 )
 
 from rbstab.analysis.proof.boxes import Boxes
-from rbstab.analysis.proof.branch_and_bound import SearchOutcome
 from rbstab.analysis.proof.certified_region import Face
-from rbstab.analysis.proof.rest_states import rest_states
+from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
 from rbstab.analysis.proof.tied.rest_states import tied_rest_states, unwrapped_tied_states
 from rbstab.analysis.proof.tied.search import prove

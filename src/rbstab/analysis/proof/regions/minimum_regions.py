@@ -4,10 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.certified_region import CertifiedRegion, Face, energy_at_most
 from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.least_value import lower_bounds
+from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.regions.border_gates import border_gates, minimum_inside
 from rbstab.analysis.proof.regions.downhill import Landscape
 from rbstab.analysis.proof.regions.gates import Gate, minima_below, state_gate, undecided_gate

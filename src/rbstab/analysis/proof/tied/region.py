@@ -15,10 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rbstab.analysis.proof.boxes import Boxes, joined
-from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.certified_region import Face
 from rbstab.analysis.proof.formulas import jets
 from rbstab.analysis.proof.lines.intervals import ROUNDING, Intervals
+from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.tied.bounds import ANGLES, SHIFT, Bounds, Forms, Pose
 from rbstab.analysis.proof.tied.energy import TiedEnergy
 from rbstab.analysis.proof.tied.extent import scale_of

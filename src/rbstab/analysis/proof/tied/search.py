@@ -3,7 +3,7 @@
 With springs alone z = -S⁻¹Σ w_j u_j at a rest state, with unit vectors u_j. So z is in a known box
 (`extent`), and this equation narrows the part of it that belongs to a box of Θ; the forces of
 ligaments and of elements of users are part of it. What is left is tested as in
-`branch_and_bound`, in six variables.
+`rbstab.proof.search`, in six variables.
 """
 
 from collections.abc import Sequence
@@ -12,18 +12,20 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rbstab.analysis.proof.boxes import RANGE_END, Boxes, box_around, joined
-from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.index import proved_index
 from rbstab.analysis.proof.lines.intervals import Intervals, exact
+from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.tied.bounds import ANGLES, SHIFT, Pose
 from rbstab.analysis.proof.tied.energy import TiedEnergy
 from rbstab.analysis.proof.tied.extent import scale_of
 from rbstab.analysis.proof.tied.krawczyk import Image, image, inverses
-from rbstab.analysis.proof.zero import SHORT_NEWTON_STEPS
 from rbstab.mechanics.numbers import Array
 
 BATCH = 512
 """Number of boxes examined at once."""
+
+SHORT_NEWTON_STEPS = 12
+"""Newton steps from a point that is near a zero, if there is one."""
 
 BOX_LIMIT = 300_000
 """The number of boxes at which a search stops."""

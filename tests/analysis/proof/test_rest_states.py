@@ -174,18 +174,6 @@ def test_two_proved_states_disprove_uniqueness_whatever_is_undecided():
     assert found.unique is False
 
 
-def test_seed_is_handed_on(monkeypatch):
-    seeds = []
-
-    def search(form, seed, end):
-        seeds.append(seed)
-        return np.zeros((0, 3))
-
-    monkeypatch.setattr("rbstab.analysis.proof.rest_states.search", search)
-    rest_states(paper_system("free"), seed=5)
-    assert seeds == [5]
-
-
 @pytest.mark.parametrize("K_r_scale", [1.0, 0.01])
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_proof_takes_seconds_at_most(variant, K_r_scale):
@@ -208,17 +196,3 @@ def test_nothing_slow_is_imported_before_it_is_needed():
 def test_coordinates_of_the_helper_hold_the_permanent_body():
     assert coordinates_of("permanent").holds_contact
     assert not coordinates_of("free").holds_contact
-
-
-def test_a_point_of_the_search_that_is_no_rest_state_is_left_out(monkeypatch):
-    """All zeros are proved to be known, so a further point of the search cannot be one."""
-    module = sys.modules[rest_states.__module__]
-    spurious = np.array([[0.0, 0.0, 0.0], [0.5, 0.4, 0.3]])
-    monkeypatch.setattr(module, "search", lambda *_arguments, **_end: spurious)
-    found = rest_states(paper_system("permanent"))
-    assert found.proved
-    assert found.unique is True
-    (point,) = found.states
-    assert point.proved
-    searched = rest_states(paper_system("permanent"), proof=False)
-    assert len(searched.states) == 2

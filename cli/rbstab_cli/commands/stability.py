@@ -100,7 +100,8 @@ def command(
     all of them, `stable_count` how many are stable. `every_start` is whether every start is proved
     to converge. `almost_every_start` has the same of almost every start: `proved`, `returns`
     (whether all of the rest states that are reached are near the desired orientation), their
-    numbers `states`, and `why` it is not proved.
+    numbers `states`, and `why` it is not proved. Of a body whose energy depends on no Euler angles,
+    `on_rotations` has the quaternions of all rest states on SO(3), and families of them.
     """
     from rbstab.config.build import problem_of
     from rbstab.experiment.convergence.convergence import Enclose

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.rotations import attitude, config_of, held, rotation_of, tie, traced
+from support.rotations import attitude, config_of, held, rotation_of, tie, traced, zero_of_chart
 
 from rbstab.analysis.configuration import configurations
+from rbstab.experiment.stored_proof.rotations import angles_of
 from rbstab.mechanics.attitude import rotation
+from rbstab.proof.bounds import BoundedEnergy
 from rbstab.proof.expr import expr, variable
 from rbstab.proof.model import value_at
 from rbstab.proof.rotations.energy import ENTRIES
@@ -83,6 +85,25 @@ def test_the_energy_in_each_chart_is_that_of_the_program_at_its_angles(config):
         for k in range(4):
             x = np.delete(q / q[k], k)
             assert value_at(in_chart(energy.U, k), x) == pytest.approx(expected, rel=1e-9)
+
+
+def test_where_ligaments_hold_it_the_position_is_the_lowest_at_each_rotation():
+    line = {"kind": "ligament", "point": [0.1, 0, 0.2], "anchor": [0.4, 0.1, 0.9], "stiffness": 80}
+    line |= {"slack_length": 0.3, "toe_strain": 0.05}
+    tied = config_of({"tie": tie([0, 0, -0.1], K=[60, 50, 70]), "line": line})
+    system, energy, _ = traced(tied)
+    assert energy.free == (3, 4, 5)
+    at = configurations(system)
+    for q in ([1, 0.2, -0.3, 0.4], [1, 0.7, 0.1, -0.9]):
+        state = zero_of_chart(0, q[1:])
+        rest = configuration_at(energy, state)
+        Theta = angles_of(rotation_of(q))
+        where = np.array([*Theta, *(rest[k] for k in (3, 4, 5))])
+        # The line is taut, so this is not where the tie alone would hold it.
+        assert at.energies(where)[-1] > 1e-3
+        assert np.abs(at.gradient(where)[3:]).max() < 1e-7
+        V = BoundedEnergy(in_chart(energy.U, 0), free=energy.free)
+        assert V.at(np.array([q[1:]], dtype=float).T)[0][0] == pytest.approx(at.energy(where))
 
 
 def _quaternion(A):

@@ -65,7 +65,7 @@ test-times: $(READY)  ## run all tests but the long ones, and store how long eac
 	$(BIN)/python -m pytest $(BY_FILE) -m 'not long$(AND_BROWSERLESS)' --junitxml=.pytest_cache/times.xml
 	PYTHONPATH=tests $(BIN)/python -m support.measure .pytest_cache/times.xml
 
-mutants: $(READY)  ## run the tests against wrong programs, and list those that no test notices (ROOMS="mechanics ..."); this takes hours
+mutants: $(READY)  ## run the tests against wrong programs, and list those that no test notices (ROOMS="mechanics ...")
 	PYTHONPATH=tests $(BIN)/python -u -m support.mutants $(ROOMS)
 
 soak: $(READY)  ## sweep 10^6 members while workers are killed; check results and memory

@@ -85,7 +85,7 @@ def test_the_energy_of_the_chatter_is_that_of_the_velocity_and_of_the_displaceme
     chatter = Chatter(bound_by([1000, 2000, 3000]).system)
     W, _ = mobility(y)
     F = y[9:12]
-    expected = 0.5 * F @ np.linalg.solve(W, F) + 1 + 4 + 9
+    expected = float(0.5 * F @ np.linalg.solve(W, F)) + 1 + 4 + 9
     assert chatter.energy(y) == pytest.approx(expected, rel=1e-13)
     assert chatter.is_below(1.001 * expected, y)
     assert not chatter.is_below(0.999 * expected, y)

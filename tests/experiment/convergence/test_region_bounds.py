@@ -1,6 +1,7 @@
 """The level that is shown for a start is that of a region of its rest state."""
 
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from support.paper_runs import paper_config
@@ -28,8 +29,9 @@ def test_of_several_regions_the_lowest_that_has_the_motion_counts(monkeypatch):
     upright, lying = (0.0, 0.0, 0.0), (0.0, 1.5, 0.0)
     bounds = [(upright, 5.0), (lying, 6.0), (upright, 8.0), (lying, 9.0)]
     monkeypatch.setattr(region_bounds, "region_energies", lambda *_, **__: bounds)
-    proof = SimpleNamespace(states=[SimpleNamespace(orientation=upright, energy=1.0)])
-    proof.states.append(SimpleNamespace(orientation=lying, energy=2.0))
+    states = [SimpleNamespace(orientation=upright, energy=1.0)]
+    states.append(SimpleNamespace(orientation=lying, energy=2.0))
+    proof: Any = SimpleNamespace(states=states)
     assert level_of(proof, 1, 4.0) == pytest.approx(5.0 - 1.0)
     assert level_of(proof, 1, 5.5) == pytest.approx(8.0 - 1.0)
     assert level_of(proof, 2, 5.5) == pytest.approx(6.0 - 2.0)

@@ -102,7 +102,8 @@ def test_claims_are_read_as_written() -> None:
     (state,) = found.zeros.zeros
     assert np.array_equal(state.enclosure, box)
     assert (state.index, state.held, state.ridge) == (1, True, True)
-    assert np.array_equal(found.zeros.undecided, left)
+    assert np.array_equal(found.zeros.undecided.lo, left.lo)
+    assert np.array_equal(found.zeros.undecided.hi, left.hi)
     assert (found.end, found.level, found.regions) == (claims.end, 1.5, {1: 2.5})
     assert found.everywhere
     assert found.every_start

@@ -280,9 +280,20 @@ class Search:
                 continue
             zero = isolated(self.energy, x)
             if zero is not None:
-                self.zeros.append(zero)
+                self.zeros += [zero] if self._is_bounded(zero) else []
             elif all(np.abs(x - other).max() > FAMILY_APART for other in self.failed):
                 self.failed.append(x)
+
+    def _is_bounded(self, zero: Zero) -> bool:
+        """Return whether the known lower bounds of atoms hold in the enclosure of a zero.
+
+        They do in the box. Beyond it the bounds are those of another function, which may have a
+        zero in whose domain that of V would be overlooked.
+        """
+        known = frozenset[int]().union(*(a.variables for a in self.energy.least))
+        axes = [i for i, v in enumerate(self.energy.variables) if v in known]
+        low, high = zero.enclosure
+        return bool(np.all(low[axes] > self.box.lo[axes]) and np.all(high[axes] < self.box.hi[axes]))
 
     def _step(self, boxes: Boxes) -> tuple[Boxes, Boxes]:
         """Return the halves of the boxes that are not done, and those too small to be halved."""

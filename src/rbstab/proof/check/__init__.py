@@ -1,4 +1,4 @@
-"""A checker of proofs that shares nothing with the prover: python-flint and the standard library."""
+"""A checker of proofs that shares nothing with the prover: python-flint and Python alone."""
 
 from rbstab.proof.check.checker import check
 from rbstab.proof.check.findings import Finding

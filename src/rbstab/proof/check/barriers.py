@@ -9,12 +9,15 @@ infinity. To set the angle back to where this begins never raises U.
 """
 
 from collections.abc import Mapping
+from functools import partial
+from typing import NamedTuple
 
 from flint import arb
 
 from rbstab.proof.check.bounds import centre_and_steps
 from rbstab.proof.check.cover import cover
 from rbstab.proof.check.findings import Box, Cover
+from rbstab.proof.check.least import minimiser_over
 from rbstab.proof.check.taylor import Ball, Energy, coefficients, whole_power
 
 GAPS = [2.0**-k for k in range(1, 28)]
@@ -30,7 +33,9 @@ Laurent = dict[int, Dual]
 """Σ_k B_k d^-k: each B_k with its slope."""
 
 
-def clear_of_barrier(U: Energy, axis: int, box: Box, end: Ball) -> tuple[float | None, Mapping[str, Cover]]:
+def clear_of_barrier(
+    U: Energy, axis: int, box: Box, end: Ball
+) -> tuple[float | None, Mapping[str, Cover]]:
     """Return an angle from which on U rises to infinity, toward both ends, and how that was shown.
 
     Args:
@@ -39,33 +44,33 @@ def clear_of_barrier(U: Energy, axis: int, box: Box, end: Ball) -> tuple[float |
         box: The range of the others.
         end: The exact end of the angle.
     """
-    pole = _pole(U, axis)
-    if pole is None:
+    number = _number_of_pole(U, axis)
+    if number is None:
         return None, {}
     for gap in GAPS:
         begin = float((end - gap).mid())
-        covers = {}
+        # Where θ is nearer to the end than `begin`, 0 <= d <= d(begin).
+        most = arb(begin).cos() if axis == 1 else 1 + arb(begin).cos()
+        pole, covers = _Pole(axis, number, arb(most.upper() / 2, most.upper() / 2)), {}
         for side in (-1, 1):
             part = (begin, box[axis][1]) if side > 0 else (box[axis][0], -begin)
             slab = (*box[:axis], part, *box[axis + 1 :])
-            # Where θ is nearer to the end than `begin`, 0 <= d <= d(begin).
-            most = _distance(axis, arb(begin))
-            covers[f"θ{axis + 1} = {side * float(end.mid()):.6g}"] = cover(
-                slab, lambda b, s=side, d=most: _rises(U, axis, pole, b, s, d), LIMIT
-            )
-            if covers[f"θ{axis + 1} = {side * float(end.mid()):.6g}"].open is not None:
-                break
-        else:
+            reason = partial(_rises, U, pole, side)
+            covers[f"θ{axis + 1} near {side * float(end.mid()):.6g}"] = cover(slab, reason, LIMIT)
+        if all(found.open is None for found in covers.values()):
             return begin, covers
     return None, {}
 
 
-def _distance(axis: int, angle: Ball) -> Ball:
-    """Return d at an angle."""
-    return angle.cos() if axis == 1 else 1 + angle.cos()
+class _Pole(NamedTuple):
+    """d: the axis of its angle, the operation that it is, and its range."""
+
+    axis: int
+    number: int
+    d: Ball
 
 
-def _pole(U: Energy, axis: int) -> int | None:
+def _number_of_pole(U: Energy, axis: int) -> int | None:
     """Return the operation that is d."""
     for k, (kind, *rest) in enumerate(U.operations):
         if kind == "cos" and axis == 1 and U.operations[rest[0]] == ("var", 1):
@@ -78,19 +83,18 @@ def _pole(U: Energy, axis: int) -> int | None:
     return None
 
 
-def _rises(U: Energy, axis: int, pole: int, box: Box, side: int, most: Ball) -> str | None:
-    """Return "r" if U rises towards the end of an angle on all of a box; None if it is not known."""
+def _rises(U: Energy, pole: _Pole, side: int, box: Box) -> str | None:
+    """Return "r" if U rises towards the end of an angle on all of a box, or None."""
     middle, steps = centre_and_steps(box)
     values = [m + d for m, d in zip(middle, steps, strict=True)]
-    half = most.upper() / 2
-    d = arb(half, half)
-    slope = -values[axis].sin()
-    found = _expanded(U, axis, pole, values, (d, slope))
+    slope, d = -values[pole.axis].sin(), pole.d
+    if U.free:
+        values += minimiser_over(U, box)
+    found = _expanded(U, pole, values, (d, slope))
     last = max(found, default=0) if found is not None else 0
     if found is None or last < 1:
         return None
-    top = found[last][0]
-    total = arb(0)
+    top, total = found[last][0], arb(0)
     for k, (value, change) in found.items():
         if change is not None:
             total += change * whole_power(d, last + 1 - k)
@@ -99,14 +103,14 @@ def _rises(U: Energy, axis: int, pole: int, box: Box, side: int, most: Ball) -> 
     return "r" if side * total > 0 and top is not None and top > 0 else None
 
 
-def _expanded(U: Energy, axis: int, pole: int, values: list[Ball], d: Dual) -> Laurent | None:
+def _expanded(U: Energy, pole: _Pole, values: list[Ball], d: Dual) -> Laurent | None:
     """Return U by powers of 1/d; None if it has no such form."""
     found = list[Laurent]()
     for k, (kind, *rest) in enumerate(U.operations):
-        if k == pole:
+        if k == pole.number:
             x: Laurent = {0: d}
         elif kind == "var":
-            x = {0: (values[rest[0]], arb(1) if rest[0] == axis else None)}
+            x = {0: (values[U.variables.index(rest[0])], arb(1) if rest[0] == pole.axis else None)}
         elif kind == "sum":
             x = {0: (arb(rest[0]), None)}
             for c, j in rest[1]:
@@ -115,7 +119,7 @@ def _expanded(U: Energy, axis: int, pole: int, values: list[Ball], d: Dual) -> L
                     x[n] = _plus(a, _times(arb(c), v)), _plus(b, _times(arb(c), s))
         elif kind == "times":
             x = _product(found[rest[0]], found[rest[1]])
-        elif kind == "pow" and rest[1] == pole and rest[0] < 0:
+        elif kind == "pow" and rest[1] == pole.number and rest[0] < 0:
             x = {-rest[0]: (arb(1), None)}
         elif kind in ("step", "positive") or set(found[rest[-1]]) != {0}:
             return None

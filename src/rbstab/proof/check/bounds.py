@@ -12,7 +12,7 @@ from typing import Any
 from flint import arb, arb_mat
 
 from rbstab.proof.check.findings import Box
-from rbstab.proof.check.taylor import Ball, Energy, Series
+from rbstab.proof.check.taylor import UNKNOWN, Ball, Energy, Series
 
 Matrix = Any
 """An `arb_mat` of python-flint."""
@@ -53,18 +53,15 @@ class Bounds:
         self.value, self.over = at.get(0, zero), whole.get(0, zero)
         self.gradient = column([at.get(rows.first[i], zero) for i in axes])
         self.gradient_over = [whole.get(rows.first[i], zero) for i in axes]
-        self.normal = None if flat is None else self._slope_across(flat[0], at, whole)
-        self.H = arb_mat([[_entry(at, rows.second[i][j]) for j in axes] for i in axes])
+        self.normal: Ball = UNKNOWN if flat is None else self._slope_across(flat[0], at, whole)
+        self.H = arb_mat([[entry(at, rows.second[i][j]) for j in axes] for i in axes])
         T = [
-            [
-                sum((_entry(whole, rows.third[i][j][k]) * steps[k] for k in axes), zero)
-                for j in axes
-            ]
+            [sum((entry(whole, rows.third[i][j][k]) * steps[k] for k in axes), zero) for j in axes]
             for i in axes
         ]
         self.T = arb_mat(T)
         # Where H(m) is not known, as at a switch, its bounds over the box may be.
-        natural = arb_mat([[_entry(whole, rows.second[i][j]) for j in axes] for i in axes])
+        natural = arb_mat([[entry(whole, rows.second[i][j]) for j in axes] for i in axes])
         sharp = finite(self.H + self.T)
         self.slope, self.bend, self.hessian = (
             (self.H + self.T / 2, self.H + self.T / 3, self.H + self.T)
@@ -83,7 +80,7 @@ class Bounds:
         natural = whole.get(rows.first[axis], zero)
         by_mean = at.get(rows.first[axis], zero)
         for i, d in zip(self.axes, self.step.entries(), strict=True):
-            by_mean += _entry(whole, rows.second[axis][i]) * d
+            by_mean += entry(whole, rows.second[axis][i]) * d
         return narrower(natural, by_mean)
 
     @property
@@ -131,7 +128,9 @@ class Bounds:
             fall = (g.transpose() * self.H.inv() * g)[0, 0] / 2
         except ZeroDivisionError:
             return False
-        return bool(self.value - fall + (d.transpose() * (self.bend - self.H) * d)[0, 0] / 2 >= bound)
+        return bool(
+            self.value - fall + (d.transpose() * (self.bend - self.H) * d)[0, 0] / 2 >= bound
+        )
 
     # -- a zero of ∇U -----------------------------------------------------------------------------
 
@@ -175,7 +174,8 @@ def centre_and_steps(box: Box) -> tuple[list[Ball], list[Ball]]:
     return [arb(m) for m in middle], steps
 
 
-def _entry(x: Series, place: tuple[int, int]) -> Ball:
+def entry(x: Series, place: tuple[int, int]) -> Ball:
+    """Return a derivative: a coefficient times a factor."""
     row, factor = place
     return x[row] * factor if row in x else arb(0)
 
@@ -217,7 +217,10 @@ def residual(Y: Matrix, H: Matrix) -> Matrix:
 
 def minors(H: Matrix) -> list[Ball]:
     """Return the leading minors of a matrix."""
-    return [arb_mat([[H[i, j] for j in range(n)] for i in range(n)]).det() for n in range(1, H.nrows() + 1)]
+    return [
+        arb_mat([[H[i, j] for j in range(n)] for i in range(n)]).det()
+        for n in range(1, H.nrows() + 1)
+    ]
 
 
 def index_of(H: Matrix) -> int | None:
@@ -226,7 +229,12 @@ def index_of(H: Matrix) -> int | None:
     A minor may be zero, so a second matrix L'HL is tried, which has the same number.
     """
     n = H.nrows()
-    L = arb_mat([[1 if i == j else arb(i + 2) / (j + 5) if i > j else 0 for j in range(n)] for i in range(n)])
+    L = arb_mat(
+        [
+            [1 if i == j else arb(i + 2) / (j + 5) if i > j else 0 for j in range(n)]
+            for i in range(n)
+        ]
+    )
     for one in (H, L.transpose() * H * L):
         signs = [1, *(1 if m > 0 else -1 if m < 0 else 0 for m in minors(one))]
         if 0 not in signs:

@@ -10,6 +10,7 @@ from typing import Any
 from flint import ctx
 
 from rbstab.proof.check.confine import confined
+from rbstab.proof.check.convex import why_not_convex
 from rbstab.proof.check.findings import (
     EVERYWHERE,
     IN_RANGE,
@@ -52,7 +53,14 @@ def check(
             findings.append(Finding(about, TIME, False, f"{error}."))
         except RefusedError as error:
             findings.append(Finding(IN_RANGE, "record", False, f"{error}."))
-        except (AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueError) as error:
+        except (
+            AttributeError,
+            IndexError,
+            KeyError,
+            OverflowError,
+            TypeError,
+            ValueError,
+        ) as error:
             text = f"The record cannot be read: {type(error).__name__}: {error}."
             findings.append(Finding(IN_RANGE, "record", False, text))
     return findings
@@ -62,9 +70,13 @@ def _findings(record: Mapping[str, Any]) -> Iterator[Finding]:
     if record["format"] != FORMAT:
         raise RefusedError("the record has another format")
     energy = record["energy"]
-    if energy["free"]:
-        raise RefusedError("not decided: the energy depends on more than Θ")
-    U = Energy(energy["operations"])
+    U = Energy(energy["operations"], _variables(energy["free"]))
+    if U.free:
+        why = why_not_convex(U)
+        text = "U is convex in the variables besides Θ, and has one minimiser."
+        yield Finding(IN_RANGE, "convexity", why is None, text if why is None else f"{why}.")
+        if why is not None:
+            return
     if U.steps:
         why = why_not_smooth(U)
         text = "U is as smooth at each switch as it is said to be."
@@ -75,6 +87,12 @@ def _findings(record: Mapping[str, Any]) -> Iterator[Finding]:
         raise RefusedError("the record claims nothing")
     for claims in record["ranges"]:
         yield from _of_range(U, energy, claims)
+
+
+def _variables(free: Any) -> tuple[int, ...]:
+    if not all(type(k) is int and k > 2 for k in free) or len(set(free)) < len(free):
+        raise RefusedError("the variables besides Θ are not numbered")
+    return (0, 1, 2, *free)
 
 
 def _of_range(U: Energy, energy: Mapping[str, Any], claims: Mapping[str, Any]) -> Iterator[Finding]:
@@ -125,9 +143,7 @@ def _confined(U: Energy, range_: Range) -> Finding:
     return Finding(range_.name, "ends", verified, text, covers)
 
 
-def _every_start(
-    range_: Range, claims: Mapping[str, Any], found: Sequence[Finding]
-) -> Finding:
+def _every_start(range_: Range, claims: Mapping[str, Any], found: Sequence[Finding]) -> Finding:
     """Check theorem 10: barriers or a stop close the range, with one rest state, a minimum."""
     wide = range_.name == EVERYWHERE
     single = claims["complete"] is True and [one["index"] for one in claims["states"]] == [0]

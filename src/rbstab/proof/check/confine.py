@@ -1,21 +1,20 @@
 """All rest states with any real θ1 and θ3 lie in a range: theorem 6 of docs/proofs.md.
 
-With U = ½ Θ'KΘ + q'Θ + p(Θ), p periodic in θ1 and θ3, and the block k of K for these, a rest state has
+With U = ½ Θ'KΘ + q'Θ + p(Θ), p periodic in θ1 and θ3, and the block k of K for these, at rest
 
     [θ1, θ3] = -k⁻¹ [q_j + K_j2 θ2 + ∂p/∂θ_j],    j in {1, 3}.
 
-The right-hand side is bounded on a cover of one period. In each box, the whole turns that may be added
-to θ1 and θ3 are those with which they meet their right-hand sides.
+The right-hand side is bounded on a cover of one period. In each box, the whole turns that may be
+added to θ1 and θ3 are those with which they meet their right-hand sides.
 """
 
 import math
-from typing import Any
 
 from flint import arb, arb_mat
 
-from rbstab.proof.check.bounds import Bounds
 from rbstab.proof.check.cover import cover
 from rbstab.proof.check.findings import Box, Cover
+from rbstab.proof.check.least import bounds
 from rbstab.proof.check.ranges import Range
 from rbstab.proof.check.taylor import Ball, Energy, operands
 
@@ -41,8 +40,8 @@ class Parts:
         assert kind == "sum"
         left = []
         for c, k in terms:
-            factors = _variables(U, k)
-            if factors is None or len(factors) > 2:
+            factors = variables_of(U, k)
+            if factors is None or len(factors) > 2 or max(factors) > 2:
                 # What depends on θ2 alone has no slope along the others.
                 left += [] if U.depends[k] == {1} else [(c, k)]
             elif len(factors) == 1:
@@ -55,22 +54,22 @@ class Parts:
         self.ok = _is_periodic(self.periodic)
 
 
-def _variables(U: Energy, k: int) -> list[int] | None:
-    """Return the variables of which an operation is the product; None if it is none."""
+def variables_of(U: Energy, k: int) -> list[int] | None:
+    """Return the places of the variables of which an operation is the product, or None."""
     kind, *rest = U.operations[k]
     if kind == "var":
         return [U.variables.index(rest[0])]
     if kind == "times":
-        one, other = (_variables(U, j) for j in rest)
+        one, other = (variables_of(U, j) for j in rest)
         return None if one is None or other is None else one + other
     if kind == "pow" and rest[0] == 2:
-        one = _variables(U, rest[1])
+        one = variables_of(U, rest[1])
         return None if one is None else one * 2
     return None
 
 
 def _is_periodic(U: Energy) -> bool:
-    """Return whether θ1 and θ3 stand in sines and cosines alone, in what the last operation uses."""
+    """Return whether θ1 and θ3 stand in sines and cosines alone, in what U uses."""
     used, pending = set[int](), [len(U.operations) - 1]
     while pending:
         k = pending.pop()
@@ -100,14 +99,14 @@ def confined(U: Energy, range_: Range) -> Cover | None:
     ends = [range_.ends[i] for i in OUTER]
 
     def reason(box: Box) -> str | None:
-        bounds = Bounds(parts.periodic, box)
-        theta2 = bounds.middle[1] + bounds.steps[1]
-        slopes = [bounds.slopes[j] for j in OUTER]
+        over = bounds(parts.periodic, box)
+        theta2 = over.middle[1] + over.steps[1]
+        slopes = [over.slopes[j] for j in OUTER]
         load = [parts.q[j] + K[j][1] * theta2 + s for j, s in zip(OUTER, slopes, strict=True)]
         possible = []
         for i in (0, 1):
             x = sum((inverse[i, j] * load[j] for j in (0, 1)), arb(0))
-            theta = bounds.middle[OUTER[i]] + bounds.steps[OUTER[i]]
+            theta = over.middle[OUTER[i]] + over.steps[OUTER[i]]
             possible.append(_turns(theta, x))
         if None in possible:
             return None

@@ -95,7 +95,9 @@ def range_of(U: Energy, energy: Any, claims: Any) -> tuple[Range, list[Finding]]
             raise RefusedError("barriers on θ1 and θ3 divide the range")
         last, found = clear_of_barrier(U, axis, box, most[axis])
         if last is None:
-            text = f"That U rises with |θ{axis + 1}| near the end of the range could not be confirmed."
+            text = (
+                f"That U rises with |θ{axis + 1}| near the end of the range could not be confirmed."
+            )
             findings.append(Finding(name, "barrier", False, text, found))
             continue
         text = f"U rises with |θ{axis + 1}| from {last:.6g} rad on: no rest state is there."

@@ -1,13 +1,14 @@
-"""The regions in which every motion converges to one rest state: theorems 3 and 5 of docs/proofs.md."""
+"""The regions in which every motion converges to one rest state: theorems 3 and 5."""
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 from flint import arb
 
-from rbstab.proof.check.bounds import Bounds
 from rbstab.proof.check.cover import WET, cover, flattened, flood, gap, touches, width
 from rbstab.proof.check.findings import Box, Cover, Finding
+from rbstab.proof.check.least import bounds
 from rbstab.proof.check.ranges import Face
 from rbstab.proof.check.states import Listed, State
 from rbstab.proof.check.taylor import Ball
@@ -60,9 +61,9 @@ class Region:
 
         def reason_for(share: float, box: Box) -> str | None:
             if box not in known:
-                bounds = Bounds(self.U, box)
-                below = WET if bounds.values < self.bound else None
-                known[box] = ABOVE if bounds.at_least(self.bound) else below
+                over = bounds(self.U, box)
+                below = WET if over.values < self.bound else None
+                known[box] = ABOVE if over.at_least(self.bound) else below
             if known[box] is not None:
                 return known[box]
             distance = min((gap(box, place) + width(place) for place in high), default=FAR)
@@ -85,17 +86,23 @@ class Region:
             found, stopped = flood(
                 self.range.box,
                 self.state.enclosure,
-                lambda box, s=share: reason_for(s, box),
+                partial(reason_for, share),
                 obstacle,
             )
             if stopped is None:
                 break
-        wrong = [] if stopped is None else [f"Motions below {self._shown} are not shown to stay away from {stopped}."]
+        wrong = (
+            []
+            if stopped is None
+            else [f"Motions below {self._shown} are not shown to stay away from {stopped}."]
+        )
         text = (
             f"Every motion with an energy below {self._shown} and Θ in the component of "
             f"{{U < {self._shown}}} about {self.state.name} converges to it."
         )
-        return self._finding(f"region of {self.state.name}", text, wrong, {"range": found, **border})
+        return self._finding(
+            f"region of {self.state.name}", text, wrong, {"range": found, **border}
+        )
 
     @property
     def _shown(self) -> str:
@@ -104,12 +111,14 @@ class Region:
     def _cover(self, box: Box, face: Face | None = None) -> Cover:
         """Cover a box by boxes in which U is at least the level."""
         place: tuple[int, Ball] | None = None if face is None else (face.axis, face.place)
-        return cover(box, lambda b: ABOVE if Bounds(self.U, b, place).at_least(self.bound) else None)
+        return cover(
+            box, lambda b: ABOVE if bounds(self.U, b, place).at_least(self.bound) else None
+        )
 
     def _finding(
         self, name: str, text: str, wrong: list[str], covers: Mapping[str, Cover]
     ) -> Finding:
-        if self.bound <= Bounds(self.U, self.state.enclosure).values:
+        if self.bound <= bounds(self.U, self.state.enclosure).values:
             text = f"It is empty: the energy of {self.state.name} is at least {self._shown}."
         return Finding(self.range.name, name, not wrong, " ".join(wrong) or text, covers)
 
@@ -120,7 +129,7 @@ def regions(listed: Listed, claims: Any) -> list[tuple[bool, State, float]]:
     if claims.get("level") is not None:
         found.append((True, listed.states[0], float(claims["level"])))
     for place, level in claims.get("regions", []):
-        if type(place) is not int or not 0 <= place:
+        if type(place) is not int or place < 0:
             raise IndexError("a region of no rest state")
         found.append((False, listed.states[place], float(level)))
     return found

@@ -1,6 +1,6 @@
 """The rest states of a range: each is the only one in its enclosure, and there are no others."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -8,8 +8,9 @@ from typing import Any
 from flint import arb, fmpq
 
 from rbstab.proof.check.bounds import Bounds, centre_and_steps
-from rbstab.proof.check.cover import cover, disjoint, flattened, within, wider
+from rbstab.proof.check.cover import cover, disjoint, flattened, wider, within
 from rbstab.proof.check.findings import Box, Cover, Finding, RefusedError
+from rbstab.proof.check.least import bounds
 from rbstab.proof.check.ranges import Face, Range, box_of
 from rbstab.proof.check.taylor import Ball, Energy
 
@@ -93,7 +94,7 @@ class Isolated:
 
     @cached_property
     def _bounds(self) -> Bounds:
-        return Bounds(self.U, self.state.enclosure)
+        return bounds(self.U, self.state.enclosure)
 
     @property
     def _is_unique(self) -> bool:
@@ -109,7 +110,7 @@ class Isolated:
 
     def _has_no_other(self, box: Box) -> bool:
         """Return whether a box about the enclosure contains no other rest state."""
-        return Bounds(self.U, box).one_to_one()
+        return bounds(self.U, box).one_to_one()
 
     @cached_property
     def domain(self) -> Box:
@@ -148,7 +149,7 @@ class AtJump(Isolated):
         unknown = [
             k
             for k in self.U.steps
-            if self.U.operations[k][1] == 1 and 0 in values[k] and not values[k][0] == 1
+            if self.U.operations[k][1] == 1 and 0 in values[k] and not values[k][0] > 0
         ]
         return unknown[0] if len(unknown) == 1 else None
 
@@ -244,7 +245,7 @@ class AtStop(Isolated):
 
     @cached_property
     def _bounds(self) -> Bounds:
-        return Bounds(self.U, self.state.enclosure, (1, self.face.place))
+        return bounds(self.U, self.state.enclosure, (1, self.face.place))
 
     @property
     def _is_unique(self) -> bool:
@@ -252,12 +253,12 @@ class AtStop(Isolated):
         return bool(held) and not self.state.ridge and self._bounds.one_to_one()
 
     def _has_no_other(self, box: Box) -> bool:
-        return Bounds(self.U, box, (1, self.face.place)).one_to_one()
+        return bounds(self.U, box, (1, self.face.place)).one_to_one()
 
 
 def isolated(U: Energy, state: State, range_: Range) -> Isolated:
     """Return the check of a rest state, by what holds the body there."""
-    if not state.held:
+    if not state.held or U.free:
         return Isolated(U, state, range_)
     low, high = state.enclosure[1]
     at_stop = range_.stop is not None and any(
@@ -318,13 +319,15 @@ class Listed:
             for name, place in places.items():
                 if within(box, place):
                     return name
-            return Bounds(self.U, box).excludes_zero()
+            return bounds(self.U, box).excludes_zero()
 
         return cover(self.range.box, reason)._replace(places=places)
 
     def _cover_of_stop(self, face: Face) -> Cover:
-        """Cover a stop by boxes on which U rises outwards, or no rest state is that is not listed."""
-        on_it = [one for one in self.checks if isinstance(one, AtStop) and one.face.side == face.side]
+        """Cover a stop by boxes on which U rises outwards, or no other state is."""
+        on_it = [
+            one for one in self.checks if isinstance(one, AtStop) and one.face.side == face.side
+        ]
         places = {f"s{one.state.number}": flattened(one.domain, 1) for one in on_it}
         places |= {
             name: flattened(box, 1)
@@ -336,12 +339,14 @@ class Listed:
             for name, place in places.items():
                 if within(box, place):
                     return name
-            bounds = Bounds(self.U, box, (face.axis, face.place))
-            return "f" if bounds.normal * face.side > 0 else bounds.excludes_zero()
+            over = bounds(self.U, box, (face.axis, face.place))
+            return "f" if over.normal * face.side > 0 else over.excludes_zero()
 
         return cover(flattened(self.range.box, 1), reason)._replace(places=places)
 
     def places_but(self, state: State) -> dict[str, Box]:
         """Return boxes with all rest states but one, by name."""
         others = {one.name: one.enclosure for one in self.states if one is not state}
-        return others | {f"undecided box {name[1:]}": b for name, b in self._undecided_places.items()}
+        return others | {
+            f"undecided box {name[1:]}": b for name, b in self._undecided_places.items()
+        }

@@ -1,10 +1,10 @@
 """Where a step changes, U is as smooth as its operations say: proved in exact arithmetic.
 
-Where the argument h of a step is positive, U is U1, with 1 for the step and h for its positive part;
-elsewhere U is U0, with 0 for the step. If the first derivative that jumps at h = 0 has the order k,
-U1 - U0 has to be a multiple of h^k. Here h is a symbol p: the largest monomial of h is replaced by
-what it is then, and U1 - U0 has to have no power of p below k. Functions of other operations are
-symbols too, so an identity among symbols is one of U.
+Where the argument h of a step is positive, U is U1, with 1 for the step and h for its positive
+part; elsewhere U is U0, with 0 for the step. If the first derivative that jumps at h = 0 has the
+order k, U1 - U0 has to be a multiple of h^k. Here h is a symbol p: the largest monomial of h is
+replaced by what it is then, and U1 - U0 has to have no power of p below k. Functions of other
+operations are symbols too, so an identity among symbols is one of U.
 """
 
 from typing import Any
@@ -80,7 +80,9 @@ class _Switch:
             found.append(self._value(k, one, found, on if touched[k] else None))
         return found
 
-    def _value(self, k: int, one: Any, found: list[Poly | None], on: bool | None) -> Poly | None:
+    def _value(  # noqa: PLR0911 (one return for each kind)
+        self, k: int, one: Any, found: list[Poly | None], on: bool | None
+    ) -> Poly | None:
         kind, *rest = one
         if on is not None and k == self.step:
             return {(): fmpq(1)} if on else {}
@@ -118,7 +120,9 @@ class _Switch:
             factor = c0.sqrt() if kind == "sqrt" else c0 ** rest[0]
         except FlintError as error:
             raise _NoFormError(f"{kind} of it has no series") from error
-        total, power, c = dict[Monomial, Any](), {(): fmpq(1)}, fmpq(1)
+        total: Poly = {}
+        power: Poly = {(): fmpq(1)}
+        c = fmpq(1)
         for k in range(self.order):
             total = _plus(total, power, c)
             power, c = _times(power, u), c * (n - k) / (k + 1)

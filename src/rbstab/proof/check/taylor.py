@@ -5,7 +5,7 @@ there is zero at all points, also where others have no bound.
 """
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property, lru_cache
+from functools import cache, cached_property
 from itertools import product
 from typing import Any
 
@@ -54,10 +54,20 @@ class Rows:
             return 6 if max(a) == 3 else 2 if max(a) == 2 else 1
 
         # The product of two coefficients belongs to the sum of their multi-indices.
-        self.sums = [{j: place[s] for j, b in enumerate(self.rows) if (s := plus(a, b)) in place} for a in self.rows]
+        self.sums = [
+            {j: place[s] for j, b in enumerate(self.rows) if (s := plus(a, b)) in place}
+            for a in self.rows
+        ]
         pairs = [[plus(a, b) for b in unit] for a in unit]
         self.second = [[(place[a], factor(a)) for a in row] for row in pairs]
-        self.third = [] if order < ORDER else [[[(place[plus(a, b)], factor(plus(a, b))) for b in unit] for a in row] for row in pairs]
+        self.third = (
+            []
+            if order < ORDER
+            else [
+                [[(place[plus(a, b)], factor(plus(a, b))) for b in unit] for a in row]
+                for row in pairs
+            ]
+        )
 
     def times(self, x: Series, y: Series) -> Series:
         """Return the product of two series."""
@@ -83,7 +93,7 @@ class Rows:
         return found
 
 
-rows_of = lru_cache(maxsize=None)(Rows)
+rows_of = cache(Rows)
 
 
 def coefficients(kind: str, v: Ball, power: int = 0) -> list[Ball]:
@@ -136,7 +146,9 @@ class Energy:
         RefusedError: They are no list of operations on these variables.
     """
 
-    def __init__(self, operations: Sequence[Sequence[Any]], variables: Sequence[int] = (0, 1, 2)) -> None:
+    def __init__(
+        self, operations: Sequence[Sequence[Any]], variables: Sequence[int] = (0, 1, 2)
+    ) -> None:
         self.operations = [_checked(k, one, variables) for k, one in enumerate(operations)]
         if not 0 < len(self.operations) <= MOST_OPERATIONS:
             raise RefusedError("the energy has no operations, or too many")
@@ -182,7 +194,7 @@ class Energy:
 
     @staticmethod
     def _step(rows: Rows, smooth: int, x: Series) -> Series:
-        """Return 0 or 1. Where it is not known, derivatives above those that exist have no bound."""
+        """Return 0 or 1. Where it is not known, derivatives that do not exist have no bound."""
         v = x.get(0, arb(0))
         if v > 0:
             return {0: arb(1)}
@@ -203,7 +215,9 @@ class Energy:
             return {}
         return x if v > 0 else {**x, 0: arb(v.upper() / 2, v.upper() / 2)}
 
-    def with_operations(self, operations: Sequence[Any], variables: Sequence[int] | None = None) -> "Energy":
+    def with_operations(
+        self, operations: Sequence[Any], variables: Sequence[int] | None = None
+    ) -> "Energy":
         """Return an energy with other operations, made from those of this one."""
         found = object.__new__(Energy)
         found.operations = list(operations)
@@ -213,12 +227,18 @@ class Energy:
         return found
 
     def _prepare(self) -> None:
+        self.last: Sequence[Ball] = ()  # where a minimiser was found
         self.rows, self.count = rows_of(self.n), 0
         self._sums = {
             k: (arb(one[1]), [(arb(c), j) for c, j in one[2]])
             for k, one in enumerate(self.operations)
             if one[0] == "sum"
         }
+
+    @property
+    def free(self) -> tuple[int, ...]:
+        """The numbers of its variables besides Θ."""
+        return self.variables[3:]
 
     # -- what its operations are about ----------------------------------------------------------
 

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rbstab.proof.check.bounds import Bounds
+from rbstab.proof.check.energy import Energy
 from rbstab.proof.check.least import bounds
-from rbstab.proof.check.taylor import Energy
 from rbstab.proof.expr import Expr, variable
 from rbstab.proof.record import operations_of
 

@@ -16,9 +16,10 @@ from flint import arb
 
 from rbstab.proof.check.bounds import centre_and_steps
 from rbstab.proof.check.cover import cover
+from rbstab.proof.check.energy import Energy
 from rbstab.proof.check.findings import Box, Cover
 from rbstab.proof.check.least import minimiser_over
-from rbstab.proof.check.taylor import Ball, Energy, coefficients, whole_power
+from rbstab.proof.check.taylor import Ball, coefficients, whole_power
 
 GAPS = [2.0**-k for k in range(1, 28)]
 """rad: distances from the end that are tried, the longest first."""

@@ -11,8 +11,9 @@ from typing import Any
 
 from flint import arb, arb_mat
 
+from rbstab.proof.check.energy import Energy
 from rbstab.proof.check.findings import Box
-from rbstab.proof.check.taylor import UNKNOWN, Ball, Energy, Series
+from rbstab.proof.check.taylor import UNKNOWN, Ball, Series
 
 Matrix = Any
 """An `arb_mat` of python-flint."""

@@ -10,7 +10,7 @@ from typing import Any
 from flint import ctx
 
 from rbstab.proof.check.confine import confined
-from rbstab.proof.check.convex import why_not_convex
+from rbstab.proof.check.energy import Energy
 from rbstab.proof.check.findings import (
     EVERYWHERE,
     IN_RANGE,
@@ -19,11 +19,11 @@ from rbstab.proof.check.findings import (
     RefusedError,
     TooLongError,
 )
+from rbstab.proof.check.least import why_not_convex
+from rbstab.proof.check.listed import Listed
 from rbstab.proof.check.ranges import Range, range_of
 from rbstab.proof.check.regions import Region, regions
-from rbstab.proof.check.states import Listed
 from rbstab.proof.check.switches import why_not_smooth
-from rbstab.proof.check.taylor import Energy
 
 FORMAT = 1
 PRECISION = 128

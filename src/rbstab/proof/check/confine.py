@@ -13,10 +13,11 @@ import math
 from flint import arb, arb_mat
 
 from rbstab.proof.check.cover import cover
+from rbstab.proof.check.energy import Energy, operands, variables_of
 from rbstab.proof.check.findings import Box, Cover
 from rbstab.proof.check.least import bounds
 from rbstab.proof.check.ranges import Range
-from rbstab.proof.check.taylor import Ball, Energy, operands
+from rbstab.proof.check.taylor import Ball
 
 OUTER = (0, 2)
 
@@ -52,20 +53,6 @@ class Parts:
                 self.K[j][i] += arb(c)
         self.periodic = U.with_operations([*U.operations[:-1], (kind, c0, left)])
         self.ok = _is_periodic(self.periodic)
-
-
-def variables_of(U: Energy, k: int) -> list[int] | None:
-    """Return the places of the variables of which an operation is the product, or None."""
-    kind, *rest = U.operations[k]
-    if kind == "var":
-        return [U.variables.index(rest[0])]
-    if kind == "times":
-        one, other = (variables_of(U, j) for j in rest)
-        return None if one is None or other is None else one + other
-    if kind == "pow" and rest[0] == 2:
-        one = variables_of(U, rest[1])
-        return None if one is None else one * 2
-    return None
 
 
 def _is_periodic(U: Energy) -> bool:

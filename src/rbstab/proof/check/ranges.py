@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 from flint import arb
 
 from rbstab.proof.check.barriers import clear_of_barrier
+from rbstab.proof.check.energy import Energy, rational
 from rbstab.proof.check.findings import EVERYWHERE, IN_RANGE, Box, Finding, RefusedError
-from rbstab.proof.check.taylor import Ball, Energy, rational
+from rbstab.proof.check.taylor import Ball
 
 FARTHEST_END = 100
 """rad: the largest end of θ1 and θ3."""

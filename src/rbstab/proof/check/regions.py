@@ -9,8 +9,9 @@ from flint import arb
 from rbstab.proof.check.cover import WET, cover, flattened, flood, gap, touches, width
 from rbstab.proof.check.findings import Box, Cover, Finding
 from rbstab.proof.check.least import bounds
+from rbstab.proof.check.listed import Listed
 from rbstab.proof.check.ranges import Face
-from rbstab.proof.check.states import Listed, State
+from rbstab.proof.check.states import State
 from rbstab.proof.check.taylor import Ball
 
 SHARES = (1 / 2, 1 / 4, 1 / 8, 1 / 16)

@@ -12,7 +12,7 @@ from typing import Any
 from flint import fmpq
 from flint.utils.flint_exceptions import FlintError
 
-from rbstab.proof.check.taylor import Energy, operands
+from rbstab.proof.check.energy import Energy, operands
 
 P = -1
 """The number of the symbol p; others are operations."""

@@ -24,6 +24,7 @@ HELD: dict[str, Expr] = {
     "others": (X * Y - Z).exp() + (4 + X + Y * Z).log() + (2 * X - Z * Y).atan(),
     "a force that jumps": X**2 * Y + 3 * H * Z.cos() * H.step(1),
     "a kink": X.sin() * Z + H**2 * (X + 2) * H.step(2),
+    "a kink in a root": X * Z + (2 + H.step(2) * (H**2 + H**3)).sqrt() * (1 + X),
     "a ligament": X * Z + H**3 * (Y.sin() + 2) * H.step(3),
 }
 WITH_Z: dict[str, Expr] = {

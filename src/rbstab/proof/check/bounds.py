@@ -13,7 +13,7 @@ from flint import arb, arb_mat
 
 from rbstab.proof.check.energy import Energy
 from rbstab.proof.check.findings import Box
-from rbstab.proof.check.taylor import UNKNOWN, Ball, Series
+from rbstab.proof.check.taylor import UNKNOWN, Ball, Series, narrower
 
 Matrix = Any
 """An `arb_mat` of python-flint."""
@@ -47,8 +47,9 @@ class Bounds:
         if flat is not None:
             middle[flat[0]], steps[flat[0]] = flat[1], arb(0)
         self.U, self.middle, self.steps = U, middle, steps
-        at = U(self._leaves(middle), 2)
-        whole = U(self._leaves([x + d for x, d in zip(middle, steps, strict=True)]))
+        all_at = U.all_series(self._leaves(middle), 2)
+        over = self._leaves([x + d for x, d in zip(middle, steps, strict=True)])
+        at, whole = all_at[-1], U.all_series(over, about=(all_at, steps))[-1]
         axes, zero = self.axes, arb(0)
         self.step = column([steps[i] for i in axes])
         self.value, self.over = at.get(0, zero), whole.get(0, zero)
@@ -189,11 +190,6 @@ def column(entries: Sequence[Ball]) -> Matrix:
 def misses_zero(x: Ball) -> bool:
     """Return whether 0 is not in a ball."""
     return bool(x > 0 or x < 0)
-
-
-def narrower(x: Ball, y: Ball) -> Ball:
-    """Return the narrower one of two balls with one number in both."""
-    return y if y.is_finite() and not y.rad() > x.rad() else x
 
 
 def finite(M: Matrix) -> bool:

@@ -7,7 +7,16 @@ from typing import Any
 from flint import arb, fmpq
 
 from rbstab.proof.check.findings import RefusedError, TooLongError
-from rbstab.proof.check.taylor import ORDER, UNKNOWN, Ball, Rows, Series, coefficients, rows_of
+from rbstab.proof.check.taylor import (
+    ORDER,
+    UNKNOWN,
+    Ball,
+    Rows,
+    Series,
+    coefficients,
+    narrower,
+    rows_of,
+)
 
 FUNCTIONS = frozenset({"sin", "cos", "exp", "sqrt", "log", "atan"})
 
@@ -42,8 +51,20 @@ class Energy:
         """Return its series up to an order, for those of its variables."""
         return self.all_series(leaves, order)[-1]
 
-    def all_series(self, leaves: Mapping[int, Series], order: int = ORDER) -> list[Series]:
-        """Return the series of all operations."""
+    def all_series(
+        self,
+        leaves: Mapping[int, Series],
+        order: int = ORDER,
+        about: tuple[Sequence[Series], Sequence[Ball]] | None = None,
+    ) -> list[Series]:
+        """Return the series of all operations.
+
+        Args:
+            leaves: Those of its variables.
+            order: The highest order.
+            about: All series at the middle of a box, and the ways δ from there. Then arguments of
+                functions are bounded by Taylor's theorem too.
+        """
         rows = self.rows if order == ORDER else rows_of(self.n, order)
         self.count += 1
         if self.count > EVALUATIONS:
@@ -64,8 +85,20 @@ class Energy:
                 of = found[rest[-1]]
                 g = coefficients(kind, of.get(0, arb(0)), rest[0] if kind == "pow" else 0)
                 x = rows.through(g, of)
+            if about is not None and number in self.arguments:
+                x = {**x, 0: narrower(x.get(0, arb(0)), rows.value(x, about[0][number], about[1]))}
             found.append(x)
         return found
+
+    @cached_property
+    def arguments(self) -> frozenset[int]:
+        """The arguments of functions, but for variables and what depends on one angle alone."""
+        kinds = FUNCTIONS | {"step", "pow"}
+        found = {one[-1] for one in self.operations if one[0] in kinds}
+        cut = list[bool]()  # a positive part is another function on both sides of its surface
+        for one in self.operations:
+            cut.append(one[0] == "positive" or any(cut[k] for k in operands(one)))
+        return frozenset(k for k in found if len(self.depends[k]) > 1 and not cut[k])
 
     @staticmethod
     def _sum(c0: Ball, terms: Sequence[tuple[Ball, int]], found: Sequence[Series]) -> Series:

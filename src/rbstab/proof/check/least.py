@@ -28,7 +28,7 @@ from rbstab.proof.check.bounds import (
 )
 from rbstab.proof.check.energy import Energy, variables_of
 from rbstab.proof.check.findings import Box
-from rbstab.proof.check.taylor import UNKNOWN, Ball, Series
+from rbstab.proof.check.taylor import ORDER, UNKNOWN, Ball, Series
 
 STEPS = 40
 ANGLES = 3
@@ -94,7 +94,10 @@ class LeastBounds(Bounds):
             x = {0: self._z_over(j, steps, Z[j]), first[k]: arb(1)}
             x |= {first[i]: self.C[j, i] for i in range(ANGLES) if self.C[j, i] != 0}
             leaves[U.variables[k]] = x
-        return U(leaves, order)
+        if order < ORDER:
+            self._all_at = U.all_series(leaves, order)
+            return self._all_at[-1]
+        return U.all_series(leaves, about=(self._all_at, [*steps, *Z]))[-1]
 
     def _first(self, x: Series, rows: Sequence[int]) -> Matrix:
         return column([x.get(self.U.rows.first[i], arb(0)) for i in rows])

@@ -82,8 +82,24 @@ class Rows:
                 power = self.times(power, u)
         return found
 
+    def value(self, x: Series, at: Series, steps: Sequence[Ball]) -> Ball:
+        """Return f over a box by Taylor's theorem, from its series over it and at its middle."""
+        total, zero, n = at.get(0, arb(0)), arb(0), range(len(steps))
+        for i in n:
+            total += at.get(self.first[i], zero) * steps[i]
+            for j in range(i, len(steps)):
+                c = x.get(self.second[i][j][0])
+                if c is not None:
+                    total += c * (whole_power(steps[i], 2) if i == j else steps[i] * steps[j])
+        return total
+
 
 rows_of = cache(Rows)
+
+
+def narrower(x: Ball, y: Ball) -> Ball:
+    """Return the narrower one of two balls with one number in both."""
+    return y if y.is_finite() and not y.rad() > x.rad() else x
 
 
 def coefficients(kind: str, v: Ball, power: int = 0) -> list[Ball]:

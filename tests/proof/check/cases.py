@@ -59,6 +59,18 @@ def lean() -> Record:
     return found
 
 
+def tilted(angle: int, sign: int) -> Record:
+    """One face of the border is lower than all others: its height is the level."""
+    at = [0.0, 0.0, 0.0]
+    at[angle] = -sign / 4
+    end = np.pi / 2 if angle == 1 else np.pi
+    U = BOWL + 2 * Y**2 + 40 * (BOWL + 2 * Y**2 - 2 * (X, Y, Z)[angle] ** 2)
+    lowest = 2 * end**2 - end
+    x, y, z = at
+    found = state((x, y, z), 0)
+    return record(Energy(U + sign * (X, Y, Z)[angle]), found, level=lowest - 1e-6)
+
+
 def barrier() -> Record:
     """A barrier closes θ2; every start converges."""
     U = BOWL + 2 * Y**2 + 5 * Y.cos() ** -2

@@ -5,7 +5,7 @@ from copy import deepcopy
 from typing import Any
 
 import pytest
-from proof.check.cases import BORDER, LEAST, TRUE, changed, refused, state
+from proof.check.cases import BORDER, LEAST, TRUE, changed, refused, state, tilted
 
 from rbstab.proof.record import Record
 
@@ -154,3 +154,12 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
 def test_wrong_records_are_refused(records: dict[str, Record], name: str) -> None:
     case, change, claim = WRONG[name]
     assert any(one.startswith(claim) for one in refused(change(records[case])))
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("angle", [0, 1, 2])
+def test_each_face_of_the_border_limits_the_level(angle: int, sign: int) -> None:
+    true = tilted(angle, sign)
+    assert refused(true) == []
+    higher = true["ranges"][0]["level"] + 0.01
+    assert refused(changed(true, "ranges", 0, "level", to=higher)) == ["certified region"]

@@ -5,11 +5,17 @@ from collections.abc import Callable, Iterable
 from rbstab.proof.check.findings import Box, Cover
 
 BOX_LIMIT = 100_000
+FLOOD_LIMIT = 20_000
+"""Boxes of one flood."""
+
 MIN_WIDTH = 1e-9
 """rad: narrower boxes are not halved again."""
 
 Reason = Callable[[Box], str | None]
 """Returns the reason why a box is settled, or None."""
+
+TOO_MANY = "the rest: that takes too many boxes"
+"""Why a flood stopped at its limit."""
 
 WET = "w"
 APART = "a"
@@ -111,8 +117,8 @@ def flood(
                 examined += 1
                 part.reason = reason(part.box)
                 if part.reason is None:
-                    if width(part.box) < MIN_WIDTH or examined >= BOX_LIMIT:
-                        return Cover(box, _tree(whole), examined, part.box), "too many boxes"
+                    if width(part.box) < MIN_WIDTH or examined >= FLOOD_LIMIT:
+                        return Cover(box, _tree(whole), examined, part.box), TOO_MANY
                     part.axis, *both = halves(part.box)
                     part.halves = tuple(map(_Part, both))
                     pending += part.halves

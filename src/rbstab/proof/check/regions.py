@@ -6,7 +6,7 @@ from typing import Any
 
 from flint import arb
 
-from rbstab.proof.check.cover import WET, cover, flattened, flood, gap, touches, width
+from rbstab.proof.check.cover import TOO_MANY, WET, cover, flattened, flood, gap, touches, width
 from rbstab.proof.check.findings import Box, Cover, Finding
 from rbstab.proof.check.least import bounds
 from rbstab.proof.check.listed import Listed
@@ -90,7 +90,7 @@ class Region:
                 partial(reason_for, share),
                 obstacle,
             )
-            if stopped is None:
+            if stopped in (None, TOO_MANY):  # smaller boxes would be more
                 break
         wrong = (
             []

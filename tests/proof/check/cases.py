@@ -87,6 +87,21 @@ def stop() -> Record:
     return record(energy, *held, state((0, 0, 0), 1), regions=[[0, -0.2], [1, -0.2]])
 
 
+def inside() -> Record:
+    """U rises toward both stops: nothing is held there."""
+    energy = Energy(BOWL + 5 * Y**2, stop=Fraction(9, 10), closed=frozenset({1}))
+    return record(energy, state((0, 0, 0), 0))
+
+
+def coupled() -> Record:
+    """4 θ1 + θ2 = 0 and θ1 + 4 θ2 = 4: the rest state has θ2 = 16/15 and θ1 = -4/15."""
+    U = BOWL + 2 * Y**2 + X * Y - 4 * Y
+    found = record(Energy(U), state((-4 / 15, 16 / 15, 0), 0))
+    wide = {"end": [0.5, "pi/2", 0.1], "complete": True, "everywhere": True}
+    found["ranges"].append({**wide, "states": found["ranges"][0]["states"]})
+    return found
+
+
 def held() -> Record:
     """A force that jumps at θ2 = 0.3 pulls the body there from both sides."""
     h = Y - Fraction(3, 10)
@@ -123,7 +138,8 @@ def own() -> Record:
 
 
 TRUE: dict[str, Callable[[], Record]] = {
-    one.__name__: one for one in (wells, lean, barrier, stop, held, ridge, guard, own)
+    one.__name__: one
+    for one in (wells, lean, barrier, stop, inside, coupled, held, ridge, guard, own)
 }
 
 

@@ -90,7 +90,19 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
         _factor("-5", "5"),
         "rest states",
     ),
+    "held at a stop, where U rises": (
+        "inside",
+        _at(*STATES, to=[state((0, 0, 0), 0), state((0, 0.9, 0), 0, held=True)]),
+        "rest states",
+    ),
     # the list
+    "ends that leave out a coupled state": (
+        "coupled",
+        lambda found: changed(
+            changed(found, "ranges", 1, "end", 0, to=0.1), "ranges", 1, "states", to=[]
+        ),
+        "ends",
+    ),
     "all, with undecided boxes": ("lean", _at("ranges", 0, "undecided", to=[BOX]), "rest states"),
     "a range that ends early": ("wells", _at("ranges", 0, "end", 0, to=3.0), "record"),
     "a range that is half": ("wells", _at("ranges", 0, "end", 1, to="1"), "record"),

@@ -137,10 +137,9 @@ def own() -> Record:
     return record(Energy(U, (3,)), state((lean, 0, 0), 0))
 
 
-TRUE: dict[str, Callable[[], Record]] = {
-    one.__name__: one
-    for one in (wells, lean, barrier, stop, inside, coupled, held, ridge, guard, own)
-}
+CASES = wells, lean, barrier, stop, inside, coupled, held, ridge, guard, own
+
+TRUE: dict[str, Callable[[], Record]] = {one.__name__: one for one in CASES}
 
 
 def refused(found: Record) -> list[str]:

@@ -312,7 +312,8 @@ class Search:
                 continue
             zero = isolated(self.energy, x)
             if zero is not None:
-                self._add(zero)
+                if self._is_bounded(zero):
+                    self._add(zero)
             elif self._may_be_of_family(x):
                 self.failed.append(x)
 
@@ -333,6 +334,18 @@ class Search:
             self.ambiguous.append(zero.enclosure)
         else:
             self.zeros.append(zero)
+
+    def _is_bounded(self, zero: Zero) -> bool:
+        """Return whether the known lower bounds of atoms hold in the enclosure of a zero.
+
+        They do in the box. Beyond it the bounds are those of another function, which may have a
+        zero in whose domain that of V would be overlooked.
+        """
+        known = frozenset[int]().union(*(a.variables for a in self.energy.least))
+        axes = [i for i, v in enumerate(self.energy.variables) if v in known]
+        low, high = zero.enclosure
+        above = np.all(low[axes] > self.box.lo[axes])
+        return bool(above and np.all(high[axes] < self.box.hi[axes]))
 
     def _step(self, boxes: Boxes) -> tuple[Boxes, Boxes]:
         """Return the halves of the boxes that are not done, and those too small to be halved."""

@@ -138,6 +138,8 @@ class Compiled:
         self._expansions: dict[int, list[list[tuple[int, bool, float, Exponents]]]] = {}
         self.results = [self._expression(e) for e in results]
         self.tightened = self._arguments()
+        self.positive = [k for k, one in enumerate(self.operations) if one.kind == POSITIVE]
+        self.above_positive = self._above(self.positive)
 
     def _arguments(self) -> frozenset[int]:
         """Return the arguments of functions but sines, which Taylor's theorem makes sharper."""
@@ -154,6 +156,14 @@ class Compiled:
             or (one.kind == "function" and one.detail.kind in {SIN, COS})
         }
         return frozenset(found - plain)  # 1/cos θ and the like need no more
+
+    def _above(self, places: Sequence[int]) -> frozenset[int]:
+        """Return the operations that depend on some others, with these."""
+        found = set(places)
+        for k, one in enumerate(self.operations):
+            if found.intersection(one.places):
+                found.add(k)
+        return frozenset(found)
 
     # -- compilation ---------------------------------------------------------------------------
 
@@ -311,12 +321,19 @@ class Compiled:
             for k, one in enumerate(self.operations):
                 found = _DO[one.kind](self, one, [values[p] for p in one.places], leaf)
                 if about is not None and reach is not None and k in self.tightened:
-                    found = self._tighter(k, found, about.values[k], reach, powers)
+                    some = about.smooth if k in self.above_positive else None
+                    found = self._tighter(k, found, about.values[k], reach, powers, some)
                 values.append(found)
         return Values(self, values)
 
     def _tighter(
-        self, k: int, over: Intervals, at: Intervals, reach: Array, powers: dict[Exponents, Array]
+        self,
+        k: int,
+        over: Intervals,
+        at: Intervals,
+        reach: Array,
+        powers: dict[Exponents, Array],
+        some: Array | None,
     ) -> Intervals:
         """Bound the coefficients over the boxes by those at the centres (Taylor's theorem).
 
@@ -330,6 +347,8 @@ class Compiled:
                     powers[b] = np.prod([reach[n] ** p for n, p in enumerate(b) if p], axis=0)
                 spread[i] += factor * (outer if top else inner)[j] * powers[b]
         spread *= 1 + 1e-12
+        if some is not None:  # there are no derivatives at the centre of the others
+            spread[:, ~some] = np.inf
         found = outward(at.lo - spread, at.hi + spread)
         top_rows = np.array([sum(self.exponents[row]) for row in self._support(k)]) == self.order
         found.lo[top_rows], found.hi[top_rows] = -np.inf, np.inf  # only `over` says more of these
@@ -394,6 +413,12 @@ class Values(NamedTuple):
 
     compiled: Compiled
     values: list[Intervals]
+
+    @property
+    def smooth(self) -> Array:
+        """Whether each expression of the kind `POSITIVE` is above zero, shape (boxes,)."""
+        above = [self.values[k].lo[0] > 0 for k in self.compiled.positive]
+        return np.asarray(np.all(np.broadcast_arrays(*above), axis=0))
 
     def dense(self, number: int, boxes: int) -> Intervals:
         """Return all coefficients of a result, shape (coefficients, boxes)."""

@@ -1,0 +1,63 @@
+"""The results of checking a proof."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+Box = tuple[tuple[float, float], ...]
+"""The lower and the upper end of each variable."""
+
+IN_RANGE = "the range of eq. 5"
+EVERYWHERE = "all θ1 and θ3"
+
+TIME = "time"
+"""The claim of a finding that the check takes too long: then the proof is not refused."""
+
+
+class Cover(NamedTuple):
+    """A cover of a box by smaller boxes, each with the reason why it is settled.
+
+    Attributes:
+        box: The box.
+        tree: The boxes in the order of a walk: the axis ("1" to "3") along which a box is halved
+            at its middle, followed by its lower and its upper half; or the reason of a settled box.
+        boxes: The number of boxes that were examined.
+        open: A box that could not be settled; None if all are settled, so that the cover is proved.
+        places: Boxes to which reasons refer, by their names.
+    """
+
+    box: Box
+    tree: list[str]
+    boxes: int
+    open: Box | None
+    places: Mapping[str, Box] = {}
+
+
+class Finding(NamedTuple):
+    """One claim of a proof, and whether it was verified.
+
+    Attributes:
+        about: The range of Θ.
+        claim: The name of the claim.
+        verified: Whether it is verified. If not, it is wrong, or could not be confirmed.
+        text: Sentences: what was checked, or what is wrong.
+        covers: The boxes by which it was checked, by the name of the place that they cover.
+    """
+
+    about: str
+    claim: str
+    verified: bool
+    text: str
+    covers: Mapping[str, Cover] = {}
+
+    @property
+    def boxes(self) -> int:
+        """The number of boxes that were examined."""
+        return sum(found.boxes for found in self.covers.values())
+
+
+class RefusedError(ValueError):
+    """A record that is no proof: it cannot be read, or claims what no proof can."""
+
+
+class TooLongError(Exception):
+    """The check takes too long."""

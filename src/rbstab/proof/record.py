@@ -1,0 +1,330 @@
+"""The stored form of a proof: one energy as a list of exact operations, and claims about it.
+
+A record is plain data (JSON), some 2 kB of it. `rbstab.proof.check` checks it and knows nothing
+else of this package; this module writes records, reads them, and compares them with an energy.
+
+    {"format": 1,
+     "energy": {"operations": [...], "digest": "...", "free": [], "stop": null, "closed": [1]},
+     "ranges": [{"end": ["pi", "pi/2", "pi"], "complete": true, "states": [...], ...}]}
+
+An operation takes the results of earlier ones by their numbers; the last one is the energy:
+
+    ["var", n]                  a variable: 0 to 2 are Θ, others z
+    ["sum", c0, c, k, c, k]     c0 + Σ c x_k, with rational numbers as text, such as "-3/8"
+    ["times", j, k]             a product
+    ["pow", n, k]               a whole power, which may be negative
+    ["sin", k]                  a function: also cos, exp, sqrt, log, atan
+    ["step", n, k]              1 where x_k > 0, else 0; derivatives below the n-th do not jump
+    ["positive", k]             x_k where it is positive, else 0
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.expr import (
+    FUNCTIONS,
+    LET,
+    POSITIVE,
+    STEP,
+    VAR,
+    Atom,
+    Expr,
+    Monomial,
+    as_factor,
+    expr,
+    variable,
+)
+from rbstab.proof.model import Energy
+from rbstab.proof.search import Box, Boxes, Zero, Zeros, joined, one_box
+
+FORMAT = 1
+"""The number of this format."""
+
+Record = dict[str, Any]
+"""Plain data: what JSON can hold."""
+
+End = str | float
+"""The end of a range of an angle, rad: "pi", "pi/2", a rational number as text, or a double."""
+
+EQ_5: tuple[End, End, End] = ("pi", "pi/2", "pi")
+"""The ends of the range of eq. 5."""
+
+
+class WrongRecordError(ValueError):
+    """Data that is no record of this format."""
+
+
+# -- operations -----------------------------------------------------------------------------------
+
+
+class _Writer:
+    """Writes an expression as operations; equal ones are written once."""
+
+    def __init__(self) -> None:
+        self.operations: list[list[Any]] = []
+        self._known: dict[tuple[Any, ...], int] = {}
+
+    def _put(self, *operation: Any) -> int:
+        if operation not in self._known:
+            self._known[operation] = len(self.operations)
+            self.operations.append(list(operation))
+        return self._known[operation]
+
+    def sum(self, e: Expr) -> int:
+        """Write an expression; return its number."""
+        entries: list[Any] = [str(e.terms.get((), Fraction(0)))]
+        for m, c in sorted(e.terms.items(), key=_order):
+            if m:
+                entries += [str(c), self._monomial(m)]
+        return self._put("sum", *entries)
+
+    def _monomial(self, m: Monomial) -> int:
+        factors = [self._power(a, p, alone=len(m) == 1) for a, p in m]
+        found = factors[0]
+        for other in factors[1:]:
+            found = self._put("times", found, other)
+        return found
+
+    def _power(self, a: Atom, p: int, *, alone: bool) -> int:
+        base = self._atom(a)
+        # A sum that is one monomial is not to be read as several.
+        return base if p == 1 and not (alone and a.kind == LET) else self._put("pow", p, base)
+
+    def _atom(self, a: Atom) -> int:
+        if a.kind == VAR:
+            return self._put(VAR, a.argument)
+        inner = self._argument(a.inner)
+        if a.kind == LET:
+            return inner
+        return self._put(STEP, a.extra, inner) if a.kind == STEP else self._put(a.kind, inner)
+
+    def _argument(self, e: Expr) -> int:
+        """Write an expression; one that is an atom as such."""
+        if len(e.terms) == 1:
+            ((m, c),) = e.terms.items()
+            if c == 1 and m:
+                return self._monomial(m)
+        return self.sum(e)
+
+
+def _order(term: tuple[Monomial, Fraction]) -> list[tuple[tuple[int, str], int]]:
+    return [(a.order, p) for a, p in term[0]]
+
+
+def operations_of(e: Expr) -> list[list[Any]]:
+    """Return an expression as operations: the same ones for equal expressions."""
+    writer = _Writer()
+    last = writer.sum(e)
+    assert last == len(writer.operations) - 1
+    return writer.operations
+
+
+def expression_of(operations: Sequence[Sequence[Any]]) -> Expr:
+    """Return the expression that operations describe.
+
+    Raises:
+        WrongRecordError: They describe none.
+    """
+    results: list[Expr] = []
+    try:
+        for kind, *rest in operations:
+            results.append(_result(kind, rest, results))
+    except (ArithmeticError, IndexError, TypeError, ValueError) as error:
+        raise WrongRecordError(f"operation {len(results) + 1} cannot be read: {error}") from error
+    if not results:
+        raise WrongRecordError("there are no operations")
+    return results[-1]
+
+
+def _result(kind: str, rest: Sequence[Any], results: Sequence[Expr]) -> Expr:
+    if any(isinstance(k, int) and k < 0 for k in rest[kind in {"pow", STEP} :]):
+        raise IndexError("a negative number of an operation")
+    if kind == VAR:
+        return variable(rest[0])
+    if kind == "sum":
+        total = expr(Fraction(rest[0]))
+        for c, k in zip(rest[1::2], rest[2::2], strict=True):
+            total = total + results[k].scaled(Fraction(c))
+        return total
+    if kind == "times":
+        return _factor(results[rest[0]]) * _factor(results[rest[1]])
+    if kind == "pow":
+        return _factor(results[rest[1]]) ** rest[0]
+    if kind == STEP:
+        return results[rest[1]].step(rest[0])
+    if kind in FUNCTIONS or kind == POSITIVE:
+        return results[rest[0]].function(kind)
+    raise ValueError(f"there is no operation {kind!r}")
+
+
+def _factor(e: Expr) -> Expr:
+    return e if e.constant is not None else as_factor(e)
+
+
+# -- the energy -----------------------------------------------------------------------------------
+
+
+def energy_record(energy: Energy) -> Record:
+    """Return an energy as plain data: the value of "energy" in a record."""
+    operations = operations_of(energy.U)
+    assert expression_of(operations) == energy.U
+    return {
+        "operations": operations,
+        "digest": energy.U.digest,
+        "free": list(energy.free),
+        "stop": None if energy.stop is None else str(energy.stop),
+        "closed": sorted(energy.closed),
+    }
+
+
+def read_energy(record: Mapping[str, Any]) -> Energy:
+    """Return the energy of a record, without what was eliminated from it.
+
+    Raises:
+        WrongRecordError: It is no record of an energy, or its digest is not that of its operations.
+    """
+    try:
+        U, stop = expression_of(record["operations"]), record["stop"]
+        free = tuple(int(k) for k in record["free"])
+        closed = frozenset(int(k) for k in record["closed"])
+        exact = None if stop is None else Fraction(stop)
+        digest = record["digest"]
+    except (KeyError, TypeError, ValueError) as error:
+        raise WrongRecordError(f"the energy cannot be read: {error}") from error
+    if U.digest != digest:
+        raise WrongRecordError("the digest of the energy is not that of its operations")
+    return Energy(U, free, stop=exact, closed=closed)
+
+
+def difference_from(record: Mapping[str, Any], energy: Energy) -> str | None:
+    """Return in which way a stored energy is not the one that is given; None if they are equal.
+
+    Args:
+        record: The value of "energy" in a record.
+        energy: The energy that was traced from a config.
+    """
+    try:
+        stored = read_energy(record)
+    except WrongRecordError as error:
+        return str(error)
+    if stored.U != energy.U:
+        return "their expressions are different"
+    if stored.free != energy.free:
+        return "they depend on different variables"
+    if stored.stop != energy.stop:
+        return "their stops are different"
+    return None if stored.closed == energy.closed else "barriers close different angles"
+
+
+# -- claims ---------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Claims:
+    """What is proved about a range of Θ.
+
+    Attributes:
+        zeros: The rest states, lowest first, and boxes that may contain others.
+        end: The ends of |Θ|.
+        everywhere: Whether it is claimed that all rest states with any real θ1 and θ3 are in it.
+        level: An energy, J: each motion that once is in the range below it converges to the first
+            rest state. None: not claimed.
+        regions: For some rest states, by their places, an energy, J: so do motions in the
+            component of {U < energy} around each.
+        every_start: Whether every motion in the range converges to the only rest state.
+    """
+
+    zeros: Zeros
+    end: tuple[End, End, End] = EQ_5
+    everywhere: bool = False
+    level: float | None = None
+    regions: Mapping[int, float] | None = None
+    every_start: bool = False
+
+
+def claims_record(claims: Claims) -> Record:
+    """Return claims as plain data: one value of "ranges" in a record."""
+    zeros = claims.zeros
+    found: Record = {
+        "end": list(claims.end),
+        "complete": zeros.proved,
+        "states": [_state(zero) for zero in zeros.zeros],
+    }
+    if zeros.undecided.count:
+        found["undecided"] = np.stack([zeros.undecided.lo.T, zeros.undecided.hi.T], 1).tolist()
+    if claims.everywhere:
+        found["everywhere"] = True
+    if claims.level is not None:
+        found["level"] = claims.level
+    if claims.regions:
+        found["regions"] = [[k, claims.regions[k]] for k in sorted(claims.regions)]
+    if claims.every_start:
+        found["every_start"] = True
+    return found
+
+
+def _state(zero: Zero) -> Record:
+    found: Record = {
+        "enclosure": [zero.enclosure.lo.tolist(), zero.enclosure.hi.tolist()],
+        "index": zero.index,
+    }
+    if zero.held:
+        found["held"] = True
+    if zero.ridge:
+        found["ridge"] = True
+    return found
+
+
+def read_claims(record: Mapping[str, Any]) -> Claims:
+    """Return the claims of one range of a record; what is not stored of a zero is not known.
+
+    Its domain is its enclosure then, its point the middle of that, and its energy not a number.
+
+    Raises:
+        WrongRecordError: It is no record of claims.
+    """
+    try:
+        boxes = [one_box(_box(one)) for one in record.get("undecided", [])]
+        undecided: Boxes = joined(boxes, 3)
+        zeros = Zeros(tuple(_zero(one) for one in record["states"]), undecided, 0)
+        if record["complete"] != zeros.proved:
+            raise ValueError("a list is complete exactly if it has no undecided boxes")
+        first, second, third = record["end"]
+        return Claims(
+            zeros,
+            (first, second, third),
+            bool(record.get("everywhere", False)),
+            record.get("level"),
+            {int(k): float(level) for k, level in record.get("regions", [])},
+            bool(record.get("every_start", False)),
+        )
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise WrongRecordError(f"the claims cannot be read: {error}") from error
+
+
+def _box(corners: Sequence[Sequence[float]]) -> Box:
+    low, high = (np.array(one, dtype=float) for one in corners)
+    if low.shape != (3,) or high.shape != (3,):
+        raise ValueError("a box has another number of angles")
+    return Box(low, high)
+
+
+def _zero(record: Mapping[str, Any]) -> Zero:
+    box = _box(record["enclosure"])
+    point: Array = 0.5 * box.lo + 0.5 * box.hi
+    held, ridge = bool(record.get("held")), bool(record.get("ridge"))
+    return Zero(point, box, box, record["index"], float("nan"), held, ridge)
+
+
+def record_of(energy: Energy, claims: Sequence[Claims]) -> Record:
+    """Return a whole record: an energy, and claims about one range or more."""
+    return {
+        "format": FORMAT,
+        "energy": energy_record(energy),
+        "ranges": [claims_record(one) for one in claims],
+    }

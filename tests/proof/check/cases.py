@@ -1,0 +1,157 @@
+"""Energies whose rest states are known in closed form, and true records of them."""
+
+from collections.abc import Callable
+from copy import deepcopy
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from rbstab.proof.check import check
+from rbstab.proof.expr import variable
+from rbstab.proof.model import Energy
+from rbstab.proof.record import Record, energy_record
+
+X, Y, Z, OWN = variable(0), variable(1), variable(2), variable(3)
+
+BOWL = 2 * X**2 + 2 * Z**2
+"""Its rest state is θ1 = θ3 = 0."""
+
+LEAN = float(brentq(lambda t: 4 * t + 3 * np.cos(t), -1.0, 0.0, xtol=1e-15))
+"""θ1 where 2 θ1² + 3 sin θ1 is least."""
+
+LEAST = 2 * LEAN**2 + 3 * float(np.sin(LEAN))
+"""This least energy, J."""
+
+BORDER = 2 * (np.pi / 2) ** 2
+"""The height of the border above it: 2 θ2² at θ2 = π/2."""
+
+EXACT = 1e-13
+
+
+def state(point: tuple[float, float, float], index: int, **more: Any) -> Record:
+    """Return the claim of a rest state at a point."""
+    low, high = (np.array(point) + e for e in (-EXACT, EXACT))
+    return {"enclosure": [low.tolist(), high.tolist()], "index": index, **more}
+
+
+def record(energy: Energy, *states: Record, **claims: Any) -> Record:
+    """Return a record with one range, that of eq. 5 if no other is given."""
+    pitch = "pi/2" if energy.stop is None else str(energy.stop)
+    one = {"end": ["pi", pitch, "pi"], "complete": True, "states": list(states), **claims}
+    return {"format": 1, "energy": energy_record(energy), "ranges": [one]}
+
+
+def wells() -> Record:
+    """Two minima at θ2 = ±½ with U = 0, and a pass at θ2 = 0 with U = 1."""
+    U = BOWL + 16 * (Y**2 - Fraction(1, 4)) ** 2
+    states = state((0, -0.5, 0), 0), state((0, 0.5, 0), 0), state((0, 0, 0), 1)
+    return record(Energy(U), *states, regions=[[0, 0.9], [1, 0.9]])
+
+
+def lean() -> Record:
+    """One minimum; all rest states with any θ1 have θ1 = LEAN."""
+    U = BOWL + 2 * Y**2 + 3 * X.sin()
+    found = record(Energy(U), state((LEAN, 0, 0), 0), level=LEAST + BORDER - 1e-6)
+    wide = {"end": [0.7, "pi/2", 0.1], "complete": True, "states": [state((LEAN, 0, 0), 0)]}
+    found["ranges"].append({**wide, "everywhere": True})
+    return found
+
+
+def tilted(angle: int, sign: int) -> Record:
+    """One face of the border is lower than all others: its height is the level."""
+    at = [0.0, 0.0, 0.0]
+    at[angle] = -sign / 4
+    end = np.pi / 2 if angle == 1 else np.pi
+    U = BOWL + 2 * Y**2 + 40 * (BOWL + 2 * Y**2 - 2 * (X, Y, Z)[angle] ** 2)
+    lowest = 2 * end**2 - end
+    x, y, z = at
+    found = state((x, y, z), 0)
+    return record(Energy(U + sign * (X, Y, Z)[angle]), found, level=lowest - 1e-6)
+
+
+def barrier() -> Record:
+    """A barrier closes θ2; every start converges."""
+    U = BOWL + 2 * Y**2 + 5 * Y.cos() ** -2
+    found = record(Energy(U, closed=frozenset({1})), state((0, 0, 0), 0))
+    wide = {"end": [0.5, "pi/2", 0.5], "complete": True, "states": [state((0, 0, 0), 0)]}
+    found["ranges"].append({**wide, "everywhere": True, "every_start": True})
+    return found
+
+
+def stop() -> Record:
+    """U falls toward both stops at θ2 = ±0.9, which hold the body; θ2 = 0 is a pass."""
+    energy = Energy(BOWL - 5 * Y**2, stop=Fraction(9, 10), closed=frozenset({1}))
+    held = [state((0, s * 0.9, 0), 0, held=True) for s in (-1, 1)]
+    return record(energy, *held, state((0, 0, 0), 1), regions=[[0, -0.2], [1, -0.2]])
+
+
+def inside() -> Record:
+    """U rises toward both stops: nothing is held there."""
+    energy = Energy(BOWL + 5 * Y**2, stop=Fraction(9, 10), closed=frozenset({1}))
+    return record(energy, state((0, 0, 0), 0))
+
+
+def coupled() -> Record:
+    """4 θ1 + θ2 = 0 and θ1 + 4 θ2 = 4: the rest state has θ2 = 16/15 and θ1 = -4/15."""
+    U = BOWL + 2 * Y**2 + X * Y - 4 * Y
+    found = record(Energy(U), state((-4 / 15, 16 / 15, 0), 0))
+    wide = {"end": [0.5, "pi/2", 0.1], "complete": True, "everywhere": True}
+    found["ranges"].append({**wide, "states": found["ranges"][0]["states"]})
+    return found
+
+
+def held() -> Record:
+    """A force that jumps at θ2 = 0.3 pulls the body there from both sides."""
+    h = Y - Fraction(3, 10)
+    U = BOWL + 2 * Y**2 - 6 * Y + 10 * h * h.step(1)
+    return record(Energy(U), state((0, 0.3, 0), 0, held=True))
+
+
+def ridge() -> Record:
+    """A force that jumps at θ2 = 0.3 pushes away, to minima at θ2 = -1.5 and θ2 = 1."""
+    h = Y - Fraction(3, 10)
+    U = BOWL + 2 * Y**2 + 6 * Y - 10 * h * h.step(1)
+    minima = state((0, -1.5, 0), 0), state((0, 1, 0), 0)
+    return record(Energy(U), *minima, state((0, 0.3, 0), 1, held=True, ridge=True))
+
+
+def guard() -> Record:
+    """A stiff guard adds 5 (θ2 - 0.3)² beyond 0.3: the rest state has 14 θ2 = 6 + 3."""
+    h = Y - Fraction(3, 10)
+    U = BOWL + 2 * Y**2 - 6 * Y + 5 * h**2 * h.step(2)
+    return record(Energy(U), state((0, 9 / 14, 0), 0))
+
+
+def own() -> Record:
+    """An own state z with U convex in it; at rest both slopes of U are zero."""
+    U = BOWL + 2 * Y**2 + 10 * OWN**2 + 4 * OWN**4 - OWN + X.sin() * OWN
+    z = float(brentq(lambda t: 20 * t + 16 * t**3 - 1, -1, 1, xtol=1e-15))
+
+    def slope(t: float) -> float:
+        best = brentq(lambda w: 20 * w + 16 * w**3 - 1 + np.sin(t), -1, 1, xtol=1e-15)
+        return 4 * t + np.cos(t) * best
+
+    lean = float(brentq(slope, -z, z, xtol=1e-15))
+    return record(Energy(U, (3,)), state((lean, 0, 0), 0))
+
+
+CASES = wells, lean, barrier, stop, inside, coupled, held, ridge, guard, own
+
+TRUE: dict[str, Callable[[], Record]] = {one.__name__: one for one in CASES}
+
+
+def refused(found: Record) -> list[str]:
+    """Return the claims of a record that are not verified."""
+    return [one.claim for one in check(deepcopy(found)) if not one.verified]
+
+
+def changed(found: Record, *path: Any, to: Any) -> Record:
+    """Return a record with another value at a place."""
+    other = deepcopy(found)
+    at: Any = other
+    for key in path[:-1]:
+        at = at[key]
+    at[path[-1]] = to
+    return other

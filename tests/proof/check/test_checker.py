@@ -1,0 +1,177 @@
+"""True records are verified, and wrong ones are refused."""
+
+from collections.abc import Callable
+from copy import deepcopy
+from typing import Any
+
+import pytest
+from proof.check.cases import BORDER, LEAST, TRUE, changed, refused, state, tilted
+
+from rbstab.proof.record import Record
+
+
+@pytest.fixture(scope="module")
+def records() -> dict[str, Record]:
+    return {name: make() for name, make in TRUE.items()}
+
+
+@pytest.mark.parametrize("name", TRUE)
+def test_true_records_are_verified(records: dict[str, Record], name: str) -> None:
+    assert refused(records[name]) == []
+
+
+def _at(*path: Any, to: Any) -> Callable[[Record], Record]:
+    return lambda found: changed(found, *path, to=to)
+
+
+def _without_state(k: int) -> Callable[[Record], Record]:
+    def change(found: Record) -> Record:
+        other = deepcopy(found)
+        one = other["ranges"][0]
+        del one["states"][k]
+        one.pop("regions", None)
+        return other
+
+    return change
+
+
+def _operation(old: list[Any], new: list[Any]) -> Callable[[Record], Record]:
+    def change(found: Record) -> Record:
+        other = deepcopy(found)
+        operations = other["energy"]["operations"]
+        operations[operations.index(old)] = new
+        return other
+
+    return change
+
+
+def _factor(old: str, new: str) -> Callable[[Record], Record]:
+    """Change a factor of the last sum."""
+
+    def change(found: Record) -> Record:
+        other = deepcopy(found)
+        last = other["energy"]["operations"][-1]
+        last[last.index(old)] = new
+        return other
+
+    return change
+
+
+STATES = ("ranges", 0, "states")
+LOW = (*STATES, 0, "enclosure", 0)
+BOX = [[1.0, 1.0, 1.0], [1.1, 1.1, 1.1]]
+
+WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
+    # a state
+    "a missing minimum": ("wells", _without_state(1), "no other rest state"),
+    "a missing pass": ("wells", _without_state(2), "no other rest state"),
+    "a missing held state": ("held", _without_state(0), "no other rest state"),
+    "a missing state on a ridge": ("ridge", _without_state(2), "no other rest state"),
+    "a missing state at a stop": ("stop", _without_state(0), "no other rest state"),
+    "a missing state at the other stop": ("stop", _without_state(1), "no other rest state"),
+    "a state twice": ("guard", _at(*STATES, to=[state((0, 9 / 14, 0), 0)] * 2), "rest states"),
+    "an index too high": ("wells", _at(*STATES, 0, "index", to=1), "rest states"),
+    "an index too low": ("wells", _at(*STATES, 2, "index", to=0), "rest states"),
+    "the index of a ridge": ("ridge", _at(*STATES, 2, "index", to=0), "rest states"),
+    "the index at a stop": ("stop", _at(*STATES, 0, "index", to=1), "rest states"),
+    "the index of a held state": ("held", _at(*STATES, 0, "index", to=1), "rest states"),
+    "the index with z": ("own", _at(*STATES, 0, "index", to=1), "rest states"),
+    "an enclosure beside": ("wells", _at(*STATES, 0, to=state((0, -0.501, 0), 0)), "rest states"),
+    "an enclosure beside with z": ("own", _at(*STATES, 0, to=state((0, 0, 0), 0)), "rest states"),
+    "an enclosure of two": ("wells", _at(*LOW, to=[-1e-13, -0.6, -1e-13]), "rest states"),
+    "an enclosure upside down": ("wells", _at(*LOW, to=[1e-3, -0.5, 0.0]), "record"),
+    "no number": ("wells", _at(*LOW, to=[float("nan"), -0.5, 0.0]), "record"),
+    "held where nothing jumps": ("wells", _at(*STATES, 0, "held", to=True), "rest states"),
+    "not held where it jumps": ("held", _at(*STATES, 0, "held", to=False), "rest states"),
+    "a ridge that pulls": ("held", _at(*STATES, 0, "ridge", to=True), "rest states"),
+    "no ridge that pushes": ("ridge", _at(*STATES, 2, "ridge", to=False), "rest states"),
+    "held at a stop from which U rises": (
+        "stop",
+        _factor("-5", "5"),
+        "rest states",
+    ),
+    "held at a stop, where U rises": (
+        "inside",
+        _at(*STATES, to=[state((0, 0, 0), 0), state((0, 0.9, 0), 0, held=True)]),
+        "rest states",
+    ),
+    # the list
+    "ends that leave out a coupled state": (
+        "coupled",
+        lambda found: changed(
+            changed(found, "ranges", 1, "end", 0, to=0.1), "ranges", 1, "states", to=[]
+        ),
+        "ends",
+    ),
+    "all, with undecided boxes": ("lean", _at("ranges", 0, "undecided", to=[BOX]), "rest states"),
+    "a range that ends early": ("wells", _at("ranges", 0, "end", 0, to=3.0), "record"),
+    "a range that is half": ("wells", _at("ranges", 0, "end", 1, to="1"), "record"),
+    "a range beyond the stop": ("stop", _at("ranges", 0, "end", 1, to="pi/2"), "record"),
+    "ends that leave it out": ("lean", _at("ranges", 1, "end", 0, to=0.6), "ends"),
+    "no ranges": ("wells", _at("ranges", to=[]), "record"),
+    # levels and faces
+    "a level 1 % too high": (
+        "lean",
+        _at("ranges", 0, "level", to=LEAST + 1.01 * BORDER),
+        "certified region",
+    ),
+    "a region too high": ("wells", _at("ranges", 0, "regions", to=[[0, 1.01]]), "region of rest"),
+    "a region at a stop too high": (
+        "stop",
+        _at("ranges", 0, "regions", to=[[0, 0.01]]),
+        "region of rest",
+    ),
+    "a region of a pass": ("wells", _at("ranges", 0, "regions", to=[[2, 2.0]]), "region of rest"),
+    "the level of all for one of two": (
+        "wells",
+        _at("ranges", 0, "level", to=0.5),
+        "certified region",
+    ),
+    "a face closed by nothing": ("lean", _at("energy", "closed", to=[1]), "barrier"),
+    "a face closed by a well": ("barrier", _factor("5", "-5"), "barrier"),
+    "a barrier on another angle": ("barrier", _at("energy", "closed", to=[0, 1]), "barrier"),
+    "every start, without a barrier": (
+        "lean",
+        _at("ranges", 1, "every_start", to=True),
+        "every start",
+    ),
+    "every start, in a range that is open": (
+        "barrier",
+        _at("ranges", 0, "every_start", to=True),
+        "every start",
+    ),
+    # operations
+    "a sign": ("wells", _factor("-8", "8"), "rest states"),
+    "a factor": ("lean", _factor("3", "301/100"), "rest states"),
+    "a sine for a cosine": ("lean", _operation(["sin", 0], ["cos", 0]), "rest states"),
+    "a power": ("wells", _operation(["pow", 4, 2], ["pow", 6, 2]), "rest states"),
+    "smoother than it is": ("held", _operation(["step", 1, 3], ["step", 2, 3]), "switches"),
+    "a guard smoother than it is": (
+        "guard",
+        _operation(["step", 2, 3], ["step", 3, 3]),
+        "switches",
+    ),
+    "an energy that jumps": ("held", _factor("-3", "-2"), "switches"),
+    "an operation ahead": ("lean", _operation(["sin", 0], ["sin", 9]), "record"),
+    "an operation before": ("lean", _operation(["sin", 0], ["sin", -1]), "record"),
+    "a function that is none": ("lean", _operation(["sin", 0], ["tan", 0]), "record"),
+    "a variable that is none": ("lean", _operation(["var", 0], ["var", 3]), "record"),
+    "not convex in z": ("own", _factor("4", "-4"), "convexity"),
+    "z that nothing holds": ("own", _factor("10", "-10"), "convexity"),
+    "another format": ("wells", _at("format", to=2), "record"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_records_are_refused(records: dict[str, Record], name: str) -> None:
+    case, change, claim = WRONG[name]
+    assert any(one.startswith(claim) for one in refused(change(records[case])))
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("angle", [0, 1, 2])
+def test_each_face_of_the_border_limits_the_level(angle: int, sign: int) -> None:
+    true = tilted(angle, sign)
+    assert refused(true) == []
+    higher = true["ranges"][0]["level"] + 0.01
+    assert refused(changed(true, "ranges", 0, "level", to=higher)) == ["certified region"]

@@ -1,0 +1,117 @@
+"""Records are read as what was written, and wrong ones are refused."""
+
+import json
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from rbstab.proof.expr import Expr, variable
+from rbstab.proof.model import Energy
+from rbstab.proof.record import (
+    Claims,
+    WrongRecordError,
+    claims_record,
+    difference_from,
+    energy_record,
+    expression_of,
+    operations_of,
+    read_claims,
+    read_energy,
+)
+from rbstab.proof.search import Box, Boxes, Zero, Zeros
+
+X, Y, Z = variable(0), variable(1), variable(2)
+
+EXPRESSIONS = [
+    Expr({}),
+    X * 0 + 3,
+    X**2 * Y.sin() ** 3 - Fraction(2, 7) * Z.cos() ** -2,
+    (1 + X).exp() * (1 + X),
+    ((X.cos() + 2).sqrt() - 1) ** 3 * (X - Y).step(3),
+    (2 * (1 + X * Y).sqrt() + 1) ** -1,
+    (1 + X.cos()) ** -1 * 5,
+    (2 + (Y + 3).log()).atan() * (3 + X.sin()).sqrt(),
+]
+
+
+@pytest.mark.parametrize("e", EXPRESSIONS, ids=repr)
+def test_expressions_are_read_as_written(e: Expr) -> None:
+    operations = json.loads(json.dumps(operations_of(e)))
+    assert expression_of(operations) == e
+
+
+def test_one_expression_is_written_in_one_way() -> None:
+    one, other = (1 + X) * (Y.sin() + Z), Y.sin() + Z + X * Z + X * Y.sin()
+    assert operations_of(one) == operations_of(other)
+
+
+@pytest.mark.parametrize(
+    "operations",
+    [
+        [],
+        [["tan", 0]],
+        [["sin", 0]],
+        [["var", 0], ["times", 0, -1]],
+        [["var", 0], ["sum", "0", "1"]],
+        [["sum", "a half"]],
+        [["sum", "0"], ["pow", -1, 0]],
+    ],
+    ids=str,
+)
+def test_what_is_no_expression_is_refused(operations: list[list[object]]) -> None:
+    with pytest.raises(WrongRecordError):
+        expression_of(operations)
+
+
+def test_each_part_of_an_energy_is_compared() -> None:
+    energy = Energy(X**2 + Y.cos() * 3, (3,), stop=Fraction(9, 10), closed=frozenset({1}))
+    record = json.loads(json.dumps(energy_record(energy)))
+    assert difference_from(record, energy) is None
+    assert read_energy(record).U == energy.U
+    others = [
+        Energy(X**2 + Y.cos() * 2, (3,), stop=Fraction(9, 10), closed=frozenset({1})),
+        Energy(energy.U, (), stop=Fraction(9, 10), closed=frozenset({1})),
+        Energy(energy.U, (3,), stop=Fraction(91, 100), closed=frozenset({1})),
+        Energy(energy.U, (3,), stop=Fraction(9, 10)),
+    ]
+    assert all(difference_from(record, other) for other in others)
+
+
+def test_a_changed_operation_has_another_digest() -> None:
+    record = energy_record(Energy(X**2 + Y.cos() * 3))
+    assert record["operations"][-1][1:3] == ["0", "1"]
+    record["operations"][-1][2] = "-1"
+    with pytest.raises(WrongRecordError, match="digest"):
+        read_energy(record)
+
+
+def test_claims_are_read_as_written() -> None:
+    box = Box(np.array([-0.1, 0.2, 0.0]), np.array([0.1, 0.3, 1e-17]))
+    zero = Zero(box.lo, box, box, 1, 0.0, held=True, ridge=True)
+    left = Boxes(np.array([[1.0], [1.0], [1.0]]), np.array([[2.0], [1.5], [3.0]]))
+    claims = Claims(
+        Zeros((zero,), left, 7),
+        (2.5, "9/10", "pi"),
+        everywhere=True,
+        level=1.5,
+        regions={1: 2.5},
+        every_start=True,
+    )
+    found = read_claims(json.loads(json.dumps(claims_record(claims))))
+    (state,) = found.zeros.zeros
+    assert np.array_equal(state.enclosure, box)
+    assert (state.index, state.held, state.ridge) == (1, True, True)
+    assert np.array_equal(found.zeros.undecided.lo, left.lo)
+    assert np.array_equal(found.zeros.undecided.hi, left.hi)
+    assert (found.end, found.level, found.regions) == (claims.end, 1.5, {1: 2.5})
+    assert found.everywhere
+    assert found.every_start
+
+
+def test_a_list_with_undecided_boxes_is_not_complete() -> None:
+    left = Boxes(np.array([[1.0], [1.0], [1.0]]), np.array([[2.0], [1.5], [3.0]]))
+    record = claims_record(Claims(Zeros((), left, 7)))
+    assert record["complete"] is False
+    with pytest.raises(WrongRecordError):
+        read_claims({**record, "complete": True})

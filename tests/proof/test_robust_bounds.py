@@ -230,6 +230,18 @@ def test_what_elimination_leaves_is_bounded(orders, monkeypatch):
     assert np.all(nearest > 1e-3)
 
 
+def test_what_elimination_leaves_is_attained_by_the_softest_body(monkeypatch):
+    """U = -½ G²/K; with x_0 of the middle body, ½ (K - K_0)² x_0²/K is left."""
+    monkeypatch.setattr("rbstab.proof.robust.elimination.PRODUCTS", 0)
+    config = config_of("free", gravity=[10.0, 0.0, 0.0])
+    members, part = box_of(config, "controller.K_t[0]=±50%")
+    family = Family(forms_of(members, part))
+    point = np.zeros((3, 1))
+    bound = family.remainder(family.over(point, point).o)[0][0]
+    G, K = 410.0, 2050.0
+    assert bound == pytest.approx(0.5 * (2050.0 * G / 4100.0) ** 2 / K, rel=1e-5)
+
+
 def _power(z, powers):
     return float(np.prod([z[k - FIRST] ** n for k, n in powers])) if powers else 1.0
 

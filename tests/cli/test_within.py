@@ -63,7 +63,8 @@ def test_json_has_all_of_it(held: Path, rbstab: Invoke) -> None:
 def test_largest_is_bracketed(held: Path, rbstab: Invoke) -> None:
     """K_r alone: there is a second rest state at 0.3 of it, so the answer is below 70 %."""
     key = "controller.K_r"
-    done = rbstab("stability", "held.yaml", "--no-run", "--json", "--largest-within", key)
+    arguments = ("stability", "held.yaml", "--no-run", "--json", "--time-limit", "600")
+    done = rbstab(*arguments, "--largest-within", key)
     (facts,) = json.loads(done.stdout)
     (largest,) = facts["within"]["largest"]
     assert facts["within"]["proof"] is None

@@ -157,8 +157,13 @@ def test_an_outer_guard_is_taken_into_account(name, variant):
     else:
         assert proof.closed
         assert len(proof.states) == 1
-    within = prove_within(config, tolerances_of(config, ["body.mass=±1%"]))
-    assert (within.proved, within.level) == (None, 0.0)
+    within = prove_within(config, tolerances_of(config, ["controller.K_r=±1%"]))
+    if (name, variant) == ("strut and range", "free"):
+        assert (within.proved, within.level) == (None, 0.0)
+    else:
+        assert within.proved
+        # No motion of any energy reaches the end of the range.
+        assert within.level > 1e9
 
 
 POINT = TIE | {"point": [0.0, 0.0, 0.0], "anchor": [0.0, 0.0, 0.0]}

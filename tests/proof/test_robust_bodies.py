@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import root
 from support.bodies import (
     box_of,
     config_of,
@@ -27,8 +28,10 @@ from rbstab.experiment.robust.bodies import prove_within
 from rbstab.proof.robust import bodies
 from rbstab.proof.robust.bodies import BodiesOutcome, prove_bodies, relevant
 from rbstab.proof.robust.definite import lowest_systems
+from rbstab.proof.robust.family import Family
+from rbstab.proof.robust.forms import forms_of
 from rbstab.proof.robust.numbers import Members, Part
-from rbstab.proof.robust.part import PartProof
+from rbstab.proof.robust.part import PartProof, _regions, range_of
 
 HEAVY = [0.0, 1.0, -9.81]
 FULL = {
@@ -238,13 +241,53 @@ def test_a_stop_whose_angle_varies_is_refused():
     assert "stop" in proof.reason
 
 
-def test_a_body_that_a_stop_may_hold_is_not_proved():
-    """A load presses θ2 to the stop: no ∇U is zero in the range, but the body rests on the face."""
+def pressed_to_a_stop():
+    """Return a body whose load presses θ2 to a stop at 0.2 rad."""
     arm = HELD | {"K_r": [40.0, 4.0, 40.0], "K_t": [1.0, 1.0, 1.0]}
     data = config_data({"one": guard("stop", restitution=0.5, angle=0.2)}, arm)
     data["gravity"] = [3.0, 0.0, -9.81]
-    proof = prove_bodies(*box_of(load_config(data), "controller.K_r=±1%"), part_limit=3)
+    return box_of(load_config(data), "controller.K_r=±1%")
+
+
+def test_a_body_that_a_stop_may_hold_is_not_proved():
+    proof = prove_bodies(*pressed_to_a_stop(), part_limit=3)
     assert proof.outcome is not BodiesOutcome.PROVED
+
+
+def test_no_direction_excludes_a_state_that_a_stop_holds():
+    """No ∇U is zero there, and yet the body rests: only directions of the other sign say so."""
+    rng = np.random.default_rng(4)
+    members, part = pressed_to_a_stop()
+    at_rest = configurations(member(members, part.middle))
+
+    def on_face(x):
+        return at_rest.gradient(np.array([x[0], side * 0.2, x[1]]))[[0, 2]]
+
+    side = -int(np.sign(at_rest.gradient(np.zeros(3))[1]))
+    x = root(on_face, np.zeros(2), tol=1e-12).x
+    point = np.array([[x[0]], [side * 0.2], [x[1]]])
+    assert side * at_rest.gradient(point[:, 0])[1] < 0
+    local = Family(forms_of(members, part)).over(point - 1e-9, point + 1e-9).local
+    upwards = np.array([[0.0], [1.0], [0.0]])
+    assert local.excluded(upwards)[0]
+    assert local.excluded(upwards, -side)[0]
+    assert local.rises()[0]
+    assert local.rises(-side)[0]
+    assert not local.rises(side)[0]
+    for y in (upwards, -upwards, *rng.normal(size=(200, 3, 1))):
+        assert not local.excluded(y, side)[0]
+
+
+def test_both_faces_at_a_stop_are_searched():
+    members, part = pressed_to_a_stop()
+    family = Family(forms_of(members, part))
+    (whole, none), *faces = _regions(range_of(family), stopped=True)
+    assert none == 0
+    assert whole.lo[1, 0] <= -0.2 < 0.2 <= whole.hi[1, 0]
+    assert [side for _, side in faces] == [-1, 1]
+    for face, side in faces:
+        assert face.lo[1, 0] <= side * 0.2 <= face.hi[1, 0]
+        np.testing.assert_array_equal(np.delete(face.hi, 1, 0), np.delete(whole.hi, 1, 0))
 
 
 def test_all_matrices_must_be_definite():

@@ -1,6 +1,7 @@
 """All rest states of a system in a range of Θ, and whether there is exactly one."""
 
 from dataclasses import replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -25,11 +26,13 @@ from rbstab.proof.search import (
     FAMILY_TRIES,
     SINGULAR,
     Box,
+    Boxes,
     Search,
     Zero,
     Zeros,
     joined,
     newton,
+    one_box,
 )
 from rbstab.systems.system import System
 
@@ -57,23 +60,34 @@ class Body:
     def __init__(self, system: System, exact_system: ExactSystem) -> None:
         self.reduced: ReducedEnergy = reduced_energy(system, exact_system)
         self.energy = energy_of(system, exact_system)
+        self._zeros: WeakKeyDictionary[RestStates, tuple[Zero, ...]] = WeakKeyDictionary()
         self.at_rest: Configurations = configurations(system)
         self.bounded = BoundedEnergy(self.energy.U, free=self.energy.free, least=self.energy.least)
 
-    def proved(self, limit: int, end: Array = RANGE_END) -> RestStates:
+    def proved(
+        self, limit: int, end: Array = RANGE_END, inner: RestStates | None = None
+    ) -> RestStates:
         """Prove the rest states with -end <= Θ <= end, with at most so many boxes.
+
+        Args:
+            limit: The number of boxes at which the search stops.
+            end: The largest |Θ|, shape (3,), rad; by default that of eq. 5.
+            inner: What `proved` returned for a range inside: it is not searched again if all rest
+                states in it are known.
 
         Raises:
             NoReducedEnergy: A barrier is too weak for double precision.
         """
         end = end_of_rest_states(self.reduced.form, end)
         box = Box(-end, end)
-        held = held_zeros(self.energy, box)
+        held, begin = held_zeros(self.energy, box), None
+        if inner is not None and inner.proved:
+            held, begin = [*self._zeros[inner]], around(box, Box(-inner.end, inner.end))
         search = Search(self.bounded, box, known=held)
-        found = search.run(limit)
+        found = search.run(limit, begin=begin)
         if found.undecided.count and found.examined >= limit:
             found = search.with_zeros_near(_random(end, STARTS // 4))
-        if found.undecided.count and not found.family and jumps(self.energy):
+        if begin is None and found.undecided.count and not found.family and jumps(self.energy):
             found = self._once_more(box, held, found, limit)
         faces = zeros_at_stop(self.energy, box)
         return self._rest_states(found, faces, end, stopped=found.examined >= limit)
@@ -102,7 +116,9 @@ class Body:
             unproved = (_unproved(x, self.bounded) for x in found.singular)
             points += [self._point(zero, proved=False) for zero in unproved]
         share = found.share
-        return RestStates(self._reduced(end), tuple(points), left, examined, outcome, end, share)
+        rest = RestStates(self._reduced(end), tuple(points), left, examined, outcome, end, share)
+        self._zeros[rest] = found.zeros
+        return rest
 
     def _reduced(self, end: Array) -> ReducedEnergy:
         """Return the energy as it is stored, for a range."""
@@ -130,7 +146,7 @@ class Body:
         if np.array_equal(end_of_rest_states(form, end), rest.end):
             return rest
         most = box_limit_of(form)
-        return self.proved(most if limit is None else min(most, limit), end)
+        return self.proved(most if limit is None else min(most, limit), end, rest)
 
     def searched(self, seed: int = 0) -> RestStates:
         """Return the rest states in the range that Newton's method reaches; nothing is proved."""
@@ -184,6 +200,19 @@ class Body:
             zero.ridge,
             degenerate,
         )
+
+
+def around(outer: Box, inner: Box) -> Boxes:
+    """Return boxes that cover what is in a box, but not in another one inside it."""
+    low, high, parts = outer.lo.copy(), outer.hi.copy(), list[Boxes]()
+    for axis in range(len(low)):
+        for side, end in ((low, inner.lo[axis]), (high, inner.hi[axis])):
+            if side[axis] != end:
+                lo, hi = low.copy(), high.copy()
+                (hi if side is low else lo)[axis] = end
+                parts.append(one_box(Box(lo, hi)))
+        low[axis], high[axis] = inner.lo[axis], inner.hi[axis]
+    return joined(parts, len(low))
 
 
 def _random(end: Array, count: int, seed: int = 0) -> Array:

@@ -326,7 +326,7 @@ class Compiled:
                 values.append(found)
         return Values(self, values)
 
-    def _tighter(
+    def _tighter(  # noqa: PLR0913, PLR0917 (what `__call__` knows)
         self,
         k: int,
         over: Intervals,

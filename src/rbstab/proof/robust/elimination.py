@@ -31,7 +31,7 @@ from rbstab.proof.robust.numbers import (
 if TYPE_CHECKING:
     from flint import fmpq, fmpq_mat
 
-PRODUCTS = 2_000
+PRODUCTS = 6_000
 """The order of x_0 is raised while it takes at most so many products of matrices."""
 
 HIGHEST = 3

@@ -13,8 +13,8 @@ BRIEF_BOX_LIMIT = 60_000
 """The number of boxes at which a brief search stops: 15,000 a second with springs, and up to
 100,000 without. Bodies of the paper need some 1,000."""
 
-BRIEF_LIGAMENT_BOX_LIMIT = 10_000
-"""The same for one ligament of a body that is not held: some five seconds."""
+BRIEF_LIGAMENT_BOX_LIMIT = 20_000
+"""The same for one ligament of a body that is not held: some ten seconds."""
 
 BRIEF_FORMULA_BOX_LIMIT = 12_000
 """The same for one formula of a user: some five seconds."""

@@ -82,7 +82,9 @@ class Body:
         box = Box(-end, end)
         held, begin = held_zeros(self.energy, box), None
         if inner is not None and inner.proved:
-            held, begin = [*self._zeros[inner]], around(box, Box(-inner.end, inner.end))
+            known, begin = self._zeros[inner], around(box, Box(-inner.end, inner.end))
+            apart = (z for z in held if not any(k.domain.contains(z.point) for k in known))
+            held = [*known, *apart]
         search = Search(self.bounded, box, known=held)
         found = search.run(limit, begin=begin)
         if found.undecided.count and found.examined >= limit:

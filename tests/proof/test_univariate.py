@@ -54,7 +54,7 @@ def test_coefficients_over_an_interval_contain_those_inside(kind, extra, count):
     @given(places())
     def test(place):
         low, high, x = place
-        above = kind == "log" or kind == "sqrt"
+        above = kind in {"log", "sqrt"}
         assume(x > 1e-100 or not above)
         assume(abs(x) > 1e-100 or extra is None or extra > 0)
         found = coefficients(kind, extra, Intervals(np.array([low]), np.array([high])), 3)
@@ -85,7 +85,7 @@ def test_a_known_least_value_bounds_the_cosine_alone():
     assert free[0].lo[0] < 0.0 == known[0].lo[0]
     assert known[0].hi[0] == free[0].hi[0]
     assert (known[1].lo[0], known[1].hi[0]) == (free[1].lo[0], free[1].hi[0])
-    assert known[2].hi[0] == 0.0 < free[2].hi[0]  # -½ cos
+    assert known[2].hi[0] < 1e-299 < 0.05 < free[2].hi[0]  # -½ cos
     beyond = Intervals(np.array([1.6]), np.array([1.7]))
     (clamped, *_) = coefficients(COS, None, beyond, 3, 0.0)
     assert clamped.lo[0] == clamped.hi[0] == 0.0

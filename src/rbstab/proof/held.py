@@ -1,8 +1,9 @@
 """Rest states at which a force that jumps, or a stop, holds the body.
 
 L(Θ, λ) is the energy with λ in place of one step(h). Its gradient by Θ is that of U with a share λ
-of the jump, and its slope by λ is the jump in energy, which is zero exactly where h = 0. So the
-body rests on the surface h = 0 where ∇L = 0 and 0 < λ < 1: the same search, with one more variable.
+of the jump, and its slope by λ is the jump in energy, which is zero where h = 0. So the body rests
+on the surface h = 0 where ∇L = 0 and 0 < λ < 1: the same search, with one more variable. The jump
+may be zero elsewhere too, so that h = 0 is proved (`_Surface._on_it`).
 At a stop, θ2 is a number, and ∂U/∂θ2 has to press against it.
 """
 
@@ -98,14 +99,17 @@ class _Surface:
             pulls, pushes = (b.hi < 0) & (a.lo > 0), (b.lo > 0) & (a.hi < 0)
             step, error, mean, _ = preconditioned(small)
             image = np.abs(step) + error + np.einsum("ijm,jm->im", mean, small.radius)
-            inner = np.minimum(small.radius, np.vstack([np.tile(RADII, (3, 1)), 10 * RADII]))
-            exists = np.all(image * UP < inner * (1 - 1e-12), axis=0)
+            ends = np.vstack([lo, near[0]]), np.vstack([hi, near[1]])
+            inner = np.minimum(ends[1] - small.centre, small.centre - ends[0])
+            exists = np.all(image * UP < np.nextafter(inner, -np.inf), axis=0)
             exists &= (near[0] > 0) & (near[1] < 1)
         domains = unique & (pulls | pushes)
         good = np.flatnonzero(domains & exists)
         if not len(good):
             return None
         e, d = int(good[0]), int(np.flatnonzero(domains)[-1])
+        if not self._on_it(Boxes(lo, hi), e, normal, domains):
+            return None
         ridge = bool(pushes[e])
         index = index_of(small.hessian, e)
         # ∇²L has one negative eigenvalue more than the Hessian along the surface.
@@ -118,6 +122,17 @@ class _Surface:
             normal=normal,
             ridge=ridge,
         )
+
+    def _on_it(self, boxes: Boxes, e: int, normal: Array, domains: Array) -> bool:
+        """Prove that h = 0 where the jump in energy is zero in the e-th box.
+
+        In a domain this jump rises or falls strictly along the normal n. If h reaches 0 there along
+        the line through this point, as n'∇h is large enough, the jump is zero at no other point.
+        """
+        h = self.argument.over(boxes.lo, boxes.hi)
+        with np.errstate(all="ignore"):
+            way = h.value_over.mag[e] / _along(normal, h.slopes).lo * np.abs(normal).max()
+            return bool(np.any(domains & (way >= 0) & (way < 0.9 * (RADII - RADII[e]))))
 
 
 def _along(normal: Array, g: Intervals) -> Intervals:

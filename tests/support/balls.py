@@ -1,0 +1,137 @@
+"""Values and derivatives of expressions in balls of 300 bits, by series of one variable.
+
+Derivatives come from straight lines, so nothing of the bounds that they test is needed here.
+"""
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+from flint import arb, arb_mat, arb_series, ctx, fmpq
+
+from rbstab.proof.expr import INNER, LET, OF, POSITIVE, STEP, VAR, Atom, Expr
+from rbstab.proof.intervals import Intervals
+
+BITS = 300
+
+Point = Mapping[int, Any]
+"""The values of variables: balls."""
+
+
+def ball(x: Any) -> Any:
+    """Return a number as a ball."""
+    if isinstance(x, Fraction):
+        return arb(fmpq(x.numerator, x.denominator))
+    return x if isinstance(x, arb) else arb(x)
+
+
+def series(e: Expr, given: Mapping[int, Any], length: int) -> Any:
+    """Return the series of an expression in t, where the variables are series in t."""
+    total = arb_series([0], length)
+    for m, c in e.terms.items():
+        term = arb_series([ball(c)], length)
+        for a, p in m:
+            factor = _atom(a, given, length)
+            for _ in range(abs(p)):
+                term = term * factor if p > 0 else term / factor
+        total += term
+    return total
+
+
+def _atom(a: Atom, given: Mapping[int, Any], length: int) -> Any:
+    if a.kind == VAR:
+        return given[a.argument]  # type: ignore[index]
+    x = series(a.inner, given, length)
+    if a.kind == LET:
+        return x
+    if a.kind == OF:
+        assert isinstance(a.extra, Expr)
+        return series(a.extra, {INNER: x}, length)
+    if a.kind in {STEP, POSITIVE}:
+        value = arb(x[0])
+        if not (value > 0 or value <= 0):
+            raise ValueError("a step whose side is not known")
+        if a.kind == POSITIVE:
+            return x if value > 0 else arb_series([0], length)
+        return arb_series([int(value > 0)], length)
+    return getattr(x, a.kind)()
+
+
+def along(e: Expr, point: Point, direction: Mapping[int, int], length: int) -> list[Any]:
+    """Return the coefficients of e(point + t direction) in t."""
+    with ctx.workprec(BITS):
+        lines = {
+            k: arb_series([ball(x), arb(direction.get(k, 0))], length) for k, x in point.items()
+        }
+        found = series(e, lines, length)
+        return [found[k] for k in range(length)]
+
+
+def value(e: Expr, point: Point) -> Any:
+    """Return the value of an expression at a point."""
+    return along(e, point, {}, 1)[0]
+
+
+def gradient(e: Expr, point: Point, numbers: Sequence[int]) -> list[Any]:
+    """Return its derivatives by some variables."""
+    return [along(e, point, {k: 1}, 2)[1] for k in numbers]
+
+
+def hessian(e: Expr, point: Point, numbers: Sequence[int]) -> list[list[Any]]:
+    """Return its second derivatives: those of e along i, j and i + j."""
+    with ctx.workprec(BITS):
+        single = {k: along(e, point, {k: 1}, 3)[2] for k in numbers}
+        return [
+            [
+                2 * single[i]
+                if i == j
+                else along(e, point, {i: 1, j: 1}, 3)[2] - single[i] - single[j]
+                for j in numbers
+            ]
+            for i in numbers
+        ]
+
+
+def lowest(e: Expr, point: Point, free: Sequence[int]) -> dict[int, Any]:
+    """Return the point with the variables `free` where e is least, by Newton's method."""
+    found = {k: ball(x) for k, x in point.items()} | {k: arb(0) for k in free}
+    with ctx.workprec(BITS):
+        for _ in range(200):
+            g = gradient(e, found, free)
+            step = arb_mat(hessian(e, found, free)).solve(arb_mat([[x] for x in g]))
+            longest = max(abs(float(step[i, 0])) for i in range(len(free)))
+            cut = min(1.0, 0.5 / max(longest, 1e-300))
+            for i, k in enumerate(free):
+                found[k] = (found[k] - cut * step[i, 0]).mid()
+            if longest < 1e-70:
+                return found
+    raise ValueError("the lowest point is not found")
+
+
+def reduced(
+    e: Expr, point: Point, numbers: Sequence[int], free: Sequence[int]
+) -> tuple[Any, list[Any], list[list[Any]]]:
+    """Return V = min e over `free`, ∇V and ∇²V = e_aa - e_ab e_bb⁻¹ e_ba."""
+    at = lowest(e, point, free) if free else point
+    found = value(e, at), gradient(e, at, numbers), hessian(e, at, numbers)
+    if not free:
+        return found
+    with ctx.workprec(BITS):
+        H = hessian(e, at, [*numbers, *free])
+        n = len(numbers)
+        cross = arb_mat([row[n:] for row in H[:n]])
+        schur = cross * arb_mat([row[n:] for row in H[n:]]).solve(cross.transpose())
+        reduced_hessian = [[H[i][j] - schur[i, j] for j in range(n)] for i in range(n)]
+    return found[0], found[1], reduced_hessian
+
+
+def contains(x: Intervals, place: Any, exact: Any) -> bool:
+    """Return whether an interval of an array contains what is known to a ball."""
+    low, high = float(x.lo[place]), float(x.hi[place])
+    if low != low or high != high:
+        return False
+    with ctx.workprec(BITS):
+        tiny = arb(2) ** -200  # of the ball itself, which may be at an end
+        above = low == float("-inf") or exact - arb(low) > -tiny
+        below = high == float("inf") or arb(high) - exact > -tiny
+    return bool(above and below)

@@ -1,0 +1,105 @@
+"""Random expressions for tests of bounds, and boxes with points inside."""
+
+from fractions import Fraction
+
+import numpy as np
+from hypothesis import assume
+from hypothesis import strategies as st
+
+from rbstab.proof.expr import INNER, OF, Expr, atom, expr, only, variable
+from rbstab.proof.rewriting import with_known_steps, with_outlined_steps
+
+RATIONAL = st.fractions(-3, 3, max_denominator=8)
+
+SMOOTH = ("sin", "cos", "exp", "atan")
+
+
+@st.composite
+def affine(draw, numbers=(0, 1, 2)):
+    """Return a sum of variables with numbers, and a number."""
+    factors = [draw(RATIONAL) for _ in numbers]
+    assume(any(factors))
+    return sum((variable(k) * c for k, c in zip(numbers, factors, strict=True)), expr(draw(RATIONAL)))
+
+
+@st.composite
+def terms(draw, numbers=(0, 1, 2)):
+    """Return one term: a function of an affine sum, a step, a quotient, or another product."""
+    x = draw(affine(numbers))
+    kind = draw(st.sampled_from([*SMOOTH, "root", "quotient", "power", "let", "step", "inside"]))
+    if kind in SMOOTH:
+        return getattr(x, kind)() if kind != "exp" else (x * Fraction(1, 4)).exp()
+    if kind == "root":
+        return (x * x + 1 + variable(numbers[0]).sin() * Fraction(1, 2)).sqrt()
+    if kind == "quotient":
+        return (x + 1) / (1 + x.sin() * x.sin() + variable(numbers[-1]) ** 2)
+    if kind == "power":
+        return x ** draw(st.integers(2, 3))
+    if kind == "let":
+        return ((x * x + 1).sqrt() - 2) ** draw(st.integers(2, 3))
+    if kind == "inside":
+        return (x.cos() * variable(numbers[0])).sin() * x
+    return draw(steps(x))
+
+
+@st.composite
+def steps(draw, x=None):
+    """Return a force that jumps, or bends, or less, where an expression changes its sign."""
+    g = draw(affine()) if x is None else x
+    if draw(st.booleans()):
+        g = (g * g + Fraction(1, 2)).sqrt() - 1
+    order = draw(st.integers(1, 3))
+    rest = draw(st.sampled_from([expr(1), (g + 2).sqrt(), g.exp(), 1 + variable(0).sin()]))
+    return g.step(order) * g**order * rest
+
+
+@st.composite
+def energies(draw, numbers=(0, 1, 2)):
+    """Return a sum of terms and of products, rewritten as energies are."""
+    total = expr(0)
+    for _ in range(draw(st.integers(1, 3))):
+        term = draw(terms(numbers)) * draw(RATIONAL)
+        if draw(st.booleans()):
+            term = term * variable(draw(st.sampled_from(numbers))).cos()
+        total = total + term
+    if draw(st.booleans()):
+        total = with_known_steps(total)
+        total = with_outlined_steps(total) if draw(st.booleans()) else total
+    return total
+
+
+@st.composite
+def outlined(draw, g=None):
+    """Return a function F(g) that stands in one atom, with a step of g in F."""
+    y = variable(INNER)
+    g = draw(affine()) if g is None else g
+    shift = y - draw(RATIONAL)
+    F = draw(st.sampled_from([shift.sin(), (shift * Fraction(1, 3)).exp(), shift.atan(), expr(1)]))
+    order = draw(st.integers(1, 3))
+    return only(atom(OF, g, shift.step(order) * shift**order * F))
+
+
+@st.composite
+def boxes(draw, n=3, reach=3.0):
+    """Return a box and a point of it, all doubles; the point may be at a corner."""
+    lo, hi, point = [], [], []
+    size = 10.0 ** draw(st.integers(-6, 0))
+    for _ in range(n):
+        a = draw(st.floats(-reach, reach))
+        b = min(a + size * draw(st.floats(0, 2)), reach + 1)
+        lo.append(a)
+        hi.append(b)
+        point.append(min(b, max(a, a + draw(st.sampled_from([0.0, 0.25, 0.7, 1.0])) * (b - a))))
+    return np.array(lo), np.array(hi), np.array(point)
+
+
+def convex(theta: Expr, z: Expr, c: Fraction, kind: int) -> Expr:
+    """Return an expression that is convex in z, coupled to an expression of other variables."""
+    x = z - theta
+    return [
+        c * x * x,
+        (x * Fraction(1, 2)).exp() * c,
+        (1 + x * x).sqrt() * c,
+        x.step(2) * x**2 * c,
+        x.step(3) * x**3 * c,
+    ][kind]

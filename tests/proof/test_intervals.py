@@ -101,7 +101,9 @@ def test_a_product_is_sharp_for_all_signs():
     for a, b in ((2, 3), (-3, -2), (-2, 3)):
         for c, d in ((5, 7), (-7, -5), (-5, 7)):
             ends = [a * c, a * d, b * c, b * d]
-            x, y = (Intervals(np.array([float(p)]), np.array([float(q)])) for p, q in ((a, b), (c, d)))
+            x, y = (
+                Intervals(np.array([float(p)]), np.array([float(q)])) for p, q in ((a, b), (c, d))
+            )
             is_tight(intervals.product(x, y), min(ends), max(ends))
 
 

@@ -88,7 +88,7 @@ def test_a_changed_operation_has_another_digest() -> None:
 
 def test_claims_are_read_as_written() -> None:
     box = Box(np.array([-0.1, 0.2, 0.0]), np.array([0.1, 0.3, 1e-17]))
-    zero = Zero(box.lo, box, box, 1, 0.0, held=True, ridge=True)
+    zero = Zero(box.lo, box, box, 1, 0.0, np.array([0.0, 1.0, 0.0]), ridge=True)
     left = Boxes(np.array([[1.0], [1.0], [1.0]]), np.array([[2.0], [1.5], [3.0]]))
     claims = Claims(
         Zeros((zero,), left, 7),

@@ -250,7 +250,8 @@ def pressed_to_a_stop():
 
 
 def test_a_body_that_a_stop_may_hold_is_not_proved():
-    proof = prove_bodies(*pressed_to_a_stop(), part_limit=3)
+    members, box = pressed_to_a_stop()
+    proof = prove_bodies(members, box, part_limit=3)
     assert proof.outcome is not BodiesOutcome.PROVED
 
 

@@ -47,7 +47,8 @@ def exact(kind, extra, x):
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 @pytest.mark.parametrize("count", EXAMPLES)
 @pytest.mark.parametrize(
-    ("kind", "extra"), [*((name, None) for name in NAMES), *(("power", n) for n in (-3, -1, 2, 3, 5))]
+    ("kind", "extra"),
+    [*((name, None) for name in NAMES), *(("power", n) for n in (-3, -1, 2, 3, 5))],
 )
 def test_coefficients_over_an_interval_contain_those_inside(kind, extra, count):
     @settings(deadline=None, max_examples=count, derandomize=count < 100)

@@ -19,7 +19,9 @@ def affine(draw, numbers=(0, 1, 2)):
     """Return a sum of variables with numbers, and a number."""
     factors = [draw(RATIONAL) for _ in numbers]
     assume(any(factors))
-    return sum((variable(k) * c for k, c in zip(numbers, factors, strict=True)), expr(draw(RATIONAL)))
+    return sum(
+        (variable(k) * c for k, c in zip(numbers, factors, strict=True)), expr(draw(RATIONAL))
+    )
 
 
 @st.composite

@@ -123,13 +123,14 @@ def stored_energy(system: System, exact_system: ExactSystem) -> Stored:
     q = np.array([variable(k) for k in range(at_rest.size)], dtype=object)
     motion, own = exact.motion(q), q[at_rest.pose_size :]
     total, begin, stop = expr(0), 0, None
-    for element in exact.system.elements:
+    elements: list[Any] = list(exact.system.elements)
+    for element in elements:
         mine = own[begin : begin + element.state_size]
         begin += element.state_size
         if element.holds:  # a stop: it stores nothing, and ends the range
             stop = expr(element.angle)
             continue
-        acting: Any = element
+        acting = element
         if element.mode_count:
             smooth = 1 if element.kinked else 3 if isinstance(element, Ligament) else 2
             modes = [expr(g).step(smooth) for g in element.guards(motion, mine)]

@@ -317,8 +317,11 @@ def _box(corners: Sequence[Sequence[float]]) -> Box:
 def _zero(record: Mapping[str, Any]) -> Zero:
     box = _box(record["enclosure"])
     point: Array = 0.5 * box.lo + 0.5 * box.hi
-    held, ridge = bool(record.get("held")), bool(record.get("ridge"))
-    return Zero(point, box, box, record["index"], float("nan"), held, ridge)
+    # Of the surface on which the body is held, nothing more is stored.
+    normal = np.full(3, np.nan) if record.get("held") else None
+    return Zero(
+        point, box, box, record["index"], float("nan"), normal, ridge=bool(record.get("ridge"))
+    )
 
 
 def record_of(energy: Energy, claims: Sequence[Claims]) -> Record:

@@ -167,8 +167,8 @@ class Body:
         outcome = SearchOutcome.FAMILY if family else SearchOutcome.SEARCHED
         if family:
             zeros = [zero for zero in zeros if not _is_singular(self.bounded, zero.point)]
-        points = tuple(self._point(zero, proved=False) for zero in zeros)
-        return RestStates(self._reduced(end), points, rows.no_boxes(), 0, outcome, end)
+        found = tuple(self._point(zero, proved=False) for zero in zeros)
+        return RestStates(self._reduced(end), found, rows.no_boxes(), 0, outcome, end)
 
     # -- points ----------------------------------------------------------------------------------
 

@@ -5,7 +5,7 @@ or if it lies where a proved zero is the only one. All others are cut down to th
 operator, and halved.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -56,20 +56,25 @@ class Box(NamedTuple):
         return bool(np.all((x >= self.lo) & (x <= self.hi)))
 
 
-class Boxes(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Boxes:
     """Boxes from lo to hi, both of shape (n, boxes)."""
 
     lo: Array
     hi: Array
+
+    def __iter__(self) -> Iterator[Array]:
+        """Yield lo and hi."""
+        return iter((self.lo, self.hi))
 
     @property
     def count(self) -> int:
         """Their number."""
         return int(self.lo.shape[1])
 
-    def __getitem__(self, place: object) -> "Boxes":  # type: ignore[override]
+    def __getitem__(self, place: Array | slice) -> "Boxes":
         """Return some of them."""
-        return Boxes(self.lo[:, place], self.hi[:, place])  # type: ignore[index]
+        return Boxes(self.lo[:, place], self.hi[:, place])
 
     def within(self, outer: Box) -> Array:
         """Return which of them lie in a box."""
@@ -127,6 +132,11 @@ class Zero:
     energy: float
     normal: Array | None = None
     ridge: bool = False
+
+    @property
+    def held(self) -> bool:
+        """Whether a force that jumps holds the body there."""
+        return self.normal is not None
 
 
 @dataclass(frozen=True, eq=False)

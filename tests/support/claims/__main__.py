@@ -140,7 +140,7 @@ def _is_meant(name: str, names: tuple[str, ...]) -> bool:
     return not names or any(part in name for part in names)
 
 
-def _outcome(claims: table.Claims) -> str:
+def _outcome(claims: Claims) -> str:
     if not claims["passive"]:
         return f"no proof: {claims['why_not'].partition(';')[0]}"
     part = claims["range"]
@@ -150,7 +150,7 @@ def _outcome(claims: table.Claims) -> str:
     return f"{kept}, {len(part['states'])} states"
 
 
-def _summary(claims: table.Claims) -> str:
+def _summary(claims: Claims) -> str:
     spent = claims["seconds"]["rest"]
     doubted = "".join(f"; DOUBT {key}: {text}" for key, text in claims["doubts"].items())
     return f"{_outcome(claims)}, {claims['range']['boxes']} boxes, {spent} s{doubted}"

@@ -186,7 +186,7 @@ def test_with_more_parts_it_is_examined_again(undecided, tmp_path, monkeypatch):
 
 
 def test_only_fewer_parts_than_usual_are_brief(tmp_path, monkeypatch):
-    monkeypatch.setattr("rbstab.analysis.proof.robust.bodies.PART_LIMIT", 2)
+    monkeypatch.setattr("rbstab.proof.robust.bodies.PART_LIMIT", 2)
     config, tolerances = box_of(plan_of(UNDECIDED, gravity=[0.0, 0.0, -9.81]))
     usual, fewer = prove_within(config, tolerances), prove_within(config, tolerances, 1)
     assert (usual.proved, usual.parts, usual.brief) == (None, 2, None)

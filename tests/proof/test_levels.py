@@ -36,7 +36,8 @@ def test_a_quadratic_function_is_between_its_bounds(a, A, u):
         x, b = [Fraction(v) for v in point], [Fraction(v) for v in a]
         M = [[Fraction(v) for v in row] for row in symmetric.tolist()]
         value = sum((b[i] * x[i] for i in range(3)), Fraction(0))
-        value += sum(M[i][j] * x[i] * x[j] for i in range(3) for j in range(3)) / 2
+        pairs = [(i, j) for i in range(3) for j in range(3)]
+        value += sum((M[i][j] * x[i] * x[j] for i, j in pairs), Fraction(0)) / 2
         assert Fraction(found.low[0]) <= value <= Fraction(found.high[0])
 
 

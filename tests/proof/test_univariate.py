@@ -25,7 +25,7 @@ EXAMPLES = [
 def places(draw):
     """Return an interval and a double in it."""
     low, high = sorted((draw(ENDS), draw(ENDS)))
-    least, most = max(low, -1e3), min(high, 1e3)
+    least, most = max(low, -1e3) + 0.0, min(high, 1e3) + 0.0  # -0 becomes 0
     assume(least <= most)
     x = draw(st.floats(least, most) | st.sampled_from([least, most]))
     return low, high, x

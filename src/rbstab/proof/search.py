@@ -175,13 +175,24 @@ def newton(energy: BoundedEnergy, starts: Array, steps: int = 30) -> tuple[Array
     with np.errstate(all="ignore"):
         for _ in range(steps):
             _, g, H = energy.at_all(x[: energy.n], x[energy.n :])
-            step = np.einsum("ijm,jm->im", inverses(H), g)
-            last = np.abs(step).max(axis=0)
+            step, left = _newton_steps(H, g)
+            last = np.maximum(np.abs(step).max(axis=0), left)
             step = step * np.minimum(1.0, 0.5 / np.maximum(last, 1e-300))
             x = x - np.where(np.isfinite(step), step, 0.0)
             if not np.any(last > 1e-13):
                 break
     return x[: energy.n], last
+
+
+def _newton_steps(H: Array, g: Array) -> tuple[Array, Array]:
+    """Return H⁻¹g for each point, and 0; for a singular H the shortest step, and what it leaves."""
+    step, left = np.einsum("ijm,jm->im", inverses(H), g), np.zeros(g.shape[1])
+    known = np.all(np.isfinite(H), axis=(0, 1)) & np.all(np.isfinite(g), axis=0)
+    for k in np.flatnonzero(known & ~np.all(np.isfinite(step), axis=0)):  # as in a family
+        step[:, k] = np.linalg.pinv(H[:, :, k], hermitian=True) @ g[:, k]
+        size = max(np.abs(H[:, :, k]).max(), 1e-300)
+        left[k] = np.abs(H[:, :, k] @ step[:, k] - g[:, k]).max() / size
+    return step, left
 
 
 def isolated(energy: BoundedEnergy, point: Array) -> Zero | None:
@@ -373,6 +384,7 @@ class Search:
             spread = error + np.einsum("ijm,jm->im", mean, b.radius) * UP
             left &= ~np.any(np.abs(step) > (b.radius + spread) * UP, axis=0)
             near = left & np.all(np.abs(step) <= 2 * b.radius, axis=0)
+            near |= left & np.isnan(step).all(axis=0) & np.isfinite(b.slope.mid).all(axis=(0, 1))
             # Cut down to the image of Krawczyk's operator.
             low = np.nextafter(b.centre - step - spread * UP, -np.inf)
             high = np.nextafter(b.centre - step + spread * UP, np.inf)

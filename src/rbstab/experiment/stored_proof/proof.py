@@ -153,13 +153,20 @@ class ProvedStates(Entry):
         return sum(state.stable is True for state in self.states)
 
     @property
+    def _has_families(self) -> bool:
+        """Whether rest states form families beside those that are listed."""
+        return False
+
+    @property
     def globally_stable(self) -> bool | None:
         """Whether every motion that stays in the range converges to the only rest state.
 
         By La Salle's theorem this is true if that state is a minimum, for motions that keep a
         distance from θ2 = ±π/2: the theorem needs a closed set in which the equations are smooth.
-        With a barrier all motions keep it. None: not known.
+        With a barrier all motions keep it. None: not known. It is false beside a family.
         """
+        if self._has_families:
+            return False
         if self.unique and self.states[0].index_proved is False:
             return None
         return self.unique and self.states[0].index == 0
@@ -319,9 +326,8 @@ class Proof(ProvedStates):
         return energy is not None or self.on_rotations is not None
 
     @property
-    def globally_stable(self) -> bool | None:
-        """Whether every motion converges to the only rest state; not if some form families."""
-        return False if self.families else super().globally_stable
+    def _has_families(self) -> bool:
+        return bool(self.families)
 
     @property
     def families(self) -> tuple[ProvedFamily, ...]:

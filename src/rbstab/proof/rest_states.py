@@ -9,7 +9,12 @@ from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.proof import boxes as rows
 from rbstab.analysis.proof.boxes import RANGE_END
 from rbstab.analysis.proof.outcome import SearchOutcome
-from rbstab.analysis.proof.reduced_energy import ReducedEnergy, reduced_energy
+from rbstab.analysis.proof.reduced_energy import (
+    NoEnergyReason,
+    NoReducedEnergy,
+    ReducedEnergy,
+    reduced_energy,
+)
 from rbstab.analysis.proof.rest_states import (
     RestPoint,
     RestStates,
@@ -21,7 +26,7 @@ from rbstab.analysis.rest_state import held_at_kink, rest_state_at
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import BoundedEnergy
 from rbstab.proof.held import held_zeros, jumps, zeros_at_stop
-from rbstab.proof.model import ExactSystem, energy_of, value_at
+from rbstab.proof.model import ExactSystem, NoMinimumError, energy_of, value_at
 from rbstab.proof.search import (
     FAMILY_TRIES,
     SINGULAR,
@@ -59,10 +64,19 @@ class Body:
 
     def __init__(self, system: System, exact_system: ExactSystem) -> None:
         self.reduced: ReducedEnergy = reduced_energy(system, exact_system)
-        self.energy = energy_of(system, exact_system)
+        try:
+            self.energy = energy_of(system, exact_system)
+            self.bounded = BoundedEnergy(
+                self.energy.U, free=self.energy.free, least=self.energy.least
+            )
+        except NoMinimumError as error:
+            raise NoReducedEnergy(NoEnergyReason.NOT_HELD) from error
+        except OverflowError as error:
+            raise NoReducedEnergy(NoEnergyReason.NOT_FINITE) from error
+        except (TypeError, AttributeError, ValueError, ArithmeticError) as error:
+            raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, str(error)) from error
         self._zeros: WeakKeyDictionary[RestStates, tuple[Zero, ...]] = WeakKeyDictionary()
         self.at_rest: Configurations = configurations(system)
-        self.bounded = BoundedEnergy(self.energy.U, free=self.energy.free, least=self.energy.least)
 
     def proved(
         self, limit: int, end: Array = RANGE_END, inner: RestStates | None = None

@@ -27,7 +27,7 @@ from rbstab.systems.system import System
 if TYPE_CHECKING:
     from rbstab.proof.robust.numbers import Members
 
-BODIES_VERSION = 1
+BODIES_VERSION = 2
 """To be increased when a change of the method changes its results; older proofs are then redone."""
 
 CODE_VARIES = (

@@ -15,10 +15,10 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import UP, BoundedEnergy, Bounds, preconditioned
 from rbstab.proof.expr import STEP, VAR, Atom, atom, expr, variable
-from rbstab.proof.intervals import Intervals, constant
+from rbstab.proof.intervals import Intervals, constant, product
 from rbstab.proof.model import Energy
 from rbstab.proof.rewriting import substituted
-from rbstab.proof.search import Box, Boxes, Search, Zero, Zeros, index_of, joined, newton
+from rbstab.proof.search import Box, Boxes, Search, Test, Zero, Zeros, index_of, joined, newton
 
 LAMBDA = 1000
 """The number of the variable λ."""
@@ -63,6 +63,34 @@ def held_zeros(energy: Energy, box: Box, starts: Array | None = None) -> list[Ze
                 zero = surface.isolated(x)
                 found += [] if zero is None else [zero]
     return found
+
+
+def out_of_balance(energy: Energy) -> Test | None:
+    """Return a test for `Search`: that no share of any jump balances the other forces in boxes.
+
+    With A and A + B the energies on both sides of a surface, a body at rest there or beside it has
+    ∇A + λ∇B = 0 for a λ from 0 to 1, so ∇A and ∇B are parallel: their cross product is zero.
+    """
+    sides = []
+    for step in [] if energy.free else jumps(energy):
+        A = substituted(energy.U, {step: expr(0)})
+        B = substituted(energy.U, {step: expr(1)}) - A
+        sides.append([BoundedEnergy(one, least=energy.least, order=2) for one in (A, B)])
+    if not sides:
+        return None
+
+    def test(boxes: Boxes, bounds: Bounds) -> Array:
+        found = np.zeros(boxes.count, dtype=bool)
+        at = np.flatnonzero(~np.all(np.isfinite(bounds.slope.rad), axis=(0, 1)))  # at a surface
+        if len(at):
+            for A, B in sides:
+                a, b = (one.over(boxes.lo[:, at], boxes.hi[:, at]).slopes for one in (A, B))
+                for i, j in ((0, 1), (1, 2), (2, 0)):
+                    one, two = product(a[i], b[j]), product(a[j], b[i])
+                    found[at] |= (one.lo > two.hi) | (one.hi < two.lo)
+        return found
+
+    return test
 
 
 class _Surface:

@@ -15,10 +15,14 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import UP, BoundedEnergy, Bounds, preconditioned
 from rbstab.proof.expr import STEP, VAR, Atom, atom, expr, variable
-from rbstab.proof.intervals import Intervals, constant
+from rbstab.proof.intervals import Intervals, constant, product
 from rbstab.proof.model import Energy
 from rbstab.proof.rewriting import substituted
+<<<<<<< HEAD
 from rbstab.proof.search import Box, Boxes, Search, Zero, Zeros, index_of, newton
+=======
+from rbstab.proof.search import Box, Boxes, Search, Test, Zero, Zeros, index_of, joined, newton
+>>>>>>> w-etests
 
 LAMBDA = 1000
 """The number of the variable λ."""
@@ -65,6 +69,34 @@ def held_zeros(energy: Energy, box: Box, starts: Array | None = None) -> list[Ze
     return found
 
 
+def out_of_balance(energy: Energy) -> Test | None:
+    """Return a test for `Search`: that no share of any jump balances the other forces in boxes.
+
+    With A and A + B the energies on both sides of a surface, a body at rest there or beside it has
+    ∇A + λ∇B = 0 for a λ from 0 to 1, so ∇A and ∇B are parallel: their cross product is zero.
+    """
+    sides = []
+    for step in [] if energy.free else jumps(energy):
+        A = substituted(energy.U, {step: expr(0)})
+        B = substituted(energy.U, {step: expr(1)}) - A
+        sides.append([BoundedEnergy(one, least=energy.least, order=2) for one in (A, B)])
+    if not sides:
+        return None
+
+    def test(boxes: Boxes, bounds: Bounds) -> Array:
+        found = np.zeros(boxes.count, dtype=bool)
+        at = np.flatnonzero(~np.all(np.isfinite(bounds.slope.rad), axis=(0, 1)))  # at a surface
+        if len(at):
+            for A, B in sides:
+                a, b = (one.over(boxes.lo[:, at], boxes.hi[:, at]).slopes for one in (A, B))
+                for i, j in ((0, 1), (1, 2), (2, 0)):
+                    one, two = product(a[i], b[j]), product(a[j], b[i])
+                    found[at] |= (one.lo > two.hi) | (one.hi < two.lo)
+        return found
+
+    return test
+
+
 class _Surface:
     """The surface h = 0 on which a step changes."""
 
@@ -82,21 +114,21 @@ class _Surface:
     def isolated(self, x: Array) -> Zero | None:
         """Prove that the body rests at exactly one point near this one."""
         lo, hi = x[:3, None] - RADII, x[:3, None] + RADII
-        shares = np.zeros_like(RADII), np.ones_like(RADII)
-        wide = self.energy.over(np.vstack([lo, shares[0]]), np.vstack([hi, shares[1]]))
         near = x[3] - 10 * RADII, x[3] + 10 * RADII
         small = self.energy.over(np.vstack([lo, near[0]]), np.vstack([hi, near[1]]))
         normal = self.argument.at(x[:3, None])[1][:, 0]
         with np.errstate(all="ignore"):
-            _, _, _, hessian = preconditioned(wide)
-            unique = np.all(np.einsum("ijm,jm->im", hessian, wide.radius) * UP < wide.radius, 0)
             # On both sides of the surface U has slopes across it, of opposite signs.
             before, after = (
                 self.energy.over(np.vstack([lo, share]), np.vstack([hi, share])).slopes
-                for share in shares
+                for share in (np.zeros_like(RADII), np.ones_like(RADII))
             )
             b, a = _along(normal, before), _along(normal, after)
             pulls, pushes = (b.hi < 0) & (a.lo > 0), (b.lo > 0) & (a.hi < 0)
+            low, high = _shares(b, a)
+            wide = self.energy.over(np.vstack([lo, low]), np.vstack([hi, high]))
+            _, _, _, hessian = preconditioned(wide)
+            unique = np.all(np.einsum("ijm,jm->im", hessian, wide.radius) * UP < wide.radius, 0)
             step, error, mean, _ = preconditioned(small)
             image = np.abs(step) + error + np.einsum("ijm,jm->im", mean, small.radius)
             ends = np.vstack([lo, near[0]]), np.vstack([hi, near[1]])
@@ -118,7 +150,7 @@ class _Surface:
             Box(lo[:, e], hi[:, e]),
             Box(lo[:, d], hi[:, d]),
             None if index is None else index - 1 + ridge,
-            float(wide.value.mid[e]),
+            float(small.value.mid[e]),
             normal=normal,
             ridge=ridge,
         )
@@ -133,6 +165,16 @@ class _Surface:
         with np.errstate(all="ignore"):
             way = h.value_over.mag[e] / _along(normal, h.slopes).lo * np.abs(normal).max()
             return bool(np.any(domains & (way >= 0) & (way < 0.9 * (RADII - RADII[e]))))
+
+
+def _shares(b: Intervals, a: Intervals) -> tuple[Array, Array]:
+    """Bound the λ with (1 - λ) b + λ a = 0, for b and a of opposite signs; 0 and 1 for others."""
+    rising, falling = (b.hi < 0) & (a.lo > 0), (b.lo > 0) & (a.hi < 0)
+    b_least, b_most = np.where(rising, -b.hi, b.lo), np.where(rising, -b.lo, b.hi)
+    a_least, a_most = np.where(rising, a.lo, -a.hi), np.where(rising, a.hi, -a.lo)
+    low, high = b_least / (b_least + a_most) / UP, b_most / (b_most + a_least) * UP
+    known = (rising | falling) & np.isfinite(low) & np.isfinite(high)
+    return np.where(known, low, 0.0), np.where(known, np.minimum(high, 1.0), 1.0)
 
 
 def _along(normal: Array, g: Intervals) -> Intervals:

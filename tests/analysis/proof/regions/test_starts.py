@@ -2,17 +2,15 @@
 
 import numpy as np
 import pytest
-from rbstab.analysis.proof.branch_and_bound import prove as branch_and_bound
+from scipy.optimize import brentq
 from support.valleys import TWO_VALLEYS
 
 import rbstab
-from rbstab.analysis.proof.boxes import RANGE_END, Boxes
+from rbstab.analysis.proof.boxes import Boxes, box_around
 from rbstab.analysis.proof.guards.guard import Guard
 from rbstab.analysis.proof.guards.soft import SoftEnergy
-from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.regions.downhill import Landscape
 from rbstab.analysis.proof.regions.starts import RegionLevel, StartRegions
-from rbstab.analysis.proof.rest_states import end_of_rest_states
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stored_proof.starts import OPEN_RANGE
@@ -96,13 +94,18 @@ def test_no_start_is_proved_by_a_way_beyond_a_stop():
     C[3, 7, 0], C[2, 0, 0] = 1.0, -0.3
     guard = Guard(None, (SoftEnergy(np.inf, 0.0, stop),))
     form = TrigonometricForm(np.diag([0.2, 8.0, 2.0]), np.zeros(3), C, guard=guard)
-    found = branch_and_bound(form, end=end_of_rest_states(form, RANGE_END))
-    assert found.outcome is SearchOutcome.PROVED
-    held = [zero for zero in found.inside if zero.at_kink]
-    minima = [zero for zero in found.inside if not zero.at_kink and abs(zero.Theta[0]) > 1]
-    assert (len(held), len(minima)) == (2, 2)
-    level = min(float(form.value(zero.Theta[np.newaxis])[0]) for zero in held) - 1e-6
-    border = held[0].Theta[0]
+
+    # At θ2 = 0, ∂U/∂θ1 = 0.2 θ1 - 2 sin 2θ1 - 0.3 cos θ1; at the stop cos 4θ2 is a factor of it.
+    def slope(roll, pitch):
+        return 0.2 * roll - 2 * np.sin(2 * roll) * np.cos(4 * pitch) - 0.3 * np.cos(roll)
+
+    rolls = [brentq(slope, *ends, args=(0.0,), xtol=1e-15) for ends in ((-2.5, -1), (1, 2.5))]
+    minima = [np.array([roll, 0.0, 0.0]) for roll in rolls]
+    border = brentq(slope, -0.9, 0.9, args=(stop,), xtol=1e-15)
+    # Along θ2 the minima are minima, and the stop holds what presses against it.
+    assert all(8 - 16 * np.cos(2 * roll) > 0 for roll in rolls)
+    assert 8 * stop - 4 * np.cos(2 * border) * np.sin(4 * stop) < 0
+    level = float(form.value(np.array([[border, stop, 0.0]]))[0]) - 1e-6
     pitch = np.linspace(-stop, stop, 1001)
     plane = np.stack([np.full(1001, border), pitch, np.zeros(1001)], axis=1)
     assert form.value(plane).min() > level
@@ -111,9 +114,9 @@ def test_no_start_is_proved_by_a_way_beyond_a_stop():
     energy = form.value(middle)
     middle, energy = middle[energy < level - 1e-6], energy[energy < level - 1e-6]
     for end in (OPEN_RANGE, np.array([np.pi, guard.end, np.pi])):
-        landscape = Landscape(form, tuple(zero.enclosure for zero in minima), end)
+        landscape = Landscape(form, tuple(box_around(x, 1e-9) for x in minima), end)
         regions = StartRegions(landscape, [RegionLevel(0, level), RegionLevel(1, level)])
         reached = regions.find(energy + 1e-9, middle - 1e-12, middle + 1e-12)
         assert np.all(reached >= 0)
-        sides = np.array([zero.Theta[0] > border for zero in minima])
+        sides = np.array([x[0] > border for x in minima])
         assert np.array_equal(sides[reached], middle[:, 0] > border)

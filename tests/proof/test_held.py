@@ -1,0 +1,269 @@
+"""Rest states at which a force that jumps, or a stop, holds the body, in closed form.
+
+U = ½ Σ w_i (θ_i - c_i)² with K step(h) h, where h = 0 is a plane or a sphere, or with a stop.
+"""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from rbstab.proof.bounds import BoundedEnergy
+from rbstab.proof.expr import STEP, expr, variable
+from rbstab.proof.held import held_zeros, jumps, out_of_balance, zeros_at_stop
+from rbstab.proof.model import Energy
+from rbstab.proof.search import Box, Search
+
+V = [variable(k) for k in range(3)]
+F = Fraction
+HALF = F(1, 2)
+CENTRE = (F(3, 10), F(7, 10), F(-1, 5))
+NORMAL = (F(3, 5), F(1), F(-1, 2))
+END = np.array([2.0, 1.5, 2.0])
+BOX = Box(-END, END)
+WEIGHTS = [(F(1), F(1), F(1)), (F(2), F(7, 10), F(3)), (F(1), F(1), F(-3))]
+
+
+def parabola(weights=WEIGHTS[0], centre=CENTRE):
+    terms = zip(weights, V, centre, strict=True)
+    return sum((HALF * w * (v - c) ** 2 for w, v, c in terms), expr(0))
+
+
+def plane(offset, normal=NORMAL):
+    return sum((n * v for n, v in zip(normal, V, strict=True)), expr(0)) - offset
+
+
+def proved(U, box=BOX, limit=20_000):
+    """Return all zeros: those on surfaces, and the others."""
+    with np.errstate(all="ignore"):
+        held = held_zeros(Energy(U), box)
+        also = out_of_balance(Energy(U))
+        return Search(BoundedEnergy(U), box, known=held, also=also).run(limit)
+
+
+def as_floats(rows):
+    return np.array([[float(x) for x in row] for row in rows])
+
+
+def encloses(zero, point):
+    low, high = zero.enclosure
+    return bool(np.all(low <= point + 1e-15) and np.all(point - 1e-15 <= high))
+
+
+def share_of(couple, offset, weights):
+    """Return λ for which Θ = c - λK W⁻¹n is on the plane."""
+    load = sum(n * c for n, c in zip(NORMAL, CENTRE, strict=True)) - offset
+    return load / (couple * sum(n * n / w for n, w in zip(NORMAL, weights, strict=True)))
+
+
+def place(share, couple, weights):
+    rows = zip(CENTRE, NORMAL, weights, strict=True)
+    return np.array([float(c - share * couple * n / w) for c, n, w in rows])
+
+
+@pytest.mark.parametrize("weights", WEIGHTS)
+@pytest.mark.parametrize(("couple", "offset"), [(5, HALF), (F(3, 20), HALF), (5, F(11, 10))])
+def test_a_plane_holds_the_body_where_the_closed_form_is(weights, couple, offset):
+    """It holds, is too weak, or is not reached; also at a saddle, whose index is exact."""
+    share = share_of(F(couple), offset, weights)
+    held = 0 < share < 1
+    assert held == (couple == 5 and offset == HALF)
+    h = plane(offset)
+    found = proved(parabola(weights) + couple * h.step(1) * h)
+    assert found.proved
+    (zero,) = found.zeros
+    expected = place(min(max(share, F(0)), F(1)), F(couple), weights)
+    np.testing.assert_allclose(zero.point, expected, atol=1e-12)
+    assert encloses(zero, expected)
+    assert (zero.normal is not None) == held
+    assert not zero.ridge
+    assert zero.index == int(weights[2] < 0)
+    if held:
+        n = as_floats([NORMAL])[0]
+        np.testing.assert_allclose(np.cross(zero.normal, n), 0, atol=1e-12)
+        on_plane = 0.5 * as_floats([weights])[0] @ (expected - as_floats([CENTRE])[0]) ** 2
+        assert zero.energy == pytest.approx(on_plane, abs=1e-12)
+
+
+@pytest.mark.parametrize("weights", WEIGHTS)
+@pytest.mark.parametrize("offset", [HALF, F(11, 10)])
+def test_a_ridge_has_one_state_on_it_and_one_on_each_side(weights, offset):
+    """U falls on both sides of a ridge: its state has one more negative direction."""
+    couple = F(3, 5)
+    share = share_of(couple, offset, weights)
+    bend = int(weights[2] < 0)
+    h = plane(offset)
+    # K min(h, 0)
+    found = proved(parabola(weights) + couple * h - couple * h.step(1) * h)
+    expected = [(place(F(0), couple, weights), False)] if share > 0 else []
+    expected += [(place(F(1), couple, weights), False)] if share < 1 else []
+    expected += [(place(share, couple, weights), True)] if 0 < share < 1 else []
+    assert found.proved
+    assert len(found.zeros) == len(expected) == (3 if offset == HALF else 1)
+    for point, on in expected:
+        (zero,) = (one for one in found.zeros if np.abs(one.point - point).max() < 1e-9)
+        assert zero.ridge == on == (zero.normal is not None)
+        assert zero.index == bend + on
+        assert encloses(zero, point)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("edge", [0, 1])
+def test_where_the_share_is_at_its_ends_nothing_is_claimed(edge, sign):
+    """The state is on the plane, and one side of it is at rest too, to first order."""
+    couple = F(2, 5)
+    centre_side = sum(n * c for n, c in zip(NORMAL, CENTRE, strict=True))
+    offset = centre_side - edge * couple * sum(n * n for n in NORMAL)
+    h = plane(offset)
+    U = parabola() + (0 if sign > 0 else couple * h) + sign * couple * h.step(1) * h
+    found = proved(U, limit=500)
+    assert not found.proved
+    assert len(found.zeros) == int(sign < 0)  # a ridge has another state, away from it
+    on = place(F(edge), couple, WEIGHTS[0])
+    assert found.undecided.touch(Box(on - 1e-6, on + 1e-6)).any()
+
+
+def test_a_sphere_holds_the_body_at_its_nearest_point():
+    """½|Θ - c|² pulls to c outside. The farthest point would need λ below 0."""
+    h = V[0] ** 2 + V[1] ** 2 + V[2] ** 2 - F(1, 4)
+    found = proved(parabola(centre=(F(0), F(0), F(6, 5))) + 10 * h.step(1) * h)
+    assert found.proved
+    (zero,) = found.zeros
+    np.testing.assert_allclose(zero.point, [0, 0, 0.5], atol=1e-12)
+    assert zero.index == 0
+
+
+def test_a_sphere_about_a_hill_has_states_of_each_index():
+    """All w_i are negative: two minima, four saddles on the sphere, a maximum at its middle."""
+    h = V[0] ** 2 + V[1] ** 2 + V[2] ** 2 - F(1, 4)
+    end = np.array([1.0, 1.1, 1.2])
+    weights = (F(-1), F(-2), F(-3))
+    found = proved(parabola(weights, (F(0),) * 3) + 10 * h.step(1) * h, Box(-end, end))
+    assert found.proved
+    held = [zero for zero in found.zeros if zero.normal is not None]
+    assert (len(found.zeros), len(held)) == (7, 6)
+    for zero in held:
+        axis = int(np.argmax(np.abs(zero.point)))
+        np.testing.assert_allclose(np.abs(zero.point), 0.5 * np.eye(3)[axis], atol=1e-12)
+        assert zero.index == 2 - axis
+    (middle,) = (zero for zero in found.zeros if zero.normal is None)
+    assert middle.index == 3
+
+
+@pytest.mark.parametrize("share", [F(1, 5), F(4, 5)])
+def test_a_domain_ends_before_the_states_on_both_sides(share):
+    """U = -½ θ1² + max(θ1 - λ, 0) + ...: maxima along θ1 on both sides of the held minimum."""
+    h = V[0] - share
+    found = proved(parabola((F(-1), F(1), F(1)), (F(0),) * 3) + h.step(1) * h)
+    assert found.proved
+    places = sorted((float(zero.point[0]), zero.normal is not None) for zero in found.zeros)
+    np.testing.assert_allclose([x for x, _ in places], [0, float(share), 1], atol=1e-12)
+    assert [on for _, on in places] == [False, True, False]
+
+
+def test_where_two_planes_meet_it_is_not_decided():
+    one, two = V[1] - F(2, 5), V[0] - F(1, 10)
+    U = parabola() + 5 * one.step(1) * one + 5 * two.step(1) * two
+    found = proved(U, limit=500)
+    assert not found.proved
+    assert found.zeros == ()
+    corner = np.array([0.1, 0.4, -0.2])
+    assert found.undecided.touch(Box(corner, corner)).any()
+
+
+def test_a_strip_between_two_planes_holds_on_one_of_them():
+    h, other = plane(HALF), -plane(F(-2, 5))
+    U = parabola() + 5 * h.step(1) * h + 5 * other.step(1) * other
+    found = proved(U)
+    assert found.proved
+    (zero,) = found.zeros
+    assert zero.point @ as_floats([NORMAL])[0] == pytest.approx(0.5, abs=1e-12)
+
+
+def test_a_jump_in_energy_that_is_zero_elsewhere_holds_nothing_there():
+    """U = ½(θ2² + θ3²) + 0.3 θ1 + step(θ1) θ1 (θ1 + 1): at θ1 = -1 the factor of the step is zero.
+
+    The force does not jump there, and with the slope 0.3 nothing rests. With the slope -0.3 the
+    body rests at the surface θ1 = 0.
+    """
+    x, load = V[0], F(3, 10)
+    base = HALF * (V[1] ** 2 + V[2] ** 2) + x.step(1) * x * (x + 1)
+    box = Box(np.array([-1.9, -1, -1]), np.array([1.8, 1, 1]))
+    assert proved(base + load * x, box, limit=500).zeros == ()
+    (zero,) = proved(base - load * x, box, limit=500).zeros
+    np.testing.assert_allclose(zero.point, 0, atol=1e-12)
+
+
+def test_only_jumps_of_a_force_are_surfaces():
+    x, y, z = V
+    U = x.step(1) * x + y.step(2) * y**2 + (z - 1).step(1) * (z - 1) * y.step(3) * y**3
+    assert {a.inner for a in jumps(Energy(U))} == {x, z - 1}
+    assert all(a.kind == STEP for a in jumps(Energy(U)))
+    assert held_zeros(Energy(U, free=(3,)), BOX) == []
+
+
+# -- stops ------------------------------------------------------------------------------------------
+
+
+def at_stop(pitch, stop=F(1, 2), weights=WEIGHTS[0], box=None):
+    """Return the states at both ends of θ2, for ½ Σ w_i (θ_i - c_i)² with c2 = pitch."""
+    U = parabola(weights, (CENTRE[0], F(pitch), CENTRE[2]))
+    end = END.copy()
+    end[1] = float(stop)
+    box = Box(-end, end) if box is None else box
+    return zeros_at_stop(Energy(U, stop=stop), box)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("weights", WEIGHTS)
+def test_a_stop_holds_what_presses_against_it(sign, weights):
+    faces = at_stop(sign * F(7, 10), weights=weights)
+    pressed, other = faces if sign < 0 else faces[::-1]
+    assert pressed.proved
+    assert other.proved
+    assert other.zeros == ()
+    (zero,) = pressed.zeros
+    expected = np.array([0.3, sign * 0.5, -0.2])
+    assert encloses(zero, expected)
+    assert zero.index == int(weights[2] < 0)
+    assert zero.normal is not None
+    np.testing.assert_array_equal(np.abs(zero.normal), [0, 1, 0])
+
+
+def test_a_stop_holds_nothing_that_leaves_it():
+    """c2 = 0.3 < 0.5 on both sides; and a hill in θ2, which presses against both."""
+    assert all(face.proved and face.zeros == () for face in at_stop(F(3, 10)))
+    hill = at_stop(F(3, 10), weights=(F(1), F(-1), F(1)))
+    assert [len(face.zeros) for face in hill] == [1, 1]
+    assert all(face.proved for face in hill)
+
+
+@pytest.mark.parametrize("pitch", [F(1, 2), F(1, 2) + F(1, 10**17)])
+def test_a_load_that_just_ends_at_a_stop_is_not_decided(pitch):
+    below, above = at_stop(pitch)
+    assert below.proved
+    assert not above.proved
+    assert above.zeros == ()
+    place_of = np.array([0.3, 0.5, -0.2])
+    assert above.undecided.touch(Box(place_of - 1e-6, place_of + 1e-6)).any()
+    assert above.undecided.lo.shape[0] == 3
+
+
+def test_an_enclosure_contains_the_exact_angle_of_a_stop():
+    """1/10 is no double: with ∂U/∂θ1 = θ1 + 10⁸ θ2 its place in θ1 is -10⁷ exactly."""
+    x, y, z = V
+    steep = 10**8
+    U = HALF * (x * x + z * z) + steep * x * y - F(10**18) * y + HALF * F(10**17) * y * y
+    box = Box(np.array([-1.2e7, -0.1, -1]), np.array([-0.9e7, 0.1, 1]))
+    above = zeros_at_stop(Energy(U, stop=F(1, 10)), box)[1]
+    (zero,) = above.zeros
+    low, high = zero.enclosure
+    assert F(low[0]) < -F(10**7) < F(high[0])
+    assert F(low[1]) <= F(1, 10) <= F(high[1])
+    for end in (low[1], high[1]):
+        assert F(low[0]) < -steep * F(end) < F(high[0])
+
+
+def test_without_a_stop_nothing_is_held_by_one():
+    assert zeros_at_stop(Energy(parabola()), BOX) == []
+    assert zeros_at_stop(Energy(parabola(), free=(3,), stop=HALF), BOX) == []

@@ -18,11 +18,7 @@ from rbstab.proof.expr import STEP, VAR, Atom, atom, expr, variable
 from rbstab.proof.intervals import Intervals, constant, product
 from rbstab.proof.model import Energy
 from rbstab.proof.rewriting import substituted
-<<<<<<< HEAD
-from rbstab.proof.search import Box, Boxes, Search, Zero, Zeros, index_of, newton
-=======
-from rbstab.proof.search import Box, Boxes, Search, Test, Zero, Zeros, index_of, joined, newton
->>>>>>> w-etests
+from rbstab.proof.search import Box, Boxes, Search, Test, Zero, Zeros, index_of, newton
 
 LAMBDA = 1000
 """The number of the variable λ."""

@@ -25,13 +25,8 @@ from rbstab.analysis.proof.unwrapped import MAX_END, box_limit_of, unwrapped_end
 from rbstab.analysis.rest_state import held_at_kink, rest_state_at
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import BoundedEnergy
-<<<<<<< HEAD
-from rbstab.proof.held import held_zeros, jumps, zeros_at_stop
-from rbstab.proof.model import ExactSystem, NoMinimumError, energy_of, value_at
-=======
 from rbstab.proof.held import held_zeros, jumps, out_of_balance, zeros_at_stop
-from rbstab.proof.model import ExactSystem, energy_of, value_at
->>>>>>> w-etests
+from rbstab.proof.model import ExactSystem, NoMinimumError, energy_of, value_at
 from rbstab.proof.search import (
     FAMILY_TRIES,
     SINGULAR,
@@ -99,19 +94,13 @@ class Body:
         """
         end = end_of_rest_states(self.reduced.form, end)
         box = Box(-end, end)
-<<<<<<< HEAD
         held, begin = held_zeros(self.energy, box), None
         if inner is not None and inner.proved:
             known, begin = self._zeros[inner], around(box, Box(-inner.end, inner.end))
             apart = (z for z in held if not any(k.domain.contains(z.point) for k in known))
             held = [*known, *apart]
-        search = Search(self.bounded, box, known=held)
-        found = search.run(limit, begin=begin)
-=======
-        held = held_zeros(self.energy, box)
         search = Search(self.bounded, box, known=held, also=out_of_balance(self.energy))
-        found = search.run(limit)
->>>>>>> w-etests
+        found = search.run(limit, begin=begin)
         if found.undecided.count and found.examined >= limit:
             found = search.with_zeros_near(_random(end, STARTS // 4))
         if begin is None and found.undecided.count and not found.family and jumps(self.energy):

@@ -202,10 +202,13 @@ def test_only_jumps_of_a_force_are_surfaces():
     assert held_zeros(Energy(U, free=(3,)), BOX) == []
 
 
-# -- stops ------------------------------------------------------------------------------------------
+# -- stops -----------------------------------------------------------------------------------------
 
 
-def at_stop(pitch, stop=F(1, 2), weights=WEIGHTS[0], box=None):
+HALF = F(1, 2)
+
+
+def at_stop(pitch, stop=HALF, weights=WEIGHTS[0], box=None):
     """Return the states at both ends of θ2, for ½ Σ w_i (θ_i - c_i)² with c2 = pitch."""
     U = parabola(weights, (CENTRE[0], F(pitch), CENTRE[2]))
     end = END.copy()

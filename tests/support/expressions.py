@@ -29,19 +29,18 @@ def terms(draw, numbers=(0, 1, 2)):
     """Return one term: a function of an affine sum, a step, a quotient, or another product."""
     x = draw(affine(numbers))
     kind = draw(st.sampled_from([*SMOOTH, "root", "quotient", "power", "let", "step", "inside"]))
-    if kind in SMOOTH:
-        return getattr(x, kind)() if kind != "exp" else (x * Fraction(1, 4)).exp()
-    if kind == "root":
-        return (x * x + 1 + variable(numbers[0]).sin() * Fraction(1, 2)).sqrt()
-    if kind == "quotient":
-        return (x + 1) / (1 + x.sin() * x.sin() + variable(numbers[-1]) ** 2)
-    if kind == "power":
-        return x ** draw(st.integers(2, 3))
-    if kind == "let":
-        return ((x * x + 1).sqrt() - 2) ** draw(st.integers(2, 3))
-    if kind == "inside":
-        return (x.cos() * variable(numbers[0])).sin() * x
-    return draw(steps(x))
+    if kind == "step":
+        return draw(steps(x))
+    first, last, n = variable(numbers[0]), variable(numbers[-1]), draw(st.integers(2, 3))
+    made = {
+        "root": (x * x + 1 + first.sin() * Fraction(1, 2)).sqrt,
+        "quotient": lambda: (x + 1) / (1 + x.sin() * x.sin() + last**2),
+        "power": lambda: x**n,
+        "let": lambda: ((x * x + 1).sqrt() - 2) ** n,
+        "inside": lambda: (x.cos() * first).sin() * x,
+        "exp": (x * Fraction(1, 4)).exp,
+    }
+    return made[kind]() if kind in made else getattr(x, kind)()
 
 
 @st.composite

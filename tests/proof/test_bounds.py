@@ -17,7 +17,7 @@ from rbstab.proof.intervals import Intervals
 NUMBERS = (0, 1, 2)
 SOON = [
     pytest.param(15, id="some"),
-    pytest.param(500, id="many", marks=pytest.mark.heavy),
+    pytest.param(120, id="many", marks=pytest.mark.heavy),
 ]
 
 

@@ -19,7 +19,7 @@ SHARES = st.fractions(0, 1, max_denominator=64)
 
 EXAMPLES = [
     pytest.param(20, id="some"),
-    pytest.param(1500, id="many", marks=pytest.mark.heavy),
+    pytest.param(400, id="many", marks=pytest.mark.heavy),
 ]
 
 

@@ -384,7 +384,7 @@ class Outlined:
     """
 
     def __init__(self, F: Expr, order: int) -> None:
-        self.compiled = Compiled([F], 1, {INNER: (0,)}, order)
+        self.compiled = Compiled([F], 1, {INNER: (0,)}, max(order, 1))
 
     def coefficients(self, x: Intervals) -> list[Intervals]:
         """Return bounds on F^(k)(x)/k! for k up to the order, for intervals of shape (boxes,)."""

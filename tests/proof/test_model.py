@@ -1,0 +1,124 @@
+"""The exact energy of a config is the stored energy of its system, least over X and own states."""
+
+from fractions import Fraction
+from functools import cache, partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rbstab.analysis.configuration import configurations
+from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
+from rbstab.analysis.rest_system import smooth_rest_system
+from rbstab.config.build import problem_of, system_of
+from rbstab.config.load import load_config
+from rbstab.config.user_code.permission import without_code
+from rbstab.proof.bounds import BoundedEnergy
+from rbstab.proof.expr import COS, atom, variable
+from rbstab.proof.model import NoMinimumError, eliminated, energy_of, value_at
+from rbstab.proof.rest_states import Body
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+SHIPPED = sorted(
+    str(path.relative_to(CONFIGS))
+    for folder in ("examples", "paper")
+    for path in (CONFIGS / folder).rglob("*.yaml")
+)
+V = [variable(k) for k in range(6)]
+HALF = Fraction(1, 2)
+
+
+@cache
+def built(name):
+    """Return a system, and the function that builds it in other numbers."""
+    config = load_config(CONFIGS / name, allow_python=True)
+    system = smooth_rest_system(problem_of(config))
+    return system, partial(system_of, without_code(config))
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_the_energy_is_that_of_the_system(name):
+    """At random angles and z, with all else where it is least; and nothing else is lower."""
+    system, exact = built(name)
+    if "layer" in name or "sliding_ties" in name:  # a sliding force has no potential
+        with pytest.raises(NoReducedEnergy):
+            Body(system, exact)
+        return
+    energy = energy_of(system, exact)
+    at_rest = configurations(system)
+    rng = np.random.default_rng(1)
+    for _ in range(5):
+        q = rng.uniform(-1, 1, at_rest.size)
+        if energy.stop is not None:
+            q[1] *= float(energy.stop)
+        U = value_at(energy.U, q)
+        moved = q.copy()
+        for k in energy.free:
+            moved[k] += value_at(energy.shift[k], q) if energy.shift else 0.0
+        for k, place in energy.minimiser.items():
+            moved[k] = value_at(place, moved)
+        expected = float(at_rest.energy(moved))
+        assert pytest.approx(expected, abs=1e-12 * (1 + abs(expected)), rel=1e-11) == U
+        slope = np.asarray(at_rest.gradient(moved))
+        for k in energy.minimiser:
+            aside = moved.copy()
+            aside[k] += 0.05
+            assert abs(slope[k]) < 1e-9 * (1 + np.abs(slope).max())
+            assert float(at_rest.energy(aside)) > expected
+
+
+@pytest.mark.parametrize("name", ["examples/rubber_cord.yaml", "examples/ligament_proved.yaml"])
+def test_the_configuration_with_the_least_energy_has_no_slope(name):
+    """Where positions stay in the energy: at Θ they are those at which the system is in balance."""
+    body = Body(*built(name))
+    assert body.energy.free
+    Theta = np.array([0.2, -0.1, 0.15])
+    q = body.configuration(Theta)
+    np.testing.assert_array_equal(q[:3], Theta)
+    slope = np.asarray(body.at_rest.gradient(q))
+    assert np.abs(slope[3:]).max() < 1e-9 * (1 + np.abs(slope).max())
+    least = BoundedEnergy(body.energy.U, free=body.energy.free).at(Theta[:, None])[0]
+    assert float(body.at_rest.energy(q)) == pytest.approx(least[0], rel=1e-11)
+
+
+def test_numbers_of_a_config_are_exact():
+    """K_r of 400 and 320 N m, and no double in between: U has the coefficients 200 and 160."""
+    energy = energy_of(*built("examples/sliding/position_layer_2000.yaml"))
+    x, y, z = V[:3]
+    assert energy.U == 200 * x * x + 200 * y * y + 160 * z * z
+
+
+def test_a_stop_is_known_exactly_and_closes_the_range():
+    energy = energy_of(*built("examples/stop.yaml"))
+    assert energy.stop == Fraction(9, 10)
+    assert energy.closed == {1}
+    assert energy.least[atom(COS, V[1])] == 0.0
+
+
+def test_what_is_quadratic_with_constant_stiffness_is_eliminated():
+    """½ (2X² + 2XY + 2Y²) - X sin θ1 has X = 2/3 sin θ1, Y = -1/3 sin θ1, and -1/3 sin² θ1."""
+    s, X, Y = V[0].sin(), V[3], V[4]
+    found = eliminated(X * X + X * Y + Y * Y - X * s, range(3, 5))
+    assert found.free == ()
+    assert found.minimiser == {3: s * Fraction(2, 3), 4: s * Fraction(-1, 3)}
+    assert found.U == s * s * Fraction(-1, 3)
+
+
+def test_what_is_not_quadratic_stays():
+    """Y has a fourth power, Z a stiffness that depends on θ1; they are counted from their centre."""
+    s, X, Y, Z = V[0].sin(), V[3], V[4], V[5]
+    total = HALF * (X * X + Y * Y + Z * Z) - X * s - Y * s + Y**4 + (2 + s) * Z * Z
+    found = eliminated(total, range(3, 6))
+    assert found.free == (4, 5)
+    assert found.minimiser == {3: s}
+    q = np.array([0.3, 0, 0, np.nan, 0.2, -0.1])
+    sine = np.sin(0.3)
+    y, z = q[4] + value_at(found.shift[4], q), q[5] + value_at(found.shift[5], q)
+    exact = -0.5 * sine**2 + 0.5 * (y * y + z * z) - y * sine + y**4 + (2 + sine) * z * z
+    assert value_at(found.U, q) == pytest.approx(exact, rel=1e-13)
+
+
+@pytest.mark.parametrize("c", [0, -1])
+def test_what_nothing_holds_has_no_minimum(c):
+    with pytest.raises(NoMinimumError):
+        eliminated(c * V[3] ** 2 + V[0] ** 2 + V[3] * V[0].sin(), range(3, 4))

@@ -1,0 +1,143 @@
+"""Rewriting keeps the value at every point, and the forms that it is for."""
+
+from fractions import Fraction
+
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+from support.balls import value
+from support.expressions import RATIONAL, energies, steps
+
+from rbstab.proof.expr import COS, INNER, LET, OF, POSITIVE, SIN, STEP, VAR, atom, expr, variable
+from rbstab.proof.rewriting import (
+    inverse_of_definite,
+    quadratic_in,
+    spread,
+    substituted,
+    with_known_steps,
+    with_outlined_steps,
+)
+
+X, Y, Z, W = (variable(k) for k in range(4))
+POINTS = st.lists(st.floats(-2, 2), min_size=3, max_size=3)
+HALF = Fraction(1, 2)
+
+
+def same_value(one, two, point):
+    """Whether both expressions have one value at a point; no step may be just there."""
+    place = dict(enumerate(point))
+    try:
+        a, b = value(one, place), value(two, place)
+    except ValueError:
+        assume(False)
+        raise
+    return abs(float(a - b)) <= 1e-60 * (1 + abs(float(a)))
+
+
+patient = settings(
+    deadline=None, max_examples=40, suppress_health_check=[HealthCheck.filter_too_much]
+)
+
+
+@patient
+@given(energies(), steps(), steps(), POINTS)
+def test_known_and_outlined_steps_keep_the_value(U, one, two, point):
+    total = U + one * two + one * X.cos() + two.sin() * one
+    known = with_known_steps(total)
+    assert same_value(total, known, point)
+    assert same_value(total, with_outlined_steps(known), point)
+    assert same_value(total, spread(total), point)
+
+
+@patient
+@given(energies(), energies(), POINTS)
+def test_substitution_is_evaluation_in_two_steps(U, other, point):
+    moved = substituted(U, {atom(VAR, 0): other})
+    try:
+        inner = value(other, dict(enumerate(point)))
+        assume(abs(float(inner)) < 20)
+        expected = value(U, {0: inner, 1: point[1], 2: point[2]})
+        found = value(moved, dict(enumerate(point)))
+    except ValueError:
+        return
+    assert abs(float(found - expected)) <= 1e-50 * (1 + abs(float(expected)))
+
+
+def test_in_a_term_with_a_step_its_argument_is_positive():
+    """step(g) (2 + 3g)^½ g²: the root is taken of 2 + 3 positive(g), which has no pole."""
+    g = X - 1
+    e = with_known_steps(g.step(2) * (2 + 3 * g).sqrt() * g**2)
+    kinds = {a.kind for a in e.all_atoms}
+    assert POSITIVE in kinds
+    # A falling argument is left as it is: g positive would raise it.
+    falling = with_known_steps(g.step(2) * (2 - 3 * g).exp())
+    assert POSITIVE not in {a.kind for a in falling.all_atoms}
+
+
+def test_a_step_times_a_function_of_it_takes_the_step_as_one():
+    g = X - 1
+    e = with_known_steps(g.step(1) * (Y + g.step(1)).sin())
+    assert e == g.step(1) * (Y + 1).sin()
+    # A step alone inside a function is no factor, and stays.
+    alone = (Y + g.step(1)).sin()
+    assert with_known_steps(alone) == alone
+
+
+def test_terms_of_one_argument_become_one_function():
+    """F(ℓ) = step(ℓ - 1) (ℓ - 1)² + step(ℓ - 2) (ℓ - 2)³ of a length; jumps and guards stay."""
+    length = (X * X + Y.sin() + 2).sqrt()
+    g = length - 1
+    U = g.step(2) * g**2 + (g - 1).step(2) * (g - 1) ** 3 + Z * Z
+    e = with_outlined_steps(U)
+    (outlined,) = (a for a in e.atoms if a.kind == OF)
+    assert outlined.inner in (g, g - 1)
+    assert isinstance(outlined.extra, type(g))
+    assert outlined.extra.variables == {INNER}
+    assert STEP not in {a.kind for a in e.atoms}
+    for left in (g.step(1) * g, X.step(2) * X**2, (X + Y).step(2) * (X + Y) ** 2):
+        assert with_outlined_steps(left + Z * Z) == left + Z * Z
+
+
+def test_a_quadratic_function_is_taken_apart():
+    """½ (2x² + 2xy + 3y²) + x sin z + 5y + x³ + exp(x)."""
+    e = X * X + X * Y + Fraction(3, 2) * Y * Y + X * Z.sin() + 5 * Y + X**3 + X.exp()
+    parts = quadratic_in(e, [0, 1])
+    assert parts.H == [[2, 1], [1, 3]]
+    assert parts.b == [Z.sin(), expr(5)]
+    assert parts.rest == X**3 + X.exp()
+    kinds = quadratic_in(X * Z.sin() + X * Z.exp(), [0], constant=(VAR, SIN, COS))
+    assert kinds.b == [Z.sin()]
+    assert kinds.rest == X * Z.exp()
+
+
+@patient
+@given(st.lists(RATIONAL, min_size=9, max_size=9))
+def test_an_inverse_is_one_exactly_or_the_matrix_is_not_definite(entries):
+    A = [entries[:3], entries[3:6], entries[6:]]
+    for shift in (0, 1):
+        G = [
+            [sum(A[k][i] * A[k][j] for k in range(3)) + shift * (i == j) for j in range(3)]
+            for i in range(3)
+        ]
+        found = inverse_of_definite(G)
+        if found is None:
+            det = A[0][0] * (A[1][1] * A[2][2] - A[1][2] * A[2][1])
+            det -= A[0][1] * (A[1][0] * A[2][2] - A[1][2] * A[2][0])
+            det += A[0][2] * (A[1][0] * A[2][1] - A[1][1] * A[2][0])
+            assert shift == 0
+            assert det == 0
+            continue
+        for i in range(3):
+            for j in range(3):
+                assert sum(G[i][k] * found[k][j] for k in range(3)) == (i == j)
+
+
+@pytest.mark.parametrize("H", [[[1, 2], [2, 1]], [[-1, 0], [0, 1]], [[0, 0], [0, 1]]])
+def test_other_matrices_have_no_such_inverse(H):
+    assert inverse_of_definite([[Fraction(x) for x in row] for row in H]) is None
+
+
+def test_sums_beside_poles_are_multiplied_out():
+    e = (1 + X.cos()) * (Y + 1).sqrt() / W.cos()
+    assert LET in {a.kind for a in e.atoms}
+    assert spread(e) == (Y + 1).sqrt() / W.cos() + X.cos() * (Y + 1).sqrt() / W.cos()

@@ -85,7 +85,7 @@ def test_numbers_of_a_config_are_exact():
     """K_r of 400 and 320 N m, and no double in between: U has the coefficients 200 and 160."""
     energy = energy_of(*built("examples/sliding/position_layer_2000.yaml"))
     x, y, z = V[:3]
-    assert energy.U == 200 * x * x + 200 * y * y + 160 * z * z
+    assert 200 * x * x + 200 * y * y + 160 * z * z == energy.U
 
 
 def test_a_stop_is_known_exactly_and_closes_the_range():
@@ -101,7 +101,7 @@ def test_what_is_quadratic_with_constant_stiffness_is_eliminated():
     found = eliminated(X * X + X * Y + Y * Y - X * s, range(3, 5))
     assert found.free == ()
     assert found.minimiser == {3: s * Fraction(2, 3), 4: s * Fraction(-1, 3)}
-    assert found.U == s * s * Fraction(-1, 3)
+    assert s * s * Fraction(-1, 3) == found.U
 
 
 def test_what_is_not_quadratic_stays():

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
@@ -143,7 +144,8 @@ def test_arrays_of_doubles_become_the_numbers_that_they_mean():
     found = numbers(np.array([[0.1, 2.0]])) * X
     assert found[0, 0] == X * Fraction(1, 10)
     assert found[0, 1] == 2 * X
-    assert (X * np.array([1, Y], dtype=object)).tolist() == [X, X * Y]
+    products: Any = X * np.array([1, Y], dtype=object)
+    assert products.tolist() == [X, X * Y]
 
 
 def test_an_expression_knows_its_variables_and_atoms():

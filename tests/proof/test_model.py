@@ -105,7 +105,7 @@ def test_what_is_quadratic_with_constant_stiffness_is_eliminated():
 
 
 def test_what_is_not_quadratic_stays():
-    """Y has a fourth power, Z a stiffness that depends on θ1; they are counted from their centre."""
+    """Y has a fourth power, Z a stiffness that depends on θ1: both count from their centre."""
     s, X, Y, Z = V[0].sin(), V[3], V[4], V[5]
     total = HALF * (X * X + Y * Y + Z * Z) - X * s - Y * s + Y**4 + (2 + s) * Z * Z
     found = eliminated(total, range(3, 6))

@@ -268,3 +268,21 @@ def test_slopes_use_the_better_of_both_bounds():
     assert isinstance(b.slopes, Intervals)
     np.testing.assert_allclose(b.slopes.lo[:, 0], [0, -2, 0], atol=1e-11)
     np.testing.assert_allclose(b.slopes.hi[:, 0], [2, 0, 0], atol=1e-11)
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_a_derivative_that_jumps_is_not_known_from_the_centre(order):
+    """x^k step(x) from -1 to 2: at the centre all derivatives are those of x^k, before 0 none."""
+    x = variable(0)
+    for U in (x.step(order) * x**order, (x - 1).step(order) * (x - 1) ** order + x.sin()):
+        for place in (-1.0, -0.25, 0.25, 1.75):
+            lo, hi = np.array([-1.0, 0.0, 0.0]), np.array([2.0, 1.0, 1.0])
+            check(U, lo, hi, np.array([place, 0.5, 0.5]))
+
+
+def test_arguments_of_functions_are_bounded_by_derivatives_over_the_box():
+    """exp(2θ1) for |θ1| <= 2 is far above its Taylor polynomial at 0, which ends at 23.7 < 54.6."""
+    U = ((2 * variable(0)).exp() + 1).sqrt() + ((2 * variable(0)).exp() + variable(1)).atan()
+    end = np.array([2.0, 0.5, 0.5])
+    for sign in (-1, 1):
+        check(U, -end, end, sign * end)

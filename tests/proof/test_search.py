@@ -51,7 +51,9 @@ def same_points(found, expected, tolerance=1e-9):
 def test_a_product_of_wells_has_all_indices():
     """U = Σ (θ_i² - a_i²)²/4: 27 zeros at 0 and ±a_i; the index counts the zeros at 0."""
     a = (Fraction(1), Fraction(1, 2), Fraction(3, 2))
-    U = sum(((v * v - s * s) ** 2 * Fraction(1, 4) for v, s in zip((X, Y, Z), a, strict=True)), expr(0))
+    U = sum(
+        ((v * v - s * s) ** 2 * Fraction(1, 4) for v, s in zip((X, Y, Z), a, strict=True)), expr(0)
+    )
     found = proved(U)
     assert found.proved
     places = [(-float(s), 0.0, float(s)) for s in a]
@@ -325,7 +327,9 @@ def test_halves_cover_a_box_and_boxes_know_what_they_touch():
     assert boxes.within(Box(np.full(2, 0.0), np.full(2, 1.0))).tolist() == [True, False]
 
 
-@pytest.mark.parametrize("seed", [pytest.param(s, marks=[pytest.mark.heavy] * (s > 0)) for s in range(6)])
+@pytest.mark.parametrize(
+    "seed", [pytest.param(s, marks=[pytest.mark.heavy] * (s > 0)) for s in range(6)]
+)
 def test_a_wild_energy_has_the_zeros_that_many_starts_find(seed):
     """Newton's method of SciPy from 400 points, on the gradient in closed form."""
     from scipy.optimize import root

@@ -11,35 +11,35 @@ from rbstab.proof.rewriting import with_known_steps, with_outlined_steps
 
 RATIONAL = st.fractions(-3, 3, max_denominator=8)
 
-SMOOTH = ("sin", "cos", "exp", "atan")
-
 
 @st.composite
 def affine(draw, numbers=(0, 1, 2)):
     """Return a sum of variables with numbers, and a number."""
     factors = [draw(RATIONAL) for _ in numbers]
     assume(any(factors))
-    return sum((variable(k) * c for k, c in zip(numbers, factors, strict=True)), expr(draw(RATIONAL)))
+    return sum(
+        (variable(k) * c for k, c in zip(numbers, factors, strict=True)), expr(draw(RATIONAL))
+    )
 
 
 @st.composite
 def terms(draw, numbers=(0, 1, 2)):
     """Return one term: a function of an affine sum, a step, a quotient, or another product."""
     x = draw(affine(numbers))
-    kind = draw(st.sampled_from([*SMOOTH, "root", "quotient", "power", "let", "step", "inside"]))
-    if kind in SMOOTH:
-        return getattr(x, kind)() if kind != "exp" else (x * Fraction(1, 4)).exp()
-    if kind == "root":
-        return (x * x + 1 + variable(numbers[0]).sin() * Fraction(1, 2)).sqrt()
-    if kind == "quotient":
-        return (x + 1) / (1 + x.sin() * x.sin() + variable(numbers[-1]) ** 2)
-    if kind == "power":
-        return x ** draw(st.integers(2, 3))
-    if kind == "let":
-        return ((x * x + 1).sqrt() - 2) ** draw(st.integers(2, 3))
-    if kind == "inside":
-        return (x.cos() * variable(numbers[0])).sin() * x
-    return draw(steps(x))
+    first, last = variable(numbers[0]), variable(numbers[-1])
+    given = {
+        "sin": x.sin(),
+        "cos": x.cos(),
+        "exp": (x * Fraction(1, 4)).exp(),
+        "atan": x.atan(),
+        "root": (x * x + 1 + first.sin() * Fraction(1, 2)).sqrt(),
+        "quotient": (x + 1) / (1 + x.sin() * x.sin() + last**2),
+        "power": x ** draw(st.integers(2, 3)),
+        "let": ((x * x + 1).sqrt() - 2) ** draw(st.integers(2, 3)),
+        "inside": (x.cos() * first).sin() * x,
+    }
+    kind = draw(st.sampled_from([*given, "step"]))
+    return given[kind] if kind in given else draw(steps(x))
 
 
 @st.composite

@@ -1,6 +1,5 @@
 """Proofs as plain data: those of systems, and small ones that are written by hand."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 from weakref import WeakKeyDictionary

@@ -18,7 +18,7 @@ from rbstab.proof.expr import STEP, VAR, Atom, atom, expr, variable
 from rbstab.proof.intervals import Intervals, constant, product
 from rbstab.proof.model import Energy
 from rbstab.proof.rewriting import substituted
-from rbstab.proof.search import Box, Boxes, Search, Test, Zero, Zeros, index_of, joined, newton
+from rbstab.proof.search import Box, Boxes, Search, Test, Zero, Zeros, index_of, newton
 
 LAMBDA = 1000
 """The number of the variable λ."""

@@ -15,6 +15,7 @@ from rbstab.config.load import load_config
 from rbstab.config.user_code.permission import without_code
 from rbstab.proof.bounds import BoundedEnergy
 from rbstab.proof.expr import COS, atom, variable
+from rbstab.proof.held import jumps
 from rbstab.proof.model import NoMinimumError, eliminated, energy_of, value_at
 from rbstab.proof.rest_states import Body
 
@@ -86,6 +87,17 @@ def test_numbers_of_a_config_are_exact():
     energy = energy_of(*built("examples/sliding/position_layer_2000.yaml"))
     x, y, z = V[:3]
     assert 200 * x * x + 200 * y * y + 160 * z * z == energy.U
+<<<<<<< HEAD
+=======
+
+
+def test_only_forces_that_jump_are_told_to_jump():
+    """The latch lets go where cos² θ2 = 91/100; the force of a strut begins without a jump."""
+    (latch,) = jumps(energy_of(*built("examples/latch.yaml")))
+    assert latch.inner == Fraction(91, 100) - V[1].cos() ** 2
+    for name in ("examples/strut_proved.yaml", "examples/rubber_cord.yaml"):
+        assert jumps(energy_of(*built(name))) == []
+>>>>>>> w-etests
 
 
 def test_a_stop_is_known_exactly_and_closes_the_range():
@@ -105,7 +117,11 @@ def test_what_is_quadratic_with_constant_stiffness_is_eliminated():
 
 
 def test_what_is_not_quadratic_stays():
+<<<<<<< HEAD
     """Y has a fourth power, Z a stiffness that depends on θ1: both count from their centre."""
+=======
+    """Y has a fourth power, Z a stiffness that depends on θ1; counted from their centre."""
+>>>>>>> w-etests
     s, X, Y, Z = V[0].sin(), V[3], V[4], V[5]
     total = HALF * (X * X + Y * Y + Z * Z) - X * s - Y * s + Y**4 + (2 + s) * Z * Z
     found = eliminated(total, range(3, 6))

@@ -39,16 +39,8 @@ def inside(M: Matrices, i, j, exact):
         return not abs(exact - ball(mid)) > ball(rad) + ball(2) ** -200
 
 
-<<<<<<< HEAD
-def check(U, box, free=(), order=3, least=None):
-    """Compare all bounds over a box (lo, hi, a point in it) with what is known at its middle,
-    and at the point.
-    """
-    lo, hi, point = box
-=======
 def check(U, lo, hi, point, *, free=(), order=3, least=None):
     """Compare all bounds over a box with what is known at its middle, and at a point."""
->>>>>>> w-etests
     n = len(lo)
     numbers = NUMBERS[:n]
     energy = BoundedEnergy(U, numbers, free, least=least, order=order)
@@ -106,12 +98,8 @@ def _check_operator(b, point, g):
 @pytest.mark.parametrize("count", SOON)
 def test_an_energy_is_between_its_bounds(order, count):
     def test(U, box):
-<<<<<<< HEAD
-        check(U, box, order=order)
-=======
         lo, hi, point = box
         check(U, lo, hi, point, order=order)
->>>>>>> w-etests
 
     fuzz(test, energies(), boxes(), count=count)
 
@@ -119,12 +107,8 @@ def test_an_energy_is_between_its_bounds(order, count):
 @pytest.mark.parametrize("count", SOON)
 def test_an_outlined_function_is_between_its_bounds(count):
     def test(F, U, box, factor):
-<<<<<<< HEAD
-        check(F * factor + U, box)
-=======
         lo, hi, point = box
         check(F * factor + U, lo, hi, point)
->>>>>>> w-etests
 
     fuzz(test, outlined(), energies(), boxes(), RATIONAL.filter(bool), count=count)
 
@@ -135,33 +119,20 @@ def test_the_least_energy_is_between_its_bounds(free, count):
     """U = f(Θ) + ½ |z - g(Θ)|² and convex terms of z; its minimum is found in 300 bits."""
     z = [variable(3 + k) for k in range(free)]
 
-<<<<<<< HEAD
-    def test(f, others, box, kinds):
-        g, more, h = others
-=======
     def test(f, slopes, box, kinds):
         g, more, h = slopes
->>>>>>> w-etests
         total = f
         for k, kind in enumerate(kinds[:free]):
             total = total + convex(g.sin() + k, z[k], Fraction(1, 2), 0)
             total = total + convex(more, z[k], Fraction(k + 1, 3), kind)
         if free == 2:
             total = total + convex(h.cos(), z[0] + z[1], Fraction(1, 4), kinds[2])
-<<<<<<< HEAD
-        check(total, box, free=(3, 4)[:free])
-
-    kinds = st.lists(st.integers(0, 4), min_size=3, max_size=3)
-    others = st.tuples(affine(), affine(), affine())
-    fuzz(test, energies(), others, boxes(), kinds, count=count)
-=======
         lo, hi, point = box
         check(total, lo, hi, point, free=(3, 4)[:free])
 
     kinds = st.lists(st.integers(0, 4), min_size=3, max_size=3)
     slopes = st.tuples(affine(), affine(), affine())
     fuzz(test, energies(), slopes, boxes(), kinds, count=count)
->>>>>>> w-etests
 
 
 def test_the_least_energy_of_a_quadratic_is_as_sharp_as_its_closed_form():
@@ -172,8 +143,8 @@ def test_the_least_energy_of_a_quadratic_is_as_sharp_as_its_closed_form():
     closed = half * (y * y + w * w) - half * x.sin() ** 2
     for size in (0.0, 1e-6, 1e-3, 0.1):
         lo = np.array([0.4, -0.2, 0.3])
-        b = check(U, (lo, lo + size, lo + size / 3), free=(3,))
-        c = check(closed, (lo, lo + size, lo + size / 3))
+        b = check(U, lo, lo + size, lo + size / 3, free=(3,))
+        c = check(closed, lo, lo + size, lo + size / 3)
         assert np.all(b.hessian.rad <= 6 * c.hessian.rad + 1e-9)
         assert b.value.hi[0] - b.value.lo[0] < 1e-12
         np.testing.assert_allclose(b.gradient.mid, c.gradient.mid, atol=1e-14)
@@ -195,16 +166,12 @@ def test_a_box_too_wide_for_one_minimiser_has_no_bounds(factor, end):
 
 
 def test_bounds_shrink_with_the_third_power_of_a_box():
-<<<<<<< HEAD
-    """Of ∇V by Taylor's theorem: its linear part is exact."""
-=======
     """Of ∇V by Taylor's theorem: its linear part is exact, the error falls by 100."""
->>>>>>> w-etests
     U = (variable(0) * variable(1)).sin() + variable(2).exp()
     errors = []
     for size in (1e-2, 1e-3):
         lo = np.array([0.5, 0.4, 0.3])
-        b = check(U, (lo, lo + size, lo + 0.3 * size))
+        b = check(U, lo, lo + size, lo + 0.3 * size)
         errors.append(float((b.slope.rad[:, :, 0] @ b.radius[:, 0]).max()))
     assert errors[1] < errors[0] / 80
 
@@ -222,8 +189,7 @@ def test_the_known_least_cosine_is_applied():
     assert known.value_over.hi[0] == np.inf
     # d/dθ2 1/cos θ2 = sin/cos², which is least at the lower end.
     assert known.gradient_over.lo[1, 0] == pytest.approx(np.sin(1.5) / np.cos(1.5) ** 2, rel=1e-6)
-    box = lo, np.array([0.1, 1.57, 0.1]), np.array([0.0, 1.56, 0.1])
-    check(1 / cosine, box, least=least)
+    check(1 / cosine, lo, np.array([0.1, 1.57, 0.1]), np.array([0.0, 1.56, 0.1]), least=least)
 
 
 ENDLESS = {

@@ -27,13 +27,8 @@ def test_an_energy_is_taken_apart_exactly():
     parts = parts_of(U)
     assert parts is not None
     assert [[parts.K[i][j] for j in (0, 2)] for i in (0, 2)] == [[3, 2], [2, 5]]
-<<<<<<< HEAD
-    assert [parts.K[i][1] for i in (0, 2)] == [7, -4]
-    assert [parts.q[i] for i in (0, 2)] == [9, 0]
-=======
     assert [parts.K[0][1], parts.K[2][1]] == [7, -4]
     assert [parts.q[0], parts.q[2]] == [9, 0]
->>>>>>> w-etests
     assert parts.p == p
 
 

@@ -3,7 +3,6 @@
 import subprocess
 import sys
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -90,15 +89,10 @@ x, y = variable(0), variable(1)
 U = (x * y).sin() * x.exp() + (1 + y.cos() * x.sin()).sqrt() / (x + 2) + y.step(1) * y
 print(U.digest, U)
 """
-<<<<<<< HEAD
-    kept = "kept = [(variable(1) * variable(0)).sin(), variable(5).exp(), variable(1).cos()]"
-    firsts = ("", kept)
-=======
     firsts = (
         "",
         "kept = [(variable(1) * variable(0)).sin(), variable(5).exp(), variable(1).cos()]",
     )
->>>>>>> w-etests
     shown = [
         subprocess.run(
             [sys.executable, "-c", code.format(first=first)],
@@ -109,11 +103,8 @@ print(U.digest, U)
         for first in firsts
     ]
     assert shown[0] == shown[1]
-<<<<<<< HEAD
-=======
     U = (X * Y).sin() * X.exp() + (1 + Y.cos() * X.sin()).sqrt() / (X + 2) + Y.step(1) * Y
     assert shown[0] == f"{U.digest} {U}\n"
->>>>>>> w-etests
 
 
 def test_atoms_of_one_content_are_one_object():
@@ -156,12 +147,7 @@ def test_arrays_of_doubles_become_the_numbers_that_they_mean():
     found = numbers(np.array([[0.1, 2.0]])) * X
     assert found[0, 0] == X * Fraction(1, 10)
     assert found[0, 1] == 2 * X
-<<<<<<< HEAD
-    products: Any = X * np.array([1, Y], dtype=object)
-    assert products.tolist() == [X, X * Y]
-=======
     assert (np.array([1, Y], dtype=object) * X).tolist() == [X, X * Y]
->>>>>>> w-etests
 
 
 def test_an_expression_knows_its_variables_and_atoms():

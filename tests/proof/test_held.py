@@ -202,20 +202,10 @@ def test_only_jumps_of_a_force_are_surfaces():
     assert held_zeros(Energy(U, free=(3,)), BOX) == []
 
 
-<<<<<<< HEAD
-# -- stops -----------------------------------------------------------------------------------------
-
-
-HALF = F(1, 2)
-
-
-def at_stop(pitch, stop=HALF, weights=WEIGHTS[0], box=None):
-=======
 # -- stops ----------------------------------------------------------------------------------
 
 
 def at_stop(pitch, weights=WEIGHTS[0]):
->>>>>>> w-etests
     """Return the states at both ends of θ2, for ½ Σ w_i (θ_i - c_i)² with c2 = pitch."""
     U = parabola(weights, (CENTRE[0], F(pitch), CENTRE[2]))
     end = END.copy()

@@ -87,8 +87,6 @@ def test_numbers_of_a_config_are_exact():
     energy = energy_of(*built("examples/sliding/position_layer_2000.yaml"))
     x, y, z = V[:3]
     assert 200 * x * x + 200 * y * y + 160 * z * z == energy.U
-<<<<<<< HEAD
-=======
 
 
 def test_only_forces_that_jump_are_told_to_jump():
@@ -97,7 +95,6 @@ def test_only_forces_that_jump_are_told_to_jump():
     assert latch.inner == Fraction(91, 100) - V[1].cos() ** 2
     for name in ("examples/strut_proved.yaml", "examples/rubber_cord.yaml"):
         assert jumps(energy_of(*built(name))) == []
->>>>>>> w-etests
 
 
 def test_a_stop_is_known_exactly_and_closes_the_range():
@@ -117,11 +114,7 @@ def test_what_is_quadratic_with_constant_stiffness_is_eliminated():
 
 
 def test_what_is_not_quadratic_stays():
-<<<<<<< HEAD
-    """Y has a fourth power, Z a stiffness that depends on θ1: both count from their centre."""
-=======
     """Y has a fourth power, Z a stiffness that depends on θ1; counted from their centre."""
->>>>>>> w-etests
     s, X, Y, Z = V[0].sin(), V[3], V[4], V[5]
     total = HALF * (X * X + Y * Y + Z * Z) - X * s - Y * s + Y**4 + (2 + s) * Z * Z
     found = eliminated(total, range(3, 6))

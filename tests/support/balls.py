@@ -3,7 +3,6 @@
 Derivatives come from straight lines, so nothing of the bounds that they test is needed here.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from math import isnan
@@ -130,11 +129,7 @@ def reduced(
 def contains(x: Intervals, place: Any, exact: Any) -> bool:
     """Return whether an interval of an array contains what is known to a ball."""
     low, high = float(x.lo[place]), float(x.hi[place])
-<<<<<<< HEAD
-    if math.isnan(low) or math.isnan(high):
-=======
     if isnan(low) or isnan(high):
->>>>>>> w-etests
         return False
     with ctx.workprec(BITS):
         tiny = arb(2) ** -200  # of the ball itself, which may be at an end

@@ -26,21 +26,6 @@ def affine(draw, numbers=(0, 1, 2)):
 def terms(draw, numbers=(0, 1, 2)):
     """Return one term: a function of an affine sum, a step, a quotient, or another product."""
     x = draw(affine(numbers))
-<<<<<<< HEAD
-    kind = draw(st.sampled_from([*SMOOTH, "root", "quotient", "power", "let", "step", "inside"]))
-    if kind == "step":
-        return draw(steps(x))
-    first, last, n = variable(numbers[0]), variable(numbers[-1]), draw(st.integers(2, 3))
-    made = {
-        "root": (x * x + 1 + first.sin() * Fraction(1, 2)).sqrt,
-        "quotient": lambda: (x + 1) / (1 + x.sin() * x.sin() + last**2),
-        "power": lambda: x**n,
-        "let": lambda: ((x * x + 1).sqrt() - 2) ** n,
-        "inside": lambda: (x.cos() * first).sin() * x,
-        "exp": (x * Fraction(1, 4)).exp,
-    }
-    return made[kind]() if kind in made else getattr(x, kind)()
-=======
     first, last = variable(numbers[0]), variable(numbers[-1])
     given = {
         "sin": x.sin(),
@@ -55,7 +40,6 @@ def terms(draw, numbers=(0, 1, 2)):
     }
     kind = draw(st.sampled_from([*given, "step"]))
     return given[kind] if kind in given else draw(steps(x))
->>>>>>> w-etests
 
 
 @st.composite

@@ -12,7 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.configuration import configurations
+from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.analysis.proof.traced.switching import NotShownError, switched_energy
+from rbstab.analysis.proof.traced.tracing import NotRecordedError
+from rbstab.elements.element import Element
 from rbstab.elements.ligament import Ligament
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.expr import (
@@ -124,7 +127,7 @@ def stored_energy(system: System, exact_system: ExactSystem) -> Stored:
     motion, own = exact.motion(q), q[at_rest.pose_size :]
     total, begin, stop = expr(0), 0, None
     elements: list[Any] = list(exact.system.elements)
-    for element in elements:
+    for given, element in zip(system.elements, elements, strict=True):
         mine = own[begin : begin + element.state_size]
         begin += element.state_size
         if element.holds:  # a stop: it stores nothing, and ends the range
@@ -132,11 +135,25 @@ def stored_energy(system: System, exact_system: ExactSystem) -> Stored:
             continue
         acting = element
         if element.mode_count:
-            smooth = 1 if element.kinked else 3 if isinstance(element, Ligament) else 2
+            smooth = _first_jump(at_rest, given)
             modes = [expr(g).step(smooth) for g in element.guards(motion, mine)]
             acting = replace(acting, mode=np.array(modes, dtype=object))
         total = total + acting.stored(motion, mine)
     return Stored(_by_half_angles(with_known_steps(total)), at_rest.size, stop)
+
+
+def _first_jump(at_rest: Configurations, element: Element) -> int:
+    """Return the order of the first derivative of the energy of an element that may jump.
+
+    Of an element of a user it is 1, unless `switched_energy` shows that its force is continuous.
+    """
+    if element.kinked or not element.from_user:
+        return 1 if element.kinked else 3 if isinstance(element, Ligament) else 2
+    try:
+        found = switched_energy(at_rest, element)
+    except (NotShownError, NotRecordedError):
+        return 1
+    return 1 if found.valleys or found.ridges else 2
 
 
 def _exact(system: System, exact_system: ExactSystem) -> System:

@@ -131,7 +131,8 @@ def stored_energy(system: System, exact_system: ExactSystem) -> Stored:
         mine = own[begin : begin + element.state_size]
         begin += element.state_size
         if element.holds:  # a stop: it stores nothing, and ends the range
-            stop = expr(element.angle)
+            at_stop: Any = element
+            stop = expr(at_stop.angle)
             continue
         acting: Any = element
         if element.mode_count:

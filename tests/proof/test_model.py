@@ -14,10 +14,17 @@ from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
 from rbstab.config.user_code.permission import without_code
 from rbstab.proof.bounds import BoundedEnergy
-from rbstab.proof.expr import COS, atom, variable
+from rbstab.proof.expr import COS, STEP, atom, variable
 from rbstab.proof.held import jumps
-from rbstab.proof.model import NoMinimumError, eliminated, energy_of, value_at
+from rbstab.proof.model import (
+    NoMinimumError,
+    _with_one_step,
+    eliminated,
+    energy_of,
+    value_at,
+)
 from rbstab.proof.rest_states import Body
+from rbstab.proof.rewriting import with_known_steps
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 SHIPPED = sorted(
@@ -95,6 +102,16 @@ def test_only_forces_that_jump_are_told_to_jump():
     assert latch.inner == Fraction(91, 100) - V[1].cos() ** 2
     for name in ("examples/strut_proved.yaml", "examples/rubber_cord.yaml"):
         assert jumps(energy_of(*built(name))) == []
+
+
+def test_steps_of_one_surface_are_one_step():
+    """2 max(g, 0) + 3 max(-g, 0) with g = θ2 - 1/5: -3g + 5 step(g) g."""
+    g = V[1] - Fraction(1, 5)
+    U = with_known_steps(_with_one_step(2 * g.step(1) * g - 3 * (-g).step(1) * g))
+    (step,) = (a for a in U.all_atoms if a.kind == STEP)
+    assert step.inner in (g, -g)
+    for x, exact in ((0.7, 1.0), (-0.3, 1.5)):
+        assert value_at(U, np.array([0.0, x, 0.0])) == pytest.approx(exact, rel=1e-14)
 
 
 def test_a_stop_is_known_exactly_and_closes_the_range():

@@ -22,6 +22,7 @@ from rbstab.proof.expr import (
     COS,
     LET,
     SIN,
+    STEP,
     VAR,
     Atom,
     Expr,
@@ -131,7 +132,8 @@ def stored_energy(system: System, exact_system: ExactSystem) -> Stored:
         mine = own[begin : begin + element.state_size]
         begin += element.state_size
         if element.holds:  # a stop: it stores nothing, and ends the range
-            stop = expr(element.angle)
+            at_stop: Any = element
+            stop = expr(at_stop.angle)
             continue
         acting = element
         if element.mode_count:
@@ -139,7 +141,8 @@ def stored_energy(system: System, exact_system: ExactSystem) -> Stored:
             modes = [expr(g).step(smooth) for g in element.guards(motion, mine)]
             acting = replace(acting, mode=np.array(modes, dtype=object))
         total = total + acting.stored(motion, mine)
-    return Stored(_by_half_angles(with_known_steps(total)), at_rest.size, stop)
+    total = with_known_steps(_with_one_step(total))
+    return Stored(_by_half_angles(total), at_rest.size, stop)
 
 
 def _first_jump(at_rest: Configurations, element: Element) -> int:
@@ -223,6 +226,19 @@ def _shifted(U: Expr, free: tuple[int, ...]) -> tuple[Expr, dict[int, Expr]]:
 
 def _sum(terms: Any) -> Expr:
     return sum(terms, expr(0))
+
+
+def _with_one_step(U: Expr) -> Expr:
+    """Write step(-g) as 1 - step(g) where both occur: they change at one surface.
+
+    The energy is continuous there, so their values at g = 0 do not matter.
+    """
+    steps = sorted((a for a in U.all_atoms if a.kind == STEP), key=lambda a: a.order)
+    for k, step in enumerate(steps):
+        opposite = atom(STEP, -step.inner, step.extra)
+        if opposite in steps[k + 1 :]:
+            U = substituted(U, {opposite: 1 - only(step)})
+    return U
 
 
 def _by_half_angles(U: Expr) -> Expr:

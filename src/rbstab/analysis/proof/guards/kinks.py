@@ -62,12 +62,6 @@ class Kink:
         found: Array = (pressing >= 0) & (pressing <= self.jump.couple)
         return found
 
-    def surely_holds(self, low: Array, high: Array) -> Array:
-        """Return whether the guard balances all slopes between bounds, with some left over."""
-        least, most = (-high, -low) if self.side > 0 else (low, high)
-        found: Array = (least > 0) & (most < self.jump.couple * (1 - 1e-15))
-        return found
-
 
 def kinks_of(guard: Guard | None) -> list[Kink]:
     """Return all kinks of some guards that a motion may reach."""

@@ -193,12 +193,14 @@ def test_a_motion_from_outside_of_the_region_is_enclosed():
         np.testing.assert_allclose(low, computed[:, place], atol=1e-7)
 
 
-def test_sets_of_starts_are_not_decided_with_a_spring():
+def test_sets_of_starts_are_decided_with_a_spring():
+    """All start in the region of the only rest state: their energies are below its bound."""
     config = load_config(config_data({"strut": SPRING}, HELD))
     texts = ["initial.angular_velocity=±0.1"]
     found = prove_starts(config, tolerances_of(config, texts), prove(config))
-    assert not found.parts
-    assert "spring" in found.why
+    (part,) = found.parts
+    assert part.rest_state == 1
+    assert part.energy[1] < part.bound
 
 
 def test_bodies_within_tolerances_are_proved_with_a_spring_of_a_held_body():

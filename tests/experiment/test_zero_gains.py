@@ -78,7 +78,7 @@ REASONS = [
     ("free", TURNING | {"L_t": [1, 1, 1]}, "nothing holds the position"),
     ("visco-elastic", {}, "no damper acts on a rotation about body x through (0, 0, -0.186) m"),
     # They may turn freely about the vertical through the contact point.
-    ("visco-elastic", {"L_r": [1, 1, 1]}, "a continuum (a family) of rest states is suspected"),
+    ("visco-elastic", {"L_r": [1, 1, 1]}, "a continuum (a family)"),
     ("permanent", {"L_r": [1, 1, 1], "K_r": [10, 10, 0]}, "a continuum (a family) of rest states"),
 ]
 

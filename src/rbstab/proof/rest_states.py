@@ -102,7 +102,7 @@ class Body:
         search = Search(self.bounded, box, known=held, also=out_of_balance(self.energy))
         found = search.run(limit, begin=begin)
         if found.undecided.count and found.examined >= limit:
-            found = search.with_zeros_near(_random(end, STARTS // 4))
+            found = search.with_zeros_near(_random(end, STARTS))
         if begin is None and found.undecided.count and not found.family and jumps(self.energy):
             found = self._once_more(box, held, found, limit)
         faces = zeros_at_stop(self.energy, box)

@@ -30,6 +30,9 @@ ZERO_STEP = 1e-9
 TRY_STEPS = 12
 """Newton steps from the centre of a box; a box near a zero needs fewer."""
 
+MOST_TINY = 64
+"""Boxes too small to be halved from whose centres zeros are looked for at the end."""
+
 NEAR_FAILED = 1e-8
 """Points that are nearer to one that could not be isolated are not tried."""
 
@@ -281,7 +284,11 @@ class Search:
             halves, tiny = self._step(boxes)
             left += [tiny] if tiny.count else []
             pending += [halves] if halves.count else []
-        return self._ended(joined([*left, *pending], n))
+        tiny = joined(left, n)
+        if tiny.count and not self.family:
+            # Krawczyk's operator may have cut a box down to a zero that nobody looked for.
+            self._try((0.5 * tiny.lo + 0.5 * tiny.hi)[:, :MOST_TINY])
+        return self._ended(joined([tiny, *pending], n))
 
     def with_zeros_near(self, points: Array) -> Zeros:
         """Return what the last search found, with zeros that are reached from further points."""

@@ -200,6 +200,7 @@ def test_sets_of_starts_are_decided_with_a_spring():
     found = prove_starts(config, tolerances_of(config, texts), prove(config))
     (part,) = found.parts
     assert part.rest_state == 1
+    assert part.bound is not None
     assert part.energy[1] < part.bound
 
 

@@ -266,7 +266,7 @@ class Proof(ProvedStates):
     """
 
     id: str
-    version: Literal[4] = PROOF_VERSION
+    version: int = PROOF_VERSION
     seconds: float
     reduced_energy: ProvedEnergy | None = None
     unwrapped: UnwrappedStates | None = None
@@ -274,6 +274,12 @@ class Proof(ProvedStates):
     brief: Literal[True] | None = None
     closed: Literal[True] | None = None
     on_rotations: OnRotations | None = None
+
+    @model_validator(mode="after")
+    def _check_version(self) -> Self:
+        if self.version != PROOF_VERSION:
+            raise ValueError("the proof is of an older program")
+        return self
 
     @model_validator(mode="after")
     def _check_closed(self) -> Self:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.config_elements import CONTROLLER, TIE, config_data
+from support.config_elements import CONTROLLER, config_data
 
 from rbstab.analysis.linearisation import NoDerivativesError, linearise
 from rbstab.analysis.proof.tied.rest_states import tied_rest_states
@@ -16,7 +16,6 @@ from rbstab.config.load import load_config
 from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stability import stability_of
-from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import has_no_rest_state, start_state
 from rbstab.experiment.tuning.guard import guard

@@ -18,8 +18,7 @@ from rbstab.config.schema import Config
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.verification.verify import verify
-from rbstab.proof.record import energy_record, expression_of
-from rbstab.proof.model import Energy
+from rbstab.proof.record import expression_of
 
 BAND: dict[str, Any] = {
     "kind": "ligament",

@@ -52,7 +52,11 @@ def rest_states(
 def unwrapped_rest_states(rest: RestStates, limit: int | None = None) -> RestStates | None:
     """Return those for all real θ1 and θ3; None if nothing bounds these."""
     with np.errstate(all="ignore"):
-        return _BODIES[rest].wide(rest, limit)
+        body = _BODIES[rest]
+        wide = body.wide(rest, limit)
+    if wide is not None:
+        _BODIES[wide] = body
+    return wide
 
 
 def regions_of(rest: RestStates) -> Regions:

@@ -4,13 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rbstab.analysis.proof.regions.minimum_regions import minimum_regions
 from scipy.optimize import root
-from support.proofs import rest_states, unwrapped_rest_states
+from support.proofs import regions_of, rest_states, unwrapped_rest_states
 from support.rest import HEAVY, inverted_pendulum, paper_system, random_rest_system
 
 from rbstab.analysis.proof.boxes import RANGE_END
-from rbstab.analysis.proof.certified_region import Face, certified_region
 from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.reduced_energy import reduced_energy
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
@@ -32,11 +30,11 @@ def test_paper_bodies_have_one_rest_state_in_all(variant, weight):
     assert found.states[0].index_proved
     np.testing.assert_array_equal(found.states[0].Theta, rest.states[0].Theta)
     assert np.all(found.end >= RANGE_END)
-    inner, wide = certified_region(rest), certified_region(found)
+    inner, wide = regions_of(rest).certified, regions_of(found).certified
     assert inner is not None
     assert wide is not None
     # θ1 = ±π and θ3 = ±π do not bound it; for these bodies θ2 = ±π/2 is lower anyway.
-    assert wide.face in {Face.THETA2_LOW, Face.THETA2_HIGH}
+    assert wide.face in {(1, -1), (1, 1)}
     assert wide.energy == pytest.approx(inner.energy, rel=1e-12)
 
 
@@ -67,11 +65,10 @@ def test_the_same_box_is_not_searched_twice():
 def test_half_turn_does_not_bound_a_region_without_wrapping():
     rest = rest_states(inverted_pendulum([30.0, 1e3, 1e3], 100.0))
     found = unwrapped(inverted_pendulum([30.0, 1e3, 1e3], 100.0))
-    inner = minimum_regions(rest, certified_region(rest))
-    wide = minimum_regions(found, certified_region(found))
-    assert {region.gate.face for region in inner} == {Face.THETA1_LOW, Face.THETA1_HIGH}
+    inner, wide = regions_of(rest).minima, regions_of(found).minima
+    assert {region.pass_face for region in inner} == {(0, -1), (0, 1)}
     # The valleys now end at the top between them, at 0 J.
-    assert [region.gate.state for region in wide] == [2, 2]
+    assert [region.pass_state for region in wide] == [2, 2]
     assert all(-1e-6 < region.energy_bound <= 0 for region in wide)
 
 

@@ -1,7 +1,5 @@
 """The list of rest states: all of them, in order, with index, proof and uniqueness."""
 
-import subprocess
-import sys
 import time
 from dataclasses import replace
 

@@ -182,13 +182,19 @@ def spring() -> Record:
 
 
 def ligament() -> Record:
-    """A load pushes θ1 down to -2; the toe (ℓ - 3)³ of a ligament pulls it back."""
-    longer = SQUARE.sqrt() - 3
-    U = BOWL + 2 * Y**2 + 8 * X + longer**3 * longer.step(3)
+    """A load pushes θ1 down to -2; a ligament pulls it back, with a toe from ℓ = 3 to 3.5.
+
+    Its energy is (ℓ - 3)³, which goes on beyond the toe as a quadratic. Each step begins where a
+    square of the length is passed, and the root is taken where the ligament is taut.
+    """
+    taut = SQUARE - 9
+    length = (9 + taut.function("positive")).sqrt()
+    beyond = (taut - Fraction(13, 4)).step(3) * (length - Fraction(7, 2)) ** 3
+    U = BOWL + 2 * Y**2 + 8 * X + taut.step(3) * ((length - 3) ** 3 - beyond)
 
     def slope(t: float) -> float:
-        pull = 9 * max(_length(t) - 3, 0) ** 2 / _length(t)
-        return 4 * t + 8 + pull * float(np.sin(t - ANGLE))
+        pull = 9 * (max(_length(t) - 3, 0) ** 2 - max(_length(t) - 3.5, 0) ** 2)
+        return 4 * t + 8 + pull * float(np.sin(t - ANGLE)) / _length(t)
 
     return record(Energy(U), state((float(brentq(slope, -2, -0.5, xtol=1e-15)), 0, 0), 0))
 

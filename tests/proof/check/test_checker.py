@@ -184,7 +184,17 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
     ),
     # operations
     "another rest length": ("spring", _factor("-1", "-2"), "rest states"),
-    "a stiffer ligament": ("ligament", _operation(["pow", 3, 11], ["pow", 2, 11]), "rest states"),
+    "a ligament without a toe": (
+        "ligament",
+        _operation(["pow", 3, 16], ["pow", 2, 16]),
+        "switches",
+    ),
+    "a toe that ends with a jump": (
+        "ligament",
+        _operation(["pow", 3, 19], ["pow", 2, 19]),
+        "switches",
+    ),
+    "a load that is lost": ("ligament", _factor("8", "0"), "rest states"),
     "a plane that is too weak": ("plane", _factor("3", "1"), "rest states"),
     "a sign": ("wells", _factor("-8", "8"), "rest states"),
     "a factor": ("lean", _factor("3", "301/100"), "rest states"),

@@ -78,7 +78,9 @@ def slopes_of(rest: RestStates, Theta: Array) -> Array:
 def stored_energies(proof: Proof, Theta: Array) -> Array:
     """Return U of a stored proof at points of shape (m, 3), J, in doubles."""
     assert proof.reduced_energy is not None
-    return BoundedEnergy(proof.reduced_energy.energy).at(np.asarray(Theta).T)[0]
+    energy = proof.reduced_energy.energy
+    bounded = BoundedEnergy(energy.U, free=energy.free, least=energy.least)
+    return bounded.at(np.asarray(Theta).T)[0]
 
 
 def _squared_distance(centre: tuple[float, float, float]) -> Expr:

@@ -174,7 +174,6 @@ def _reduced_proof(  # noqa: PLR0913 (as `prove`, with what it has computed)
     """Prove the rest states of a body by an energy of Θ alone."""
     from rbstab.analysis.proof.outcome import SearchOutcome
     from rbstab.analysis.proof.searches.limits import search_limit
-    from rbstab.analysis.proof.unwrapped import box_limit_of
     from rbstab.proof.rest_states import Body
 
     def seconds() -> float:
@@ -202,7 +201,7 @@ def _reduced_proof(  # noqa: PLR0913 (as `prove`, with what it has computed)
     unwrapped = found if wide is rest else None if wide is None else regions_of(wide)
     record = proof_record(identity, found, unwrapped, seconds())
     wide_stopped = wide is not None and wide.outcome is SearchOutcome.BOX_LIMIT
-    by_limit = stopped or (left < box_limit_of(rest.energy.form) and wide_stopped)
+    by_limit = stopped or (left < body.wide_limit and wide_stopped)
     return record.model_copy(update={**changes, "brief": True if brief and by_limit else None})
 
 

@@ -32,7 +32,7 @@ from rbstab.systems.system import System
 
 if TYPE_CHECKING:
     from rbstab.analysis.proof.reduced_energy import ExactSystem, NoReducedEnergy
-    from rbstab.analysis.proof.rest_states import RestStates
+    from rbstab.proof.rest_states import RestStates
 
 
 ENOUGH = 0.5
@@ -174,6 +174,7 @@ def _reduced_proof(  # noqa: PLR0913 (as `prove`, with what it has computed)
     """Prove the rest states of a body by an energy of Θ alone."""
     from rbstab.analysis.proof.outcome import SearchOutcome
     from rbstab.analysis.proof.searches.limits import search_limit
+    from rbstab.proof.regions import NO_REGIONS
     from rbstab.proof.rest_states import Body
 
     def seconds() -> float:
@@ -188,18 +189,22 @@ def _reduced_proof(  # noqa: PLR0913 (as `prove`, with what it has computed)
     changes = {"outcome": _too_few(rest, most)} if too_few else {}
     if limit.slow and stopped:
         # Undecided boxes cover most of the range, so no region is left.
-        record = proof_record(identity, _without_regions(rest), None, seconds())
+        record = proof_record(identity, body.energy, Found(rest, NO_REGIONS), None, seconds())
         return record.model_copy(update={**changes, "brief": brief or None})
     left = limit.boxes - rest.examined
     wide = None
     if not search_only:
         wide = body.wide(rest, left if brief else None)
     # Where every start converges, no region is needed: it is all of the range.
-    every_start = rest.closed or (wide is not None and wide.every_start)
-    regions_of = _without_regions if every_start else _regions_of
-    found = regions_of(rest)
-    unwrapped = found if wide is rest else None if wide is None else regions_of(wide)
-    record = proof_record(identity, found, unwrapped, seconds())
+    needed = not (rest.every_start_of_range or (wide is not None and wide.every_start))
+    found = Found(rest, body.regions(rest) if needed else NO_REGIONS)
+    unwrapped = None
+    if wide is not None:
+        # Where the search of the wide range stopped, undecided boxes cover most of it.
+        ended = wide.outcome is SearchOutcome.BOX_LIMIT
+        regions = body.regions(wide) if needed and not ended else NO_REGIONS
+        unwrapped = found if wide is rest else Found(wide, regions)
+    record = proof_record(identity, body.energy, found, unwrapped, seconds())
     wide_stopped = wide is not None and wide.outcome is SearchOutcome.BOX_LIMIT
     by_limit = stopped or (left < body.wide_limit and wide_stopped)
     return record.model_copy(update={**changes, "brief": True if brief and by_limit else None})
@@ -290,21 +295,3 @@ def _no_theorem(config: Config) -> str | None:
         return f"{indefinite} is not positive definite"
     undamped = why_not_damped(exact, damping_of_users(system))
     return None if undamped is None else f"{NOT_DAMPED}: {undamped}"
-
-
-def _without_regions(rest: "RestStates") -> Found:
-    return Found(rest, None, ())
-
-
-def _regions_of(rest: "RestStates") -> Found:
-    """Return rest states with the regions of the minima."""
-    from rbstab.analysis.proof.boxes import RANGE_END
-    from rbstab.analysis.proof.certified_region import certified_region
-    from rbstab.analysis.proof.outcome import SearchOutcome
-    from rbstab.analysis.proof.regions.minimum_regions import minimum_regions
-
-    if rest.outcome is SearchOutcome.BOX_LIMIT and np.any(rest.end > RANGE_END):
-        # Undecided boxes cover most of the range, so no region is left, but it would take long.
-        return Found(rest, None, ())
-    region = certified_region(rest)
-    return Found(rest, region, minimum_regions(rest, region))

@@ -1,7 +1,6 @@
 """All rest states of a system in a range of Θ, and whether there is exactly one."""
 
-from dataclasses import replace
-from weakref import WeakKeyDictionary
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from rbstab.analysis.proof.reduced_energy import (
     ReducedEnergy,
     reduced_energy,
 )
-from rbstab.analysis.proof.rest_states import RestPoint, RestStates
+from rbstab.analysis.proof.rest_states import RestPoint
 from rbstab.analysis.rest_state import held_at_kink, rest_state_at
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import BoundedEnergy
@@ -23,6 +22,7 @@ from rbstab.proof.confine import confined, end_of_pitch
 from rbstab.proof.expr import COS, SIN, VAR
 from rbstab.proof.held import held_zeros, jumps, out_of_balance, zeros_at_stop
 from rbstab.proof.model import ExactSystem, NoMinimumError, energy_of, value_at
+from rbstab.proof.regions import Regions, regions_of
 from rbstab.proof.search import (
     FAMILY_TRIES,
     SINGULAR,
@@ -56,6 +56,73 @@ WIDE_LIMIT_WITH_FUNCTIONS = 100_000
 """The same for an energy with lengths, or other functions of Θ, whose boxes are smaller."""
 
 
+@dataclass(frozen=True, eq=False)
+class RestStates:
+    """The rest states of a system in a range of Θ, from the lowest energy to the highest.
+
+    Args:
+        states: The rest states. Those that are proved come first, in the order of `zeros`.
+        zeros: The same as zeros of ∇U, and the boxes that may contain others.
+        inside: Those that no stop holds.
+        examined: The number of boxes that the proof examined.
+        outcome: How the proof ended.
+        end: The largest |Θ| in the range, shape (3,), rad; that of θ2 is the angle of a stop.
+        closed: The angles of which no motion reaches the end of the range.
+        covered: The share of the range that the proof has finished.
+    """
+
+    states: tuple[RestPoint, ...]
+    zeros: Zeros
+    inside: tuple[Zero, ...]
+    examined: int
+    outcome: SearchOutcome
+    end: Array
+    closed: frozenset[int]
+    covered: float = 1.0
+
+    @property
+    def proved(self) -> bool:
+        """Whether these are proved to be all rest states in the range."""
+        return self.outcome is SearchOutcome.PROVED
+
+    @property
+    def undecided(self) -> rows.Boxes:
+        """Boxes of Θ that may contain further rest states."""
+        return rows.Boxes(self.zeros.undecided.lo.T, self.zeros.undecided.hi.T)
+
+    @property
+    def unique(self) -> bool | None:
+        """Whether the range has exactly one rest state; None if neither answer is proved.
+
+        If True and the rest state is stable, every motion that stays in the range, and keeps a
+        distance from θ2 = ±π/2, converges to it (La Salle's theorem).
+        """
+        if sum(point.proved for point in self.states) > 1:
+            return False
+        if not self.proved:
+            return None
+        return len(self.states) == 1
+
+    @property
+    def every_start(self) -> bool:
+        """Whether all motions from |θ2| < π/2 converge to the only rest state (theorem 10).
+
+        To be asked of the rest states for all real θ1 and θ3: a barrier or a stop keeps all motions
+        away from θ2 = ±π/2, and the energy grows with |θ1| and |θ3| (`confine`). With barriers on
+        θ1 and θ3, of those in the range of eq. 5: then it is of motions that start there.
+        """
+        point = self.states[0] if self.proved and self.unique else None
+        return 1 in self.closed and point is not None and point.index_proved and point.index == 0
+
+    @property
+    def every_start_of_range(self) -> bool:
+        """Whether all motions from the range of eq. 5 converge to the only rest state: theorem 10.
+
+        It needs barriers on θ1 and θ3 too, which keep these motions in the range.
+        """
+        return 0 in self.closed and self.every_start
+
+
 class Body:
     """A system with its exact potential energy, of which rest states are proved.
 
@@ -80,7 +147,6 @@ class Body:
             raise NoReducedEnergy(NoEnergyReason.NOT_FINITE) from error
         except (TypeError, AttributeError, ValueError, ArithmeticError) as error:
             raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, str(error)) from error
-        self._zeros: WeakKeyDictionary[RestStates, tuple[Zero, ...]] = WeakKeyDictionary()
         self.at_rest: Configurations = configurations(system)
 
     def proved(
@@ -98,7 +164,7 @@ class Body:
         box = Box(-end, end)
         held, begin = held_zeros(self.energy, box), None
         if inner is not None and inner.proved:
-            known, begin = self._zeros[inner], around(box, Box(-inner.end, inner.end))
+            known, begin = inner.inside, around(box, Box(-inner.end, inner.end))
             apart = (z for z in held if not any(k.domain.contains(z.point) for k in known))
             held = [*known, *apart]
         search = Search(self.bounded, box, known=held, also=out_of_balance(self.energy))
@@ -130,21 +196,24 @@ class Body:
         zeros = [*found.zeros, *(zero for face in faces for zero in face.zeros)]
         zeros.sort(key=lambda zero: zero.energy)
         examined = found.examined + sum(face.examined for face in faces)
-        left = rows.Boxes(undecided.lo.T, undecided.hi.T)
         points = [self._point(zero, proved=True) for zero in zeros]
         if outcome in {SearchOutcome.UNDECIDED, SearchOutcome.BOX_LIMIT}:
             # If all zeros are known, a point that could not be isolated is none.
             unproved = (_unproved(x, self.bounded) for x in found.singular)
             points += [self._point(zero, proved=False) for zero in unproved]
-        share = found.share
-        rest = RestStates(self._reduced(end), tuple(points), left, examined, outcome, end, share)
-        self._zeros[rest] = found.zeros
-        return rest
+        known = Zeros(tuple(zeros), undecided, examined)
+        closed = self.energy.closed
+        return RestStates(
+            tuple(points), known, found.zeros, examined, outcome, end, closed, found.share
+        )
 
-    def _reduced(self, end: Array) -> ReducedEnergy:
-        """Return the energy as it is stored, for a range."""
-        form = self.reduced.form
-        return replace(self.reduced, form=replace(form, reach=max(form.reach, float(end.max()))))
+    def regions(self, rest: RestStates) -> Regions:
+        """Return c* of a range, and the region of each minimum: theorems 3 and 5.
+
+        Args:
+            rest: What `proved` or `wide` returned.
+        """
+        return regions_of(self.energy, rest.zeros, Box(-rest.end, rest.end), self.bounded)
 
     def wide(self, rest: RestStates, limit: int | None = None) -> RestStates | None:
         """Prove the rest states with |θ2| < π/2 and any θ1 and θ3.
@@ -194,7 +263,9 @@ class Body:
         if family:
             zeros = [zero for zero in zeros if not _is_singular(self.bounded, zero.point)]
         found = tuple(self._point(zero, proved=False) for zero in zeros)
-        return RestStates(self._reduced(end), found, rows.no_boxes(), 0, outcome, end)
+        unknown = tuple(replace(zero, index=None) for zero in zeros)
+        nothing = Zeros(unknown, joined([], 3), 0)
+        return RestStates(found, nothing, (), 0, outcome, end, self.energy.closed)
 
     # -- points ----------------------------------------------------------------------------------
 

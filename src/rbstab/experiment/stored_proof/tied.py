@@ -34,7 +34,6 @@ def tied_record(
     wide, every_start = None, closed or (unwrapped is not None and unwrapped.every_start)
     if unwrapped is not None:
         wide = UnwrappedStates(
-            end=triple(unwrapped.end),
             every_start=every_start or None,
             **_tied_entries(unwrapped, every_start=every_start),
         )
@@ -54,6 +53,7 @@ def _tied_entries(rest: "TiedRestStates", *, every_start: bool) -> dict[str, Any
     return {
         **search_entries(rest),
         "states": tuple(_tied_state(one) for one in rest.states),
+        "end": triple(rest.end),
         "region": None if region is None else _tied_region(region, rest),
     }
 
@@ -63,7 +63,7 @@ def _tied_state(one: "TiedPoint") -> ProvedState:
 
 
 def _tied_region(region: "TiedRegion", rest: "TiedRestStates") -> ProvedRegion:
-    face = None if region.face is None else face_name(region.face, rest.end)
+    face = None if region.face is None else face_name(region.face.value, rest.end)
     lowest = rest.states[0].point.state.energy
     return ProvedRegion(
         energy=region.energy,

@@ -113,7 +113,7 @@ def _in_order(
     if not all(one.verified for one in about_ends):
         return
     if range_.name == EVERYWHERE:
-        ends = _confined(U, range_)
+        ends = confinement(U, range_)
         yield ends
         if not ends.verified:
             return
@@ -132,7 +132,7 @@ def _in_order(
         yield region.everywhere() if everywhere else region.component()
 
 
-def _confined(U: Energy, range_: Range) -> Finding:
+def confinement(U: Energy, range_: Range) -> Finding:
     """Check by theorem 6 that no rest state is beyond the ends of θ1 and θ3."""
     cover = confined(U, range_)
     first, third = (float(range_.ends[i].mid()) for i in (0, 2))

@@ -270,11 +270,3 @@ def test_a_search_of_a_body_that_is_not_held_finds_rest_states_of_a_tie(variant)
     assert not verify(found, config).verified
 
 
-def test_only_ids_with_a_spring_have_its_version(monkeypatch):
-    """Proofs that nothing is decided, made before springs were in proofs, are not found again."""
-    configs = [load_config(config_data({"x": one}, HELD)) for one in (TIE, STRUT)]
-    before = [proof_id(config) for config in configs]
-    monkeypatch.setattr("rbstab.experiment.stored_proof.identity.SPRING_VERSION", 0)
-    after = [proof_id(config) for config in configs]
-    assert after[0] == before[0]
-    assert after[1] != before[1]

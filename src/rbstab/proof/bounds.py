@@ -194,7 +194,10 @@ class BoundedEnergy:
             for _ in range(steps):
                 known = self.of_free(leaf, known=known)
                 f = known.dense(0, count).mid
-                H = f[self.second_of_free] * np.where(np.eye(self.k, dtype=bool), 2.0, 1.0)[..., None]
+                H = (
+                    f[self.second_of_free]
+                    * np.where(np.eye(self.k, dtype=bool), 2.0, 1.0)[..., None]
+                )
                 step = np.einsum("ijm,jm->im", inverses(H), f[self.first_of_free])
                 step = np.where(np.isfinite(step), step, 0.0)
                 z = z - np.clip(step, -0.5, 0.5)
@@ -242,7 +245,7 @@ class BoundedEnergy:
             centre, radius, at[0], at[self.first], over[self.first], slope, hessian, over[0]
         )
 
-    def is_single(self, lo: Array, hi: Array, values: Values, size: Array) -> Array:  # noqa: ARG002
+    def is_single(self, lo: Array, hi: Array, values: Values, size: Array) -> Array:
         """Return whether U has one stationary point z, its minimiser, for all Θ of each box.
 
         Args:
@@ -281,7 +284,7 @@ class BoundedEnergy:
         inside = np.all(image * UP < Z, axis=0) & (norm < 1)
         size = np.abs(least.z) + np.einsum("ijm,jm->im", np.abs(least.C), radius) + Z
         inside &= self.is_single(lo, hi, values, size * UP)
-        # |U_ζζ⁻¹| <= ΣEᵏ|Y|, and no entry of Eᵏ is above |E|ᵏ⁻¹ times the largest of E in its column.
+        # |U_ζζ⁻¹| <= Σ Eᵏ|Y|; entries of Eᵏ are at most |E|ᵏ⁻¹ times the largest in their column.
         share = E + E.max(axis=0) * (norm / np.maximum(1 - norm, 1e-300)) * UP
         bound = np.einsum("ijm,jkm->ikm", np.eye(self.k)[..., None] + share, magnitude) * UP
         whole = self._bounds(centre, radius, at, over, np.concatenate([radius, Z]))

@@ -20,6 +20,7 @@ from rbstab.proof.expr import COS, SIN, VAR, Atom, Expr, Monomial, atom
 from rbstab.proof.model import Energy
 from rbstab.proof.rewriting import inverse_of_definite
 from rbstab.proof.search import Box, Boxes, joined, one_box
+from rbstab.proof.tied import bounds_of
 
 OUTER = (0, 2)
 """The angles θ1 and θ3, which are never wrapped."""
@@ -120,7 +121,7 @@ def _height(energy: Energy, end: float) -> float:
         return 0.0
     points = np.random.default_rng(0).uniform(-1, 1, (3, 64)) * [[1.0], [end], [1.0]]
     points[:, :2] = [[0.0, 0.0], [-end, end], [0.0, 0.0]]
-    values = BoundedEnergy(energy.U, free=energy.free, least=energy.least).at(points)[0]
+    values = bounds_of(energy).at(points)[0]
     return max(0.0, float(np.nanmax(values[:2]) - np.nanmin(values)))
 
 
@@ -129,7 +130,7 @@ def _steepest(energy: Energy, end: float, enough: Array) -> Array:
 
     Bounds below those that are enough are not made sharper.
     """
-    p = BoundedEnergy(energy.U, free=energy.free, least=energy.least)
+    p = bounds_of(energy)
     corner = np.array([PERIOD, end, PERIOD])
     pending, places = one_box(Box(-corner, corner)), list(OUTER)
     reached, settled, examined = np.zeros(2), np.zeros(2), 0

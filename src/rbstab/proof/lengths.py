@@ -73,7 +73,7 @@ def with_squares(U: Expr, free: Sequence[int]) -> Expr:
 def _squares_of(q: Expr, free: Sequence[int]) -> Expr | None:
     """Return q = |z|² + 2 r'z + |r|² + c with a number c >= 0 as a sum of squares, else None."""
     parts = _plain_quadratic(q, free)
-    if parts is None or parts.H != [[2 * Fraction(i == j) for j in free] for i in free]:
+    if parts is None or [[2 * Fraction(i == j) for j in free] for i in free] != parts.H:
         return None
     r = [b.scaled(Fraction(1, 2)) for b in parts.b]
     c = (parts.rest - sum((one**2 for one in r), expr(0))).constant
@@ -113,22 +113,34 @@ class Springs:
     Attributes:
         stiffness: A lower bound of the least eigenvalue of S, N/m.
         lines: The lines.
-        convex: N, and U(Θ) without polynomials.
+        convex: N.
     """
 
     stiffness: Fraction
     lines: tuple[Line, ...]
     convex: Expr
 
+    def collapsed(self, U: Expr, free: Sequence[int]) -> list[Expr]:
+        """Return the energy U where a line has no length, for each line: a function of Θ."""
+        found = []
+        for line in self.lines:
+            rest = Expr({m: c for m, c in U.terms.items() if m != line.monomial})
+            places = zip(free, line.offset, strict=True)
+            found.append(substituted(rest, {atom(VAR, k): -r for k, r in places}))
+        return found
 
-def springs_of(U: Expr, free: Sequence[int]) -> Springs | None:
-    """Take an energy with lines of springs apart; None if S is not definite, or N not convex."""
+
+class NotSingleError(ValueError):
+    """It is not shown that an energy with springs has one minimiser."""
+
+
+def springs_of(U: Expr, free: Sequence[int]) -> Springs:
+    """Take an energy apart into lines of springs and all else.
+
+    Raises:
+        NotSingleError: It has lines, and S is not definite, or N is not convex in z.
+    """
     parts = quadratic_in(U, free, constant=PLAIN)
-    if any(b.terms for b in parts.b):
-        return None
-    stiffness = _least_eigenvalue(parts.H)
-    if stiffness is None:
-        return None
     lines, others, z = list[Line](), dict[Monomial, Fraction](), frozenset(free)
     for m, c in parts.rest.terms.items():
         offset = _offset_of(m, free) if c < 0 else None
@@ -136,10 +148,12 @@ def springs_of(U: Expr, free: Sequence[int]) -> Springs | None:
             lines.append(Line(-c, m, offset))
         elif any(a.variables & z for a, _ in m):
             others[m] = c
-    N = Expr(others)
+    N, stiffness = Expr(others), _least_eigenvalue(parts.H)
+    if lines and (stiffness is None or any(b.terms for b in parts.b)):
+        raise NotSingleError("beside its springs nothing holds the position")
     if lines and not _shape(N, z).convex:
-        return None
-    return Springs(stiffness, tuple(lines), N)
+        raise NotSingleError("an energy is not shown to be convex in the position, beside springs")
+    return Springs(stiffness or Fraction(0), tuple(lines), N)
 
 
 class _Shape(NamedTuple):

@@ -19,6 +19,7 @@ from rbstab.proof.intervals import TINY, Intervals
 from rbstab.proof.model import Energy
 from rbstab.proof.rewriting import substituted
 from rbstab.proof.search import Boxes, joined
+from rbstab.proof.tied import bounds_of
 
 BATCH = 1024
 """Boxes that are bounded at once."""
@@ -132,7 +133,7 @@ class Ranges:
     def of(cls, energy: Energy, V: BoundedEnergy | None = None) -> "Ranges":
         """Return bounds on an energy, with its sides if few forces jump, at surfaces of Θ."""
         free, least = energy.free, energy.least
-        V = BoundedEnergy(energy.U, free=free, least=least) if V is None else V
+        V = bounds_of(energy) if V is None else V
         steps = [a for a in energy.U.all_atoms if a.kind == STEP and a.extra == 1]
         if len(steps) > MOST_STEPS or any(set(a.inner.variables) & set(energy.free) for a in steps):
             return cls(V)

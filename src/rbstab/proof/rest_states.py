@@ -34,6 +34,7 @@ from rbstab.proof.search import (
     newton,
     one_box,
 )
+from rbstab.proof.tied import TiedBounds, bounds_of
 from rbstab.systems.system import System
 
 STARTS = 256
@@ -127,11 +128,12 @@ class Body:
 
     def __init__(self, system: System, exact_system: ExactSystem) -> None:
         self.reduced: ReducedEnergy = reduced_energy(system, exact_system)
+        self._trace(system, exact_system)
+
+    def _trace(self, system: System, exact_system: ExactSystem) -> None:
         try:
             self.energy = energy_of(system, exact_system)
-            self.bounded = BoundedEnergy(
-                self.energy.U, free=self.energy.free, least=self.energy.least
-            )
+            self.bounded = bounds_of(self.energy)
         except NoMinimumError as error:
             raise NoReducedEnergy(NoEnergyReason.NOT_HELD) from error
         except OverflowError as error:
@@ -154,7 +156,7 @@ class Body:
         Raises:
             NoReducedEnergy: A barrier is too weak for double precision.
         """
-        end = end_of_rest_states(self.reduced.form, end)
+        end = self._possible(end)
         box = Box(-end, end)
         held, begin = held_zeros(self.energy, box), None
         if inner is not None and inner.proved:
@@ -169,6 +171,15 @@ class Body:
             found = self._once_more(box, held, found, limit)
         faces = zeros_at_stop(self.energy, box)
         return self._rest_states(found, faces, end, stopped=found.examined >= limit)
+
+    @property
+    def wide_limit(self) -> int:
+        """The number of boxes at which the proof for all θ1 and θ3 stops."""
+        return box_limit_of(self.reduced.form)
+
+    def _possible(self, end: Array) -> Array:
+        """Return the largest |Θ| in a range at which a rest state is possible."""
+        return end_of_rest_states(self.reduced.form, end)
 
     def _once_more(self, box: Box, held: list[Zero], found: Zeros, limit: int) -> Zeros:
         """Search again, if there are further states on a surface near undecided boxes."""
@@ -196,7 +207,8 @@ class Body:
             unproved = (_unproved(x, self.bounded) for x in found.singular)
             points += [self._point(zero, proved=False) for zero in unproved]
         known = Zeros(tuple(zeros), undecided, examined)
-        closed = self.energy.closed
+        # A spring may lose its length on the way to an end.
+        closed = frozenset() if isinstance(self.bounded, TiedBounds) else self.energy.closed
         return RestStates(
             tuple(points), known, found.zeros, examined, outcome, end, closed, found.share
         )
@@ -229,7 +241,7 @@ class Body:
             return None
         if np.array_equal(end_of_rest_states(form, end), rest.end):
             return rest
-        most = box_limit_of(form)
+        most = self.wide_limit
         return self.proved(most if limit is None else min(most, limit), end, rest)
 
     def searched(self, seed: int = 0) -> RestStates:

@@ -5,7 +5,7 @@ With W of `lengths`, S >= λI, P = Σ w_j, and N convex in z, let ∂W/∂z = 0 
     λ|z|² <= z'(Sz + ∂N(z) - ∂N(0)) <= |z| (P + |∂N(0)|),    so |z| <= ρ = (P + |∂N(Θ, 0)|)/λ.
 
 For these z no line is shorter than |r_j| - ρ. The second derivatives of -w|e| are at least -w/|e|,
-so W is convex there if λ > Σ w_j/(|r_j| - ρ): it has one stationary point z, which is its minimiser.
+so W is convex there if λ > Σ w_j/(|r_j| - ρ). Then it has one stationary point z, its minimiser.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,8 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import UP, BoundedEnergy
 from rbstab.proof.expr import Atom, Expr
-from rbstab.proof.lengths import Springs
+from rbstab.proof.lengths import Springs, springs_of
+from rbstab.proof.model import Energy
 from rbstab.proof.taylor import Values
 
 ANGLES = (0, 1, 2)
@@ -67,3 +68,25 @@ class TiedBounds(BoundedEnergy):
         nothing = np.zeros((self.k, lo.shape[1]))
         b = self.rest.over(np.concatenate([lo, nothing]), np.concatenate([hi, nothing]))
         return np.asarray(np.sqrt((b.slopes.mag[self.n :] ** 2).sum(axis=0)) * UP)
+
+
+def bounds_of(energy: Energy) -> BoundedEnergy:
+    """Return bounds on an energy, least over its free variables.
+
+    Raises:
+        NotSingleError: It has springs, and it is not shown that all else is convex in z.
+    """
+    springs = springs_of(energy.U, energy.free) if energy.free else None
+    if springs is None or not springs.lines:
+        return BoundedEnergy(energy.U, free=energy.free, least=energy.least)
+    return TiedBounds(energy.U, energy.free, springs, energy.least)
+
+
+def without_lengths(energy: Energy) -> list[BoundedEnergy]:
+    """Return bounds on W where a spring has no length, for each spring: z = -r_j(Θ)."""
+    if not energy.free:
+        return []
+    return [
+        BoundedEnergy(one, least=energy.least)
+        for one in springs_of(energy.U, energy.free).collapsed(energy.U, energy.free)
+    ]

@@ -91,7 +91,7 @@ def unguarded(config: Config) -> Unguarded:
     problem = problem_of(config)
     proof = prove(config, problem)
     lines = proof.reduced_energy is not None and proof.reduced_energy.form.lines
-    if lines or proof.tied_energy is not None:
+    if lines or proof.needs_lengths:
         raise NotDecidedError(
             "the least soft guard is not looked for beside springs, ligaments and some elements "
             "of users"

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from flint import arb, ctx
+from rbstab.experiment.stored_proof.written_energies import tied_energy_of
 from support.tied_springs import barrier_of, energy_of, found_by_scipy, spring_of, tied_system
 
 from rbstab.analysis.proof.boxes import RANGE_END, Boxes
@@ -13,7 +14,6 @@ from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
 from rbstab.analysis.proof.tied.rest_states import tied_rest_states
 from rbstab.analysis.proof_check.tied.energy import Pose as CheckerPose
 from rbstab.analysis.proof_check.tied.energy import TiedEnergy
-from rbstab.experiment.stored_proof.written_energies import tied_energy_of
 
 STIFFNESS = 70.0
 """N m."""

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from flint import arb, ctx
+from rbstab.experiment.stored_proof.written_energies import tied_energy_of
 from scipy.optimize import minimize
 from support.ligaments import ligament_of, stored
 from support.tied_springs import energy_of, spring_of, tied_system
@@ -18,7 +19,6 @@ from rbstab.analysis.proof.tied.rest_states import tied_rest_states
 from rbstab.analysis.proof_check.tied.energy import Pose as CheckerPose
 from rbstab.analysis.proof_check.tied.extent import BoundedEnergy
 from rbstab.elements import Element, Gain, exp, force_at_centre, force_at_contact, power
-from rbstab.experiment.stored_proof.written_energies import tied_energy_of
 from rbstab.mechanics.numbers import Array
 
 SOFT = np.diag([400.0, 300.0, 500.0])

@@ -5,6 +5,8 @@ from copy import deepcopy
 import numpy as np
 import pytest
 from flint import arb, arb_mat, ctx
+from rbstab.experiment.stored_proof.tied import tied_record
+from rbstab.experiment.stored_proof.written_energies import tied_energy_of
 from support.tied_springs import K_D, spring_of, tied_system
 
 from rbstab.analysis.proof.boxes import Boxes
@@ -19,8 +21,6 @@ from rbstab.analysis.proof_check.tied.checker import check_tied
 from rbstab.analysis.proof_check.tied.energy import Pose
 from rbstab.analysis.proof_check.tied.extent import BoundedEnergy
 from rbstab.analysis.proof_check.tied.rest_states import Expansion, index_of
-from rbstab.experiment.stored_proof.tied import tied_record
-from rbstab.experiment.stored_proof.written_energies import tied_energy_of
 
 END = np.array([0.3, 0.3, 0.3])
 """rad: a small range, so that a check takes a second."""

@@ -209,12 +209,11 @@ def _proof_with(  # noqa: PLR0913 (as `prove`, with what it has computed)
     # Where every start converges, no region is needed: it is all of the range.
     needed = not (rest.every_start_of_range or (wide is not None and wide.every_start))
     found = Found(rest, body.regions(rest) if needed else NO_REGIONS)
-    unwrapped = None
-    if wide is not None:
+    unwrapped = found if wide is rest else None
+    if wide is not None and wide is not rest:
         # Where the search of the wide range stopped, undecided boxes cover most of it.
         ended = wide.outcome is SearchOutcome.BOX_LIMIT
-        regions = body.regions(wide) if needed and not ended else NO_REGIONS
-        unwrapped = found if wide is rest else Found(wide, regions)
+        unwrapped = Found(wide, body.regions(wide) if needed and not ended else NO_REGIONS)
     record = proof_record(identity, body.energy, found, unwrapped, seconds())
     wide_stopped = wide is not None and wide.outcome is SearchOutcome.BOX_LIMIT
     by_limit = stopped or (left < body.wide_limit and wide_stopped)

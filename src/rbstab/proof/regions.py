@@ -146,14 +146,16 @@ class Landscape:
         self.open_axes = [axis for axis in range(3) if axis not in energy.closed]
         places = joined([one_box(zero.enclosure) for zero in zeros.zeros], 3)
         self.at_zeros = V.values(places)
-        undecided = V.values(zeros.undecided)
-        self.springs = self._spring_levels(energy)
-        bounds = [one.bound for one in self.springs]
-        self.cap = min([float(undecided.lo.min(initial=np.inf)), *bounds])
+        undecided = float(V.values(zeros.undecided).lo.min(initial=np.inf))
+        self.springs = self._spring_levels(without_lengths(energy))
+        self.cap = min([undecided, *(one.bound for one in self.springs)])
 
-    def _spring_levels(self, energy: Energy) -> list["_Level"]:
-        """Return the least energies where a spring has no length."""
-        found = [least_values(Ranges(one), one_box(self.box)) for one in without_lengths(energy)]
+    def _spring_levels(self, collapsed: Sequence[BoundedEnergy]) -> list["_Level"]:
+        """Return the least energies where a spring has no length, as far as they are the lowest."""
+        highest = (
+            min((one.value for one in self.face_levels()), default=np.inf) if collapsed else 0.0
+        )
+        found = [least_values(Ranges(one), one_box(self.box), cap=highest) for one in collapsed]
         return [_Level(float(x.bound[0]), float(x.value[0]), x.at[:, 0]) for x in found]
 
     @cached_property

@@ -377,11 +377,11 @@ class Proof(ProvedStates):
         """Whether the quadratic part of the energy, that of K_r, is not positive definite."""
         if self.reduced_energy is None:
             return False
-        from rbstab.proof.confine import parts_of  # imported late: few proofs end so
-        from rbstab.proof.rewriting import inverse_of_definite
+        from rbstab.proof.model import THETA  # imported late: few proofs end so
+        from rbstab.proof.rewriting import inverse_of_definite, quadratic_in
 
-        parts = parts_of(self.reduced_energy.energy.U)
-        return parts is not None and inverse_of_definite(parts.K) is None
+        K = quadratic_in(self.reduced_energy.energy.U, THETA).H
+        return inverse_of_definite(K) is None
 
     @property
     def kept_by(self) -> str | None:

@@ -73,6 +73,7 @@ class Energy:
         shift: For each z the place from where it is counted, as an expression of Θ.
         stop: The largest |θ2| that a stop allows, rad; None without one.
         closed: The angles, 0 to 2, of which no motion reaches the end of the range.
+        plain: U before terms of one switch were taken together (`with_outlined_steps`).
     """
 
     U: Expr
@@ -81,6 +82,7 @@ class Energy:
     shift: Mapping[int, Expr] = field(default_factory=dict)
     stop: Fraction | None = None
     closed: frozenset[int] = frozenset()
+    plain: Expr | None = None
 
     @property
     def least(self) -> dict[Atom, float]:
@@ -193,7 +195,8 @@ def eliminated(total: Expr, others: range) -> Energy:
         U = U + (parts.b[i] * minimiser[k]).scaled(Fraction(1, 2))
     free = tuple(k for k in others if k not in chosen)
     U, shift = _shifted(U, free)
-    return Energy(with_squares(with_outlined_steps(U), free), free, minimiser, shift)
+    U = with_squares(U, free)
+    return Energy(with_outlined_steps(U), free, minimiser, shift, plain=U)
 
 
 def _not_quadratic(total: Expr, chosen: list[int]) -> set[int]:

@@ -6,17 +6,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.config_elements import CONTROLLER, TIE, config_data
-
-from rbstab.analysis.linearisation import NoDerivativesError, linearise
 from rbstab.analysis.proof.tied.rest_states import tied_rest_states
 from rbstab.analysis.proof_check.tied.checker import check_tied
+from support.config_elements import CONTROLLER, config_data
+
+from rbstab.analysis.linearisation import NoDerivativesError, linearise
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stability import stability_of
-from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import has_no_rest_state, start_state
 from rbstab.experiment.tuning.guard import guard

@@ -32,6 +32,7 @@ from rbstab.proof.expr import (
     only,
     variable,
 )
+from rbstab.proof.lengths import with_lengths_apart, with_squares
 from rbstab.proof.rewriting import (
     inverse_of_definite,
     quadratic_in,
@@ -178,6 +179,7 @@ def _exact(system: System, exact_system: ExactSystem) -> System:
 
 def eliminated(total: Expr, others: range) -> Energy:
     """Minimise over all variables in which the energy is quadratic with constant stiffness."""
+    total = with_lengths_apart(total, others)
     inside = {v for a in total.atoms if a.kind != VAR for v in a.variables if v >= others.start}
     chosen = [k for k in others if k not in inside]
     # Variables with other powers, or with a stiffness that depends on Θ, stay.
@@ -193,6 +195,7 @@ def eliminated(total: Expr, others: range) -> Energy:
         U = U + (parts.b[i] * minimiser[k]).scaled(Fraction(1, 2))
     free = tuple(k for k in others if k not in chosen)
     U, shift = _shifted(U, free)
+    U = with_squares(U, free)
     return Energy(with_outlined_steps(U), free, minimiser, shift, plain=U)
 
 

@@ -23,6 +23,7 @@ from rbstab.proof.flood import LIMIT, Flooded, Land, Outcome, flood
 from rbstab.proof.levels import LeastValues, Ranges, least_values
 from rbstab.proof.model import Energy
 from rbstab.proof.search import Box, Boxes, Zero, Zeros, joined, one_box
+from rbstab.proof.tied import without_lengths
 
 TIE = 1e-10
 """Energies with a smaller relative difference count as equal; the first place is reported."""
@@ -53,7 +54,8 @@ class Certified:
         lower_bound: The level up to which this is proved, J; 0 if nothing is.
         energy_bound: The same for the sum of all energies; None if nothing is proved.
         attained_at: The first point with energy c*, shape (3,), rad.
-        face: The face on which it is; None: at another rest state.
+        face: The face on which it is; None: at another rest state, or with a spring.
+        spring: Whether it is where a spring has no length.
         closed: Whether the least energies on the faces are known to `levels.LOOSE`.
         examined: The number of boxes of faces.
     """
@@ -66,6 +68,7 @@ class Certified:
     face: Face | None
     closed: bool
     examined: int
+    spring: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,8 +146,17 @@ class Landscape:
         self.open_axes = [axis for axis in range(3) if axis not in energy.closed]
         places = joined([one_box(zero.enclosure) for zero in zeros.zeros], 3)
         self.at_zeros = V.values(places)
-        undecided = V.values(zeros.undecided)
-        self.cap = float(undecided.lo.min(initial=np.inf))
+        undecided = float(V.values(zeros.undecided).lo.min(initial=np.inf))
+        self.springs = self._spring_levels(without_lengths(energy))
+        self.cap = min([undecided, *(one.bound for one in self.springs)])
+
+    def _spring_levels(self, collapsed: Sequence[BoundedEnergy]) -> list["_Level"]:
+        """Return the least energies where a spring has no length, as far as they are the lowest."""
+        highest = (
+            min((one.value for one in self.face_levels()), default=np.inf) if collapsed else 0.0
+        )
+        found = [least_values(Ranges(one), one_box(self.box), cap=highest) for one in collapsed]
+        return [_Level(float(x.bound[0]), float(x.value[0]), x.at[:, 0]) for x in found]
 
     @cached_property
     def faces(self) -> list[tuple[Face, Boxes]]:
@@ -213,13 +225,15 @@ def regions_of(energy: Energy, zeros: Zeros, box: Box, V: BoundedEnergy | None =
     land = Landscape(energy, zeros, box, Ranges.of(energy, V))
     certified = _certified(land)
     minima = [k for k, zero in enumerate(zeros.zeros) if is_minimum(zero)]
+    # With springs, floods take too long.
+    minima = [] if land.springs else minima
     found = [] if certified is None else [_region(land, k) for k in minima]
     return Regions(certified, tuple(one for one in found if one is not None))
 
 
 def _certified(land: Landscape) -> Certified | None:
     lowest, *others = land.state_levels()
-    levels = [*land.face_levels(), *others]
+    levels = [*land.face_levels(), *others, *land.springs]
     if not levels:
         return None
     energy = min(one.value for one in levels)
@@ -238,6 +252,7 @@ def _certified(land: Landscape) -> Certified | None:
         first.face,
         land.least is None or bool(land.least.closed.all()),
         0 if land.least is None else land.least.examined,
+        first in land.springs,
     )
 
 

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from rbstab.analysis.proof.boxes import Boxes
     from rbstab.analysis.proof.rest_states import RestPoint
     from rbstab.analysis.proof.tied.rest_states import TiedRestStates
-    from rbstab.proof.regions import Face
+    from rbstab.proof.landscape import Face
     from rbstab.proof.rest_states import RestStates
 
 

@@ -35,6 +35,9 @@ RIDGE_MARGIN = 0.02
 REPEATED = 1e-9
 """Proved levels are lowered by so much, relatively, so that round-off is no reason to miss them."""
 
+NEAR = 0.05
+"""rad: the component meets others at a pass if that is so near, and at its level."""
+
 ENOUGH = 0.9
 """A pass is named if this share of its height is proved."""
 
@@ -154,10 +157,11 @@ def _minima(land: Landscape, minima: list[int]) -> list[Region]:
     known = {0: base} if 0 in minima and base.bound > land.floor(0) else {}
     passes = [one for one in others if land.is_pass(one)]
     searches = [
-        _Search(land, k, passes) for k in minima if k not in known or not _is_end(land, base)
+        _Search(land, k, passes)
+        for k in minima
+        if land.floor(k) < land.cap and (k not in known or not _is_end(land, base))
     ]
-    cells = _refined(land, searches)
-    ends = {search.minimum: search.end(cells) for search in searches}
+    ends = _ends(land, searches) if searches else {}
     found = []
     for k in minima:
         both = [one for one in (known.get(k), ends.get(k)) if one is not None]
@@ -181,18 +185,17 @@ def _is_end(land: Landscape, least: Level) -> bool:
     return bool(sign * slope >= 0)
 
 
-def _refined(land: Landscape, searches: Sequence["_Search"]) -> Complex:
-    """Return cells that are divided until all passes are known, up to `LIMIT` of them."""
+def _ends(land: Landscape, searches: Sequence["_Search"]) -> dict[int, Level | None]:
+    """Return the pass of each minimum, with cells that are divided until all are known."""
     cells = land.cells
-    while searches:
+    while True:
         passes = cells.passes([one.minimum for one in searches], land.cap)
         for search, reached in zip(searches, passes, strict=True):
             search.reached = reached
         some = np.unique(np.concatenate([one.open_cells(cells) for one in searches]))
         if not len(some) or cells.count >= LIMIT:
-            break
+            return {search.minimum: search.end(cells) for search in searches}
         cells = divided(cells, some)
-    return cells
 
 
 class _Search:
@@ -223,22 +226,29 @@ class _Search:
 
     def open_cells(self, cells: Complex) -> Array:
         """Return the cells that are to be divided for the next level; none at the end."""
-        while (aim := self._aim()) is not None:
+        while not self._is_known(cells) and (aim := self._aim()) is not None:
             ways = cells.ways(self.minimum, aim)
             if not ways.leaves:
                 return ways.open
             self.top = aim
             if len(ways.outlets):
                 lower = self._outlet(cells, ways.outlets)
-                if self.floor < lower.value < aim:
-                    self.top = lower.value
+                if max(self.floor, self.proved) < lower.value < aim:
                     self.levels.append(lower)
         return np.zeros(0, dtype=int)
 
+    def _is_known(self, cells: Complex) -> bool:
+        """Return whether the component meets others at a known pass, near its level."""
+        if self.reached is None:
+            return True
+        place = cells.place(self.reached.edge)
+        return any(
+            abs(self.proved - one.value) <= self._margin(one) and _distance(one, place) <= NEAR
+            for one in self.levels
+        )
+
     def _aim(self) -> float | None:
         """Return the level that is tried next: just below the next pass, if one is known."""
-        if self.proved >= self.land.cap:
-            return None
         for one in sorted(self.levels, key=lambda one: one.bound):
             margin = self._margin(one)
             if one.bound <= self.top and self.proved < one.bound - margin:
@@ -290,8 +300,13 @@ class _Search:
         if least > self.top or self.proved - self.floor < ENOUGH * (least - self.floor):
             return None
 
-        def gap(one: Level) -> float:
-            x = np.full(3, np.inf) if one.at is None else one.at
-            return float(np.maximum(place.lo - x, x - place.hi).max())
+        return min(
+            (one for one in left if one.bound <= least + 2 * slack),
+            key=lambda one: _distance(one, place),
+        )
 
-        return min((one for one in left if one.bound <= least + 2 * slack), key=gap)
+
+def _distance(level: Level, place: Box) -> float:
+    """Return the distance of a level from a place, along one axis; infinite if it has no place."""
+    x = np.full(3, np.inf) if level.at is None else level.at
+    return float(np.maximum(place.lo - x, x - place.hi).max())

@@ -9,7 +9,7 @@ from rbstab.mechanics.numbers import Array
 if TYPE_CHECKING:
     from rbstab.analysis.proof.boxes import Boxes
     from rbstab.analysis.proof.rest_states import RestPoint
-    from rbstab.proof.regions import Face
+    from rbstab.proof.landscape import Face
     from rbstab.proof.rest_states import RestStates
 
 

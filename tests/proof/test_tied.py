@@ -18,8 +18,8 @@ from support.tied_springs import (
 )
 
 from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
-from rbstab.proof.lengths import springs_of, with_lengths_apart, with_squares
 from rbstab.proof.expr import variable
+from rbstab.proof.lengths import springs_of, with_lengths_apart, with_squares
 from rbstab.proof.tied import TiedBounds
 from rbstab.proof.tied_body import TiedBody
 from rbstab.systems.parameters import map_parameters
@@ -61,7 +61,9 @@ def test_bounds_contain_the_least_energy_over_the_position():
     b = body.bounded.over(middle - width, middle + width)
     known = np.isfinite(b.value.lo)
     assert known.sum() > 3
-    offset = body.bounded.at(np.zeros((3, 1)))[0][0] - least_by_scipy(springs, np.zeros(3), soft=0.4)
+    offset = body.bounded.at(np.zeros((3, 1)))[0][0] - least_by_scipy(
+        springs, np.zeros(3), soft=0.4
+    )
     for k in np.flatnonzero(known):
         value = least_by_scipy(springs, middle[:, k], soft=0.4) + offset
         assert b.value.lo[k] - 1e-6 <= value <= b.value.hi[k] + 1e-6
@@ -111,9 +113,7 @@ def test_where_two_positions_balance_nothing_is_said():
 def test_no_rest_state_that_scipy_finds_is_missed(springs, changes):
     rest = body_of(springs, **changes).proved(100_000)
     assert rest.proved
-    places = [
-        np.concatenate([one.state.motion.Theta, one.state.motion.X]) for one in rest.states
-    ]
+    places = [np.concatenate([one.state.motion.Theta, one.state.motion.X]) for one in rest.states]
     slope = slope_of(springs, **changes)
     for y in places:
         np.testing.assert_allclose(slope(y), 0.0, atol=1e-3)

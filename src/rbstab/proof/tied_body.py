@@ -7,7 +7,7 @@ from rbstab.proof.model import ExactSystem
 from rbstab.proof.rest_states import Body
 from rbstab.systems.system import System
 
-BOX_LIMIT, BRIEF_BOX_LIMIT = 100_000, 4_000
+BOX_LIMIT, BRIEF_BOX_LIMIT = 100_000, 3_000
 """The number of boxes at which a search stops, and the same if nobody asked for the proof."""
 
 KINKED = "its force jumps, and no proof takes such a force into account where X is not known"

@@ -12,8 +12,8 @@ import click
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar
 
-    from rbstab.analysis.proof_check.findings import Finding
     from rbstab.integrate.problem import Progress
+    from rbstab.proof.check.findings import Finding
 
 LINE_INTERVAL = 10.0
 """Time between two lines, s. Work that is done sooner prints none."""

@@ -4,6 +4,7 @@ All runs with the same body, gravity and controller share one proof.
 """
 
 import errno
+import json
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -37,39 +38,27 @@ NO_FILE_ERRORS = (
 """Errors of opening a path at which there is no file that can be read. Then there is no proof."""
 
 
-def proof_file(folder: Path, config: Config, version: int | None = None) -> Path:
-    """Return the file of a config's proof in a folder of results; None is the newest version."""
-    from rbstab.experiment.stored_proof.identity import PROOF_VERSION, proof_id
+def proof_file(folder: Path, config: Config) -> Path:
+    """Return the file of a config's proof in a folder of results."""
+    from rbstab.experiment.stored_proof.identity import proof_id
 
-    number = PROOF_VERSION if version is None else version
-    return folder / PROOFS / f"{proof_id(config, number)}.json"
-
-
-def proof_names(config: Config) -> list[str]:
-    """Return the names that the file of a config's proof may have, the newest version first."""
-    from rbstab.experiment.stored_proof.identity import PROOF_VERSION
-
-    return [proof_file(Path(), config, version).name for version in range(PROOF_VERSION, 0, -1)]
+    return folder / PROOFS / f"{proof_id(config)}.json"
 
 
 def cached_proof(folder: Path, config: Config) -> "Proof | None":
     """Return the cached proof of a config in a folder of results; None if it is missing.
 
-    A proof of an older version is returned if there is no newer one. A damaged file is treated as
-    missing.
+    A damaged file, and one of an older program, is treated as missing.
 
     Raises:
         StoreError: The disk reports an error; the proof may be whole.
     """
     if not _may_hold_proofs(folder):
         return None
-    from rbstab.experiment.stored_proof.identity import PROOF_VERSION
-
-    for version in range(PROOF_VERSION, 0, -1):
-        found = _cached(folder, config, version)
-        if found is not None:
-            return found
-    return None
+    file = proof_file(folder, config)
+    proof = _read(file)
+    # The name of the file is the id.
+    return proof.of(config) if proof is not None and proof.id == file.stem else None
 
 
 def _may_hold_proofs(folder: Path) -> bool:
@@ -85,14 +74,6 @@ def _may_hold_proofs(folder: Path) -> bool:
     except (OSError, ValueError):
         return True  # reading the proof tells the error
     return True
-
-
-def _cached(folder: Path, config: Config, version: int) -> "Proof | None":
-    """Return the cached proof of one version."""
-    file = proof_file(folder, config, version)
-    proof = _read(file)
-    # The name of the file is the id.
-    return proof.of(config) if proof is not None and proof.id == file.stem else None
 
 
 def _read(file: Path) -> "Proof | None":
@@ -139,9 +120,7 @@ def sufficient_proof(folder: Path, config: Config, *, brief: bool) -> "Proof | N
     Raises:
         StoreError: The disk fails to read it.
     """
-    from rbstab.experiment.stored_proof.identity import PROOF_VERSION
-
-    found = _cached(folder, config, PROOF_VERSION)
+    found = cached_proof(folder, config)
     return found if found is not None and (brief or not found.brief) else None
 
 
@@ -166,12 +145,25 @@ def why_unreadable(folder: Path) -> str:
     return ""
 
 
+OLDER = "stored proof of an older program, made again"
+"""What is said where `is_older`."""
+
+
+def is_older(folder: Path, config: Config) -> bool:
+    """Return whether the stored proof of a config is one of an older program."""
+    from rbstab.experiment.stored_proof.identity import PROOF_VERSION
+
+    try:
+        data = json.loads(proof_file(folder, config).read_bytes())
+    except (OSError, ValueError):
+        return False
+    return isinstance(data, dict) and data.get("version") != PROOF_VERSION
+
+
 def proof_for(
     folder: Path, config: Config, problem: Problem | None = None, *, brief: bool = False
 ) -> "Proof":
     """Return the cached proof of a config; if there is none, make it and write it to the cache.
-
-    A proof of an older version stays in the cache, and a new one is made beside it.
 
     Args:
         folder: The folder of results.
@@ -184,7 +176,6 @@ def proof_for(
         StoreError: The proof cannot be written, or the disk fails to read it.
     """
     from rbstab.experiment.proof import prove
-    from rbstab.experiment.stored_proof.identity import PROOF_VERSION
 
     found = sufficient_proof(folder, config, brief=brief)
     if found is not None:
@@ -192,7 +183,7 @@ def proof_for(
     made = prove(config, problem, brief=brief)
     if made.brief:
         # Another process may have stored a proof in the meantime that did not end early.
-        found = _cached(folder, config, PROOF_VERSION)
+        found = cached_proof(folder, config)
         if found is not None:
             return found
     write_document(proof_file(folder, config), made.model_dump(mode="json"))

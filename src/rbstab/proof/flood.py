@@ -154,6 +154,7 @@ class Flooded:
         level: The level, J.
         outcome: How it ended.
         cells: What it reached.
+        apart: Cells that it did not reach, and that are not dry.
         examined: The number of cells that were examined.
         states: The numbers of the rest states that it reached, by wet cells if it leaves.
         faces: The parts of open faces that it reached, as boxes, and their faces (axis, sign).
@@ -162,6 +163,7 @@ class Flooded:
     level: float
     outcome: Outcome
     cells: Cells
+    apart: Boxes
     examined: int
     states: tuple[int, ...] = ()
     faces: tuple[tuple[int, int, Boxes], ...] = ()
@@ -174,46 +176,27 @@ class Flooded:
     def contains(self, lo: Array, hi: Array) -> Array:
         """Return which boxes of starts with less energy than the level are in the region, proved.
 
+        Such a start is in no dry cell: it is in the region if it is in none of those apart.
+
         Args:
             lo: The lower corners, shape (3, starts), rad.
             hi: The upper corners.
         """
-        cells, depth = self.cells, int(self.cells.depth.max(initial=0))
+        cells, boxes = self.cells, self.cells.boxes
+        low, high = cells.box.lo[:, None], cells.box.hi[:, None]
         found = np.full(lo.shape[1], self.holds)
-        found &= np.all(
-            (lo >= cells.box.lo[:, None]) & (lo <= hi) & (hi <= cells.box.hi[:, None]), 0
-        )
-        if not found.any():
+        found &= np.all((lo >= low) & (lo <= hi) & (hi <= high), axis=0)
+        mine = np.flatnonzero(found)
+        if not len(mine):
             return found
-        first, last = (
-            cells_of(cells, depth, lo, upper=False),
-            cells_of(cells, depth, hi, upper=True),
-        )
-        first, last = np.minimum(first, last), np.maximum(first, last)
-        # A start that is wider than the smallest cells would need all cells between.
-        found &= np.all(last - first <= 1, axis=0)
-        for corner in np.ndindex(2, 2, 2):
-            place = np.where(np.array(corner)[:, None] == 1, last, first)
-            found &= cells.find(depth, place) >= 0
+        depth = int(cells.depth.max(initial=0))
+        share = (0.5 * (lo + hi)[:, mine] - low) / (high - low)
+        at = cells.find(depth, (share * (cells.roots << depth)[:, None]).astype(np.int64))
+        # Most starts lie in one cell; only the others are compared with those apart.
+        in_one = np.all((boxes.lo[:, at] <= lo[:, mine]) & (hi[:, mine] <= boxes.hi[:, at]), axis=0)
+        for k in mine[(at < 0) | ~in_one]:
+            found[k] = not self.apart.touch(Box(lo[:, k], hi[:, k])).any()
         return found
-
-
-def cells_of(cells: Cells, depth: int, x: Array, *, upper: bool) -> Array:
-    """Return the places of the cells of one depth with some points in them, shape (3, points).
-
-    A point on a common end of two cells is in the one below it if it is an upper end.
-    """
-    low, high = cells.box.lo[:, None], cells.box.hi[:, None]
-    count = (cells.roots << depth)[:, None]
-    near = np.clip(np.floor((x - low) / (high - low) * count).astype(np.int64), 0, count - 1)
-    whole = Cells(cells.box, cells.roots, np.full(x.shape[1], depth), near)
-    for _ in range(2):  # the quotient above is rounded
-        lo, hi = whole.boxes
-        down = (x <= lo) if upper else (x < lo)
-        up = (x > hi) if upper else (x >= hi)
-        near = np.clip(near - down + up, 0, count - 1)
-        whole = Cells(cells.box, cells.roots, whole.depth, near)
-    return near
 
 
 @dataclass(frozen=True, eq=False)
@@ -314,6 +297,7 @@ def flood(  # noqa: PLR0913, PLR0917 (each is one fact about the flood)
         limit: The number of cells that are examined.
     """
     cells, heights, examined, shares = land.cells, land.heights, 0, list(SHARES)
+    apart = list[Boxes]()
     high = np.zeros((3, 0)) if high is None else high
     while True:
         kept = heights.low < level
@@ -324,8 +308,9 @@ def flood(  # noqa: PLR0913, PLR0917 (each is one fact about the flood)
         states = touched(low, boxes)
         at_end = heights.ends < level
         bad = reached & (states.any(axis=0) | at_end)
+        apart.append(boxes[~reached])
         if not bad.any():
-            return Flooded(level, Outcome.HOLDS, cells[reached], examined)
+            return Flooded(level, Outcome.HOLDS, cells[reached], joined(apart, 3), examined)
         surely = joined_to(pairs, boxes.touch(start), wet) & bad
         width = (boxes.hi - boxes.lo).max(axis=0)
         open_ = reached & ~wet & (cells.depth < DEEPEST)
@@ -340,7 +325,9 @@ def flood(  # noqa: PLR0913, PLR0917 (each is one fact about the flood)
             which = np.flatnonzero(states[:, surely if surely.any() else reached].any(axis=1))
             parts = land.faces(boxes[reached & at_end])
             faces = tuple((axis, sign, part) for axis, sign, _, part in parts)
-            return Flooded(level, outcome, cells[reached], examined, tuple(which.tolist()), faces)
+            reached_states = tuple(which.tolist())
+            none = joined([], 3)
+            return Flooded(level, outcome, cells[reached], none, examined, reached_states, faces)
         parts_of = cells[split].eighths()
         examined += parts_of.count
         left = reached & ~split

@@ -23,6 +23,7 @@ from rbstab.proof.flood import LIMIT, Flooded, Land, Outcome, flood
 from rbstab.proof.levels import LeastValues, Ranges, least_values
 from rbstab.proof.model import Energy
 from rbstab.proof.search import Box, Boxes, Zero, Zeros, joined, one_box
+from rbstab.proof.tied import without_lengths
 
 TIE = 1e-10
 """Energies with a smaller relative difference count as equal; the first place is reported."""
@@ -36,7 +37,7 @@ RIDGE_MARGINS = (0.01, 0.018)
 SMALLEST_GAIN = 1e-3
 """Levels that are higher by a smaller share of the height are not tried."""
 
-BISECTIONS = 10
+BISECTIONS = 4
 """Levels that are tried where none of those of a place holds."""
 
 Face = tuple[int, int]
@@ -53,7 +54,8 @@ class Certified:
         lower_bound: The level up to which this is proved, J; 0 if nothing is.
         energy_bound: The same for the sum of all energies; None if nothing is proved.
         attained_at: The first point with energy c*, shape (3,), rad.
-        face: The face on which it is; None: at another rest state.
+        face: The face on which it is; None: at another rest state, or with a spring.
+        spring: Whether it is where a spring has no length.
         closed: Whether the least energies on the faces are known to `levels.LOOSE`.
         examined: The number of boxes of faces.
     """
@@ -66,6 +68,7 @@ class Certified:
     face: Face | None
     closed: bool
     examined: int
+    spring: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +106,10 @@ class Regions:
     minima: tuple[Region, ...]
 
 
+NO_REGIONS = Regions(None, ())
+"""Nothing is known."""
+
+
 @dataclass(frozen=True, eq=False)
 class _Level:
     """An energy at which a region may end: its proved bound, about its value, and where it is."""
@@ -131,7 +138,7 @@ def is_minimum(zero: Zero) -> bool:
     return zero.index == 0 and not zero.ridge
 
 
-class _Landscape:
+class Landscape:
     """The energies of rest states, faces and undecided boxes of a range."""
 
     def __init__(self, energy: Energy, zeros: Zeros, box: Box, V: Ranges) -> None:
@@ -139,13 +146,28 @@ class _Landscape:
         self.open_axes = [axis for axis in range(3) if axis not in energy.closed]
         places = joined([one_box(zero.enclosure) for zero in zeros.zeros], 3)
         self.at_zeros = V.values(places)
-        undecided = V.values(zeros.undecided)
-        self.cap = float(undecided.lo.min(initial=np.inf))
-        faces = open_faces(box, self.open_axes)
-        self.faces = [face for face, _ in faces]
-        self.least: LeastValues | None = None
-        if faces:
-            self.least = least_values(V, joined([one for _, one in faces], 3))
+        undecided = float(V.values(zeros.undecided).lo.min(initial=np.inf))
+        self.springs = self._spring_levels(without_lengths(energy))
+        self.cap = min([undecided, *(one.bound for one in self.springs)])
+
+    def _spring_levels(self, collapsed: Sequence[BoundedEnergy]) -> list["_Level"]:
+        """Return the least energies where a spring has no length, as far as they are the lowest."""
+        highest = (
+            min((one.value for one in self.face_levels()), default=np.inf) if collapsed else 0.0
+        )
+        found = [least_values(Ranges(one), one_box(self.box), cap=highest) for one in collapsed]
+        return [_Level(float(x.bound[0]), float(x.value[0]), x.at[:, 0]) for x in found]
+
+    @cached_property
+    def faces(self) -> list[tuple[Face, Boxes]]:
+        """The open faces as boxes."""
+        return open_faces(self.box, self.open_axes)
+
+    @cached_property
+    def least(self) -> LeastValues | None:
+        """The least energies on the open faces; None without one."""
+        parts = joined([one for _, one in self.faces], 3)
+        return least_values(self.V, parts) if parts.count else None
 
     def state_levels(self) -> list[_Level]:
         """Return the levels of all rest states."""
@@ -159,7 +181,7 @@ class _Landscape:
         if self.least is None:
             return []
         rows = zip(self.faces, self.least.bound, self.least.value, self.least.at.T, strict=True)
-        return [_Level(float(b), float(v), at, face=face) for face, b, v, at in rows]
+        return [_Level(float(b), float(v), at, face=face) for (face, _), b, v, at in rows]
 
     def is_pass(self, level: _Level) -> bool:
         """Return whether a level can be one at which a component reaches something else."""
@@ -199,17 +221,19 @@ def regions_of(energy: Energy, zeros: Zeros, box: Box, V: BoundedEnergy | None =
         V: Bounds on the energy; by default those of `energy`.
     """
     if not zeros.zeros:
-        return Regions(None, ())
-    land = _Landscape(energy, zeros, box, Ranges.of(energy, V))
+        return NO_REGIONS
+    land = Landscape(energy, zeros, box, Ranges.of(energy, V))
     certified = _certified(land)
     minima = [k for k, zero in enumerate(zeros.zeros) if is_minimum(zero)]
+    # With springs, floods take too long.
+    minima = [] if land.springs else minima
     found = [] if certified is None else [_region(land, k) for k in minima]
     return Regions(certified, tuple(one for one in found if one is not None))
 
 
-def _certified(land: _Landscape) -> Certified | None:
+def _certified(land: Landscape) -> Certified | None:
     lowest, *others = land.state_levels()
-    levels = [*land.face_levels(), *others]
+    levels = [*land.face_levels(), *others, *land.springs]
     if not levels:
         return None
     energy = min(one.value for one in levels)
@@ -228,15 +252,16 @@ def _certified(land: _Landscape) -> Certified | None:
         first.face,
         land.least is None or bool(land.least.closed.all()),
         0 if land.least is None else land.least.examined,
+        first in land.springs,
     )
 
 
-def _height(land: _Landscape, state: int, bound: float) -> float:
+def _height(land: Landscape, state: int, bound: float) -> float:
     """Return a lower bound of how far an energy is above a rest state; 0 if below it."""
     return max(0.0, float(np.nextafter(bound - land.at_zeros.hi[state], -np.inf)))
 
 
-def _region(land: _Landscape, minimum: int) -> Region | None:
+def _region(land: Landscape, minimum: int) -> Region | None:
     """Return the region of a minimum, by the highest level at which a flood holds."""
     floor = float(land.at_zeros.hi[minimum])
     levels = [one for one in land.state_levels() if one.state != minimum] + land.face_levels()
@@ -258,7 +283,7 @@ def _region(land: _Landscape, minimum: int) -> Region | None:
 class _Passes:
     """The search for the pass of a minimum among some levels: each is above the one that holds."""
 
-    def __init__(self, land: _Landscape, minimum: int, base: _Level | None) -> None:
+    def __init__(self, land: Landscape, minimum: int, base: _Level | None) -> None:
         self.land, self.minimum = land, minimum
         self.floor = float(land.at_zeros.hi[minimum])
         self.best, self.examined = base, 0
@@ -304,7 +329,8 @@ class _Passes:
         """Flood up to a level, or to the least energy on the parts of faces that this reaches."""
         land, k = self.land, self.minimum
         at = None if level.state is None else land.zeros.zeros[level.state]
-        for margin in RIDGE_MARGINS if at is not None and at.ridge else MARGINS:
+        margins = RIDGE_MARGINS if at is not None and at.ridge else MARGINS
+        for margin in (0.0,) if level.at is None else margins:
             height = level.bound - margin * (level.bound - self.floor)
             found = land.flood(k, height, level.at)
             self.examined += found.examined

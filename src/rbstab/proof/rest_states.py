@@ -1,7 +1,6 @@
 """All rest states of a system in a range of Θ, and whether there is exactly one."""
 
-from dataclasses import replace
-from weakref import WeakKeyDictionary
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,18 +14,15 @@ from rbstab.analysis.proof.reduced_energy import (
     ReducedEnergy,
     reduced_energy,
 )
-from rbstab.analysis.proof.rest_states import (
-    RestPoint,
-    RestStates,
-    end_of_rest_states,
-    within_stops,
-)
-from rbstab.analysis.proof.unwrapped import MAX_END, box_limit_of, unwrapped_end
+from rbstab.analysis.proof.rest_states import RestPoint
 from rbstab.analysis.rest_state import held_at_kink, rest_state_at
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import BoundedEnergy
+from rbstab.proof.confine import confined, end_of_pitch
+from rbstab.proof.expr import COS, SIN, VAR
 from rbstab.proof.held import held_zeros, jumps, out_of_balance, zeros_at_stop
 from rbstab.proof.model import ExactSystem, NoMinimumError, energy_of, value_at
+from rbstab.proof.regions import Regions, regions_of
 from rbstab.proof.search import (
     FAMILY_TRIES,
     SINGULAR,
@@ -39,6 +35,7 @@ from rbstab.proof.search import (
     newton,
     one_box,
 )
+from rbstab.proof.tied import TiedBounds, bounds_of
 from rbstab.systems.system import System
 
 STARTS = 256
@@ -49,6 +46,82 @@ SAME = 3e-4
 
 MOST_CENTRES = 64
 """Undecided boxes from whose centres states on a surface are looked for."""
+
+MAX_END = 20.0
+"""rad: wider boxes of θ1 and θ3 are not searched, because they take too long."""
+
+WIDE_LIMIT = 16_000
+"""Boxes of a search for all real θ1 and θ3. A soft body may have hundreds of rest states."""
+
+WIDE_LIMIT_WITH_FUNCTIONS = 100_000
+"""The same for an energy with lengths, or other functions of Θ, whose boxes are smaller."""
+
+
+@dataclass(frozen=True, eq=False)
+class RestStates:
+    """The rest states of a system in a range of Θ, from the lowest energy to the highest.
+
+    Args:
+        states: The rest states. Those that are proved come first, in the order of `zeros`.
+        zeros: The same as zeros of ∇U, and the boxes that may contain others.
+        inside: Those that no stop holds.
+        examined: The number of boxes that the proof examined.
+        outcome: How the proof ended.
+        end: The largest |Θ| in the range, shape (3,), rad; that of θ2 is the angle of a stop.
+        closed: The angles of which no motion reaches the end of the range.
+        covered: The share of the range that the proof has finished.
+    """
+
+    states: tuple[RestPoint, ...]
+    zeros: Zeros
+    inside: tuple[Zero, ...]
+    examined: int
+    outcome: SearchOutcome
+    end: Array
+    closed: frozenset[int]
+    covered: float = 1.0
+
+    @property
+    def proved(self) -> bool:
+        """Whether these are proved to be all rest states in the range."""
+        return self.outcome is SearchOutcome.PROVED
+
+    @property
+    def undecided(self) -> rows.Boxes:
+        """Boxes of Θ that may contain further rest states."""
+        return rows.Boxes(self.zeros.undecided.lo.T, self.zeros.undecided.hi.T)
+
+    @property
+    def unique(self) -> bool | None:
+        """Whether the range has exactly one rest state; None if neither answer is proved.
+
+        If True and the rest state is stable, every motion that stays in the range, and keeps a
+        distance from θ2 = ±π/2, converges to it (La Salle's theorem).
+        """
+        if sum(point.proved for point in self.states) > 1:
+            return False
+        if not self.proved:
+            return None
+        return len(self.states) == 1
+
+    @property
+    def every_start(self) -> bool:
+        """Whether all motions from |θ2| < π/2 converge to the only rest state (theorem 10).
+
+        To be asked of the rest states for all real θ1 and θ3: a barrier or a stop keeps all motions
+        away from θ2 = ±π/2, and the energy grows with |θ1| and |θ3| (`confine`). With barriers on
+        θ1 and θ3, of those in the range of eq. 5: then it is of motions that start there.
+        """
+        point = self.states[0] if self.proved and self.unique else None
+        return 1 in self.closed and point is not None and point.index_proved and point.index == 0
+
+    @property
+    def every_start_of_range(self) -> bool:
+        """Whether all motions from the range of eq. 5 converge to the only rest state: theorem 10.
+
+        It needs barriers on θ1 and θ3 too, which keep these motions in the range.
+        """
+        return 0 in self.closed and self.every_start
 
 
 class Body:
@@ -64,18 +137,18 @@ class Body:
 
     def __init__(self, system: System, exact_system: ExactSystem) -> None:
         self.reduced: ReducedEnergy = reduced_energy(system, exact_system)
+        self._trace(system, exact_system)
+
+    def _trace(self, system: System, exact_system: ExactSystem) -> None:
         try:
             self.energy = energy_of(system, exact_system)
-            self.bounded = BoundedEnergy(
-                self.energy.U, free=self.energy.free, least=self.energy.least
-            )
+            self.bounded = bounds_of(self.energy)
         except NoMinimumError as error:
             raise NoReducedEnergy(NoEnergyReason.NOT_HELD) from error
         except OverflowError as error:
             raise NoReducedEnergy(NoEnergyReason.NOT_FINITE) from error
         except (TypeError, AttributeError, ValueError, ArithmeticError) as error:
             raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, str(error)) from error
-        self._zeros: WeakKeyDictionary[RestStates, tuple[Zero, ...]] = WeakKeyDictionary()
         self.at_rest: Configurations = configurations(system)
 
     def proved(
@@ -88,15 +161,12 @@ class Body:
             end: The largest |Θ|, shape (3,), rad; by default that of eq. 5.
             inner: What `proved` returned for a range inside: it is not searched again if all rest
                 states in it are known.
-
-        Raises:
-            NoReducedEnergy: A barrier is too weak for double precision.
         """
-        end = end_of_rest_states(self.reduced.form, end)
+        end = self.within_stop(end)
         box = Box(-end, end)
         held, begin = held_zeros(self.energy, box), None
         if inner is not None and inner.proved:
-            known, begin = self._zeros[inner], around(box, Box(-inner.end, inner.end))
+            known, begin = inner.inside, around(box, Box(-inner.end, inner.end))
             apart = (z for z in held if not any(k.domain.contains(z.point) for k in known))
             held = [*known, *apart]
         search = Search(self.bounded, box, known=held, also=out_of_balance(self.energy))
@@ -128,21 +198,25 @@ class Body:
         zeros = [*found.zeros, *(zero for face in faces for zero in face.zeros)]
         zeros.sort(key=lambda zero: zero.energy)
         examined = found.examined + sum(face.examined for face in faces)
-        left = rows.Boxes(undecided.lo.T, undecided.hi.T)
         points = [self._point(zero, proved=True) for zero in zeros]
         if outcome in {SearchOutcome.UNDECIDED, SearchOutcome.BOX_LIMIT}:
             # If all zeros are known, a point that could not be isolated is none.
             unproved = (_unproved(x, self.bounded) for x in found.singular)
             points += [self._point(zero, proved=False) for zero in unproved]
-        share = found.share
-        rest = RestStates(self._reduced(end), tuple(points), left, examined, outcome, end, share)
-        self._zeros[rest] = found.zeros
-        return rest
+        known = Zeros(tuple(zeros), undecided, examined)
+        # A spring may lose its length on the way to an end.
+        closed = frozenset() if isinstance(self.bounded, TiedBounds) else self.energy.closed
+        return RestStates(
+            tuple(points), known, found.zeros, examined, outcome, end, closed, found.share
+        )
 
-    def _reduced(self, end: Array) -> ReducedEnergy:
-        """Return the energy as it is stored, for a range."""
-        form = self.reduced.form
-        return replace(self.reduced, form=replace(form, reach=max(form.reach, float(end.max()))))
+    def regions(self, rest: RestStates) -> Regions:
+        """Return c* of a range, and the region of each minimum: theorems 3 and 5.
+
+        Args:
+            rest: What `proved` or `wide` returned.
+        """
+        return regions_of(self.energy, rest.zeros, Box(-rest.end, rest.end), self.bounded)
 
     def wide(self, rest: RestStates, limit: int | None = None) -> RestStates | None:
         """Prove the rest states with |θ2| < π/2 and any θ1 and θ3.
@@ -155,21 +229,28 @@ class Body:
             Those in a box beyond which there are none: `rest` itself if its box is this one. None
             if no such box is known, or if a barrier closes the range of θ1 and θ3.
         """
-        form = self.reduced.form
-        closed = form.guard is not None and form.guard.outer is not None
-        if closed or not all(line.periodic for line in form.lines):
+        found = confined(self.energy, self.bounded)
+        if found is None or not np.all(found < MAX_END):
             return None
-        end = unwrapped_end(form)
-        if end is None or not np.all(end < MAX_END):
-            return None
-        if np.array_equal(end_of_rest_states(form, end), rest.end):
+        end = self.within_stop(np.array([found[0], RANGE_END[1], found[1]]))
+        if np.array_equal(end, rest.end):
             return rest
-        most = box_limit_of(form)
-        return self.proved(most if limit is None else min(most, limit), end, rest)
+        most = self.wide_limit if limit is None else min(self.wide_limit, limit)
+        return self.proved(most, end, rest)
+
+    @property
+    def wide_limit(self) -> int:
+        """The number of boxes at which a search for all real θ1 and θ3 stops."""
+        plain = all(a.kind in {VAR, SIN, COS} or a.variables <= {1} for a in self.energy.U.atoms)
+        return WIDE_LIMIT if plain else WIDE_LIMIT_WITH_FUNCTIONS
+
+    def within_stop(self, end: Array) -> Array:
+        """Return the largest |Θ| in a range that a motion can reach with a stop, shape (3,)."""
+        return np.array([end[0], min(end[1], end_of_pitch(self.energy)), end[2]])
 
     def searched(self, seed: int = 0) -> RestStates:
         """Return the rest states in the range that Newton's method reaches; nothing is proved."""
-        end = within_stops(self.reduced.form, RANGE_END)
+        end = self.within_stop(RANGE_END)
         points, last = newton(self.bounded, _random(end, STARTS, seed))
         inside = np.all(np.abs(points) < end[:, None], axis=0) & (last < 1e-9)
         box, different = Box(-end, end), list[Array]()
@@ -185,7 +266,9 @@ class Body:
         if family:
             zeros = [zero for zero in zeros if not _is_singular(self.bounded, zero.point)]
         found = tuple(self._point(zero, proved=False) for zero in zeros)
-        return RestStates(self._reduced(end), found, rows.no_boxes(), 0, outcome, end)
+        unknown = tuple(replace(zero, index=None) for zero in zeros)
+        nothing = Zeros(unknown, joined([], 3), 0)
+        return RestStates(found, nothing, (), 0, outcome, end, self.energy.closed)
 
     # -- points ----------------------------------------------------------------------------------
 

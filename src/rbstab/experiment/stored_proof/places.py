@@ -8,12 +8,12 @@ from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
     from rbstab.analysis.proof.boxes import Boxes
-    from rbstab.analysis.proof.certified_region import Face
-    from rbstab.analysis.proof.rest_states import RestPoint, RestStates
-    from rbstab.analysis.proof.tied.rest_states import TiedRestStates
+    from rbstab.analysis.proof.rest_states import RestPoint
+    from rbstab.proof.regions import Face
+    from rbstab.proof.rest_states import RestStates
 
 
-def search_entries(rest: "RestStates | TiedRestStates") -> dict[str, Any]:
+def search_entries(rest: "RestStates") -> dict[str, Any]:
     """Return the fields of `ProvedStates` that say how the search for rest states ended."""
     return {
         "outcome": rest.outcome.value,
@@ -54,7 +54,7 @@ def face_name(face: "Face", end: Array) -> str:
     """Return the name of a face of the range |Θ| <= end, such as "θ2 = -π/2"."""
     from rbstab.analysis.proof.boxes import RANGE_END
 
-    axis, sign = face.value
+    axis, sign = face
     name = "π/2" if axis == 1 else "π"
     if end[axis] != RANGE_END[axis]:
         name = f"{end[axis]:.4g}"

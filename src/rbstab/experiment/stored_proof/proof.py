@@ -2,19 +2,21 @@
 
 from typing import TYPE_CHECKING, Literal, Self
 
-import numpy as np
 from pydantic import NonNegativeInt, PositiveInt, model_validator
 
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.reasons import Reason
 from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF
-from rbstab.experiment.stored_proof.energies import ProvedEnergy, ProvedTiedEnergy
+from rbstab.experiment.stored_proof.energies import ProvedEnergy
 from rbstab.experiment.stored_proof.entries import Entry, Quadruple, Triple
+from rbstab.experiment.stored_proof.identity import PROOF_VERSION
 from rbstab.files.counts import grouped
+from rbstab.mechanics.states import PITCH
 from rbstab.store.cards import card, line
 
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.almost_every_start import AlmostEveryStart
+    from rbstab.proof.record import Record
 
 NO_LENGTH = "a spring without length"
 """Where c* is attained, if not on a face of the range nor at a rest state."""
@@ -44,10 +46,9 @@ class ProvedState(Entry):
     """One rest state: Θ, X and D, and its potential energy, J.
 
     index is the number of independent directions in which the energy decreases. index_proved is
-    whether it is proved; None in proofs of version 1, which computed it in doubles.
+    whether it is proved.
 
     enclosure is a box of Θ, from low to high. If `proved`, it contains exactly this rest state.
-    Of a tied body with springs, it is the only one there with z in the box `shift`, m.
 
     held is true if the force of an element of a user jumps there, and one between those on both
     sides balances the load, or if a repelling guard or a stop holds θ2 at its angle in this way.
@@ -64,8 +65,7 @@ class ProvedState(Entry):
     index: NonNegativeInt
     proved: bool
     enclosure: tuple[Triple, Triple]
-    index_proved: bool | None = None
-    shift: tuple[Triple, Triple] | None = None
+    index_proved: bool = False
     held: Literal[True] | None = None
     ridge: Literal[True] | None = None
     degenerate: Literal[True] | None = None
@@ -127,6 +127,9 @@ class ProvedStates(Entry):
 
     region holds in all of the range. regions has a region of each minimum that has one, in the
     order of the states.
+
+    end is the largest |Θ| of the box that was searched, rad: that of the range, but it ends at a
+    stop, and where the energy of a barrier only rises. None: nothing was searched.
     """
 
     outcome: Reason
@@ -137,6 +140,7 @@ class ProvedStates(Entry):
     states: tuple[ProvedState, ...]
     region: ProvedRegion | None
     regions: tuple[ProvedMinimum, ...] = ()
+    end: Triple | None = None
 
     @model_validator(mode="after")
     def _check_states(self) -> Self:
@@ -183,7 +187,6 @@ class UnwrappedStates(ProvedStates):
     to the stop) converges to it. There is no region then, as none is needed. None: not proved.
     """
 
-    end: Triple
     every_start: Literal[True] | None = None
 
     @model_validator(mode="after")
@@ -242,12 +245,11 @@ class Proof(ProvedStates):
             `lower_bound` the proved depth of its valley, J.
         undecided: Boxes of Θ, rad, which may contain more rest states.
         examined: The number of boxes that the search examined.
-        unwrapped: The same for all real θ1 and θ3. None in proofs of version 1, after a search
-            without a proof, and where θ1 and θ3 have no bound that is small enough for a proof.
-        reduced_energy: U(Θ), the stored energy at given angles, J. None in proofs of version 1, and
-            for a tied body with springs.
-        tied_energy: The energy W of a tied body with springs, J; its rest states are those at which
-            no spring has length zero. None for other bodies.
+        unwrapped: The same for all real θ1 and θ3. None after a search without a proof, and where
+            θ1 and θ3 have no bound that is small enough for a proof.
+        reduced_energy: U, the stored energy at given angles, J, least over the position of a body
+            that is not held. With springs of such a body, rest states are those at which no spring
+            has length zero.
         closed: True if barriers keep every motion in the range of eq. 5 that starts there, and
             there is one rest state, a minimum: then every such motion converges to it. There is no
             region then, as none is needed. None: not proved.
@@ -256,17 +258,24 @@ class Proof(ProvedStates):
         on_rotations: Of a body whose energy depends on no Euler angles: that `states` are those
             among all rotations, with their quaternions. None for other bodies.
         id: A checksum of the body, its gravity, what acts on it, and the equations.
+        version: That of the method.
         seconds: The time that the proof took, s.
     """
 
     id: str
+    version: int = PROOF_VERSION
     seconds: float
     reduced_energy: ProvedEnergy | None = None
     unwrapped: UnwrappedStates | None = None
-    tied_energy: ProvedTiedEnergy | None = None
     brief: Literal[True] | None = None
     closed: Literal[True] | None = None
     on_rotations: OnRotations | None = None
+
+    @model_validator(mode="after")
+    def _check_version(self) -> Self:
+        if self.version != PROOF_VERSION:
+            raise ValueError("the proof is of an older program")
+        return self
 
     @model_validator(mode="after")
     def _check_closed(self) -> Self:
@@ -321,9 +330,8 @@ class Proof(ProvedStates):
 
     @property
     def has_energy(self) -> bool:
-        """Whether the bounds of its regions are proved bounds on energies; not in version 1."""
-        energy = self.reduced_energy or self.tied_energy
-        return energy is not None or self.on_rotations is not None
+        """Whether it has the energy from which it follows."""
+        return self.reduced_energy is not None or self.on_rotations is not None
 
     @property
     def _has_families(self) -> bool:
@@ -342,7 +350,7 @@ class Proof(ProvedStates):
     @property
     def needs_lengths(self) -> bool:
         """Whether it is about motions on which each spring keeps a length: theorem 12."""
-        return self.tied_energy is not None and bool(self.tied_energy.lines)
+        return self.reduced_energy is not None and self.reduced_energy.has_springs
 
     @property
     def goes_on(self) -> bool:
@@ -367,18 +375,20 @@ class Proof(ProvedStates):
     @property
     def unsprung(self) -> bool:
         """Whether the quadratic part of the energy, that of K_r, is not positive definite."""
-        from rbstab.analysis.exact import is_positive_definite  # imported late: few proofs end so
+        if self.reduced_energy is None:
+            return False
+        from rbstab.proof.model import THETA  # imported late: few proofs end so
+        from rbstab.proof.rewriting import inverse_of_definite, quadratic_in
 
-        energy = self.reduced_energy or self.tied_energy
-        return energy is not None and not is_positive_definite(np.array(energy.quadratic))
+        K = quadratic_in(self.reduced_energy.energy.U, THETA).H
+        return inverse_of_definite(K) is None
 
     @property
     def kept_by(self) -> str | None:
         """What keeps every motion away from θ2 = ±π/2: "a barrier" or "a stop"; None: nothing."""
-        energy = self.reduced_energy or self.tied_energy
         if self.reduced_energy is not None and self.reduced_energy.stop is not None:
             return STOP
-        return BARRIER if energy is not None and energy.barrier is not None else None
+        return BARRIER if PITCH in self.closed_angles else None
 
     @property
     def every_start(self) -> bool:
@@ -404,8 +414,19 @@ class Proof(ProvedStates):
     @property
     def within_barriers(self) -> bool:
         """Whether barriers on θ1 and θ3 keep these angles between -π and π."""
-        energy = self.reduced_energy or self.tied_energy
-        return energy is not None and energy.outer_barrier is not None
+        return 0 in self.closed_angles
+
+    @property
+    def closed_angles(self) -> tuple[int, ...]:
+        """The angles, 0 to 2, of which a barrier or a stop lets no motion reach the end."""
+        return () if self.reduced_energy is None else self.reduced_energy.closed
+
+    @property
+    def record(self) -> "Record":
+        """What the checker reads: the energy, and the claims about each range (`proof.record`)."""
+        from rbstab.experiment.stored_proof.claims import record_of
+
+        return record_of(self)
 
 
 SUPPLIES = "an input supplies power"

@@ -2,23 +2,24 @@
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rbstab.experiment.stored_proof.energies import ProvedEnergy
 from rbstab.experiment.stored_proof.entries import triple
 from rbstab.experiment.stored_proof.places import face_name, search_entries, state_of
 from rbstab.experiment.stored_proof.proof import (
+    NO_LENGTH,
     Proof,
     ProvedMinimum,
     ProvedRegion,
     UnwrappedStates,
     no_proof,
 )
-from rbstab.experiment.stored_proof.written_energies import energy_of
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
-    from rbstab.analysis.proof.certified_region import CertifiedRegion
-    from rbstab.analysis.proof.regions.minimum_regions import MinimumRegion
-    from rbstab.analysis.proof.rest_states import RestStates
     from rbstab.analysis.proof.searches.rest_states import SearchedState
+    from rbstab.proof.model import Energy
+    from rbstab.proof.regions import Certified, Region, Regions
+    from rbstab.proof.rest_states import RestStates
 
 
 def searched_record(
@@ -51,75 +52,77 @@ def searched_record(
 
 
 class Found(NamedTuple):
-    """What was proved in one range of Θ.
-
-    Attributes:
-        rest: The rest states.
-        region: The region of the lowest.
-        regions: The region of each minimum.
-    """
+    """What was proved in one range of Θ: its rest states, and the regions of the minima."""
 
     rest: "RestStates"
-    region: "CertifiedRegion | None"
-    regions: "tuple[MinimumRegion, ...]"
+    regions: "Regions"
 
 
-def proof_record(identity: str, found: Found, unwrapped: Found | None, seconds: float) -> Proof:
+def proof_record(
+    identity: str, energy: "Energy", found: Found, unwrapped: Found | None, seconds: float
+) -> Proof:
     """Return what was proved as plain data.
 
     Args:
         identity: The id of the proof.
+        energy: The energy.
         found: What was proved in the range of eq. 5.
         unwrapped: The same for all real θ1 and θ3, or None.
         seconds: The time that it took.
     """
+    from rbstab.proof.record import energy_record
+
     wide = None
     if unwrapped is not None:
-        rest = unwrapped.rest
-        wide = UnwrappedStates(
-            end=triple(rest.end), every_start=rest.every_start or None, **_entries(unwrapped)
-        )
+        every_start = unwrapped.rest.every_start or None
+        wide = UnwrappedStates(every_start=every_start, **_entries(unwrapped))
     return Proof(
         id=identity,
         seconds=seconds,
-        reduced_energy=energy_of(found.rest.energy.form),
+        reduced_energy=ProvedEnergy.model_validate(energy_record(energy)),
         unwrapped=wide,
-        closed=found.rest.closed or None,
+        closed=found.rest.every_start_of_range or None,
         **_entries(found),
     )
 
 
 def _entries(found: Found) -> dict[str, Any]:
     """Return the fields of `ProvedStates`."""
-    rest, region = found.rest, found.region
+    rest, certified = found.rest, found.regions.certified
     return {
         **search_entries(rest),
         "states": tuple(state_of(point) for point in rest.states),
-        "region": None if region is None else _region(region, rest.end),
-        "regions": tuple(_minimum(one, rest.end) for one in found.regions),
+        "region": None if certified is None else _region(certified, rest),
+        "regions": tuple(_minimum(one, rest.end) for one in found.regions.minima),
+        "end": triple(rest.end),
     }
 
 
-def _region(region: "CertifiedRegion", end: Array) -> ProvedRegion:
+def _region(region: "Certified", rest: "RestStates") -> ProvedRegion:
     return ProvedRegion(
         energy=region.energy,
         level=region.level,
         lower_bound=region.lower_bound,
         attained_at=triple(region.attained_at),
-        face=None if region.face is None else face_name(region.face, end),
-        proved=region.proved,
+        face=_face(region, rest.end),
+        proved=rest.proved and region.closed,
         energy_bound=region.energy_bound,
     )
 
 
-def _minimum(region: "MinimumRegion", end: Array) -> ProvedMinimum:
-    gate = region.gate
+def _face(region: "Certified", end: Array) -> str | None:
+    if region.spring:
+        return NO_LENGTH
+    return None if region.face is None else face_name(region.face, end)
+
+
+def _minimum(region: "Region", end: Array) -> ProvedMinimum:
     return ProvedMinimum(
         rest_state=region.state + 1,
         level=region.level,
         lower_bound=region.lower_bound,
         energy_bound=region.energy_bound,
-        pass_state=None if gate.state is None else gate.state + 1,
-        pass_face=None if gate.face is None else face_name(gate.face, end),
-        pass_at=None if gate.Theta is None else triple(gate.Theta),
+        pass_state=None if region.pass_state is None else region.pass_state + 1,
+        pass_face=None if region.pass_face is None else face_name(region.pass_face, end),
+        pass_at=None if region.pass_at is None else triple(region.pass_at),
     )

@@ -1,15 +1,15 @@
 """The starts that a proof covers: whether the motion from a start converges, and where to."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from itertools import product
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from rbstab.analysis.approached_state import SAME_STATE
 from rbstab.analysis.exact import ball, decimal_balls, in_balls, upper
+from rbstab.experiment.stored_proof.energies import ProvedEnergy
 from rbstab.experiment.stored_proof.proof import Proof, ProvedState, ProvedStates
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.attitude import tilt
@@ -17,14 +17,8 @@ from rbstab.mechanics.numbers import Array
 from rbstab.systems.modes import guards_at, has_modes, with_modes
 from rbstab.systems.system import System
 
-ROUND_OFF = 1e-9
-"""Relative error allowed for v(0) in doubles: in sweeps, and for proofs of version 1."""
-
-SUM_ERROR = 1e-13
-"""Error allowed for v(0), relative to the sum of the absolute energies that it is computed from.
-
-They can be much larger than v(0), if the body starts near its rest state under a load.
-"""
+if TYPE_CHECKING:
+    from rbstab.proof.starts import StartRegions
 
 OPEN_RANGE = np.array([np.pi, np.pi / 2, np.pi])
 """rad: the largest doubles inside the open range of eq. 5: they are below π and π/2."""
@@ -92,7 +86,7 @@ def start_state(problem: Problem, proof: Proof) -> int | None:
     if not np.isfinite(_start_energies(problem).sum()):
         return None
     if not proof.has_energy or problem.exact is None:
-        return 1 if _starts_below(problem, proof) else None
+        return None
     start = in_balls(partial(enclosed_start, problem.exact))
     if start is None:
         return None
@@ -125,7 +119,7 @@ def reached_state(proof: Proof, energy: float, low: Array, high: Array) -> int |
         return 1 if below else None
     number = _reached(proof, proof, OPEN_RANGE, energy, (low, high))
     wide = proof.unwrapped
-    if number is not None or wide is None:
+    if number is not None or wide is None or wide.end is None:
         return number
     if proof.every_start:
         inside = np.all(low >= -START_RANGE) and np.all(low <= high) and np.all(high <= START_RANGE)
@@ -139,31 +133,63 @@ def _reached(
     proof: Proof, states: ProvedStates, end: Array, energy: float, box: tuple[Array, Array]
 ) -> int | None:
     """Return the number of the rest state in one range that every motion of a set approaches."""
-    from rbstab.analysis.proof.boxes import Boxes
-    from rbstab.analysis.proof.regions.downhill import Landscape
-    from rbstab.analysis.proof.trigonometric import MAX_ANGLE
-
     low, high = box
     inside = np.all(low >= -end) and np.all(low <= high) and np.all(high <= end)
     if not inside or not proof.has_energy:
         return None
     if states.region is not None and _is_below(energy, states.region.energy_bound):
         return 1
-    if proof.reduced_energy is None:
+    if not any(_is_below(energy, region.energy_bound) for region in states.regions):
         return None
-    whole = Boxes(np.array([low], dtype=float), np.array([high], dtype=float))
-    form = replace(proof.reduced_energy.form, reach=max(MAX_ANGLE, float(end.max())))
-    for region in states.regions:
-        if not _is_below(energy, region.energy_bound):
-            continue
-        corners = states.states[region.rest_state - 1].enclosure
-        minimum = Boxes(*(np.array([corner]) for corner in corners))
-        landscape = Landscape(form, (minimum,), end)
-        with np.errstate(all="ignore"):
-            reached = landscape.reached_minimum(whole, region.energy_bound)
-        if reached is not None:
-            return region.rest_state
-    return None
+    regions = start_regions(proof, states)
+    if regions is None:
+        return None
+    (k,) = regions.find(np.array([energy]), low[np.newaxis], high[np.newaxis])
+    return None if k < 0 else states.regions[k].rest_state
+
+
+START_REGIONS = "start_regions"
+"""The name under which the rest states of a proof keep their regions for starts."""
+
+
+def start_regions(proof: Proof, states: ProvedStates) -> "StartRegions | None":
+    """Return the regions of the minima in one range of a proof; None if there are none.
+
+    Args:
+        proof: The proof.
+        states: Its rest states in this range.
+    """
+    if proof.reduced_energy is None or states.end is None or not states.regions:
+        return None
+    kept = vars(states)
+    if START_REGIONS not in kept:
+        # It is no field, as `Proof.of` has it.
+        kept[START_REGIONS] = _made_regions(proof.reduced_energy, states, np.array(states.end))
+    found: StartRegions = kept[START_REGIONS]
+    return found
+
+
+def _made_regions(stored: ProvedEnergy, states: ProvedStates, end: Array) -> "StartRegions":
+    from rbstab.proof.search import Box, Zero, Zeros, joined, one_box
+    from rbstab.proof.starts import RegionLevel, StartRegions
+
+    zeros = []
+    for state in states.states:
+        low, high = np.array(state.enclosure)
+        point, enclosure = np.array(state.orientation), Box(low, high)
+        index = state.index if state.index_proved else None
+        zeros.append(Zero(point, enclosure, enclosure, index, state.energy))
+    undecided = [one_box(Box(*map(np.array, corners))) for corners in states.undecided]
+    levels = [
+        RegionLevel(
+            one.rest_state - 1,
+            one.energy_bound,
+            None if one.pass_at is None else np.array(one.pass_at),
+        )
+        for one in states.regions
+    ]
+    listed = Zeros(tuple(zeros), joined(undecided, 3), 0)
+    return StartRegions(stored.energy, listed, Box(-end, end), levels)
 
 
 def same_state(proof: Proof, state: ProvedState) -> int | None:
@@ -223,16 +249,6 @@ def _in_modes(system: System, start: Array) -> list[System]:
         for g in (ball(0.0) + g for g in guards_at(system, start))
     ]
     return [with_modes(system, modes) for modes in product(*choices)]
-
-
-def _starts_below(problem: Problem, proof: Proof) -> bool:
-    """Return whether v(0), computed in doubles, is below the bound of a proof of version 1."""
-    level = start_level(problem, proof)
-    if level is None or proof.region is None:
-        return False
-    terms = float(np.abs(_start_energies(problem)).sum()) + abs(proof.states[0].energy)
-    error = ROUND_OFF * abs(level) + SUM_ERROR * terms
-    return level + error < proof.region.lower_bound
 
 
 def _start_energies(problem: Problem) -> Array:

@@ -1,4 +1,4 @@
-"""Verify a proof by the checker of `analysis/proof_check`, and compare it with a config."""
+"""Verify a proof by the checker of `proof/check`, and compare it with a config."""
 
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -11,13 +11,11 @@ from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code, may_run_code, without_code
 from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.proof import CODE_NOT_RUN
-from rbstab.experiment.stored_proof.identity import PROOF_VERSION, proof_id
+from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.experiment.stored_proof.written_energies import energy_of, tied_energy_of
 
 if TYPE_CHECKING:
-    from rbstab.analysis.proof.reduced_energy import ExactSystem
-    from rbstab.analysis.proof_check.findings import Finding
+    from rbstab.proof.check.findings import Finding
 
 CONFIG = "the config"
 
@@ -44,7 +42,7 @@ class Verification(NamedTuple):
     @property
     def takes_too_long(self) -> bool:
         """Whether no claim is refused, but the check ended before all were verified."""
-        from rbstab.analysis.proof_check.findings import TIME
+        from rbstab.proof.check.findings import TIME
 
         left = [finding.claim for finding in self.findings if not finding.verified]
         return bool(left) and all(claim in {TIME, NO_CHECKER} for claim in left)
@@ -71,9 +69,8 @@ def verify(
         config: The config; None to check the proof for its own energy U alone.
         progress: Called with each finding about the proof as soon as it is made.
     """
-    from rbstab.analysis.proof_check.checker import check
-    from rbstab.analysis.proof_check.findings import IN_RANGE, Finding
-    from rbstab.analysis.proof_check.tied.checker import check_tied
+    from rbstab.proof.check.checker import check
+    from rbstab.proof.check.findings import IN_RANGE, Finding
 
     if proof.on_rotations is not None:
         text = "No separate program checks it: `rbstab stability` can only make it again."
@@ -83,8 +80,7 @@ def verify(
         if proof.claims_nothing:
             text = f"There is no proof: {proof.outcome}."
         return Verification([Finding(IN_RANGE, "energy", False, text)], [])
-    checked_by = check if proof.reduced_energy else check_tied
-    findings = checked_by(proof.model_dump(mode="json"), progress)
+    findings = check(proof.record, progress)
     if config is not None:
         findings = [*_config_findings(proof, config), *findings]
     return Verification(findings, list(_unchecked(proof, config)))
@@ -93,11 +89,11 @@ def verify(
 def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     """Check that the proof is that of the config, and the hypotheses of its theorems."""
     from rbstab.analysis.proof.definite import indefinite_parameter, why_not_damped
-    from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
+    from rbstab.analysis.proof.reduced_energy import NoEnergyReason
     from rbstab.analysis.proof.traced.separate import damping_of_users
-    from rbstab.analysis.proof_check.findings import Finding
+    from rbstab.proof.check.findings import Finding
 
-    same_id = proof.id in {proof_id(config, version) for version in range(2, PROOF_VERSION + 1)}
+    same_id = proof.id == proof_id(config)
     text = "The id of the proof is that of the config."
     if not same_id:
         text = "The id of the proof is not that of the config: it was made for another one."
@@ -118,17 +114,10 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     elif undamped is not None:
         text = f"{NOT_DAMPED[:1].upper()}{NOT_DAMPED[1:]}: {undamped}."
     yield Finding(CONFIG, "hypotheses", indefinite is None and undamped is None, text)
-    try:
-        compare = _same_energy if proof.reduced_energy else _same_tied_energy
-        same = compare(proof, config, partial(system_of, config))
-    except NoReducedEnergy as error:
-        yield Finding(CONFIG, "energy", False, f"The config has no reduced energy: {error}.")
-        return
-    name = "U" if proof.reduced_energy else "W"
-    text = f"The energy {name} of the proof is that of the config: all its coefficients agree."
-    if not same:
-        text = f"The energy {name} of the proof is not that of the config."
-    yield Finding(CONFIG, "energy", same, text)
+    other = _other_energy(proof, config)
+    text = "The energy U of the proof is that of the config, as an exact expression."
+    text = text if other is None else f"The energy U is not that of the config: {other}."
+    yield Finding(CONFIG, "energy", other is None, text)
 
 
 def _can_build(config: Config) -> bool:
@@ -136,30 +125,19 @@ def _can_build(config: Config) -> bool:
     return may_run_code(config) or not has_code(config)
 
 
-def _same_energy(proof: Proof, config: Config, exact: "ExactSystem") -> bool:
-    """Return whether U of a proof is that of a config."""
-    from rbstab.analysis.proof.reduced_energy import reduced_energy
-    from rbstab.analysis.proof_check.equations import agrees_with_equations
+def _other_energy(proof: Proof, config: Config) -> str | None:
+    """Return in which way U of a proof is not that of a config; None if they are equal."""
+    from rbstab.proof.model import NoMinimumError, energy_of
+    from rbstab.proof.record import difference_from
 
     stored = proof.reduced_energy
     assert stored is not None
     plain = partial(system_of, without_code(config))
-    found = reduced_energy(smooth_rest_system(problem_of(config)), plain).form
-    same = energy_of(found).model_dump() == stored.model_dump()
-    return same and agrees_with_equations(stored.model_dump(mode="json"), exact)
-
-
-def _same_tied_energy(proof: Proof, config: Config, exact: "ExactSystem") -> bool:
-    """Return whether W of a proof is that of a config."""
-    from rbstab.analysis.proof.tied.energy import tied_energy
-    from rbstab.analysis.proof_check.tied.equations import agrees_with_tied_equations
-
-    stored = proof.tied_energy
-    assert stored is not None
-    plain = partial(system_of, without_code(config))
-    found = tied_energy(smooth_rest_system(problem_of(config)), plain)
-    same = tied_energy_of(found).model_dump() == stored.model_dump()
-    return same and agrees_with_tied_equations(stored.model_dump(mode="json"), exact)
+    try:
+        energy = energy_of(smooth_rest_system(problem_of(config)), plain)
+    except NoMinimumError:
+        return "nothing holds the body"
+    return difference_from(stored.model_dump(), energy)
 
 
 def _unchecked(proof: Proof, config: Config | None) -> Iterator[str]:
@@ -170,8 +148,7 @@ def _unchecked(proof: Proof, config: Config | None) -> Iterator[str]:
             f"the config: {CODE_NOT_RUN}."
         )
     if config is None:
-        name = "U" if proof.reduced_energy else "W"
-        yield f"The energy {name} was not compared with a config; use --config CONFIG."
+        yield "The energy U was not compared with a config; use --config CONFIG."
     wide = proof.unwrapped
     if not proof.proved:
         yield "The proof does not claim to list all rest states in the range of eq. 5."

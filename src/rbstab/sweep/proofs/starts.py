@@ -1,23 +1,23 @@
 """The members that start where convergence to a rest state is proved, many at once."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from rbstab.analysis.bounded import SLACK, Bounded, bounded_decimal, bounded_decimals
-from rbstab.analysis.proof.boxes import Boxes
-from rbstab.analysis.proof.regions.downhill import Landscape
-from rbstab.analysis.proof.regions.starts import RegionLevel, StartRegions
-from rbstab.analysis.proof.trigonometric import MAX_ANGLE
 from rbstab.config.build import start_motion, system_of
 from rbstab.config.entries import replaced
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.convergence.enclosed_system import enclosed_system
 from rbstab.experiment.stored_proof.proof import Proof, ProvedStates
-from rbstab.experiment.stored_proof.starts import OPEN_RANGE, ROUND_OFF, START_RANGE, same_state
+from rbstab.experiment.stored_proof.starts import (
+    OPEN_RANGE,
+    START_RANGE,
+    same_state,
+    start_regions,
+)
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.axes import VariedKey
@@ -61,7 +61,7 @@ class ProvedStarts:
             self.system = system_of(base, bounded_decimals)
         self._ranges = [_Range(proof, proof, OPEN_RANGE)]
         wide = proof.unwrapped
-        if wide is not None:
+        if wide is not None and wide.end is not None:
             end = np.array([wide.end[0], OPEN_RANGE[1], wide.end[2]])
             if proof.every_start:
                 end = START_RANGE
@@ -153,16 +153,7 @@ class _Range:
             _number(proof, states, number) for number in range(1, len(states.states) + 1)
         ]
         self.of_regions = [region.rest_state for region in states.regions]
-        self.regions = None
-        if proof.reduced_energy is not None and states.regions:
-            reach = max(MAX_ANGLE, float(end.max()))
-            corners = [states.states[number - 1].enclosure for number in self.of_regions]
-            minima = tuple(Boxes(*(np.array([corner]) for corner in pair)) for pair in corners)
-            landscape = Landscape(replace(proof.reduced_energy.form, reach=reach), minima, end)
-            levels = [
-                RegionLevel(k, region.energy_bound) for k, region in enumerate(states.regions)
-            ]
-            self.regions = StartRegions(landscape, levels)
+        self.regions = start_regions(proof, states)
 
     def find(self, starts: Starts) -> Array:
         """Return the number of the rest state to which each start converges, 0 where not proved."""
@@ -180,18 +171,12 @@ class _Range:
 
 
 def _whole_bound(proof: Proof, states: ProvedStates) -> float:
-    """Return the energy below which all starts in a range converge to its lowest rest state, J.
-
-    A proof of version 1 has v, computed in doubles; it gets the same margin as in a single run.
-    """
+    """Return the energy below which all starts in a range converge to its lowest rest state, J."""
     region = states.region
     if proof.every_start and (proof.within_barriers or states is proof.unwrapped):
         return np.inf
     if region is None:
         return -np.inf
-    if not proof.has_energy:
-        energy = states.states[0].energy
-        return region.lower_bound + energy - ROUND_OFF * (abs(region.lower_bound) + abs(energy))
     return -np.inf if region.energy_bound is None else region.energy_bound
 
 

@@ -1,0 +1,71 @@
+"""The minimum to which the motion from a start is proved to converge, for many starts at once.
+
+A start with less energy than the level of a region is in it if its Θ is in the component of
+{U < level} about the minimum: theorem 5. A flood to that level shows this component.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.flood import Flooded
+from rbstab.proof.levels import Ranges
+from rbstab.proof.model import Energy
+from rbstab.proof.regions import Landscape
+from rbstab.proof.search import Box, Zeros
+
+
+class RegionLevel(NamedTuple):
+    """The region of a minimum: its place among the zeros, its level, J, and Θ of its pass."""
+
+    state: int
+    level: float
+    pass_at: Array | None
+
+
+class StartRegions:
+    """The regions of the minima of a range, for starts.
+
+    Args:
+        energy: The energy.
+        zeros: The rest states of the range, lowest first, and boxes that may contain others.
+        box: The range.
+        regions: The regions, as they were proved.
+    """
+
+    def __init__(
+        self, energy: Energy, zeros: Zeros, box: Box, regions: Sequence[RegionLevel]
+    ) -> None:
+        self.energy, self.zeros, self.box, self.regions = energy, zeros, box, regions
+        self._floods: dict[int, Flooded] = {}
+        self._landscape: Landscape | None = None
+
+    def find(self, energy: Array, low: Array, high: Array) -> Array:
+        """Return the place of the region in which each start is proved to be, -1 if in none.
+
+        Args:
+            energy: Upper bounds of the total energy at each start, shape (m,), J.
+            low: The lower corner of the box of Θ of each start, shape (m, 3), rad.
+            high: The upper corner.
+        """
+        found = np.full(len(energy), -1)
+        inside = np.all((low >= self.box.lo) & (low <= high) & (high <= self.box.hi), axis=1)
+        for k, region in enumerate(self.regions):
+            some = np.flatnonzero(inside & (found < 0) & (energy < region.level))
+            if len(some):
+                within = self._flood(k).contains(low[some].T, high[some].T)
+                found[some[within]] = k
+        return found
+
+    def _flood(self, k: int) -> Flooded:
+        """Return the flood of a region; it is made when it is first needed."""
+        if k not in self._floods:
+            if self._landscape is None:
+                self._landscape = Landscape(
+                    self.energy, self.zeros, self.box, Ranges.of(self.energy)
+                )
+            state, level, pass_at = self.regions[k]
+            self._floods[k] = self._landscape.flood(state, level, pass_at)
+        return self._floods[k]

@@ -261,9 +261,24 @@ def _by_half_angles(U: Expr) -> Expr:
 
 
 def _poles(U: Expr) -> set[int]:
-    """Return the angles at whose ends a barrier is: U has a power of 1/cos θ2, or of 1/cos ½θ."""
+    """Return the angles at whose ends a barrier is: U rises to infinity there.
+
+    With d = cos θ2, or cos ½θ, that is so if the term with the lowest power of d is c·d^-n with a
+    number c > 0, and d is the divisor of no other function.
+    """
     places = {COSINE: 1} | {half: k for k, half in HALVES.items()}
-    return {places[a] for m in U.terms for a, p in m if p < 0 and a in places}
+    inside = {a for b in U.all_atoms if b.kind != VAR for a in _divisors(b.inner)}
+    found = set[int]()
+    for d in (_divisors(U) - inside) & places.keys():
+        least = min(p for m in U.terms for a, p in m if a is d)
+        leading = {m: c for m, c in U.terms.items() if (d, least) in m}
+        if leading.get(((d, least),), 0) > 0 and len(leading) == 1:
+            found.add(places[d])
+    return found
+
+
+def _divisors(e: Expr) -> set[Atom]:
+    return {a for m in e.terms for a, p in m if p < 0}
 
 
 def value_at(e: Expr, q: Array) -> float:

@@ -44,6 +44,7 @@ class LeastBounds(Bounds):
 
     def __init__(self, U: Energy, box: Box, flat: tuple[int, Ball] | None = None) -> None:
         self.U = U
+        self.flat = None if flat is None else flat[0]
         self.axes = [i for i in range(ANGLES) if flat is None or i != flat[0]]
         self.free = list(range(ANGLES, U.n))
         self.middle, self.steps = centre_and_steps(box)
@@ -180,6 +181,8 @@ class LeastBounds(Bounds):
         self.over = over.get(0, arb(0))
         self.gradient = self._first(at, self.axes) + ab * zeta
         self.gradient_over = self._first(over, self.axes).entries()
+        if self.flat is not None:
+            self.normal = self._first(over, [self.flat])[0, 0]
         schur = ab * least * ab.transpose()
         self.hessian = aa - schur
         self.slope, self.bend = (self._blocks(at, over, Z, k)[0] - schur for k in (2, 3))

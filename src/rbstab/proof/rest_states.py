@@ -14,6 +14,7 @@ from rbstab.analysis.proof.reduced_energy import (
     NoReducedEnergy,
     ReducedEnergy,
     reduced_energy,
+    reject_unsmooth,
 )
 from rbstab.analysis.proof.rest_states import (
     RestPoint,
@@ -27,6 +28,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import BoundedEnergy
 from rbstab.proof.held import held_zeros, jumps, out_of_balance, zeros_at_stop
 from rbstab.proof.model import ExactSystem, NoMinimumError, energy_of, value_at
+from rbstab.proof.passive import why_not_in_proofs
 from rbstab.proof.search import (
     FAMILY_TRIES,
     SINGULAR,
@@ -63,6 +65,10 @@ class Body:
     """
 
     def __init__(self, system: System, exact_system: ExactSystem) -> None:
+        reject_unsmooth(system)
+        why = why_not_in_proofs(system)
+        if why is not None:
+            raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, why)
         self.reduced: ReducedEnergy = reduced_energy(system, exact_system)
         try:
             self.energy = energy_of(system, exact_system)

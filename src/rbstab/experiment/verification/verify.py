@@ -92,10 +92,10 @@ def verify(
 
 def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     """Check that the proof is that of the config, and the hypotheses of its theorems."""
-    from rbstab.analysis.proof.definite import indefinite_parameter, why_not_damped
     from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
-    from rbstab.analysis.proof.traced.separate import damping_of_users
     from rbstab.analysis.proof_check.findings import Finding
+    from rbstab.proof.damping import damping_of_users, indefinite_parameter, why_not_damped
+    from rbstab.proof.passive import why_not_in_proofs
 
     same_id = proof.id in {proof_id(config, version) for version in range(2, PROOF_VERSION + 1)}
     text = "The id of the proof is that of the config."
@@ -110,14 +110,17 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
         yield Finding(CONFIG, "energy", False, text)
         return
     system = system_of(without_code(config), decimals)
-    indefinite = indefinite_parameter(system)
+    indefinite, not_passive = indefinite_parameter(system), why_not_in_proofs(built)
     undamped = why_not_damped(system, damping_of_users(built))
     text = "Mass, inertia and damping are positive definite."
     if indefinite is not None:
         text = f"{indefinite} is not positive definite."
+    elif not_passive is not None:
+        text = f"No proof takes this code of a user into account: {not_passive}."
     elif undamped is not None:
         text = f"{NOT_DAMPED[:1].upper()}{NOT_DAMPED[1:]}: {undamped}."
-    yield Finding(CONFIG, "hypotheses", indefinite is None and undamped is None, text)
+    hold = indefinite is None and not_passive is None and undamped is None
+    yield Finding(CONFIG, "hypotheses", hold, text)
     try:
         compare = _same_energy if proof.reduced_energy else _same_tied_energy
         same = compare(proof, config, partial(system_of, config))

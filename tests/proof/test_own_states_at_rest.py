@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from rbstab.analysis.proof.traced.relaxing import relaxes
 
 from rbstab.analysis.proof.formulas.polynomials import is_quadratic, normal, polynomial_of
 from rbstab.analysis.proof.formulas.program import LENGTH, THETA, program_of
 from rbstab.analysis.proof.polynomial import Ring
-from rbstab.analysis.proof.traced.relaxing import relaxes
 from rbstab.integrate.straight_line.number import Trace
 from rbstab.mechanics import numbers
 

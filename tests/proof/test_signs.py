@@ -158,7 +158,7 @@ VANISHING = {
     "a constant beside it": (lambda v: v[0] * v[0] * 0.0 + 0.0, set()),
     "not shown to be never negative": (lambda v: v[0] * v[0] + v[1], set()),
     "a square of a sum": (lambda v: (v[0] - v[1]) * (v[0] - v[1]), set()),
-    "definite times what may be zero": (lambda v: (v @ DEFINITE @ v) * v[0] * v[0], {0}),
+    "definite times what may be zero": (lambda v: (v @ DEFINITE @ v) * v[0] * v[0], set()),
 }
 
 

@@ -407,9 +407,17 @@ def _sign_of(rate: Expr, slope: Expr, number: int) -> Expr:
     a = parts.b[0].constant
     if a and not parts.H[0][0] and number not in b.variables:
         s = variable(TAGS)
-        found = _core(substituted(rate, {D: (s - b).scaled(1 / a)}))
-        return substituted(found, {next(iter(s.atoms)): slope})
+        moved = substituted(rate, {D: (s - b).scaled(1 / a)})
+        try:
+            plain = multiplied_out(moved) if _is_polynomial(moved) else moved
+        except TooLargeError:
+            plain = moved
+        return substituted(_core(plain), {next(iter(s.atoms)): slope})
     return _core(rate)
+
+
+def _is_polynomial(e: Expr) -> bool:
+    return all(p > 0 and a.kind in {VAR, SIN, COS, LET} for m in e.terms for a, p in m)
 
 
 def _core(e: Expr) -> Expr:

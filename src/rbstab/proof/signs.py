@@ -68,10 +68,11 @@ def never_negative(e: Expr) -> bool:
 @lru_cache(4096)
 def positive(e: Expr) -> bool:
     """Return whether an expression is shown to be above zero, where |θ2| < π/2."""
-    for m, c in e.terms.items():
-        if c > 0 and all(_positive(a) for a, _ in m) and never_negative(e - Expr({m: c})):
-            return True
-    return False
+    certain = [m for m, c in e.terms.items() if c > 0 and all(_positive(a) for a, _ in m)]
+    if any(never_negative(e - Expr({m: e.terms[m]})) for m in certain):
+        return True
+    found = _completed_squares(e) if certain else None
+    return found is not None and any(all(_positive(a) for a, _ in m) for m in found[1].terms)
 
 
 def _positive(a: Atom) -> bool:
@@ -238,7 +239,9 @@ def _weighted_squares(e: Expr) -> list[Expr] | None:
         groups.setdefault(weight, {})[rest] = c
     forms = list[Expr]()
     for weight, terms in groups.items():
-        found = _as_product(Expr(terms)) or _squares(Expr(terms))
+        found = _as_product(Expr(terms))
+        if found is None:
+            found = _squares(Expr(terms))
         if found is None:
             return None
         if all(_positive(a) for a, _ in weight):
@@ -256,11 +259,17 @@ def _is_weight(a: Atom) -> bool:
 
 def _squares(e: Expr) -> list[Expr] | None:
     """Return forms that are zero where a sum of squares is; None if it is not seen to be one."""
+    found = _completed_squares(e)
+    return None if found is None else [*found[0], *_zeros(found[1])]
+
+
+def _completed_squares(e: Expr) -> tuple[list[Expr], Expr] | None:
+    """Return forms whose squares a sum has, and what is left, of which no term is negative."""
     forms = list[Expr]()
     for _ in range(MOST_SQUARES):
         signs = {m: _alone(m, c) for m, c in e.terms.items()}
         if all(signs.values()):
-            return [*forms, *_zeros(e)]
+            return forms, e
         left = None if len(e.terms) > MOST_TERMS else _completed(e, signs)
         if left is None:
             return None
@@ -274,17 +283,23 @@ def _completed(e: Expr, signs: Mapping[Monomial, bool]) -> tuple[Expr, Expr] | N
     crossed = [m for m, alone in signs.items() if not alone]
     even = [m for m, c in e.terms.items() if c > 0 and all(p % 2 == 0 for _, p in m)]
     roots = {tuple((a, p // 2) for a, p in m): e.terms[m] for m in even}
-    for root in sorted(roots, key=order_of):
-        if not any(divided(m, root) in roots for m in crossed):
+
+    def other(m: Monomial, root: Monomial) -> Monomial | None:
+        """Return the other factor of a product, if its square may be another term."""
+        left = divided(m, root)
+        # sin² is not a term: it is written as 1 - cos².
+        sines = left is not None and any(a.kind == SIN for a, _ in left)
+        return left if sines or left in roots else None
+
+    # What has no sines may leave them, and the constant, as squares: not the other way round.
+    fixed = {root: all(a.kind in {SIN, COS} for a, _ in root) for root in roots}
+    for root in sorted(roots, key=lambda m: (fixed[m], order_of(m))):
+        if all(other(m, root) is None for m in crossed):
             continue
-        square = _times(root, root)
-        q = {
-            other: c
-            for m, c in e.terms.items()
-            if m != square and (other := divided(m, root)) in roots
-        }
-        c = roots[root]
-        form = Expr({root: Fraction(1)}) + Expr(q).scaled(1 / (2 * c))
+        c, square = roots[root], _times(root, root)
+        shares = ((other(m, root), x) for m, x in e.terms.items() if m != square)
+        q = Expr({m: x for m, x in shares if m is not None})
+        form = Expr({root: Fraction(1)}) + q.scaled(1 / (2 * c))
         if len(form.terms) ** 2 > MOST_TERMS:
             return None
         return form, e - product(form, form).scaled(c)

@@ -12,6 +12,7 @@ times a positive factor, where r is odd and rises, as sinh does.
 
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 
@@ -256,9 +257,8 @@ def _why_switching(statements: Statements) -> str | None:
     """Return what is not shown of the switches of an element; None if all is."""
     if not statements.modes:
         return None
-    guards, stored = statements.of_motion.guards, statements.of_motion.stored
-    why = why_not_continuous(guards, stored, statements.modes, range(3), statements.own)
-    if why is None and not _have_values(*guards):
+    why = why_not_continuous(statements)
+    if why is None and not _have_values(*statements.of_motion.guards):
         return GUARDS_WITHOUT_VALUES
     return why
 
@@ -278,8 +278,7 @@ def first_jump(at_rest: Configurations, element: Element) -> int:
         return 1
     if why_not_passive(statements) or _why_switching(statements):
         return 1
-    of = statements.of_motion
-    return 2 if force_is_continuous(of.guards, of.stored, statements.modes) else 1
+    return 2 if force_is_continuous(statements) else 1
 
 
 def _why_no_least_energy(statements: Statements) -> str | None:
@@ -292,9 +291,8 @@ def _why_no_least_energy(statements: Statements) -> str | None:
         return None
     if own and not held:
         return NOT_QUADRATIC
-    forms = statements.of_rotation, stored, rest
-    convex = any(statements.on_all_sides(lambda e: is_convex(e, x), one) for one in forms)
-    if not convex:
+    forms = (statements.of_rotation,), (stored,), (rest, stored - rest)
+    if not any(statements.on_all_sides(partial(_are_convex, x), *one) for one in forms):
         return NOT_CONVEX_IN_STATES if own else NOT_CONVEX
     if not own:
         return None
@@ -302,6 +300,10 @@ def _why_no_least_energy(statements: Statements) -> str | None:
         return TOO_MANY_STATES
     found = all(_is_least_somewhere(e, own) for (e,) in sides([stored], statements.modes))
     return None if found else NO_LEAST_ENERGY
+
+
+def _are_convex(x: Sequence[int], *of: Expr) -> bool:
+    return all(is_convex(e, x) for e in of)
 
 
 def _is_least_somewhere(stored: Expr, own: Sequence[int]) -> bool:

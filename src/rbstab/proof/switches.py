@@ -6,13 +6,14 @@ the surface ∇T_i = k_i ∇g_i, and k_i = ∇T_i·∇g_i/|∇g_i|² must have o
 zero, the force pulls back to the surface, and E has a valley there; if never above, E has a ridge.
 """
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from enum import Enum
 
 from rbstab.proof.expanded import is_zero
 from rbstab.proof.expr import LET, Atom, Expr, Monomial, as_factor, expr, monomial, only
 from rbstab.proof.rewriting import derivative, substituted
 from rbstab.proof.signs import divided, never_negative
+from rbstab.proof.statements import Statements
 
 MOST_MODES = 6
 """The most switches of one element: a guard on both sides of each angle has so many."""
@@ -50,40 +51,49 @@ class Switched(Enum):
     RIDGE = "the force jumps, and pushes away"
 
 
-def why_not_continuous(
-    guards: Sequence[Expr],
-    stored: Expr,
-    modes: Sequence[Atom],
-    Theta: Collection[int],
-    own: Collection[int],
-) -> str | None:
-    """Return what is not shown of the switches of an element; None if all is.
-
-    Args:
-        guards: The event functions g_i.
-        stored: The energy.
-        modes: The steps σ_i.
-        Theta: The numbers of the variables Θ.
-        own: Those of the own states of the element.
-    """
-    others = stored.variables.difference(Theta, *(a.variables for a in modes))
-    if any(not g.variables <= set(Theta) for g in guards) or (others and not own):
+def why_not_continuous(statements: Statements) -> str | None:
+    """Return what is not shown of the switches of an element; None if all is."""
+    of, Theta = statements.of_motion, set(range(3))
+    others = of.stored.variables.difference(Theta, *(a.variables for a in statements.modes))
+    if any(not g.variables <= Theta for g in of.guards) or (others and not statements.own):
         return NOT_OF_ANGLES
-    parts = _parts(guards, stored, modes)
-    if parts is None or not all(_vanishes(T, g) for g, T in parts):
+    kinds = _kinds(statements)
+    if kinds is None:
         return NOT_CONTINUOUS
-    for g, T in parts:
-        if _kind(g, T) is None:
-            return SIGN_UNKNOWN
-        if _kind(g, T) is not Switched.SMOOTH and not T.variables <= set(Theta):
+    parts = _parts(of.guards, of.stored, statements.modes) or []
+    for kind, (_, T) in zip(kinds, parts, strict=True):
+        if kind is not Switched.SMOOTH and not T.variables <= Theta:
             return JUMPS_BY_MORE
+        if kind is None:
+            return SIGN_UNKNOWN
     return None
 
 
-def force_is_continuous(guards: Sequence[Expr], stored: Expr, modes: Sequence[Atom]) -> bool:
+def force_is_continuous(statements: Statements) -> bool:
     """Return whether the force is continuous at all switches, of which all else is shown."""
-    parts = _parts(guards, stored, modes)
-    return parts is not None and all(_kind(g, T) is Switched.SMOOTH for g, T in parts)
+    kinds = _kinds(statements)
+    return kinds is not None and set(kinds) <= {Switched.SMOOTH}
+
+
+def _kinds(statements: Statements) -> list[Switched | None] | None:
+    """Return what happens at each surface, with None where it is not seen.
+
+    It is looked for in functions of the entries of a motion, and in those of q.
+
+    Returns:
+        None if it is not shown that the energy is continuous.
+    """
+    best: list[Switched | None] | None = None
+    surfaces = _parts(statements.of_motion.guards, statements.of_motion.stored, statements.modes)
+    for of in (statements.of_entries, statements.of_motion):
+        parts = _parts(of.guards, of.stored, statements.modes)
+        if parts is None or surfaces is None or len(parts) != len(surfaces):
+            continue
+        if all(_vanishes(T, g) for g, T in parts):
+            found = [_kind(g, T) for g, T in parts]
+            if best is None or best.count(None) > found.count(None):
+                best = found
+    return best
 
 
 def _parts(

@@ -287,11 +287,11 @@ class Expr:
         return self.constant
 
     def __eq__(self, other: object) -> bool:
-        """Return whether two expressions are the same."""
+        """Return whether two expressions are the same; what varies is compared with no number."""
         if isinstance(other, Expr):
             return self.digest == other.digest
         if isinstance(other, (int, float, Fraction)):
-            return self.constant is not None and self.constant == meant(other)
+            return self._number() == meant(other)
         return NotImplemented
 
     def __hash__(self) -> int:

@@ -177,3 +177,36 @@ def test_where_a_formula_is_zero_its_variables_are(name):
         for other in np.random.default_rng(2).normal(size=(50, 3)):
             other[axis] = 0.3
             assert formula(other) > 1e-4
+
+
+def _random_form(rng):
+    """Return a sum of a few products of entries of v, with a large share on the squares."""
+    factors = [lambda v, k=k: v[k] for k in range(3)]
+    factors += [lambda v: v[0] * v[1], lambda v: 1.0 + 0 * v[0], lambda v: v[2] ** 2]
+    factors += [lambda v: numbers.sin_of(v[0]), lambda v: numbers.exp_of(v[1])]
+    chosen = rng.choice(len(factors), 3, replace=False)
+    M = rng.integers(-2, 3, (3, 3)) + np.diag(rng.integers(0, 4, 3))
+    return lambda v: sum(
+        float(M[i, j]) * factors[a](v) * factors[b](v)
+        for i, a in enumerate(chosen)
+        for j, b in enumerate(chosen)
+    )
+
+
+def test_random_sums_that_are_called_never_negative_are_not():
+    rng = np.random.default_rng(4)
+    points = rng.normal(size=(300, 3)) * rng.choice([0.1, 1.0, 3.0], (300, 1))
+    shown = above = 0
+    for _ in range(200):
+        formula = _random_form(rng)
+        e = expr(formula(V))
+        values = np.array([float(formula(point)) for point in points])
+        if never_negative(e):
+            shown += 1
+            assert values.min() >= -1e-9 * np.abs(values).max()
+        if positive(e):
+            above += 1
+            inside = np.abs(points[:, 1]) < np.pi / 2
+            assert values[inside].min() > 0
+    assert shown > 12
+    assert above > 3

@@ -1,13 +1,13 @@
 """Protects what is shown of elements of users: their power balance, for all states, or nothing."""
 
 import pytest
-from support.user_code import MAXWELL, ROPE, SPRING, element_text, mine
+from support.user_code import MAXWELL, ROPE, SPRING, element_text, loaded_with, mine
 
 from rbstab.analysis.configuration import configurations
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.proof import passive
-from rbstab.proof.passive import in_proofs, why_not_passive
+from rbstab.proof.passive import in_proofs, why_not_in_proofs, why_not_passive
 from rbstab.proof.statements import NotRecordedError, statements_of
 
 AT_POINT = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 0.1], "k": 30.0, "c": 2.0}
@@ -209,7 +209,8 @@ def test_dampers_that_may_have_no_value(folder, name):
 
 
 def test_code_that_cannot_be_recorded(folder):
-    for stored in ("abs(self.k) if e[0] > 0 else 0.0", "float(e @ e)"):
+    branch = "0.0 if e[0] == 0 else 0.5 * self.k * (e @ e)"
+    for stored in ("abs(self.k) if e[0] > 0 else 0.0", "float(e @ e)", branch):
         with pytest.raises(NotRecordedError):
             found(folder, statements("-self.k * e", stored))
 
@@ -227,3 +228,48 @@ def test_which_elements_may_be_in_proofs(folder):
 def test_formulas_of_many_operations(folder):
     body = "sum((self.c * n * (f @ f) for n in range(100)), 0.0)"
     assert why_not_passive(found(folder, statements("-self.c * f * 4950.0", "0.0", body))) is None
+
+
+HALVES = """
+mode_count = 1
+
+def guards(self, motion, own):
+    return np.array([motion.Theta[1] - 0.1])
+
+def wrench(self, motion, own):
+    above = motion.Theta[1] - 0.1
+    return couple_on_body(-self.k * (FACTOR) * above * motion.B[1])
+
+def stored(self, motion, own):
+    above = motion.Theta[1] - 0.1
+    return 0.5 * self.k * (FACTOR) * above * above
+"""
+
+FACTORS = {
+    "both sides": ("self.mode[0]", None),
+    "a mode in a function": ("exp(self.mode[0])", None),
+    "a divisor that is zero with one of its values": ("1 / self.mode[0]", passive.WITHOUT_VALUES),
+}
+
+
+@pytest.mark.parametrize("name", FACTORS)
+def test_an_element_is_passive_with_all_values_of_its_modes(folder, name):
+    factor, why = FACTORS[name]
+    text = element_text(HALVES.replace("FACTOR", factor))
+    assert why_not_passive(found(folder, text, k=3.0)) == why
+    wrong = text.replace("couple_on_body(-self.k", "couple_on_body(-(1 - self.mode[0]) * self.k")
+    assert why_not_passive(found(folder, wrong, k=3.0)) is not None
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 1.0, -1.0])
+def test_a_part_that_is_convex_does_not_hide_one_that_is_not(folder, stiffness):
+    """Of a free body: x⁴ and a spring of either sign, each term by itself."""
+    text = statements(
+        f"-4 * power(e, 3) - ({stiffness}) * e",
+        f"power(e, 4).sum() + 0.5 * ({stiffness}) * (e @ e)",
+    )
+    (folder / "mine.py").write_text(text)
+    config = loaded_with({"one": mine(**AT_POINT)}, "visco-elastic")
+    why = why_not_in_proofs(problem_of(config).system)
+    assert (why is None) is (stiffness >= 0)
+    assert why is None or passive.NOT_CONVEX in why

@@ -10,7 +10,7 @@ a diagonal M, each entry of dD/dt has the sign of the entry u of -M ∂W/∂D by
 times a positive factor, where r is odd and rises, as sinh does.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from functools import partial
 
@@ -84,6 +84,8 @@ NOT_RELAXING = (
     "have the signs of this by their form, with a diagonal M"
 )
 
+TOO_LARGE = "its energy has too many terms, or too large numbers"
+
 UNUSUAL = (
     f"it has more than {MOST_MODES} switches, a stop or an energy at rest of its own, or depends "
     "on the time"
@@ -134,22 +136,25 @@ def _why_not(at_rest: Configurations, element: Element) -> str | None:
         statements = statements_of(at_rest, element)
     except NotRecordedError as error:
         return f"its code cannot be recorded: {error}"
-    return next(_failing(statements), None)
-
-
-def _failing(statements: Statements) -> Iterator[str]:
-    for why in (why_not_passive(statements), _why_switching(statements)):
-        if why is not None:
-            yield why
-    if statements.own and not relaxes(statements):
-        yield NOT_RELAXING
-    why = _why_no_least_energy(statements)
-    if why is not None:
-        yield why
+    return _first(statements, _why_unbalanced, _why_switching, _why_moving_up, _why_no_least_energy)
 
 
 def why_not_passive(statements: Statements) -> str | None:
     """Return what is not shown of an element that should be passive, or None if all is."""
+    return _first(statements, _why_unbalanced)
+
+
+def _first(statements: Statements, *checks: Callable[[Statements], str | None]) -> str | None:
+    """Return the reason of the first check that gives one."""
+    try:
+        return next((why for check in checks if (why := check(statements)) is not None), None)
+    except ZeroDivisionError:  # with one of the values of a mode
+        return WITHOUT_VALUES
+    except (RecursionError, OverflowError):
+        return TOO_LARGE
+
+
+def _why_unbalanced(statements: Statements) -> str | None:
     of = statements.of_motion
     if any(TIME in e.variables for e in of.used):
         return TIMED
@@ -276,7 +281,7 @@ def first_jump(at_rest: Configurations, element: Element) -> int:
         statements = statements_of(at_rest, element)
     except NotRecordedError:
         return 1
-    if why_not_passive(statements) or _why_switching(statements):
+    if _first(statements, _why_unbalanced, _why_switching) is not None:
         return 1
     return 2 if force_is_continuous(statements) else 1
 
@@ -322,11 +327,13 @@ def _is_least_somewhere(stored: Expr, own: Sequence[int]) -> bool:
 # -- own states ------------------------------------------------------------------------------------
 
 
-def relaxes(statements: Statements) -> bool:
-    """Return whether the own states are shown to move down the energy of a body at rest."""
-    of = [statements.of_motion.stored, *statements.at_rest]
-    own = statements.own
-    return all(moves_down(stored, own, rates) for stored, *rates in sides(of, statements.modes))
+def _why_moving_up(statements: Statements) -> str | None:
+    """Return why the own states may not move down the energy of a body at rest; None if they do."""
+    own, of = statements.own, [statements.of_motion.stored, *statements.at_rest]
+    if not own:
+        return None
+    both = sides(of, statements.modes)
+    return None if all(moves_down(W, own, rates) for W, *rates in both) else NOT_RELAXING
 
 
 def moves_down(stored: Expr, own: Sequence[int], rates: Sequence[Expr]) -> bool:

@@ -7,8 +7,6 @@ from typing import Any
 import pytest
 import yaml
 from click.testing import CliRunner
-from rbstab.analysis.proof.tied import rest_states, search
-from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
 from support.config_elements import CONTROLLER, config_data
 
 from rbstab.analysis.proof.outcome import SearchOutcome

@@ -6,8 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rbstab.analysis.proof.tied.rest_states import tied_rest_states
-from rbstab.analysis.proof_check.tied.checker import check_tied
 from support.config_elements import CONTROLLER, config_data
 
 from rbstab.analysis.linearisation import NoDerivativesError, linearise

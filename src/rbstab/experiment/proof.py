@@ -288,8 +288,7 @@ def _no_search(config: Config) -> str | None:
 
 def _no_theorem(config: Config) -> str | None:
     """Return which hypothesis of all theorems does not hold, or None."""
-    from rbstab.analysis.proof.definite import indefinite_parameter, why_not_damped
-    from rbstab.analysis.proof.traced.separate import damping_of_users
+    from rbstab.proof.damping import damping_of_users, indefinite_parameter, why_not_damped
 
     system, exact = system_of(config), system_of(without_code(config), decimals)
     indefinite = indefinite_parameter(exact)

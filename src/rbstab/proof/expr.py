@@ -99,8 +99,24 @@ def variable_of(e: "Expr") -> int | None:
     return None
 
 
+MOST_DENOMINATOR = 1000
+"""A double of code that is the nearest one to such a fraction means it."""
+
+WHOLE = 2.0**53
+"""From here on all doubles are whole numbers, and mean their shortest decimals."""
+
+
 def meant(value: object) -> Fraction:
-    """Return the number that a double of a config or of code means: 0.4 is 2/5."""
+    """Return the number that a double of code means: 0.4 is 2/5, and what 1/3 gives is 1/3."""
+    decimal = as_decimal(value)
+    if not isinstance(value, (float, np.floating)) or abs(float(value)) >= WHOLE:
+        return decimal
+    simple = Fraction(float(value)).limit_denominator(MOST_DENOMINATOR)
+    return simple if float(simple) == float(value) else decimal
+
+
+def as_decimal(value: object) -> Fraction:
+    """Return the number that a double of a config means, its shortest decimal: 0.4 is 2/5."""
     if isinstance(value, Fraction):
         return value
     if isinstance(value, (bool, int, np.integer)):
@@ -276,11 +292,11 @@ class Expr:
         return self.constant
 
     def __eq__(self, other: object) -> bool:
-        """Return whether two expressions are the same."""
+        """Return whether two expressions are the same; what varies is compared with no number."""
         if isinstance(other, Expr):
             return self.digest == other.digest
         if isinstance(other, (int, float, Fraction)):
-            return self.constant is not None and self.constant == meant(other)
+            return self._number() == meant(other)
         return NotImplemented
 
     def __hash__(self) -> int:
@@ -392,10 +408,11 @@ def as_factor(e: Expr) -> Expr:
 
 
 def numbers(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Return an array of doubles as the numbers that they mean."""
+    """Return an array of doubles of a config as the numbers that they mean."""
     found = np.empty(values.shape, dtype=object)
     for index in np.ndindex(values.shape):
-        found[index] = expr(values[index])
+        entry = values[index]
+        found[index] = entry if isinstance(entry, Expr) else Expr({(): as_decimal(entry)})
     return found
 
 

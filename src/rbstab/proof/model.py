@@ -13,8 +13,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
-from rbstab.analysis.proof.traced.switching import NotShownError, switched_energy
-from rbstab.analysis.proof.traced.tracing import NotRecordedError
 from rbstab.elements.element import Element
 from rbstab.elements.ligament import Ligament
 from rbstab.mechanics.numbers import Array
@@ -33,6 +31,7 @@ from rbstab.proof.expr import (
     variable,
 )
 from rbstab.proof.lengths import with_lengths_apart, with_squares
+from rbstab.proof.passive import first_jump
 from rbstab.proof.rewriting import (
     inverse_of_definite,
     quadratic_in,
@@ -149,17 +148,10 @@ def stored_energy(system: System, exact_system: ExactSystem) -> Stored:
 
 
 def _first_jump(at_rest: Configurations, element: Element) -> int:
-    """Return the order of the first derivative of the energy of an element that may jump.
-
-    Of an element of a user it is 1, unless `switched_energy` shows that its force is continuous.
-    """
+    """Return the order of the first derivative of the energy of an element that may jump."""
     if element.kinked or not element.from_user:
         return 1 if element.kinked else 3 if isinstance(element, Ligament) else 2
-    try:
-        found = switched_energy(at_rest, element)
-    except (NotShownError, NotRecordedError):
-        return 1
-    return 1 if found.valleys or found.ridges else 2
+    return first_jump(at_rest, element)
 
 
 def _exact(system: System, exact_system: ExactSystem) -> System:

@@ -13,6 +13,7 @@ from rbstab.analysis.proof.reduced_energy import (
     NoReducedEnergy,
     ReducedEnergy,
     reduced_energy,
+    reject_unsmooth,
 )
 from rbstab.analysis.proof.rest_states import RestPoint
 from rbstab.analysis.rest_state import held_at_kink, rest_state_at
@@ -22,6 +23,7 @@ from rbstab.proof.confine import confined, end_of_pitch
 from rbstab.proof.expr import COS, SIN, VAR
 from rbstab.proof.held import held_zeros, jumps, out_of_balance, zeros_at_stop
 from rbstab.proof.model import ExactSystem, NoMinimumError, energy_of, value_at
+from rbstab.proof.passive import why_not_in_proofs
 from rbstab.proof.regions import Regions, regions_of
 from rbstab.proof.search import (
     FAMILY_TRIES,
@@ -136,6 +138,10 @@ class Body:
     """
 
     def __init__(self, system: System, exact_system: ExactSystem) -> None:
+        reject_unsmooth(system)
+        why = why_not_in_proofs(system)
+        if why is not None:
+            raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, why)
         self.reduced: ReducedEnergy = reduced_energy(system, exact_system)
         self._trace(system, exact_system)
 

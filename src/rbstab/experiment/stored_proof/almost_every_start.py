@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rbstab.analysis.exact import decimals
-from rbstab.analysis.proof.definite import indefinite_parameter, why_not_damped
 from rbstab.analysis.proof.guards.soft import SoftEnergy
 from rbstab.config.build import system_of
 from rbstab.config.schema import Config
@@ -31,6 +30,7 @@ from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.experiment.answers.wanted import wanted
 from rbstab.experiment.stored_proof.strains import may_be_just_taut
 from rbstab.mechanics.states import PITCH
+from rbstab.proof.damping import indefinite_parameter, why_not_damped
 
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.proof import Proof, ProvedState

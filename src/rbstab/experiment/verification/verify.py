@@ -88,10 +88,10 @@ def verify(
 
 def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     """Check that the proof is that of the config, and the hypotheses of its theorems."""
-    from rbstab.analysis.proof.definite import indefinite_parameter, why_not_damped
     from rbstab.analysis.proof.reduced_energy import NoEnergyReason
-    from rbstab.analysis.proof.traced.separate import damping_of_users
     from rbstab.proof.check.findings import Finding
+    from rbstab.proof.damping import damping_of_users, indefinite_parameter, why_not_damped
+    from rbstab.proof.passive import why_not_in_proofs
 
     same_id = proof.id == proof_id(config)
     text = "The id of the proof is that of the config."
@@ -106,14 +106,17 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
         yield Finding(CONFIG, "energy", False, text)
         return
     system = system_of(without_code(config), decimals)
-    indefinite = indefinite_parameter(system)
+    indefinite, not_passive = indefinite_parameter(system), why_not_in_proofs(built)
     undamped = why_not_damped(system, damping_of_users(built))
     text = "Mass, inertia and damping are positive definite."
     if indefinite is not None:
         text = f"{indefinite} is not positive definite."
+    elif not_passive is not None:
+        text = f"No proof takes this code of a user into account: {not_passive}."
     elif undamped is not None:
         text = f"{NOT_DAMPED[:1].upper()}{NOT_DAMPED[1:]}: {undamped}."
-    yield Finding(CONFIG, "hypotheses", indefinite is None and undamped is None, text)
+    hold = indefinite is None and not_passive is None and undamped is None
+    yield Finding(CONFIG, "hypotheses", hold, text)
     other = _other_energy(proof, config)
     text = "The energy U of the proof is that of the config, as an exact expression."
     text = text if other is None else f"The energy U is not that of the config: {other}."

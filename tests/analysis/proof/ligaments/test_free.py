@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
 from support.ligaments import (
     least_tied_energy,
     ligament_of,

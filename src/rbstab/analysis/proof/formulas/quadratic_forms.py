@@ -15,11 +15,6 @@ def is_semidefinite(form: Form) -> bool:
     return all(pivot > 0 or (pivot == 0 and not any(row)) for pivot, *row in _pivots(form))
 
 
-def is_definite(form: Form) -> bool:
-    """Return whether a quadratic form is zero only where all its variables are."""
-    return all(pivot > 0 for pivot, *_ in _pivots(form))
-
-
 def _pivots(form: Form) -> Iterator[list[Fraction]]:
     """Yield the rows of the elimination of a form, each from its pivot on; zero ones are kept."""
     places = sorted({index for pair in form for index in pair})

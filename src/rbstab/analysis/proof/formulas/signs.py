@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from rbstab.analysis.proof.formulas.program import THETA, Operation
-from rbstab.analysis.proof.formulas.quadratic_forms import Form, is_definite, is_semidefinite
+from rbstab.analysis.proof.formulas.quadratic_forms import Form, is_semidefinite
 from rbstab.analysis.proof.formulas.terms import (
     AS_ARGUMENT,
     MOST_TERMS,
@@ -84,48 +84,6 @@ class Signs:
             factors = operands[:1] if kind == POWER else operands
             return all(map(self._positive, factors)) or self._is_square(index)
         return False
-
-    def vanishing(self, index: int) -> set[int]:
-        """Return indices of results that are zero wherever a result is, which is never negative.
-
-        Each term of its sum is zero there. So is the only factor of a term that is not above zero,
-        and each variable of a positive definite form.
-        """
-        split = self._split(index)
-        if split is None:
-            return set()
-        alone, forms = split
-        found = {one for term in alone if (one := self._only_factor(term)) is not None}
-        for rest, form in forms.items():
-            if all(self.positive(one) for one, _ in rest) and is_definite(form):
-                found |= {one for pair in form for one in pair}
-        inner = [one for one in found if self._terms.is_sum(one) and self.never_negative(one)]
-        return found.union(*(self.vanishing(one) for one in inner))
-
-    def _only_factor(self, term: Term) -> int | None:
-        """Return the factor of a term that is zero where the term is, if it can be only one."""
-        factors = self._factors(term.powers)
-        return next(iter(factors)) if factors is not None and len(factors) == 1 else None
-
-    def _factors(self, powers: Powers) -> set[int] | None:
-        """Return the factors of a product that may be zero; None if one of them is a divisor."""
-        found = set[int]()
-        for one, exponent in powers:
-            kind, *operands = self._operations[one]
-            if self.positive(one):
-                continue
-            if exponent < 0:
-                return None
-            if kind not in AS_ARGUMENT:
-                found.add(one)
-                continue
-            # It is zero where the product of which it is taken is.
-            number, argument = self._terms.product(operands[0])
-            factors = self._factors(argument) if number else None
-            if factors is None:
-                return None
-            found |= factors
-        return found
 
     def _is_square(self, index: int) -> bool:
         """Return whether a result is the square of a number other than 0."""

@@ -1,4 +1,7 @@
-"""Separate the elements of users from a system: their energies as polynomials, or as programs."""
+"""Separate the elements of users from a system: their energies as polynomials, or as programs.
+
+That they are passive is another question (`rbstab.proof.passive`).
+"""
 
 from dataclasses import replace
 from itertools import chain
@@ -16,17 +19,13 @@ from rbstab.analysis.proof.formulas.polynomials import (
 )
 from rbstab.analysis.proof.formulas.program import MOST_OPERATIONS, Program, counted_from
 from rbstab.analysis.proof.polynomial import Ring
-from rbstab.analysis.proof.traced.damping import NOTHING, Damping, damping_of
 from rbstab.analysis.proof.traced.energy import TracedEnergy
 from rbstab.analysis.proof.traced.kinked import KinkedEnergy
 from rbstab.analysis.proof.traced.own_states import MOST_STATES, OwnStatesEnergy
-from rbstab.analysis.proof.traced.passive import why_not_passive
-from rbstab.analysis.proof.traced.relaxing import relaxes
 from rbstab.analysis.proof.traced.switching import (
     MOST_MODES,
     NotShownError,
     SwitchedEnergy,
-    statements_by_mode,
     switched_energy,
 )
 from rbstab.analysis.proof.traced.tracing import (
@@ -62,12 +61,6 @@ NOT_CONVEX = (
 )
 
 TOO_LARGE = "its energy has too many terms, or too large numbers"
-
-NOT_RELAXING = (
-    "it is not shown that its own states move down its energy while the body is at rest: `rates` "
-    "must be -M times the derivative of `stored` then, with a constant positive definite M, or "
-    "have the signs of this by their form, with a diagonal M"
-)
 
 SOME_ATTITUDES = (4, 3, 4)
 """The attitudes by axis at which a least energy over own states must be found."""
@@ -148,8 +141,8 @@ def user_energies(at_rest: Configurations) -> UserEnergies:
     """Return the energies of the elements of users.
 
     Raises:
-        NotInProofsError: The code of one cannot be recorded, or it is not shown to be passive, or
-            its energy is of no kind that proofs take into account.
+        NotInProofsError: The code of one cannot be recorded, or its energy is of no kind that
+            proofs take into account.
     """
     users = (element for element in at_rest.system.elements if element.from_user)
     found = [UserEnergies(), *(_energies_of(at_rest, element) for element in users)]
@@ -161,7 +154,7 @@ def _energies_of(at_rest: Configurations, element: Element) -> UserEnergies:
     if element.mode_count:
         program, valleys, ridges = _switched(at_rest, element)
     else:
-        program, valleys, ridges = _passive_statements(at_rest, element).energy, (), ()
+        program, valleys, ridges = _recorded_statements(at_rest, element).energy, (), ()
     for one in (program, *valleys, *ridges):
         _check_size(element.name, one)
     if element.state_size:
@@ -228,46 +221,22 @@ def _switched(at_rest: Configurations, element: Element) -> SwitchedEnergy:
         raise NotInProofsError(f"{element.name}: {cannot}{error}") from error
 
 
-def _passive_statements(at_rest: Configurations, element: Element) -> TracedStatements:
-    """Return the statements of an element that does not switch; it is shown to be passive."""
+def _recorded_statements(at_rest: Configurations, element: Element) -> TracedStatements:
+    """Return the statements of an element that does not switch."""
     try:
-        statements = traced_statements(at_rest, element)
+        return traced_statements(at_rest, element)
     except NotRecordedError as error:
         text = f"{element.name}: its code cannot be recorded: {error}"
         raise NotInProofsError(text) from error
-    why = why_not_passive(statements)
-    if why is not None:
-        raise NotInProofsError(f"{element.name}: {why}")
-    return statements
-
-
-def damping_of_users(system: System) -> Damping:
-    """Return which motions the elements of users damp that do not switch.
-
-    It is nothing, if one of them is not in proofs.
-    """
-    users = [element for element in system.elements if element.from_user]
-    if not all(map(in_proofs, users)):
-        return NOTHING
-    at_rest = configurations(system)
-    smooth = [element for element in users if not element.mode_count]
-    try:
-        return damping_of(_passive_statements(at_rest, element) for element in smooth)
-    except (NotInProofsError, RecursionError):
-        return NOTHING
 
 
 def _of_own_states(at_rest: Configurations, element: Element, program: Program) -> UserEnergies:
     """Return the energy of an element with own states, without its jumps.
 
     Raises:
-        NotInProofsError: It is neither quadratic in x nor convex in the own states, or they are not
-            shown to move down in it.
+        NotInProofsError: It is neither quadratic in x nor convex in the own states.
     """
     name, own = element.name, own_entries(at_rest, element)
-    for one in statements_by_mode(at_rest, element):
-        if not relaxes(one.energy, own, one.own_rates):
-            raise NotInProofsError(f"{name}: {NOT_RELAXING}")
     ring = Ring(3, at_rest.size - 3)
     polynomial = polynomial_of(program, ring)
     if polynomial is not None and is_quadratic(polynomial):

@@ -12,10 +12,9 @@ states too.
 """
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
-from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -41,14 +40,11 @@ from rbstab.analysis.proof.formulas.terms import (
     times,
     without,
 )
-from rbstab.analysis.proof.traced.passive import why_not_passive
 from rbstab.analysis.proof.traced.regular import has_values
 from rbstab.analysis.proof.traced.tracing import (
     NotRecordedError,
-    TracedStatements,
     index_in,
     traced_motion,
-    traced_statements,
     variables,
 )
 from rbstab.elements.element import Element
@@ -128,9 +124,6 @@ def switched_energy(at_rest: Configurations, element: Element) -> SwitchedEnergy
         NotShownError: Something is not shown.
         NotRecordedError: Its code cannot be recorded.
     """
-    why = _why_not_passive(at_rest, element)
-    if why is not None:
-        raise NotShownError(why)
     try:
         operations, guards, stored, without_modes = _recorded(at_rest, element)
     except Exception as error:
@@ -175,25 +168,6 @@ def _is_valley(formula: list[Operation], factor: int) -> bool:
     if Signs(formula).never_negative(opposite):
         return False
     raise NotShownError(SIGN_UNKNOWN)
-
-
-def statements_by_mode(at_rest: Configurations, element: Element) -> Iterator[TracedStatements]:
-    """Yield the statements of an element in each combination of its modes."""
-    if not element.mode_count:
-        yield traced_statements(at_rest, element)
-        return
-    for modes in product((0.0, 1.0), repeat=element.mode_count):
-        fixed: Any = replace(element, mode=np.array(modes))  # type: ignore[type-var]
-        others = at_rest.system.elements
-        elements = tuple(fixed if one is element else one for one in others)
-        system = replace(at_rest.system, elements=elements)
-        yield traced_statements(Configurations(system), fixed)
-
-
-def _why_not_passive(at_rest: Configurations, element: Element) -> str | None:
-    """Return what is not shown of an element in one of its modes, or None."""
-    reasons = map(why_not_passive, statements_by_mode(at_rest, element))
-    return next((why for why in reasons if why is not None), None)
 
 
 def _recorded(

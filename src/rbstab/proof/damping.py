@@ -1,12 +1,16 @@
-"""The matrices that must be definite in the theorems of proofs.md, checked exactly."""
+"""Which motions lose energy: matrices that must be definite, and dampers of users.
+
+A dissipated power of an element of a user is never negative (`passive.py`). Where it is zero, so
+are the velocities of which it is seen to be squares and the like (`signs.vanishing`).
+"""
 
 from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.analysis.configuration import configurations
 from rbstab.analysis.exact import is_positive_definite, kernel
-from rbstab.analysis.proof.traced.damping import NOTHING, Damping
 from rbstab.elements.at_point import AtPoint
 from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.element import Element
@@ -16,6 +20,10 @@ from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.mechanics.algebra import IDENTITY, ZERO, cross_matrix
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.expr import Expr, expr
+from rbstab.proof.passive import in_proofs, why_not_passive
+from rbstab.proof.signs import spanned, vanishing
+from rbstab.proof.statements import NotRecordedError, Statements, statements_of
 from rbstab.systems.system import System
 
 OF_ROTATION = {RotationalStabilizer: "L_r", AttitudeSpring: "L"}
@@ -27,6 +35,65 @@ OF_POINTS = {TranslationalStabilizer: "L_t", ViscoElasticConnector: "L_c", Embed
 
 NO_DAMPING = np.full((3, 3), Fraction(0))
 """Zeros that leave rational numbers exact in a sum: 0.0 would round them."""
+
+
+class Damping(NamedTuple):
+    """Which velocities are zero where elements dissipate nothing.
+
+    Attributes:
+        turning: Whether Ω is.
+        moving: Whether V is, where Ω = 0.
+    """
+
+    turning: bool
+    moving: bool
+
+
+NOTHING = Damping(turning=False, moving=False)
+
+
+def damping_of_users(system: System) -> Damping:
+    """Return which motions the elements of users damp that do not switch, each by itself.
+
+    It is nothing, if one of them is not in proofs.
+
+    Args:
+        system: The system, in doubles.
+    """
+    users = [element for element in system.elements if element.from_user]
+    if not all(map(in_proofs, users)):
+        return NOTHING
+    at_rest, turning, moving = configurations(system), False, False
+    for element in at_rest.system.elements:
+        if not element.from_user or element.mode_count:
+            continue
+        try:
+            statements = statements_of(at_rest, element)
+        except NotRecordedError:
+            return NOTHING
+        if why_not_passive(statements):
+            return NOTHING
+        turning, moving = turning or _turning(statements), moving or _moving(statements)
+    return Damping(turning, moving)
+
+
+def _turning(statements: Statements) -> bool:
+    """Return whether Ω is seen to be zero where nothing is dissipated, or AΩ."""
+    motion, dissipated = statements.of_entries.motion, statements.of_entries.dissipated
+    return _vanish(dissipated, motion.Omega, motion.A @ motion.Omega)
+
+
+def _moving(statements: Statements) -> bool:
+    """Return whether V is, or A'V, of a body that does not turn."""
+    if statements.still is None:
+        return False
+    motion, dissipated = statements.still
+    return _vanish(dissipated, motion.V, motion.A.T @ motion.V)
+
+
+def _vanish(dissipated: Expr, *velocities: Array) -> bool:
+    zeros = vanishing(dissipated)
+    return any(spanned([expr(entry) for entry in one], zeros) for one in velocities)
 
 
 class _Dampers(NamedTuple):
@@ -153,7 +220,7 @@ def indefinite_parameter(system: System) -> str | None:
     The mass, the inertia and the dampings of own states must be positive definite, so that the
     kinetic energy is a norm of the velocities; other dampings need only be semidefinite, as
     `why_not_damped` checks their sum. The stiffness of X and D is checked where these are
-    eliminated (`reduced_energy`).
+    eliminated (`model.py`).
 
     Args:
         system: The system in rational numbers, or in doubles, which are taken as exact.
@@ -165,7 +232,7 @@ def indefinite_parameter(system: System) -> str | None:
     summed = {*OF_ROTATION.values(), *OF_POINTS.values()}
     for element in system.elements:
         # That elements of users never dissipate less than nothing is another question
-        # (`traced.passive`).
+        # (`passive.py`).
         for gain in () if element.from_user else element.gains:
             L, or_semi = getattr(element, gain.name), gain.name in summed
             if gain.dissipates and not is_positive_definite(L, or_semi=or_semi):

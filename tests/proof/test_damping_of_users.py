@@ -3,11 +3,9 @@
 import pytest
 from support.user_code import CREEPING_TIE, MAXWELL, SPRING, TIE, element_text, mine
 
-from rbstab.analysis.proof.definite import why_not_damped
-from rbstab.analysis.proof.traced.damping import NOTHING, Damping
-from rbstab.analysis.proof.traced.separate import damping_of_users
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
+from rbstab.proof.damping import NOTHING, Damping, damping_of_users, why_not_damped
 
 K = [[3.0, 1.0, 0.0], [1.0, 2.0, 0.5], [0.0, 0.5, 4.0]]
 AT = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 1.1]}

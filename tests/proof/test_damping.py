@@ -13,9 +13,9 @@ from scipy.spatial.transform import Rotation
 from support.rest import paper_system
 
 from rbstab.analysis.exact import decimals
-from rbstab.analysis.proof.definite import indefinite_parameter, why_not_damped
 from rbstab.config.build import system_of
 from rbstab.config.load import load_config
+from rbstab.proof.damping import indefinite_parameter, why_not_damped
 
 # Its determinant is -2⁻⁵² in exact numbers.
 BARELY_INDEFINITE = np.array([[1.0, 1.0, 0.0], [1.0, 1.0 - 2.0**-52, 0.0], [0.0, 0.0, 1.0]])

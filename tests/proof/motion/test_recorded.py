@@ -7,10 +7,10 @@ from support.user_code import CREEPING_TIE, MAXWELL, ROPE, SPRING, TIE, element_
 
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.exact import decimal_balls
-from rbstab.analysis.proof.traced.recorded import recorded_element, why_not_recorded
-from rbstab.analysis.proof.traced.tracing import NotRecordedError
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
+from rbstab.proof.motion.recorded import recorded_element, why_not_recorded
+from rbstab.proof.statements import NotRecordedError
 
 K = [[30.0, 2.0, 0.0], [2.0, 20.0, 1.0], [0.0, 1.0, 10.0]]
 AT = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 1.1]}

@@ -3,36 +3,21 @@
 import numpy as np
 import pytest
 
-from rbstab.analysis.proof.formulas.polynomials import is_quadratic, normal, polynomial_of
-from rbstab.analysis.proof.formulas.program import LENGTH, THETA, program_of
-from rbstab.analysis.proof.polynomial import Ring
-from rbstab.analysis.proof.traced.relaxing import relaxes
-from rbstab.integrate.straight_line.number import Trace
 from rbstab.mechanics import numbers
+from rbstab.proof.expr import expr, variable
+from rbstab.proof.passive import moves_down
 
 K = np.array([[3.0, 1.0, 0.0], [1.0, 2.0, 0.5], [0.0, 0.5, 4.0]])
-RING = Ring(3, 6)
-OWN = range(3, 6)
+Q = np.array([variable(k) for k in range(9)], dtype=object)
+"""Θ, X and D."""
+
+OWN = range(6, 9)
 
 
-def program(formula):
-    """Return a formula of Θ and x = [X, D]."""
-    trace, inputs = Trace(), {}
-    variables = []
-    for kind, count in ((THETA, 3), (LENGTH, 6)):
-        for place in range(count):
-            number = trace.input(varies=True)
-            inputs[number.index] = (kind, place)
-            variables.append(number)
-    q = np.array(variables, dtype=object)
-    result = formula(q[:3], q[3:6], q[6:])
-    return program_of(trace, trace.index_of(result), inputs)
-
-
-def energy(formula):
-    found = polynomial_of(program(formula), RING)
-    assert found is not None
-    return found
+def relaxes(energy, rates):
+    """Return whether dD/dt = rates moves down an energy; both are functions of Θ, X and D."""
+    parts = Q[:3], Q[3:6], Q[6:]
+    return moves_down(expr(energy(*parts)), OWN, [expr(one) for one in rates(*parts)])
 
 
 def stored(Theta, X, D):
@@ -48,8 +33,7 @@ def slope(Theta, X, D):
 
 
 def found_with(M, of=slope, added=0.0):
-    rates = [program(lambda *q, i=i: -(M @ of(*q))[i] + added) for i in range(3)]
-    return relaxes(program(stored), OWN, rates)
+    return relaxes(stored, lambda *q: -(M @ of(*q)) + added)
 
 
 MOVES = {
@@ -103,7 +87,7 @@ def eyring(found, Theta):
     return np.array([-numbers.sinh_of(-2.0 * one) * numbers.exp_of(Theta[1]) for one in found])
 
 
-SIGN_UNKNOWN, SIGN_KNOWN = (cubic, turned), (root, power_law, eyring)
+SIGN_UNKNOWN, SIGN_KNOWN = (turned,), (cubic, root, power_law, eyring)
 
 
 def changed(change, of=slope):
@@ -136,8 +120,7 @@ def test_signs_of_single_slopes_do_not_suffice_for_a_matrix():
 
 
 def test_an_energy_that_does_not_depend_on_the_own_state():
-    rates = [program(lambda _, __, D, i=i: -D[i]) for i in range(3)]
-    assert not relaxes(program(lambda _, X, __: X @ X), OWN, rates)
+    assert not relaxes(lambda _, X, __: X @ X, lambda _, __, D: -D)
 
 
 def stiffening(Theta, X, D):
@@ -160,8 +143,7 @@ def slope_of_stiffening(Theta, X, D):
 
 
 def relaxes_with(M, of=slope_of_stiffening, added=0.0):
-    rates = [program(lambda *q, i=i: -(M @ of(*q))[i] + added) for i in range(3)]
-    return relaxes(program(stiffening), OWN, rates)
+    return relaxes(stiffening, lambda *q: -(M @ of(*q)) + added)
 
 
 @pytest.mark.parametrize("name", MOVES)
@@ -198,35 +180,11 @@ def test_a_nearly_singular_matrix_is_not_taken_for_a_definite_one():
 
 def test_a_zero_over_what_varies_is_zero():
     """As in the rate of a line at rest."""
-    rates = [
-        program(lambda *q, i=i: -slope(*q)[i] + 0.0 / numbers.exp_of(q[0][0])) for i in range(3)
-    ]
-    assert relaxes(program(stored), OWN, rates)
-
-
-def test_squares_of_sines_cancel():
-    def turning(Theta, X, D):
-        sine, cosine = numbers.sin_of(Theta[0]), numbers.cos_of(Theta[0])
-        u, w = cosine * X[0] - sine * X[1], sine * X[0] + cosine * X[1]
-        return u * u + w * w + D @ D
-
-    W = energy(turning)
-    assert is_quadratic(W)
-    assert normal(W - energy(lambda _, X, D: X[0] * X[0] + X[1] * X[1] + D @ D)).is_zero
-    assert not is_quadratic(energy(lambda Theta, X, _: numbers.sin_of(Theta[0]) * X[0] * X[0]))
-    assert not is_quadratic(energy(lambda _, X, __: X[0] * X[1] * X[2]))
-    assert is_quadratic(energy(lambda Theta, X, _: numbers.sin_of(Theta[0]) * X[0] + Theta[1]))
+    assert relaxes(stored, lambda *q: -slope(*q) + 0.0 / numbers.exp_of(q[0][0]))
 
 
 def test_many_own_states():
-    """More than the bounds of a least energy have; quadratic ones are in proofs all the same."""
-    size = 12
-    trace, inputs = Trace(), {}
-    numbers_ = [trace.input(varies=True) for _ in range(size)]
-    for place, number in enumerate(numbers_):
-        inputs[number.index] = (LENGTH, place)
-    squares = sum(one * one for one in numbers_)
-    W = program_of(trace, trace.index_of(squares), inputs)
-    rates = [program_of(trace, trace.index_of(-3.0 * one), inputs) for one in numbers_]
-    assert relaxes(W, range(size), rates)
-    assert not relaxes(W, range(size), [*rates[1:], rates[0]])
+    D = np.array([variable(20 + k) for k in range(12)], dtype=object)
+    own = range(20, 32)
+    assert moves_down(D @ D, own, list(-3.0 * D))
+    assert not moves_down(D @ D, own, list(-3.0 * D[[*range(1, 12), 0]]))

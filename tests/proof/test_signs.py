@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from support.formulas import recorded
 
-from rbstab.analysis.proof.formulas.signs import Signs
-from rbstab.analysis.proof.formulas.terms import meant
 from rbstab.mechanics import numbers
+from rbstab.proof.expr import expr, meant, variable
+from rbstab.proof.signs import never_negative, positive, spanned, vanishing
 
 INDEFINITE = np.array([[1.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 SEMIDEFINITE = np.array([[1.0, 2.0, 0.0], [2.0, 4.0, 0.0], [0.0, 0.0, 0.0]])
@@ -83,19 +82,17 @@ NOT_SHOWN = {
 }
 
 
-def never_negative(formula):
-    operations = recorded(formula).operations
-    return Signs(operations).never_negative(len(operations) - 1)
+V = np.array([variable(k) for k in range(3)], dtype=object)
 
 
 @pytest.mark.parametrize("name", NEVER)
 def test_never_negative(name):
-    assert never_negative(NEVER[name])
+    assert never_negative(expr(NEVER[name](V)))
 
 
 @pytest.mark.parametrize("name", NOT_SHOWN)
 def test_not_shown(name):
-    assert not never_negative(NOT_SHOWN[name])
+    assert not never_negative(expr(NOT_SHOWN[name](V)))
 
 
 @pytest.mark.parametrize("name", NEVER)
@@ -119,11 +116,11 @@ def test_products_of_products_are_not_walked_twice():
             v = v * v
         return v[0]
 
-    assert never_negative(formula)
+    assert never_negative(expr(formula(V)))
 
 
 @pytest.mark.parametrize(
-    ("formula", "positive"),
+    ("formula", "expected"),
     [
         (lambda v: 1.0 + v[0] * v[0], True),
         (lambda v: v @ v + numbers.exp_of(v[0]), True),
@@ -141,9 +138,8 @@ def test_products_of_products_are_not_walked_twice():
         (lambda v: -1.0 - v[0] ** 2, False),
     ],
 )
-def test_above_zero(formula, positive):
-    operations = recorded(formula).operations
-    assert Signs(operations).positive(len(operations) - 1) is positive
+def test_above_zero(formula, expected):
+    assert positive(expr(formula(V))) is expected
 
 
 VANISHING = {
@@ -169,10 +165,8 @@ VANISHING = {
 @pytest.mark.parametrize("name", VANISHING)
 def test_what_is_zero_where_a_formula_is(name):
     formula, expected = VANISHING[name]
-    operations = recorded(lambda v: formula(v) + 0.0 * v.sum()).operations
-    found = Signs(operations).vanishing(len(operations) - 1)
-    variables = {place: one[1] for place, one in enumerate(operations) if one[0] == "theta"}
-    assert {variables[place] for place in found if place in variables} == expected
+    found = vanishing(expr(formula(V)))
+    assert {axis for axis in range(3) if spanned([V[axis]], found)} == expected
 
 
 @pytest.mark.parametrize("name", VANISHING)
@@ -183,3 +177,36 @@ def test_where_a_formula_is_zero_its_variables_are(name):
         for other in np.random.default_rng(2).normal(size=(50, 3)):
             other[axis] = 0.3
             assert formula(other) > 1e-4
+
+
+def _random_form(rng):
+    """Return a sum of a few products of entries of v, with a large share on the squares."""
+    factors = [lambda v, k=k: v[k] for k in range(3)]
+    factors += [lambda v: v[0] * v[1], lambda v: 1.0 + 0 * v[0], lambda v: v[2] ** 2]
+    factors += [lambda v: numbers.sin_of(v[0]), lambda v: numbers.exp_of(v[1])]
+    chosen = rng.choice(len(factors), 3, replace=False)
+    M = rng.integers(-2, 3, (3, 3)) + np.diag(rng.integers(0, 4, 3))
+    return lambda v: sum(
+        float(M[i, j]) * factors[a](v) * factors[b](v)
+        for i, a in enumerate(chosen)
+        for j, b in enumerate(chosen)
+    )
+
+
+def test_random_sums_that_are_called_never_negative_are_not():
+    rng = np.random.default_rng(4)
+    points = rng.normal(size=(300, 3)) * rng.choice([0.1, 1.0, 3.0], (300, 1))
+    shown = above = 0
+    for _ in range(200):
+        formula = _random_form(rng)
+        e = expr(formula(V))
+        values = np.array([float(formula(point)) for point in points])
+        if never_negative(e):
+            shown += 1
+            assert values.min() >= -1e-9 * np.abs(values).max()
+        if positive(e):
+            above += 1
+            inside = np.abs(points[:, 1]) < np.pi / 2
+            assert values[inside].min() > 0
+    assert shown > 12
+    assert above > 3

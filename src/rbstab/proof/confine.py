@@ -21,6 +21,7 @@ from rbstab.proof.intervals import constant
 from rbstab.proof.model import Energy
 from rbstab.proof.rewriting import inverse_of_definite
 from rbstab.proof.search import Box, Boxes, joined, one_box
+from rbstab.proof.tied import bounds_of
 
 OUTER = (0, 2)
 """The angles θ1 and θ3, which are never wrapped."""
@@ -106,7 +107,7 @@ def confined(energy: Energy, V: BoundedEnergy | None = None) -> Array | None:
     end = end_of_pitch(energy)
     load = np.array([abs(float(parts.q[i])) + abs(float(parts.K[i][1])) * end for i in OUTER])
     # Wide enough that U is most likely higher at its ends than at θ2 = ±π/2; this needs no proof.
-    height = _height(V or BoundedEnergy(energy.U, free=energy.free, least=energy.least), energy)
+    height = _height(V or bounds_of(energy), energy)
     climb = np.sqrt(2.0 * height * np.diag(compliance))
     least = np.maximum(climb, PERIOD)
     enough = ENOUGH * np.linalg.pinv(compliance) @ (least / MARGIN) - load
@@ -141,7 +142,7 @@ def _steepest(energy: Energy, end: float, enough: Array) -> Array:
 
     Bounds below those that are enough are not made sharper.
     """
-    p = BoundedEnergy(energy.U, free=energy.free, least=energy.least, order=2)
+    p = bounds_of(energy) if energy.free else BoundedEnergy(energy.U, least=energy.least, order=2)
     corner = np.array([PERIOD, end, PERIOD])
     pending, places = one_box(Box(-corner, corner)), list(OUTER)
     for axis, times in enumerate(FIRST):

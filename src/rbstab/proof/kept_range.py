@@ -21,8 +21,8 @@ from rbstab.proof.expr import Expr, expr, variable
 from rbstab.proof.intervals import Intervals
 from rbstab.proof.levels import Ranges, least_values
 from rbstab.proof.model import Energy
-from rbstab.proof.regions import open_faces
-from rbstab.proof.search import Box, Search, joined
+from rbstab.proof.passes import Land
+from rbstab.proof.search import Box, Search, joined, one_box
 
 LIMIT = 60_000
 """Boxes beyond the soft angle at which the search stops."""
@@ -62,7 +62,9 @@ def border_of_pitch(energy: Energy) -> Border | None:
     if outer is None or not np.all(outer < MAX_END):
         return None
     end = np.array([outer[0], end_of_pitch(energy), outer[1]])
-    faces = joined([one for _, one in open_faces(Box(-end, end), [PITCH])], 3)
+    box = Box(-end, end)
+    land = Land(V, box, [PITCH], [], np.zeros(0))
+    faces = joined([part for *_, part in land.faces(one_box(box))], 3)
     return Border(end, float(least_values(V, faces).bound.min()))
 
 

@@ -32,6 +32,7 @@ from rbstab.proof.expr import (
     only,
     variable,
 )
+from rbstab.proof.lengths import with_lengths_apart, with_squares
 from rbstab.proof.rewriting import (
     inverse_of_definite,
     quadratic_in,
@@ -178,6 +179,7 @@ def _exact(system: System, exact_system: ExactSystem) -> System:
 
 def eliminated(total: Expr, others: range) -> Energy:
     """Minimise over all variables in which the energy is quadratic with constant stiffness."""
+    total = with_lengths_apart(total, others)
     inside = {v for a in total.atoms if a.kind != VAR for v in a.variables if v >= others.start}
     chosen = [k for k in others if k not in inside]
     # Variables with other powers, or with a stiffness that depends on Θ, stay.
@@ -193,6 +195,7 @@ def eliminated(total: Expr, others: range) -> Energy:
         U = U + (parts.b[i] * minimiser[k]).scaled(Fraction(1, 2))
     free = tuple(k for k in others if k not in chosen)
     U, shift = _shifted(U, free)
+    U = with_squares(U, free)
     return Energy(with_outlined_steps(U), free, minimiser, shift, plain=U)
 
 
@@ -258,9 +261,24 @@ def _by_half_angles(U: Expr) -> Expr:
 
 
 def _poles(U: Expr) -> set[int]:
-    """Return the angles at whose ends a barrier is: U has a power of 1/cos θ2, or of 1/cos ½θ."""
+    """Return the angles at whose ends a barrier is: U rises to infinity there.
+
+    With d = cos θ2, or cos ½θ, that is so if the term with the lowest power of d is c·d^-n with a
+    number c > 0, and d is the divisor of no other function.
+    """
     places = {COSINE: 1} | {half: k for k, half in HALVES.items()}
-    return {places[a] for m in U.terms for a, p in m if p < 0 and a in places}
+    inside = {a for b in U.all_atoms if b.kind != VAR for a in _divisors(b.inner)}
+    found = set[int]()
+    for d in (_divisors(U) - inside) & places.keys():
+        least = min(p for m in U.terms for a, p in m if a is d)
+        leading = {m: c for m, c in U.terms.items() if (d, least) in m}
+        if leading.get(((d, least),), 0) > 0 and len(leading) == 1:
+            found.add(places[d])
+    return found
+
+
+def _divisors(e: Expr) -> set[Atom]:
+    return {a for m in e.terms for a, p in m if p < 0}
 
 
 def value_at(e: Expr, q: Array) -> float:

@@ -35,6 +35,7 @@ from rbstab.proof.search import (
     newton,
     one_box,
 )
+from rbstab.proof.tied import TiedBounds, bounds_of
 from rbstab.systems.system import System
 
 STARTS = 256
@@ -136,11 +137,12 @@ class Body:
 
     def __init__(self, system: System, exact_system: ExactSystem) -> None:
         self.reduced: ReducedEnergy = reduced_energy(system, exact_system)
+        self._trace(system, exact_system)
+
+    def _trace(self, system: System, exact_system: ExactSystem) -> None:
         try:
             self.energy = energy_of(system, exact_system)
-            self.bounded = BoundedEnergy(
-                self.energy.U, free=self.energy.free, least=self.energy.least
-            )
+            self.bounded = bounds_of(self.energy)
         except NoMinimumError as error:
             raise NoReducedEnergy(NoEnergyReason.NOT_HELD) from error
         except OverflowError as error:
@@ -202,7 +204,8 @@ class Body:
             unproved = (_unproved(x, self.bounded) for x in found.singular)
             points += [self._point(zero, proved=False) for zero in unproved]
         known = Zeros(tuple(zeros), undecided, examined)
-        closed = self.energy.closed
+        # A spring may lose its length on the way to an end.
+        closed = frozenset() if isinstance(self.bounded, TiedBounds) else self.energy.closed
         return RestStates(
             tuple(points), known, found.zeros, examined, outcome, end, closed, found.share
         )

@@ -27,7 +27,7 @@ from rbstab.analysis.proof.multiple_angles import (
     has_size,
 )
 from rbstab.analysis.proof.polynomial import Polynomial, Ring, fraction
-from rbstab.analysis.proof.tied.position import offset, position_spring
+from rbstab.analysis.proof.position import offset, position_spring
 from rbstab.analysis.proof.traced.separate import (
     ConvexInStates,
     UserEnergies,
@@ -79,7 +79,6 @@ class NoEnergyReason(Enum):
         "the line of a spring may have no length at some attitude, and then its force no direction"
     )
     SIX_VARIABLES = "the body is not held, and its energy is no quadratic function of X"
-    NO_EXTENT = "no bound is found on the position of the body at rest"
     STOP_IN_SIX = (
         "the body is not held, and no proof takes springs, or elements of users whose energy is no "
         "quadratic function of X, beside a stop into account then"
@@ -94,7 +93,6 @@ SEARCHED_INSTEAD = frozenset(
         NoEnergyReason.NOT_TRIGONOMETRIC,
         NoEnergyReason.NO_SLOPES,
         NoEnergyReason.NO_LENGTH,
-        NoEnergyReason.NO_EXTENT,
         NoEnergyReason.STOP_IN_SIX,
     }
 )

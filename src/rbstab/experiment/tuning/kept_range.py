@@ -90,7 +90,7 @@ def unguarded(config: Config) -> Unguarded:
     problem = problem_of(config)
     proof = prove(config, problem)
     energy = None if proof.reduced_energy is None else proof.reduced_energy.energy
-    if proof.tied_energy is not None or not (energy is None or energy.U.is_polynomial):
+    if not (energy is None or energy.U.is_polynomial):
         raise NotDecidedError(
             "the least soft guard is not looked for beside springs, ligaments and some elements "
             "of users"

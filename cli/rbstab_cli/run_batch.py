@@ -97,7 +97,7 @@ class Batch:
         """
         from rbstab.config.build import problem_of
         from rbstab.experiment.convergence.with_proof import takes_proof
-        from rbstab.experiment.proof_cache import proof_for
+        from rbstab.experiment.proof_cache import OLDER, is_older, proof_for
         from rbstab.experiment.run_to_file import prove_run
         from rbstab.store.errors import StoreError
 
@@ -106,6 +106,8 @@ class Batch:
             return finished
         problem = problem_of(config)
         try:
+            if is_older(self.output, config):
+                click.echo(f"{label}: {OLDER}", err=True)
             proof = proof_for(self.output, config, problem, brief=self.prove is None)
             proved = prove_run(run, config, problem, proof, self._enclose())
         except StoreError as error:

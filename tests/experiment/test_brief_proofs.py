@@ -7,13 +7,13 @@ from typing import Any
 import pytest
 import yaml
 from click.testing import CliRunner
+from rbstab.analysis.proof.tied import rest_states, search
+from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
 from support.config_elements import CONTROLLER, config_data
 from support.tied_springs import spring_of, tied_system
 
 from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.searches import limits
-from rbstab.analysis.proof.tied import rest_states, search
-from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.experiment import proof as module

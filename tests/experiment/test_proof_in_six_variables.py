@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq, minimize
-from support.user_code import element_text, mine
-
-from rbstab.analysis.configuration import configurations
 from rbstab.analysis.proof.tied import rest_states
 from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
 from rbstab.analysis.proof.tied.extent import scale_of
 from rbstab.analysis.proof.tied.search import prove as search_all
 from rbstab.analysis.proof_check.tied.checker import check_tied
+from scipy.optimize import brentq, minimize
+from support.user_code import element_text, mine
+
+from rbstab.analysis.configuration import configurations
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
 from rbstab.experiment.proof import prove

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from rbstab.experiment.stored_proof.written_energies import energy_of
 from scipy.optimize import minimize
 from support.config_elements import CONTROLLER, STRUT, config_data
 
@@ -28,7 +29,6 @@ from rbstab.experiment.stability import stability_of
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import reached_state
-from rbstab.experiment.stored_proof.written_energies import energy_of
 from rbstab.experiment.verification.verify import verify
 
 ROOT = Path(__file__).parents[2] / "configs"

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, root
-from support.config_elements import CONTROLLER, STRUT, TIE, config_data
+from support.config_elements import CONTROLLER, TIE, config_data
 from support.held_springs import energy_of, held_system, random_springs
 from support.proofs import rest_states, unwrapped_rest_states
 
@@ -22,7 +22,6 @@ from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.proof import prove
 from rbstab.experiment.robust.bodies import prove_within
 from rbstab.experiment.start_sets.prove_starts import prove_starts
-from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.starts import start_state
 from rbstab.experiment.verification.verify import verify
 from rbstab.proof.robust.numbers import NoFamilyReason
@@ -268,13 +267,3 @@ def test_a_search_of_a_body_that_is_not_held_finds_rest_states_of_a_tie(variant)
     assert same >= {k for k, other in enumerate(proved.states) if other.index == 0}
     assert start_state(problem_of(config), found) is None
     assert not verify(found, config).verified
-
-
-def test_only_ids_with_a_spring_have_its_version(monkeypatch):
-    """Proofs that nothing is decided, made before springs were in proofs, are not found again."""
-    configs = [load_config(config_data({"x": one}, HELD)) for one in (TIE, STRUT)]
-    before = [proof_id(config) for config in configs]
-    monkeypatch.setattr("rbstab.experiment.stored_proof.identity.SPRING_VERSION", 0)
-    after = [proof_id(config) for config in configs]
-    assert after[0] == before[0]
-    assert after[1] != before[1]

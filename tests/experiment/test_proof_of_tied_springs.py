@@ -6,17 +6,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.config_elements import CONTROLLER, TIE, config_data
-
-from rbstab.analysis.linearisation import NoDerivativesError, linearise
 from rbstab.analysis.proof.tied.rest_states import tied_rest_states
 from rbstab.analysis.proof_check.tied.checker import check_tied
+from support.config_elements import CONTROLLER, config_data
+
+from rbstab.analysis.linearisation import NoDerivativesError, linearise
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stability import stability_of
-from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import has_no_rest_state, start_state
 from rbstab.experiment.tuning.guard import guard
@@ -146,15 +145,6 @@ def test_no_barrier_is_enough_for_every_start(monkeypatch):
     assert "may lose its length" in why
 
 
-def test_only_a_tied_body_with_a_spring_and_a_guard_has_another_id(monkeypatch):
-    """Records of before the theorem, that nothing was decided, are not found again."""
-    configs = [config_of(), config_of(others={"range": BARRIER})]
-    before = [proof_id(config) for config in configs]
-    monkeypatch.setattr("rbstab.experiment.stored_proof.identity.TIED_BARRIER_VERSION", 0)
-    after = [proof_id(config) for config in configs]
-    assert [one == other for one, other in zip(before, after, strict=True)] == [True, False]
-
-
 def test_a_limit_of_boxes_is_named(monkeypatch):
     limited = partial(tied_rest_states, box_limit=600)
     monkeypatch.setattr("rbstab.analysis.proof.tied.rest_states.tied_rest_states", limited)
@@ -163,20 +153,6 @@ def test_a_limit_of_boxes_is_named(monkeypatch):
     assert found.outcome == "the limit on the number of boxes was reached"
     assert found.undecided
     assert not has_no_rest_state(found)
-
-
-def test_only_ids_of_tied_bodies_with_a_spring_have_its_version(monkeypatch):
-    """Records that nothing was decided of them are not found again."""
-    held = {key: TIED[key] for key in CONTROLLER} | {"variant": "permanent"}
-    configs = [
-        config_of(),
-        load_config(config_data({"x": TIE}, TIED)),
-        load_config(config_data({"x": SPRING}, held)),
-    ]
-    before = [proof_id(config) for config in configs]
-    monkeypatch.setattr("rbstab.experiment.stored_proof.identity.TIED_VERSION", 0)
-    after = [proof_id(config) for config in configs]
-    assert [one == other for one, other in zip(before, after, strict=True)] == [False, True, True]
 
 
 def test_a_damped_spring_without_a_rest_length_is_not_decided():

@@ -9,8 +9,9 @@ from scipy.integrate import solve_ivp
 
 from rbstab.proof.bounds import BoundedEnergy
 from rbstab.proof.expr import variable
+from rbstab.proof.landscape import is_minimum
 from rbstab.proof.model import Energy
-from rbstab.proof.regions import is_minimum, regions_of
+from rbstab.proof.regions import regions_of
 from rbstab.proof.search import Box, Search
 from rbstab.proof.starts import RegionLevel, StartRegions
 

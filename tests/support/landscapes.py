@@ -8,15 +8,16 @@ from scipy.integrate import solve_ivp
 from rbstab.analysis.proof.boxes import RANGE_END
 
 
-def flooded(form, rest, state, shape=(63, 33, 63)):
+def flooded(energies, rest, state, shape=(63, 33, 63)):
     """Return the least energy at which paths on a grid lead from a state to others or the border.
 
-    Every path on the grid is a path, so no proved level can be higher.
+    Every path on the grid is a path, so no proved level can be higher. energies returns U at
+    points of shape (m, 3).
     """
     axes = [np.linspace(-end, end, n) for end, n in zip(RANGE_END, shape, strict=True)]
     nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     parts = np.array_split(nodes, 20)
-    U = np.concatenate([form.value(part) for part in parts]).reshape(shape)
+    U = np.concatenate([energies(part) for part in parts]).reshape(shape)
     node_of = [
         tuple(int(np.abs(axis - x).argmin()) for axis, x in zip(axes, point.Theta, strict=True))
         for point in rest.states
@@ -38,10 +39,7 @@ def flooded(form, rest, state, shape=(63, 33, 63)):
     raise AssertionError("the border is always reached")
 
 
-def end_of_flow(form, start):
-    """Return the end of the flow along -∇U."""
-
-    def downhill(_, Theta):
-        return -form.approximate(Theta[np.newaxis], 1)[1][0]
-
-    return solve_ivp(downhill, (0, 200), start, method="LSODA", rtol=1e-9, atol=1e-9).y[:, -1]
+def end_of_flow(slopes, start):
+    """Return the end of the flow along -∇U; slopes returns ∇U at a point."""
+    flow = solve_ivp(lambda _, x: -slopes(x), (0, 200), start, method="LSODA", rtol=1e-9, atol=1e-9)
+    return flow.y[:, -1]

@@ -1,21 +1,19 @@
 """Proofs as plain data: those of systems, and small ones that are written by hand."""
 
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from rbstab.analysis.proof.rest_states import RestStates
 from rbstab.analysis.proof.searches.limits import BOX_LIMIT
-from rbstab.analysis.proof_check.checker import check
-from rbstab.analysis.proof_check.cover import Cover
-from rbstab.analysis.proof_check.findings import Finding
-from rbstab.experiment.proof import _regions_of
-from rbstab.experiment.stored_proof.reduced import proof_record
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.model import ExactSystem
-from rbstab.proof.rest_states import Body
+from rbstab.proof.expr import Expr, expr, variable
+from rbstab.proof.model import Energy, ExactSystem
+from rbstab.proof.record import energy_record
+from rbstab.proof.regions import Regions
+from rbstab.proof.rest_states import Body, RestStates
 from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
 
@@ -55,44 +53,32 @@ def unwrapped_rest_states(rest: RestStates, limit: int | None = None) -> RestSta
         return _BODIES[rest].wide(rest, limit)
 
 
-def proof_of(system: System, *, wide: bool = False, box_limit: int = BOX_LIMIT) -> PROOF:
-    """Return the proof of a system.
-
-    Args:
-        system: The system.
-        wide: Whether to add the rest states for all θ1 and θ3.
-        box_limit: The number of boxes at which the proof stops.
-    """
+def regions_of(rest: RestStates) -> Regions:
+    """Return c* and the regions of the minima in a range."""
     with np.errstate(all="ignore"):
-        rest = rest_states(system, box_limit=box_limit)
-        unwrapped = unwrapped_rest_states(rest) if wide else None
-        record = proof_record(
-            "id", _regions_of(rest), None if unwrapped is None else _regions_of(unwrapped), 0.0
-        )
-    return record.model_dump(mode="json")
+        return _BODIES[rest].regions(rest)
 
 
-_FINDINGS: dict[str, list[Finding]] = {}
+def energies_of(rest: RestStates, Theta: Array) -> Array:
+    """Return U at points of shape (m, 3), J, in doubles."""
+    return _BODIES[rest].bounded.at(np.asarray(Theta).T)[0]
 
 
-def findings_of(proof: PROOF) -> list[Finding]:
-    """Return what `check` finds of a proof; equal proofs are checked once."""
-    # Python prints all digits of a float.
-    content = repr(proof)
-    if content not in _FINDINGS:
-        _FINDINGS[content] = check(proof)
-    return list(_FINDINGS[content])
+def slopes_of(rest: RestStates, Theta: Array) -> Array:
+    """Return ∇U at one point of shape (3,), J/rad, in doubles."""
+    return _BODIES[rest].bounded.at(np.asarray(Theta)[:, np.newaxis])[1][:, 0]
+
+
+def _squared_distance(centre: tuple[float, float, float]) -> Expr:
+    apart = (variable(k) - expr(Fraction(x)) for k, x in enumerate(centre))
+    return sum((x * x for x in apart), expr(0)).scaled(Fraction(1, 2))
 
 
 def parabola(centre: tuple[float, float, float], bound: float) -> PROOF:
     """Return a proof for U = ½ |Θ - centre|², J, with a certified region up to a bound."""
     box = [[x - 1e-9 for x in centre], [x + 1e-9 for x in centre]]
     return {
-        "reduced_energy": {
-            "quadratic": np.eye(3).tolist(),
-            "linear": [-x for x in centre],
-            "coefficients": [[[0.5 * sum(x * x for x in centre)]]],
-        },
+        "reduced_energy": energy_record(Energy(_squared_distance(centre))),
         "proved": True,
         "unique": True,
         "undecided": [],
@@ -109,22 +95,3 @@ def parabola(centre: tuple[float, float, float], bound: float) -> PROOF:
         "regions": [],
         "unwrapped": None,
     }
-
-
-def leaves(found: Cover) -> list[tuple[str, Array]]:
-    """Return the settled boxes of a cover with their reasons, from its tree alone."""
-    tree, listed = iter(found.tree), []
-
-    def walk(box: Array) -> None:
-        entry = next(tree)
-        if not entry.isdigit():
-            listed.append((entry, box))
-            return
-        lower, upper, axis = box.copy(), box.copy(), int(entry) - 1
-        lower[axis, 1] = upper[axis, 0] = box[axis, 0] / 2 + box[axis, 1] / 2
-        walk(lower)
-        walk(upper)
-
-    walk(np.array(found.box))
-    assert list(tree) == []
-    return listed

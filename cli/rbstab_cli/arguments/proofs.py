@@ -32,9 +32,9 @@ def proofs_of_folder(folder: Path, config: "Config | None") -> ProofFiles:
 
     Args:
         folder: The folder of results, or of proofs.
-        config: Only the newest proof of this config is returned; None: all proofs.
+        config: Only the proof of this config is returned; None: all proofs.
     """
-    from rbstab.experiment.proof_cache import PROOFS, proof_names
+    from rbstab.experiment.proof_cache import PROOFS, proof_file
 
     place = folder if folder.absolute().name == PROOFS else folder / PROOFS
     try:
@@ -45,8 +45,8 @@ def proofs_of_folder(folder: Path, config: "Config | None") -> ProofFiles:
         _fail(f"error: {place} cannot be read: {error.strerror or error}")
     files = [path for path in found if not is_other_proof(path)]
     if config is not None:
-        names = proof_names(config)
-        files = [path for name in names for path in files if path.name == name][:1]
+        name = proof_file(folder, config).name
+        files = [path for path in files if path.name == name]
     if not files:
         whose = " of this config" if config is not None else ""
         _fail(

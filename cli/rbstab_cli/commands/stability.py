@@ -164,7 +164,7 @@ def _shown(
 
 def _proof(config: "Config", problem: "Problem", results: Path, *, search_only: bool) -> "Proof":
     from rbstab.experiment.proof import prove
-    from rbstab.experiment.proof_cache import cached_proof, proof_for
+    from rbstab.experiment.proof_cache import OLDER, cached_proof, is_older, proof_for
     from rbstab.store.errors import StoreError
 
     try:
@@ -172,6 +172,8 @@ def _proof(config: "Config", problem: "Problem", results: Path, *, search_only: 
             found = cached_proof(results, config)
             decided = found is not None and (found.proved or found.states)
             return found if found and decided else prove(config, problem, search_only=True)
+        if is_older(results, config):
+            click.echo(f"{results}: {OLDER}", err=True)
         return proof_for(results, config, problem)
     except StoreError as error:
         # Print the proof although it cannot be read or stored.

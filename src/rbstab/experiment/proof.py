@@ -25,14 +25,14 @@ from rbstab.experiment.stored_proof.proof import (
 )
 from rbstab.experiment.stored_proof.reduced import Found, proof_record, searched_record
 from rbstab.experiment.stored_proof.rotations import rotations_record, state_records
-from rbstab.experiment.stored_proof.tied import tied_record
 from rbstab.files.counts import grouped
 from rbstab.integrate.problem import Problem
 from rbstab.systems.system import System
 
 if TYPE_CHECKING:
     from rbstab.analysis.proof.reduced_energy import ExactSystem, NoReducedEnergy
-    from rbstab.proof.rest_states import RestStates
+    from rbstab.analysis.proof.searches.limits import Limit
+    from rbstab.proof.rest_states import Body, RestStates
 
 
 ENOUGH = 0.5
@@ -171,20 +171,32 @@ def _reduced_proof(  # noqa: PLR0913 (as `prove`, with what it has computed)
     search_only: bool,
     brief: bool,
 ) -> Proof:
-    """Prove the rest states of a body by an energy of Θ alone."""
-    from rbstab.analysis.proof.outcome import SearchOutcome
+    """Prove the rest states of a body whose energy is quadratic in X, if it is not held."""
     from rbstab.analysis.proof.searches.limits import search_limit
-    from rbstab.analysis.proof.unwrapped import box_limit_of
     from rbstab.proof.regions import NO_REGIONS
     from rbstab.proof.rest_states import Body
+
+    limit, body = search_limit(system, brief=brief), Body(system, exact_system)
+    if search_only:
+        found = Found(body.searched(), NO_REGIONS)
+        seconds = time.perf_counter() - start_time
+        return proof_record(identity, body.energy, found, None, seconds)
+    most = search_limit(system, brief=False).boxes
+    return _proof_with(identity, body, limit, most, start_time, brief=brief)
+
+
+def _proof_with(  # noqa: PLR0913 (as `prove`, with what it has computed)
+    identity: str, body: "Body", limit: "Limit", most: int, start_time: float, *, brief: bool
+) -> Proof:
+    """Prove the rest states of a body, and their regions."""
+    from rbstab.analysis.proof.outcome import SearchOutcome
+    from rbstab.proof.regions import NO_REGIONS
 
     def seconds() -> float:
         return time.perf_counter() - start_time
 
-    limit, body = search_limit(system, brief=brief), Body(system, exact_system)
-    rest = body.searched() if search_only else body.proved(limit.boxes)
+    rest = body.proved(limit.boxes)
     stopped = rest.outcome is SearchOutcome.BOX_LIMIT
-    most = search_limit(system, brief=False).boxes
     rate_known = stopped and rest.examined >= MANY
     too_few = rate_known and rest.covered * most < ENOUGH * rest.examined
     changes = {"outcome": _too_few(rest, most)} if too_few else {}
@@ -193,21 +205,18 @@ def _reduced_proof(  # noqa: PLR0913 (as `prove`, with what it has computed)
         record = proof_record(identity, body.energy, Found(rest, NO_REGIONS), None, seconds())
         return record.model_copy(update={**changes, "brief": brief or None})
     left = limit.boxes - rest.examined
-    wide = None
-    if not search_only:
-        wide = body.wide(rest, left if brief else None)
+    wide = body.wide(rest, left if brief else None)
     # Where every start converges, no region is needed: it is all of the range.
     needed = not (rest.every_start_of_range or (wide is not None and wide.every_start))
     found = Found(rest, body.regions(rest) if needed else NO_REGIONS)
-    unwrapped = None
-    if wide is not None:
+    unwrapped = found if wide is rest else None
+    if wide is not None and wide is not rest:
         # Where the search of the wide range stopped, undecided boxes cover most of it.
         ended = wide.outcome is SearchOutcome.BOX_LIMIT
-        regions = body.regions(wide) if needed and not ended else NO_REGIONS
-        unwrapped = found if wide is rest else Found(wide, regions)
+        unwrapped = Found(wide, body.regions(wide) if needed and not ended else NO_REGIONS)
     record = proof_record(identity, body.energy, found, unwrapped, seconds())
     wide_stopped = wide is not None and wide.outcome is SearchOutcome.BOX_LIMIT
-    by_limit = stopped or (left < box_limit_of(body.reduced.form) and wide_stopped)
+    by_limit = stopped or (left < body.wide_limit and wide_stopped)
     return record.model_copy(update={**changes, "brief": True if brief and by_limit else None})
 
 
@@ -235,26 +244,18 @@ def _tied_proof(
     *,
     brief: bool,
 ) -> Proof:
-    """Prove the rest states of a tied body in six variables, such as one with springs."""
-    from rbstab.analysis.proof.outcome import SearchOutcome
+    """Prove the rest states of a body whose energy is not quadratic in X."""
     from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
-    from rbstab.analysis.proof.tied.energy import tied_energy
-    from rbstab.analysis.proof.tied.rest_states import tied_rest_states, unwrapped_tied_states
-    from rbstab.analysis.proof.tied.search import brief_box_limit
+    from rbstab.analysis.proof.searches.limits import Limit
+    from rbstab.proof.tied_body import BOX_LIMIT, BRIEF_BOX_LIMIT, TiedBody
 
+    limit = Limit(BRIEF_BOX_LIMIT if brief else BOX_LIMIT, slow=True)
     try:
-        energy = tied_energy(system, exact_system)
-        total = brief_box_limit(energy) if brief else None
-        rest = tied_rest_states(energy, total=total)
-        wide, left = None, None if total is None else total - rest.boxes
-        # The wider range takes longer still.
-        if rest.outcome is not SearchOutcome.BOX_LIMIT:
-            wide = unwrapped_tied_states(energy, rest, total=left)
+        with np.errstate(all="ignore"):
+            body = TiedBody(system, exact_system)
+            return _proof_with(identity, body, limit, BOX_LIMIT, start_time, brief=brief)
     except NoReducedEnergy as error:
         return _no_energy(identity, system, error, start_time)
-    ended_early = brief and (rest.stopped or (wide is not None and wide.stopped))
-    record = tied_record(identity, rest, wide, time.perf_counter() - start_time)
-    return record.model_copy(update={"brief": True}) if ended_early else record
 
 
 def _no_energy(identity: str, system: System, error: "NoReducedEnergy", start_time: float) -> Proof:

@@ -4,6 +4,7 @@ All runs with the same body, gravity and controller share one proof.
 """
 
 import errno
+import json
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -142,6 +143,21 @@ def why_unreadable(folder: Path) -> str:
         reason = getattr(error, "strerror", None) or error
         return f"the stored proofs in {proofs} cannot be read: {reason}"
     return ""
+
+
+OLDER = "stored proof of an older program, made again"
+"""What is said where `is_older`."""
+
+
+def is_older(folder: Path, config: Config) -> bool:
+    """Return whether the stored proof of a config is one of an older program."""
+    from rbstab.experiment.stored_proof.identity import PROOF_VERSION
+
+    try:
+        data = json.loads(proof_file(folder, config).read_bytes())
+    except (OSError, ValueError):
+        return False
+    return isinstance(data, dict) and data.get("version") != PROOF_VERSION
 
 
 def proof_for(

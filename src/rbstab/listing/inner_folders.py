@@ -4,7 +4,7 @@ from collections import defaultdict
 from enum import StrEnum
 from pathlib import Path
 
-from rbstab.experiment.proof_cache import PROOFS, proof_names
+from rbstab.experiment.proof_cache import PROOFS, proof_file
 from rbstab.experiment.stored_config import stored_config
 from rbstab.listing.folder import proofs_in, results_in
 from rbstab.listing.kinds import Kind, kind_of, sweep_folder_of
@@ -85,10 +85,12 @@ def _titles_by_proof(folder: Path) -> dict[str, list[str]]:
 
 
 def _read_proofs_of_run(path: Path) -> tuple[str, list[str]]:
-    """Return the title of a run, and the names that the file of its proof may have."""
+    """Return the title of a run, and the name that the file of its proof has, or none."""
     result = open_result(path)
     config = stored_config(result).config
-    return str(result.attributes["title"]), [] if config is None else proof_names(config)
+    return str(result.attributes["title"]), [] if config is None else [
+        proof_file(path.parent, config).name
+    ]
 
 
 _proofs_of_runs = IsolatedReaders(_read_proofs_of_run)

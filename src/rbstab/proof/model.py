@@ -32,6 +32,7 @@ from rbstab.proof.expr import (
     only,
     variable,
 )
+from rbstab.proof.lengths import with_lengths_apart, with_squares
 from rbstab.proof.rewriting import (
     inverse_of_definite,
     quadratic_in,
@@ -72,6 +73,7 @@ class Energy:
         shift: For each z the place from where it is counted, as an expression of Θ.
         stop: The largest |θ2| that a stop allows, rad; None without one.
         closed: The angles, 0 to 2, of which no motion reaches the end of the range.
+        plain: U before terms of one switch were taken together (`with_outlined_steps`).
     """
 
     U: Expr
@@ -80,6 +82,7 @@ class Energy:
     shift: Mapping[int, Expr] = field(default_factory=dict)
     stop: Fraction | None = None
     closed: frozenset[int] = frozenset()
+    plain: Expr | None = None
 
     @property
     def least(self) -> dict[Atom, float]:
@@ -176,6 +179,7 @@ def _exact(system: System, exact_system: ExactSystem) -> System:
 
 def eliminated(total: Expr, others: range) -> Energy:
     """Minimise over all variables in which the energy is quadratic with constant stiffness."""
+    total = with_lengths_apart(total, others)
     inside = {v for a in total.atoms if a.kind != VAR for v in a.variables if v >= others.start}
     chosen = [k for k in others if k not in inside]
     # Variables with other powers, or with a stiffness that depends on Θ, stay.
@@ -191,7 +195,8 @@ def eliminated(total: Expr, others: range) -> Energy:
         U = U + (parts.b[i] * minimiser[k]).scaled(Fraction(1, 2))
     free = tuple(k for k in others if k not in chosen)
     U, shift = _shifted(U, free)
-    return Energy(with_outlined_steps(U), free, minimiser, shift)
+    U = with_squares(U, free)
+    return Energy(with_outlined_steps(U), free, minimiser, shift, plain=U)
 
 
 def _not_quadratic(total: Expr, chosen: list[int]) -> set[int]:

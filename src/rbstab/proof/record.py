@@ -40,6 +40,7 @@ from rbstab.proof.expr import (
     variable,
 )
 from rbstab.proof.model import Energy
+from rbstab.proof.rewriting import with_outlined_steps
 from rbstab.proof.search import Box, Boxes, Zero, Zeros, joined, one_box
 
 FORMAT = 1
@@ -171,11 +172,12 @@ def _factor(e: Expr) -> Expr:
 
 def energy_record(energy: Energy) -> Record:
     """Return an energy as plain data: the value of "energy" in a record."""
-    operations = operations_of(energy.U)
-    assert expression_of(operations) == energy.U
+    U = energy.U if energy.plain is None else energy.plain
+    operations = operations_of(U)
+    assert expression_of(operations) == U
     return {
         "operations": operations,
-        "digest": energy.U.digest,
+        "digest": U.digest,
         "free": list(energy.free),
         "stop": None if energy.stop is None else str(energy.stop),
         "closed": sorted(energy.closed),
@@ -198,7 +200,7 @@ def read_energy(record: Mapping[str, Any]) -> Energy:
         raise WrongRecordError(f"the energy cannot be read: {error}") from error
     if U.digest != digest:
         raise WrongRecordError("the digest of the energy is not that of its operations")
-    return Energy(U, free, stop=exact, closed=closed)
+    return Energy(with_outlined_steps(U), free, stop=exact, closed=closed, plain=U)
 
 
 def difference_from(record: Mapping[str, Any], energy: Energy) -> str | None:

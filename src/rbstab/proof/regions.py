@@ -26,7 +26,7 @@ from rbstab.proof.search import Box, Boxes, Zeros, joined
 TIE = 1e-10
 """Energies with a smaller relative difference count as equal; the first place is reported."""
 
-MARGIN = 1e-5
+MARGIN = 1e-6
 """How near the proved level is to a pass, relative to its height."""
 
 RIDGE_MARGIN = 0.02
@@ -52,7 +52,8 @@ class Certified:
         lower_bound: The level up to which this is proved, J; 0 if nothing is.
         energy_bound: The same for the sum of all energies; None if nothing is proved.
         attained_at: The first point with energy c*, shape (3,), rad.
-        face: The face on which it is; None: at another rest state.
+        face: The face on which it is; None: at another rest state, or with a spring.
+        spring: Whether it is where a spring has no length.
         closed: Whether the least energies on the faces are known to `levels.LOOSE`.
         examined: The number of boxes of faces.
     """
@@ -65,6 +66,7 @@ class Certified:
     face: Face | None
     closed: bool
     examined: int
+    spring: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,13 +118,15 @@ def regions_of(energy: Energy, zeros: Zeros, box: Box, V: BoundedEnergy | None =
     land = Landscape(energy, zeros, box, Ranges.of(energy, V))
     certified = _certified(land)
     minima = [k for k, zero in enumerate(zeros.zeros) if is_minimum(zero)]
+    # With springs, cells take too long.
+    minima = [] if land.springs else minima
     found = [] if certified is None else _minima(land, minima)
     return Regions(certified, tuple(found))
 
 
 def _certified(land: Landscape) -> Certified | None:
     lowest, *others = land.state_levels()
-    levels = [*land.face_levels(), *others]
+    levels = [*land.face_levels(), *others, *land.springs]
     if not levels:
         return None
     energy = min(one.value for one in levels)
@@ -141,6 +145,7 @@ def _certified(land: Landscape) -> Certified | None:
         first.face,
         land.least is None or bool(land.least.closed.all()),
         0 if land.least is None else land.least.examined,
+        first in land.springs,
     )
 
 

@@ -14,11 +14,12 @@ from rbstab.analysis.proof.reduced_energy import (
     ReducedEnergy,
     reduced_energy,
 )
-from rbstab.analysis.proof.rest_states import RestPoint, end_of_rest_states, within_stops
-from rbstab.analysis.proof.unwrapped import MAX_END, box_limit_of, unwrapped_end
+from rbstab.analysis.proof.rest_states import RestPoint
 from rbstab.analysis.rest_state import held_at_kink, rest_state_at
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import BoundedEnergy
+from rbstab.proof.confine import confined, end_of_pitch
+from rbstab.proof.expr import COS, SIN, VAR
 from rbstab.proof.held import held_zeros, jumps, out_of_balance, zeros_at_stop
 from rbstab.proof.model import ExactSystem, NoMinimumError, energy_of, value_at
 from rbstab.proof.regions import Regions, regions_of
@@ -34,6 +35,7 @@ from rbstab.proof.search import (
     newton,
     one_box,
 )
+from rbstab.proof.tied import TiedBounds, bounds_of
 from rbstab.systems.system import System
 
 STARTS = 256
@@ -44,6 +46,15 @@ SAME = 3e-4
 
 MOST_CENTRES = 64
 """Undecided boxes from whose centres states on a surface are looked for."""
+
+MAX_END = 20.0
+"""rad: wider boxes of θ1 and θ3 are not searched, because they take too long."""
+
+WIDE_LIMIT = 16_000
+"""Boxes of a search for all real θ1 and θ3. A soft body may have hundreds of rest states."""
+
+WIDE_LIMIT_WITH_FUNCTIONS = 100_000
+"""The same for an energy with lengths, or other functions of Θ, whose boxes are smaller."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +67,7 @@ class RestStates:
         inside: Those that no stop holds.
         examined: The number of boxes that the proof examined.
         outcome: How the proof ended.
-        end: The largest |Θ| in the range, shape (3,), rad. Beyond it is a stop, or the energy of a
-            barrier only rises, and nothing is at rest.
+        end: The largest |Θ| in the range, shape (3,), rad; that of θ2 is the angle of a stop.
         closed: The angles of which no motion reaches the end of the range.
         covered: The share of the range that the proof has finished.
     """
@@ -127,11 +137,12 @@ class Body:
 
     def __init__(self, system: System, exact_system: ExactSystem) -> None:
         self.reduced: ReducedEnergy = reduced_energy(system, exact_system)
+        self._trace(system, exact_system)
+
+    def _trace(self, system: System, exact_system: ExactSystem) -> None:
         try:
             self.energy = energy_of(system, exact_system)
-            self.bounded = BoundedEnergy(
-                self.energy.U, free=self.energy.free, least=self.energy.least
-            )
+            self.bounded = bounds_of(self.energy)
         except NoMinimumError as error:
             raise NoReducedEnergy(NoEnergyReason.NOT_HELD) from error
         except OverflowError as error:
@@ -150,11 +161,8 @@ class Body:
             end: The largest |Θ|, shape (3,), rad; by default that of eq. 5.
             inner: What `proved` returned for a range inside: it is not searched again if all rest
                 states in it are known.
-
-        Raises:
-            NoReducedEnergy: A barrier is too weak for double precision.
         """
-        end = end_of_rest_states(self.reduced.form, end)
+        end = self.within_stop(end)
         box = Box(-end, end)
         held, begin = held_zeros(self.energy, box), None
         if inner is not None and inner.proved:
@@ -196,7 +204,8 @@ class Body:
             unproved = (_unproved(x, self.bounded) for x in found.singular)
             points += [self._point(zero, proved=False) for zero in unproved]
         known = Zeros(tuple(zeros), undecided, examined)
-        closed = self.energy.closed
+        # A spring may lose its length on the way to an end.
+        closed = frozenset() if isinstance(self.bounded, TiedBounds) else self.energy.closed
         return RestStates(
             tuple(points), known, found.zeros, examined, outcome, end, closed, found.share
         )
@@ -220,21 +229,28 @@ class Body:
             Those in a box beyond which there are none: `rest` itself if its box is this one. None
             if no such box is known, or if a barrier closes the range of θ1 and θ3.
         """
-        form = self.reduced.form
-        closed = form.guard is not None and form.guard.outer is not None
-        if closed or not all(line.periodic for line in form.lines):
+        found = confined(self.energy, self.bounded)
+        if found is None or not np.all(found < MAX_END):
             return None
-        end = unwrapped_end(form)
-        if end is None or not np.all(end < MAX_END):
-            return None
-        if np.array_equal(end_of_rest_states(form, end), rest.end):
+        end = self.within_stop(np.array([found[0], RANGE_END[1], found[1]]))
+        if np.array_equal(end, rest.end):
             return rest
-        most = box_limit_of(form)
-        return self.proved(most if limit is None else min(most, limit), end, rest)
+        most = self.wide_limit if limit is None else min(self.wide_limit, limit)
+        return self.proved(most, end, rest)
+
+    @property
+    def wide_limit(self) -> int:
+        """The number of boxes at which a search for all real θ1 and θ3 stops."""
+        plain = all(a.kind in {VAR, SIN, COS} or a.variables <= {1} for a in self.energy.U.atoms)
+        return WIDE_LIMIT if plain else WIDE_LIMIT_WITH_FUNCTIONS
+
+    def within_stop(self, end: Array) -> Array:
+        """Return the largest |Θ| in a range that a motion can reach with a stop, shape (3,)."""
+        return np.array([end[0], min(end[1], end_of_pitch(self.energy)), end[2]])
 
     def searched(self, seed: int = 0) -> RestStates:
         """Return the rest states in the range that Newton's method reaches; nothing is proved."""
-        end = within_stops(self.reduced.form, RANGE_END)
+        end = self.within_stop(RANGE_END)
         points, last = newton(self.bounded, _random(end, STARTS, seed))
         inside = np.all(np.abs(points) < end[:, None], axis=0) & (last < 1e-9)
         box, different = Box(-end, end), list[Array]()

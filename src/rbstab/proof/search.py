@@ -335,13 +335,15 @@ class Search:
         """Follow Newton's method from points, and prove the zeros in which it ends."""
         ends, last = newton(self.energy, points, TRY_STEPS)
         for x, size in zip(ends.T, last, strict=True):
-            if not size < ZERO_STEP or any(zero.domain.contains(x) for zero in self.zeros):
+            if not (size < ZERO_STEP and self._is_bounded(x, x)):
+                continue
+            if any(zero.domain.contains(x) for zero in self.zeros):
                 continue
             if any(np.abs(x - other).max() < NEAR_FAILED for other in self.failed):
                 continue
             zero = isolated(self.energy, x)
             if zero is not None:
-                if self._is_bounded(zero):
+                if self._is_bounded(*zero.enclosure):
                     self._add(zero)
             elif self._may_be_of_family(x):
                 self.failed.append(x)
@@ -364,15 +366,14 @@ class Search:
         else:
             self.zeros.append(zero)
 
-    def _is_bounded(self, zero: Zero) -> bool:
-        """Return whether the known lower bounds of atoms hold in the enclosure of a zero.
+    def _is_bounded(self, low: Array, high: Array) -> bool:
+        """Return whether the known lower bounds of atoms hold between two points.
 
         They do in the box. Beyond it the bounds are those of another function, which may have a
         zero in whose domain that of V would be overlooked.
         """
         known = frozenset[int]().union(*(a.variables for a in self.energy.least))
         axes = [i for i, v in enumerate(self.energy.variables) if v in known]
-        low, high = zero.enclosure
         above = np.all(low[axes] > self.box.lo[axes])
         return bool(above and np.all(high[axes] < self.box.hi[axes]))
 

@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from rbstab.experiment.stored_proof.written_energies import energy_of
 from support.paper_runs import CASE_NAMES, CASES, paper_config
 
 import rbstab
@@ -12,7 +13,6 @@ from rbstab.analysis.proof.reduced_energy import reduced_energy
 from rbstab.analysis.proof_check.equations import agrees_with_equations
 from rbstab.config.build import system_of
 from rbstab.config.load import plain_data
-from rbstab.experiment.stored_proof.written_energies import energy_of
 
 LONG = {
     "kind": "ligament",

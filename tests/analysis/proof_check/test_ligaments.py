@@ -7,6 +7,7 @@ import pytest
 from flint import arb, ctx
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rbstab.experiment.stored_proof.written_energies import energy_of
 from support.held_springs import held_system
 from support.ligaments import (
     held_energy,
@@ -26,7 +27,6 @@ from rbstab.analysis.proof_check.lengths.free_ligaments import FreeLigaments, Ov
 from rbstab.analysis.proof_check.lengths.ligaments import LigamentLaw
 from rbstab.analysis.proof_check.lengths.small_matrices import cholesky, inverse, product, turned
 from rbstab.analysis.proof_check.taylor import Taylor
-from rbstab.experiment.stored_proof.written_energies import energy_of
 
 
 @pytest.fixture(autouse=True)

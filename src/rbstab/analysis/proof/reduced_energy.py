@@ -27,7 +27,7 @@ from rbstab.analysis.proof.multiple_angles import (
     has_size,
 )
 from rbstab.analysis.proof.polynomial import Polynomial, Ring, fraction
-from rbstab.analysis.proof.tied.position import offset, position_spring
+from rbstab.analysis.proof.position import offset, position_spring
 from rbstab.analysis.proof.traced.separate import (
     ConvexInStates,
     UserEnergies,

@@ -39,7 +39,6 @@ from rbstab.experiment.convergence.enclosed_system import (
 from rbstab.experiment.convergence.many_motions import Decisions
 from rbstab.experiment.convergence.region_bounds import region_energies
 from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.experiment.stored_proof.starts import ROUND_OFF, start_level, starts_inside
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.motion.equations import Equations
@@ -81,7 +80,7 @@ def convergence_at_start(config: Config, problem: Problem, proof: Proof | None) 
         return _at_start(problem, proof, refused)
     assert proof is not None
     if not proof.has_energy:
-        return _by_older_proof(problem, proof)
+        return Convergence(None, why=OUTSIDE, reason=Undecided.OUTSIDE)
     equations = Equations(partial(enclosed_system, config))
     start = exact_start(config, state_scale(problem))
     (found,) = Decisions(proof, equations)(start, np.zeros(1), np.zeros(1, dtype=int))
@@ -228,17 +227,6 @@ def _at_start(problem: Problem, proof: Proof | None, refused: Convergence) -> Co
             why = f"{why}. Only a region could decide: {refused.why}"
         return Convergence(None, why=why, reason=Undecided.NO_REGION)
     return inside or refused
-
-
-def _by_older_proof(problem: Problem, proof: Proof) -> Convergence:
-    """Return what a proof of version 1 says about a start: v(0) in doubles, with its margin."""
-    level = start_level(problem, proof)
-    if proof.region is None or level is None or not starts_inside(problem, proof):
-        return Convergence(None, why=OUTSIDE, reason=Undecided.OUTSIDE)
-    margin = ROUND_OFF * abs(level)
-    energy = (level - margin, level + margin)
-    bound = proof.region.lower_bound
-    return Convergence(True, rest_state=1, time=0.0, energy=energy, bound=bound)
 
 
 def _samples_in(begin: float, step: SetSteps, times: Array) -> Iterator[_Sample]:

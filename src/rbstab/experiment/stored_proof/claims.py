@@ -37,9 +37,12 @@ def _claims(proved: ProvedStates, *, every_start: bool) -> dict[str, Any]:
     }
     if proved.undecided:
         found["undecided"] = [[list(low), list(high)] for low, high in proved.undecided]
-    if proved.region is not None and proved.region.energy_bound is not None:
-        found["level"] = proved.region.energy_bound
-    found["regions"] = [[one.rest_state - 1, one.energy_bound] for one in proved.regions]
+    level = None if proved.region is None else proved.region.energy_bound
+    if level is not None:
+        found["level"] = level
+    # Below `level`, all of the range is the region of the lowest.
+    higher = (one for one in proved.regions if level is None or one.energy_bound > level)
+    found["regions"] = [[one.rest_state - 1, one.energy_bound] for one in higher]
     return found
 
 

@@ -24,19 +24,13 @@ OF_ELEMENTS = (
     "every_start",
     "formulas",
     "held",
-    "free_ligaments",
-    "kinks",
     "ligaments",
     "lines",
     "on_rotations",
     "outer_barrier",
     "position",
     "ridge",
-    "ridges",
-    "shift",
     "soft_guards",
-    "stop",
-    "tied_energy",
 )
 """Entries that a file has only with a guard, a spring, a ligament or an element of a user."""
 

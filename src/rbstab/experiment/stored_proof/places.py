@@ -9,12 +9,11 @@ from rbstab.mechanics.numbers import Array
 if TYPE_CHECKING:
     from rbstab.analysis.proof.boxes import Boxes
     from rbstab.analysis.proof.rest_states import RestPoint
-    from rbstab.analysis.proof.tied.rest_states import TiedRestStates
     from rbstab.proof.landscape import Face
     from rbstab.proof.rest_states import RestStates
 
 
-def search_entries(rest: "RestStates | TiedRestStates") -> dict[str, Any]:
+def search_entries(rest: "RestStates") -> dict[str, Any]:
     """Return the fields of `ProvedStates` that say how the search for rest states ended."""
     return {
         "outcome": rest.outcome.value,

@@ -6,6 +6,7 @@ from rbstab.experiment.stored_proof.energies import ProvedEnergy
 from rbstab.experiment.stored_proof.entries import triple
 from rbstab.experiment.stored_proof.places import face_name, search_entries, state_of
 from rbstab.experiment.stored_proof.proof import (
+    NO_LENGTH,
     Proof,
     ProvedMinimum,
     ProvedRegion,
@@ -103,10 +104,16 @@ def _region(region: "Certified", rest: "RestStates") -> ProvedRegion:
         level=region.level,
         lower_bound=region.lower_bound,
         attained_at=triple(region.attained_at),
-        face=None if region.face is None else face_name(region.face, rest.end),
+        face=_face(region, rest.end),
         proved=rest.proved and region.closed,
         energy_bound=region.energy_bound,
     )
+
+
+def _face(region: "Certified", end: Array) -> str | None:
+    if region.spring:
+        return NO_LENGTH
+    return None if region.face is None else face_name(region.face, end)
 
 
 def _minimum(region: "Region", end: Array) -> ProvedMinimum:

@@ -119,7 +119,7 @@ def reached_state(proof: Proof, energy: float, low: Array, high: Array) -> int |
         return 1 if below else None
     number = _reached(proof, proof, OPEN_RANGE, energy, (low, high))
     wide = proof.unwrapped
-    if number is not None or wide is None:
+    if number is not None or wide is None or wide.end is None:
         return number
     if proof.every_start:
         inside = np.all(low >= -START_RANGE) and np.all(low <= high) and np.all(high <= START_RANGE)

@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rbstab.analysis.proof.boxes import Boxes
-from rbstab.analysis.proof.ligaments.free import FreeLigament, FreeLigaments
+from rbstab.analysis.proof.ligaments.free import FreeLigaments
 from rbstab.analysis.proof.ligaments.free_bounds import squares_over
 from rbstab.analysis.proof.ligaments.held import LigamentLine
 from rbstab.analysis.proof.ligaments.law import MARGIN, LigamentEnergy
-from rbstab.analysis.proof.lines.intervals import Intervals, between, stacked
+from rbstab.analysis.proof.lines.intervals import Intervals
 from rbstab.analysis.proof.lines.over_boxes import at_centres, over_boxes
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 
@@ -25,11 +25,6 @@ def may_be_just_taut(proof: "Proof", state: "ProvedState") -> list[bool]:
         state: The rest state; what is returned holds for all of its enclosure.
     """
     box = _box(state.enclosure)
-    if proof.tied_energy is not None:
-        assert state.shift is not None
-        z = _box(state.shift)
-        free = [one.ligament for one in proof.tied_energy.ligaments or ()]
-        return [_reaches(one.law, _shifted_square(one, z, box)) for one in free]
     found = list[bool]()
     for line in () if proof.reduced_energy is None else proof.reduced_energy.form.lines:
         if isinstance(line, LigamentLine):
@@ -38,12 +33,6 @@ def may_be_just_taut(proof: "Proof", state: "ProvedState") -> list[bool]:
             laws = (one.law for one in line.ligaments)
             found += map(_reaches, laws, squares_over(line, box))
     return found
-
-
-def _shifted_square(ligament: FreeLigament, z: Boxes, box: Boxes) -> Intervals:
-    """Return the square of |z + r(Θ)| over boxes of both."""
-    r = stacked([_over(form, box) for form in ligament.offset])
-    return (r + between(z.low, z.high)).square().sum(1)
 
 
 def _over(form: TrigonometricForm, box: Boxes) -> Intervals:

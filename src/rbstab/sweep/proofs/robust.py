@@ -21,7 +21,7 @@ from rbstab.experiment.robust.covering import (
     valid_proofs,
 )
 from rbstab.experiment.robust.record import BodiesRecord
-from rbstab.experiment.stored_proof.starts import OPEN_RANGE, ROUND_OFF
+from rbstab.experiment.stored_proof.starts import OPEN_RANGE
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.varied_numbers import varied_numbers
@@ -32,6 +32,9 @@ from rbstab.sweep.proofs.columns import (
     PROVED,
     STATES_UNDECIDED,
 )
+
+ROUND_OFF = 1e-9
+"""Relative error allowed for v(0), which is in doubles."""
 
 START_COLUMNS = ("lyapunov_start", "energy_at_rest", "rest_orientation")
 """The columns of a shard that are needed."""

@@ -61,7 +61,7 @@ class ProvedStarts:
             self.system = system_of(base, bounded_decimals)
         self._ranges = [_Range(proof, proof, OPEN_RANGE)]
         wide = proof.unwrapped
-        if wide is not None:
+        if wide is not None and wide.end is not None:
             end = np.array([wide.end[0], OPEN_RANGE[1], wide.end[2]])
             if proof.every_start:
                 end = START_RANGE

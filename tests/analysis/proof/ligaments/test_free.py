@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
 from support.ligaments import (
     least_tied_energy,
     ligament_of,
@@ -21,7 +22,6 @@ from rbstab.analysis.proof.lines.intervals import Intervals, exact
 from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy, reduced_energy
 from rbstab.analysis.proof.searches.limits import BRIEF_LIGAMENT_BOX_LIMIT, search_limit
-from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
 
 seeds = st.integers(0, 2**32)
 

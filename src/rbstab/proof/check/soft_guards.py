@@ -4,19 +4,19 @@ The guard adds ½ k (|θ2| - θ_s)² or K (|θ2| - θ_s) beyond its soft angle �
 proof. All else is computed anew, as in `checker`.
 """
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from flint import arb, ctx
 
-from rbstab.analysis.proof_check.boxes import Box, flat, shown
-from rbstab.analysis.proof_check.checker import FARTHEST_END, PRECISION
-from rbstab.analysis.proof_check.confinement import confined
-from rbstab.analysis.proof_check.cover import cover
-from rbstab.analysis.proof_check.energy import Energy, TooLongError
-from rbstab.analysis.proof_check.findings import UNWRAPPED, Finding, Range, range_with
-from rbstab.analysis.proof_check.taylor import Taylor
-from rbstab.analysis.proof_check.trigonometric import Ball
+from rbstab.proof.check.checker import PRECISION, confinement
+from rbstab.proof.check.cover import cover, flattened
+from rbstab.proof.check.energy import Energy
+from rbstab.proof.check.findings import EVERYWHERE, Box, Finding, RefusedError, TooLongError
+from rbstab.proof.check.least import bounds
+from rbstab.proof.check.ranges import FARTHEST_END, Range
+from rbstab.proof.check.taylor import Ball
 
 METHODS = ("stiff", "repelling")
 
@@ -25,38 +25,35 @@ def check_soft_guard(energy: Mapping[str, Any], claim: Mapping[str, Any]) -> lis
     """Check that motions below an energy keep the range, and that nothing rests beyond θ_s.
 
     Args:
-        energy: `reduced_energy` of a proof without the guard.
+        energy: The energy of the record of a proof without the guard.
         claim: `method`, `strength` (k or K), `soft_angle`, `end` (of θ1 and θ3, at least), `border`
             and `energy_bound`, J, and `nothing_beyond`.
     """
     findings = list[Finding]()
     with ctx.workprec(PRECISION):
         try:
-            U = Energy(energy)
-            for finding in _findings(U, claim):
+            for finding in _findings(energy, claim):
                 findings.append(finding)
-        except (TooLongError, ValueError) as error:
-            findings.append(Finding(UNWRAPPED, "soft guard", False, f"{error}."))
+        except (RefusedError, TooLongError) as error:
+            findings.append(Finding(EVERYWHERE, "soft guard", False, f"{error}."))
     return findings
 
 
-def decimal(number: float) -> Ball:
+def _decimal(number: float) -> Ball:
     """Return a ball about the number that a double of a config means: its shortest decimal."""
     return arb(repr(float(number)))
 
 
-def _findings(U: Energy, claim: Mapping[str, Any]) -> Iterator[Finding]:
-    strength, soft_angle = (decimal(claim[key]) for key in ("strength", "soft_angle"))
-    added = (*U.barriers, *U.guards, *U.lines, *U.of_users)
-    plain = not added and U.position is None
-    sound = claim["method"] in METHODS and plain and strength > 0
+def _findings(energy: Mapping[str, Any], claim: Mapping[str, Any]) -> Iterator[Finding]:
+    U = Energy(energy["operations"], (0, 1, 2, *energy["free"]))
+    if U.free or U.steps or energy["closed"] or energy["stop"] is not None:
+        raise RefusedError("something else switches, closes the range, or moves beside the body")
+    strength, soft_angle = (_decimal(claim[key]) for key in ("strength", "soft_angle"))
+    sound = claim["method"] in METHODS and strength > 0
     if not (sound and soft_angle > 0 and soft_angle < arb.pi() / 2):
-        text = "The guard is not one that adds energy beyond an angle between 0 and π/2."
-        yield Finding(UNWRAPPED, "soft guard", False, text)
-        return
-    first, third = arb(claim["end"][0]), arb(claim["end"][2])
-    range_ = range_with(UNWRAPPED, (first, arb.pi() / 2, third))
-    ends = _confined(U, range_)
+        raise RefusedError("the guard is not one that adds energy beyond an angle from 0 to π/2")
+    range_ = _range_of(claim["end"])
+    ends = confinement(U, range_)
     yield ends
     if not ends.verified:
         return
@@ -66,40 +63,38 @@ def _findings(U: Energy, claim: Mapping[str, Any]) -> Iterator[Finding]:
     verified = bool(arb(claim["energy_bound"]) <= arb(claim["border"]) + added)
     text = f"Every motion with an energy below {claim['energy_bound']:.10g} J keeps the range"
     text = f"{text}." if verified else f"{text}: this could not be confirmed."
-    yield Finding(UNWRAPPED, "range", verified, text)
+    yield Finding(EVERYWHERE, "range", verified, text)
     if claim["nothing_beyond"]:
         yield _nothing_beyond(U, claim["method"], strength, soft_angle, range_)
 
 
-def _confined(U: Energy, range_: Range) -> Finding:
-    """Check that the lowest points of both ends, and all rest states, are in a range (theorem 6).
+def _range_of(end: Any) -> Range:
+    """Return the range of all |θ2| <= π/2, up to some ends of θ1 and θ3.
 
-    With a definite block k of K the energy grows with |θ1| and |θ3|, so lowest points exist.
+    With a definite block k of K the energy grows with |θ1| and |θ3|, so it has lowest points on
+    θ2 = ±π/2; these lie within the bound of theorem 6 as well.
     """
-    first, _, third = range_.ends
-    close = first < FARTHEST_END and third < FARTHEST_END
-    verified = close and confined(U, first, third)
-    text = f"Lowest points and rest states have |θ1| < {float(first):.5g} and "
-    text += f"|θ3| < {float(third):.5g} rad"
-    text = f"{text}." if verified else f"{text}: this could not be confirmed."
-    return Finding(range_.name, "ends", verified, text)
+    first, _, third = (arb(float(one)) for one in end)
+    if not (0 < first < FARTHEST_END and 0 < third < FARTHEST_END):
+        raise RefusedError("θ1 or θ3 has no proper end")
+    ends = first, arb.pi() / 2, third
+    high = [math.nextafter(float(one.upper()), math.inf) for one in ends]
+    return Range(EVERYWHERE, ends, tuple((-x, x) for x in high), frozenset(), None)
 
 
 def _border(U: Energy, border: float, range_: Range) -> Finding:
     """Check that U without the guard is at least `border` on θ2 = ±π/2."""
     bound, covers = arb(border), {}
-    for face in range_.faces:
-        if face.axis != 1:
-            continue
-        place = (face.axis, face.place)
-        covers[face.name] = cover(
-            flat(range_.box, face.axis),
-            lambda box, place=place: "b" if Taylor(U, box, place).stays_above(bound) else None,  # type: ignore[misc]
-        )
+    for face in range_.faces(1):
+
+        def reason(box: Box, place: Ball = face.place) -> str | None:
+            return "b" if bounds(U, box, (1, place)).at_least(bound) else None
+
+        covers[face.name] = cover(flattened(range_.box, 1), reason)
     verified = all(found.open is None for found in covers.values())
     text = f"Without the guard the energy on θ2 = ±π/2 is at least {border:.10g} J"
     text = f"{text}." if verified else f"{text}: this could not be confirmed."
-    return Finding(range_.name, "border", verified, text, covers)
+    return Finding(EVERYWHERE, "border", verified, text, covers)
 
 
 def _nothing_beyond(
@@ -116,9 +111,8 @@ def _nothing_beyond(
 
     def reason(box: Box) -> str | None:
         low, high = box[1]
-        gradient = Taylor(U, box).whole_gradient.entries()
-        added = slope(low, high) if low > 0 else -slope(-high, -low)
-        gradient[1] += added
+        gradient = bounds(U, box).slopes
+        gradient[1] += slope(low, high) if low > 0 else -slope(-high, -low)
         for axis, entry in enumerate(gradient, start=1):
             if not entry.contains(0):
                 return f"g{axis}"
@@ -134,5 +128,6 @@ def _nothing_beyond(
     wrong = [found.open for found in covers.values() if found.open is not None]
     text = "With the guard no rest state has |θ2| >= θ_s."
     if wrong:
-        text = f"The box {shown(wrong[0])} may contain a rest state."
-    return Finding(range_.name, "nothing at rest beyond", not wrong, text, covers)
+        shown = ", ".join(f"[{a:.6g}, {b:.6g}]" for a, b in wrong[0])
+        text = f"The box {shown} may contain a rest state."
+    return Finding(EVERYWHERE, "nothing at rest beyond", not wrong, text, covers)

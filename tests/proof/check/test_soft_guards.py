@@ -5,15 +5,20 @@ from typing import Any
 
 import pytest
 
-from rbstab.analysis.proof_check.findings import Finding
-from rbstab.analysis.proof_check.soft_guards import check_soft_guard
+from rbstab.proof.check.findings import Finding
+from rbstab.proof.check.soft_guards import check_soft_guard
+from rbstab.proof.expr import expr, variable
+from rbstab.proof.model import Energy
+from rbstab.proof.record import energy_record
 
-ENERGY = {
-    "quadratic": [[1.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 1.0]],
-    "linear": [0.0, 0.0, 0.0],
-    "coefficients": [[[0.0]]],
-}
-"""U = ½ (θ1² + 3 θ2² + θ3²), whose least value on θ2 = ±π/2 is 3π²/8."""
+X, Y, Z = map(variable, range(3))
+
+
+def record(load=0.0, k=1.0, **more):
+    """Return U = ½ (k θ1² + 3 θ2² + θ3²) + load θ2: without a load, 3π²/8 or more at θ2 = ±π/2."""
+    U = 0.5 * (expr(k) * X * X + 3 * Y * Y + Z * Z) + expr(load) * Y
+    return energy_record(Energy(U)) | more
+
 
 BORDER = 3 * math.pi**2 / 8
 CLAIM: dict[str, Any] = {
@@ -32,14 +37,14 @@ REPELLING: dict[str, Any] = CLAIM | {
 
 
 def refused(claim, **energy) -> list[str]:
-    findings: list[Finding] = check_soft_guard(ENERGY | energy, claim)
+    findings: list[Finding] = check_soft_guard(record(**energy), claim)
     return [finding.claim for finding in findings if not finding.verified]
 
 
 @pytest.mark.parametrize("claim", [CLAIM, REPELLING], ids=["stiff", "repelling"])
 def test_true_claims(claim):
     assert refused(claim) == []
-    claims = [finding.claim for finding in check_soft_guard(ENERGY, claim)]
+    claims = [finding.claim for finding in check_soft_guard(record(), claim)]
     assert claims == ["ends", "border", "range", "nothing at rest beyond"]
 
 
@@ -54,8 +59,8 @@ def test_true_claims(claim):
         ({"method": "barrier"}, "soft guard"),
         ({"strength": -20.0}, "soft guard"),
         ({"soft_angle": 1.6}, "soft guard"),
-        ({"end": [-1.0, 1.0, 3.0]}, "ends"),
-        ({"end": [300.0, 1.0, 3.0]}, "ends"),
+        ({"end": [-1.0, 1.0, 3.0]}, "soft guard"),
+        ({"end": [300.0, 1.0, 3.0]}, "soft guard"),
     ],
 )
 def test_false_claims(change, claim):
@@ -66,27 +71,44 @@ def test_false_claims(change, claim):
 def test_both_ends_count(load):
     lower = CLAIM | {"nothing_beyond": False, "border": BORDER - math.pi / 2 - 1e-9}
     lower |= {"energy_bound": lower["border"]}
-    assert refused(lower, linear=[0.0, load, 0.0]) == []
+    assert refused(lower, load=load) == []
     higher = lower | {"border": BORDER - 1e-9}
-    assert refused(higher, linear=[0.0, load, 0.0]) == ["border"]
+    assert refused(higher, load=load) == ["border"]
 
 
 @pytest.mark.parametrize(
-    ("linear", "claim", "stands"),
+    ("load", "claim", "stands"),
     [
-        ([0.0, -3.3, 0.0], CLAIM, True),
-        ([0.0, -3.7, 0.0], CLAIM, False),
-        ([0.0, 3.7, 0.0], CLAIM, False),
-        ([0.0, -3.7, 0.0], REPELLING, False),
-        ([0.0, -30.0, 0.0], REPELLING, True),
+        (-3.3, CLAIM, True),
+        (-3.7, CLAIM, False),
+        (3.7, CLAIM, False),
+        (-3.7, REPELLING, False),
+        (-30.0, REPELLING, True),
     ],
 )
-def test_a_load_that_the_guard_balances(linear, claim, stands):
+def test_a_load_that_the_guard_balances(load, claim, stands):
     """At θ2 = 1.2 the spring pulls by 3.6 N m, at π/2 by 4.7; the guard adds up to 7.4 or 20."""
-    found = refused(claim | {"border": -100.0, "energy_bound": -99.0}, linear=linear)
+    found = refused(claim | {"border": -100.0, "energy_bound": -99.0}, load=load)
     assert found == ([] if stands else ["nothing at rest beyond"])
 
 
 def test_an_energy_that_does_not_grow_with_theta1_has_no_border():
-    flat = [[0.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 1.0]]
-    assert refused(CLAIM, quadratic=flat) == ["ends"]
+    assert refused(CLAIM, k=0.0) == ["ends"]
+
+
+def test_a_point_of_the_border_beyond_the_ends_is_refused():
+    """With a coupling 4 θ1 θ2 the lowest point of θ2 = π/2 has θ1 = -2π."""
+    U = 0.5 * (X * X + 30 * Y * Y + Z * Z) + 4 * X * Y
+    energy = energy_record(Energy(U))
+    least = {"border": -100.0, "energy_bound": -99.0, "nothing_beyond": False}
+    for end, verified in ((6.2, False), (6.4, True)):
+        claim = CLAIM | least | {"end": [end, 1.0, 3.0]}
+        assert check_soft_guard(energy, claim)[0].verified is verified
+
+
+@pytest.mark.parametrize(
+    "more",
+    [{"stop": "1"}, {"closed": [1]}, {"operations": [*record()["operations"], ["step", 1, 0]]}],
+)
+def test_what_closes_the_range_or_switches_is_refused(more):
+    assert refused(CLAIM, **more) == ["soft guard"]

@@ -8,7 +8,6 @@ follows from the rest states of f, if the guard adds none.
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -19,10 +18,10 @@ from rbstab.proof.bounds import BoundedEnergy
 from rbstab.proof.confine import confined, end_of_pitch
 from rbstab.proof.expr import Expr, expr, variable
 from rbstab.proof.intervals import Intervals
+from rbstab.proof.landscape import open_faces
 from rbstab.proof.levels import Ranges, least_values
 from rbstab.proof.model import Energy
-from rbstab.proof.passes import Land
-from rbstab.proof.search import Box, Search, joined, one_box
+from rbstab.proof.search import Box, Search, joined
 
 LIMIT = 60_000
 """Boxes beyond the soft angle at which the search stops."""
@@ -62,9 +61,7 @@ def border_of_pitch(energy: Energy) -> Border | None:
     if outer is None or not np.all(outer < MAX_END):
         return None
     end = np.array([outer[0], end_of_pitch(energy), outer[1]])
-    box = Box(-end, end)
-    land = Land(V, box, [PITCH], [], np.zeros(0))
-    faces = joined([part for *_, part in land.faces(one_box(box))], 3)
+    faces = joined([one for _, one in open_faces(Box(-end, end), [PITCH])], 3)
     return Border(end, float(least_values(V, faces).bound.min()))
 
 
@@ -77,7 +74,7 @@ def guard_energy(kind: type[SoftGuard], strength: float, soft_angle: float) -> E
         soft_angle: θ_s, rad, likewise.
     """
     theta2 = variable(PITCH)
-    gains: dict[str, Any] = {kind.gains[0].name: expr(strength), "soft_angle": expr(soft_angle)}
+    gains = {kind.gains[0].name: expr(strength), "soft_angle": expr(soft_angle)}
     events = kind(name="guard", **gains).beyond(theta2)
     steps = [one.step(1 if kind.kinked else 2) for one in events]
     return expr(kind(name="guard", mode=np.array(steps, dtype=object), **gains).energy(theta2))

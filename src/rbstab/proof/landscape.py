@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
@@ -35,6 +36,18 @@ class Level:
     face: Face | None = None
 
 
+def open_faces(box: Box, open_axes: Sequence[int]) -> list[tuple[Face, Boxes]]:
+    """Return the faces of a range as boxes, as thick as one double: π and π/2 are none."""
+    found = []
+    for axis, sign in product(open_axes, (-1, 1)):
+        lo, hi = box.lo.astype(float).copy(), box.hi.astype(float).copy()
+        end = (lo if sign < 0 else hi)[axis]
+        inner = np.nextafter(end, -sign * np.inf)
+        lo[axis], hi[axis] = min(end, inner), max(end, inner)
+        found.append(((axis, sign), one_box(Box(lo, hi))))
+    return found
+
+
 def is_minimum(zero: Zero) -> bool:
     """Return whether a zero is proved to be a minimum."""
     return zero.index == 0 and not zero.ridge
@@ -49,23 +62,23 @@ class Landscape:
         self.at_zeros = V.values(joined([one_box(state) for state in states], 3))
         open_axes = [axis for axis in range(3) if axis not in energy.closed]
         self.land = Land(V, box, open_axes, states, self.at_zeros.lo)
-        undecided = float(V.values(zeros.undecided).lo.min(initial=np.inf))
+        undecided = V.values(zeros.undecided)
+        lowest = float(undecided.lo.min(initial=np.inf))
         self.springs = self._spring_levels(without_lengths(energy))
-        self.cap = min([undecided, *(one.bound for one in self.springs)])
+        self.cap = min([lowest, *(one.bound for one in self.springs)])
 
     def _spring_levels(self, collapsed: Sequence[BoundedEnergy]) -> list[Level]:
         """Return the least energies where a spring has no length, as far as they are the lowest."""
-        if not collapsed:
-            return []
-        highest = min((one.value for one in self.face_levels()), default=np.inf)
+        highest = (
+            min((one.value for one in self.face_levels()), default=np.inf) if collapsed else 0.0
+        )
         found = [least_values(Ranges(one), one_box(self.box), cap=highest) for one in collapsed]
         return [Level(float(x.bound[0]), float(x.value[0]), x.at[:, 0]) for x in found]
 
     @cached_property
     def faces(self) -> list[tuple[Face, Boxes]]:
         """The open faces as boxes."""
-        parts = self.land.faces(one_box(self.box))
-        return [((axis, sign), part) for axis, sign, _, part in parts]
+        return open_faces(self.box, self.land.open_axes)
 
     @cached_property
     def least(self) -> LeastValues | None:

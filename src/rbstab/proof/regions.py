@@ -26,7 +26,7 @@ from rbstab.proof.search import Box, Boxes, Zeros, joined
 TIE = 1e-10
 """Energies with a smaller relative difference count as equal; the first place is reported."""
 
-MARGIN = 1e-5
+MARGIN = 1e-6
 """How near the proved level is to a pass, relative to its height."""
 
 RIDGE_MARGIN = 0.02
@@ -118,8 +118,9 @@ def regions_of(energy: Energy, zeros: Zeros, box: Box, V: BoundedEnergy | None =
     land = Landscape(energy, zeros, box, Ranges.of(energy, V))
     certified = _certified(land)
     minima = [k for k, zero in enumerate(zeros.zeros) if is_minimum(zero)]
-    # With springs, the cells would be too many.
-    found = [] if certified is None or land.springs else _minima(land, minima)
+    # With springs, cells take too long.
+    minima = [] if land.springs else minima
+    found = [] if certified is None else _minima(land, minima)
     return Regions(certified, tuple(found))
 
 

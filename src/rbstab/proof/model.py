@@ -49,6 +49,9 @@ THETA = (0, 1, 2)
 ExactSystem = Callable[[Callable[[Array], Array]], System]
 """A function that builds a system in a kind of number, without elements of users."""
 
+RANGE_END = np.nextafter(np.pi, np.inf) * np.array([1.0, 0.5, 1.0])
+"""rad: the largest |θ1|, |θ2| and |θ3| in the closed range of eq. 5, rounded outwards."""
+
 COSINE = atom(COS, variable(1))
 """cos θ2, which is not negative in the range."""
 

@@ -1,30 +1,22 @@
 """All rest states of a system in a range of Θ, and whether there is exactly one."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
-from rbstab.analysis.proof import boxes as rows
-from rbstab.analysis.proof.boxes import RANGE_END
-from rbstab.analysis.proof.outcome import SearchOutcome
-from rbstab.analysis.proof.reduced_energy import (
-    NoEnergyReason,
-    NoReducedEnergy,
-    ReducedEnergy,
-    reduced_energy,
-    reject_unsmooth,
-)
-from rbstab.analysis.proof.rest_states import RestPoint
 from rbstab.analysis.rest_state import held_at_kink, rest_state_at
+from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import BoundedEnergy
 from rbstab.proof.confine import confined, end_of_pitch
 from rbstab.proof.expr import COS, SIN, VAR
 from rbstab.proof.held import held_zeros, jumps, out_of_balance, zeros_at_stop
-from rbstab.proof.model import ExactSystem, NoMinimumError, energy_of, value_at
-from rbstab.proof.passive import why_not_in_proofs
+from rbstab.proof.levels import Ranges, least_values
+from rbstab.proof.model import RANGE_END, ExactSystem, NoMinimumError, energy_of, value_at
+from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy, reject
 from rbstab.proof.regions import Regions, regions_of
+from rbstab.proof.rest_points import RestPoint, RestStates, SearchOutcome
 from rbstab.proof.search import (
     FAMILY_TRIES,
     SINGULAR,
@@ -49,6 +41,9 @@ SAME = 3e-4
 MOST_CENTRES = 64
 """Undecided boxes from whose centres states on a surface are looked for."""
 
+LENGTH_LIMIT = 4_000
+"""Boxes that are searched for the least length of a line."""
+
 MAX_END = 20.0
 """rad: wider boxes of θ1 and θ3 are not searched, because they take too long."""
 
@@ -57,73 +52,6 @@ WIDE_LIMIT = 16_000
 
 WIDE_LIMIT_WITH_FUNCTIONS = 100_000
 """The same for an energy with lengths, or other functions of Θ, whose boxes are smaller."""
-
-
-@dataclass(frozen=True, eq=False)
-class RestStates:
-    """The rest states of a system in a range of Θ, from the lowest energy to the highest.
-
-    Args:
-        states: The rest states. Those that are proved come first, in the order of `zeros`.
-        zeros: The same as zeros of ∇U, and the boxes that may contain others.
-        inside: Those that no stop holds.
-        examined: The number of boxes that the proof examined.
-        outcome: How the proof ended.
-        end: The largest |Θ| in the range, shape (3,), rad; that of θ2 is the angle of a stop.
-        closed: The angles of which no motion reaches the end of the range.
-        covered: The share of the range that the proof has finished.
-    """
-
-    states: tuple[RestPoint, ...]
-    zeros: Zeros
-    inside: tuple[Zero, ...]
-    examined: int
-    outcome: SearchOutcome
-    end: Array
-    closed: frozenset[int]
-    covered: float = 1.0
-
-    @property
-    def proved(self) -> bool:
-        """Whether these are proved to be all rest states in the range."""
-        return self.outcome is SearchOutcome.PROVED
-
-    @property
-    def undecided(self) -> rows.Boxes:
-        """Boxes of Θ that may contain further rest states."""
-        return rows.Boxes(self.zeros.undecided.lo.T, self.zeros.undecided.hi.T)
-
-    @property
-    def unique(self) -> bool | None:
-        """Whether the range has exactly one rest state; None if neither answer is proved.
-
-        If True and the rest state is stable, every motion that stays in the range, and keeps a
-        distance from θ2 = ±π/2, converges to it (La Salle's theorem).
-        """
-        if sum(point.proved for point in self.states) > 1:
-            return False
-        if not self.proved:
-            return None
-        return len(self.states) == 1
-
-    @property
-    def every_start(self) -> bool:
-        """Whether all motions from |θ2| < π/2 converge to the only rest state (theorem 10).
-
-        To be asked of the rest states for all real θ1 and θ3: a barrier or a stop keeps all motions
-        away from θ2 = ±π/2, and the energy grows with |θ1| and |θ3| (`confine`). With barriers on
-        θ1 and θ3, of those in the range of eq. 5: then it is of motions that start there.
-        """
-        point = self.states[0] if self.proved and self.unique else None
-        return 1 in self.closed and point is not None and point.index_proved and point.index == 0
-
-    @property
-    def every_start_of_range(self) -> bool:
-        """Whether all motions from the range of eq. 5 converge to the only rest state: theorem 10.
-
-        It needs barriers on θ1 and θ3 too, which keep these motions in the range.
-        """
-        return 0 in self.closed and self.every_start
 
 
 class Body:
@@ -138,14 +66,7 @@ class Body:
     """
 
     def __init__(self, system: System, exact_system: ExactSystem) -> None:
-        reject_unsmooth(system)
-        why = why_not_in_proofs(system)
-        if why is not None:
-            raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, why)
-        self.reduced: ReducedEnergy = reduced_energy(system, exact_system)
-        self._trace(system, exact_system)
-
-    def _trace(self, system: System, exact_system: ExactSystem) -> None:
+        reject(system)
         try:
             self.energy = energy_of(system, exact_system)
             self.bounded = bounds_of(self.energy)
@@ -156,6 +77,18 @@ class Body:
         except (TypeError, AttributeError, ValueError, ArithmeticError) as error:
             raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, str(error)) from error
         self.at_rest: Configurations = configurations(system)
+        if any(isinstance(element, Spring) for element in system.elements):
+            self._reject_lengths()
+
+    def _reject_lengths(self) -> None:
+        """Raise `NoReducedEnergy` if a line may have no length at some attitude of a held body."""
+        end = self.within_stop(RANGE_END)
+        roots = [] if self.energy.free else [a for a in self.energy.U.all_atoms if a.kind == "sqrt"]
+        for root in roots:
+            square = Ranges(BoundedEnergy(root.inner, least=self.energy.least))
+            shortest = least_values(square, one_box(Box(-end, end)), LENGTH_LIMIT)
+            if not shortest.bound[0] > 0:
+                raise NoReducedEnergy(NoEnergyReason.NO_LENGTH)
 
     def proved(
         self, limit: int, end: Array = RANGE_END, inner: RestStates | None = None
@@ -302,7 +235,7 @@ class Body:
         return RestPoint(
             state,
             index,
-            rows.Boxes(zero.enclosure.lo[None], zero.enclosure.hi[None]),
+            zero.enclosure,
             proved,
             proved and zero.index is not None,
             zero.ridge,

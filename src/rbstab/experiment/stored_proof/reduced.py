@@ -16,10 +16,10 @@ from rbstab.experiment.stored_proof.proof import (
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
-    from rbstab.analysis.proof.searches.rest_states import SearchedState
+    from rbstab.analysis.searched import SearchedState
     from rbstab.proof.model import Energy
     from rbstab.proof.regions import Certified, Region, Regions
-    from rbstab.proof.rest_states import RestStates
+    from rbstab.proof.rest_points import RestStates
 
 
 def searched_record(
@@ -33,15 +33,14 @@ def searched_record(
         seconds: The time that it took.
         outcome: Why nothing is proved of them; by default, that nothing was to be proved.
     """
-    from rbstab.analysis.proof.boxes import box_around
-    from rbstab.analysis.proof.outcome import SearchOutcome
-    from rbstab.analysis.proof.rest_states import RestPoint
+    from rbstab.proof.rest_points import RestPoint, SearchOutcome
+    from rbstab.proof.search import Box
 
     points = [
         RestPoint(
             one.state,
             one.index,
-            box_around(one.state.motion.Theta, 0.0),
+            Box(one.state.motion.Theta, one.state.motion.Theta),
             proved=False,
             index_proved=False,
         )

@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rbstab.analysis.exact import in_balls
-from rbstab.analysis.proof.boxes import RANGE_END
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.elements.registry import KINDS
@@ -22,6 +21,7 @@ from rbstab.proof.kept_range import (
     guard_energy,
     nothing_rests_beyond,
 )
+from rbstab.proof.model import RANGE_END
 
 NOT_DECIDED = "not decided"
 

@@ -15,7 +15,6 @@ from rbstab.analysis.configuration import (
     as_at_rest,
     configurations,
 )
-from rbstab.analysis.proof.boxes import RANGE_END
 from rbstab.analysis.rest_state import (
     RestState,
     gradient_tolerance,
@@ -40,6 +39,8 @@ DESCENTS = 6
 
 SAME_MINIMUM = 1e-2
 """rad and m: a descent to where a force jumps is less accurate than a root."""
+
+RANGE_END = np.array([np.pi, 0.5 * np.pi, np.pi])
 
 FLAT = 1e-10
 """An energy with a smaller second derivative, relative to the largest, is constant there."""

@@ -9,7 +9,7 @@ import yaml
 from click.testing import CliRunner
 from support.config_elements import CONTROLLER, config_data
 
-from rbstab.analysis.proof.outcome import SearchOutcome
+from rbstab.proof.rest_points import SearchOutcome
 from rbstab.analysis.proof.searches import limits
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config

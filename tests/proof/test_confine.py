@@ -7,8 +7,8 @@ import pytest
 from support.proofs import body_of, rest_states, unwrapped_rest_states
 from support.rest import HEAVY, inverted_pendulum, paper_system, random_rest_system
 
-from rbstab.analysis.proof.boxes import RANGE_END
-from rbstab.analysis.proof.outcome import SearchOutcome
+from rbstab.proof.model import RANGE_END
+from rbstab.proof.rest_points import SearchOutcome
 from rbstab.proof.bounds import BoundedEnergy
 from rbstab.proof.confine import confined, parts_of
 from rbstab.proof.expr import expr, variable

@@ -16,7 +16,7 @@ from support.rest import (
 )
 from support.systems import VARIANTS
 
-from rbstab.analysis.proof.outcome import SearchOutcome
+from rbstab.proof.rest_points import SearchOutcome
 from rbstab.analysis.rest_state import nearest_rest_state
 
 

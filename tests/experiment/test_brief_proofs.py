@@ -8,12 +8,9 @@ import pytest
 import yaml
 from click.testing import CliRunner
 from support.config_elements import CONTROLLER, config_data
-from support.tied_springs import spring_of, tied_system
 
-from rbstab.analysis.proof.outcome import SearchOutcome
+from rbstab.proof.rest_points import SearchOutcome
 from rbstab.analysis.proof.searches import limits
-from rbstab.analysis.proof.tied import rest_states, search
-from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.experiment import proof as module
@@ -24,6 +21,8 @@ from rbstab.experiment.run_to_file import prove_run, run_to_file
 from rbstab.experiment.stability import statements_of
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import STOPPED, Proof, no_proof
+from rbstab.proof.search import BATCH
+from rbstab.proof.tied_body import TiedBody
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs.columns import NO_PROOF, NOT_PROVED, PROVED
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, keep_proofs
@@ -49,9 +48,9 @@ IN_RUN = "the same command with --prove tries more"
 
 @pytest.fixture(autouse=True)
 def _brief(monkeypatch):
-    """A brief proof ends after 1000 boxes, and no proof is made for all real θ1 and θ3."""
-    monkeypatch.setattr(search, "BRIEF_BOX_LIMIT", 1000)
-    monkeypatch.setattr(rest_states, "unwrapped_tied_states", lambda *_, **__: None)
+    """A brief proof ends after 100 boxes, and no proof is made for all real θ1 and θ3."""
+    monkeypatch.setattr("rbstab.proof.tied_body.BRIEF_BOX_LIMIT", 100)
+    monkeypatch.setattr(TiedBody, "wide", lambda *_, **__: None)
 
 
 @pytest.fixture
@@ -73,7 +72,7 @@ def test_a_brief_proof_is_not_repeated_and_blocks_no_other(tmp_path, made):
     config = load_config(DATA)
     first = proof_for(tmp_path, config, brief=True)
     assert (first.proved, first.brief, first.outcome) == (False, True, STOPPED)
-    assert 1000 <= first.examined < 1000 + search.BATCH
+    assert 100 <= first.examined < 100 + BATCH
     assert first.ended == f"the proof needs more than {first.examined} boxes; {GOES_ON}"
     assert [text for text in statements_of(first) if GOES_ON in text]
     assert proof_for(tmp_path, config, brief=True) == first == cached_proof(tmp_path, config)
@@ -88,36 +87,15 @@ def test_a_brief_proof_is_not_repeated_and_blocks_no_other(tmp_path, made):
     assert made == [True, False]
 
 
-@pytest.mark.parametrize(("springs", "boxes"), [(0, 1000), (1, 1000), (2, 1000), (4, 500)])
-def test_each_box_of_a_body_with_more_springs_takes_longer(springs, boxes):
-    tied = tied_system([spring_of(point=(0.1, 0.02 * i, 0.3)) for i in range(springs)])
-    energy = tied_energy_of_doubles(tied)
-    assert search.brief_box_limit(energy) == boxes
-
-
 def test_the_outcome_is_that_of_a_search_that_stops():
     assert SearchOutcome.BOX_LIMIT.value == STOPPED
 
 
 @pytest.mark.heavy
 def test_a_brief_proof_with_boxes_to_spare_is_the_whole_one(monkeypatch):
-    monkeypatch.setattr(search, "BRIEF_BOX_LIMIT", 10**6)
+    monkeypatch.setattr("rbstab.proof.tied_body.BRIEF_BOX_LIMIT", 10**6)
     brief, full = module.prove(DATA, brief=True), module.prove(DATA)
     assert brief.model_copy(update={"seconds": full.seconds}) == full
-
-
-@pytest.mark.heavy
-def test_a_brief_proof_may_end_with_its_region(monkeypatch):
-    """The list of rest states is complete, and the boxes end while the region is bounded."""
-    full = module.prove(DATA)
-    monkeypatch.setattr(rest_states, "SHARE_OF_SEARCH", 1.0)
-    monkeypatch.setattr(search, "BRIEF_BOX_LIMIT", full.examined + 100)
-    brief = module.prove(DATA, brief=True)
-    assert (brief.proved, brief.brief) == (True, True)
-    assert brief.region is not None
-    assert brief.region.energy_bound is None
-    assert not brief.region.proved
-    assert [text for text in statements_of(brief) if "Certified region" in text and GOES_ON in text]
 
 
 def test_a_brief_proof_of_a_body_without_springs_ends_early_too(monkeypatch):

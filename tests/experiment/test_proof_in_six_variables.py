@@ -4,6 +4,7 @@ They are compared with searches by scipy, and with solutions in closed form.
 """
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,11 +13,6 @@ from scipy.optimize import brentq, minimize
 from support.user_code import element_text, mine
 
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.proof.tied import rest_states
-from rbstab.analysis.proof.tied.energy import tied_energy_of_doubles
-from rbstab.analysis.proof.tied.extent import scale_of
-from rbstab.analysis.proof.tied.search import prove as search_all
-from rbstab.analysis.proof_check.tied.checker import check_tied
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
 from rbstab.experiment.proof import prove
@@ -25,6 +21,10 @@ from rbstab.experiment.stability import stability_of
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import start_state
 from rbstab.experiment.verification.verify import verify
+from rbstab.proof.check.checker import check
+from rbstab.proof.expr import variable
+from rbstab.proof.record import energy_record, read_energy
+from rbstab.proof.tied_body import TiedBody
 
 MASS, G = 2.0, 9.81
 
@@ -66,7 +66,7 @@ STEEP = element_text(
     """,
     'Gain("b", "1/m^2", "b", shape="number")',
 )
-"""Convex, but so steep that no bound on the position is found on boxes of the attitude."""
+"""Convex and steep."""
 
 WELL = element_text(
     """
@@ -174,7 +174,7 @@ def test_the_rest_state_is_that_of_a_cubic_equation(proof):
 @pytest.mark.heavy
 def test_position_and_attitude_may_be_coupled(monkeypatch):
     # The wider range takes longer.
-    monkeypatch.setattr(rest_states, "unwrapped_tied_states", lambda *_, **__: None)
+    monkeypatch.setattr(TiedBody, "wide", lambda *_, **__: None)
     config = both()
     proof = prove(config)
     assert proof.proved
@@ -213,23 +213,18 @@ def test_the_proof_is_verified_and_an_edited_one_is_not(proof):
     found = verify(short, config)
     assert found.verified, found.findings
     assert verify(proof, None).verified
-    data = json.loads(short.model_dump_json())
     # A bound that is too high.
-    region = data["region"]
-    region["energy_bound"] += 0.02 * region["level"]
-    region["lower_bound"] += 0.02 * region["level"]
-    assert not all(one.verified for one in check_tied(data))
-    # Another constant of the formula: it has another rest state.
-    data = json.loads(short.model_dump_json())
-    (formula,) = data["tied_energy"]["formulas"]
-    (place,) = [k for k, one in enumerate(formula["operations"]) if one[1:] == [K[2]]]
-    formula["operations"][place] = ["constant", K[2] * (1 + 1e-6)]
-    edited = Proof(**data)
-    assert not verify(edited, config).verified
-    # One that is not convex in X.
-    data["tied_energy"]["formulas"][0]["operations"][place] = ["constant", -K[2]]
-    (finding,) = check_tied(data)
-    assert "not shown to be convex" in finding.text
+    data = short.record
+    data["ranges"][0]["level"] += 0.02 * short.region.level
+    assert not all(one.verified for one in check(data))
+    # Another energy has another rest state; and one that is not convex in X has no single one.
+    energy = read_energy(short.record["energy"])
+    z = variable(energy.free[2])
+    for more, claim in ((z / 1000, "rest states"), (-(10**6) * z**4, "convexity")):
+        data = short.record
+        data["energy"] = energy_record(replace(energy, U=energy.U + more))
+        wrong = [one.claim for one in check(data) if not one.verified]
+        assert wrong[0] == claim
 
 
 @pytest.mark.heavy
@@ -259,25 +254,15 @@ def test_one_that_is_not_convex_is_searched():
     assert not state.proved
 
 
-@pytest.mark.parametrize("brief", [True, False])
-def test_without_a_bound_on_the_position_nothing_is_proved(brief):
-    """An infinite box is no box: it was halved into boxes that were dropped as empty."""
-    config = load({"mine": mine(b=20.0) | {"file": "steep.py"}})
-    W = tied_energy_of_doubles(problem_of(config).system)
-    assert np.isinf(scale_of(W)).any()
-    with pytest.raises(ValueError, match="no bound"):
-        search_all(W)
-    proof = prove(config, brief=brief)
-    assert not proof.proved
-    assert proof.claims_nothing
-    assert "no bound is found on the position" in proof.outcome
+def test_one_that_grows_fast_is_proved():
+    """exp(b e'e) is huge at the ends of wide boxes of the position."""
+    proof = prove(load({"mine": mine(b=20.0) | {"file": "steep.py"}}), brief=True)
     (state,) = proof.states
-    assert not state.proved
+    assert state.proved
 
 
 def test_a_small_brief_proof_says_that_more_may_be_proved(monkeypatch):
-    monkeypatch.setattr("rbstab.analysis.proof.tied.search.BRIEF_FORMULA_BOX_LIMIT", 60)
+    monkeypatch.setattr("rbstab.proof.tied_body.BRIEF_BOX_LIMIT", 20)
     proof = prove(cubic(), brief=True)
     assert proof.brief
-    assert proof.region is not None
-    assert not proof.region.proved
+    assert not proof.proved

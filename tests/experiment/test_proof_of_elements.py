@@ -152,8 +152,7 @@ def test_an_outer_guard_is_taken_into_account(name, variant):
     if (name, variant) == ("strut and range", "free"):
         # A spring may lose its length on the way.
         assert (proof.proved, proof.unique, proof.closed) == (True, True, None)
-        assert proof.tied_energy is not None
-        assert proof.tied_energy.outer_barrier is not None
+        assert proof.within_barriers
     else:
         assert proof.closed
         assert len(proof.states) == 1

@@ -10,11 +10,12 @@ from support.proofs import rest_states, stored_energies
 from support.user_code import element_text, loaded_with, mine
 
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.proof.traced.separate import NotInProofsError, user_energies
-from rbstab.analysis.proof.traced.switching import NOT_CONTINUOUS, SIGN_UNKNOWN
+from rbstab.analysis.proof.traced.separate import user_energies
 from rbstab.config.build import problem_of, system_of
 from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate
+from rbstab.proof.passive import why_not_in_proofs
+from rbstab.proof.switches import NOT_CONTINUOUS, SIGN_UNKNOWN
 
 GUARD = element_text(
     """
@@ -205,9 +206,9 @@ def test_all_rest_states_are_those_of_many_searches():
 def why_not(folder, text, parameters, variant="permanent"):
     (folder / "mine.py").write_text(text)
     config = loaded_with({"one": mine(**parameters)}, variant)
-    with pytest.raises(NotInProofsError) as caught:
-        user_energies(configurations(problem_of(config).system))
-    return str(caught.value)
+    why = why_not_in_proofs(problem_of(config).system)
+    assert why is not None
+    return why
 
 
 TURNING = element_text(

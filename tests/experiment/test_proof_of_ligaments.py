@@ -180,12 +180,10 @@ def test_a_brief_search_for_all_real_angles_says_so(monkeypatch):
 
 
 @pytest.mark.heavy
-def test_springs_beside_ligaments_of_a_free_body_are_proved_in_six_variables():
+def test_springs_beside_ligaments_of_a_free_body_are_proved():
     config = load_config(config_data({"band": BAND, "strut": STRUT}))
     proof = prove(config)
     assert proof.proved
-    assert proof.tied_energy is not None
-    assert proof.tied_energy.ligaments is not None
     assert proof.needs_lengths
     at_rest = configurations(problem_of(config).system)
     q = np.concatenate([proof.states[0].orientation, proof.states[0].position])

@@ -22,22 +22,14 @@ from support.switching_cords import (
 from support.user_code import loaded_with, mine
 
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.proof.traced.separate import (
-    NOT_CONVEX_IN_STATES,
-    NOT_RELAXING,
-    NotInProofsError,
-    user_energies,
-)
-from rbstab.analysis.proof.traced.switching import (
-    JUMPS_BY_MORE,
-    NOT_OF_ANGLES,
-)
 from rbstab.config.build import problem_of, system_of
 from rbstab.elements.user_code.loaded import UserCode, element_class
 from rbstab.experiment.element_check.check import check_class
 from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.proof.passive import NOT_CONVEX_IN_STATES, NOT_RELAXING, why_not_in_proofs
+from rbstab.proof.switches import JUMPS_BY_MORE, NOT_OF_ANGLES
 
 SOFT = 0.02
 """The body rests against a guard at this angle."""
@@ -186,15 +178,15 @@ def test_the_last_digit_of_a_sum_decides_whether_an_energy_is_convex(folder, eps
     else:
         (folder / "mine.py").write_text(text)
         config = load({"one": mine(point=[0, 0, 0.4], k=31.0, soft=SOFT)})
-        assert user_energies(configurations(problem_of(config).system)).own_states
+        assert why_not_in_proofs(problem_of(config).system) is None
 
 
 def why_not(folder, text):
     (folder / "mine.py").write_text(text)
     config = load({"one": mine(point=[0, 0, 0.4], k=31.0, soft=SOFT)})
-    with pytest.raises(NotInProofsError) as caught:
-        user_energies(configurations(problem_of(config).system))
-    return str(caught.value)
+    why = why_not_in_proofs(problem_of(config).system)
+    assert why is not None
+    return why
 
 
 def test_what_is_not_shown(folder):

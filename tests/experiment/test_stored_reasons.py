@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 from support.configs import VISCO_ELASTIC, plain
 
-from rbstab.analysis.proof.outcome import SearchOutcome
+from rbstab.proof.rest_points import SearchOutcome
 from rbstab.config.load import load_config
 from rbstab.experiment.answers.reasons import NOT_DAMPED, UNDECIDED
 from rbstab.experiment.convergence.convergence import stored_convergence

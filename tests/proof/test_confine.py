@@ -4,21 +4,26 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from support.proofs import body_of, rest_states, unwrapped_rest_states
+from support.rest import HEAVY, inverted_pendulum, paper_system, random_rest_system
 
+from rbstab.proof.model import RANGE_END
+from rbstab.proof.rest_points import SearchOutcome
 from rbstab.proof.bounds import BoundedEnergy
 from rbstab.proof.confine import confined, parts_of
 from rbstab.proof.expr import expr, variable
 from rbstab.proof.model import Energy
+from rbstab.proof.regions import regions_of
 from rbstab.proof.search import Box, Search, newton
 
 X, Y, Z, W = (variable(k) for k in range(4))
 HALF = Fraction(1, 2)
-END = float(np.nextafter(np.pi / 2, 2))
+STOP = Fraction(6, 5)
 
 
-def energy(k=(1, 1, 1), p=0, couple=0):
+def energy(k=(1, 1, 1), p=0, couple=0, stop=None):
     K = HALF * (k[0] * X * X + k[1] * Y * Y + k[2] * Z * Z)
-    return Energy(K + couple * X * Y + p)
+    return Energy(K + couple * X * Y + p, stop=stop)
 
 
 def test_an_energy_is_taken_apart_exactly():
@@ -37,20 +42,20 @@ def test_an_energy_is_taken_apart_exactly():
 )
 def test_other_energies_are_not_confined(U):
     assert parts_of(U) is None
-    assert confined(Energy(U + HALF * (X * X + Z * Z)), END) is None
+    assert confined(Energy(U + HALF * (X * X + Z * Z))) is None
 
 
 def test_without_stiffness_or_with_a_barrier_nothing_is_confined():
-    assert confined(energy(k=(1, 1, 0)), END) is None
-    assert confined(energy(k=(1, 1, -1)), END) is None
+    assert confined(energy(k=(1, 1, 0))) is None
+    assert confined(energy(k=(1, 1, -1))) is None
     closed = Energy(energy().U, closed=frozenset({0}))
-    assert confined(closed, END) is None
+    assert confined(closed) is None
 
 
 @pytest.mark.parametrize("load", [0, 3])
 def test_the_bound_is_above_what_a_known_state_needs(load):
     """½ (θ1² + θ3²) - 5 θ1 θ2 - load θ1: at θ2 = π/2 the state θ1 = 5 π/2 + load is reached."""
-    found = confined(energy(couple=-5, p=0 - load * X), END)
+    found = confined(energy(couple=-5, p=0 - load * X))
     assert found is not None
     assert found[0] >= 5 * np.pi / 2 + load
     assert found[0] <= 1.01 * (5 * np.pi / 2 + load)
@@ -63,9 +68,9 @@ def test_all_zeros_are_inside(seed):
     rng = np.random.default_rng(seed)
     c = rng.integers(2, 7, 3).tolist()
     p = c[0] * X.cos() * (1 + HALF * Y.sin()) + c[1] * Z.sin() * X.sin() + c[2] * Z.cos()
-    E = energy(k=(1, 6, 2), p=p, couple=1)
+    E = energy(k=(1, 6, 2), p=p, couple=1, stop=STOP)
     with np.errstate(all="ignore"):
-        found = confined(E, 1.2)
+        found = confined(E)
         assert found is not None
         assert np.all(found < 20)
         V = BoundedEnergy(E.U)
@@ -80,8 +85,8 @@ def test_all_zeros_are_inside(seed):
 
 
 def test_a_search_beyond_the_box_finds_nothing_more():
-    E = energy(k=(1, 3, 1), p=2 * X.cos() + 2 * Z.cos() * Y.cos(), couple=HALF)
-    ends = confined(E, 1.2)
+    E = energy(k=(1, 3, 1), p=2 * X.cos() + 2 * Z.cos() * Y.cos(), couple=HALF, stop=STOP)
+    ends = confined(E)
     assert ends is not None
     V = BoundedEnergy(E.U)
     near, far = (
@@ -92,3 +97,95 @@ def test_a_search_beyond_the_box_finds_nothing_more():
     assert far.proved
     assert len(near.zeros) == len(far.zeros) > 3
     assert isinstance(expr(0) + E.U, type(E.U))
+
+
+def test_the_bound_is_sharp_for_one_wave():
+    """At rest 2 θ1 + 6 cos θ1 + 1 = 0, so |θ1| <= (6 + 1) / 2."""
+    found = confined(Energy(X * X + X + 6 * X.sin() + HALF * Y * Y + 2 * Z * Z))
+    assert found is not None
+    assert 3.5 < found[0] < 3.5 * 1.15
+    assert found[1] == RANGE_END[2]
+
+
+@pytest.mark.parametrize("variant", ["permanent", "visco-elastic", "embedded"])
+def test_the_slopes_do_not_vanish_beyond_the_end(rng, variant):
+    """There θ1 or θ3 is farther than its balance allows: k⁻¹ (∂U/∂θ1, ∂U/∂θ3) has the excess."""
+    body = body_of(random_rest_system(rng, variant))
+    found, parts = confined(body.energy, body.bounded), parts_of(body.energy.U)
+    assert found is not None
+    assert parts is not None
+    k = np.array([[float(parts.K[i][j]) for j in (0, 2)] for i in (0, 2)])
+    points = rng.uniform(-1, 1, (3, 4000)) * np.array([[3 * found[0]], [np.pi / 2], [3 * found[1]]])
+    excess = np.linalg.solve(k, body.bounded.at(points)[1][[0, 2]])
+    for angle, end, left in zip(points[[0, 2]], found, excess, strict=True):
+        beyond = np.abs(angle) > end
+        assert beyond.sum() > 1000
+        assert np.all(np.sign(angle[beyond]) * left[beyond] > 5e-4 * end)
+
+
+def wide_states(system):
+    found = unwrapped_rest_states(rest_states(system))
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize("weight", [(0.0, 0.0, 0.0), HEAVY])
+@pytest.mark.parametrize("variant", ["free", "permanent", "visco-elastic", "embedded"])
+def test_paper_bodies_have_one_rest_state_in_all(variant, weight):
+    rest = rest_states(paper_system(variant, weight=weight))
+    found = wide_states(paper_system(variant, weight=weight))
+    assert found.unique is True
+    assert found.states[0].index_proved
+    np.testing.assert_array_equal(found.states[0].Theta, rest.states[0].Theta)
+    assert np.all(found.end >= RANGE_END)
+
+
+def test_rest_states_of_a_turning_pendulum():
+    """k θ = a sin θ at θ2 = θ3 = 0 has a new pair of roots for each further turn."""
+    found = wide_states(inverted_pendulum([12.0, 400.0, 400.0], 100.0))
+    assert found.outcome is SearchOutcome.PROVED
+    grid = np.linspace(-20, 20, 400_001)
+    signs = np.sign(12.0 * grid - 100 * np.sin(grid))
+    crossings = grid[:-1][signs[:-1] * signs[1:] < 0]
+    near_zero = [0.0] if not np.any(np.abs(crossings) < 1e-3) else []
+    expected = np.sort([*crossings, *near_zero])
+    on_axis = [p.Theta[0] for p in found.states if np.abs(p.Theta[1:]).max() < 1e-9]
+    np.testing.assert_allclose(np.sort(on_axis), expected, atol=2e-4)
+    assert max(np.abs(expected)) > np.pi
+    assert found.end[0] > max(np.abs(expected))
+
+
+def test_the_same_box_is_not_searched_twice():
+    """Nothing of a stiff body is at rest beyond a half turn, so the range of eq. 5 has all."""
+    stiff = rest_states(inverted_pendulum([400.0, 400.0, 400.0], 100.0))
+    np.testing.assert_array_equal(stiff.end, RANGE_END)
+    assert unwrapped_rest_states(stiff) is stiff
+    soft = rest_states(inverted_pendulum([12.0, 400.0, 400.0], 100.0))
+    assert unwrapped_rest_states(soft) is not soft
+
+
+def test_a_half_turn_does_not_bound_a_region_for_all_angles():
+    """The valleys end at θ1 = ±π in the range of eq. 5, and else at the top between them, at 0 J.
+
+    With a stiffness of 30 N m/rad the ends of θ1 are above it.
+    """
+    body = body_of(inverted_pendulum([30.0, 1e3, 1e3], 100.0))
+    with np.errstate(all="ignore"):
+        found = confined(body.energy)
+        assert found is not None
+        levels, faces = [], []
+        for end in (RANGE_END, np.array([found[0], RANGE_END[1], found[1]])):
+            box = Box(-end, end)
+            zeros = Search(body.bounded, box).run(16_000)
+            minima = regions_of(body.energy, zeros, box).minima
+            levels.append([one.energy_bound for one in minima])
+            faces.append([one.pass_face for one in minima])
+    assert {face[0] for face in faces[0]} == {0}
+    assert faces[1] == [None, None]
+    assert max(levels[0]) < min(levels[1])
+    assert all(-0.1 < level <= 0 for level in levels[1])
+
+
+def test_a_very_soft_body_is_not_searched():
+    soft = rest_states(paper_system("permanent", 0.01), proof=False)
+    assert unwrapped_rest_states(soft) is None

@@ -265,4 +265,21 @@ def test_an_enclosure_contains_the_exact_angle_of_a_stop():
 
 def test_without_a_stop_nothing_is_held_by_one():
     assert zeros_at_stop(Energy(parabola()), BOX) == []
-    assert zeros_at_stop(Energy(parabola(), free=(3,), stop=HALF), BOX) == []
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_stop_holds_a_body_whose_position_is_left_in_its_energy(sign):
+    """Over z the energy is least at z = sθ2/4, where ∂V/∂θ2 = θ2 - 0.7 s - θ2/16 < 0 for s = 1."""
+    z = variable(3)
+    U = parabola(centre=(CENTRE[0], sign * F(7, 10), CENTRE[2]))
+    U = U + HALF * z * z - F(1, 4) * sign * z * V[1]
+    end = END.copy()
+    end[1] = 0.5
+    faces = zeros_at_stop(Energy(U, free=(3,), stop=HALF), Box(-end, end))
+    pressed, other = faces if sign < 0 else faces[::-1]
+    assert pressed.proved
+    assert other.proved
+    assert other.zeros == ()
+    (zero,) = pressed.zeros
+    assert encloses(zero, np.array([0.3, sign * 0.5, -0.2]))
+    assert zero.index == 0

@@ -18,6 +18,7 @@ from rbstab.proof.expr import COS, STEP, atom, variable
 from rbstab.proof.held import jumps
 from rbstab.proof.model import (
     NoMinimumError,
+    _poles,
     _with_one_step,
     eliminated,
     energy_of,
@@ -119,6 +120,22 @@ def test_a_stop_is_known_exactly_and_closes_the_range():
     assert energy.stop == Fraction(9, 10)
     assert energy.closed == {1}
     assert energy.least[atom(COS, V[1])] == 0.0
+
+
+def test_a_barrier_closes_the_range_only_where_the_energy_rises_to_infinity():
+    x, y = V[0], V[1]
+    c, half = y.cos(), (x * Fraction(1, 2)).cos()
+    assert _poles(x * x + 5 * c**-2 - 3 * c**-1) == {1}
+    assert _poles(half**-2 + y * y) == {0}
+    for U in (
+        -5 * c**-2 + 3 * c**-1,
+        5 * c**-2 - c**-3,
+        x * c**-2,
+        y.sin() * c**-1,
+        5 * c**-2 - (c**-1).exp(),
+    ):
+        assert _poles(U) == set()
+    assert energy_of(*built("paper/case1_guarded.yaml")).closed == {1}
 
 
 def test_what_is_quadratic_with_constant_stiffness_is_eliminated():

@@ -10,8 +10,8 @@ from support.problems import problem, solve
 from support.proofs import body_of, energies_of, regions_of, rest_states, slopes_of
 from support.rest import HEAVY, inverted_pendulum, paper_system, random_rest_system, soft_body
 
-from rbstab.analysis.proof.boxes import RANGE_END
-from rbstab.analysis.proof.outcome import SearchOutcome
+from rbstab.proof.model import RANGE_END
+from rbstab.proof.rest_points import SearchOutcome
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.proof.regions import regions_of as regions_in
@@ -214,7 +214,7 @@ def test_no_region_of_a_random_body_can_be_left_and_no_start_is_in_a_wrong_one()
         regions, several = regions + len(found), several + (len(found) > 1)
         points = points_near(rest, np.random.default_rng(seed))
         energies = energies_of(rest, points)
-        levels = [RegionLevel(one.state, one.energy_bound, one.pass_at) for one in found]
+        levels = [RegionLevel(one.state, one.energy_bound) for one in found]
         box = Box(-rest.end, rest.end)
         starts = StartRegions(body_of(system).energy, rest.zeros, box, levels)
         for region in found:

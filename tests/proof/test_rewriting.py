@@ -3,13 +3,15 @@
 from fractions import Fraction
 
 import pytest
+from flint import arb_series, ctx
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
-from support.balls import value
-from support.expressions import RATIONAL, energies, steps
+from support.balls import BITS, series, value
+from support.expressions import RATIONAL, energies, steps, terms
 
 from rbstab.proof.expr import COS, INNER, LET, OF, POSITIVE, SIN, STEP, VAR, atom, expr, variable
 from rbstab.proof.rewriting import (
+    derivative,
     inverse_of_definite,
     quadratic_in,
     spread,
@@ -61,6 +63,22 @@ def test_substitution_is_evaluation_in_two_steps(U, other, point):
     except ValueError:
         return
     assert abs(float(found - expected)) <= 1e-50 * (1 + abs(float(expected)))
+
+
+@patient
+@given(terms(), terms(), POINTS, POINTS)
+def test_a_derivative_is_that_of_the_series_along_a_line(one, two, point, rates):
+    """Not at a step, which counts as a constant."""
+    U = one * two + one / (2 + two * two)
+    with ctx.workprec(BITS):
+        line = {k: arb_series([x, v], 2) for k, (x, v) in enumerate(zip(point, rates, strict=True))}
+        try:
+            expected = series(U, line, 2)[1]
+        except ValueError:
+            assume(False)
+        found = derivative(U, {k: expr(Fraction(v)) for k, v in enumerate(rates)})
+        difference = value(found, dict(enumerate(point))) - expected
+    assert abs(float(difference)) <= 1e-50 * (1 + abs(float(expected)))
 
 
 def test_in_a_term_with_a_step_its_argument_is_positive():

@@ -241,6 +241,18 @@ def test_a_stop_whose_angle_varies_is_refused():
     assert "stop" in proof.reason
 
 
+@pytest.mark.parametrize(("percent", "may_vanish"), [(1, False), (2, True)])
+def test_a_spring_that_may_lose_its_length_is_refused(percent, may_vanish):
+    """Its ends are 0.5 m and 0.508 m from the contact point: a factor of 1.016."""
+    strut = STRUT | {"point": [0.15, 0.1, 0.08], "anchor": [0.15, 0.608, -0.42]}
+    config = with_element(strut)
+    assert config.body.contact_point == (0.15, 0.1, -0.42)
+    members, box = box_of(config, f"elements.one.point[2]=±{0.5 * percent / 100}")
+    proof = prove_bodies(members, box, part_limit=1)
+    assert ("no length" in proof.reason) == may_vanish
+    assert proof.outcome is not BodiesOutcome.PROVED or not may_vanish
+
+
 def pressed_to_a_stop():
     """Return a body whose load presses θ2 to a stop at 0.2 rad."""
     arm = HELD | {"K_r": [40.0, 4.0, 40.0], "K_t": [1.0, 1.0, 1.0]}

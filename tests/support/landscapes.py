@@ -5,7 +5,7 @@ import heapq
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from rbstab.analysis.proof.boxes import RANGE_END
+from rbstab.proof.model import RANGE_END
 
 
 def flooded(energies, rest, state, shape=(63, 33, 63)):

@@ -33,7 +33,7 @@ def stability_data(report: StabilityReport) -> dict[str, Any]:
 
     stability, run = report.stability, report.run
     # The reduced energy is only needed where a proof is used or checked.
-    proof = stability.proof.model_dump(mode="json", exclude={"reduced_energy", "tied_energy"})
+    proof = stability.proof.model_dump(mode="json", exclude={"reduced_energy"})
     states = zip(proof.pop("states"), stability.linearisations, strict=True)
     certificate = None
     if run is not None:

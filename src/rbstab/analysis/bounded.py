@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.analysis.proof.trigonometric import rigorous_basis
+from rbstab.mechanics import numbers
 from rbstab.mechanics.numbers import FUNCTIONS, Array
 
 UNIT = 2.0**-52
@@ -32,6 +32,9 @@ MANY_ANGLES = 500
 
 MAX_ANGLE = 2.0**20
 """rad; the difference of an angle up to here and the nearest one of the table is exact."""
+
+BITS = 80
+"""Bits of a ball, so that it is rounded to 53 bits once, at the end."""
 
 SLACK = 1.001
 """A factor on a bound for the roundings in the bound itself."""
@@ -153,14 +156,19 @@ class Bounded:
 
     def _through(self, name: str) -> "Bounded":
         """Return a function of one number by its name; elements of users may state it."""
-        # Imported late: the elements of the program need none of them.
-        from rbstab.analysis.proof.formulas.functions import function
-        from rbstab.analysis.proof.lines.intervals import Intervals
+        from flint import arb, ctx  # imported late: few sweeps have such elements
 
         shape = np.broadcast_shapes(np.shape(self.value), np.shape(self.error))
         value, error = (np.broadcast_to(one, shape).ravel() for one in (self.value, self.error))
-        found = function(name, Intervals(value, SLACK * error))[0]
-        return Bounded(found.middle.reshape(shape), found.radius.reshape(shape))
+        pairs, places = np.unique(np.stack([value, SLACK * error]), axis=1, return_inverse=True)
+        found = np.full(pairs.shape, np.nan)
+        with ctx.workprec(BITS):
+            for k, (middle, radius) in enumerate(pairs.T.tolist()):
+                if np.isfinite(middle) and np.isfinite(radius):
+                    ball = getattr(numbers, name)(arb(middle, radius))
+                    found[:, k] = float(ball.mid()), float(ball.rad())
+        value, error = found[:, places.ravel()].reshape(2, *shape)
+        return Bounded(value, SLACK * error + UNIT * np.abs(value) + TINY)
 
 
 def _method(name: str) -> Callable[[Bounded], Bounded]:
@@ -191,11 +199,9 @@ def _sine_and_cosine(angles: Array) -> tuple[Bounded, Bounded]:
     δ⁶. What they leave out is at most δ⁷/7! + δ⁸/8! < 2⁻⁵⁴.
     """
     if not (angles.size >= MANY_ANGLES and np.abs(angles).max() <= MAX_ANGLE):
-        basis = rigorous_basis(angles, 1)
-        return Bounded(basis[..., 2], UNIT), Bounded(basis[..., 1], UNIT)
+        return _by_flint(angles)
     nearest = np.rint(angles / STEP) * STEP
-    basis = rigorous_basis(nearest, 1)
-    sine, cosine = (Bounded(basis[..., k], UNIT) for k in (2, 1))
+    sine, cosine = _by_flint(nearest)
     delta = Bounded(angles - nearest, 0.0)
     square = delta * delta
     small_sine = delta * (1 - square / 6 * (1 - square / 20))
@@ -205,6 +211,17 @@ def _sine_and_cosine(angles: Array) -> tuple[Bounded, Bounded]:
         sine * small_cosine + cosine * small_sine + left_out,
         cosine * small_cosine - sine * small_sine + left_out,
     )
+
+
+def _by_flint(angles: Array) -> tuple[Bounded, Bounded]:
+    """Return the sines and cosines of doubles, each rounded once."""
+    from flint import arb, ctx  # imported late: few commands need it
+
+    different, places = np.unique(angles, return_inverse=True)
+    with ctx.workprec(BITS):
+        found = [[float(f) for f in arb(angle).sin_cos()] for angle in different.tolist()]
+    table = np.array(found).reshape(-1, 2)[places.reshape(angles.shape)]
+    return Bounded(table[..., 0], UNIT), Bounded(table[..., 1], UNIT)
 
 
 def bounded_decimals(values: Array) -> Array:

@@ -25,14 +25,15 @@ from rbstab.experiment.stored_proof.proof import (
 )
 from rbstab.experiment.stored_proof.reduced import Found, proof_record, searched_record
 from rbstab.experiment.stored_proof.rotations import rotations_record, state_records
-from rbstab.experiment.stored_proof.tied import tied_record
 from rbstab.files.counts import grouped
 from rbstab.integrate.problem import Problem
 from rbstab.systems.system import System
 
 if TYPE_CHECKING:
-    from rbstab.analysis.proof.reduced_energy import ExactSystem, NoReducedEnergy
-    from rbstab.proof.rest_states import RestStates
+    from rbstab.proof.model import ExactSystem
+    from rbstab.proof.reasons import NoReducedEnergy
+    from rbstab.proof.rest_points import RestStates
+    from rbstab.proof.rest_states import Body
 
 
 ENOUGH = 0.5
@@ -86,8 +87,8 @@ def prove(
 def _proof_of(config: Config, problem: Problem | None, *, search_only: bool, brief: bool) -> Proof:
     """Return the proof of all configs with what acts on the body of this one."""
     # Imported late: a run usually reads a stored proof and makes none.
-    from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
-    from rbstab.analysis.proof.searches.rest_states import searched_rest_states
+    from rbstab.proof.reasons import NoReducedEnergy
+    from rbstab.proof.rest_states import Body
 
     start_time = time.perf_counter()
     identity = proof_id(config)
@@ -111,14 +112,10 @@ def _proof_of(config: Config, problem: Problem | None, *, search_only: bool, bri
             if why_not is not None:
                 why = f"no proof was tried, as {why_not}"
                 return _searched(identity, system, why, start_time)
-            proof = _reduced_proof(identity, system, exact_system, start_time, **options)
+            body = Body(system, exact_system)
+            proof = _body_proof(identity, body, start_time, **options)
     except NoReducedEnergy as error:
-        if error.reason is not NoEnergyReason.SIX_VARIABLES:
-            return _no_energy(identity, system, error, start_time)
-        if search_only:
-            seconds = time.perf_counter() - start_time
-            return searched_record(identity, searched_rest_states(system), seconds)
-        proof = _tied_proof(identity, system, exact_system, start_time, brief=brief)
+        return _no_energy(identity, system, error, start_time)
     if families and not proof.proved:
         proof = proof.model_copy(update={"outcome": families})
     return _with_near_model(config, system, proof)
@@ -162,52 +159,49 @@ def _rotations_proof(
         return ""
 
 
-def _reduced_proof(  # noqa: PLR0913 (as `prove`, with what it has computed)
+def _body_proof(
     identity: str,
-    system: System,
-    exact_system: "ExactSystem",
+    body: "Body",
     start_time: float,
     *,
     search_only: bool,
     brief: bool,
 ) -> Proof:
-    """Prove the rest states of a body by an energy of Θ alone."""
-    from rbstab.analysis.proof.outcome import SearchOutcome
-    from rbstab.analysis.proof.searches.limits import search_limit
-    from rbstab.analysis.proof.unwrapped import box_limit_of
+    """Prove the rest states of a body, and their regions."""
+    from rbstab.proof.limits import search_limit
     from rbstab.proof.regions import NO_REGIONS
-    from rbstab.proof.rest_states import Body
+    from rbstab.proof.rest_points import SearchOutcome
 
     def seconds() -> float:
         return time.perf_counter() - start_time
 
-    limit, body = search_limit(system, brief=brief), Body(system, exact_system)
-    rest = body.searched() if search_only else body.proved(limit.boxes)
+    if search_only:
+        rest = body.searched()
+        found = Found(rest, body.regions(rest))
+        return proof_record(identity, body.energy, found, None, seconds())
+    limit = search_limit(body.energy, brief=brief)
+    rest = body.proved(limit.boxes)
     stopped = rest.outcome is SearchOutcome.BOX_LIMIT
-    most = search_limit(system, brief=False).boxes
     rate_known = stopped and rest.examined >= MANY
-    too_few = rate_known and rest.covered * most < ENOUGH * rest.examined
-    changes = {"outcome": _too_few(rest, most)} if too_few else {}
+    too_few = rate_known and rest.covered * limit.most < ENOUGH * rest.examined
+    changes = {"outcome": _too_few(rest, limit.most)} if too_few else {}
     if limit.slow and stopped:
         # Undecided boxes cover most of the range, so no region is left.
         record = proof_record(identity, body.energy, Found(rest, NO_REGIONS), None, seconds())
         return record.model_copy(update={**changes, "brief": brief or None})
     left = limit.boxes - rest.examined
-    wide = None
-    if not search_only:
-        wide = body.wide(rest, left if brief else None)
+    wide = body.wide(rest, left if brief else None)
     # Where every start converges, no region is needed: it is all of the range.
     needed = not (rest.every_start_of_range or (wide is not None and wide.every_start))
     found = Found(rest, body.regions(rest) if needed else NO_REGIONS)
-    unwrapped = None
-    if wide is not None:
+    unwrapped = found if wide is rest else None
+    if wide is not None and wide is not rest:
         # Where the search of the wide range stopped, undecided boxes cover most of it.
         ended = wide.outcome is SearchOutcome.BOX_LIMIT
-        regions = body.regions(wide) if needed and not ended else NO_REGIONS
-        unwrapped = found if wide is rest else Found(wide, regions)
+        unwrapped = Found(wide, body.regions(wide) if needed and not ended else NO_REGIONS)
     record = proof_record(identity, body.energy, found, unwrapped, seconds())
     wide_stopped = wide is not None and wide.outcome is SearchOutcome.BOX_LIMIT
-    by_limit = stopped or (left < box_limit_of(body.reduced.form) and wide_stopped)
+    by_limit = stopped or (left < body.wide_limit and wide_stopped)
     return record.model_copy(update={**changes, "brief": True if brief and by_limit else None})
 
 
@@ -219,47 +213,21 @@ def _too_few(rest: "RestStates", most: int) -> str:
 
 def _with_near_model(config: Config, system: System, proof: Proof) -> Proof:
     """Return a proof that names the held body, if no number of boxes is enough for a tied one."""
-    from rbstab.analysis.proof.ligaments.separate import ligaments_apart
+    from rbstab.elements.ligament import Ligament
 
     stopped = proof.outcome.startswith((STOPPED, TOO_FEW)) and not proof.goes_on
-    if stopped and config.controller.variant in TIES_OF_C and ligaments_apart(system)[1]:
+    if (
+        stopped
+        and config.controller.variant in TIES_OF_C
+        and any(isinstance(one, Ligament) for one in system.elements)
+    ):
         return proof.model_copy(update={"outcome": f"{proof.ended}; {HELD_INSTEAD}"})
     return proof
 
 
-def _tied_proof(
-    identity: str,
-    system: System,
-    exact_system: "ExactSystem",
-    start_time: float,
-    *,
-    brief: bool,
-) -> Proof:
-    """Prove the rest states of a tied body in six variables, such as one with springs."""
-    from rbstab.analysis.proof.outcome import SearchOutcome
-    from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
-    from rbstab.analysis.proof.tied.energy import tied_energy
-    from rbstab.analysis.proof.tied.rest_states import tied_rest_states, unwrapped_tied_states
-    from rbstab.analysis.proof.tied.search import brief_box_limit
-
-    try:
-        energy = tied_energy(system, exact_system)
-        total = brief_box_limit(energy) if brief else None
-        rest = tied_rest_states(energy, total=total)
-        wide, left = None, None if total is None else total - rest.boxes
-        # The wider range takes longer still.
-        if rest.outcome is not SearchOutcome.BOX_LIMIT:
-            wide = unwrapped_tied_states(energy, rest, total=left)
-    except NoReducedEnergy as error:
-        return _no_energy(identity, system, error, start_time)
-    ended_early = brief and (rest.stopped or (wide is not None and wide.stopped))
-    record = tied_record(identity, rest, wide, time.perf_counter() - start_time)
-    return record.model_copy(update={"brief": True}) if ended_early else record
-
-
 def _no_energy(identity: str, system: System, error: "NoReducedEnergy", start_time: float) -> Proof:
     """Return the rest states of a body whose energy is in no proof, with the reason."""
-    from rbstab.analysis.proof.reduced_energy import SEARCHED_INSTEAD
+    from rbstab.proof.reasons import SEARCHED_INSTEAD
 
     if error.reason not in SEARCHED_INSTEAD:
         return no_proof(identity, str(error), time.perf_counter() - start_time)
@@ -269,11 +237,13 @@ def _no_energy(identity: str, system: System, error: "NoReducedEnergy", start_ti
 def _searched(identity: str, system: System, why_not: str, start_time: float) -> Proof:
     """Return the rest states that a search finds, and why nothing is proved of them."""
     from rbstab.analysis.descents.kinked import has_kinks
-    from rbstab.analysis.proof.guards.separate import has_switching_guards
-    from rbstab.analysis.proof.searches.rest_states import searched_minima, searched_rest_states
+    from rbstab.analysis.searched import searched_minima, searched_rest_states
+    from rbstab.elements.guards.soft_guards import SoftGuard
+    from rbstab.elements.guards.stop import Stop
 
     # A root search finds no state where a force that jumps, or a stop, holds the body.
-    may_hold = has_switching_guards(system) or has_kinks(system)
+    switching = any(isinstance(element, (SoftGuard, Stop)) for element in system.elements)
+    may_hold = switching or has_kinks(system)
     states = (searched_minima if may_hold else searched_rest_states)(system)
     return searched_record(identity, states, time.perf_counter() - start_time, outcome=why_not)
 
@@ -287,8 +257,7 @@ def _no_search(config: Config) -> str | None:
 
 def _no_theorem(config: Config) -> str | None:
     """Return which hypothesis of all theorems does not hold, or None."""
-    from rbstab.analysis.proof.definite import indefinite_parameter, why_not_damped
-    from rbstab.analysis.proof.traced.separate import damping_of_users
+    from rbstab.proof.damping import damping_of_users, indefinite_parameter, why_not_damped
 
     system, exact = system_of(config), system_of(without_code(config), decimals)
     indefinite = indefinite_parameter(exact)

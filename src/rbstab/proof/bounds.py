@@ -5,8 +5,9 @@ derivative. Taylor coefficients in (δ, ζ), δ = Θ - m, are then small where t
 
     V(m) = U(m, ẑ) - [0, |g_ζ| |ζ|]    ∇V = U_δ    ∇²V = U_δδ - U_δζ U_ζζ⁻¹ U_ζδ    at ζ*(δ).
 
-Krawczyk's test for U_ζ = 0 shows that ζ*(δ) is in a box Z for all δ; as U is convex in z, it is the
-only minimiser. Without free variables this is Taylor's theorem alone.
+Krawczyk's test for U_ζ = 0 shows that ζ*(δ) is in a box Z for all δ. U is convex in z, or
+`is_single` shows this over each box, so it is the only minimiser. Without free variables this is
+Taylor's theorem alone.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,8 +28,9 @@ ROUND_OFF = 1e-14
 """That of the entries of a product of two small matrices, relative to the sum of its terms."""
 
 
-ARRIVED = 1e-12
-"""Relative size of a Newton step that is round-off; what is left of it counts in the bounds."""
+NEAR = 1e-8
+"""Relative size of the last Newton step: the next would be round-off. What is left of it counts in
+the bounds."""
 
 
 class Matrices(NamedTuple):
@@ -91,18 +93,20 @@ class BoundedEnergy:
     Args:
         U: The energy.
         variables: The numbers of the variables of the boxes.
-        free: Those over which it is minimised; U is convex in them.
+        free: Those over which it is minimised.
         least: Known lower bounds of atoms, such as 0 of cos θ2.
         order: 3, or 2 for bounds without third derivatives.
+        also: Expressions whose values `is_single` needs.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913, PLR0917 (each is one fact about V)
         self,
         U: Expr,
         variables: Sequence[int] = (0, 1, 2),
         free: Sequence[int] = (),
         least: Mapping[Atom, float] | None = None,
         order: int = 3,
+        also: Sequence[Expr] = (),
     ) -> None:
         self.U, self.variables, self.free = U, tuple(variables), tuple(free)
         self.least, self.order = least or {}, order
@@ -112,12 +116,16 @@ class BoundedEnergy:
         moving = {v: (*range(self.n), self.n + j) for j, v in enumerate(self.free)}
         leaves_of_all: dict[int, Sequence[int]] = {**leaves, **moving}
         self.points = Compiled([U], total, leaves_of_all, 2, self.least)
-        self.boxes = Compiled([U], total, leaves_of_all, order, self.least)
+        self.boxes = Compiled([U, *also], total, leaves_of_all, order, self.least, self.free)
+        with_z = {m: c for m, c in U.terms.items() if any(a.variables & set(free) for a, _ in m)}
+        alone = {v: (j,) for j, v in enumerate(self.free)}
+        self.of_free = Compiled([Expr(with_z)], self.k, alone, 2, self.least, self.free)
         self.evaluated = 0
         _, place = exponents(total, order)
         unit = np.eye(total, dtype=int)
         self.first = [place[tuple(row.tolist())] for row in unit]
         self.second = np.array([[place[tuple((a + b).tolist())] for b in unit] for a in unit])
+        self.first_of_free, self.second_of_free = _places(self.k)
         self.twice = np.where(np.eye(total, dtype=bool), 2.0, 1.0)[:, :, None]
         if order >= 3:
             triples = np.array([[[a + b + c for c in unit] for b in unit] for a in unit])
@@ -139,6 +147,7 @@ class BoundedEnergy:
         Z: Array | None = None,
         about: Values | None = None,
         reach: Array | None = None,
+        known: Values | None = None,
     ) -> Values:
         boxes = lo.shape[1]
         self.evaluated += boxes
@@ -158,7 +167,7 @@ class BoundedEnergy:
             slopes = np.stack([*least.C[j], one])
             return Intervals(np.concatenate([whole.lo, slopes]), np.concatenate([whole.hi, slopes]))
 
-        return compiled(leaf, about, reach)
+        return compiled(leaf, about, reach, known)
 
     def _at(
         self, centre: Array, least: Minimiser | None = None, Z: Array | None = None
@@ -170,16 +179,32 @@ class BoundedEnergy:
 
     def minimiser(self, points: Array, steps: int = 60) -> Minimiser:
         """Return z near the lowest point at some points of shape (n, points), to round-off."""
-        z = np.zeros((self.k, points.shape[1]))
-        a, b = slice(0, self.n), slice(self.n, None)
+        count = points.shape[1]
+        z, one = np.zeros((self.k, count)), np.ones(count)
+
+        def leaf(v: int) -> Intervals:
+            if v in self.variables:
+                found = points[self.variables.index(v)][None]
+            else:
+                found = np.stack([z[self.free.index(v)], one])
+            return Intervals(found, found)
+
         with np.errstate(all="ignore"):
+            known = None
             for _ in range(steps):
-                _, g, H = self.at_all(points, z)
-                step = np.einsum("ijm,jm->im", inverses(H[b, b]), g[b])
+                known = self.of_free(leaf, known=known)
+                f = known.dense(0, count).mid
+                H = (
+                    f[self.second_of_free]
+                    * np.where(np.eye(self.k, dtype=bool), 2.0, 1.0)[..., None]
+                )
+                step = np.einsum("ijm,jm->im", inverses(H), f[self.first_of_free])
                 step = np.where(np.isfinite(step), step, 0.0)
                 z = z - np.clip(step, -0.5, 0.5)
-                if np.abs(step).max(initial=0.0) < ARRIVED * (1 + np.abs(z).max(initial=0.0)):
+                if np.abs(step).max(initial=0.0) < NEAR * (1 + np.abs(z).max(initial=0.0)):
                     break
+        a, b = slice(0, self.n), slice(self.n, None)
+        _, _, H = self.at_all(points, z)
         inverse = inverses(H[b, b])
         return Minimiser(z, -np.einsum("ijm,jkm->ikm", inverse, H[b, a]), inverse)
 
@@ -220,6 +245,17 @@ class BoundedEnergy:
             centre, radius, at[0], at[self.first], over[self.first], slope, hessian, over[0]
         )
 
+    def is_single(self, lo: Array, hi: Array, values: Values, size: Array) -> Array:
+        """Return whether U has one stationary point z, its minimiser, for all Θ of each box.
+
+        Args:
+            lo: The lower ends of the boxes, shape (n, boxes).
+            hi: The upper ends.
+            values: The values of U and of `also` over each box, with the z that belong to it.
+            size: The largest |z_i| of these, shape (free, boxes).
+        """
+        return np.ones(lo.shape[1], dtype=bool)  # as it is convex in z
+
     def _reduced(self, lo: Array, hi: Array, centre: Array, radius: Array) -> Bounds:
         """Return bounds on the least energy over z."""
         least = self.minimiser(centre)
@@ -228,25 +264,28 @@ class BoundedEnergy:
         a, b = slice(0, self.n), slice(self.n, None)
         magnitude = np.abs(least.inverse)
 
-        def box(Z: Array) -> Intervals:
+        def box(Z: Array, known: Values | None = None) -> Values:
             reach = np.concatenate([radius, Z])
-            values = self._values(self.boxes, lo, hi, least, Z, about, reach)
-            return values.dense(0, lo.shape[1])
+            return self._values(self.boxes, lo, hi, least, Z, about, reach, known)
 
         # ζ at the centre: |ζ| <= 2|Y g_ζ|, which Krawczyk's test for the box below includes.
         g = at[self.first]
         at_zero = 2 * np.einsum("ijm,jm->im", magnitude, g.mag[b]) * UP + 1e-18
-        drift = self._slopes_along(at, box(nothing), radius)
+        count, first = lo.shape[1], box(nothing)
+        drift = self._slopes_along(at, first.dense(0, count), radius)
         Z = 2 * np.einsum("ijm,jm->im", magnitude, drift) * UP + 2 * at_zero
-        over = box(Z)
+        values = box(Z, first)
+        over = values.dense(0, count)
         H = _times(over[self.second], self.twice)
         E = _residual(least.inverse, Matrices(H.mid[b, b], H.rad[b, b]))
         image = np.einsum("ijm,jm->im", magnitude, self._slopes_along(at, over, radius))
         image = image + np.einsum("ijm,jm->im", E, Z)
         norm = E.sum(axis=1).max(axis=0) * UP
         inside = np.all(image * UP < Z, axis=0) & (norm < 1)
-        # |U_ζζ⁻¹| <= (I + E/(1 - |E|))|Y|
-        share = E / np.maximum(1 - norm, 1e-300)
+        size = np.abs(least.z) + np.einsum("ijm,jm->im", np.abs(least.C), radius) + Z
+        inside &= self.is_single(lo, hi, values, size * UP)
+        # |U_ζζ⁻¹| <= Σ Eᵏ|Y|; entries of Eᵏ are at most |E|ᵏ⁻¹ times the largest in their column.
+        share = E + E.max(axis=0) * (norm / np.maximum(1 - norm, 1e-300)) * UP
         bound = np.einsum("ijm,jkm->ikm", np.eye(self.k)[..., None] + share, magnitude) * UP
         whole = self._bounds(centre, radius, at, over, np.concatenate([radius, Z]))
         return self._without_free(whole, at, at_zero, bound, inside, (a, b))
@@ -313,6 +352,14 @@ class BoundedEnergy:
         """Return the eigenvalues of ∇²V at one point of shape (n,), to round-off."""
         found: Array = np.linalg.eigvalsh(self.at(x[:, None])[2][:, :, 0])
         return found
+
+
+def _places(n: int) -> tuple[list[int], Array]:
+    """Return the places of the first and second derivatives among coefficients of order 2."""
+    _, place = exponents(n, 2)
+    unit = np.eye(n, dtype=int)
+    second = [[place[tuple((a + b).tolist())] for b in unit] for a in unit]
+    return [place[tuple(row.tolist())] for row in unit], np.array(second, dtype=int).reshape(n, n)
 
 
 def inverses(M: Array) -> Array:

@@ -17,9 +17,11 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import UP, BoundedEnergy
 from rbstab.proof.expr import COS, SIN, VAR, Atom, Expr, Monomial, atom
+from rbstab.proof.intervals import constant
 from rbstab.proof.model import Energy
 from rbstab.proof.rewriting import inverse_of_definite
 from rbstab.proof.search import Box, Boxes, joined, one_box
+from rbstab.proof.tied import bounds_of
 
 OUTER = (0, 2)
 """The angles θ1 and θ3, which are never wrapped."""
@@ -30,14 +32,14 @@ MARGIN = 1.001
 ENOUGH = 0.98
 """A search for bounds on slopes aims at this share of the largest ones for the least ends."""
 
-TIGHT = 0.05
+TIGHT = 0.15
 """Bounds on slopes may be so much above slopes that occur, relatively."""
 
-LIMIT = 4_000
+LIMIT = 12_000
 """Boxes of the search for bounds on slopes."""
 
-MOST = 20.0
-"""rad: wider boxes are not searched, because they take too long."""
+FIRST = (3, 2, 3)
+"""So often one period is halved along each angle before the search begins."""
 
 PERIOD = np.nextafter(np.pi, 4.0)
 
@@ -88,39 +90,50 @@ def _is_periodic(a: Atom) -> bool:
 _THETA1, _THETA3 = (Expr({((atom(VAR, k), 1),): Fraction(1)}) for k in OUTER)
 
 
-def confined(energy: Energy, end: float) -> Array | None:
+def confined(energy: Energy, V: BoundedEnergy | None = None) -> Array | None:
     """Return bounds on |θ1| and |θ3| at rest, shape (2,), rad; None if none are found.
 
     Args:
         energy: U.
-        end: The largest |θ2|, rad.
+        V: Bounds on U; by default those of `energy`.
     """
-    if energy.closed & set(OUTER):
-        return None
-    parts = parts_of(energy.U)
+    parts = None if energy.closed & set(OUTER) else parts_of(energy.U)
     if parts is None:
         return None
     inverse = inverse_of_definite([[parts.K[i][j] for j in OUTER] for i in OUTER])
     if inverse is None:
         return None
     compliance = np.array([[abs(float(x)) for x in row] for row in inverse]) * UP
+    end = end_of_pitch(energy)
     load = np.array([abs(float(parts.q[i])) + abs(float(parts.K[i][1])) * end for i in OUTER])
     # Wide enough that U is most likely higher at its ends than at θ2 = ±π/2; this needs no proof.
-    climb = np.sqrt(2.0 * _height(energy, end) * np.diag(compliance))
+    height = _height(V or bounds_of(energy), energy)
+    climb = np.sqrt(2.0 * height * np.diag(compliance))
     least = np.maximum(climb, PERIOD)
     enough = ENOUGH * np.linalg.pinv(compliance) @ (least / MARGIN) - load
-    slopes = _steepest(replace(energy, U=parts.p), end, np.maximum(enough, 0.0))
+    slopes = _steepest(replace(energy, U=_sloping(parts.p)), end, np.maximum(enough, 0.0))
     found = np.maximum(compliance @ (load + slopes) * MARGIN, least)
-    return found if np.all(found < MOST) else None
+    return found if np.all(np.isfinite(found)) else None
 
 
-def _height(energy: Energy, end: float) -> float:
+def end_of_pitch(energy: Energy) -> float:
+    """Return the largest |θ2| in the range, rad, rounded up: that of a stop, or π/2."""
+    return 0.5 * PERIOD if energy.stop is None else float(constant(energy.stop).hi)
+
+
+def _sloping(p: Expr) -> Expr:
+    """Return what depends on more than θ2."""
+    return Expr({m: c for m, c in p.terms.items() if any(a.variables - {1} for a, _ in m)})
+
+
+def _height(V: BoundedEnergy, energy: Energy) -> float:
     """Return an estimate of how far U is at θ2 = ±π/2 above its least value, J."""
     if 1 in energy.closed:
         return 0.0
+    end = end_of_pitch(energy)
     points = np.random.default_rng(0).uniform(-1, 1, (3, 64)) * [[1.0], [end], [1.0]]
     points[:, :2] = [[0.0, 0.0], [-end, end], [0.0, 0.0]]
-    values = BoundedEnergy(energy.U, free=energy.free, least=energy.least).at(points)[0]
+    values = V.at(points)[0]
     return max(0.0, float(np.nanmax(values[:2]) - np.nanmin(values)))
 
 
@@ -129,9 +142,12 @@ def _steepest(energy: Energy, end: float, enough: Array) -> Array:
 
     Bounds below those that are enough are not made sharper.
     """
-    p = BoundedEnergy(energy.U, free=energy.free, least=energy.least)
+    p = bounds_of(energy) if energy.free else BoundedEnergy(energy.U, least=energy.least, order=2)
     corner = np.array([PERIOD, end, PERIOD])
     pending, places = one_box(Box(-corner, corner)), list(OUTER)
+    for axis, times in enumerate(FIRST):
+        for _ in range(times):
+            pending = pending.halved(np.full(pending.count, axis))
     reached, settled, examined = np.zeros(2), np.zeros(2), 0
     while pending.count and examined < LIMIT:
         boxes, pending = pending[slice(1024)], pending[slice(1024, None)]

@@ -99,8 +99,24 @@ def variable_of(e: "Expr") -> int | None:
     return None
 
 
+MOST_DENOMINATOR = 1000
+"""A double of code that is the nearest one to such a fraction means it."""
+
+WHOLE = 2.0**53
+"""From here on all doubles are whole numbers, and mean their shortest decimals."""
+
+
 def meant(value: object) -> Fraction:
-    """Return the number that a double of a config or of code means: 0.4 is 2/5."""
+    """Return the number that a double of code means: 0.4 is 2/5, and what 1/3 gives is 1/3."""
+    decimal = as_decimal(value)
+    if not isinstance(value, (float, np.floating)) or abs(float(value)) >= WHOLE:
+        return decimal
+    simple = Fraction(float(value)).limit_denominator(MOST_DENOMINATOR)
+    return simple if float(simple) == float(value) else decimal
+
+
+def as_decimal(value: object) -> Fraction:
+    """Return the number that a double of a config means, its shortest decimal: 0.4 is 2/5."""
     if isinstance(value, Fraction):
         return value
     if isinstance(value, (bool, int, np.integer)):
@@ -239,6 +255,9 @@ class Expr:
     def __pow__(self, power: Any) -> "Expr":
         """Return a whole power, which may be negative.
 
+        One above 2 of a sum with variables stays a power: it is sharper than its terms, and no
+        quadratic function of them anyway.
+
         Raises:
             TypeError: The power is not whole.
         """
@@ -247,7 +266,9 @@ class Expr:
             return Expr({(): self.constant**n})
         if n == 0:
             return expr(1)
-        if n < 0 or not self.is_polynomial or len(self.terms) ** 2 > MOST_PRODUCTS:
+        large = len(self.terms) ** 2 > MOST_PRODUCTS
+        higher = n > 2 and len(self.terms) > 1 and any(a.kind == VAR for a in self.atoms)
+        if n < 0 or not self.is_polynomial or large or higher:
             ((m, c),) = as_factor(self).terms.items()
             return _reduced({tuple((a, p * n) for a, p in m): c**n})
         found = self
@@ -271,11 +292,11 @@ class Expr:
         return self.constant
 
     def __eq__(self, other: object) -> bool:
-        """Return whether two expressions are the same."""
+        """Return whether two expressions are the same; what varies is compared with no number."""
         if isinstance(other, Expr):
             return self.digest == other.digest
         if isinstance(other, (int, float, Fraction)):
-            return self.constant is not None and self.constant == meant(other)
+            return self._number() == meant(other)
         return NotImplemented
 
     def __hash__(self) -> int:
@@ -387,10 +408,11 @@ def as_factor(e: Expr) -> Expr:
 
 
 def numbers(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Return an array of doubles as the numbers that they mean."""
+    """Return an array of doubles of a config as the numbers that they mean."""
     found = np.empty(values.shape, dtype=object)
     for index in np.ndindex(values.shape):
-        found[index] = expr(values[index])
+        entry = values[index]
+        found[index] = entry if isinstance(entry, Expr) else Expr({(): as_decimal(entry)})
     return found
 
 

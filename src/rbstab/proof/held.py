@@ -186,7 +186,7 @@ def zeros_at_stop(energy: Energy, box: Box, limit: int = FACE_LIMIT) -> list[Zer
     They are the zeros of ∂U/∂θ1 and ∂U/∂θ3 on the face at which U falls outwards. Their boxes have
     three axes. Where the sign of ∂U/∂θ2 is not known, a box is undecided.
     """
-    if energy.stop is None or energy.free:
+    if energy.stop is None:
         return []
     return [_zeros_on_face(energy, box, side, limit) for side in (-1, 1)]
 
@@ -196,8 +196,8 @@ def _zeros_on_face(energy: Energy, box: Box, side: int, limit: int) -> Zeros:
     angle = constant(side * energy.stop)
     ends = np.array([[float(angle.lo)], [float(angle.hi)]])
     face = substituted(energy.U, {atom(VAR, 1): expr(side * energy.stop)})
-    on_face = BoundedEnergy(face, (0, 2))
-    whole = BoundedEnergy(energy.U, least=energy.least)
+    on_face = BoundedEnergy(face, (0, 2), free=energy.free)
+    whole = BoundedEnergy(energy.U, free=energy.free, least=energy.least)
 
     def whole_boxes(boxes: Boxes) -> Boxes:
         low, high = (np.broadcast_to(end, boxes.lo[:1].shape) for end in ends)

@@ -7,6 +7,7 @@ any Q and D splits it: QD⁺Q' is convex, so a tangent plane is a lower bound, -
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import product
 from typing import NamedTuple
 
@@ -19,6 +20,7 @@ from rbstab.proof.intervals import TINY, Intervals
 from rbstab.proof.model import Energy
 from rbstab.proof.rewriting import substituted
 from rbstab.proof.search import Boxes, joined
+from rbstab.proof.tied import bounds_of
 
 BATCH = 1024
 """Boxes that are bounded at once."""
@@ -131,8 +133,7 @@ class Ranges:
     @classmethod
     def of(cls, energy: Energy, V: BoundedEnergy | None = None) -> "Ranges":
         """Return bounds on an energy, with its sides if few forces jump, at surfaces of Θ."""
-        free, least = energy.free, energy.least
-        V = BoundedEnergy(energy.U, free=free, least=least) if V is None else V
+        V = bounds_of(energy) if V is None else V
         steps = [a for a in energy.U.all_atoms if a.kind == STEP and a.extra == 1]
         if len(steps) > MOST_STEPS or any(set(a.inner.variables) & set(energy.free) for a in steps):
             return cls(V)
@@ -141,8 +142,7 @@ class Ranges:
             {step: expr(one) for step, one in zip(steps, choice, strict=True)} for choice in choices
         ]
         return cls(
-            V,
-            [BoundedEnergy(substituted(energy.U, one), free=free, least=least) for one in replaced],
+            V, [bounds_of(replace(energy, U=substituted(energy.U, one))) for one in replaced]
         )
 
     def over(self, boxes: Boxes) -> tuple[Bounds, Intervals, Array]:

@@ -13,8 +13,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
-from rbstab.analysis.proof.traced.switching import NotShownError, switched_energy
-from rbstab.analysis.proof.traced.tracing import NotRecordedError
 from rbstab.elements.element import Element
 from rbstab.elements.ligament import Ligament
 from rbstab.mechanics.numbers import Array
@@ -32,6 +30,8 @@ from rbstab.proof.expr import (
     only,
     variable,
 )
+from rbstab.proof.lengths import with_lengths_apart, with_squares
+from rbstab.proof.passive import first_jump
 from rbstab.proof.rewriting import (
     inverse_of_definite,
     quadratic_in,
@@ -48,6 +48,9 @@ THETA = (0, 1, 2)
 
 ExactSystem = Callable[[Callable[[Array], Array]], System]
 """A function that builds a system in a kind of number, without elements of users."""
+
+RANGE_END = np.nextafter(np.pi, np.inf) * np.array([1.0, 0.5, 1.0])
+"""rad: the largest |θ1|, |θ2| and |θ3| in the closed range of eq. 5, rounded outwards."""
 
 COSINE = atom(COS, variable(1))
 """cos θ2, which is not negative in the range."""
@@ -148,17 +151,10 @@ def stored_energy(system: System, exact_system: ExactSystem) -> Stored:
 
 
 def _first_jump(at_rest: Configurations, element: Element) -> int:
-    """Return the order of the first derivative of the energy of an element that may jump.
-
-    Of an element of a user it is 1, unless `switched_energy` shows that its force is continuous.
-    """
+    """Return the order of the first derivative of the energy of an element that may jump."""
     if element.kinked or not element.from_user:
         return 1 if element.kinked else 3 if isinstance(element, Ligament) else 2
-    try:
-        found = switched_energy(at_rest, element)
-    except (NotShownError, NotRecordedError):
-        return 1
-    return 1 if found.valleys or found.ridges else 2
+    return first_jump(at_rest, element)
 
 
 def _exact(system: System, exact_system: ExactSystem) -> System:
@@ -178,6 +174,7 @@ def _exact(system: System, exact_system: ExactSystem) -> System:
 
 def eliminated(total: Expr, others: range) -> Energy:
     """Minimise over all variables in which the energy is quadratic with constant stiffness."""
+    total = with_lengths_apart(total, others)
     inside = {v for a in total.atoms if a.kind != VAR for v in a.variables if v >= others.start}
     chosen = [k for k in others if k not in inside]
     # Variables with other powers, or with a stiffness that depends on Θ, stay.
@@ -193,6 +190,7 @@ def eliminated(total: Expr, others: range) -> Energy:
         U = U + (parts.b[i] * minimiser[k]).scaled(Fraction(1, 2))
     free = tuple(k for k in others if k not in chosen)
     U, shift = _shifted(U, free)
+    U = with_squares(U, free)
     return Energy(with_outlined_steps(U), free, minimiser, shift, plain=U)
 
 
@@ -258,9 +256,24 @@ def _by_half_angles(U: Expr) -> Expr:
 
 
 def _poles(U: Expr) -> set[int]:
-    """Return the angles at whose ends a barrier is: U has a power of 1/cos θ2, or of 1/cos ½θ."""
+    """Return the angles at whose ends a barrier is: U rises to infinity there.
+
+    With d = cos θ2, or cos ½θ, that is so if the term with the lowest power of d is c·d^-n with a
+    number c > 0, and d is the divisor of no other function.
+    """
     places = {COSINE: 1} | {half: k for k, half in HALVES.items()}
-    return {places[a] for m in U.terms for a, p in m if p < 0 and a in places}
+    inside = {a for b in U.all_atoms if b.kind != VAR for a in _divisors(b.inner)}
+    found = set[int]()
+    for d in (_divisors(U) - inside) & places.keys():
+        least = min(p for m in U.terms for a, p in m if a is d)
+        leading = {m: c for m, c in U.terms.items() if (d, least) in m}
+        if leading.get(((d, least),), 0) > 0 and len(leading) == 1:
+            found.add(places[d])
+    return found
+
+
+def _divisors(e: Expr) -> set[Atom]:
+    return {a for m in e.terms for a, p in m if p < 0}
 
 
 def value_at(e: Expr, q: Array) -> float:

@@ -2,45 +2,44 @@
 
 c* is the least energy on the open faces of the range, at all other rest states, and in undecided
 boxes: {V < c*} contains the lowest rest state alone. The region of any minimum is the component of
-{V < level} about it, for the highest level of which a flood proves that it reaches nothing else.
-The levels tried are the energies of the other rest states and the least ones of faces, or of the
-parts of faces that a flood reaches: one of these is the pass at which the component leaves.
+{V < level} about it, up to its pass, where it meets another rest state or an open face (`passes`).
+The levels aimed at are the energies of the other rest states and the least ones of faces, or of
+parts of faces by which a component leaves: one of these is the pass.
 
 Hypotheses: `Zeros` has all rest states of the range but those in its undecided boxes, also those
 that a stop holds; a motion does not reach the ends of closed axes (`Energy.closed`).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from itertools import product
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import BoundedEnergy
-from rbstab.proof.flood import LIMIT, Flooded, Land, Outcome, flood
-from rbstab.proof.levels import LeastValues, Ranges, least_values
+from rbstab.proof.landscape import AT_ONCE, LIMIT, Face, Landscape, Level, divided, is_minimum
+from rbstab.proof.levels import Ranges
 from rbstab.proof.model import Energy
-from rbstab.proof.search import Box, Boxes, Zero, Zeros, joined, one_box
+from rbstab.proof.passes import Complex, Pass
+from rbstab.proof.search import Box, Boxes, Zeros, joined
 
 TIE = 1e-10
 """Energies with a smaller relative difference count as equal; the first place is reported."""
 
-MARGINS = (1e-6, 1e-3)
-"""How far below a pass a flood is tried, relative to its height: very near it takes small cells."""
+MARGIN = 1e-6
+"""How near the proved level is to a pass, relative to its height."""
 
-RIDGE_MARGINS = (0.01, 0.018)
+RIDGE_MARGIN = 0.02
 """The same for a pass on a ridge, whose walls are thin: they take cells all along the ridge."""
 
-SMALLEST_GAIN = 1e-3
-"""Levels that are higher by a smaller share of the height are not tried."""
+REPEATED = 1e-9
+"""Proved levels are lowered by so much, relatively, so that round-off is no reason to miss them."""
 
-BISECTIONS = 4
-"""Levels that are tried where none of those of a place holds."""
+NEAR = 0.05
+"""rad: the component meets others at a pass if that is so near, and at its level."""
 
-Face = tuple[int, int]
-"""An axis and the sign of its angle."""
+ENOUGH = 0.9
+"""A pass is named if this share of its height is proved."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +52,8 @@ class Certified:
         lower_bound: The level up to which this is proved, J; 0 if nothing is.
         energy_bound: The same for the sum of all energies; None if nothing is proved.
         attained_at: The first point with energy c*, shape (3,), rad.
-        face: The face on which it is; None: at another rest state.
+        face: The face on which it is; None: at another rest state, or with a spring.
+        spring: Whether it is where a spring has no length.
         closed: Whether the least energies on the faces are known to `levels.LOOSE`.
         examined: The number of boxes of faces.
     """
@@ -66,6 +66,7 @@ class Certified:
     face: Face | None
     closed: bool
     examined: int
+    spring: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,8 +81,6 @@ class Region:
         pass_state: The rest state that is the pass; None if it is none.
         pass_face: The face on which the pass is; None if it is on none.
         pass_at: Θ of the pass, shape (3,); None if it is not located.
-        flooded: The flood that proves it; None if {V < energy_bound} has no other component.
-        examined: The number of cells of all floods.
     """
 
     state: int
@@ -91,8 +90,6 @@ class Region:
     pass_state: int | None
     pass_face: Face | None
     pass_at: Array | None
-    flooded: Flooded | None
-    examined: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,98 +102,6 @@ class Regions:
 
 NO_REGIONS = Regions(None, ())
 """Nothing is known."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Level:
-    """An energy at which a region may end: its proved bound, about its value, and where it is."""
-
-    bound: float
-    value: float
-    at: Array | None = None
-    state: int | None = None
-    face: Face | None = None
-
-
-def open_faces(box: Box, open_axes: Sequence[int]) -> list[tuple[Face, Boxes]]:
-    """Return the faces of a range as boxes, as thick as one double: π and π/2 are none."""
-    found = []
-    for axis, sign in product(open_axes, (-1, 1)):
-        lo, hi = box.lo.astype(float).copy(), box.hi.astype(float).copy()
-        end = (lo if sign < 0 else hi)[axis]
-        inner = np.nextafter(end, -sign * np.inf)
-        lo[axis], hi[axis] = min(end, inner), max(end, inner)
-        found.append(((axis, sign), one_box(Box(lo, hi))))
-    return found
-
-
-def is_minimum(zero: Zero) -> bool:
-    """Return whether a zero is proved to be a minimum."""
-    return zero.index == 0 and not zero.ridge
-
-
-class Landscape:
-    """The energies of rest states, faces and undecided boxes of a range."""
-
-    def __init__(self, energy: Energy, zeros: Zeros, box: Box, V: Ranges) -> None:
-        self.V, self.box, self.zeros = V, box, zeros
-        self.open_axes = [axis for axis in range(3) if axis not in energy.closed]
-        places = joined([one_box(zero.enclosure) for zero in zeros.zeros], 3)
-        self.at_zeros = V.values(places)
-        undecided = V.values(zeros.undecided)
-        self.cap = float(undecided.lo.min(initial=np.inf))
-
-    @cached_property
-    def faces(self) -> list[tuple[Face, Boxes]]:
-        """The open faces as boxes."""
-        return open_faces(self.box, self.open_axes)
-
-    @cached_property
-    def least(self) -> LeastValues | None:
-        """The least energies on the open faces; None without one."""
-        parts = joined([one for _, one in self.faces], 3)
-        return least_values(self.V, parts) if parts.count else None
-
-    def state_levels(self) -> list[_Level]:
-        """Return the levels of all rest states."""
-        return [
-            _Level(float(self.at_zeros.lo[k]), zero.energy, zero.point, state=k)
-            for k, zero in enumerate(self.zeros.zeros)
-        ]
-
-    def face_levels(self) -> list[_Level]:
-        """Return the level of each open face."""
-        if self.least is None:
-            return []
-        rows = zip(self.faces, self.least.bound, self.least.value, self.least.at.T, strict=True)
-        return [_Level(float(b), float(v), at, face=face) for (face, _), b, v, at in rows]
-
-    def is_pass(self, level: _Level) -> bool:
-        """Return whether a level can be one at which a component reaches something else."""
-        return level.state is None or not is_minimum(self.zeros.zeros[level.state])
-
-    @cached_property
-    def land(self) -> Land:
-        """The cells with which each flood begins."""
-        return Land(self.V, self.box, self.open_axes)
-
-    def low(self, minimum: int, level: float) -> list[Box]:
-        """Return the enclosures of other rest states that are not proved to be above a level."""
-        return [
-            zero.enclosure
-            for k, zero in enumerate(self.zeros.zeros)
-            if k != minimum and not self.at_zeros.lo[k] >= level
-        ]
-
-    def flood(self, minimum: int, level: float, near: Array | None, limit: int = LIMIT) -> Flooded:
-        """Flood up to a level about a minimum, with small cells near a pass."""
-        start, low = self.zeros.zeros[minimum].enclosure, self.low(minimum, level)
-        high = [
-            zero.point for k, zero in enumerate(self.zeros.zeros) if self.at_zeros.lo[k] >= level
-        ]
-        high += [] if near is None else [near]
-        points = np.array(high).reshape(-1, 3).T
-        return flood(self.land, start, level, low, points, limit)
 
 
 def regions_of(energy: Energy, zeros: Zeros, box: Box, V: BoundedEnergy | None = None) -> Regions:
@@ -213,13 +118,15 @@ def regions_of(energy: Energy, zeros: Zeros, box: Box, V: BoundedEnergy | None =
     land = Landscape(energy, zeros, box, Ranges.of(energy, V))
     certified = _certified(land)
     minima = [k for k, zero in enumerate(zeros.zeros) if is_minimum(zero)]
-    found = [] if certified is None else [_region(land, k) for k in minima]
-    return Regions(certified, tuple(one for one in found if one is not None))
+    # With springs, cells take too long.
+    minima = [] if land.springs else minima
+    found = [] if certified is None else _minima(land, minima)
+    return Regions(certified, tuple(found))
 
 
 def _certified(land: Landscape) -> Certified | None:
     lowest, *others = land.state_levels()
-    levels = [*land.face_levels(), *others]
+    levels = [*land.face_levels(), *others, *land.springs]
     if not levels:
         return None
     energy = min(one.value for one in levels)
@@ -238,6 +145,7 @@ def _certified(land: Landscape) -> Certified | None:
         first.face,
         land.least is None or bool(land.least.closed.all()),
         0 if land.least is None else land.least.examined,
+        first in land.springs,
     )
 
 
@@ -246,103 +154,164 @@ def _height(land: Landscape, state: int, bound: float) -> float:
     return max(0.0, float(np.nextafter(bound - land.at_zeros.hi[state], -np.inf)))
 
 
-def _region(land: Landscape, minimum: int) -> Region | None:
-    """Return the region of a minimum, by the highest level at which a flood holds."""
-    floor = float(land.at_zeros.hi[minimum])
-    levels = [one for one in land.state_levels() if one.state != minimum] + land.face_levels()
-    # Below all of them there is one component, and no flood is needed.
-    base = min((*levels, _Level(land.cap, land.cap)), key=lambda one: one.bound)
-    search = _Passes(land, minimum, base if base.bound > floor else None)
-    search.run([one for one in levels if one is not base and land.is_pass(one)])
-    best, flooded = search.best, search.flooded
-    if best is None:
-        return None
-    bound = best.bound if flooded is None else flooded.level
-    height = _height(land, minimum, bound)
-    if not height > 0:
-        return None
-    value, examined = best.value - land.zeros.zeros[minimum].energy, search.examined
-    return Region(minimum, value, height, bound, best.state, best.face, best.at, flooded, examined)
+def _minima(land: Landscape, minima: list[int]) -> list[Region]:
+    """Return the regions of minima."""
+    others = [*land.state_levels()[1:], *land.face_levels()]
+    # Below all of them there is one component, that of the lowest state: no cells are needed.
+    base = min((*others, Level(land.cap, land.cap)), key=lambda one: one.bound)
+    known = {0: base} if 0 in minima and base.bound > land.floor(0) else {}
+    passes = [one for one in others if land.is_pass(one)]
+    searches = [
+        _Search(land, k, passes)
+        for k in minima
+        if land.floor(k) < land.cap and (k not in known or not _is_end(land, base))
+    ]
+    ends = _ends(land, searches) if searches else {}
+    found = []
+    for k in minima:
+        both = [one for one in (known.get(k), ends.get(k)) if one is not None]
+        end = max(both, key=lambda one: one.bound, default=None)
+        height = 0.0 if end is None else _height(land, k, end.bound)
+        if end is not None and height > 0:
+            value = end.value - land.zeros.zeros[k].energy
+            found.append(Region(k, value, height, end.bound, end.state, end.face, end.at))
+    return found
 
 
-class _Passes:
-    """The search for the pass of a minimum among some levels: each is above the one that holds."""
+def _is_end(land: Landscape, least: Level) -> bool:
+    """Return whether the component of the lowest state ends at the least of all other levels.
 
-    def __init__(self, land: Landscape, minimum: int, base: _Level | None) -> None:
-        self.land, self.minimum = land, minimum
-        self.floor = float(land.at_zeros.hi[minimum])
-        self.best, self.examined = base, 0
-        self.flooded: Flooded | None = None
-        self.start = land.zeros.zeros[minimum].enclosure
+    It does at a rest state that is no minimum, and on a face if V does not fall outwards there.
+    """
+    if least.face is None or least.at is None:
+        return land.is_pass(least)
+    axis, sign = least.face
+    slope = land.V.V.at(least.at[:, None])[1][axis, 0]
+    return bool(sign * slope >= 0)
 
-    def run(self, levels: list[_Level]) -> None:
-        """Try levels, each at most once."""
-        some = [one for one in levels if self.is_higher(one)]
-        if self.land.cap < np.inf:
-            some.append(_Level(self.land.cap, self.land.cap))
-        some = sorted((one for one in some if self.is_higher(one)), key=lambda one: one.bound)
-        begin, end = 0, len(some)
-        while begin < end:
-            middle = (begin + end) // 2
-            if self.holds(some[middle]):
-                begin = middle + 1
-            else:
-                end = middle
-        if self.best is None and some:
-            self.bisect(some[0].bound)
 
-    def bisect(self, failed: float) -> None:
-        """Try levels below all known passes: the component leaves by a part of a face."""
-        known = self.floor
-        for _ in range(BISECTIONS):
-            middle = 0.5 * (known + failed)
-            if self.holds(_Level(middle, middle)):
-                assert self.best is not None
-                if self.best.at is not None:
-                    return
-                known = middle
-            else:
-                failed = middle
+def _ends(land: Landscape, searches: Sequence["_Search"]) -> dict[int, Level | None]:
+    """Return the pass of each minimum, with cells that are divided until all are known."""
+    cells = land.cells
+    while True:
+        passes = cells.passes([one.minimum for one in searches], land.cap)
+        for search, reached in zip(searches, passes, strict=True):
+            search.reached = reached
+        some = np.unique(np.concatenate([one.open_cells(cells) for one in searches]))
+        if not len(some) or cells.count >= LIMIT:
+            return {search.minimum: search.end(cells) for search in searches}
+        cells = divided(cells, some)
 
-    def is_higher(self, level: _Level) -> bool:
-        """Return whether a level is worth a flood."""
-        known = self.floor if self.best is None else self.best.bound
-        gain = SMALLEST_GAIN * max(level.bound - self.floor, 0.0)
-        return known + gain < level.bound <= self.land.cap
 
-    def holds(self, level: _Level) -> bool:
-        """Flood up to a level, or to the least energy on the parts of faces that this reaches."""
-        land, k = self.land, self.minimum
-        at = None if level.state is None else land.zeros.zeros[level.state]
-        margins = RIDGE_MARGINS if at is not None and at.ridge else MARGINS
-        for margin in (0.0,) if level.at is None else margins:
-            height = level.bound - margin * (level.bound - self.floor)
-            found = land.flood(k, height, level.at)
-            self.examined += found.examined
-            if found.holds:
-                self.best, self.flooded = level, found
-                return True
-            if found.outcome is Outcome.LEAVES:
-                lower = None if found.states else self.lower_on_faces(found)
-                if lower is None or not lower.bound < level.bound:
-                    return False
-                return self.holds(lower)
-        return False
+class _Search:
+    """The search for the pass of one minimum.
 
-    def lower_on_faces(self, found: Flooded) -> _Level | None:
-        """Return the least level of the parts of faces that a flood reached, if it is a gain."""
-        if not found.faces:
+    Args:
+        land: The landscape.
+        minimum: The number of the minimum.
+        levels: The levels at which its component may end.
+
+    Attributes:
+        reached: The pass as it is proved so far; None if there is none below the cap.
+        top: The level at which the component is known to have left, for all that is known, J.
+    """
+
+    def __init__(self, land: Landscape, minimum: int, levels: Sequence[Level]) -> None:
+        self.land, self.minimum, self.floor = land, minimum, land.floor(minimum)
+        self.levels = [one for one in levels if self.floor < one.bound < land.cap]
+        if land.cap < np.inf:
+            self.levels.append(Level(land.cap, land.cap))
+        self.reached: Pass | None = None
+        self.top = np.inf
+
+    @property
+    def proved(self) -> float:
+        """The proved level."""
+        return self.land.cap if self.reached is None else self.reached.level
+
+    def open_cells(self, cells: Complex) -> Array:
+        """Return the cells that are to be divided for the next level; none at the end."""
+        while not self._is_known(cells) and (aim := self._aim()) is not None:
+            ways = cells.ways(self.minimum, aim)
+            if not ways.leaves:
+                return ways.open
+            self.top = aim
+            if len(ways.outlets):
+                lower = self._outlet(cells, ways.outlets)
+                if max(self.floor, self.proved) < lower.value < aim:
+                    self.levels.append(lower)
+        return np.zeros(0, dtype=int)
+
+    def _is_known(self, cells: Complex) -> bool:
+        """Return whether the component meets others at a known pass, near its level."""
+        if self.reached is None:
+            return True
+        place = cells.place(self.reached.edge)
+        return any(
+            abs(self.proved - one.value) <= self._margin(one) and _distance(one, place) <= NEAR
+            for one in self.levels
+        )
+
+    def _aim(self) -> float | None:
+        """Return the level that is tried next: just below the next pass, if one is known."""
+        for one in sorted(self.levels, key=lambda one: one.bound):
+            margin = self._margin(one)
+            if one.bound <= self.top and self.proved < one.bound - margin:
+                return one.bound - 0.5 * margin
+        known = max(self.proved, self.floor)
+        if self.top == np.inf or self.top - known <= MARGIN * (self.top - self.floor):
             return None
-        parts = joined([boxes for _, _, boxes in found.faces], 3)
-        for face in self.land.face_levels():
-            x = face.at
-            if x is not None and not self.is_higher(face) and parts.touch(Box(x, x)).any():
-                return None
-        over = self.land.V.values(parts)
-        lowest = over.lo <= over.hi.min()
-        least = least_values(self.land.V, parts[lowest])
-        k = int(np.argmin(least.value))
-        faces = [(axis, sign) for axis, sign, boxes in found.faces for _ in range(boxes.count)]
-        face = faces[np.flatnonzero(lowest)[k]]
-        level = _Level(float(least.bound.min()), float(least.value[k]), least.at[:, k], face=face)
-        return level if self.is_higher(level) else None
+        middle = 0.5 * (known + self.top)
+        return middle if known < middle < self.top else None
+
+    def _margin(self, one: Level) -> float:
+        if one.at is None:
+            return 0.0
+        share = RIDGE_MARGIN if self.land.is_ridge(one) else MARGIN
+        return share * (one.bound - self.floor)
+
+    def _outlet(self, cells: Complex, some: Array) -> Level:
+        """Return a level near the least one on the parts of open faces of some cells."""
+        some = some[np.argsort(cells.heights.ends[some], kind="stable")][:AT_ONCE]
+        rows = list(cells.land.faces(cells.cells.boxes[some]))
+        parts = joined([boxes for *_, boxes in rows], 3)
+        _, _, near = self.land.V.over(parts)
+        near = np.clip(near, parts.lo, parts.hi)
+        value = self.land.V.values(Boxes(near, near)).hi
+        k = int(np.argmin(value))
+        faces = [(axis, sign) for axis, sign, mine, _ in rows for _ in mine]
+        return Level(float(value[k]), float(value[k]), near[:, k], face=faces[k])
+
+    def end(self, cells: Complex) -> Level | None:
+        """Return the pass as it is proved, and where it is; None if nothing is proved."""
+        if not self.floor < self.proved < np.inf:
+            return None
+        if self.reached is None:
+            return Level(self.land.cap, self.land.cap)
+        bound = self.proved - REPEATED * (self.proved - self.floor)
+        place = cells.place(self.reached.edge)
+        found = self._named(place)
+        if found is None and cells.border in self.reached.edge:
+            found = self._outlet(cells, np.array([min(self.reached.edge)]))
+        if found is None:
+            found = Level(bound, bound, 0.5 * place.lo + 0.5 * place.hi)
+        return replace(found, bound=bound)
+
+    def _named(self, place: Box) -> Level | None:
+        """Return the known level that is the pass at a place, if its height is proved, about."""
+        slack = 2 * MARGIN * (self.proved - self.floor)
+        left = [one for one in self.levels if one.bound >= self.proved - slack]
+        least = min((one.bound for one in left), default=np.inf)
+        if least > self.top or self.proved - self.floor < ENOUGH * (least - self.floor):
+            return None
+
+        return min(
+            (one for one in left if one.bound <= least + 2 * slack),
+            key=lambda one: _distance(one, place),
+        )
+
+
+def _distance(level: Level, place: Box) -> float:
+    """Return the distance of a level from a place, along one axis; infinite if it has no place."""
+    x = np.full(3, np.inf) if level.at is None else level.at
+    return float(np.maximum(place.lo - x, x - place.hi).max())

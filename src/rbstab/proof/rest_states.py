@@ -1,27 +1,22 @@
 """All rest states of a system in a range of Θ, and whether there is exactly one."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
-from rbstab.analysis.proof import boxes as rows
-from rbstab.analysis.proof.boxes import RANGE_END
-from rbstab.analysis.proof.outcome import SearchOutcome
-from rbstab.analysis.proof.reduced_energy import (
-    NoEnergyReason,
-    NoReducedEnergy,
-    ReducedEnergy,
-    reduced_energy,
-)
-from rbstab.analysis.proof.rest_states import RestPoint, end_of_rest_states, within_stops
-from rbstab.analysis.proof.unwrapped import MAX_END, box_limit_of, unwrapped_end
 from rbstab.analysis.rest_state import held_at_kink, rest_state_at
+from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import BoundedEnergy
+from rbstab.proof.confine import confined, end_of_pitch
+from rbstab.proof.expr import COS, SIN, VAR
 from rbstab.proof.held import held_zeros, jumps, out_of_balance, zeros_at_stop
-from rbstab.proof.model import ExactSystem, NoMinimumError, energy_of, value_at
+from rbstab.proof.levels import Ranges, least_values
+from rbstab.proof.model import RANGE_END, ExactSystem, NoMinimumError, energy_of, value_at
+from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy, reject
 from rbstab.proof.regions import Regions, regions_of
+from rbstab.proof.rest_points import RestPoint, RestStates, SearchOutcome
 from rbstab.proof.search import (
     FAMILY_TRIES,
     SINGULAR,
@@ -34,6 +29,7 @@ from rbstab.proof.search import (
     newton,
     one_box,
 )
+from rbstab.proof.tied import TiedBounds, bounds_of
 from rbstab.systems.system import System
 
 STARTS = 256
@@ -45,73 +41,17 @@ SAME = 3e-4
 MOST_CENTRES = 64
 """Undecided boxes from whose centres states on a surface are looked for."""
 
+LENGTH_LIMIT = 4_000
+"""Boxes that are searched for the least length of a line."""
 
-@dataclass(frozen=True, eq=False)
-class RestStates:
-    """The rest states of a system in a range of Θ, from the lowest energy to the highest.
+MAX_END = 20.0
+"""rad: wider boxes of θ1 and θ3 are not searched, because they take too long."""
 
-    Args:
-        states: The rest states. Those that are proved come first, in the order of `zeros`.
-        zeros: The same as zeros of ∇U, and the boxes that may contain others.
-        inside: Those that no stop holds.
-        examined: The number of boxes that the proof examined.
-        outcome: How the proof ended.
-        end: The largest |Θ| in the range, shape (3,), rad. Beyond it is a stop, or the energy of a
-            barrier only rises, and nothing is at rest.
-        closed: The angles of which no motion reaches the end of the range.
-        covered: The share of the range that the proof has finished.
-    """
+WIDE_LIMIT = 16_000
+"""Boxes of a search for all real θ1 and θ3. A soft body may have hundreds of rest states."""
 
-    states: tuple[RestPoint, ...]
-    zeros: Zeros
-    inside: tuple[Zero, ...]
-    examined: int
-    outcome: SearchOutcome
-    end: Array
-    closed: frozenset[int]
-    covered: float = 1.0
-
-    @property
-    def proved(self) -> bool:
-        """Whether these are proved to be all rest states in the range."""
-        return self.outcome is SearchOutcome.PROVED
-
-    @property
-    def undecided(self) -> rows.Boxes:
-        """Boxes of Θ that may contain further rest states."""
-        return rows.Boxes(self.zeros.undecided.lo.T, self.zeros.undecided.hi.T)
-
-    @property
-    def unique(self) -> bool | None:
-        """Whether the range has exactly one rest state; None if neither answer is proved.
-
-        If True and the rest state is stable, every motion that stays in the range, and keeps a
-        distance from θ2 = ±π/2, converges to it (La Salle's theorem).
-        """
-        if sum(point.proved for point in self.states) > 1:
-            return False
-        if not self.proved:
-            return None
-        return len(self.states) == 1
-
-    @property
-    def every_start(self) -> bool:
-        """Whether all motions from |θ2| < π/2 converge to the only rest state (theorem 10).
-
-        To be asked of the rest states for all real θ1 and θ3: a barrier or a stop keeps all motions
-        away from θ2 = ±π/2, and the energy grows with |θ1| and |θ3| (`confine`). With barriers on
-        θ1 and θ3, of those in the range of eq. 5: then it is of motions that start there.
-        """
-        point = self.states[0] if self.proved and self.unique else None
-        return 1 in self.closed and point is not None and point.index_proved and point.index == 0
-
-    @property
-    def every_start_of_range(self) -> bool:
-        """Whether all motions from the range of eq. 5 converge to the only rest state: theorem 10.
-
-        It needs barriers on θ1 and θ3 too, which keep these motions in the range.
-        """
-        return 0 in self.closed and self.every_start
+WIDE_LIMIT_WITH_FUNCTIONS = 100_000
+"""The same for an energy with lengths, or other functions of Θ, whose boxes are smaller."""
 
 
 class Body:
@@ -126,12 +66,10 @@ class Body:
     """
 
     def __init__(self, system: System, exact_system: ExactSystem) -> None:
-        self.reduced: ReducedEnergy = reduced_energy(system, exact_system)
+        reject(system)
         try:
             self.energy = energy_of(system, exact_system)
-            self.bounded = BoundedEnergy(
-                self.energy.U, free=self.energy.free, least=self.energy.least
-            )
+            self.bounded = bounds_of(self.energy)
         except NoMinimumError as error:
             raise NoReducedEnergy(NoEnergyReason.NOT_HELD) from error
         except OverflowError as error:
@@ -139,6 +77,18 @@ class Body:
         except (TypeError, AttributeError, ValueError, ArithmeticError) as error:
             raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, str(error)) from error
         self.at_rest: Configurations = configurations(system)
+        if any(isinstance(element, Spring) for element in system.elements):
+            self._reject_lengths()
+
+    def _reject_lengths(self) -> None:
+        """Raise `NoReducedEnergy` if a line may have no length at some attitude of a held body."""
+        end = self.within_stop(RANGE_END)
+        roots = [] if self.energy.free else [a for a in self.energy.U.all_atoms if a.kind == "sqrt"]
+        for root in roots:
+            square = Ranges(BoundedEnergy(root.inner, least=self.energy.least))
+            shortest = least_values(square, one_box(Box(-end, end)), LENGTH_LIMIT)
+            if not shortest.bound[0] > 0:
+                raise NoReducedEnergy(NoEnergyReason.NO_LENGTH)
 
     def proved(
         self, limit: int, end: Array = RANGE_END, inner: RestStates | None = None
@@ -150,11 +100,8 @@ class Body:
             end: The largest |Θ|, shape (3,), rad; by default that of eq. 5.
             inner: What `proved` returned for a range inside: it is not searched again if all rest
                 states in it are known.
-
-        Raises:
-            NoReducedEnergy: A barrier is too weak for double precision.
         """
-        end = end_of_rest_states(self.reduced.form, end)
+        end = self.within_stop(end)
         box = Box(-end, end)
         held, begin = held_zeros(self.energy, box), None
         if inner is not None and inner.proved:
@@ -196,7 +143,8 @@ class Body:
             unproved = (_unproved(x, self.bounded) for x in found.singular)
             points += [self._point(zero, proved=False) for zero in unproved]
         known = Zeros(tuple(zeros), undecided, examined)
-        closed = self.energy.closed
+        # A spring may lose its length on the way to an end.
+        closed = frozenset() if isinstance(self.bounded, TiedBounds) else self.energy.closed
         return RestStates(
             tuple(points), known, found.zeros, examined, outcome, end, closed, found.share
         )
@@ -220,21 +168,28 @@ class Body:
             Those in a box beyond which there are none: `rest` itself if its box is this one. None
             if no such box is known, or if a barrier closes the range of θ1 and θ3.
         """
-        form = self.reduced.form
-        closed = form.guard is not None and form.guard.outer is not None
-        if closed or not all(line.periodic for line in form.lines):
+        found = confined(self.energy, self.bounded)
+        if found is None or not np.all(found < MAX_END):
             return None
-        end = unwrapped_end(form)
-        if end is None or not np.all(end < MAX_END):
-            return None
-        if np.array_equal(end_of_rest_states(form, end), rest.end):
+        end = self.within_stop(np.array([found[0], RANGE_END[1], found[1]]))
+        if np.array_equal(end, rest.end):
             return rest
-        most = box_limit_of(form)
-        return self.proved(most if limit is None else min(most, limit), end, rest)
+        most = self.wide_limit if limit is None else min(self.wide_limit, limit)
+        return self.proved(most, end, rest)
+
+    @property
+    def wide_limit(self) -> int:
+        """The number of boxes at which a search for all real θ1 and θ3 stops."""
+        plain = all(a.kind in {VAR, SIN, COS} or a.variables <= {1} for a in self.energy.U.atoms)
+        return WIDE_LIMIT if plain else WIDE_LIMIT_WITH_FUNCTIONS
+
+    def within_stop(self, end: Array) -> Array:
+        """Return the largest |Θ| in a range that a motion can reach with a stop, shape (3,)."""
+        return np.array([end[0], min(end[1], end_of_pitch(self.energy)), end[2]])
 
     def searched(self, seed: int = 0) -> RestStates:
         """Return the rest states in the range that Newton's method reaches; nothing is proved."""
-        end = within_stops(self.reduced.form, RANGE_END)
+        end = self.within_stop(RANGE_END)
         points, last = newton(self.bounded, _random(end, STARTS, seed))
         inside = np.all(np.abs(points) < end[:, None], axis=0) & (last < 1e-9)
         box, different = Box(-end, end), list[Array]()
@@ -280,7 +235,7 @@ class Body:
         return RestPoint(
             state,
             index,
-            rows.Boxes(zero.enclosure.lo[None], zero.enclosure.hi[None]),
+            zero.enclosure,
             proved,
             proved and zero.index is not None,
             zero.ridge,

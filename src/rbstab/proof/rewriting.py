@@ -1,14 +1,16 @@
 """Rewriting of expressions: others in place of atoms, steps that are known, coefficients."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
 from rbstab.proof.expr import (
+    COS,
     INNER,
     LET,
     OF,
     POSITIVE,
+    SIN,
     STEP,
     VAR,
     Atom,
@@ -215,3 +217,36 @@ def inverse_of_definite(H: Sequence[Sequence[Fraction]]) -> list[list[Fraction]]
             if i != k and factor:
                 rows[i] = [x - factor * y for x, y in zip(rows[i], rows[k], strict=True)]
     return [row[n:] for row in rows]
+
+
+def derivative(e: Expr, rates: Mapping[int, Expr]) -> Expr:
+    """Return the rate of an expression where its variables have rates; steps have none.
+
+    The derivative by one variable has the rate 1 of it.
+    """
+    total: dict[Monomial, Fraction] = {}
+    for m, c in e.terms.items():
+        for a, p in m:
+            if a.kind == STEP or a.variables.isdisjoint(rates):
+                continue
+            rest = Expr({monomial((b, n - (b is a)) for b, n in m): c * p})
+            for one, number in (rest * _rate(a, rates)).terms.items():
+                total[one] = total.get(one, Fraction(0)) + number
+    return Expr(total)
+
+
+def _rate(a: Atom, rates: Mapping[int, Expr]) -> Expr:
+    if a.kind == VAR:
+        assert isinstance(a.argument, int)
+        return rates[a.argument]
+    x, inner = a.inner, derivative(a.inner, rates)
+    slopes: dict[str, Callable[[], Expr]] = {
+        LET: lambda: expr(1),
+        SIN: x.cos,
+        COS: lambda: -x.sin(),
+        "sqrt": lambda: 1 / (2 * only(a)),
+        "exp": lambda: only(a),
+        "log": lambda: 1 / x,
+        "atan": lambda: 1 / (1 + x * x),
+    }
+    return slopes[a.kind]() * inner

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.proof.index import proved_index
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import UP, BoundedEnergy, Bounds, Matrices, inverses, preconditioned
+from rbstab.proof.index import proved_index
 
 RADII = np.geomspace(1e-15, 2.0, 160)
 """The radii of the boxes about a point, of which one is proved to have a single zero."""
@@ -107,6 +107,38 @@ def joined(parts: Sequence[Boxes], n: int) -> Boxes:
         np.concatenate([none, *(part.lo for part in parts)], 1),
         np.concatenate([none, *(part.hi for part in parts)], 1),
     )
+
+
+def hulls(boxes: Boxes) -> Boxes:
+    """Merge boxes that touch into their hulls, which cover all of them; they have three axes."""
+    for axis in range(3):
+        boxes = _rows_joined(boxes, axis)
+    found = list[Boxes]()
+    while boxes.count:
+        hull, members = boxes[slice(1)], boxes.touch(Box(boxes.lo[:, 0], boxes.hi[:, 0]))
+        while members.any():
+            taken = joined([hull, boxes[members]], 3)
+            lo, hi = taken.lo.min(axis=1), taken.hi.max(axis=1)
+            hull, boxes = one_box(Box(lo, hi)), boxes[~members]
+            members = boxes.touch(Box(lo, hi))
+        found.append(hull)
+    return joined(found, 3)
+
+
+def _rows_joined(boxes: Boxes, axis: int) -> Boxes:
+    """Return one box for each row of boxes along an axis that touch and are equal in the others.
+
+    A search leaves thousands of boxes that fill a part of the range; few remain.
+    """
+    others = [k for k in range(3) if k != axis]
+    across = np.concatenate([boxes.lo[others], boxes.hi[others]])
+    order = np.lexsort([boxes.lo[axis], *across])
+    lo, hi, across = boxes.lo[:, order], boxes.hi[:, order], across[:, order]
+    goes_on = np.all(across[:, 1:] == across[:, :-1], axis=0) & (lo[axis, 1:] <= hi[axis, :-1])
+    starts = np.flatnonzero(np.concatenate([[True], ~goes_on])[: boxes.count])
+    if not len(starts):
+        return boxes
+    return Boxes(lo[:, starts], np.maximum.reduceat(hi, starts, axis=1))
 
 
 def one_box(box: Box) -> Boxes:
@@ -335,13 +367,15 @@ class Search:
         """Follow Newton's method from points, and prove the zeros in which it ends."""
         ends, last = newton(self.energy, points, TRY_STEPS)
         for x, size in zip(ends.T, last, strict=True):
-            if not size < ZERO_STEP or any(zero.domain.contains(x) for zero in self.zeros):
+            if not (size < ZERO_STEP and self._is_bounded(x, x)):
+                continue
+            if any(zero.domain.contains(x) for zero in self.zeros):
                 continue
             if any(np.abs(x - other).max() < NEAR_FAILED for other in self.failed):
                 continue
             zero = isolated(self.energy, x)
             if zero is not None:
-                if self._is_bounded(zero):
+                if self._is_bounded(*zero.enclosure):
                     self._add(zero)
             elif self._may_be_of_family(x):
                 self.failed.append(x)
@@ -364,15 +398,14 @@ class Search:
         else:
             self.zeros.append(zero)
 
-    def _is_bounded(self, zero: Zero) -> bool:
-        """Return whether the known lower bounds of atoms hold in the enclosure of a zero.
+    def _is_bounded(self, low: Array, high: Array) -> bool:
+        """Return whether the known lower bounds of atoms hold between two points.
 
         They do in the box. Beyond it the bounds are those of another function, which may have a
         zero in whose domain that of V would be overlooked.
         """
         known = frozenset[int]().union(*(a.variables for a in self.energy.least))
         axes = [i for i, v in enumerate(self.energy.variables) if v in known]
-        low, high = zero.enclosure
         above = np.all(low[axes] > self.box.lo[axes])
         return bool(above and np.all(high[axes] < self.box.hi[axes]))
 

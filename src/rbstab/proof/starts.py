@@ -1,7 +1,7 @@
 """The minimum to which the motion from a start is proved to converge, for many starts at once.
 
 A start with less energy than the level of a region is in it if its Θ is in the component of
-{U < level} about the minimum: theorem 5. A flood to that level shows this component.
+{U < level} about the minimum: theorem 5. Cells that prove this level show the component.
 """
 
 from collections.abc import Sequence
@@ -10,19 +10,18 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.flood import Flooded
+from rbstab.proof.landscape import Landscape
 from rbstab.proof.levels import Ranges
 from rbstab.proof.model import Energy
-from rbstab.proof.regions import Landscape
+from rbstab.proof.passes import Component
 from rbstab.proof.search import Box, Zeros
 
 
 class RegionLevel(NamedTuple):
-    """The region of a minimum: its place among the zeros, its level, J, and Θ of its pass."""
+    """The region of a minimum: its place among the zeros, and its level, J."""
 
     state: int
     level: float
-    pass_at: Array | None
 
 
 class StartRegions:
@@ -39,7 +38,7 @@ class StartRegions:
         self, energy: Energy, zeros: Zeros, box: Box, regions: Sequence[RegionLevel]
     ) -> None:
         self.energy, self.zeros, self.box, self.regions = energy, zeros, box, regions
-        self._floods: dict[int, Flooded] = {}
+        self._components: dict[int, Component] = {}
         self._landscape: Landscape | None = None
 
     def find(self, energy: Array, low: Array, high: Array) -> Array:
@@ -55,17 +54,17 @@ class StartRegions:
         for k, region in enumerate(self.regions):
             some = np.flatnonzero(inside & (found < 0) & (energy < region.level))
             if len(some):
-                within = self._flood(k).contains(low[some].T, high[some].T)
+                within = self._component(k).contains(low[some].T, high[some].T)
                 found[some[within]] = k
         return found
 
-    def _flood(self, k: int) -> Flooded:
-        """Return the flood of a region; it is made when it is first needed."""
-        if k not in self._floods:
+    def _component(self, k: int) -> Component:
+        """Return the component of a region; it is made when it is first needed."""
+        if k not in self._components:
             if self._landscape is None:
-                self._landscape = Landscape(
-                    self.energy, self.zeros, self.box, Ranges.of(self.energy)
-                )
-            state, level, pass_at = self.regions[k]
-            self._floods[k] = self._landscape.flood(state, level, pass_at)
-        return self._floods[k]
+                V = Ranges.of(self.energy)
+                self._landscape = Landscape(self.energy, self.zeros, self.box, V)
+            state, level = self.regions[k]
+            cells = self._landscape.cells_up_to(state, level)
+            self._components[k] = cells.component(state, level)
+        return self._components[k]

@@ -121,15 +121,17 @@ class Compiled:
         leaves: For each variable of the expressions the Taylor variables on which it depends.
         order: The highest order of a coefficient.
         least: Known lower bounds of atoms, such as 0 of cos θ2 where |θ2| <= π/2.
+        moving: Variables of which several values are taken for the same values of the others.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913, PLR0917 (what is known when it is compiled)
         self,
         results: Sequence[Expr],
         n: int,
         leaves: Mapping[int, Sequence[int]],
         order: int,
         least: Mapping[Atom, float] | None = None,
+        moving: Sequence[int] = (),
     ) -> None:
         self.n, self.order, self.leaves, self.least = n, order, leaves, least or {}
         self.exponents, self.place = exponents(n, order)
@@ -140,6 +142,8 @@ class Compiled:
         self.tightened = self._arguments()
         self.positive = [k for k, one in enumerate(self.operations) if one.kind == POSITIVE]
         self.above_positive = self._above(self.positive)
+        moved = (k for k, one in enumerate(self.operations) if one.kind == "variable")
+        self.above_moving = self._above([k for k in moved if self.operations[k].detail in moving])
 
     def _arguments(self) -> frozenset[int]:
         """Return the arguments of functions but sines, which Taylor's theorem makes sharper."""
@@ -305,7 +309,11 @@ class Compiled:
     # -- evaluation ----------------------------------------------------------------------------
 
     def __call__(
-        self, leaf: Leaf, about: "Values | None" = None, reach: Array | None = None
+        self,
+        leaf: Leaf,
+        about: "Values | None" = None,
+        reach: Array | None = None,
+        known: "Values | None" = None,
     ) -> "Values":
         """Return the coefficients of all operations over some boxes.
 
@@ -314,11 +322,15 @@ class Compiled:
             about: The coefficients at the centres of the boxes. Then arguments of functions are
                 bounded by Taylor's theorem too, which is far sharper than their terms.
             reach: The radii of the Taylor variables, shape (n, boxes); with `about`.
+            known: The same for other values of the variables `moving` alone.
         """
         values: list[Intervals] = []
         powers: dict[Exponents, Array] = {}
         with np.errstate(all="ignore"):
             for k, one in enumerate(self.operations):
+                if known is not None and k not in self.above_moving:
+                    values.append(known.values[k])
+                    continue
                 found = _DO[one.kind](self, one, [values[p] for p in one.places], leaf)
                 if about is not None and reach is not None and k in self.tightened:
                     some = about.smooth if k in self.above_positive else None

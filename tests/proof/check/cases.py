@@ -239,8 +239,18 @@ def own() -> Record:
     return record(Energy(U, (3,)), state((lean, 0, 0), 0))
 
 
+def own_at_stop() -> Record:
+    """A body with an own state z presses against the stop at θ2 = 0.9: U falls with θ2 inside.
+
+    Over z it is least at z with 20 z + 16 z³ = θ2, and ∂V/∂θ2 = 4 θ2 - 8 - z < 0.
+    """
+    U = BOWL + 2 * Y**2 - 8 * Y + 10 * OWN**2 + 4 * OWN**4 - OWN * Y
+    energy = Energy(U, (3,), stop=Fraction(9, 10), closed=frozenset({1}))
+    return record(energy, state((0, 0.9, 0), 0, held=True))
+
+
 SMOOTH = wells, diagonal, lean, barrier, outer, coupled, outside, spring, own
-SWITCHING = stop, inside, held, plane, sphere, ridge, pushed, guard, ligament
+SWITCHING = stop, inside, held, plane, sphere, ridge, pushed, guard, ligament, own_at_stop
 CASES = *SMOOTH, *SWITCHING, flat, unfinished
 
 TRUE: dict[str, Callable[[], Record]] = {one.__name__: one for one in CASES}

@@ -76,6 +76,11 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
     "a missing state of a ligament": ("ligament", _without_state(0), "no other rest state"),
     "a missing state with z": ("own", _without_state(0), "no other rest state"),
     "a missing state at a stop": ("stop", _without_state(0), "no other rest state"),
+    "a missing state at a stop with an own state": (
+        "own_at_stop",
+        _without_state(0),
+        "no other rest state",
+    ),
     "a missing state at the other stop": ("stop", _without_state(1), "no other rest state"),
     "a state twice": ("guard", _at(*STATES, to=[state((0, 9 / 14, 0), 0)] * 2), "rest states"),
     "an index too high": ("wells", _at(*STATES, 0, "index", to=1), "rest states"),

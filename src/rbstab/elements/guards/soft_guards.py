@@ -41,7 +41,7 @@ class SoftGuard(Element):
 
     def guards(self, motion: Motion, own: Array) -> Array:
         """θ2 - θ_s and -θ2 - θ_s, rad."""
-        return self._beyond(motion.Theta[PITCH])
+        return self.beyond(motion.Theta[PITCH])
 
     def wrench(self, motion: Motion, own: Array) -> Wrench:
         """-B' ∂U/∂Θ, N m, body; the row of B for θ2 has unit length, so its size is |dU/dθ2|."""
@@ -59,12 +59,13 @@ class SoftGuard(Element):
         """dU/dθ2 at an angle θ2 that belongs to the modes, N m; it never falls with θ2."""
         raise NotImplementedError
 
-    def _beyond(self, angle: Number) -> Array:
+    def beyond(self, angle: Number) -> Array:
+        """Return the event functions at an angle θ2: θ2 - θ_s and -θ2 - θ_s, rad."""
         return np.array([angle - self.soft_angle, -angle - self.soft_angle])
 
     def _excess(self, angle: Number) -> tuple[Number, Number]:
         """(θ2 - θ_s)₊ and (-θ2 - θ_s)₊, rad."""
-        above, below = self.mode * self._beyond(angle)
+        above, below = self.mode * self.beyond(angle)
         return above, below
 
 

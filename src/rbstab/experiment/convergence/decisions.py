@@ -78,7 +78,7 @@ def not_enclosed(problem: Problem) -> Convergence | None:
     formulas.
     """
     if any(element.from_user for element in problem.system.elements):
-        from rbstab.analysis.proof.traced.recorded import why_not_recorded
+        from rbstab.proof.motion.recorded import why_not_recorded
 
         why_not = why_not_recorded(problem.system)
         if why_not is not None:

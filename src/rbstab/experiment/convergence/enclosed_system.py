@@ -90,7 +90,7 @@ def _with_six_states(system: System) -> System:
 
 def _with_recorded(system: System, whole: System, numbers: Numbers) -> System:
     """Return a system with the elements of users of another one, which is in doubles."""
-    from rbstab.analysis.proof.traced.recorded import recorded_element
+    from rbstab.proof.motion.recorded import recorded_element
 
     at_rest, ours = configurations(whole), iter(system.elements)
     elements = (

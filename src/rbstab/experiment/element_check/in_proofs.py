@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from rbstab.analysis.configuration import configurations
-from rbstab.analysis.proof.traced.separate import NotInProofsError, in_proofs, user_energies
 from rbstab.elements.element import Element
+from rbstab.proof.passive import in_proofs, why_not_in_proofs
 from rbstab.systems.coordinates import CentreCoordinates, Coordinates, ReducedCoordinates
 from rbstab.systems.system import System
 
@@ -41,8 +40,5 @@ def _why_not(system: System, element: Element, coordinates: Coordinates) -> str 
     # Away from the contact point, so that the centre moves.
     body = replace(system.body, contact_point=CONTACT_POINT)
     alone = replace(system, body=body, elements=(element,), coordinates=coordinates)
-    try:
-        user_energies(configurations(alone))
-    except NotInProofsError as error:
-        return str(error).partition(": ")[2]
-    return None
+    why = why_not_in_proofs(alone)
+    return None if why is None else why.partition(": ")[2]

@@ -128,13 +128,12 @@ def prove_within(
 def _unknown_code(config: Config, tolerances: Sequence[Tolerance]) -> str | None:
     """Return why code of users is not shown to be passive for each body; None if it is, or none is.
 
-    It is shown for the body in the middle (`user_energies`); mass, inertia, gravity and the gains
-    of other elements do not enter its statements.
+    It is shown for the body in the middle (`why_not_in_proofs`); mass, inertia, gravity and the
+    gains of other elements do not enter its statements.
     """
     if not has_code(config):
         return None
-    from rbstab.analysis.configuration import configurations
-    from rbstab.analysis.proof.traced.separate import NotInProofsError, in_proofs, user_energies
+    from rbstab.proof.passive import in_proofs, why_not_in_proofs
 
     system = system_of(config)
     users = [element for element in system.elements if element.from_user]
@@ -145,16 +144,12 @@ def _unknown_code(config: Config, tolerances: Sequence[Tolerance]) -> str | None
         return CODE_VARIES
     if not all(in_proofs(element) for element in users):
         return UNUSUAL_CODE
-    try:
-        user_energies(configurations(system))
-    except NotInProofsError as error:
-        return str(error)
-    return None
+    return why_not_in_proofs(system)
 
 
 def _undamped(config: Config, tolerances: Sequence[Tolerance]) -> str | None:
     """Return why it is not known that each body loses energy in each motion; None if it is."""
-    from rbstab.analysis.proof.definite import indefinite_parameter, why_not_damped
+    from rbstab.proof.damping import indefinite_parameter, why_not_damped
     from rbstab.proof.robust.definite import lowest_systems
 
     if system_of(config).supplies:

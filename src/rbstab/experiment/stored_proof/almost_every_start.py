@@ -7,13 +7,10 @@ a list among all rotations the hypotheses of theorem 15 were checked where it wa
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from rbstab.analysis.exact import decimals
-from rbstab.analysis.proof.definite import indefinite_parameter, why_not_damped
-from rbstab.analysis.proof.guards.soft import SoftEnergy
 from rbstab.config.build import system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import switching_code, without_code
@@ -31,6 +28,7 @@ from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.experiment.answers.wanted import wanted
 from rbstab.experiment.stored_proof.strains import may_be_just_taut
 from rbstab.mechanics.states import PITCH
+from rbstab.proof.damping import indefinite_parameter, why_not_damped
 
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.proof import Proof, ProvedState
@@ -154,8 +152,8 @@ def _not_smooth(proof: "Proof", config: Config, unstable: "list[ProvedState]") -
         elif not isinstance(element, (*SMOOTH, Ligament)) and not _has_direction(element):
             yield f"the force of {element.name} jumps, or is not shown to be smooth"
     ligaments = [element for element in elements if isinstance(element, Ligament)]
-    for state in unstable:
-        for ligament, taut in zip(ligaments, may_be_just_taut(proof, state), strict=True):
+    for state in unstable if any(one.damping > 0 for one in ligaments) else ():
+        for ligament, taut in zip(ligaments, may_be_just_taut(proof, state, config), strict=True):
             if taut and ligament.damping > 0:
                 yield f"{ligament.name} may be just taut at an unstable rest state"
 
@@ -167,5 +165,6 @@ def _has_direction(element: Element) -> bool:
 
 def _may_be_at(guard: StiffGuard, state: "ProvedState") -> bool:
     """Return whether a rest state may be just where a guard begins to act."""
-    low, high = (np.array([corner[PITCH]]) for corner in state.enclosure)
-    return bool(SoftEnergy(0.0, float(guard.stiffness), float(guard.soft_angle)).jumps(low, high))
+    low, high = (Fraction(corner[PITCH]) for corner in state.enclosure)
+    angle = Fraction(repr(float(guard.soft_angle)))
+    return low <= angle <= high or low <= -angle <= high

@@ -1,86 +1,14 @@
-"""The energy from which a stored proof follows, as plain data and as a form."""
+"""The energy from which a stored proof follows, as plain data."""
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
-import numpy as np
-from pydantic import (
-    NonNegativeFloat,
-    NonNegativeInt,
-    PositiveFloat,
-    PositiveInt,
-    model_validator,
-)
+from pydantic import NonNegativeInt, PositiveInt
 
-from rbstab.experiment.stored_proof.entries import Coefficients, Entry, Triple
+from rbstab.experiment.stored_proof.entries import Entry
 
 if TYPE_CHECKING:
-    from rbstab.analysis.proof.guards.soft import SoftEnergy
-    from rbstab.analysis.proof.ligaments.free import FreeLigament
-    from rbstab.analysis.proof.ligaments.law import LigamentEnergy
-    from rbstab.analysis.proof.trigonometric import TrigonometricForm
     from rbstab.proof.model import Energy
-
-
-class ProvedLaw(Entry):
-    """The law of a ligament: stiffness is k, N, slack_length ℓ₀, m, and toe_strain ε_t.
-
-    Each number is the exact one rounded once.
-    """
-
-    stiffness: PositiveFloat
-    slack_length: PositiveFloat
-    toe_strain: PositiveFloat
-
-    @property
-    def law(self) -> "LigamentEnergy":
-        """The energy as a function of the length."""
-        from rbstab.analysis.proof.ligaments.law import LigamentEnergy
-
-        return LigamentEnergy(self.stiffness, self.slack_length, self.toe_strain)
-
-
-class ProvedFreeLigament(ProvedLaw):
-    """The energy of a ligament of a body that is not held, J: its length is |z + r(Θ)|.
-
-    offset has the coefficients of the three entries of r, m.
-    """
-
-    offset: tuple[Coefficients, Coefficients, Coefficients]
-
-    @property
-    def ligament(self) -> "FreeLigament":
-        """The ligament, whose length can be evaluated with proved errors."""
-        from rbstab.analysis.proof.ligaments.free import FreeLigament
-
-        first, second, third = (_periodic(entry) for entry in self.offset)
-        return FreeLigament((first, second, third), self.law)
-
-
-def _periodic(coefficients: Coefficients) -> "TrigonometricForm":
-    """Return a form without a quadratic part."""
-    from rbstab.analysis.proof.trigonometric import TrigonometricForm
-
-    return TrigonometricForm(np.zeros((3, 3)), np.zeros(3), np.array(coefficients))
-
-
-class ProvedGuard(Entry):
-    """The energy of soft guards of θ2 with one angle, J: K e + ½ k e² with e = (|θ2| - θ_s)₊.
-
-    couple is K, N m, stiffness k, N m/rad, and soft_angle θ_s, rad. Each number is the exact one
-    rounded once.
-    """
-
-    couple: NonNegativeFloat
-    stiffness: NonNegativeFloat
-    soft_angle: PositiveFloat
-
-    @property
-    def energy(self) -> "SoftEnergy":
-        """The energy, which can be evaluated with proved errors."""
-        from rbstab.analysis.proof.guards.soft import SoftEnergy
-
-        return SoftEnergy(self.couple, self.stiffness, self.soft_angle)
 
 
 class ProvedEnergy(Entry):
@@ -109,53 +37,9 @@ class ProvedEnergy(Entry):
 
         return read_energy(self.model_dump())
 
+    @cached_property
+    def has_springs(self) -> bool:
+        """Whether it has springs of a body that is not held: it is not convex in z then."""
+        from rbstab.proof.lengths import springs_of
 
-class ProvedFreeLine(Entry):
-    """The length of a line in an energy of Θ and z: w |z + r(Θ)|, J.
-
-    weight is w, N. offset has the coefficients of the three entries of r, m, as those of
-    `ProvedEnergy`. Each number is the exact one rounded once.
-    """
-
-    weight: float
-    offset: tuple[Coefficients, Coefficients, Coefficients]
-
-
-class ProvedFreeFormula(Entry):
-    """The energy of an element of a user as a formula of Θ and X, J, as `ProvedFormula` has it.
-
-    It also has operations ["length", place]: an entry of X.
-    """
-
-    name: str
-    operations: tuple[tuple[str | int | float, ...], ...]
-
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        from rbstab.analysis.proof.formulas.program import check
-
-        check(self.operations, lengths=3)
-        return self
-
-
-class ProvedTiedEnergy(Entry):
-    """The energy W of a proof for a tied body in six variables, J.
-
-    W = U(Θ) + ½ z'Sz + Σ w_j |z + r_j(Θ)|, where z is X minus its value without what follows. U is
-    ½ Θ'QΘ + q'Θ + Σ C_abc t_a(θ1) t_b(θ2) t_c(θ3), and stiffness is S, N/m. Guards add to U what
-    they add to that of `ProvedEnergy`. lines are those of springs. The energies of ligaments are
-    added to W, and the formulas of elements of users; then position has the coefficients of X*(Θ),
-    m, and X = X* + z. Each number is the exact one rounded once.
-    """
-
-    quadratic: tuple[Triple, Triple, Triple]
-    linear: Triple
-    coefficients: Coefficients
-    stiffness: tuple[Triple, Triple, Triple]
-    lines: tuple[ProvedFreeLine, ...]
-    barrier: PositiveFloat | None = None
-    outer_barrier: PositiveFloat | None = None
-    soft_guards: tuple[ProvedGuard, ...] | None = None
-    ligaments: tuple[ProvedFreeLigament, ...] | None = None
-    position: tuple[Coefficients, Coefficients, Coefficients] | None = None
-    formulas: tuple[ProvedFreeFormula, ...] | None = None
+        return bool(self.free) and bool(springs_of(self.energy.U, self.free).lines)

@@ -30,9 +30,7 @@ OF_ELEMENTS = (
     "outer_barrier",
     "position",
     "ridge",
-    "shift",
     "soft_guards",
-    "tied_energy",
 )
 """Entries that a file has only with a guard, a spring, a ligament or an element of a user."""
 

@@ -7,29 +7,27 @@ from rbstab.experiment.stored_proof.proof import ProvedState
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
-    from rbstab.analysis.proof.boxes import Boxes
-    from rbstab.analysis.proof.rest_states import RestPoint
-    from rbstab.analysis.proof.tied.rest_states import TiedRestStates
-    from rbstab.proof.regions import Face
-    from rbstab.proof.rest_states import RestStates
+    from rbstab.proof.landscape import Face
+    from rbstab.proof.rest_points import RestPoint, RestStates
+    from rbstab.proof.search import Box, Boxes
 
 
-def search_entries(rest: "RestStates | TiedRestStates") -> dict[str, Any]:
+def search_entries(rest: "RestStates") -> dict[str, Any]:
     """Return the fields of `ProvedStates` that say how the search for rest states ended."""
     return {
         "outcome": rest.outcome.value,
         "proved": rest.proved,
         "unique": rest.unique,
         "examined": rest.examined,
-        "undecided": _hulls(rest.undecided),
+        "undecided": _hulls(rest.zeros.undecided),
     }
 
 
 def _hulls(undecided: "Boxes") -> tuple[tuple[Triple, Triple], ...]:
-    from rbstab.analysis.proof.boxes import hulls
+    from rbstab.proof.search import hulls
 
     merged = hulls(undecided)
-    ends = zip(merged.low.tolist(), merged.high.tolist(), strict=True)
+    ends = zip(merged.lo.T.tolist(), merged.hi.T.tolist(), strict=True)
     return tuple((triple(low), triple(high)) for low, high in ends)
 
 
@@ -53,7 +51,7 @@ def state_of(point: "RestPoint") -> ProvedState:
 
 def face_name(face: "Face", end: Array) -> str:
     """Return the name of a face of the range |Θ| <= end, such as "θ2 = -π/2"."""
-    from rbstab.analysis.proof.boxes import RANGE_END
+    from rbstab.proof.model import RANGE_END
 
     axis, sign = face
     name = "π/2" if axis == 1 else "π"
@@ -62,6 +60,6 @@ def face_name(face: "Face", end: Array) -> str:
     return f"θ{axis + 1} = {'-' if sign < 0 else ''}{name}"
 
 
-def corners_of(box: "Boxes") -> tuple[Triple, Triple]:
-    """Return the lower and the upper corner of one box of three axes."""
-    return triple(box.low[0]), triple(box.high[0])
+def corners_of(box: "Box") -> tuple[Triple, Triple]:
+    """Return the lower and the upper corner of a box of three axes."""
+    return triple(box.lo), triple(box.hi)

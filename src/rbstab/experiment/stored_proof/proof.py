@@ -7,7 +7,7 @@ from pydantic import NonNegativeInt, PositiveInt, model_validator
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.reasons import Reason
 from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF
-from rbstab.experiment.stored_proof.energies import ProvedEnergy, ProvedTiedEnergy
+from rbstab.experiment.stored_proof.energies import ProvedEnergy
 from rbstab.experiment.stored_proof.entries import Entry, Quadruple, Triple
 from rbstab.experiment.stored_proof.identity import PROOF_VERSION
 from rbstab.files.counts import grouped
@@ -49,7 +49,6 @@ class ProvedState(Entry):
     whether it is proved.
 
     enclosure is a box of Θ, from low to high. If `proved`, it contains exactly this rest state.
-    Of a tied body with springs, it is the only one there with z in the box `shift`, m.
 
     held is true if the force of an element of a user jumps there, and one between those on both
     sides balances the load, or if a repelling guard or a stop holds θ2 at its angle in this way.
@@ -67,7 +66,6 @@ class ProvedState(Entry):
     proved: bool
     enclosure: tuple[Triple, Triple]
     index_proved: bool = False
-    shift: tuple[Triple, Triple] | None = None
     held: Literal[True] | None = None
     ridge: Literal[True] | None = None
     degenerate: Literal[True] | None = None
@@ -249,10 +247,9 @@ class Proof(ProvedStates):
         examined: The number of boxes that the search examined.
         unwrapped: The same for all real θ1 and θ3. None after a search without a proof, and where
             θ1 and θ3 have no bound that is small enough for a proof.
-        reduced_energy: U(Θ), the stored energy at given angles, J. None for a tied body with
-            springs.
-        tied_energy: The energy W of a tied body with springs, J; its rest states are those at which
-            no spring has length zero. None for other bodies.
+        reduced_energy: U, the stored energy at given angles, J, least over the position of a body
+            that is not held. With springs of such a body, rest states are those at which no spring
+            has length zero.
         closed: True if barriers keep every motion in the range of eq. 5 that starts there, and
             there is one rest state, a minimum: then every such motion converges to it. There is no
             region then, as none is needed. None: not proved.
@@ -270,7 +267,6 @@ class Proof(ProvedStates):
     seconds: float
     reduced_energy: ProvedEnergy | None = None
     unwrapped: UnwrappedStates | None = None
-    tied_energy: ProvedTiedEnergy | None = None
     brief: Literal[True] | None = None
     closed: Literal[True] | None = None
     on_rotations: OnRotations | None = None
@@ -335,8 +331,7 @@ class Proof(ProvedStates):
     @property
     def has_energy(self) -> bool:
         """Whether it has the energy from which it follows."""
-        energy = self.reduced_energy or self.tied_energy
-        return energy is not None or self.on_rotations is not None
+        return self.reduced_energy is not None or self.on_rotations is not None
 
     @property
     def _has_families(self) -> bool:
@@ -355,7 +350,7 @@ class Proof(ProvedStates):
     @property
     def needs_lengths(self) -> bool:
         """Whether it is about motions on which each spring keeps a length: theorem 12."""
-        return self.tied_energy is not None and bool(self.tied_energy.lines)
+        return self.reduced_energy is not None and self.reduced_energy.has_springs
 
     @property
     def goes_on(self) -> bool:
@@ -382,11 +377,11 @@ class Proof(ProvedStates):
         """Whether the quadratic part of the energy, that of K_r, is not positive definite."""
         if self.reduced_energy is None:
             return False
-        from rbstab.proof.confine import parts_of  # imported late: few proofs end so
-        from rbstab.proof.rewriting import inverse_of_definite
+        from rbstab.proof.model import THETA  # imported late: few proofs end so
+        from rbstab.proof.rewriting import inverse_of_definite, quadratic_in
 
-        parts = parts_of(self.reduced_energy.energy.U)
-        return parts is not None and inverse_of_definite(parts.K) is None
+        K = quadratic_in(self.reduced_energy.energy.U, THETA).H
+        return inverse_of_definite(K) is None
 
     @property
     def kept_by(self) -> str | None:
@@ -424,9 +419,6 @@ class Proof(ProvedStates):
     @property
     def closed_angles(self) -> tuple[int, ...]:
         """The angles, 0 to 2, of which a barrier or a stop lets no motion reach the end."""
-        if self.tied_energy is not None:
-            guards = (self.tied_energy.barrier, (PITCH,)), (self.tied_energy.outer_barrier, (0, 2))
-            return tuple(k for guard, angles in guards if guard is not None for k in angles)
         return () if self.reduced_energy is None else self.reduced_energy.closed
 
     @property

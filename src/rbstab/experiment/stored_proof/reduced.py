@@ -6,6 +6,7 @@ from rbstab.experiment.stored_proof.energies import ProvedEnergy
 from rbstab.experiment.stored_proof.entries import triple
 from rbstab.experiment.stored_proof.places import face_name, search_entries, state_of
 from rbstab.experiment.stored_proof.proof import (
+    NO_LENGTH,
     Proof,
     ProvedMinimum,
     ProvedRegion,
@@ -15,10 +16,10 @@ from rbstab.experiment.stored_proof.proof import (
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
-    from rbstab.analysis.proof.searches.rest_states import SearchedState
+    from rbstab.analysis.searched import SearchedState
     from rbstab.proof.model import Energy
     from rbstab.proof.regions import Certified, Region, Regions
-    from rbstab.proof.rest_states import RestStates
+    from rbstab.proof.rest_points import RestStates
 
 
 def searched_record(
@@ -32,15 +33,14 @@ def searched_record(
         seconds: The time that it took.
         outcome: Why nothing is proved of them; by default, that nothing was to be proved.
     """
-    from rbstab.analysis.proof.boxes import box_around
-    from rbstab.analysis.proof.outcome import SearchOutcome
-    from rbstab.analysis.proof.rest_states import RestPoint
+    from rbstab.proof.rest_points import RestPoint, SearchOutcome
+    from rbstab.proof.search import Box
 
     points = [
         RestPoint(
             one.state,
             one.index,
-            box_around(one.state.motion.Theta, 0.0),
+            Box(one.state.motion.Theta, one.state.motion.Theta),
             proved=False,
             index_proved=False,
         )
@@ -103,10 +103,16 @@ def _region(region: "Certified", rest: "RestStates") -> ProvedRegion:
         level=region.level,
         lower_bound=region.lower_bound,
         attained_at=triple(region.attained_at),
-        face=None if region.face is None else face_name(region.face, rest.end),
+        face=_face(region, rest.end),
         proved=rest.proved and region.closed,
         energy_bound=region.energy_bound,
     )
+
+
+def _face(region: "Certified", end: Array) -> str | None:
+    if region.spring:
+        return NO_LENGTH
+    return None if region.face is None else face_name(region.face, end)
 
 
 def _minimum(region: "Region", end: Array) -> ProvedMinimum:

@@ -180,14 +180,7 @@ def _made_regions(stored: ProvedEnergy, states: ProvedStates, end: Array) -> "St
         index = state.index if state.index_proved else None
         zeros.append(Zero(point, enclosure, enclosure, index, state.energy))
     undecided = [one_box(Box(*map(np.array, corners))) for corners in states.undecided]
-    levels = [
-        RegionLevel(
-            one.rest_state - 1,
-            one.energy_bound,
-            None if one.pass_at is None else np.array(one.pass_at),
-        )
-        for one in states.regions
-    ]
+    levels = [RegionLevel(one.rest_state - 1, one.energy_bound) for one in states.regions]
     listed = Zeros(tuple(zeros), joined(undecided, 3), 0)
     return StartRegions(stored.energy, listed, Box(-end, end), levels)
 

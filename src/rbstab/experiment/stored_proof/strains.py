@@ -1,63 +1,96 @@
 """The strains of ligaments at the rest states of a proof."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rbstab.analysis.proof.boxes import Boxes
-from rbstab.analysis.proof.ligaments.free import FreeLigament, FreeLigaments
-from rbstab.analysis.proof.ligaments.free_bounds import squares_over
-from rbstab.analysis.proof.ligaments.held import LigamentLine
-from rbstab.analysis.proof.ligaments.law import MARGIN, LigamentEnergy
-from rbstab.analysis.proof.lines.intervals import Intervals, between, stacked
-from rbstab.analysis.proof.lines.over_boxes import at_centres, over_boxes
-from rbstab.analysis.proof.trigonometric import TrigonometricForm
+from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.analysis.rest_system import smooth_rest_system
+from rbstab.config.build import problem_of, system_of
+from rbstab.config.schema import Config
+from rbstab.config.user_code.permission import without_code
+from rbstab.elements.ligament import Ligament
+from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.proof import Proof, ProvedState
+    from rbstab.proof.expr import Expr
+    from rbstab.proof.intervals import Intervals
+
+WEIGHT = 2000
+"""The number of a variable t, which is zero: ∂/∂t of the least U + t h is h at the lowest point."""
 
 
-def may_be_just_taut(proof: "Proof", state: "ProvedState") -> list[bool]:
+def may_be_just_taut(proof: "Proof", state: "ProvedState", config: Config) -> list[bool]:
     """Return of each ligament whether its strain may be zero at a proved rest state.
 
+    Its event function h, which has the sign of the strain, is bounded over the enclosure of Θ. If
+    h depends on the position too, it is taken where U is least: with V(Θ, t) = min (U + t h),
+    ∂V/∂t = h there.
+
     Args:
-        proof: The proof; its energy has the ligaments in the order of the elements.
+        proof: The proof.
         state: The rest state; what is returned holds for all of its enclosure.
+        config: The config of the proof, with the ligaments in the order of its elements.
     """
-    box = _box(state.enclosure)
-    if proof.tied_energy is not None:
-        assert state.shift is not None
-        z = _box(state.shift)
-        free = [one.ligament for one in proof.tied_energy.ligaments or ()]
-        return [_reaches(one.law, _shifted_square(one, z, box)) for one in free]
-    found = list[bool]()
-    for line in () if proof.reduced_energy is None else proof.reduced_energy.form.lines:
-        if isinstance(line, LigamentLine):
-            found.append(_reaches(line.law, _over(line.square, box)))
-        elif isinstance(line, FreeLigaments):
-            laws = (one.law for one in line.ligaments)
-            found += map(_reaches, laws, squares_over(line, box))
-    return found
+    exact = _exact(config)
+    q = _variables(exact.size)
+    motion, none = exact.motion(q), q[:0]
+    events = [
+        one.guards(motion, none)[0] for one in exact.system.elements if isinstance(one, Ligament)
+    ]
+    return [_may_vanish(proof, state, config, event) for event in events]
 
 
-def _shifted_square(ligament: FreeLigament, z: Boxes, box: Boxes) -> Intervals:
-    """Return the square of |z + r(Θ)| over boxes of both."""
-    r = stacked([_over(form, box) for form in ligament.offset])
-    return (r + between(z.low, z.high)).square().sum(1)
+def _exact(config: Config) -> Configurations:
+    """Return the configurations of the body of a config, with exact numbers, without user code."""
+    from rbstab.proof.expr import numbers
+
+    plain = without_code(config)
+    rest = smooth_rest_system(problem_of(plain))
+    return configurations(replace(system_of(plain, numbers), coordinates=rest.coordinates))
 
 
-def _over(form: TrigonometricForm, box: Boxes) -> Intervals:
-    """Return bounds on a form over a box."""
-    return over_boxes(at_centres(form, form.basis(box.centre), box), box.radius)[0]
+def _variables(size: int) -> Array:
+    from rbstab.proof.expr import variable
+
+    return np.array([variable(k) for k in range(size)], dtype=object)
 
 
-def _reaches(law: LigamentEnergy, square: Intervals) -> bool:
-    """Return whether the square of a length may be that of the slack length."""
-    slack = law.slack_length**2
-    above, below = square.low > slack * (1 + 4 * MARGIN), square.high < slack * (1 - 4 * MARGIN)
-    return not np.all(above | below)
+def _may_vanish(proof: "Proof", state: "ProvedState", config: Config, event: "Expr") -> bool:
+    with np.errstate(all="ignore"):
+        found = _over(proof, np.array(state.enclosure), config, event)
+    return found is None or bool(found.lo[0] <= 0 <= found.hi[0])
 
 
-def _box(corners: tuple[tuple[float, ...], tuple[float, ...]]) -> Boxes:
-    low, high = np.array(corners)
-    return Boxes(low[np.newaxis], high[np.newaxis])
+def _over(proof: "Proof", box: Array, config: Config, event: "Expr") -> "Intervals | None":
+    """Return bounds on an event function at the lowest point, over a box of Θ; None if unknown."""
+    from rbstab.proof.bounds import BoundedEnergy
+    from rbstab.proof.expr import VAR, atom, variable
+    from rbstab.proof.levels import range_of
+    from rbstab.proof.model import energy_of
+    from rbstab.proof.rewriting import substituted
+    from rbstab.proof.tied import bounds_of
+
+    low, high = box[:, :, None]
+    if event.variables <= {0, 1, 2}:
+        return range_of(BoundedEnergy(event).over(low, high))
+    plain = without_code(config)
+    energy = energy_of(smooth_rest_system(problem_of(plain)), lambda kind: system_of(plain, kind))
+    stored = proof.reduced_energy
+    if stored is None or stored.energy.U != energy.U:
+        return None  # elements of users move the lowest point
+    if not np.isfinite(bounds_of(energy).over(low, high).slopes.mag).all():
+        return None  # with springs, z may not be the only stationary point
+    places = {
+        atom(VAR, k): energy.minimiser[k]
+        if k in energy.minimiser
+        else variable(k) + energy.shift.get(k, 0)
+        for k in event.variables - {0, 1, 2}
+    }
+    t = variable(WEIGHT)
+    U = energy.U + t * substituted(event, places)
+    V = BoundedEnergy(U, (0, 1, 2, WEIGHT), energy.free, energy.least)
+    nothing = np.zeros((1, 1))
+    return V.over(np.vstack([low, nothing]), np.vstack([high, nothing])).slopes[-1]

@@ -6,23 +6,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rbstab.analysis.exact import in_balls
-from rbstab.analysis.proof.boxes import RANGE_END
-from rbstab.analysis.proof.regions.kept_range import (
-    BallGuard,
-    Border,
-    ball_guard,
-    border_of_pitch,
-    energy_at_most,
-    energy_bound,
-    nothing_rests_beyond,
-)
-from rbstab.analysis.proof_check.findings import UNWRAPPED
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.elements.registry import KINDS
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stored_proof.proof import Proof, ProvedState
 from rbstab.experiment.stored_proof.starts import OPEN_RANGE, enclosed_start
+from rbstab.proof.expr import Expr
+from rbstab.proof.kept_range import (
+    Border,
+    border_of_pitch,
+    energy_at_most,
+    energy_bound,
+    guard_energy,
+    nothing_rests_beyond,
+)
+from rbstab.proof.model import RANGE_END
 
 NOT_DECIDED = "not decided"
 
@@ -90,15 +89,17 @@ def unguarded(config: Config) -> Unguarded:
     """
     problem = problem_of(config)
     proof = prove(config, problem)
-    lines = proof.reduced_energy is not None and proof.reduced_energy.form.lines
-    if lines or proof.tied_energy is not None:
+    energy = None if proof.reduced_energy is None else proof.reduced_energy.energy
+    if not (energy is None or energy.U.is_polynomial):
         raise NotDecidedError(
             "the least soft guard is not looked for beside springs, ligaments and some elements "
             "of users"
         )
-    if proof.reduced_energy is None:
+    if energy is None:
         raise NotDecidedError(proof.outcome)
-    border = border_of_pitch(proof.reduced_energy.form)
+    if energy.stop is not None:
+        raise NotDecidedError("a stop keeps every motion in the range")
+    border = border_of_pitch(energy)
     if border is None:
         raise NotDecidedError("θ1 and θ3 have no bound that is small enough for a proof")
     assert problem.exact is not None
@@ -111,13 +112,13 @@ def unguarded(config: Config) -> Unguarded:
     return Unguarded(proof, border, start.energy, pitch)
 
 
-def guard_of(method: str, strength: float, soft_angle: float) -> BallGuard:
-    """Return a guard for proofs, by its method, strength (k or K) and soft angle."""
+def guard_of(method: str, strength: float, soft_angle: float) -> Expr:
+    """Return the energy of a guard by its method, strength (k or K) and soft angle."""
     kind: Any = KINDS["guard"][method]
-    return ball_guard(kind, strength, soft_angle)
+    return guard_energy(kind, strength, soft_angle)
 
 
-def keeps_range(start: Unguarded, guard: BallGuard) -> bool:
+def keeps_range(start: Unguarded, guard: Expr) -> bool:
     """Return whether a motion with a guard is proved to keep the range."""
     energy = np.nextafter(start.energy + energy_at_most(guard, start.pitch), np.inf)
     return bool(energy < energy_bound(start.border, guard))
@@ -129,11 +130,11 @@ def kept(start: Unguarded, method: str, strength: float, soft_angle: float) -> K
     Raises:
         NotDecidedError: The checker does not confirm that it keeps the range.
     """
-    from rbstab.analysis.proof_check.soft_guards import check_soft_guard
+    from rbstab.proof.check.soft_guards import check_soft_guard
 
-    guard, energy = guard_of(method, strength, soft_angle), start.proof.reduced_energy
-    assert energy is not None
-    nothing = nothing_rests_beyond(energy.form, start.border, guard, soft_angle)
+    guard, stored = guard_of(method, strength, soft_angle), start.proof.reduced_energy
+    assert stored is not None
+    nothing = nothing_rests_beyond(stored.energy, start.border, guard, soft_angle)
     bound = energy_bound(start.border, guard)
     claim = {
         "method": method,
@@ -144,7 +145,7 @@ def kept(start: Unguarded, method: str, strength: float, soft_angle: float) -> K
         "energy_bound": bound,
         "nothing_beyond": nothing,
     }
-    found = check_soft_guard(energy.model_dump(mode="json"), claim)
+    found = check_soft_guard(stored.model_dump(mode="json"), claim)
     refused = {finding.claim: finding.text for finding in found if not finding.verified}
     beyond = refused.pop("nothing at rest beyond", None)
     if refused:
@@ -178,15 +179,15 @@ def _inner_states(
 
 def _rest_states_confirmed(proof: Proof) -> bool:
     """Return whether the checker confirms all rest states for all real θ1 and θ3."""
-    from rbstab.analysis.proof_check.checker import check
+    from rbstab.proof.check.checker import check
+    from rbstab.proof.check.findings import EVERYWHERE
 
-    data = proof.model_dump(mode="json")
-    for part in (data, data["unwrapped"]):
-        part |= {"region": None, "regions": []}
-    findings = [finding for finding in check(data) if finding.about == UNWRAPPED]
-    claims = {finding.claim for finding in findings}
+    record = proof.record
+    wide = [one for one in record["ranges"] if one.get("everywhere")]
+    lists = [one | {"level": None, "regions": [], "every_start": False} for one in wide]
+    findings = [one for one in check(record | {"ranges": lists}) if one.about == EVERYWHERE]
     wanted = {"ends", "rest states", "no other rest state"}
-    return wanted <= claims and all(finding.verified for finding in findings)
+    return wanted <= {one.claim for one in findings} and all(one.verified for one in findings)
 
 
 def couple_bound(method: str, strength: float, soft_angle: float) -> float:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from rbstab.analysis.exact import decimals
 from rbstab.analysis.rest_system import smooth_rest_system
@@ -13,10 +13,8 @@ from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.experiment.stored_proof.written_energies import tied_energy_of
 
 if TYPE_CHECKING:
-    from rbstab.analysis.proof.reduced_energy import ExactSystem
     from rbstab.proof.check.findings import Finding
 
 CONFIG = "the config"
@@ -71,7 +69,6 @@ def verify(
         config: The config; None to check the proof for its own energy U alone.
         progress: Called with each finding about the proof as soon as it is made.
     """
-    from rbstab.analysis.proof_check.tied.checker import check_tied
     from rbstab.proof.check.checker import check
     from rbstab.proof.check.findings import IN_RANGE, Finding
 
@@ -83,11 +80,7 @@ def verify(
         if proof.claims_nothing:
             text = f"There is no proof: {proof.outcome}."
         return Verification([Finding(IN_RANGE, "energy", False, text)], [])
-    if proof.reduced_energy:
-        findings = check(proof.record, progress)
-    else:
-        of_tied: Any = check_tied  # its findings have the same entries
-        findings = of_tied(proof.model_dump(mode="json"), progress)
+    findings = check(proof.record, progress)
     if config is not None:
         findings = [*_config_findings(proof, config), *findings]
     return Verification(findings, list(_unchecked(proof, config)))
@@ -95,10 +88,10 @@ def verify(
 
 def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     """Check that the proof is that of the config, and the hypotheses of its theorems."""
-    from rbstab.analysis.proof.definite import indefinite_parameter, why_not_damped
-    from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
-    from rbstab.analysis.proof.traced.separate import damping_of_users
     from rbstab.proof.check.findings import Finding
+    from rbstab.proof.damping import damping_of_users, indefinite_parameter, why_not_damped
+    from rbstab.proof.passive import why_not_in_proofs
+    from rbstab.proof.reasons import NoEnergyReason
 
     same_id = proof.id == proof_id(config)
     text = "The id of the proof is that of the config."
@@ -113,29 +106,21 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
         yield Finding(CONFIG, "energy", False, text)
         return
     system = system_of(without_code(config), decimals)
-    indefinite = indefinite_parameter(system)
+    indefinite, not_passive = indefinite_parameter(system), why_not_in_proofs(built)
     undamped = why_not_damped(system, damping_of_users(built))
     text = "Mass, inertia and damping are positive definite."
     if indefinite is not None:
         text = f"{indefinite} is not positive definite."
+    elif not_passive is not None:
+        text = f"No proof takes this code of a user into account: {not_passive}."
     elif undamped is not None:
         text = f"{NOT_DAMPED[:1].upper()}{NOT_DAMPED[1:]}: {undamped}."
-    yield Finding(CONFIG, "hypotheses", indefinite is None and undamped is None, text)
-    if proof.reduced_energy:
-        other = _other_energy(proof, config)
-        text = "The energy U of the proof is that of the config, as an exact expression."
-        text = text if other is None else f"The energy U is not that of the config: {other}."
-        yield Finding(CONFIG, "energy", other is None, text)
-        return
-    try:
-        same = _same_tied_energy(proof, config, partial(system_of, config))
-    except NoReducedEnergy as error:
-        yield Finding(CONFIG, "energy", False, f"The config has no reduced energy: {error}.")
-        return
-    text = "The energy W of the proof is that of the config: all its coefficients agree."
-    if not same:
-        text = "The energy W of the proof is not that of the config."
-    yield Finding(CONFIG, "energy", same, text)
+    hold = indefinite is None and not_passive is None and undamped is None
+    yield Finding(CONFIG, "hypotheses", hold, text)
+    other = _other_energy(proof, config)
+    text = "The energy U of the proof is that of the config, as an exact expression."
+    text = text if other is None else f"The energy U is not that of the config: {other}."
+    yield Finding(CONFIG, "energy", other is None, text)
 
 
 def _can_build(config: Config) -> bool:
@@ -158,19 +143,6 @@ def _other_energy(proof: Proof, config: Config) -> str | None:
     return difference_from(stored.model_dump(), energy)
 
 
-def _same_tied_energy(proof: Proof, config: Config, exact: "ExactSystem") -> bool:
-    """Return whether W of a proof is that of a config."""
-    from rbstab.analysis.proof.tied.energy import tied_energy
-    from rbstab.analysis.proof_check.tied.equations import agrees_with_tied_equations
-
-    stored = proof.tied_energy
-    assert stored is not None
-    plain = partial(system_of, without_code(config))
-    found = tied_energy(smooth_rest_system(problem_of(config)), plain)
-    same = tied_energy_of(found).model_dump() == stored.model_dump()
-    return same and agrees_with_tied_equations(stored.model_dump(mode="json"), exact)
-
-
 def _unchecked(proof: Proof, config: Config | None) -> Iterator[str]:
     """Yield what was not checked, as sentences."""
     if config is not None and not _can_build(config):
@@ -179,8 +151,7 @@ def _unchecked(proof: Proof, config: Config | None) -> Iterator[str]:
             f"the config: {CODE_NOT_RUN}."
         )
     if config is None:
-        name = "U" if proof.reduced_energy else "W"
-        yield f"The energy {name} was not compared with a config; use --config CONFIG."
+        yield "The energy U was not compared with a config; use --config CONFIG."
     wide = proof.unwrapped
     if not proof.proved:
         yield "The proof does not claim to list all rest states in the range of eq. 5."

@@ -73,7 +73,8 @@ def _findings(record: Mapping[str, Any]) -> Iterator[Finding]:
     U = Energy(energy["operations"], _variables(energy["free"]))
     if U.free:
         why = why_not_convex(U)
-        text = "U is convex in the variables besides Θ, and has one minimiser."
+        but = ", but for its springs" if why is None and U.springs.lines else ""
+        text = f"U is convex in the variables besides Θ{but}."
         yield Finding(IN_RANGE, "convexity", why is None, text if why is None else f"{why}.")
         if why is not None:
             return
@@ -103,7 +104,8 @@ def _of_range(U: Energy, energy: Mapping[str, Any], claims: Mapping[str, Any]) -
         found.append(finding)
         yield finding
     if claims.get("every_start"):
-        yield _every_start(range_, claims, found)
+        springs = bool(U.free) and bool(U.springs.lines)
+        yield _every_start(range_, claims, found, has_springs=springs)
 
 
 def _in_order(
@@ -113,7 +115,7 @@ def _in_order(
     if not all(one.verified for one in about_ends):
         return
     if range_.name == EVERYWHERE:
-        ends = _confined(U, range_)
+        ends = confinement(U, range_)
         yield ends
         if not ends.verified:
             return
@@ -132,7 +134,7 @@ def _in_order(
         yield region.everywhere() if everywhere else region.component()
 
 
-def _confined(U: Energy, range_: Range) -> Finding:
+def confinement(U: Energy, range_: Range) -> Finding:
     """Check by theorem 6 that no rest state is beyond the ends of θ1 and θ3."""
     cover = confined(U, range_)
     first, third = (float(range_.ends[i].mid()) for i in (0, 2))
@@ -143,11 +145,15 @@ def _confined(U: Energy, range_: Range) -> Finding:
     return Finding(range_.name, "ends", verified, text, covers)
 
 
-def _every_start(range_: Range, claims: Mapping[str, Any], found: Sequence[Finding]) -> Finding:
+def _every_start(
+    range_: Range, claims: Mapping[str, Any], found: Sequence[Finding], *, has_springs: bool
+) -> Finding:
     """Check theorem 10: barriers or a stop close the range, with one rest state, a minimum."""
     wide = range_.name == EVERYWHERE
     single = claims["complete"] is True and [one["index"] for one in claims["states"]] == [0]
     single = single and "no other rest state" in {one.claim for one in found}
+    # On its way a spring may lose its length.
+    single = single and not has_springs
     closed = 1 in range_.closed and (wide or {0, 2} <= range_.closed)
     verified = single and closed and all(one.verified for one in found)
     inside = "within the stop" if range_.stop is not None else "with |θ2| < π/2"

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from flint import arb, fmpq
 
@@ -17,6 +17,9 @@ from rbstab.proof.check.taylor import (
     narrower,
     rows_of,
 )
+
+if TYPE_CHECKING:
+    from rbstab.proof.check.springs import Springs
 
 FUNCTIONS = frozenset({"sin", "cos", "exp", "sqrt", "log", "atan"})
 
@@ -157,6 +160,13 @@ class Energy:
         return self.variables[3:]
 
     # -- what its operations are about ----------------------------------------------------------
+
+    @cached_property
+    def springs(self) -> "Springs":
+        """Its springs, and its other terms."""
+        from rbstab.proof.check.springs import springs_of  # which are about energies
+
+        return springs_of(self)
 
     @cached_property
     def depends(self) -> list[frozenset[int]]:

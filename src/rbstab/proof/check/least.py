@@ -7,7 +7,8 @@ With z = ẑ + Cδ + ζ, where ẑ is near the minimiser at the middle m, and C 
 Krawczyk's test for U_ζ = 0 shows that the minimiser has ζ in a box Z for all Θ of the box. There is
 no other: U is a positive definite quadratic form of z, plus functions that are convex in z by the
 rules: sums with positive factors, even powers of what is affine in z, powers of what is convex and
-not negative, exponentials of what is convex.
+not negative, exponentials of what is convex, lengths of vectors that are affine in z. For springs
+see `springs`.
 """
 
 from collections.abc import Sequence
@@ -23,11 +24,11 @@ from rbstab.proof.check.bounds import (
     entry,
     finite,
     inverse,
-    minors,
     residual,
 )
-from rbstab.proof.check.energy import Energy, variables_of
+from rbstab.proof.check.energy import Energy
 from rbstab.proof.check.findings import Box
+from rbstab.proof.check.springs import is_single, springs_of
 from rbstab.proof.check.taylor import ORDER, UNKNOWN, Ball, Series
 
 STEPS = 40
@@ -43,6 +44,7 @@ class LeastBounds(Bounds):
 
     def __init__(self, U: Energy, box: Box, flat: tuple[int, Ball] | None = None) -> None:
         self.U = U
+        self.flat = None if flat is None else flat[0]
         self.axes = [i for i in range(ANGLES) if flat is None or i != flat[0]]
         self.free = list(range(ANGLES, U.n))
         self.middle, self.steps = centre_and_steps(box)
@@ -58,8 +60,9 @@ class LeastBounds(Bounds):
         self._nothing(at)
         if Z is not None:
             over = self._series(self.steps, Z)
-            if self._is_inside(at, over, Y, Z):
-                self.z = [self._z_over(j, self.steps, Z[j]) for j in range(len(Z))]
+            z = [self._z_over(j, self.steps, Z[j]) for j in range(len(Z))]
+            if self._is_inside(at, over, Y, Z) and is_single(U, self._angles(), self._all_over, z):
+                self.z = z
                 self._with(at, over, Z)
 
     # -- series in (δ, ζ) -------------------------------------------------------------------------
@@ -87,9 +90,7 @@ class LeastBounds(Bounds):
         return self.zhat[j] + sum((self.C[j, i] * steps[i] for i in range(ANGLES)), arb(0)) + Z
 
     def _series(self, steps: Sequence[Ball], Z: Sequence[Ball], order: int = 3) -> Series:
-        U, first, leaves = self.U, self.U.rows.first, {}
-        for i in range(ANGLES):
-            leaves[U.variables[i]] = {0: self.middle[i] + steps[i], first[i]: arb(1)}
+        U, first, leaves = self.U, self.U.rows.first, self._angles(steps)
         for j, k in enumerate(self.free):
             x = {0: self._z_over(j, steps, Z[j]), first[k]: arb(1)}
             x |= {first[i]: self.C[j, i] for i in range(ANGLES) if self.C[j, i] != 0}
@@ -97,7 +98,14 @@ class LeastBounds(Bounds):
         if order < ORDER:
             self._all_at = U.all_series(leaves, order)
             return self._all_at[-1]
-        return U.all_series(leaves, about=(self._all_at, [*steps, *Z]))[-1]
+        self._all_over = U.all_series(leaves, about=(self._all_at, [*steps, *Z]))
+        return self._all_over[-1]
+
+    def _angles(self, steps: Sequence[Ball] | None = None) -> dict[int, Series]:
+        """Return the series of Θ, by default over the box."""
+        U, steps = self.U, self.steps if steps is None else steps
+        pairs = zip(U.variables, self.middle, steps, U.rows.first, strict=False)
+        return {k: {0: x + d, row: arb(1)} for k, x, d, row in pairs}
 
     def _first(self, x: Series, rows: Sequence[int]) -> Matrix:
         return column([x.get(self.U.rows.first[i], arb(0)) for i in rows])
@@ -173,6 +181,8 @@ class LeastBounds(Bounds):
         self.over = over.get(0, arb(0))
         self.gradient = self._first(at, self.axes) + ab * zeta
         self.gradient_over = self._first(over, self.axes).entries()
+        if self.flat is not None:
+            self.normal = self._first(over, [self.flat])[0, 0]
         schur = ab * least * ab.transpose()
         self.hessian = aa - schur
         self.slope, self.bend = (self._blocks(at, over, Z, k)[0] - schur for k in (2, 3))
@@ -194,23 +204,15 @@ CONSTANT, AFFINE, CONVEX = 0, 1, 2
 
 
 def why_not_convex(U: Energy) -> str | None:
-    """Return what is not shown about U as a function of z; None if it has one minimiser."""
+    """Return what is not shown about U as a function of z; None if all but springs is convex."""
     shapes = _shapes(U)
-    kind, _, terms = U.operations[-1]
-    if kind != "sum":
+    if U.operations[-1][0] != "sum":
         return "U is no sum"
-    k = len(U.free)
-    K = [[arb(0)] * k for _ in range(k)]
-    for c, j in terms:
-        factors = variables_of(U, j)
-        if factors is not None and len(factors) == 2 and min(factors) >= 3:
-            a, b = (f - 3 for f in factors)
-            K[a][b] += arb(c)
-            K[b][a] += arb(c)
-        elif not (shapes[j] in (CONSTANT, AFFINE) or (shapes[j] == CONVEX and c > 0)):
+    springs = springs_of(U)
+    for c, j in springs.others:
+        if not (shapes[j] in (CONSTANT, AFFINE) or (shapes[j] == CONVEX and c > 0)):
             return f"Operation {j + 1} is not shown to be convex in z"
-    definite = all(minor > 0 for minor in minors(arb_mat(K)))
-    return None if definite else "The quadratic form of z is not positive definite"
+    return None if springs.stiffness > 0 else "The quadratic form of z is not positive definite"
 
 
 def _shapes(U: Energy) -> list[int | None]:
@@ -238,8 +240,21 @@ def _shapes(U: Energy) -> list[int | None]:
             grows = inner == CONVEX and positive[rest[1]]
             shape = CONVEX if (inner == AFFINE and even) or grows else None
             not_negative = even or positive[rest[1]]
+        elif kind == "sqrt":
+            # The length of a vector that is affine in z.
+            shape = CONVEX if _is_sum_of_squares(U.operations[rest[0]], U, found) else None
+            not_negative = True
         elif kind == "exp":
             shape, not_negative = (None if found[rest[0]] is None else CONVEX), True
         found.append(shape)
         positive.append(not_negative)
     return found
+
+
+def _is_sum_of_squares(one: Sequence[Any], U: Energy, shapes: Sequence[int | None]) -> bool:
+    if one[0] != "sum" or one[1] < 0:
+        return False
+    squares = ((c, U.operations[k]) for c, k in one[2])
+    return all(
+        c > 0 and s[:2] == ("pow", 2) and shapes[s[2]] in (CONSTANT, AFFINE) for c, s in squares
+    )

@@ -41,14 +41,16 @@ def states_of(claims: Any) -> list[State]:
 
 def isolated(U: Energy, state: State, range_: Range) -> Isolated:
     """Return the check of a rest state, by what holds the body there."""
-    if not state.held or U.free:
+    if not state.held:
         return Isolated(U, state, range_)
     low, high = state.enclosure[1]
     at_stop = range_.stop is not None and any(
         arb(low) <= face.place <= arb(high) or face.place.overlaps(arb(low))
         for face in range_.faces(1)
     )
-    return AtStop(U, state, range_) if at_stop else AtJump(U, state, range_)
+    if at_stop:
+        return AtStop(U, state, range_)
+    return Isolated(U, state, range_) if U.free else AtJump(U, state, range_)
 
 
 class Listed:

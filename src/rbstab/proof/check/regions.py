@@ -6,11 +6,14 @@ from typing import Any
 
 from flint import arb
 
+from rbstab.proof.check.bounds import Bounds
 from rbstab.proof.check.cover import TOO_MANY, WET, cover, flattened, flood, gap, touches, width
+from rbstab.proof.check.energy import Energy
 from rbstab.proof.check.findings import Box, Cover, Finding
 from rbstab.proof.check.least import bounds
 from rbstab.proof.check.listed import Listed
 from rbstab.proof.check.ranges import Face
+from rbstab.proof.check.springs import Collapsed
 from rbstab.proof.check.states import State
 from rbstab.proof.check.taylor import Ball
 
@@ -40,7 +43,7 @@ class Region:
 
     def everywhere(self) -> Finding:
         """Check theorem 3: the border and all other rest states are not below the level."""
-        covers = {name: self._cover(box) for name, box in self.places.items()}
+        covers = {name: self._cover(box) for name, box in self.places.items()} | self._lengths()
         for face in self.range.border:
             covers[face.name] = self._cover(flattened(self.range.box, face.axis), face)
         wrong = [
@@ -92,6 +95,8 @@ class Region:
             )
             if stopped in (None, TOO_MANY):  # smaller boxes would be more
                 break
+        lengths = self._lengths()
+        stopped = stopped or next((k for k, c in lengths.items() if c.open is not None), None)
         wrong = (
             []
             if stopped is None
@@ -102,12 +107,24 @@ class Region:
             f"{{U < {self._shown}}} about {self.state.name} converges to it."
         )
         return self._finding(
-            f"region of {self.state.name}", text, wrong, {"range": found, **border}
+            f"region of {self.state.name}", text, wrong, {"range": found, **border, **lengths}
         )
 
     @property
     def _shown(self) -> str:
         return f"{self.level:.10g} J"
+
+    def _lengths(self) -> dict[str, Cover]:
+        """Cover the range, for each spring, by boxes in which it has a length below the level."""
+        found, U = dict[str, Cover](), self.U
+        for k, line in enumerate(U.springs.lines if U.free else (), start=1):
+            found[f"no length of spring {k}"] = cover(
+                self.range.box, partial(self._is_above, Collapsed(U, line))
+            )
+        return found
+
+    def _is_above(self, U: Energy, box: Box) -> str | None:
+        return ABOVE if Bounds(U, box).at_least(self.bound) else None
 
     def _cover(self, box: Box, face: Face | None = None) -> Cover:
         """Cover a box by boxes in which U is at least the level."""

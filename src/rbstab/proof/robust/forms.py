@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.expr import STEP, Expr, Monomial, as_factor, monomial
+from rbstab.proof.expr import STEP, Expr, Monomial, as_factor, expr, monomial, numbers
 from rbstab.proof.model import stored_energy
 from rbstab.proof.robust.elimination import Eliminated, Rows, eliminated
 from rbstab.proof.robust.numbers import (
@@ -81,6 +82,7 @@ def forms_of(members: Members, part: Part) -> Forms:
     try:
         exact = partial(members.exact, part.expressions())
         total, size, end = stored_energy(middle, exact)
+        _check_lengths(exact(numbers))
     except TypeError as error:
         raise NoFamilyError(NoFamilyReason.CODE) from error
     if end is not None and end.constant is None:
@@ -103,7 +105,25 @@ def reject_unsuited(system: System) -> None:
             )
 
 
-def _collected(left: Eliminated, numbers: int, used: frozenset[int], stop: float | None) -> Forms:
+def _check_lengths(exact: System) -> None:
+    """Raise `NoFamilyError` if a spring of a held body may have no length at some attitude.
+
+    Its ends are then at the same distance from the contact point, of a body in the box.
+    """
+    if not exact.coordinates.holds_contact:
+        return
+    c = exact.body.contact_point
+    for element in exact.elements:
+        if isinstance(element, Spring):
+            arm, reach = element.point - c, element.anchor - c - exact.anchor
+            of = weighted(expr(arm @ arm - reach @ reach))
+            sizes = {powers: abs(x.constant or Fraction(0)) for powers, x in of.items()}
+            apart = sizes.pop((), Fraction(0))
+            if apart <= sum(sizes.values(), Fraction(0)):
+                raise NoFamilyError(NoFamilyReason.NO_LENGTH)
+
+
+def _collected(left: Eliminated, count: int, used: frozenset[int], stop: float | None) -> Forms:
     by_degrees = _in_chebyshev(left.rows)
     middle = _functions(by_degrees.pop((), {}))
     grouped = _grouped(by_degrees)
@@ -123,11 +143,11 @@ def _collected(left: Eliminated, numbers: int, used: frozenset[int], stop: float
             found[place[f]] = int(c.p) / int(c.q)
         return found
 
-    shares = np.zeros((len(grouped), numbers))
+    shares = np.zeros((len(grouped), count))
     for k, one in enumerate(grouped):
         for z, size in one.by_number.items():
             shares[k, z] = size
-    linear = np.zeros((numbers, len(functions)))
+    linear = np.zeros((count, len(functions)))
     for k, row in firsts.items():
         linear[k] = doubles(row)
     variables = frozenset[int]().union(

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.proof.index import negative_eigenvalues
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.index import negative_eigenvalues
 
 GUESS = 1 - 1e-6
 """Factor on a computed eigenvalue, to get a bound that can be proved."""

@@ -64,6 +64,7 @@ class NoFamilyReason(Enum):
     NOT_QUADRATIC = "the energy is not a quadratic function of X and D with constant stiffness"
     NOT_FINITE = "a divisor may be zero for some body"
     STOP_VARIES = "the angle of a stop has a tolerance"
+    NO_LENGTH = "a spring of some body may have no length at some attitude"
 
 
 class NoFamilyError(Exception):

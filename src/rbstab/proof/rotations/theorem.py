@@ -8,7 +8,6 @@ springs in Q6 `rotation_energy`; Q4 `why_not_damped_on_rotations`; Q5 `Rotations
 from collections.abc import Iterator
 
 from rbstab.analysis.exact import is_positive_definite
-from rbstab.analysis.proof.definite import indefinite_parameter, why_not_damped
 from rbstab.elements.at_point import AtPoint
 from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.embedded import EmbeddedConnector
@@ -19,6 +18,7 @@ from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.mechanics.algebra import cross
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import BoundedEnergy
+from rbstab.proof.damping import indefinite_parameter, why_not_damped
 from rbstab.proof.expr import Expr
 from rbstab.proof.rotations.energy import RotationEnergy
 from rbstab.proof.rotations.forms import in_chart

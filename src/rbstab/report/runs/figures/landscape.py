@@ -1,19 +1,21 @@
 """The energy that a motion needs to turn to an angle θ2, with and without a barrier."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.proof.regions.profile import least_along_pitch
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.profile import least_along_pitch, without_barriers
 from rbstab.report.model.figure import Axis, Figure, Line, Mark, Panel, Points
 from rbstab.report.reading.sources import Run
 
 PITCH = np.linspace(-np.pi / 2, np.pi / 2, 241)
 """rad."""
+
+RANGE_END = np.array([np.pi, np.pi / 2, np.pi])
+"""rad: the ends of θ1, θ2 and θ3 in the range of eq. 5."""
 
 LEAST_COLOUR = 6
 """Number of the palette colour of energies: grey."""
@@ -125,13 +127,13 @@ def _profiles(landscape: Landscape) -> list[tuple[Array, str]]:
     for proof, label in ((landscape.bare, ""), (landscape.guarded, "with barrier")):
         if proof is None or proof.reduced_energy is None:
             continue
-        form = proof.reduced_energy.form
+        energy, wide = proof.reduced_energy.energy, proof.unwrapped
+        end = RANGE_END if wide is None or wide.end is None else np.array(wide.end)
         if not found:
-            guard = None if form.guard is None else form.guard.without_barrier
-            bare = replace(form, guard=guard)
-            found.append((least_along_pitch(bare, PITCH), "least, without barrier"))
+            bare = least_along_pitch(without_barriers(energy), PITCH, end)
+            found.append((bare, "least, without barrier"))
         if label:
-            found.append((least_along_pitch(form, PITCH), "least, with barrier"))
+            found.append((least_along_pitch(energy, PITCH, end), "least, with barrier"))
     return found
 
 

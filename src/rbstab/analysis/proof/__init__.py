@@ -1,1 +1,0 @@
-"""Rigorous proofs: all rest states in the range, and the region of proved convergence."""

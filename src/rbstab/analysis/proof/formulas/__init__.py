@@ -1,1 +1,0 @@
-"""Formulas of elements of users, as operations: their values, bounds, signs and terms."""

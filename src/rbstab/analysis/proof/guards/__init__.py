@@ -1,1 +1,0 @@
-"""The energies of guards of θ2 with proved bounds: barriers, soft guards, stops."""

@@ -1,1 +1,0 @@
-"""Lengths of lines, square roots of trigonometric polynomials, as parts of a reduced energy."""

@@ -1,1 +1,0 @@
-"""Searches for rest states, by themselves and as the start of proofs."""

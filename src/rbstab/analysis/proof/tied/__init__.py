@@ -1,1 +1,0 @@
-"""Proofs for a body with springs that is not held: functions of Θ and of its position."""

@@ -1,1 +1,0 @@
-"""A checker of proofs that shares no code with the prover. It imports python-flint alone."""

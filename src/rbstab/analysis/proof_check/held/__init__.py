@@ -1,1 +1,0 @@
-"""Check rest states at which a jump of a force holds the body."""

@@ -1,0 +1,165 @@
+"""Rest states by search alone, for an energy that is in no proof, or is not proved yet.
+
+A search needs nothing but values of the stored energy, so it takes any element. Where a force jumps
+or a stop acts, minima are searched by descents; other rest states by a search for roots.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rbstab.analysis.configuration import (
+    ORIENTATION,
+    POSITION,
+    Configurations,
+    as_at_rest,
+    configurations,
+)
+from rbstab.analysis.rest_state import (
+    RestState,
+    gradient_tolerance,
+    largest_load,
+    numerical_hessian,
+    rest_state_at,
+    rest_state_below,
+)
+from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import PITCH
+from rbstab.systems.impact import stop_of
+from rbstab.systems.modes import with_modes_at
+from rbstab.systems.system import System
+
+STARTS = 60
+
+MERGE_DISTANCE = 3e-4
+"""rad and m: configurations closer than this count as one."""
+
+DESCENTS = 6
+"""The random starts of a search for minima, which takes longer."""
+
+SAME_MINIMUM = 1e-2
+"""rad and m: a descent to where a force jumps is less accurate than a root."""
+
+RANGE_END = np.array([np.pi, 0.5 * np.pi, np.pi])
+
+FLAT = 1e-10
+"""An energy with a smaller second derivative, relative to the largest, is constant there."""
+
+UNBALANCED = 1e-6
+"""The largest acceleration of a body at rest, relative to that under the largest load alone."""
+
+
+@dataclass(frozen=True, eq=False)
+class SearchedState:
+    """A rest state that a search found.
+
+    Args:
+        state: The rest state.
+        index: The number of negative eigenvalues of the Hessian of the stored energy.
+    """
+
+    state: RestState
+    index: int
+
+
+@np.errstate(all="ignore")  # a search that leaves the range of doubles finds nothing
+def searched_rest_states(system: System, seed: int = 0) -> list[SearchedState]:
+    """Return the rest states that a root search finds from many attitudes, lowest energy first.
+
+    Args:
+        system: The system.
+        seed: Seed of the random starts; Θ = 0 is added.
+    """
+    at_rest = configurations(as_at_rest(system))
+    found: list[Array] = []
+    for Theta in [np.zeros(3), *_random_attitudes(seed)]:
+        q = _root(at_rest, _at_attitude(at_rest, Theta))
+        if q is None or not _is_balanced(at_rest, q) or not _is_isolated(at_rest, q):
+            continue
+        if all(np.abs(q - other).max() >= MERGE_DISTANCE for other in found):
+            found.append(q)
+    states = [SearchedState(rest_state_at(at_rest, q), _index(at_rest, q)) for q in found]
+    return sorted(states, key=lambda one: one.state.energy)
+
+
+@np.errstate(all="ignore")
+def searched_minima(system: System, seed: int = 0) -> list[SearchedState]:
+    """Return the minima in which descents from some attitudes end, lowest energy first.
+
+    The body may rest in them where a force jumps, or against a stop.
+
+    Args:
+        system: The system.
+        seed: Seed of the random starts; Θ = 0 is added.
+    """
+    at_rest, stop = configurations(as_at_rest(system)), stop_of(system)
+    states: list[RestState] = []
+    for Theta in [np.zeros(3), *_random_attitudes(seed)[:DESCENTS]]:
+        if stop is not None:
+            Theta[PITCH] = np.clip(Theta[PITCH], -stop.angle, stop.angle)
+        state = rest_state_below(at_rest, _at_attitude(at_rest, Theta))
+        if state is None or not state.found:
+            continue
+        q = at_rest.configuration(state.motion, state.own)
+        held = state.on_kink or (stop is not None and abs(q[PITCH]) >= stop.angle)
+        if not held and not _is_balanced(at_rest, q):
+            continue
+        others = (at_rest.configuration(one.motion, one.own) for one in states)
+        if all(np.abs(q - other).max() >= SAME_MINIMUM for other in others):
+            states.append(state)
+    found = [SearchedState(state, 0) for state in states]
+    return sorted(found, key=lambda one: one.state.energy)
+
+
+def _random_attitudes(seed: int) -> Array:
+    return np.random.default_rng(seed).uniform(-RANGE_END, RANGE_END, size=(STARTS, 3))
+
+
+def _at_attitude(at_rest: Configurations, Theta: Array) -> Array:
+    """Return the unloaded configuration, turned about the contact point."""
+    q = at_rest.unloaded
+    q[ORIENTATION] = Theta
+    if at_rest.held:
+        return q
+    contact_point = at_rest.system.body.contact_point
+    q[POSITION] += contact_point - at_rest.motion(q).A @ contact_point
+    return q
+
+
+def _root(at_rest: Configurations, start: Array) -> Array | None:
+    """Return the rest state that a root search reaches from a configuration, or None."""
+    from scipy.optimize import root  # imported late, as in `least_value`
+
+    try:
+        # Near the least energy at this Θ: exactly there if the lengths do not matter.
+        force, stiffness = at_rest.gradient(start), numerical_hessian(at_rest.gradient, start)
+        rest = slice(ORIENTATION.stop, None)
+        start[rest] -= np.linalg.solve(stiffness[rest, rest], force[rest])
+        q: Array = root(at_rest.gradient, start, tol=1e-12).x
+        # A Newton step reaches round-off.
+        q = q - np.linalg.solve(numerical_hessian(at_rest.gradient, q), at_rest.gradient(q))
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+        return None
+    return q if np.all(np.isfinite(q)) and rest_state_at(at_rest, q).found else None
+
+
+def _is_balanced(at_rest: Configurations, q: Array) -> bool:
+    """Return whether the equations of motion leave the body at rest in a configuration.
+
+    The energy that code of a user states need not be that of its force.
+    """
+    system, y = at_rest.system, at_rest.state(q)
+    acceleration = np.abs(with_modes_at(system, y).rates(y)).max()
+    inertia = min(float(system.body.mass), float(np.linalg.eigvalsh(system.body.inertia).min()))
+    load = largest_load(at_rest, q)
+    return bool(acceleration <= UNBALANCED * max(load, gradient_tolerance(load)) / inertia)
+
+
+def _is_isolated(at_rest: Configurations, q: Array) -> bool:
+    """Return whether a rest state is none of a family, such as all attitudes of a free body."""
+    bends = np.abs(np.linalg.eigvalsh(numerical_hessian(at_rest.gradient, q)))
+    return bool(bends.min() > FLAT * bends.max())
+
+
+def _index(at_rest: Configurations, q: Array) -> int:
+    return int(np.sum(np.linalg.eigvalsh(numerical_hessian(at_rest.gradient, q)) < 0))

@@ -1,0 +1,56 @@
+"""How many boxes of Θ are searched for rest states."""
+
+from dataclasses import dataclass
+
+from rbstab.proof.expr import COS, OF, SIN, STEP, VAR
+from rbstab.proof.lengths import springs_of
+from rbstab.proof.model import Energy
+
+MOST, BRIEF = 400_000, 60_000
+"""Boxes of a search that is asked for, and of one that is not: these take some five seconds."""
+
+MOST_WITH_SPRINGS, BRIEF_WITH_SPRINGS = 100_000, 4_000
+"""The same for springs of a body that is not held."""
+
+BRIEF_WITH_LIGAMENTS = 20_000
+"""The same for one ligament of a body that is not held: some ten seconds."""
+
+BRIEF_WITH_FUNCTIONS, FEWEST = 48_000, 12_000
+"""The same with one function of several angles, such as a length; with many of them."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The end of a search.
+
+    Attributes:
+        boxes: The number of boxes at which it stops.
+        most: The same of a search that is asked for.
+        slow: Whether each box takes long, so that little is left to do when it has stopped.
+    """
+
+    boxes: int
+    most: int
+    slow: bool
+
+
+def search_limit(energy: Energy, *, brief: bool) -> Limit:
+    """Return when a search stops.
+
+    Args:
+        energy: The energy.
+        brief: Whether nobody asked for the proof.
+    """
+    if energy.free and springs_of(energy.U, energy.free).lines:
+        most, less = MOST_WITH_SPRINGS, BRIEF_WITH_SPRINGS
+    elif energy.free:
+        ligaments = max(1, sum(a.kind == OF for a in energy.U.atoms))
+        most, less = MOST // ligaments, BRIEF_WITH_LIGAMENTS // ligaments
+    else:
+        count = sum(
+            a.kind not in {VAR, STEP} and (len(a.variables) > 1 or a.kind not in {SIN, COS})
+            for a in energy.U.all_atoms
+        )
+        most, less = MOST, max(FEWEST, BRIEF_WITH_FUNCTIONS // count) if count else BRIEF
+    slow = bool(energy.free) or less < BRIEF
+    return Limit(less if brief else most, most, slow)

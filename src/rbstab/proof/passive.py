@@ -1,0 +1,444 @@
+"""Whether an element of a user is passive, and whether proofs may take it into account.
+
+Its energy must be a function of the pose and of its own states with
+
+    d(stored)/dt + dissipated + (power of the wrench) = 0,        dissipated >= 0,
+
+for all motions, and its wrench and rates must have values for all of them. At rest its own states D
+must move down its energy W: dD/dt = -M ∂W/∂D with a constant M, M + M' positive definite. Or, with
+a diagonal M, each entry of dD/dt has the sign of the entry u of -M ∂W/∂D by its form: it is r(u)
+times a positive factor, where r is odd and rises, as sinh does.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from fractions import Fraction
+from functools import partial
+
+import numpy as np
+
+from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.elements.element import Element
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.bounds import BoundedEnergy
+from rbstab.proof.expanded import TooLargeError, is_zero, multiplied_out
+from rbstab.proof.expr import COS, LET, SIN, VAR, Atom, Expr, Monomial, atom, expr, only, variable
+from rbstab.proof.intervals import Intervals
+from rbstab.proof.rewriting import derivative, inverse_of_definite, quadratic_in, substituted
+from rbstab.proof.signs import PITCH, is_convex, never_negative, odd_argument, positive
+from rbstab.proof.statements import (
+    TIME,
+    VELOCITIES,
+    NotRecordedError,
+    Stated,
+    Statements,
+    sides,
+    statements_of,
+)
+from rbstab.proof.switches import MOST_MODES, force_is_continuous, why_not_continuous
+from rbstab.proof.taylor import Compiled
+from rbstab.systems.system import System
+
+TIMED = "a statement depends on the time"
+
+NO_FUNCTION_OF_POSE = "`stored` depends on a velocity"
+
+UNBALANCED = "it is not shown that `wrench` has the power that `stored` and `dissipated` state"
+
+WITHOUT_VALUES = (
+    "it is not shown that `stored`, `wrench` and `dissipated` have values for all motions: a "
+    "divisor, or what a root or a logarithm is taken of, may be zero"
+)
+
+GUARDS_WITHOUT_VALUES = "it is not shown that its event functions have values at all attitudes"
+
+GAINS_ENERGY = "it is not shown that `dissipated` is never negative"
+
+NOT_QUADRATIC = (
+    "it is not shown that its energy is a quadratic function of X and its own states, with "
+    "constant second derivatives"
+)
+
+NOT_CONVEX_IN_STATES = (
+    "it is not shown that its energy is convex in its own states, as sums of even powers of "
+    "displacements are"
+)
+
+NO_LEAST_ENERGY = (
+    "at some attitude no least energy over its own states is found, at which the second "
+    "derivatives are positive definite"
+)
+
+MOST_STATES = 6
+"""Bounds on the least energy over more own states would take very long."""
+
+TOO_MANY_STATES = f"its energy is not quadratic, and it has more than {MOST_STATES} own states"
+
+NOT_CONVEX = (
+    "it is not shown that its energy is a quadratic function of X, or convex in X, as sums of even "
+    "powers of displacements are"
+)
+
+NOT_RELAXING = (
+    "it is not shown that its own states move down its energy while the body is at rest: `rates` "
+    "must be -M times the derivative of `stored` then, with a constant positive definite M, or "
+    "have the signs of this by their form, with a diagonal M"
+)
+
+TOO_LARGE = "its energy has too many terms, or too large numbers"
+
+UNUSUAL = (
+    f"it has more than {MOST_MODES} switches, a stop or an energy at rest of its own, or depends "
+    "on the time"
+)
+
+BOX_LIMIT = 20_000
+"""The boxes over which the bounds of one argument are computed at most."""
+
+TAGS = 5000
+"""The number of the first variable that stands for another expression."""
+
+END = np.nextafter([np.pi, np.pi / 2, np.pi], np.inf)[:, None]
+
+SOME_ATTITUDES = np.stack(
+    [one.ravel() for one in np.meshgrid([-2.4, -0.8, 0.8, 2.4], [-1, 0, 1], [-2.4, -0.8, 0.8, 2.4])]
+)
+"""rad; the attitudes at which a least energy over own states must be found."""
+
+
+def in_proofs(element: Element) -> bool:
+    """Return whether proofs may take an element of a user into account."""
+    plain = element.mode_count <= MOST_MODES and not element.clearance_count
+    usual = type(element).at_rest is Element.at_rest and not (element.holds or element.slides)
+    return plain and usual and not element.timed
+
+
+def why_not_in_proofs(system: System) -> str | None:
+    """Return why proofs do not take an element of a user into account; None if they take all.
+
+    The reason begins with the name of the element.
+
+    Args:
+        system: The system, in doubles.
+    """
+    at_rest = configurations(system)
+    for element in at_rest.system.elements:
+        if not element.from_user:
+            continue
+        why = _why_not(at_rest, element) if in_proofs(element) else UNUSUAL
+        if why is not None:
+            return f"{element.name}: {why}"
+    return None
+
+
+def _why_not(at_rest: Configurations, element: Element) -> str | None:
+    """Return the first thing that is not shown of an element; None if all is."""
+    try:
+        statements = statements_of(at_rest, element)
+    except NotRecordedError as error:
+        return f"its code cannot be recorded: {error}"
+    return _first(statements, _why_unbalanced, _why_switching, _why_moving_up, _why_no_least_energy)
+
+
+def why_not_passive(statements: Statements) -> str | None:
+    """Return what is not shown of an element that should be passive, or None if all is."""
+    return _first(statements, _why_unbalanced)
+
+
+def _first(statements: Statements, *checks: Callable[[Statements], str | None]) -> str | None:
+    """Return the reason of the first check that gives one."""
+    try:
+        return next((why for check in checks if (why := check(statements)) is not None), None)
+    except ZeroDivisionError:  # with one of the values of a mode
+        return WITHOUT_VALUES
+    except (RecursionError, OverflowError):
+        return TOO_LARGE
+
+
+def _why_unbalanced(statements: Statements) -> str | None:
+    of = statements.of_motion
+    if any(TIME in e.variables for e in of.used):
+        return TIMED
+    if not of.stored.variables.isdisjoint(VELOCITIES):
+        return NO_FUNCTION_OF_POSE
+    if not statements.on_all_sides(is_zero, _balance(statements)):
+        return UNBALANCED
+    free = statements.of_entries
+    if not any(statements.on_all_sides(_have_values, *one.used) for one in (free, of)):
+        return WITHOUT_VALUES
+    dissipated = free.dissipated, of.dissipated
+    if not any(statements.on_all_sides(never_negative, one) for one in dissipated):
+        return GAINS_ENERGY
+    return None
+
+
+def _balance(statements: Statements) -> Expr:
+    """Return d(stored)/dt + dissipated + (power of the wrench), which must be zero."""
+    of: Stated = statements.of_motion
+    motion, (force, couple, contact_force) = of.motion, np.split(np.array(of.wrench), 3)
+    power = force @ motion.V + couple @ motion.Omega
+    rates = dict(enumerate(map(expr, motion.B @ motion.Omega)))
+    if not statements.held:  # else a force at the contact point has no power
+        power = power + contact_force @ motion.F
+        rates |= dict(enumerate(map(expr, motion.V), start=3))
+    rates |= dict(zip(statements.own, of.rates, strict=True))
+    found: Expr = derivative(of.stored, rates) + of.dissipated + power
+    return found
+
+
+# -- values ----------------------------------------------------------------------------------------
+
+
+def _have_values(*of: Expr) -> bool:
+    """Return whether expressions are shown to have values, and to be smooth."""
+    divisors, positives = set[Atom](), set[Expr]()
+    for e in of:
+        for a in e.all_atoms:
+            if a.kind in {"sqrt", "log"}:
+                positives.add(a.inner)
+        for inner in (e, *(a.inner for a in e.all_atoms if a.kind != VAR)):
+            divisors |= {a for m in inner.terms for a, p in m if p < 0}
+    return all(map(_is_above_zero, positives)) and all(map(_is_not_zero, divisors))
+
+
+def _is_above_zero(e: Expr) -> bool:
+    return positive(e) or _by_boxes(e, either=False)
+
+
+def _is_not_zero(a: Atom) -> bool:
+    if a.kind == "exp" or a is PITCH:
+        return True
+    if a.kind == "sqrt":
+        return _is_above_zero(a.inner)
+    e = a.inner if a.kind == LET else only(a)
+    return positive(e) or positive(-e) or _by_boxes(e, either=True)
+
+
+def _by_boxes(e: Expr, *, either: bool) -> bool:
+    """Return whether an expression of Θ is above zero at all |θ2| <= π/2, or has one sign."""
+    if not (e.variables <= {0, 1, 2} and _is_periodic(e)):
+        return False
+    compiled = Compiled([e], 0, dict.fromkeys(range(3), ()), 0, {PITCH: 0.0})
+
+    def over(lo: Array, hi: Array) -> Intervals:
+        leaves = [Intervals(lo[None, k], hi[None, k]) for k in range(3)]
+        return compiled(lambda k: leaves[k]).dense(0, lo.shape[1])[0]
+
+    lo, hi, examined = -END, END, 0
+    while lo.shape[1]:
+        examined += lo.shape[1]
+        if examined > BOX_LIMIT:
+            return False
+        with np.errstate(all="ignore"):
+            value = over(lo, hi)
+        left = ~(value.lo > 0)
+        if either:
+            left &= ~(value.hi < 0)
+        lo, hi = _halves(lo[:, left], hi[:, left])
+    return True
+
+
+def _halves(lo: Array, hi: Array) -> tuple[Array, Array]:
+    place = (hi - lo).argmax(axis=0), np.arange(lo.shape[1])
+    middle, low, high = 0.5 * (lo + hi)[place], lo.copy(), hi.copy()
+    high[place] = low[place] = middle
+    return np.concatenate([lo, low], axis=1), np.concatenate([high, hi], axis=1)
+
+
+def _is_periodic(e: Expr) -> bool:
+    """Return whether θ1 and θ3 stand in their sines and cosines alone."""
+    whole = {variable(k).digest for k in (0, 2)}
+    return all(
+        (a.kind in {SIN, COS} and a.inner.digest in whole)
+        or (a.kind != VAR and _is_periodic(a.inner))
+        or a.variables <= {1}
+        for a in e.atoms
+    )
+
+
+# -- switches and the form of the energy -----------------------------------------------------------
+
+
+def _why_switching(statements: Statements) -> str | None:
+    """Return what is not shown of the switches of an element; None if all is."""
+    if not statements.modes:
+        return None
+    why = why_not_continuous(statements)
+    if why is None and not _have_values(*statements.of_motion.guards):
+        return GUARDS_WITHOUT_VALUES
+    return why
+
+
+def first_jump(at_rest: Configurations, element: Element) -> int:
+    """Return the order of the first derivative of the energy of an element that may jump.
+
+    It is 2 if its force is shown to be continuous at its switches, else 1.
+
+    Args:
+        at_rest: The configurations of its system, in doubles.
+        element: One of the elements of this system, of a user.
+    """
+    try:
+        statements = statements_of(at_rest, element)
+    except NotRecordedError:
+        return 1
+    if _first(statements, _why_unbalanced, _why_switching) is not None:
+        return 1
+    return 2 if force_is_continuous(statements) else 1
+
+
+def _why_no_least_energy(statements: Statements) -> str | None:
+    """Return why the energy is not known to have one least value over X and own states."""
+    own, held = statements.own, statements.held
+    x = [*(() if held else range(3, 6)), *own]
+    stored = statements.of_motion.stored
+    rest = quadratic_in(stored, x, constant=(VAR, SIN, COS)).rest
+    if rest.variables.isdisjoint(x):
+        return None
+    if own and not held:
+        return NOT_QUADRATIC
+    forms = (statements.of_rotation,), (stored,), (rest, stored - rest)
+    if not any(statements.on_all_sides(partial(_are_convex, x), *one) for one in forms):
+        return NOT_CONVEX_IN_STATES if own else NOT_CONVEX
+    if not own:
+        return None
+    if len(own) > MOST_STATES:
+        return TOO_MANY_STATES
+    found = all(_is_least_somewhere(e, own) for (e,) in sides([stored], statements.modes))
+    return None if found else NO_LEAST_ENERGY
+
+
+def _are_convex(x: Sequence[int], *of: Expr) -> bool:
+    return all(is_convex(e, x) for e in of)
+
+
+def _is_least_somewhere(stored: Expr, own: Sequence[int]) -> bool:
+    """Return whether a lowest point over own states is found at some attitudes."""
+    energy = BoundedEnergy(stored, free=own, order=2)
+    with np.errstate(all="ignore"):
+        z = energy.minimiser(SOME_ATTITUDES).z
+        _, slope, H = energy.at_all(SOME_ATTITUDES, z)
+        slope, H = slope[3:], np.moveaxis(H[3:, 3:], -1, 0)
+        size = np.abs(H).max(axis=(1, 2)) * (1 + np.abs(z).max(axis=0))
+        if not (np.isfinite(H).all() and np.all(np.abs(slope).max(axis=0) < 1e-6 * size)):
+            return False
+        return bool(np.linalg.eigvalsh(H)[:, 0].min() > 0)
+
+
+# -- own states ------------------------------------------------------------------------------------
+
+
+def _why_moving_up(statements: Statements) -> str | None:
+    """Return why the own states may not move down the energy of a body at rest; None if they do."""
+    own, of = statements.own, [statements.of_motion.stored, *statements.at_rest]
+    if not own:
+        return None
+    both = sides(of, statements.modes)
+    return None if all(moves_down(W, own, rates) for W, *rates in both) else NOT_RELAXING
+
+
+def moves_down(stored: Expr, own: Sequence[int], rates: Sequence[Expr]) -> bool:
+    """Return whether rates are -M times the slopes of an energy, or have the signs of these.
+
+    Args:
+        stored: The energy.
+        own: The numbers of the variables D.
+        rates: dD/dt.
+    """
+    slopes = [derivative(stored, {k: expr(1)}) for k in own]
+    M = _factors(slopes, [-rate for rate in rates])
+    if M is None:
+        signs = [_sign_of(-one, s, k) for one, s, k in zip(rates, slopes, own, strict=True)]
+        M = _factors(slopes, signs)
+        if M is None or any(c for i, row in enumerate(M) for j, c in enumerate(row) if i != j):
+            return False
+    both = [[M[i][j] + M[j][i] for j in range(len(own))] for i in range(len(own))]
+    return inverse_of_definite(both) is not None
+
+
+def _factors(slopes: Sequence[Expr], others: Sequence[Expr]) -> list[list[Fraction]] | None:
+    """Return the numbers M with others = M slopes; None if there are none, or several."""
+    tags = [variable(TAGS + k) for k in range(2 * len(slopes))]
+    both = zip((*slopes, *others), tags, strict=True)
+    try:
+        total = multiplied_out(sum((e * tag for e, tag in both), expr(0)))
+    except TooLargeError:
+        return None
+    columns = [_coefficients(total, next(iter(tag.atoms))) for tag in tags]
+    return _solved(columns[: len(slopes)], columns[len(slopes) :])
+
+
+def _coefficients(e: Expr, tag: Atom) -> dict[Monomial, Fraction]:
+    return {
+        tuple(one for one in m if one[0] is not tag): c
+        for m, c in e.terms.items()
+        if any(a is tag for a, _ in m)
+    }
+
+
+def _solved(
+    columns: Sequence[dict[Monomial, Fraction]], wanted: Iterable[dict[Monomial, Fraction]]
+) -> list[list[Fraction]] | None:
+    """Return each wanted column as a sum of independent columns; None if it is none."""
+    n, found = len(columns), list[list[Fraction]]()
+    pivots = list[tuple[Monomial, dict[Monomial, Fraction], list[Fraction]]]()
+
+    def reduced(
+        column: dict[Monomial, Fraction], factors: list[Fraction]
+    ) -> tuple[dict[Monomial, Fraction], list[Fraction]]:
+        left = Expr(column)
+        for m, row, used in pivots:
+            c = left.terms.get(m, Fraction(0)) / row[m]
+            left = left - Expr(row).scaled(c)
+            factors = [a - c * b for a, b in zip(factors, used, strict=True)]
+        return left.terms, factors
+
+    for k, column in enumerate(columns):
+        left, used = reduced(column, [Fraction(int(i == k)) for i in range(n)])
+        if not left:
+            return None
+        pivots.append((next(iter(left)), left, used))
+    for column in wanted:
+        left, used = reduced(column, [Fraction(0)] * n)
+        if left:
+            return None
+        found.append([-c for c in used])
+    return found
+
+
+def _sign_of(rate: Expr, slope: Expr, number: int) -> Expr:
+    """Return an expression with the sign of a rate, without what does not change it.
+
+    If the slope is s = a D + b with a constant a, it takes the place of D.
+    """
+    D = atom(VAR, number)
+    parts = quadratic_in(slope, [number], constant=(VAR, SIN, COS))
+    b = slope - parts.b[0] * only(D)
+    a = parts.b[0].constant
+    if a and not parts.H[0][0] and number not in b.variables:
+        s = variable(TAGS)
+        moved = substituted(rate, {D: (s - b).scaled(1 / a)})
+        try:
+            plain = multiplied_out(moved) if _is_polynomial(moved) else moved
+        except TooLargeError:
+            plain = moved
+        return substituted(_core(plain), {next(iter(s.atoms)): slope})
+    return _core(rate)
+
+
+def _is_polynomial(e: Expr) -> bool:
+    return all(p > 0 and a.kind in {VAR, SIN, COS, LET} for m in e.terms for a, p in m)
+
+
+def _core(e: Expr) -> Expr:
+    while True:
+        u = odd_argument(e)
+        if u is None and len(e.terms) == 1:
+            ((m, c),) = e.terms.items()
+            left = [(a, p) for a, p in m if not positive(only(a))]
+            if len(left) != 1 or left[0][1] < 0 or left[0][1] % 2 == 0:
+                return e
+            a = left[0][0]
+            u = (a.inner if a.kind == LET else only(a)).scaled(Fraction(1 if c > 0 else -1))
+        if u is None or u == e:
+            return e
+        e = u

@@ -1,0 +1,92 @@
+"""A body that is not held, with springs: its energy is not convex in the position (theorem 12).
+
+With W of `lengths`, S >= λI, P = Σ w_j, and N convex in z, let ∂W/∂z = 0 at z. As |∂|z + r||= 1,
+
+    λ|z|² <= z'(Sz + ∂N(z) - ∂N(0)) <= |z| (P + |∂N(0)|),    so |z| <= ρ = (P + |∂N(Θ, 0)|)/λ.
+
+For these z no line is shorter than |r_j| - ρ. The second derivatives of -w|e| are at least -w/|e|,
+so W is convex there if λ > Σ w_j/(|r_j| - ρ). Then it has one stationary point z, its minimiser.
+"""
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.bounds import UP, BoundedEnergy
+from rbstab.proof.expr import Atom, Expr
+from rbstab.proof.lengths import Springs, springs_of
+from rbstab.proof.model import Energy
+from rbstab.proof.taylor import Values
+
+ANGLES = (0, 1, 2)
+
+
+class TiedBounds(BoundedEnergy):
+    """The least W over z, over boxes of Θ.
+
+    Args:
+        W: The energy.
+        free: The numbers of the variables z.
+        springs: W, taken apart.
+        least: As for `BoundedEnergy`.
+    """
+
+    def __init__(
+        self,
+        W: Expr,
+        free: Sequence[int],
+        springs: Springs,
+        least: Mapping[Atom, float] | None = None,
+    ) -> None:
+        lengths = [Expr({line.monomial: Fraction(1)}) for line in springs.lines]
+        super().__init__(W, free=free, least=least, also=lengths)
+        self.stiffness = float(springs.stiffness) / UP
+        self.weights = [float(line.weight) * UP for line in springs.lines]
+        N = springs.convex
+        self.rest = BoundedEnergy(N, (*ANGLES, *free), least=least, order=2) if N.terms else None
+
+    def is_single(self, lo: Array, hi: Array, values: Values, size: Array) -> Array:
+        """Return whether W has one stationary point z, its minimiser, for all Θ of each box."""
+        count = lo.shape[1]
+        if not self.weights:
+            return np.ones(count, dtype=bool)
+        # |r_j| is at least |z + r_j| - |z| for any z.
+        pull = sum(self.weights) + self._pull(lo, hi)
+        away = (pull / self.stiffness + np.sqrt((size**2).sum(axis=0))) * UP
+        softer = np.zeros(count)
+        for k, weight in enumerate(self.weights, start=1):
+            shortest = values.dense(k, count).lo[0] / UP - away
+            softer += np.where(shortest > 0, weight / shortest * UP, np.inf)
+        return np.asarray(softer * UP < self.stiffness)
+
+    def _pull(self, lo: Array, hi: Array) -> Array:
+        """Bound |∂N/∂z| at z = 0 over boxes, N."""
+        if self.rest is None:
+            return np.zeros(lo.shape[1])
+        nothing = np.zeros((self.k, lo.shape[1]))
+        b = self.rest.over(np.concatenate([lo, nothing]), np.concatenate([hi, nothing]))
+        return np.asarray(np.sqrt((b.slopes.mag[self.n :] ** 2).sum(axis=0)) * UP)
+
+
+def bounds_of(energy: Energy) -> BoundedEnergy:
+    """Return bounds on an energy, least over its free variables.
+
+    Raises:
+        NotSingleError: It has springs, and it is not shown that all else is convex in z.
+    """
+    springs = springs_of(energy.U, energy.free) if energy.free else None
+    if springs is None or not springs.lines:
+        return BoundedEnergy(energy.U, free=energy.free, least=energy.least)
+    return TiedBounds(energy.U, energy.free, springs, energy.least)
+
+
+def without_lengths(energy: Energy) -> list[BoundedEnergy]:
+    """Return bounds on W where a spring has no length, for each spring: z = -r_j(Θ)."""
+    if not energy.free:
+        return []
+    return [
+        BoundedEnergy(one, least=energy.least)
+        for one in springs_of(energy.U, energy.free).collapsed(energy.U, energy.free)
+    ]

@@ -1,0 +1,121 @@
+"""The proofs page: functions that check hypotheses exist, and its numbers are what is printed."""
+
+import ast
+import re
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from rbstab_cli.main import cli
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCE = ROOT / "src" / "rbstab"
+PAGE = (ROOT / "docs" / "proofs.md").read_text(encoding="utf-8")
+IN_FULL = (ROOT / "docs" / "proofs_in_full.md").read_text(encoding="utf-8")
+
+NAMED = re.compile(r"`([A-Za-z_][\w.]*)`")
+PATH = re.compile(r"`([\w/]+\.py)`")
+
+
+def rows(*header: str) -> list[list[str]]:
+    """Return the cells of all tables with these columns."""
+    names = r"\s*\|\s*".join(re.escape(name) for name in header)
+    tables = re.findall(rf"^\|\s*{names}\s*\|\n\|[-|]+\n((?:\|.*\n)+)", PAGE, re.MULTILINE)
+    lines = [line.strip("| ") for table in tables for line in table.splitlines()]
+    return [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)] for line in lines]
+
+
+def defined(tree: ast.Module) -> Iterator[str]:
+    """Yield the names of functions, classes and their members in a module."""
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+            yield node.name
+        if isinstance(node, ast.ClassDef):
+            for member in node.body:
+                if isinstance(member, ast.FunctionDef):
+                    yield f"{node.name}.{member.name}"
+                if isinstance(member, ast.AnnAssign) and isinstance(member.target, ast.Name):
+                    yield f"{node.name}.{member.target.id}"
+
+
+def printed_by(folder: Path, *arguments: str) -> str:
+    """Return what a command prints; proofs are made, and stored in a folder."""
+    done = CliRunner().invoke(cli, [*arguments, "--results", str(folder)], prog_name="rbstab")
+    assert done.exit_code == 0, done.output
+    return done.stdout
+
+
+@cache
+def names_in(path: Path) -> frozenset[str]:
+    return frozenset(defined(ast.parse(path.read_text(encoding="utf-8"))))
+
+
+@cache
+def all_names() -> frozenset[str]:
+    return frozenset().union(*(names_in(path) for path in SOURCE.rglob("*.py")))
+
+
+CHECKED_BY = [row[-1] for row in rows("", "hypothesis", "checked by")]
+LINES = [line for line in PAGE.splitlines() if PATH.search(line)]
+
+
+def test_each_theorem_has_its_hypotheses():
+    assert len(CHECKED_BY) >= 30
+    numbers = re.findall(r"^(?:## |\*\*)Theorem (\d+)", PAGE, re.MULTILINE)
+    assert [int(one) for one in numbers] == list(range(1, 16))
+    assert len(re.findall(r"^\*\*Statement\.\*\*", PAGE, re.MULTILINE)) == 14
+
+
+@pytest.mark.parametrize("cell", CHECKED_BY)
+def test_each_function_that_checks_a_hypothesis_exists(cell):
+    assert set(NAMED.findall(PATH.sub("", cell))) <= all_names()
+
+
+@pytest.mark.parametrize("line", LINES, ids=lambda line: line[:40])
+def test_each_function_is_in_the_module_that_is_named_beside_it(line):
+    for name, path in re.findall(r"`([A-Za-z_][\w.]*)`(?: of| \(|, )`([\w/]+\.py)`", line):
+        assert name in names_in(SOURCE / path), (name, path)
+    for path in PATH.findall(line):
+        assert (SOURCE / path).is_file(), path
+
+
+def test_theorems_that_code_names_are_on_the_page():
+    files = [*SOURCE.rglob("*.py"), *(ROOT / "cli").rglob("*.py"), *(ROOT / "docs").glob("*.md")]
+    named = {
+        int(number)
+        for path in files
+        for number in re.findall(r"[Tt]heorem (\d+)", path.read_text(encoding="utf-8"))
+    }
+    assert named <= set(range(1, 16))
+
+
+def test_the_page_is_short():
+    assert len(PAGE.split()) <= 6_000
+    assert len(IN_FULL.split()) <= 12_000
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    "row",
+    rows("config", "v(0) [J]", "inside from t [s]", "v there [J]", "level [J]"),
+    ids=lambda row: row[0],
+)
+def test_the_motions_are_what_is_printed(row, tmp_path):
+    name, start, time, there, level = row
+    config = str(ROOT / "configs" / "paper" / f"{name}.yaml")
+    printed = printed_by(tmp_path, "stability", config, "--no-run")
+    assert f"This start: {start} J above" in printed
+    assert f"from t = {time} s (v = {there} J < {level} J," in printed
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(("level", "name"), re.findall(r"(\d+) J \((case\w+)\)", PAGE))
+def test_the_levels_of_all_bodies_are_what_is_printed(level, name, tmp_path):
+    within = ("--within", "controller=±20%", "--within", "body.contact_point=±0.01")
+    config = str(ROOT / "configs" / "paper" / f"{name}.yaml")
+    printed = printed_by(tmp_path, "stability", config, *within, "--no-run")
+    (found,) = re.findall(r"every motion with v\(0\) < ([\d.]+) J converges, proved", printed)
+    assert int(float(found)) == int(level)

@@ -1,0 +1,102 @@
+"""Whether a ligament may be just taut at a rest state: never denied where it is.
+
+The places are found by SciPy with the stored energy of the system itself.
+"""
+
+from functools import partial
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq, minimize
+from support.leg import BODY
+
+from rbstab.analysis.configuration import configurations
+from rbstab.config.build import problem_of, system_of
+from rbstab.config.load import load_config
+from rbstab.elements.guards.soft_guards import StiffGuard
+from rbstab.elements.ligament import Ligament
+from rbstab.experiment.stored_proof.almost_every_start import _may_be_at
+from rbstab.experiment.stored_proof.strains import may_be_just_taut
+from rbstab.proof.model import energy_of
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+NARROW = 1e-9
+
+
+def leg(slack_length):
+    """A leg that is held at its knee, with a rope above it that is 0.5 m long while it stands."""
+    rope = {"kind": "ligament", "point": [0, 0, 0.3], "anchor": [0, 0, 0.8], "stiffness": 30}
+    return load_config(
+        {
+            "schema_version": 2,
+            "body": BODY,
+            "controller": {"variant": "permanent", "K_r": [5, 5, 2.5], "L_r": [0.8, 0.8, 0.3]},
+            "elements": {"rope": rope | {"slack_length": slack_length, "toe_strain": 0.03}},
+            "integration": {"duration": 1},
+        }
+    )
+
+
+def may_be(config, Theta, radius=NARROW, energy=None):
+    """Return whether the ligament of a config may be just taut in a cube about Θ."""
+    box = np.array([Theta - radius, Theta + radius])
+    proof = SimpleNamespace(reduced_energy=energy)
+    (found,) = may_be_just_taut(proof, SimpleNamespace(enclosure=box), config)
+    return found
+
+
+@pytest.mark.parametrize(("slack", "expected"), [(0.5, True), (0.51, False), (0.49, False)])
+def test_the_rope_of_a_held_leg(slack, expected):
+    config = leg(slack)
+    assert may_be(config, np.zeros(3)) is expected
+    # In a wide box it may be: the rope is longer where the leg leans.
+    assert may_be(config, np.zeros(3), 1.0) is (slack >= 0.5)
+
+
+@pytest.fixture(scope="module")
+def tied():
+    return load_config(CONFIGS / "examples" / "ligament_proved.yaml")
+
+
+def strain(config, Theta):
+    """Return the strain of the ligament where the energy is least over the position."""
+    at_rest = configurations(problem_of(config).system)
+    (band,) = (one for one in at_rest.system.elements if isinstance(one, Ligament))
+
+    def energy(X):
+        return at_rest.energy(np.concatenate([Theta, X]))
+
+    def slope(X):
+        return at_rest.gradient(np.concatenate([Theta, X]))[3:]
+
+    X = minimize(energy, np.zeros(3), jac=slope, method="BFGS", options={"gtol": 1e-11}).x
+    return band.guards(at_rest.motion(np.concatenate([Theta, X])), np.zeros(0))[0]
+
+
+def test_the_ligament_of_a_tied_body(tied):
+    """Along a way of attitudes it goes taut: before and behind this place it is not just taut."""
+    system = problem_of(tied).system
+    energy = SimpleNamespace(energy=energy_of(system, partial(system_of, tied)))
+    begin, way = np.array([0.1, -0.2, 0.05]), np.array([0.0, 1.0, 0.1])
+    at = brentq(lambda s: strain(tied, begin + s * way), 0.0, 0.5, xtol=1e-12)
+    for s, expected in ((at, True), (at - 0.01, False), (at + 0.01, False)):
+        assert may_be(tied, begin + s * way, 1e-6, energy) is expected
+    # It is not known where another energy is least.
+    other = SimpleNamespace(energy=SimpleNamespace(U=energy.energy.U + 1))
+    assert may_be(tied, begin + (at + 0.01) * way, 1e-6, other)
+
+
+def test_a_stiff_guard_begins_at_its_exact_angle():
+    guard = StiffGuard(name="limit", stiffness=1.0, soft_angle=0.3)
+    for low, high, expected in (
+        (0.3 - 1e-9, 0.3 + 1e-9, True),
+        (-0.3 - 1e-9, -0.3 + 1e-9, True),
+        (0.3, np.nextafter(0.3, 1), True),  # the double 0.3 is below 3/10
+        (np.nextafter(0.3, 0), 0.3, False),
+        (0.3 + 1e-12, 0.4, False),
+        (-0.2, 0.29, False),
+    ):
+        state = SimpleNamespace(enclosure=((0.0, low, 0.0), (0.0, high, 0.0)))
+        assert _may_be_at(guard, state) is expected

@@ -1,0 +1,117 @@
+"""Protects which motions the elements of users are shown to damp: only those that they do."""
+
+import pytest
+from support.user_code import CREEPING_TIE, MAXWELL, SPRING, TIE, element_text, mine
+
+from rbstab.config.build import problem_of
+from rbstab.config.load import load_config
+from rbstab.proof.damping import NOTHING, Damping, damping_of_users, why_not_damped
+
+K = [[3.0, 1.0, 0.0], [1.0, 2.0, 0.5], [0.0, 0.5, 4.0]]
+AT = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 1.1]}
+
+
+def damper(wrench, power, names="exp"):
+    """Return the text of an element that only damps."""
+    text = element_text(
+        f"""
+        def wrench(self, motion, own):
+            return {wrench}
+
+        def dissipated(self, motion, own):
+            return {power}
+        """,
+        'Gain("L", "1", "damping", positive=False)',
+    )
+    return text.replace("import power", f"import {names}, power")
+
+
+BRAKE = damper("couple_on_body(-self.L @ motion.Omega)", "motion.Omega @ self.L @ motion.Omega")
+
+INERTIAL_BRAKE = damper(
+    "couple_on_body(-motion.A.T @ (self.L @ (motion.A @ motion.Omega)))",
+    "(motion.A @ motion.Omega) @ self.L @ (motion.A @ motion.Omega)",
+)
+
+DRAG = damper("force_at_centre(-self.L @ motion.V)", "motion.V @ self.L @ motion.V")
+
+BODY_DRAG = damper(
+    "force_at_centre(-motion.A @ (self.L @ (motion.A.T @ motion.V)))",
+    "(motion.A.T @ motion.V) @ self.L @ (motion.A.T @ motion.V)",
+)
+
+QUADRATIC = damper(
+    "force_at_centre(-sqrt(0.1 + motion.V @ motion.V) * motion.V)",
+    "sqrt(0.1 + motion.V @ motion.V) * (motion.V @ motion.V)",
+    "sqrt",
+)
+
+ONE_AXIS = damper(
+    "force_at_centre(np.array([-motion.V[0], 0.0, 0.0]))", "motion.V[0] * motion.V[0]"
+)
+
+CASES = {
+    "brake": (BRAKE, {"L": K}, Damping(True, False)),
+    "a brake in inertial coordinates": (INERTIAL_BRAKE, {"L": K}, Damping(True, False)),
+    "a brake without one axis": (BRAKE, {"L": [1.0, 0.0, 1.0]}, NOTHING),
+    "a negative one": (BRAKE, {"L": [1.0, -1.0, 1.0]}, NOTHING),
+    "drag": (DRAG, {"L": K}, Damping(False, True)),
+    "drag in body coordinates": (BODY_DRAG, {"L": K}, Damping(False, True)),
+    "quadratic drag": (QUADRATIC, {"L": K}, Damping(False, True)),
+    "drag along one axis": (ONE_AXIS, {"L": K}, NOTHING),
+    "tie": (TIE, AT | {"K_c": K, "L_c": K}, Damping(False, True)),
+    "creeping tie": (
+        CREEPING_TIE.read_text(encoding="utf-8").replace("CreepingTie", "Mine"),
+        AT | {"K_c": K, "L_c": K, "K_d": K, "L_d": [1.0, 2.0, 3.0]},
+        Damping(False, True),
+    ),
+    "spring": (SPRING, {"k": 3.0}, NOTHING),
+    "what is not passive": (SPRING.replace("0.5", "0.6"), {"k": 3.0}, NOTHING),
+}
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def system_with(folder, text, parameters, **sections):
+    (folder / "mine.py").write_text(text)
+    data = {
+        "schema_version": 2,
+        "body": {"mass": 2, "inertia": [1, 1.5, 2], "contact_point": [0.1, -0.2, 0.3]},
+        "elements": {"one": mine(**parameters)},
+        "integration": {"duration": 1.0},
+    }
+    return problem_of(load_config(data | sections, allow_python=True)).system
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_what_is_damped(folder, name):
+    text, parameters, expected = CASES[name]
+    system = system_with(folder, text, parameters)
+    assert damping_of_users(system) == expected
+    assert why_not_damped(system) is not None
+    assert why_not_damped(system, expected) is not None
+
+
+def test_what_is_damped_of_a_held_body(folder):
+    """V follows from Ω. A damper at one point leaves the turning about it free."""
+    gains = {key: [4, 4, 3] for key in ("K_t", "L_t", "K_r", "L_r")}
+    controller = {"variant": "permanent"} | gains
+    brake = system_with(folder, BRAKE, {"L": K}, controller=controller)
+    assert damping_of_users(brake).turning
+    tie = system_with(folder, TIE, AT | {"K_c": K, "L_c": K}, controller=controller)
+    assert damping_of_users(tie) == NOTHING
+    maxwell = system_with(folder, MAXWELL, AT | {"k": 3.0, "c": 2.0}, controller=controller)
+    assert damping_of_users(maxwell) == NOTHING
+
+
+def test_elements_of_users_alone_damp_all_motions(folder):
+    text = damper(
+        "force_at_centre(-motion.V)._replace(couple=-self.L @ motion.Omega)",
+        "motion.V @ motion.V + motion.Omega @ self.L @ motion.Omega",
+    )
+    system = system_with(folder, text, {"L": K})
+    assert why_not_damped(system, damping_of_users(system)) is None

@@ -1,0 +1,304 @@
+"""Regions of functions whose passes are known, and wrong graphs of cells that must be seen."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from rbstab.proof.bounds import BoundedEnergy
+from rbstab.proof.cells import Cells
+from rbstab.proof.expr import variable
+from rbstab.proof.levels import Ranges
+from rbstab.proof.model import Energy
+from rbstab.proof.passes import Complex, Land
+from rbstab.proof.regions import regions_of
+from rbstab.proof.search import Box, Search
+from rbstab.proof.starts import RegionLevel, StartRegions
+
+PI = np.nextafter(np.pi, 4)
+END = np.array([PI, np.nextafter(np.pi / 2, 2), PI])
+RANGE = Box(-END, END)
+X, Y, Z = (variable(k) for k in range(3))
+BOWL = 10 * Y * Y + 10 * Z * Z
+
+
+def found(U, box=RANGE, closed=frozenset(), proved=True):
+    """Return the rest states and the regions of an energy."""
+    energy = Energy(U, closed=closed)
+    zeros = Search(BoundedEnergy(U, least=energy.least), box).run(20_000)
+    assert zeros.proved == proved
+    return zeros, regions_of(energy, zeros, box)
+
+
+def wells(tilt):
+    """Return (x² - 1)² + tilt·x + 10 (y² + z²): two minima at about x = ±1, a saddle near 0."""
+    return X**4 - 2 * X * X + 1 + Fraction(tilt) * X + BOWL
+
+
+def wells_at(tilt):
+    """Return V at the three rest states by x: the roots of 4x³ - 4x + tilt."""
+    roots = np.sort(np.roots([4, 0, -4, tilt]).real)
+    return (roots**2 - 1) ** 2 + tilt * roots
+
+
+def test_a_pendulum_turns_over_at_twice_its_weight():
+    """m g l (1 - cos θ1) is 2 m g l at ±π: c* = 2 m g l. There it may rest, on the border."""
+    _, regions = found(3 * (1 - X.cos()) + BOWL, proved=False)
+    assert regions.certified.energy == pytest.approx(6, rel=1e-9)
+    assert 6 * (1 - 1e-7) < regions.certified.lower_bound <= 6
+    assert regions.certified.face == (0, -1)
+    (region,) = regions.minima
+    assert 6 * (1 - 1e-5) < region.lower_bound <= 6
+
+
+def test_a_closed_axis_has_no_faces():
+    """Then the least energy is that of θ2 = ±π/2, by y alone: 10 (π/2)²."""
+    _, regions = found(3 * X * X + BOWL, closed=frozenset({0}))
+    assert regions.certified.energy == pytest.approx(10 * (np.pi / 2) ** 2, rel=1e-9)
+    assert regions.certified.face == (1, -1)
+
+
+def test_two_wells_end_at_the_saddle_between_them():
+    """Both regions have its energy; c* is that of the other minimum."""
+    low, top, high = wells_at(0.25)
+    zeros, regions = found(wells(0.25))
+    assert [zero.index for zero in zeros.zeros] == [0, 0, 1]
+    assert regions.certified.energy_bound == pytest.approx(high, abs=1e-9)
+    assert regions.certified.energy_bound <= high + 1e-12
+    heights = [region.lower_bound for region in regions.minima]
+    np.testing.assert_allclose(heights, [top - low, top - high], rtol=1e-5)
+    assert heights[0] <= top - low
+    assert heights[1] <= top - high
+    assert {region.pass_state for region in regions.minima} == {2}
+
+
+def starts_of(U, zeros, regions, box=RANGE):
+    """Return the regions for starts."""
+    levels = [RegionLevel(one.state, one.energy_bound) for one in regions.minima]
+    return StartRegions(Energy(U), zeros, box, levels)
+
+
+def test_starts_belong_to_the_well_in_which_they_are():
+    """Of points with less energy than the saddle: those on its side of it."""
+    zeros, regions = found(wells(0.25))
+    starts = starts_of(wells(0.25), zeros, regions)
+    middle = zeros.zeros[2].point[0]
+    rng = np.random.default_rng(3)
+    x = rng.uniform([-1.5, -0.3, -0.3], [1.5, 0.3, 0.3], size=(4000, 3))
+    x[::7, 2] = 0.0  # on faces of cells
+    value = (x[:, 0] ** 2 - 1) ** 2 + 0.25 * x[:, 0] + 10 * (x[:, 1] ** 2 + x[:, 2] ** 2)
+    below = value < regions.minima[0].energy_bound - 1e-9
+    x, value = x[below], value[below]
+    inside = starts.find(value, x - 1e-12, x + 1e-12)
+    np.testing.assert_array_equal(inside, np.where(x[:, 0] < middle, 0, 1))
+    assert 0 < inside.sum() < len(inside)
+    np.testing.assert_array_equal(starts.find(value + 9, x, x), -1)
+
+
+def test_a_start_partly_outside_of_a_region_is_not_in_it():
+    """Nor one that is outside the range, or is too wide."""
+    zeros, regions = found(wells(0.25))
+    starts = starts_of(wells(0.25), zeros, regions)
+    at, zero = np.array([[-1.0, 0.0, 0.0]]), np.zeros(1)
+    assert starts.find(zero, at, at) == [0]
+    assert starts.find(zero, at, at + np.array([0.2, 0.01, 0.01])) == [0]
+    assert starts.find(zero, at, at + np.array([1.8, 0.0, 0.0])) == [-1]
+    assert starts.find(zero, at - 10, at) == [-1]
+
+
+def test_a_level_above_the_pass_proves_nothing_of_starts():
+    """The cells do not show that the component ends."""
+    zeros, regions = found(wells(0.25))
+    wrong = [RegionLevel(0, regions.minima[0].energy_bound + 1e-2)]
+    starts = StartRegions(Energy(wells(0.25)), zeros, RANGE, wrong)
+    at = np.array([[-1.0, 0.0, 0.0]])
+    assert starts.find(np.zeros(1), at, at) == [-1]
+
+
+def test_the_face_by_which_a_component_leaves_is_the_pass():
+    """x² - x⁴/12 has its top at √6 in [-π, π]; here the range ends before it, at 2."""
+    end = np.array([2.0, 1.0, 1.0])
+    _, regions = found(X * X - X**4 / 12 + BOWL, Box(-end, end))
+    (region,) = regions.minima
+    assert region.pass_face == (0, -1)
+    assert region.lower_bound == pytest.approx(4 - 16 / 12, rel=1e-6)
+
+
+def test_a_minimum_above_all_faces_has_a_region():
+    """(x² - 1)² + 2x and the face x = -1.9 below the upper minimum: it ends at the saddle."""
+    end = np.array([1.9, 1.0, 1.0])
+    _, top, high = wells_at(1.0)
+    _, regions = found(wells(1), Box(np.array([-1.15, -1.0, -1.0]), end))
+    upper = regions.minima[-1]
+    assert upper.lower_bound == pytest.approx(top - high, rel=1e-5)
+    assert upper.lower_bound <= top - high
+
+
+def complex_of(U, states, box=RANGE, closed=()):
+    """Return cells of a range with some states: boxes, and V there."""
+    open_axes = [axis for axis in range(3) if axis not in closed]
+    bottoms = np.array([value for _, value in states])
+    return Complex.of(Land(Ranges.of(Energy(U)), box, open_axes, [at for at, _ in states], bottoms))
+
+
+def refined(cells, minimum, level):
+    """Divide cells until the component of a state ends below a level, or leaves for sure."""
+    while len(some := cells.ways(minimum, level).open):
+        cells = cells.divided(some)
+    return cells
+
+
+def around(*x):
+    """Return a small box about a point."""
+    return Box(np.array(x) - 1e-9, np.array(x) + 1e-9)
+
+
+def wells_with_cells(level):
+    """Return the cells of two wells up to a level above or below the saddle, and its V."""
+    zeros, _ = found(wells(0.25))
+    states = [(zero.enclosure, zero.energy) for zero in zeros.zeros]
+    saddle = wells_at(0.25)[1]
+    return refined(complex_of(wells(0.25), states), 1, saddle + level), saddle
+
+
+def test_a_component_above_the_saddle_reaches_the_other_well():
+    """Just below it does not."""
+    below, saddle = wells_with_cells(-1e-4)
+    assert below.component(1, saddle - 1e-4).holds
+    (end,) = below.passes([1])
+    assert saddle - 1e-4 <= end.level <= saddle
+    above, _ = wells_with_cells(1e-2)
+    assert above.ways(1, saddle + 1e-2).leaves
+    assert not above.component(1, saddle + 1e-2).holds
+
+
+def test_no_cells_prove_more_than_the_pass():
+    """With cells of any size: those at first, and those after each step."""
+    zeros, _ = found(wells(0.25))
+    states = [(zero.enclosure, zero.energy) for zero in zeros.zeros]
+    cells, saddle = complex_of(wells(0.25), states), wells_at(0.25)[1]
+    known = [-np.inf, -np.inf]
+    while True:
+        levels = [one.level for one in cells.passes([0, 1])]
+        assert max(levels) <= saddle
+        assert levels >= known  # smaller cells never prove less
+        some = cells.ways(0, saddle - 1e-4).open
+        if not len(some):
+            break
+        cells, known = cells.divided(some), levels
+    assert min(levels) >= saddle - 1e-4
+
+
+def test_a_component_with_V_equal_to_the_level_on_a_face_ends():
+    """V = x² on a range that ends at 1: a component of {V < 1} does not reach the face."""
+    end = np.array([1.0, 1.0, 1.0])
+    start = (around(0.0, 0.0, 0.0), 0.0)
+    cells = refined(complex_of(X * X + BOWL, [start], Box(-end, end)), 0, 1 - 1e-9)
+    (reached,) = cells.passes([0])
+    assert 1 - 1e-9 <= reached.level <= 1
+    assert cells.border in reached.edge
+    assert refined(cells, 0, 1 + 1e-3).ways(0, 1 + 1e-3).leaves
+
+
+def test_each_face_counts():
+    """A well that slopes down to one face alone leaves by this one."""
+    for axis, sign in ((0, -1), (0, 1), (1, -1), (1, 1), (2, -1), (2, 1)):
+        x, end = variable(axis), END[axis]
+        # ½ end² at one end, and 1.5 end² at the other; at least 24 J on all other faces.
+        U = BOWL + 10 * X * X - 9 * x * x - Fraction(sign) / (2 * Fraction(end)) * x**3
+        zeros, regions = found(U)
+        region = regions.minima[0]
+        assert zeros.zeros[region.state].index == 0
+        assert region.pass_face == (axis, sign)
+        assert 0.5 * end**2 * (1 - 1e-5) < region.lower_bound <= 0.5 * end**2
+
+
+def test_neighbours_are_kept_when_cells_are_divided():
+    """The pairs after each step are those of all cells together."""
+    cells, rng = complex_of(BOWL + X * X, [(around(0.1, 0.1, 0.1), 0.0)]), np.random.default_rng(4)
+    for _ in range(3):
+        cells = cells.divided(np.flatnonzero(rng.random(cells.count) < 0.1))
+        pairs = {frozenset(pair) for pair in zip(*map(np.ndarray.tolist, cells.pairs), strict=True)}
+        whole = zip(*map(np.ndarray.tolist, cells.cells.neighbours()), strict=True)
+        assert len(cells.pairs[0]) == len(pairs)
+        assert pairs == {frozenset(pair) for pair in whole}
+        touching = cells.cells.boxes.touch(around(0.1, 0.1, 0.1))
+        np.testing.assert_array_equal(np.sort(cells.touching[0]), np.flatnonzero(touching))
+
+
+def smallest_way(cells, minimum):
+    """Return the least weight at which a state meets others: edges are added one by one."""
+    one, two, weight = cells.edges(np.inf)
+    joined_to = {minimum + cells.count}
+    for level in np.unique(weight):
+        below = weight <= level
+        while True:
+            a, b = (np.isin(nodes[below], list(joined_to)) for nodes in (one, two))
+            new = {*one[below][b & ~a].tolist(), *two[below][a & ~b].tolist()}
+            if not new:
+                break
+            joined_to |= new
+        if any(k >= cells.count for k in joined_to - {minimum + cells.count}):
+            return level
+    raise AssertionError("the border is always reached")
+
+
+def test_passes_are_those_of_a_slow_search():
+    """For the cells at first and some smaller ones, with ties between their bounds."""
+    U = (X * X - 1) ** 2 + (Y * Y - Fraction(1, 4)) ** 2 * 9 + Z * Z + X / 7
+    states = [(around(x, y, 0.0), 0.1) for x in (-1.0, 1.0) for y in (-0.5, 0.5)]
+    cells = complex_of(U, states)
+    for _ in range(3):
+        expected = [smallest_way(cells, k) for k in range(4)]
+        assert [one.level for one in cells.passes(range(4))] == expected
+        cells = cells.divided(cells.ways(0, 0.9).open)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_skipped_neighbour_would_be_seen(monkeypatch, axis):
+    """Without pairs across one side of cells a component stays in a half of a plain bowl."""
+    U, start = BOWL + 10 * X * X, (around(0.1, 0.1, 0.1), 0.0)
+    opposite = -np.full((3, 1), 0.3)
+    right = refined(complex_of(U, [start]), 0, 5.0).component(0, 5.0)
+    assert right.contains(opposite, opposite)[0]
+    whole = Cells.neighbours
+
+    def skipping(self, some=None):
+        one, two = whole(self, some)
+        apart = self.boxes.lo[axis, one] == self.boxes.hi[axis, two]
+        apart |= self.boxes.hi[axis, one] == self.boxes.lo[axis, two]
+        return one[~apart], two[~apart]
+
+    monkeypatch.setattr(Cells, "neighbours", skipping)
+    wrong = refined(complex_of(U, [start]), 0, 5.0).component(0, 5.0)
+    assert not wrong.contains(opposite, opposite)[0]
+
+
+def test_an_undecided_box_ends_all_regions():
+    """No level is above the least energy in it."""
+    zeros, before = found(wells(0.25))
+    place = np.array([[0.4], [0.0], [0.0]])
+    undecided = type(zeros.undecided)(place, place + 1e-3)
+    regions = regions_of(Energy(wells(0.25)), replace(zeros, undecided=undecided), RANGE)
+    value = (0.401**2 - 1) ** 2 + 0.25 * 0.401 + 2e-5
+    assert before.minima[0].energy_bound > value
+    for region in regions.minima:
+        assert region.energy_bound <= value
+        assert region.pass_at is None
+
+
+def test_an_undecided_box_bounds_c_star():
+    """It may contain a rest state that is lower than all others but the lowest."""
+    zeros, before = found(wells(0.25))
+    place = np.array([[-0.9], [0.0], [0.0]])
+    undecided = type(zeros.undecided)(place, place + 1e-3)
+    regions = regions_of(Energy(wells(0.25)), replace(zeros, undecided=undecided), RANGE)
+    value = (0.81 - 1) ** 2 - 0.25 * 0.9
+    bounds = [
+        one.certified.energy_bound
+        for one in (before, regions)
+        if one.certified is not None and one.certified.energy_bound is not None
+    ]
+    assert bounds[0] > value + 0.1
+    assert value - 0.01 < bounds[1] <= value

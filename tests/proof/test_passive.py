@@ -1,0 +1,275 @@
+"""Protects what is shown of elements of users: their power balance, for all states, or nothing."""
+
+import pytest
+from support.user_code import MAXWELL, ROPE, SPRING, element_text, loaded_with, mine
+
+from rbstab.analysis.configuration import configurations
+from rbstab.config.build import problem_of
+from rbstab.config.load import load_config
+from rbstab.proof import passive
+from rbstab.proof.passive import in_proofs, why_not_in_proofs, why_not_passive
+from rbstab.proof.statements import NotRecordedError, statements_of
+
+AT_POINT = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 0.1], "k": 30.0, "c": 2.0}
+
+
+def statements(wrench, stored, dissipated="0.0"):
+    """Return the text of an element at a point; e and f are its displacement and velocity."""
+    begin = "e, f = position(motion, self.point) - self.anchor, velocity(motion, self.point)"
+    return element_text(
+        f"""
+        def wrench(self, motion, own):
+            {begin}
+            return force_at(motion, self.point, {wrench})
+
+        def stored(self, motion, own):
+            {begin}
+            return {stored}
+
+        def dissipated(self, motion, own):
+            {begin}
+            return {dissipated}
+        """,
+        'POINT, ANCHOR, Gain("k", "N/m", "k", shape="number"), '
+        'Gain("c", "N s/m", "c", shape="number", positive=False)',
+    ).replace("import power", "import atan, cos, cosh, log, power, sin, sinh, sqrt, tan")
+
+
+def element_and_system(folder, text, **parameters):
+    (folder / "mine.py").write_text(text)
+    data = {
+        "schema_version": 2,
+        "body": {"mass": 2, "inertia": [1, 1.5, 2], "contact_point": [0.1, -0.2, 0.3]},
+        "controller": {
+            "variant": "permanent",
+            **{key: [4, 4, 3] for key in ("K_t", "L_t", "K_r", "L_r")},
+        },
+        "elements": {"one": mine(**(parameters or AT_POINT))},
+        "initial": {},
+        "integration": {"duration": 1.0},
+    }
+    problem = problem_of(load_config(data, allow_python=True))
+    at_rest = configurations(problem.system)
+    (element,) = (one for one in at_rest.system.elements if one.from_user)
+    return at_rest, element
+
+
+def found(folder, text, **parameters):
+    at_rest, element = element_and_system(folder, text, **parameters)
+    return statements_of(at_rest, element)
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+PASSIVE = {
+    "a root of a constant": ("-e / sqrt(self.k)", "0.5 / sqrt(self.k) * (e @ e)"),
+    "a root of another constant": ("-e / sqrt(self.c)", "0.5 / sqrt(self.c) * (e @ e)"),
+    "linear": ("-self.k * e - self.c * f", "0.5 * self.k * (e @ e)", "self.c * (f @ f)"),
+    "a third": ("-self.k * power(e, 2)", "(1 / 3) * self.k * power(e, 3).sum()"),
+    "an exponential": ("-self.k * exp(e)", "self.k * exp(e).sum()"),
+    "a root": (
+        "-self.k * e / sqrt(1 + e @ e)",
+        "self.k * sqrt(1 + e @ e)",
+    ),
+    "other functions": (
+        "-self.k * (sinh(e) + cosh(e) - sin(e) + cos(e))",
+        "self.k * (cosh(e) + sinh(e) + cos(e) + sin(e)).sum()",
+    ),
+    "tanh by its exponentials": (
+        "-self.k * tanh(e)",
+        "self.k * log(cosh(e)).sum()",
+    ),
+    "inverse functions": (
+        "-self.k * (1 / (1 + e * e) + (1 + tan(e) * tan(e)))",
+        "self.k * (atan(e) + tan(e)).sum()",
+    ),
+    "cubic damping": ("-self.c * (f @ f) * f", "0.0", "self.c * (f @ f) * (f @ f)"),
+}
+
+WRONG = {
+    "a root of a constant": ("sqrt(self.k * self.k) * e", "0.5 * self.k * (e @ e)"),
+    "a root of another constant": ("sqrt(9.0) * e", "1.5 * (e @ e)"),
+    "a root of a multiple": (
+        "sqrt(9 * (1 + e @ e)) / (1 + e @ e) * e",
+        "3.0 * sqrt(1 + e @ e)",
+    ),
+    "the sign": ("self.k * e", "0.5 * self.k * (e @ e)"),
+    "the factor": ("-self.k * e", "0.499999 * self.k * (e @ e)"),
+    "the damping": ("-self.k * e - self.c * f", "0.5 * self.k * (e @ e)", "2 * self.c * f @ f"),
+    "no potential": ("-self.k * e[[1, 2, 0]]", "0.5 * self.k * (e @ e)"),
+    "a root of the other sign": (
+        "-self.k * e",
+        "0.5 * self.k * (e @ e) + sqrt(e[0] * e[0]) - e[0]",
+    ),
+    "a function": ("-self.k * sinh(e)", "self.k * sinh(e).sum()"),
+}
+
+
+@pytest.mark.parametrize("name", PASSIVE)
+def test_passive_elements(folder, name):
+    assert why_not_passive(found(folder, statements(*PASSIVE[name]))) is None
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_balances(folder, name):
+    assert why_not_passive(found(folder, statements(*WRONG[name]))) == passive.UNBALANCED
+
+
+@pytest.mark.parametrize("k", [2.0, 3.0, 4.0, 5.0, 7.0, 9.0])
+def test_the_sign_of_a_root_of_constants(folder, k):
+    """No root has the sign of what it is a root of by itself: this wrench has either one."""
+    for sign in ("-", ""):
+        text = statements(f"{sign}sqrt(self.k * self.k) / self.k * e", "0.5 * (e @ e)")
+        assert why_not_passive(found(folder, text, **AT_POINT | {"k": k})) == passive.UNBALANCED
+
+
+DEAD = """
+def wrench(self, motion, own):
+    far = motion.A[2][2] - 2.0
+    unused = sqrt(far)
+    push = -self.k * far / sqrt(far * far)
+    return couple_on_body(push * np.array([motion.A[2][1], -motion.A[2][0], 0.0 * far]))
+
+def stored(self, motion, own):
+    return -self.k * motion.A[2][2]
+"""
+
+
+def test_what_no_result_needs_does_not_choose_the_points(folder):
+    """far is negative, so the root of its square is -far; the wrench has the wrong sign."""
+    text = element_text(DEAD).replace("import power", "import power, sqrt")
+    assert why_not_passive(found(folder, text, k=3.0)) == passive.UNBALANCED
+
+
+def test_a_large_factor_hides_no_wrong_wrench(folder):
+    text = statements("-self.k * power(2.0 + 0 * e[0], 127) * e", "0.5 * self.k * (e @ e)")
+    assert why_not_passive(found(folder, text)) == passive.UNBALANCED
+
+
+def test_negative_dissipation(folder):
+    text = statements("-self.k * e + self.c * f", "0.5 * self.k * (e @ e)", "-self.c * (f @ f)")
+    assert why_not_passive(found(folder, text)) == passive.GAINS_ENERGY
+
+
+def test_an_indefinite_gain(folder):
+    text = statements("-self.k * e - self.c * f", "0.5 * self.k * (e @ e)", "self.c * (f @ f)")
+    assert why_not_passive(found(folder, text, **AT_POINT | {"c": -0.01})) == passive.GAINS_ENERGY
+
+
+def test_energies_that_are_no_functions_of_the_angles(folder):
+    moving = statements("-self.k * e", "0.5 * self.k * (e @ e) + f @ f")
+    assert why_not_passive(found(folder, moving)) == passive.NO_FUNCTION_OF_POSE
+    timed = statements("-self.k * e * motion.time", "0.5 * self.k * (e @ e) * motion.time")
+    assert why_not_passive(found(folder, timed)) == passive.TIMED
+
+
+def test_a_balance_without_values(folder):
+    text = statements("-self.k * e", "0.5 * self.k * (e @ e) + 1 / (e[0] - e[0])")
+    with pytest.raises(NotRecordedError, match="divides by zero"):
+        found(folder, text)
+
+
+SMOOTH = {
+    "a saturating damper": "self.c * f / sqrt(0.01 + f @ f)",
+    "a root of the position": "self.c * f / sqrt(1 + e @ e)",
+    "a quotient by the attitude": "self.c * f / (2 + motion.A[0][0])",
+    "a logarithm": "self.c * f * log(2 + f @ f)",
+    "a negative power": "self.c * f * (1 + f @ f) ** -2",
+}
+
+NOT_SMOOTH = {
+    "dry friction": "self.c * f / sqrt(f @ f)",
+    "an attitude at which it ends": "self.c * f / (1 + motion.A[0][0])",
+    "a length that may be zero": "self.c * f / (e @ e)",
+    "an angle": "self.c * f / (20 + motion.Theta[0])",
+    "a rate": "self.c * f / (20 + motion.Omega[0])",
+    "a tangent of a rate": "self.c * f * tan(motion.Omega[0]) * tan(motion.Omega[0])",
+}
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_dampers_that_are_smooth(folder, name):
+    damper = SMOOTH[name]
+    text = statements(f"-self.k * e - {damper}", "0.5 * self.k * (e @ e)", f"f @ ({damper})")
+    at = AT_POINT | {"anchor": [0.1, 0.2, -0.2]}
+    # Where the sign of a factor is not seen, that is the next reason.
+    assert why_not_passive(found(folder, text, **at)) in {None, passive.GAINS_ENERGY}
+
+
+@pytest.mark.parametrize("name", NOT_SMOOTH)
+def test_dampers_that_may_have_no_value(folder, name):
+    damper = NOT_SMOOTH[name]
+    text = statements(f"-self.k * e - {damper}", "0.5 * self.k * (e @ e)", f"f @ ({damper})")
+    at = AT_POINT | {"point": [0.3, 0.2, 0.1], "anchor": [0.3, 0.2, 0.1]}
+    assert why_not_passive(found(folder, text, **at)) == passive.WITHOUT_VALUES
+
+
+def test_code_that_cannot_be_recorded(folder):
+    branch = "0.0 if e[0] == 0 else 0.5 * self.k * (e @ e)"
+    for stored in ("abs(self.k) if e[0] > 0 else 0.0", "float(e @ e)", branch):
+        with pytest.raises(NotRecordedError):
+            found(folder, statements("-self.k * e", stored))
+
+
+def test_which_elements_may_be_in_proofs(folder):
+    _, spring = element_and_system(folder, SPRING, k=3.0)
+    assert in_proofs(spring)
+    values = {"point": [0.1, 0, 0], "anchor": [0, 0, 1.0], "k": 3.0, "c": 1.0}
+    _, maxwell = element_and_system(folder, MAXWELL, **values)
+    assert in_proofs(maxwell)
+    _, rope = element_and_system(folder, ROPE, point=[0.1, 0, 0], anchor=[0, 0, 1.0], k=3.0)
+    assert in_proofs(rope)
+
+
+def test_formulas_of_many_operations(folder):
+    body = "sum((self.c * n * (f @ f) for n in range(100)), 0.0)"
+    assert why_not_passive(found(folder, statements("-self.c * f * 4950.0", "0.0", body))) is None
+
+
+HALVES = """
+mode_count = 1
+
+def guards(self, motion, own):
+    return np.array([motion.Theta[1] - 0.1])
+
+def wrench(self, motion, own):
+    above = motion.Theta[1] - 0.1
+    return couple_on_body(-self.k * (FACTOR) * above * motion.B[1])
+
+def stored(self, motion, own):
+    above = motion.Theta[1] - 0.1
+    return 0.5 * self.k * (FACTOR) * above * above
+"""
+
+FACTORS = {
+    "both sides": ("self.mode[0]", None),
+    "a mode in a function": ("exp(self.mode[0])", None),
+    "a divisor that is zero with one of its values": ("1 / self.mode[0]", passive.WITHOUT_VALUES),
+}
+
+
+@pytest.mark.parametrize("name", FACTORS)
+def test_an_element_is_passive_with_all_values_of_its_modes(folder, name):
+    factor, why = FACTORS[name]
+    text = element_text(HALVES.replace("FACTOR", factor))
+    assert why_not_passive(found(folder, text, k=3.0)) == why
+    wrong = text.replace("couple_on_body(-self.k", "couple_on_body(-(1 - self.mode[0]) * self.k")
+    assert why_not_passive(found(folder, wrong, k=3.0)) is not None
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 1.0, -1.0])
+def test_a_part_that_is_convex_does_not_hide_one_that_is_not(folder, stiffness):
+    """Of a free body: x⁴ and a spring of either sign, each term by itself."""
+    text = statements(
+        f"-4 * power(e, 3) - ({stiffness}) * e",
+        f"power(e, 4).sum() + 0.5 * ({stiffness}) * (e @ e)",
+    )
+    (folder / "mine.py").write_text(text)
+    config = loaded_with({"one": mine(**AT_POINT)}, "visco-elastic")
+    why = why_not_in_proofs(problem_of(config).system)
+    assert (why is None) is (stiffness >= 0)
+    assert why is None or passive.NOT_CONVEX in why

@@ -1,0 +1,86 @@
+"""Protects the energy along θ2 that reports draw: no point with this θ2 has less."""
+
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from rbstab.analysis.configuration import configurations
+from rbstab.config.build import problem_of, system_of
+from rbstab.config.load import load_config
+from rbstab.proof.confine import confined
+from rbstab.proof.model import Energy, energy_of
+from rbstab.proof.profile import least_along_pitch, without_barriers
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+PITCH = np.array([-np.pi / 2, -1.3, -0.4, 0.0, 0.8, 1.5])
+
+
+END = np.array([np.pi, np.pi / 2, np.pi])
+
+
+def exact(config) -> Energy:
+    return energy_of(problem_of(config).system, partial(system_of, config))
+
+
+def end_of(energy):
+    found = confined(energy)
+    assert found is not None
+    return np.array([found[0], np.pi / 2, found[1]])
+
+
+def case(name="paper/case1_permanent", *changes):
+    return load_config(CONFIGS / f"{name}.yaml", list(changes))
+
+
+def guarded(**gains):
+    """Return case 1 with barriers."""
+    return case("paper/case1_guarded", *(f"elements.range.{k}={v}" for k, v in gains.items()))
+
+
+@pytest.mark.parametrize(
+    "config",
+    [
+        case("paper/case1_permanent", "controller.K_r=[400, 400, 320]"),
+        case("paper/case1_permanent", "controller.K_r=[120, 120, 96]"),
+        case("examples/ligament_proved"),
+    ],
+)
+def test_no_start_of_scipy_ends_lower(config):
+    """Also where a ligament leaves the position free: SciPy minimises over it too."""
+    at_rest, energy = configurations(problem_of(config).system), exact(config)
+    end = END if energy.free else end_of(energy)
+    rng = np.random.default_rng(5)
+    pitch = PITCH[1:] if 1 in energy.closed else PITCH
+    for angle, least in zip(pitch, least_along_pitch(energy, pitch, end), strict=True):
+        found = []
+        for _ in range(6):
+            q = np.zeros(at_rest.size)
+            q[:3] = rng.uniform(-5, 5), angle, rng.uniform(-5, 5)
+            fixed = [(angle, angle) if k == 1 else (None, None) for k in range(at_rest.size)]
+            found.append(minimize(at_rest.energy, q, jac=at_rest.gradient, bounds=fixed).fun)
+        assert least == pytest.approx(min(found), rel=1e-5, abs=1e-5)
+
+
+def test_barriers_are_left_out():
+    """½ k tan² θ2 less, and ½ k tan²(θ/2) of the other angles."""
+    plain, closed = exact(case()), exact(guarded(stiffness=7, outer_stiffness=3))
+    assert closed.closed == {0, 1, 2}
+    bare = without_barriers(closed)
+    assert bare.U == plain.U
+    assert bare.closed == plain.closed
+
+
+def test_a_barrier_is_added():
+    plain, closed = exact(case()), exact(guarded(stiffness=7))
+    curves = [least_along_pitch(one, PITCH[1:], END) for one in (plain, closed)]
+    added = 3.5 * np.tan(PITCH[1:]) ** 2
+    np.testing.assert_allclose(curves[1] - curves[0], added, rtol=1e-9, atol=1e-9)
+
+
+def test_the_curve_ends_at_a_stop():
+    energy = exact(case("examples/stop"))
+    found = least_along_pitch(energy, np.array([-0.91, -0.9, 0.0, 0.9, 0.91]), END)
+    np.testing.assert_array_equal(np.isinf(found), [True, False, False, False, True])

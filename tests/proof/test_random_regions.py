@@ -1,0 +1,169 @@
+"""Regions of random energies: descents, rolling balls, and ways on a grid, without any bounds."""
+
+import heapq
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from rbstab.proof.bounds import BoundedEnergy
+from rbstab.proof.expr import variable
+from rbstab.proof.landscape import is_minimum
+from rbstab.proof.model import Energy
+from rbstab.proof.regions import regions_of
+from rbstab.proof.search import Box, Search
+from rbstab.proof.starts import RegionLevel, StartRegions
+
+END = np.array([np.nextafter(np.pi, 4), np.nextafter(np.pi / 2, 2), np.nextafter(np.pi, 4)])
+RANGE = Box(-END, END)
+GRID = (33, 17, 33)
+
+
+class Landscape:
+    """A random energy: cosines and sines of the angles, and their products, above a bowl."""
+
+    def __init__(self, seed):
+        rng = np.random.default_rng(seed)
+        self.bowl = np.array([2, 10, 2]) / 10
+        self.single = rng.integers(-12, 13, size=(2, 3)) / 8
+        self.products = rng.integers(-6, 7, size=(3, 3)) / 8
+        x = [variable(k) for k in range(3)]
+        U = sum((Fraction(self.bowl[k]) * x[k] * x[k] for k in range(3)), 0 * x[0])
+        for k in range(3):
+            c, s = self.single[:, k]
+            U = U + Fraction(c) * (2 * x[k]).cos() + Fraction(s) * x[k].sin()
+            for j in range(3):
+                U = U + Fraction(self.products[k, j]) * x[k].sin() * x[j].cos()
+        self.energy = Energy(U)
+
+    def value(self, x):
+        """Return U at points of shape (3, points)."""
+        s, c = np.sin(x), np.cos(x)
+        found = np.tensordot(self.bowl, x * x, 1) + np.tensordot(self.single[1], s, 1)
+        found = found + np.tensordot(self.single[0], np.cos(2 * x), 1)
+        return found + np.einsum("kj,k...,j...->...", self.products, s, c)
+
+    def slope(self, x):
+        """Return ∇U at one point."""
+        s, c = np.sin(x), np.cos(x)
+        found = 2 * self.bowl * x - 2 * self.single[0] * np.sin(2 * x) + self.single[1] * c
+        return found + c * (self.products @ c) - s * (self.products.T @ s)
+
+
+@pytest.fixture(scope="module", params=[1, 2])
+def found(request):
+    """Return a landscape, its rest states, and their regions."""
+    landscape = Landscape(request.param)
+    zeros = Search(BoundedEnergy(landscape.energy.U), RANGE).run(20_000)
+    assert zeros.proved
+    return landscape, zeros, regions_of(landscape.energy, zeros, RANGE)
+
+
+def starts_of(landscape, zeros, regions):
+    """Return points inside of regions with the number of the region of each."""
+    levels = [RegionLevel(one.state, one.energy_bound) for one in regions.minima]
+    starts = StartRegions(landscape.energy, zeros, RANGE, levels)
+    rng = np.random.default_rng(7)
+    x = rng.uniform(-END, END, size=(3000, 3))
+    for one in regions.minima:  # near a minimum, for small regions
+        near = rng.normal(0, 0.2, size=(500, 3)) + zeros.zeros[one.state].point
+        x = np.concatenate([x, np.clip(near, -END, END)])
+    which = starts.find(landscape.value(x.T) + 1e-9, x, x)
+    return x, which
+
+
+def test_descents_end_at_the_minimum_of_their_region(found):
+    """Gradient flow from random points of each region, and no point of it is left out."""
+    landscape, zeros, regions = found
+    x, which = starts_of(landscape, zeros, regions)
+    for k, region in enumerate(regions.minima):
+        inside = np.flatnonzero(which == k)
+        assert len(inside)
+        for start in x[inside[:: max(1, len(inside) // 5)]]:
+            flow = solve_ivp(
+                lambda _, at: -landscape.slope(at), (0, 200), start, method="LSODA", rtol=1e-7
+            )
+            np.testing.assert_allclose(
+                flow.y[:, -1], zeros.zeros[region.state].point, atol=1e-3, rtol=0
+            )
+
+
+def test_balls_with_less_energy_than_the_pass_stay(found):
+    """A rolling ball with little friction, and almost all the energy of the region."""
+    landscape, zeros, regions = found
+    x, which = starts_of(landscape, zeros, regions)
+    rng = np.random.default_rng(3)
+    for k, region in enumerate(regions.minima):
+        inside = np.flatnonzero(which == k)
+        for start in x[inside[:: max(1, len(inside) // 2)]][:2]:
+            speed = rng.normal(size=3)
+            kinetic = region.energy_bound - 1e-6 - landscape.value(start)
+            speed *= np.sqrt(2 * max(kinetic, 0)) / np.linalg.norm(speed)
+            motion = solve_ivp(
+                lambda _, z: np.concatenate([z[3:], -landscape.slope(z[:3]) - 0.1 * z[3:]]),
+                (0, 200),
+                np.concatenate([start, speed]),
+                method="LSODA",
+                rtol=1e-8,
+            )
+            end = zeros.zeros[region.state].point
+            np.testing.assert_allclose(motion.y[:3, -1], end, atol=1e-2, rtol=0)
+
+
+def test_no_region_ends_above_a_way_on_a_grid(found):
+    """Each way on the grid from a minimum to another or the border is a way."""
+    landscape, zeros, regions = found
+    axes = [np.linspace(-end, end, n) for end, n in zip(END, GRID, strict=True)]
+    U = landscape.value(np.stack(np.meshgrid(*axes, indexing="ij")))
+    # Between two nodes U is above both by h²/8 times the largest second derivative, at most.
+    bent = (
+        2 * landscape.bowl + 4 * np.abs(landscape.single[0]) + np.abs(landscape.single[1])
+    ).max()
+    bent += 2 * np.abs(landscape.products).sum()
+    slack = bent * max(axis[1] - axis[0] for axis in axes) ** 2 / 8
+    minima = [zero.point for zero in zeros.zeros if is_minimum(zero)]
+    for region in regions.minima:
+        start = zeros.zeros[region.state].point
+        others = [x for x in minima if np.abs(x - start).max() > 1e-6]
+        assert region.energy_bound <= way_on_grid(U, axes, start, others) + slack
+
+
+def way_on_grid(U, axes, start, others):
+    """Return the least energy with which a way leads from a point to others or the border."""
+
+    def node(x):
+        return tuple(int(np.abs(axis - at).argmin()) for axis, at in zip(axes, x, strict=True))
+
+    goals, level = {node(x) for x in others} - {node(start)}, -np.inf
+    seen, queue = {node(start)}, [(U[node(start)], node(start))]
+    while queue:
+        energy, at = heapq.heappop(queue)
+        level = max(level, energy)
+        if at in goals or any(k in {0, n - 1} for k, n in zip(at, U.shape, strict=True)):
+            return level
+        for axis in range(3):
+            for step in (-1, 1):
+                other = tuple(k + step * (axis == j) for j, k in enumerate(at))
+                if other not in seen:
+                    seen.add(other)
+                    heapq.heappush(queue, (U[other], other))
+    raise AssertionError("the border is always reached")
+
+
+def test_each_pass_is_a_saddle_or_on_a_face(found):
+    """It has the energy that is said, within the margin of the search."""
+    landscape, zeros, regions = found
+    for region in regions.minima:
+        x = region.pass_at
+        height = landscape.value(x) - landscape.value(zeros.zeros[region.state].point)
+        assert region.level == pytest.approx(height, rel=1e-9)
+        assert region.lower_bound <= region.level * (1 + 1e-12)
+        assert region.lower_bound == pytest.approx(region.level, rel=2e-5)
+        if region.pass_state is None:
+            axis, sign = region.pass_face
+            assert x[axis] == pytest.approx(sign * END[axis], rel=1e-15)
+        else:
+            zero = zeros.zeros[region.pass_state]
+            assert not is_minimum(zero)
+            np.testing.assert_array_equal(zero.point, x)

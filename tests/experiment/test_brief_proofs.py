@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 import yaml
 from click.testing import CliRunner
+from rbstab.analysis.proof.searches import limits
+from rbstab.proof.tied_body import TiedBody
 from support.config_elements import CONTROLLER, config_data
 
-from rbstab.proof.rest_points import SearchOutcome
-from rbstab.analysis.proof.searches import limits
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.experiment import proof as module
@@ -21,8 +21,8 @@ from rbstab.experiment.run_to_file import prove_run, run_to_file
 from rbstab.experiment.stability import statements_of
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import STOPPED, Proof, no_proof
+from rbstab.proof.rest_points import SearchOutcome
 from rbstab.proof.search import BATCH
-from rbstab.proof.tied_body import TiedBody
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs.columns import NO_PROOF, NOT_PROVED, PROVED
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, keep_proofs

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rbstab.proof.tied_body import TiedBody
 from scipy.optimize import brentq, minimize
 from support.user_code import element_text, mine
 
@@ -24,7 +25,6 @@ from rbstab.experiment.verification.verify import verify
 from rbstab.proof.check.checker import check
 from rbstab.proof.expr import variable
 from rbstab.proof.record import energy_record, read_energy
-from rbstab.proof.tied_body import TiedBody
 
 MASS, G = 2.0, 9.81
 

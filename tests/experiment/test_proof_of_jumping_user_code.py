@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rbstab.analysis.proof.traced.separate import user_energies
 from scipy.optimize import minimize
 from support.proofs import rest_states, stored_energies
 from support.user_code import element_text, loaded_with, mine
 
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.proof.traced.separate import user_energies
 from rbstab.config.build import problem_of, system_of
 from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rbstab.analysis.proof.searches import limits
 from scipy.optimize import minimize
 from support.config_elements import CONTROLLER, STRUT, TIE, UPRIGHT, config_data
 from support.sliding_ties import tie
@@ -13,7 +14,6 @@ from support.sliding_ties import tie
 import rbstab
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.exact import decimal_balls, in_balls
-from rbstab.analysis.proof.searches import limits
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rbstab.analysis.proof.traced import own_states
 from scipy.optimize import minimize
 from support.proofs import rest_states
 from support.user_code import MAXWELL, element_text, loaded_with, mine
 
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.proof.traced import own_states
 from rbstab.config.build import problem_of, system_of
 from rbstab.experiment.convergence.exact_motion import convergence_at_start, prove_convergence
 from rbstab.experiment.proof import prove

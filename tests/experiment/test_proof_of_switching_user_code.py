@@ -4,13 +4,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rbstab.analysis.proof.traced.energy import TracedEnergy
+from rbstab.analysis.proof.traced.separate import NotInProofsError, user_energies
 from scipy.optimize import minimize
 from support.proofs import stored_energies
 from support.user_code import SPRING, element_text, loaded_with, mine
 
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.proof.traced.energy import TracedEnergy
-from rbstab.analysis.proof.traced.separate import NotInProofsError, user_energies
 from rbstab.config.build import problem_of
 from rbstab.experiment.convergence.exact_motion import convergence_at_start
 from rbstab.experiment.proof import prove

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
 
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config

@@ -16,8 +16,8 @@ from support.rest import (
 )
 from support.systems import VARIANTS
 
-from rbstab.proof.rest_points import SearchOutcome
 from rbstab.analysis.rest_state import nearest_rest_state
+from rbstab.proof.rest_points import SearchOutcome
 
 
 @pytest.mark.parametrize("proof", [True, False])

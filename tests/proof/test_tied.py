@@ -5,6 +5,8 @@ Rest states and least energies are looked for by SciPy, with an energy written f
 
 import numpy as np
 import pytest
+from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
+from rbstab.proof.tied_body import TiedBody
 from scipy.optimize import minimize
 from support.ligaments import ligament_of
 from support.pose import attitude
@@ -17,11 +19,9 @@ from support.tied_springs import (
     tied_system,
 )
 
-from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
 from rbstab.proof.expr import variable
 from rbstab.proof.lengths import springs_of, with_lengths_apart, with_squares
 from rbstab.proof.tied import TiedBounds
-from rbstab.proof.tied_body import TiedBody
 from rbstab.systems.parameters import map_parameters
 
 BENT = spring_of((0.0, 0.0, 0.5), (0.1, 0.05, 1.3), 6000.0, 1.3)

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 from cli.conftest import Invoke
+from rbstab.analysis.proof_check.findings import Finding
 from support.printed_paths import printed
 
-from rbstab.analysis.proof_check.findings import Finding
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.verification.verify import verify
 from rbstab.store.document import read_document, read_model, write_document

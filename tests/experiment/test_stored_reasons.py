@@ -6,13 +6,13 @@ import pytest
 from click.testing import CliRunner
 from support.configs import VISCO_ELASTIC, plain
 
-from rbstab.proof.rest_points import SearchOutcome
 from rbstab.config.load import load_config
 from rbstab.experiment.answers.reasons import NOT_DAMPED, UNDECIDED
 from rbstab.experiment.convergence.convergence import stored_convergence
 from rbstab.experiment.proof_cache import cached_proof, proof_file
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import no_proof
+from rbstab.proof.rest_points import SearchOutcome
 from rbstab.store.document import write_document
 from rbstab_cli.main import cli
 

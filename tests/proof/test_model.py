@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
@@ -24,6 +23,7 @@ from rbstab.proof.model import (
     energy_of,
     value_at,
 )
+from rbstab.proof.reasons import NoReducedEnergy
 from rbstab.proof.rest_states import Body
 from rbstab.proof.rewriting import with_known_steps
 

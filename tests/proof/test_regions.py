@@ -10,11 +10,11 @@ from support.problems import problem, solve
 from support.proofs import body_of, energies_of, regions_of, rest_states, slopes_of
 from support.rest import HEAVY, inverted_pendulum, paper_system, random_rest_system, soft_body
 
-from rbstab.proof.model import RANGE_END
-from rbstab.proof.rest_points import SearchOutcome
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
+from rbstab.proof.model import RANGE_END
 from rbstab.proof.regions import regions_of as regions_in
+from rbstab.proof.rest_points import SearchOutcome
 from rbstab.proof.search import Box, Boxes, Zeros
 from rbstab.proof.starts import RegionLevel, StartRegions
 

@@ -17,11 +17,11 @@ from support.tied_springs import (
     tied_system,
 )
 
-from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
 from rbstab.proof.expr import variable
 from rbstab.proof.lengths import springs_of, with_lengths_apart, with_squares
+from rbstab.proof.reasons import NoReducedEnergy
+from rbstab.proof.rest_states import Body
 from rbstab.proof.tied import TiedBounds
-from rbstab.proof.tied_body import TiedBody
 from rbstab.systems.parameters import map_parameters
 
 BENT = spring_of((0.0, 0.0, 0.5), (0.1, 0.05, 1.3), 6000.0, 1.3)
@@ -39,7 +39,7 @@ def body_of(springs, soft=1.0, *others, **changes):
         from support.tied_springs import K_C
 
         system = tied_system(springs, soft, K_C, changes.get("K_d"), *others)
-    return TiedBody(system, lambda convert: map_parameters(system, lambda _, x: convert(x)))
+    return Body(system, lambda convert: map_parameters(system, lambda _, x: convert(x)))
 
 
 def least_by_scipy(springs, Theta, **changes):

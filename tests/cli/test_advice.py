@@ -14,13 +14,13 @@ from click.testing import CliRunner
 from support.leg import LIGAMENTS, leg
 
 import rbstab
-from rbstab.analysis.proof.searches import limits
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.experiment import proof as proofs
 from rbstab.experiment.convergence.exact_motion import convergence_at_start
 from rbstab.experiment.stability import stability_of
 from rbstab.experiment.summary import at_rest_from, settling_time_of
+from rbstab.proof import limits
 from rbstab_cli.main import cli
 
 POINTS = [[x, y, -0.15] for x in (0.3, -0.3) for y in (0.2, -0.2)]
@@ -167,8 +167,8 @@ def test_a_rest_state_is_approached_only_if_the_run_comes_to_rest() -> None:
 def test_whether_more_boxes_help_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     """With ligaments on a tied body the bounds decide so little that no limit is enough."""
     monkeypatch.setattr(proofs, "MANY", 1000)
-    monkeypatch.setattr(limits, "BRIEF_LIGAMENT_BOX_LIMIT", 10000)
-    monkeypatch.setattr(limits, "BOX_LIMIT", 16000)
+    monkeypatch.setattr(limits, "BRIEF_WITH_LIGAMENTS", 10000)
+    monkeypatch.setattr(limits, "MOST", 16000)
     config = load_config(LEG | {"elements": LIGAMENTS})
     for brief in (True, False):
         proof = rbstab.prove(config, brief=brief)

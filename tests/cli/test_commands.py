@@ -69,7 +69,7 @@ def test_help_does_not_wait_for_numerical_packages() -> None:
 UNUSED_PACKAGES = ("heyoka", "rich", "flint", "loky", "multiprocessing")
 OPTIONAL_PACKAGES = ("xarray", "netCDF4", "pandas", "matplotlib", "plotly", "distributed")
 UNUSED_MODULES = (
-    *("rbstab.proof", "rbstab.analysis.proof", "rbstab.analysis.proof_check"),
+    "rbstab.proof",
     *("rbstab.experiment.proof", "rbstab.experiment.stored_proof"),
     *("rbstab.experiment.convergence.exact_motion", "rbstab.experiment.convergence.region_bounds"),
     *(

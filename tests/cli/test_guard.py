@@ -164,7 +164,7 @@ def test_what_cannot_be_proved_is_not_written(
     case1: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # A spring of a body that is not held may lose its length, whatever the barrier is.
-    monkeypatch.setattr("rbstab.proof.tied_body.BRIEF_BOX_LIMIT", 100)
+    monkeypatch.setattr("rbstab.proof.limits.BRIEF_WITH_SPRINGS", 100)
     data = {**with_elements(strut=STRUT), "controller": paper_config("free")["controller"]}
     case1.write_text(as_yaml(data))
     done = rbstab("guard", "case1.yaml", "--json")

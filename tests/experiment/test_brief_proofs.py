@@ -7,8 +7,6 @@ from typing import Any
 import pytest
 import yaml
 from click.testing import CliRunner
-from rbstab.analysis.proof.searches import limits
-from rbstab.proof.tied_body import TiedBody
 from support.config_elements import CONTROLLER, config_data
 
 from rbstab.config.build import problem_of
@@ -21,7 +19,9 @@ from rbstab.experiment.run_to_file import prove_run, run_to_file
 from rbstab.experiment.stability import statements_of
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import STOPPED, Proof, no_proof
+from rbstab.proof import limits
 from rbstab.proof.rest_points import SearchOutcome
+from rbstab.proof.rest_states import Body
 from rbstab.proof.search import BATCH
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs.columns import NO_PROOF, NOT_PROVED, PROVED
@@ -49,8 +49,8 @@ IN_RUN = "the same command with --prove tries more"
 @pytest.fixture(autouse=True)
 def _brief(monkeypatch):
     """A brief proof ends after 100 boxes, and no proof is made for all real θ1 and θ3."""
-    monkeypatch.setattr("rbstab.proof.tied_body.BRIEF_BOX_LIMIT", 100)
-    monkeypatch.setattr(TiedBody, "wide", lambda *_, **__: None)
+    monkeypatch.setattr("rbstab.proof.limits.BRIEF_WITH_SPRINGS", 100)
+    monkeypatch.setattr(Body, "wide", lambda *_, **__: None)
 
 
 @pytest.fixture
@@ -93,7 +93,7 @@ def test_the_outcome_is_that_of_a_search_that_stops():
 
 @pytest.mark.heavy
 def test_a_brief_proof_with_boxes_to_spare_is_the_whole_one(monkeypatch):
-    monkeypatch.setattr("rbstab.proof.tied_body.BRIEF_BOX_LIMIT", 10**6)
+    monkeypatch.setattr("rbstab.proof.limits.BRIEF_WITH_SPRINGS", 10**6)
     brief, full = module.prove(DATA, brief=True), module.prove(DATA)
     assert brief.model_copy(update={"seconds": full.seconds}) == full
 
@@ -105,14 +105,14 @@ def test_a_brief_proof_of_a_body_without_springs_ends_early_too(monkeypatch):
     assert full.unwrapped is not None
     # The boxes end in the range of eq. 5, or after it: then its region is proved.
     for limit, proved in ((100, False), (full.examined, True)):
-        monkeypatch.setattr(limits, "BRIEF_BOX_LIMIT", limit)
+        monkeypatch.setattr(limits, "BRIEF", limit)
         brief = module.prove(data, brief=True)
         assert (brief.proved, brief.brief) == (proved, True)
         assert brief.region is not None
         assert brief.region.proved == proved
         assert brief.unwrapped is not None
         assert not brief.unwrapped.proved
-    monkeypatch.setattr(limits, "BRIEF_BOX_LIMIT", full.examined + full.unwrapped.examined)
+    monkeypatch.setattr(limits, "BRIEF", full.examined + full.unwrapped.examined)
     brief = module.prove(data, brief=True)
     assert brief.model_copy(update={"seconds": full.seconds}) == full
 

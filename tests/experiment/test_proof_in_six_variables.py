@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rbstab.proof.tied_body import TiedBody
 from scipy.optimize import brentq, minimize
 from support.user_code import element_text, mine
 
@@ -25,6 +24,7 @@ from rbstab.experiment.verification.verify import verify
 from rbstab.proof.check.checker import check
 from rbstab.proof.expr import variable
 from rbstab.proof.record import energy_record, read_energy
+from rbstab.proof.rest_states import Body
 
 MASS, G = 2.0, 9.81
 
@@ -174,7 +174,7 @@ def test_the_rest_state_is_that_of_a_cubic_equation(proof):
 @pytest.mark.heavy
 def test_position_and_attitude_may_be_coupled(monkeypatch):
     # The wider range takes longer.
-    monkeypatch.setattr(TiedBody, "wide", lambda *_, **__: None)
+    monkeypatch.setattr(Body, "wide", lambda *_, **__: None)
     config = both()
     proof = prove(config)
     assert proof.proved
@@ -262,7 +262,7 @@ def test_one_that_grows_fast_is_proved():
 
 
 def test_a_small_brief_proof_says_that_more_may_be_proved(monkeypatch):
-    monkeypatch.setattr("rbstab.proof.tied_body.BRIEF_BOX_LIMIT", 20)
+    monkeypatch.setattr("rbstab.proof.limits.BRIEF_WITH_SPRINGS", 20)
     proof = prove(cubic(), brief=True)
     assert proof.brief
     assert not proof.proved

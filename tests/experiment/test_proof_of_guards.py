@@ -18,7 +18,6 @@ from support.proofs import stored_energies
 
 import rbstab
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.proof.reduced_energy import NoEnergyReason
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of
@@ -267,6 +266,7 @@ def test_bodies_within_tolerances_are_proved_with_a_guard(method):
     assert within.level > 0
 
 
-def test_a_stop_beside_a_spring_of_a_tied_body_has_no_proof():
+def test_a_stop_beside_a_spring_of_a_tied_body():
+    """The spring may lose its length on the way, so it closes no range."""
     tied = prove(config_data({"strut": STRUT, "range": guard("stop", 0.5, 1.2)}))
-    assert tied.outcome == NoEnergyReason.STOP_IN_SIX.value
+    assert not tied.every_start

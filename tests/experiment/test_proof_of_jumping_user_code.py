@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rbstab.analysis.proof.traced.separate import user_energies
 from scipy.optimize import minimize
 from support.proofs import rest_states, stored_energies
 from support.user_code import element_text, loaded_with, mine
@@ -275,8 +274,6 @@ DETENT = element_text(
 def test_a_detent_has_one_kink_and_holds_the_body(folder):
     (folder / "mine.py").write_text(DETENT)
     config = loaded_with({"one": mine(k=0.05)})
-    found = user_energies(configurations(problem_of(config).system))
-    assert len(found.kinked) == 1
     proof = prove(config)
     assert proof.proved
     (state,) = proof.states
@@ -287,19 +284,6 @@ def test_a_detent_has_one_kink_and_holds_the_body(folder):
     np.testing.assert_allclose(ours, [float(at_rest.energy(q)) for q in Theta], atol=1e-9)
     motion = at_rest.motion(np.array(state.orientation))
     assert float(motion.A[0, 2]) == pytest.approx(0.05, abs=1e-12)
-
-
-def test_two_modes_of_one_event_function_have_one_kink(folder):
-    both = GUARD.replace(
-        "np.array([pitch - self.soft, -pitch - self.soft])",
-        "np.array([pitch - self.soft, pitch - self.soft])",
-    ).replace("(self.mode[0] - self.mode[1]) * mo", "(self.mode[0] + self.mode[1]) * mo")
-    (folder / "mine.py").write_text(both)
-    elements = {"one": mine(k=15.0, soft=0.02)}
-    found = user_energies(configurations(problem_of(loaded_with(elements)).system))
-    (kink,) = found.kinked
-    Theta = np.array([[0.1, 0.5, 0.2], [0.1, -0.5, 0.2]])
-    np.testing.assert_allclose(kink.approximate(Theta, 0)[0], [30.0 * 0.48, 0.0], atol=1e-12)
 
 
 @pytest.mark.parametrize("declared", [False, True])

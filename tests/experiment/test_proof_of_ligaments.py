@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rbstab.analysis.proof.searches import limits
 from scipy.optimize import minimize
 from support.config_elements import CONTROLLER, STRUT, TIE, UPRIGHT, config_data
 from support.sliding_ties import tie
@@ -28,6 +27,7 @@ from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import _in_modes, enclosed_start, start_state
 from rbstab.experiment.tuning.kept_range import NotDecidedError, unguarded
 from rbstab.experiment.verification.verify import verify
+from rbstab.proof import limits
 
 EXAMPLE = Path(__file__).parents[2] / "configs" / "examples" / "ligament_proved.yaml"
 
@@ -158,7 +158,7 @@ def test_with_a_barrier_every_start_converges():
 
 
 def test_a_brief_search_says_so_and_has_no_region(monkeypatch):
-    monkeypatch.setattr(limits, "BRIEF_LIGAMENT_BOX_LIMIT", 100)
+    monkeypatch.setattr(limits, "BRIEF_WITH_LIGAMENTS", 100)
     config = load_config(FREE)
     short = prove(config, brief=True)
     assert (short.brief, short.proved, short.region) == (True, False, None)
@@ -172,7 +172,7 @@ def test_a_brief_search_for_all_real_angles_says_so(monkeypatch):
     """The range of eq. 5 is proved, and no box is left for the wider one."""
     config = load_config(config_data({"band": BAND}, CONTROLLER | {"K_r": [100.0] * 3}))
     examined = prove(config).examined
-    monkeypatch.setattr(limits, "BRIEF_LIGAMENT_BOX_LIMIT", examined + 1)
+    monkeypatch.setattr(limits, "BRIEF_WITH_LIGAMENTS", examined + 1)
     short = prove(config, brief=True)
     assert (short.brief, short.proved) == (True, True)
     assert short.unwrapped is not None

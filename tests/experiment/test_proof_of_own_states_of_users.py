@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rbstab.analysis.proof.traced import own_states
 from scipy.optimize import minimize
 from support.proofs import rest_states
 from support.user_code import MAXWELL, element_text, loaded_with, mine
@@ -218,16 +217,6 @@ def test_a_damper_whose_viscosity_changes_has_the_same_rest_states_and_region(fo
     assert found.region is not None
     assert expected.region is not None
     assert found.region.energy_bound == expected.region.energy_bound
-
-
-def test_without_a_bound_on_the_couple_a_barrier_proves_nothing(monkeypatch):
-    monkeypatch.setattr(own_states, "BOX_LIMIT", 10)
-    barrier = {"kind": "guard", "method": "barrier", "stiffness": 1.0}
-    proof = prove(load({"cord": cord(0.01), "range": barrier}))
-    assert not proof.proved
-    assert "no bound is found on the couple of an element of a user" in proof.outcome
-    (state,) = proof.states  # of a search
-    assert not state.proved
 
 
 @pytest.mark.heavy

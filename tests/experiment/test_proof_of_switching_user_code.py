@@ -4,8 +4,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rbstab.analysis.proof.traced.energy import TracedEnergy
-from rbstab.analysis.proof.traced.separate import NotInProofsError, user_energies
 from scipy.optimize import minimize
 from support.proofs import stored_energies
 from support.user_code import SPRING, element_text, loaded_with, mine
@@ -97,12 +95,6 @@ def band(**changes):
     return mine(**VALUES | changes) | {"file": "band.py"}
 
 
-def energy_of(config):
-    """Return the recorded energy of the only element of a user."""
-    (found,) = user_energies(configurations(problem_of(config).system)).traced
-    return found
-
-
 @pytest.mark.parametrize("variant", ["permanent", "visco-elastic"])
 @pytest.mark.parametrize("soft", [0.02, 0.3])
 def test_a_stiff_guard_of_users_has_the_rest_states_of_ours(variant, soft):
@@ -137,12 +129,10 @@ def test_the_energy_is_that_of_the_code_on_both_sides():
     place = [one.name for one in at_rest.system.elements].index("one")
     Theta = np.random.default_rng(5).uniform(-1.4, 1.4, (400, 3))
     theirs = np.array([at_rest.energies(q)[place] for q in Theta])
-    ours = energy_of(config).approximate(Theta, 0)[0]
-    np.testing.assert_allclose(ours, theirs, atol=1e-12)
+    others = np.array([at_rest.energies(q).sum() for q in Theta]) - theirs
+    ours = stored_energies(prove(config), Theta)
+    np.testing.assert_allclose(ours - others, theirs, atol=1e-12)
     assert 20 < np.sum(theirs > 0) < 380
-    bounds = energy_of(config).at(Theta, 0)[0]
-    assert np.all(bounds.low <= theirs + 1e-12)
-    assert np.all(theirs - 1e-12 <= bounds.high)
 
 
 def test_a_band_has_the_rest_state_of_a_search_and_its_start_is_proved():
@@ -264,32 +254,7 @@ def test_numbers_that_no_double_has(folder, k, soft):
     )
     (folder / "mine.py").write_text(text)
     config = loaded_with({"one": mine(k=k, soft=soft)})
-    with pytest.raises(NotInProofsError):
-        energy_of(config)
-
-
-def test_an_event_function_with_the_other_sign_in_the_energy(folder):
-    """(s - θ2)² is (θ2 - s)²."""
-    text = GUARD.replace(SQUARE, "self.mode[0] * power(self.soft - motion.Theta[1], 2)")
-    (folder / "mine.py").write_text(text)
-    found = energy_of(loaded_with({"one": mine(**SOFT)}))
-    Theta = np.random.default_rng(1).uniform(-1.4, 1.4, (50, 3))
-    expected = energy_of(loaded_with({"one": guard()})).approximate(Theta, 1)
-    for one, other in zip(found.approximate(Theta, 1), expected, strict=True):
-        np.testing.assert_allclose(one, other, atol=1e-12)
-    both = GUARD.replace(SQUARE, "-self.mode[0] * above * (self.soft - motion.Theta[1])")
-    (folder / "mine.py").write_text(both)
-    found = energy_of(loaded_with({"one": mine(**SOFT)}))
-    for one, other in zip(found.approximate(Theta, 1), expected, strict=True):
-        np.testing.assert_allclose(one, other, atol=1e-12)
-    cube = GUARD.replace(SQUARE, "self.mode[0] * power(self.soft - motion.Theta[1], 3) / -1.5")
-    push = "above, below = self.mode * self._beyond(motion)"
-    cube = cube.replace(push, f"{push}\n        above = 2.0 * above * above")
-    (folder / "mine.py").write_text(cube.replace("/ -1.5", "* -4 / 3"))
-    third = energy_of(loaded_with({"one": mine(**SOFT)}))
-    beyond = np.maximum(Theta[:, 1] - 0.3, 0.0), np.maximum(-Theta[:, 1] - 0.3, 0.0)
-    values = 30.0 * (2.0 / 3.0 * beyond[0] ** 3 + 0.5 * beyond[1] ** 2)
-    np.testing.assert_allclose(third.approximate(Theta, 0)[0], values, atol=1e-12)
+    assert not prove(config).proved
 
 
 def test_an_energy_of_the_position_of_a_free_body_is_not_one_of_the_angles(folder):
@@ -379,26 +344,3 @@ def test_which_switching_elements_may_be_in_proofs(folder, count, own, expected)
     elements = problem_of(loaded_with({"one": mine(k=1.0)})).system.elements
     (found,) = (one for one in elements if one.from_user)
     assert in_proofs(found) is bool(expected)
-
-
-def test_bounds_over_boxes_hold_on_both_sides_of_a_switch():
-    from rbstab.analysis.proof.boxes import Boxes
-
-    formula: TracedEnergy = energy_of(loaded_with({"one": band()}))
-    random = np.random.default_rng(9)
-    centres = random.uniform(-1.2, 1.2, (60, 3))
-    radius = random.choice([1e-3, 0.05, 0.3], size=(60, 1))
-    boxes = Boxes(centres - radius, centres + radius)
-    value, slope, bend, third = formula.over(np.zeros(0), boxes)
-    assert np.all(third.middle == 0)
-    for row in range(60):
-        inside = random.uniform(boxes.low[row], boxes.high[row], (40, 3))
-        _, slopes, bends = formula.approximate(inside, 2)
-        # A wide box may have no bound, as a band may have no length in it.
-        assert not np.any(bend.low[row] > bends + 1e-9)
-        assert not np.any(bends - 1e-9 > bend.high[row])
-        reach = bend.size[row] @ np.full(3, radius[row, 0]) + slope.radius[row] + 1e-9
-        assert not np.any(np.abs(slopes - slope.middle[row]) > reach)
-    assert np.isfinite(bend.radius).all(axis=(1, 2)).sum() > 40
-    at = formula.approximate(boxes.centre, 1)
-    assert np.all(np.abs(at[0] - value.middle) <= value.radius + 1e-12)

@@ -140,7 +140,7 @@ def test_a_wrong_claim_with_a_barrier_is_refused(guarded, change):
 
 def test_no_barrier_is_enough_for_every_start(monkeypatch):
     """A spring may lose its length with any barrier, so one stiffness is tried, briefly."""
-    monkeypatch.setattr("rbstab.proof.tied_body.BRIEF_BOX_LIMIT", 100)
+    monkeypatch.setattr("rbstab.proof.limits.BRIEF_WITH_SPRINGS", 100)
     found = guard(config_of(integration={"duration": 0.02, "samples": 3}))
     assert found.config is None
     ((_, why),) = found.tried
@@ -148,7 +148,7 @@ def test_no_barrier_is_enough_for_every_start(monkeypatch):
 
 
 def test_a_limit_of_boxes_is_named(monkeypatch):
-    monkeypatch.setattr("rbstab.proof.tied_body.BOX_LIMIT", 100)
+    monkeypatch.setattr("rbstab.proof.limits.MOST_WITH_SPRINGS", 100)
     found = prove(config_of())
     assert (found.proved, found.region, found.unwrapped) == (False, None, None)
     assert found.outcome == "the limit on the number of boxes was reached"

@@ -13,7 +13,6 @@ from scipy.optimize import minimize
 from support.user_code import SPRING, TIE, element_text, mine
 
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.proof.reduced_energy import NoEnergyReason
 from rbstab.config.build import problem_of
 from rbstab.config.load import config_to_read, load_config, plain_data
 from rbstab.experiment.convergence.exact_motion import convergence_at_start, prove_convergence
@@ -23,6 +22,7 @@ from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import SUPPLIES, Proof
 from rbstab.experiment.stored_proof.starts import start_state
 from rbstab.experiment.verification.verify import verify
+from rbstab.proof.reasons import NoEnergyReason
 
 TIED = {
     "point": [0.1, 0.2, -0.1],

@@ -5,13 +5,13 @@ import pytest
 from support.sliding_ties import tie
 from support.switching import data, guard, problem
 
-from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy, reduced_energy
 from rbstab.config.load import load_config
 from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stability import stability_of
 from rbstab.experiment.tuning.sensitivities import sensitivities
+from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy, reject
 
 CONTROLLER = {"variant": "free", "K_t": [40, 50, 60], "L_t": [4, 5, 6]}
 CONTROLLER |= {"K_r": [30, 40, 50], "L_r": [3, 4, 5]}
@@ -27,7 +27,7 @@ def test_reduced_energy(unproved):
     from rbstab.config.build import problem_of
 
     with pytest.raises(NoReducedEnergy) as caught:
-        reduced_energy(problem_of(unproved).system)
+        reject(problem_of(unproved).system)
     assert caught.value.reason is NoEnergyReason.SWITCHES
 
 
@@ -69,7 +69,7 @@ def test_smooth_elements_are_not_refused():
     smooth = data(
         {"x": {"kind": "attitude", "K": [9, 9, 9], "L": [1, 1, 1]}}, controller=CONTROLLER
     )
-    assert reduced_energy(problem(smooth).system) is not None
+    reject(problem(smooth).system)
     smooth["integration"] |= {"duration": 8.0}
     smooth["initial"] = {"velocity": [1, 0, 0], "angular_velocity": [0.1, 0.2, 0.3]}
     assert np.isfinite(sensitivities(smooth).derivatives).any()

@@ -179,7 +179,7 @@ def test_a_half_turn_does_not_bound_a_region_for_all_angles():
             minima = regions_of(body.energy, zeros, box).minima
             levels.append([one.energy_bound for one in minima])
             faces.append([one.pass_face for one in minima])
-    assert {face[0] for face in faces[0]} == {0}
+    assert {face and face[0] for face in faces[0]} == {0}
     assert faces[1] == [None, None]
     assert max(levels[0]) < min(levels[1])
     assert all(-0.1 < level <= 0 for level in levels[1])

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
 
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.rest_system import smooth_rest_system
@@ -24,6 +23,7 @@ from rbstab.proof.model import (
     energy_of,
     value_at,
 )
+from rbstab.proof.reasons import NoReducedEnergy
 from rbstab.proof.rest_states import Body
 from rbstab.proof.rewriting import with_known_steps
 

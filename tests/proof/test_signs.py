@@ -1,5 +1,7 @@
 """Protects what is shown to be never negative: only what is, and the usual forms of dampers."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -181,7 +183,7 @@ def test_where_a_formula_is_zero_its_variables_are(name):
 
 def _random_form(rng):
     """Return a sum of a few products of entries of v, with a large share on the squares."""
-    factors = [lambda v, k=k: v[k] for k in range(3)]
+    factors: list[Any] = [lambda v, k=k: v[k] for k in range(3)]
     factors += [lambda v: v[0] * v[1], lambda v: 1.0 + 0 * v[0], lambda v: v[2] ** 2]
     factors += [lambda v: numbers.sin_of(v[0]), lambda v: numbers.exp_of(v[1])]
     chosen = rng.choice(len(factors), 3, replace=False)

@@ -5,8 +5,6 @@ Rest states and least energies are looked for by SciPy, with an energy written f
 
 import numpy as np
 import pytest
-from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
-from rbstab.proof.tied_body import TiedBody
 from scipy.optimize import minimize
 from support.ligaments import ligament_of
 from support.pose import attitude
@@ -21,6 +19,8 @@ from support.tied_springs import (
 
 from rbstab.proof.expr import variable
 from rbstab.proof.lengths import springs_of, with_lengths_apart, with_squares
+from rbstab.proof.reasons import NoReducedEnergy
+from rbstab.proof.rest_states import Body
 from rbstab.proof.tied import TiedBounds
 from rbstab.systems.parameters import map_parameters
 
@@ -39,7 +39,7 @@ def body_of(springs, soft=1.0, *others, **changes):
         from support.tied_springs import K_C
 
         system = tied_system(springs, soft, K_C, changes.get("K_d"), *others)
-    return TiedBody(system, lambda convert: map_parameters(system, lambda _, x: convert(x)))
+    return Body(system, lambda convert: map_parameters(system, lambda _, x: convert(x)))
 
 
 def least_by_scipy(springs, Theta, **changes):

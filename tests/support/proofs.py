@@ -7,15 +7,16 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from rbstab.analysis.proof.searches.limits import BOX_LIMIT
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.bounds import BoundedEnergy
 from rbstab.proof.expr import Expr, expr, variable
+from rbstab.proof.limits import MOST
 from rbstab.proof.model import Energy, ExactSystem
 from rbstab.proof.record import energy_record
 from rbstab.proof.regions import Regions
-from rbstab.proof.rest_states import Body, RestStates
+from rbstab.proof.rest_points import RestStates
+from rbstab.proof.rest_states import Body
+from rbstab.proof.tied import bounds_of
 from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
 
@@ -39,7 +40,7 @@ def rest_states(
     *,
     proof: bool = True,
     seed: int = 0,
-    box_limit: int = BOX_LIMIT,
+    box_limit: int = MOST,
 ) -> RestStates:
     """Return the rest states of a system in the range of eq. 5, proved or looked for."""
     with np.errstate(all="ignore"):
@@ -78,9 +79,7 @@ def slopes_of(rest: RestStates, Theta: Array) -> Array:
 def stored_energies(proof: Proof, Theta: Array) -> Array:
     """Return U of a stored proof at points of shape (m, 3), J, in doubles."""
     assert proof.reduced_energy is not None
-    energy = proof.reduced_energy.energy
-    bounded = BoundedEnergy(energy.U, free=energy.free, least=energy.least)
-    return bounded.at(np.asarray(Theta).T)[0]
+    return bounds_of(proof.reduced_energy.energy).at(np.asarray(Theta).T)[0]
 
 
 def _squared_distance(centre: tuple[float, float, float]) -> Expr:

@@ -18,8 +18,8 @@ from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.verification.verify import verify
-from rbstab.proof.passive import why_not_in_proofs
-from rbstab.proof.switches import NOT_CONTINUOUS, SIGN_UNKNOWN
+from rbstab.proof.passive.passive import why_not_in_proofs
+from rbstab.proof.passive.switches import NOT_CONTINUOUS, SIGN_UNKNOWN
 
 GUARD = element_text(
     """

@@ -25,8 +25,8 @@ from rbstab.experiment.simulate import simulate
 from rbstab.experiment.stored_proof.energies import ProvedEnergy
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.verification.verify import verify
-from rbstab.proof import passive
-from rbstab.proof.passive import why_not_in_proofs
+from rbstab.proof.passive import passive
+from rbstab.proof.passive.passive import why_not_in_proofs
 
 CORD = element_text(
     """

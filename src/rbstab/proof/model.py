@@ -30,7 +30,7 @@ from rbstab.proof.expr import (
     only,
     variable,
 )
-from rbstab.proof.passive import first_jump
+from rbstab.proof.passive.passive import first_jump
 from rbstab.proof.rewriting import (
     inverse_of_definite,
     quadratic_in,

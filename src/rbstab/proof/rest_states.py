@@ -28,7 +28,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import BoundedEnergy
 from rbstab.proof.held import held_zeros, jumps, out_of_balance, zeros_at_stop
 from rbstab.proof.model import ExactSystem, NoMinimumError, energy_of, value_at
-from rbstab.proof.passive import why_not_in_proofs
+from rbstab.proof.passive.passive import why_not_in_proofs
 from rbstab.proof.search import (
     FAMILY_TRIES,
     SINGULAR,

@@ -94,8 +94,8 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     """Check that the proof is that of the config, and the hypotheses of its theorems."""
     from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy
     from rbstab.analysis.proof_check.findings import Finding
-    from rbstab.proof.damping import damping_of_users, indefinite_parameter, why_not_damped
-    from rbstab.proof.passive import why_not_in_proofs
+    from rbstab.proof.passive.damping import damping_of_users, indefinite_parameter, why_not_damped
+    from rbstab.proof.passive.passive import why_not_in_proofs
 
     same_id = proof.id in {proof_id(config, version) for version in range(2, PROOF_VERSION + 1)}
     text = "The id of the proof is that of the config."

@@ -1,6 +1,6 @@
 """Separate the elements of users from a system: their energies as polynomials, or as programs.
 
-That they are passive is another question (`rbstab.proof.passive`).
+That they are passive is another question (`rbstab.proof.passive.passive`).
 """
 
 from dataclasses import replace

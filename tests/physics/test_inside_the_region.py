@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.problems import problem, solve
-from support.proofs import rest_states
+from support.proofs import regions_of, rest_states
 from support.rest import random_rest_system
 from support.systems import VARIANTS
 
-from rbstab.analysis.proof.certified_region import certified_region
 from rbstab.elements.gravity import Gravity
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.attitude import regularity
@@ -53,7 +52,7 @@ def test_every_motion_from_inside_stays_and_falls(variant):
     for seed in SEEDS:
         system = system_of(variant, seed)
         found = rest_states(system)
-        region = certified_region(found)
+        region = regions_of(found).certified
         if region is None or region.lower_bound <= 0:
             continue
         lowest = found.states[0].state

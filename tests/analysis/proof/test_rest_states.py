@@ -186,7 +186,7 @@ def test_proof_takes_seconds_at_most(variant, K_r_scale):
 
 def test_nothing_slow_is_imported_before_it_is_needed():
     code = (
-        "import sys; import rbstab.analysis.proof.certified_region; "
+        "import sys; import rbstab.proof.regions; "
         "print([name for name in ('flint', 'scipy', 'heyoka') if name in sys.modules])"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -70,11 +70,6 @@ class NoEnergyReason(Enum):
     NOT_TRIGONOMETRIC = (
         "the energy is not a quadratic function of Θ plus a polynomial in its sines and cosines"
     )
-    WEAK_BARRIER = "a barrier is too weak: it acts only where doubles do not tell its angle apart"
-    NO_SLOPES = (
-        "no bound is found on the couple of an element of a user at all attitudes, so it is not "
-        "known where that of a barrier is larger"
-    )
     NO_LENGTH = (
         "the line of a spring may have no length at some attitude, and then its force no direction"
     )
@@ -91,7 +86,6 @@ SEARCHED_INSTEAD = frozenset(
         NoEnergyReason.NOT_IN_PROOFS,
         NoEnergyReason.NOT_QUADRATIC,
         NoEnergyReason.NOT_TRIGONOMETRIC,
-        NoEnergyReason.NO_SLOPES,
         NoEnergyReason.NO_LENGTH,
         NoEnergyReason.STOP_IN_SIX,
     }

@@ -192,21 +192,6 @@ def test_nothing_is_bounded_where_an_interval_reaches_the_end(high):
         assert not upper_bounds(found)[0] < np.inf
 
 
-@pytest.mark.parametrize("stiffness", [1e4, 10.0, 1e-3, 1e-12])
-@pytest.mark.parametrize("slope", [0.1, 3000.0])
-def test_beyond_the_end_the_slope_is_larger(stiffness, slope):
-    end = BarrierEnergy(stiffness).end_beyond(slope)
-    assert end is not None
-    for angle in np.linspace(end, np.pi / 2, 30).tolist():
-        assert exact(stiffness, angle)[1] > slope
-    # It is not much further out than necessary.
-    assert exact(stiffness, end)[1] < 1.1 * slope
-
-
-def test_a_barrier_that_no_double_shows_has_no_end():
-    assert BarrierEnergy(1e-60).end_beyond(1.0) is None
-
-
 def guarded_form(rng):
     """Return a random energy with a barrier, and the same without it."""
     bare = reduced_energy(random_rest_system(rng, rng.choice(VARIANTS))).form

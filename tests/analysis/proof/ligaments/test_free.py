@@ -10,15 +10,12 @@ from support.ligaments import (
     random_ligaments,
     tied_energy,
 )
-from support.proofs import rest_states
 from support.tied_springs import K_C, K_D, spring_of, tied_system
 
 from rbstab.analysis.proof.boxes import Boxes
-from rbstab.analysis.proof.certified_region import certified_region
 from rbstab.analysis.proof.enclosure import enclosure
 from rbstab.analysis.proof.ligaments import free_bounds
 from rbstab.analysis.proof.lines.intervals import Intervals, exact
-from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.reduced_energy import NoEnergyReason, NoReducedEnergy, reduced_energy
 from rbstab.analysis.proof.searches.limits import BRIEF_LIGAMENT_BOX_LIMIT, search_limit
 
@@ -177,33 +174,6 @@ def test_the_global_bounds_hold(seed):
     value, slope = free.approximate(rng.uniform(-np.pi, np.pi, size=(500, 3)), 1)
     assert value.max() <= free.largest
     assert np.all(np.abs(slope).max(axis=0) <= free.steepest)
-
-
-def test_a_rest_state_of_a_tied_body_is_proved_with_its_region():
-    ligament = ligament_of(stiffness=100.0, toe_strain=0.2)
-    found = rest_states(tied_system([ligament]))
-    assert found.outcome is SearchOutcome.PROVED
-    assert found.unique
-    (point,) = found.states
-    assert point.proved
-    assert (point.index, point.index_proved) == (0, True)
-    # The ligament pulls the body away from where it would be at rest without it.
-    without = rest_states(tied_system([])).states[0].Theta
-    assert np.abs(point.Theta - without).max() > 1e-3
-    q = found.energy.configuration(point.Theta)
-    assert np.abs(found.energy.configurations.gradient(q)).max() < 1e-7
-    region = certified_region(found)
-    assert region is not None
-    assert region.proved
-    assert region.energy_bound is not None
-    # On the border no energy is below the bound, by a minimization of its own.
-    rng = np.random.default_rng(0)
-    offset = found.energy.form.value(np.zeros((1, 3)))[0]
-    offset -= least_tied_energy([ligament], np.zeros(3))[0]
-    for Theta in rng.uniform(-1, 1, size=(6, 3)) * [np.pi, np.pi / 2, np.pi]:
-        Theta[1] = np.copysign(np.pi / 2, Theta[1])
-        value = least_tied_energy([ligament], Theta)[0] + offset
-        assert value >= region.energy_bound - 1e-6
 
 
 def test_springs_beside_ligaments_need_six_variables():

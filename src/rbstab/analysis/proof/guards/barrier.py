@@ -27,9 +27,6 @@ ORDERS = range(4)
 PRECISION = 192
 """Bits of a ball: near ±π/2, tan θ2 of a double keeps more than a hundred of them."""
 
-SLOPE_MARGIN = 1.05
-"""Where the search ends, the slope of the barrier is larger than needed by this factor."""
-
 
 @dataclass(frozen=True)
 class BarrierEnergy:
@@ -88,21 +85,6 @@ class BarrierEnergy:
             least[even] = nearest[0][even]
             most[even] = np.maximum(at_low[1][even], at_high[1][even])
         return least, most
-
-    def end_beyond(self, slope: float) -> float | None:
-        """Return an angle from which on, up to `end`, the slope of the energy exceeds a bound.
-
-        Args:
-            slope: The bound, J/rad.
-
-        Returns:
-            The angle, rad; None if no double is such an angle.
-        """
-        low, high = 0.0, self.end
-        while low < (middle := 0.5 * (low + high)) < high:
-            steep = _bounds(self.stiffness, middle, self.half)[1][0] > SLOPE_MARGIN * slope
-            low, high = (low, middle) if steep else (middle, high)
-        return high if _bounds(self.stiffness, high, self.half)[1][0] > slope else None
 
 
 @cache

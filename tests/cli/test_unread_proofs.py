@@ -23,7 +23,8 @@ WARNING = (
 @pytest.fixture
 def results(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder of results with a run, a sweep, and proofs that cannot be read."""
-    shutil.copytree(STORED / "proofs", PROOFS)
+    PROOFS.mkdir(parents=True)
+    (PROOFS / f"{'0' * 32}.json").write_text("{}")
     shutil.copy(STORED / "runs" / "embedded.h5", "results")
     shutil.copytree(STORED / "sweeps" / "finished_map", "results/finished_map")
     close(folder / PROOFS, monkeypatch)

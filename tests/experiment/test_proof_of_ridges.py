@@ -1,8 +1,5 @@
 """Protects proofs with forces of users that jump and push away: against plain bodies, searches."""
 
-import copy
-import json
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,12 +10,10 @@ from support.switching_cords import CORD, REPELLING
 from support.user_code import loaded_with, mine
 
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.proof_check.equations import agrees_with_equations
-from rbstab.config.build import problem_of, system_of
+from rbstab.config.build import problem_of
 from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.stability import kind_of
-from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.verification.verify import verify
 
 BARRIER = {"kind": "guard", "method": "barrier", "stiffness": 20.0}
@@ -128,48 +123,13 @@ def test_a_motion_below_the_lower_pass_stays_and_one_beyond_it_leaves(shift, sta
         assert side * Theta[-1, 1] > 0.5
 
 
-@pytest.mark.parametrize("element", ["outwards", pytest.param("lets_go", marks=pytest.mark.heavy)])
-def test_a_proof_is_verified_and_a_changed_one_is_not(element):
-    config = loaded_with({"one": outwards() if element == "outwards" else lets_go()})
-    proof = prove(config)
-    assert proof.proved
-    found = verify(proof, config)
-    assert found.verified, [one.text for one in found.findings if not one.verified]
-    data = json.loads(proof.model_dump_json())
-    assert "kinks" not in data["reduced_energy"]
-    ridge, *_ = data["reduced_energy"]["ridges"]
-    place = next(k for k, one in enumerate(ridge["operations"]) if one[0] == "constant")
-    ridge["operations"][place][1] *= 1.001
-    changed = Proof.model_validate(data | {"unwrapped": None})
-    assert not verify(changed, config).verified
-
-
-def test_a_moved_ridge_is_refused_without_the_config():
-    """The pass is where the ridge was."""
-    data = json.loads(prove(loaded_with({"one": outwards()})).model_dump_json())
-    moved = json.loads(json.dumps(data["reduced_energy"]["ridges"]).replace("0.3", "0.301"))
-    assert moved != data["reduced_energy"]["ridges"]
-    data["reduced_energy"]["ridges"] = moved
-    found = verify(Proof.model_validate(data | {"unwrapped": None}))
-    assert {one.claim for one in found.findings if not one.verified} == {"rest states"}
-
-
-def test_a_ridge_that_is_stored_as_a_valley_does_not_agree_with_the_code():
-    config = loaded_with({"one": outwards()})
-    energy = prove(config).reduced_energy
-    assert energy is not None
-    data = energy.model_dump(mode="json")
-    assert agrees_with_equations(data, partial(system_of, config))
-    changed = copy.deepcopy(data)
-    changed["kinks"] = changed.pop("ridges")
-    assert not agrees_with_equations(changed, partial(system_of, config))
-
-
 def test_a_spring_that_lets_go_has_the_rest_states_of_its_two_parts():
     """Inside it is a spring, outside nothing: each well is that of a body with either of them."""
     config = loaded_with({"one": lets_go()})
     proof = prove(config)
     assert proof.proved
+    found = verify(proof.model_copy(update={"unwrapped": None}), config)
+    assert found.verified, [one.text for one in found.findings if not one.verified]
     assert all(one.ridge for one in proof.states if one.held)
     energy = plain_energy()
     at_rest = configurations(problem_of(config).system)
@@ -207,9 +167,6 @@ def test_beside_own_states_of_the_same_element(folder):
     proof = prove(config)
     assert proof.proved
     assert sum(bool(one.ridge) for one in proof.states) == 2
-    assert proof.reduced_energy is not None
-    energy = proof.reduced_energy.model_dump(mode="json")
-    assert agrees_with_equations(energy, partial(system_of, config))
     # One of the two ranges: a flood takes a minute.
     found = verify(proof.model_copy(update={"unwrapped": None}))
     assert found.verified, [one.text for one in found.findings if not one.verified]

@@ -11,16 +11,11 @@ import pytest
 from faults.hostile.attempts import Attempt
 from faults.hostile.damage import DAMAGES, SEALS, damaged, damaged_and_sealed
 from faults.hostile.reader import reading
+from support.stored_proofs import store_proof_of
 from support.sweeping import run_sweep
 from support.sweeps import plan_with_traces
 
-from rbstab.experiment.proof_cache import proof_file
-from rbstab.experiment.stored_config import stored_config
-from rbstab.store.run_file import open_result
-
 STORED_RUN = Path("tests/formats/data/0.1.0/runs/visco_elastic_proved.h5")
-
-STORED_PROOFS = Path("tests/formats/data/0.1.0/proofs")
 
 ERRORS = ("StoreError", "NotAResultError", "NewerSchemaError")
 
@@ -164,12 +159,8 @@ def test_plan(reader, folder, count):
 
 @COUNTS
 def test_proof(reader, tmp_path, count):
-    config = stored_config(open_result(STORED_RUN)).config
-    assert config is not None
-    path = proof_file(tmp_path, config, 1)
-    path.parent.mkdir()
+    path = store_proof_of(STORED_RUN, tmp_path)
     run = Path(shutil.copy(STORED_RUN, tmp_path / "a.h5"))
-    shutil.copy(STORED_PROOFS / path.name, path)
     expected = reader.attempt("proof", run)
     assert expected.outcome == "read"
     assert expected.text != "None"

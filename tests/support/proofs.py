@@ -8,7 +8,9 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from rbstab.analysis.proof.searches.limits import BOX_LIMIT
+from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.bounds import BoundedEnergy
 from rbstab.proof.expr import Expr, expr, variable
 from rbstab.proof.model import Energy, ExactSystem
 from rbstab.proof.record import energy_record
@@ -50,7 +52,11 @@ def rest_states(
 def unwrapped_rest_states(rest: RestStates, limit: int | None = None) -> RestStates | None:
     """Return those for all real θ1 and θ3; None if nothing bounds these."""
     with np.errstate(all="ignore"):
-        return _BODIES[rest].wide(rest, limit)
+        body = _BODIES[rest]
+        wide = body.wide(rest, limit)
+    if wide is not None:
+        _BODIES[wide] = body
+    return wide
 
 
 def regions_of(rest: RestStates) -> Regions:
@@ -67,6 +73,12 @@ def energies_of(rest: RestStates, Theta: Array) -> Array:
 def slopes_of(rest: RestStates, Theta: Array) -> Array:
     """Return ∇U at one point of shape (3,), J/rad, in doubles."""
     return _BODIES[rest].bounded.at(np.asarray(Theta)[:, np.newaxis])[1][:, 0]
+
+
+def stored_energies(proof: Proof, Theta: Array) -> Array:
+    """Return U of a stored proof at points of shape (m, 3), J, in doubles."""
+    assert proof.reduced_energy is not None
+    return BoundedEnergy(proof.reduced_energy.energy).at(np.asarray(Theta).T)[0]
 
 
 def _squared_distance(centre: tuple[float, float, float]) -> Expr:

@@ -4,10 +4,8 @@ from pathlib import Path
 
 import pytest
 from support.paper_runs import CASE_NAMES, CASES, paper_config
-from support.proofs import findings_of
 
 import rbstab
-from rbstab.analysis.proof_check import checker
 from rbstab.config.load import load_config
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stored_proof.identity import proof_id
@@ -15,12 +13,6 @@ from rbstab.experiment.stored_proof.proof import Proof, no_proof
 from rbstab.experiment.verification.verify import CONFIG, Verification, verify
 
 PAPER = sorted((Path(__file__).parents[3] / "configs" / "paper").glob("*.yaml"))
-
-
-@pytest.fixture(autouse=True)
-def check_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Check equal proofs once; what is tested here is the comparison with configs."""
-    monkeypatch.setattr(checker, "check", lambda proof, _: findings_of(proof))
 
 
 def refused(found: Verification) -> list[str]:
@@ -67,18 +59,6 @@ def test_another_energy_is_refused(proof: Proof, body: dict[str, object]) -> Non
     # Nor does the right id hide it.
     relabelled = proof.model_copy(update={"id": proof_id(changed)})
     assert refused(verify(relabelled, changed)) == ["energy"]
-
-
-@pytest.mark.parametrize("place", ["quadratic", "linear", "coefficients"])
-def test_a_changed_coefficient_is_refused(proof: Proof, place: str) -> None:
-    config = rbstab.load_config(paper_config("embedded", with_gravity=True))
-    data = proof.model_dump(mode="json")
-    part = data["reduced_energy"][place]
-    while isinstance(part[0], list):
-        part = part[0]
-    part[0] = part[0] * (1 + 1e-15) + 1e-300
-    found = verify(Proof.model_validate(data), config)
-    assert refused(found) == ["energy"]
 
 
 def test_damping_is_a_hypothesis(proof: Proof) -> None:

@@ -80,6 +80,13 @@ def barrier() -> Record:
     return found
 
 
+def outer() -> Record:
+    """Barriers close all angles of the range of eq. 5; every start in it converges."""
+    rises = 5 * Y.cos() ** -2 + 3 * (X / 2).cos() ** -2 + 4 * (Z / 2).cos() ** -2
+    energy = Energy(BOWL + 2 * Y**2 + rises, closed=frozenset({0, 1, 2}))
+    return record(energy, state((0, 0, 0), 0), every_start=True)
+
+
 def stop() -> Record:
     """U falls toward both stops at θ2 = ±0.9, which hold the body; θ2 = 0 is a pass."""
     energy = Energy(BOWL - 5 * Y**2, stop=Fraction(9, 10), closed=frozenset({1}))
@@ -117,6 +124,101 @@ def ridge() -> Record:
     return record(Energy(U), *minima, state((0, 0.3, 0), 1, held=True, ridge=True))
 
 
+def plane() -> Record:
+    """The force jumps on 3 θ1 + 5 θ2 = 2 and holds the body there.
+
+    Without it, the body would rest at θ1 = θ2 = ½. On the plane, Θ = ½ - λ (3, 5) with 34 λ = 2.
+    """
+    h = 3 * X + 5 * Y - 2
+    half = Fraction(1, 2)
+    U = 2 * ((X - half) ** 2 + (Y - half) ** 2 + Z**2) + h * h.step(1)
+    return record(Energy(U), state((0.5 - 6 / 34, 0.5 - 10 / 34, 0), 0, held=True))
+
+
+def sphere() -> Record:
+    """U falls from a top at zero to |Θ| = ½, beyond which it rises: each axis meets it twice."""
+    h = X**2 + Y**2 + Z**2 - Fraction(1, 4)
+    U = -(X**2 + 2 * Y**2 + 3 * Z**2) / 2 + 2 * h * h.step(1)
+    places = [(tuple(s * 0.5 * np.eye(3)[k]), 2 - k) for k in range(3) for s in (-1, 1)]
+    held = [state((x, y, z), index, held=True) for (x, y, z), index in places]
+    return record(Energy(U), *held, state((0, 0, 0), 3))
+
+
+def pushed() -> Record:
+    """A force that jumps at θ2 = 0 pushes away, to minima at θ2 = ±½ with U = -1."""
+    U = BOWL + 4 * Y**2 + 4 * Y - 8 * Y * Y.step(1)
+    minima = state((0, -0.5, 0), 0), state((0, 0.5, 0), 0)
+    top = state((0, 0, 0), 1, held=True, ridge=True)
+    return record(Energy(U), *minima, top, regions=[[1, -0.6]])
+
+
+def diagonal() -> Record:
+    """As `wells`, along the line θ1 = θ2 = θ3 = t: minima at t = ±½ and a pass with U = 1."""
+    t = (X + Y + Z) / 3
+    U = 16 * (t**2 - Fraction(1, 4)) ** 2 + 2 * (X**2 + Y**2 + Z**2 - 3 * t**2)
+    minima = state((-0.5, -0.5, -0.5), 0), state((0.5, 0.5, 0.5), 0)
+    return record(Energy(U), *minima, state((0, 0, 0), 1), regions=[[1, 0.6]])
+
+
+ANGLE = float(np.arctan2(4, 3))
+"""Where the line of `SQUARE` is shortest."""
+
+SQUARE = 10 - (Fraction(18, 5) * X.cos() + Fraction(24, 5) * X.sin()) * Y.cos()
+"""The square of the length of a line: 10 - 6 cos(θ1 - `ANGLE`) cos θ2."""
+
+
+def _length(angle: float) -> float:
+    return float(np.sqrt(10 - 6 * np.cos(angle - ANGLE)))
+
+
+def spring() -> Record:
+    """A spring ½ (ℓ - 1)² pulls θ1 to `ANGLE`; its force is too small for more rest states."""
+    U = BOWL + 2 * Y**2 + SQUARE / 2 - SQUARE.sqrt()
+
+    def slope(t: float) -> float:
+        return 4 * t + 3 * (1 - 1 / _length(t)) * float(np.sin(t - ANGLE))
+
+    return record(Energy(U), state((float(brentq(slope, 0, 1, xtol=1e-15)), 0, 0), 0))
+
+
+def ligament() -> Record:
+    """A load pushes θ1 down to -2; a ligament pulls it back, with a toe from ℓ = 3 to 3.5.
+
+    Its energy is (ℓ - 3)³, which goes on beyond the toe as a quadratic. Each step begins where a
+    square of the length is passed, and the root is taken where the ligament is taut.
+    """
+    taut = SQUARE - 9
+    length = (9 + taut.function("positive")).sqrt()
+    beyond = (taut - Fraction(13, 4)).step(3) * (length - Fraction(7, 2)) ** 3
+    U = BOWL + 2 * Y**2 + 8 * X + taut.step(3) * ((length - 3) ** 3 - beyond)
+
+    def slope(t: float) -> float:
+        pull = 9 * (max(_length(t) - 3, 0) ** 2 - max(_length(t) - 3.5, 0) ** 2)
+        return 4 * t + 8 + pull * float(np.sin(t - ANGLE)) / _length(t)
+
+    return record(Energy(U), state((float(brentq(slope, -2, -0.5, xtol=1e-15)), 0, 0), 0))
+
+
+def outside() -> Record:
+    """The only zero of the slope is beyond the range, at θ2 = 2."""
+    return record(Energy(BOWL + 2 * Y**2 - 8 * Y))
+
+
+def flat() -> Record:
+    """At θ2 = 0 the second derivative is zero too: this rest state is left undecided."""
+    box = [[-0.01, -0.01, -0.01], [0.01, 0.01, 0.01]]
+    found = record(Energy(BOWL + Y**4), undecided=[box])
+    return changed(found, "ranges", 0, "complete", to=False)
+
+
+def unfinished() -> Record:
+    """As `wells`, but the box of the pass is undecided; it ends the regions."""
+    found = wells()
+    found["ranges"][0].update(complete=False, undecided=[[[-0.01] * 3, [0.01] * 3]])
+    del found["ranges"][0]["states"][2]
+    return found
+
+
 def guard() -> Record:
     """A stiff guard adds 5 (θ2 - 0.3)² beyond 0.3: the rest state has 14 θ2 = 6 + 3."""
     h = Y - Fraction(3, 10)
@@ -147,7 +249,9 @@ def own_at_stop() -> Record:
     return record(energy, state((0, 0.9, 0), 0, held=True))
 
 
-CASES = wells, lean, barrier, stop, inside, coupled, held, ridge, guard, own, own_at_stop
+SMOOTH = wells, diagonal, lean, barrier, outer, coupled, outside, spring, own
+SWITCHING = stop, inside, held, plane, sphere, ridge, pushed, guard, ligament, own_at_stop
+CASES = *SMOOTH, *SWITCHING, flat, unfinished
 
 TRUE: dict[str, Callable[[], Record]] = {one.__name__: one for one in CASES}
 

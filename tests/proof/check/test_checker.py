@@ -67,6 +67,14 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
     "a missing pass": ("wells", _without_state(2), "no other rest state"),
     "a missing held state": ("held", _without_state(0), "no other rest state"),
     "a missing state on a ridge": ("ridge", _without_state(2), "no other rest state"),
+    "a missing state on a plane": ("plane", _without_state(0), "no other rest state"),
+    "a missing state on a sphere": ("sphere", _without_state(3), "no other rest state"),
+    "a missing top in a sphere": ("sphere", _without_state(6), "no other rest state"),
+    "a missing well at a ridge": ("pushed", _without_state(1), "no other rest state"),
+    "a missing pass on a ridge": ("pushed", _without_state(2), "no other rest state"),
+    "a missing state of a spring": ("spring", _without_state(0), "no other rest state"),
+    "a missing state of a ligament": ("ligament", _without_state(0), "no other rest state"),
+    "a missing state with z": ("own", _without_state(0), "no other rest state"),
     "a missing state at a stop": ("stop", _without_state(0), "no other rest state"),
     "a missing state at a stop with an own state": (
         "own_at_stop",
@@ -82,6 +90,18 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
     "the index of a held state": ("held", _at(*STATES, 0, "index", to=1), "rest states"),
     "the index with z": ("own", _at(*STATES, 0, "index", to=1), "rest states"),
     "an enclosure beside": ("wells", _at(*STATES, 0, to=state((0, -0.501, 0), 0)), "rest states"),
+    "an enclosure beside, with a spring": (
+        "spring",
+        _at(*STATES, 0, to=state((0, 0, 0), 0)),
+        "rest states",
+    ),
+    "an enclosure beside, on the plane": (
+        "plane",
+        _at(*STATES, 0, to=state((0.5 - 6 / 34 + 5e-3, 0.5 - 10 / 34 - 3e-3, 0), 0, held=True)),
+        "rest states",
+    ),
+    "beyond the range": ("outside", _at(*STATES, to=[state((0, 2, 0), 0)]), "rest states"),
+    "a double zero": ("flat", _at(*STATES, to=[state((0, 0, 0), 0)]), "rest states"),
     "an enclosure beside with z": ("own", _at(*STATES, 0, to=state((0, 0, 0), 0)), "rest states"),
     "an enclosure of two": ("wells", _at(*LOW, to=[-1e-13, -0.6, -1e-13]), "rest states"),
     "an enclosure upside down": ("wells", _at(*LOW, to=[1e-3, -0.5, 0.0]), "record"),
@@ -100,7 +120,14 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
         _at(*STATES, to=[state((0, 0, 0), 0), state((0, 0.9, 0), 0, held=True)]),
         "rest states",
     ),
+    "the index on a sphere": ("sphere", _at(*STATES, 0, "index", to=1), "rest states"),
+    "the index of a top": ("sphere", _at(*STATES, 6, "index", to=2), "rest states"),
     # the list
+    "all, without a double zero": ("flat", _at("ranges", 0, "undecided", to=[]), "no other"),
+    "an undecided box beside": ("unfinished", _at("ranges", 0, "undecided", to=[BOX]), "no other"),
+    "too many boxes": ("unfinished", _at("ranges", 0, "undecided", to=[BOX] * 1000), "record"),
+    "a huge enclosure": ("wells", _at(*LOW, to=[-1e308, -0.5, 0.0]), "rest states"),
+    "a huge end": ("lean", _at("ranges", 1, "end", 0, to=1e308), "record"),
     "ends that leave out a coupled state": (
         "coupled",
         lambda found: changed(
@@ -121,6 +148,19 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
         "certified region",
     ),
     "a region too high": ("wells", _at("ranges", 0, "regions", to=[[0, 1.01]]), "region of rest"),
+    "a region over a diagonal pass": (
+        "diagonal",
+        _at("ranges", 0, "regions", to=[[1, 1.01]]),
+        "region of rest",
+    ),
+    "a region over a ridge": ("pushed", _at("ranges", 0, "regions", to=[[1, 0.01]]), "region of"),
+    "a region over an undecided box": (
+        "unfinished",
+        _at("ranges", 0, "regions", to=[[0, 1.0]]),
+        "region of rest",
+    ),
+    "a huge region": ("wells", _at("ranges", 0, "regions", to=[[0, 1e308]]), "region of rest"),
+    "a huge level": ("lean", _at("ranges", 0, "level", to=1e308), "certified region"),
     "a region at a stop too high": (
         "stop",
         _at("ranges", 0, "regions", to=[[0, 0.01]]),
@@ -135,6 +175,8 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
     "a face closed by nothing": ("lean", _at("energy", "closed", to=[1]), "barrier"),
     "a face closed by a well": ("barrier", _factor("5", "-5"), "barrier"),
     "a barrier on another angle": ("barrier", _at("energy", "closed", to=[0, 1]), "barrier"),
+    "a face closed by a well at θ3": ("outer", _factor("4", "-4"), "barrier"),
+    "every start, with a face that is open": ("outer", _at("energy", "closed", to=[0, 1]), "every"),
     "every start, without a barrier": (
         "lean",
         _at("ranges", 1, "every_start", to=True),
@@ -146,6 +188,19 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
         "every start",
     ),
     # operations
+    "another rest length": ("spring", _factor("-1", "-2"), "rest states"),
+    "a ligament without a toe": (
+        "ligament",
+        _operation(["pow", 3, 16], ["pow", 2, 16]),
+        "switches",
+    ),
+    "a toe that ends with a jump": (
+        "ligament",
+        _operation(["pow", 3, 19], ["pow", 2, 19]),
+        "switches",
+    ),
+    "a load that is lost": ("ligament", _factor("8", "0"), "rest states"),
+    "a plane that is too weak": ("plane", _factor("3", "1"), "rest states"),
     "a sign": ("wells", _factor("-8", "8"), "rest states"),
     "a factor": ("lean", _factor("3", "301/100"), "rest states"),
     "a sine for a cosine": ("lean", _operation(["sin", 0], ["cos", 0]), "rest states"),
@@ -178,5 +233,10 @@ def test_wrong_records_are_refused(records: dict[str, Record], name: str) -> Non
 def test_each_face_of_the_border_limits_the_level(angle: int, sign: int) -> None:
     true = tilted(angle, sign)
     assert refused(true) == []
-    higher = true["ranges"][0]["level"] + 0.01
-    assert refused(changed(true, "ranges", 0, "level", to=higher)) == ["certified region"]
+    level = true["ranges"][0]["level"]
+    higher = changed(true, "ranges", 0, "level", to=level + 0.01)
+    assert refused(higher) == ["certified region"]
+    region = changed(true, "ranges", 0, "regions", to=[[0, level]])
+    assert refused(region) == []
+    larger = changed(true, "ranges", 0, "regions", to=[[0, level + 0.01]])
+    assert refused(larger) == ["region of rest state 1"]

@@ -55,16 +55,15 @@ def state(Theta: tuple[float, float, float], energy: float) -> dict[str, Any]:
 
 
 def store_proof(folder: Path, text: str, *, second: bool = False, index: int = 0) -> None:
-    """Store a proof with U = ½ |Θ|², and with the barrier of the config."""
+    """Store a proof with U = ½ |Θ|²; with the barrier of the config, every start converges."""
     config = load_config(plain(text))
-    barrier = 6.0 if config.elements else None
     states = [state((0.0, 0.0, 0.0), 0.0) | {"index": index}] + (
         [state(SECOND, 1.23)] if second else []
     )
     common = {"outcome": "all", "proved": True, "unique": not second, "examined": 1}
     common |= {"undecided": (), "states": states, "region": None}
-    wide = common | {"end": (4.0, 1.6, 4.0), "every_start": True if barrier else None}
-    energy = parabola((0.0, 0.0, 0.0), 1.0)["reduced_energy"] | {"barrier": barrier}
+    wide = common | {"end": (4.0, 1.6, 4.0), "every_start": True if config.elements else None}
+    energy = parabola((0.0, 0.0, 0.0), 1.0)["reduced_energy"]
     data = common | {"id": proof_id(config), "seconds": 0.1, "reduced_energy": energy}
     proof = Proof.model_validate(data | {"unwrapped": None if second else wide})
     write_document(proof_file(folder, config), proof.model_dump(mode="json"))

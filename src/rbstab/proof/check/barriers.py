@@ -1,6 +1,6 @@
 """Barriers: near the end of an angle U rises to infinity, so nothing is at rest there.
 
-U has powers of 1/d, with d = cos θ2, or d = 1 + cos θ for the other angles. With U = Σ B_k d^-k,
+U has powers of 1/d, with d = cos θ2, or d = cos ½θ for the other angles. With U = Σ B_k d^-k,
 
     d^(N+1) ∂U/∂θ = Σ_k (d ∂B_k/∂θ - k B_k ∂d/∂θ) d^(N-k)
 
@@ -51,7 +51,7 @@ def clear_of_barrier(
     for gap in GAPS:
         begin = float((end - gap).mid())
         # Where θ is nearer to the end than `begin`, 0 <= d <= d(begin).
-        most = arb(begin).cos() if axis == 1 else 1 + arb(begin).cos()
+        most = (arb(begin) * _share(axis)).cos()
         pole, covers = _Pole(axis, number, arb(most.upper() / 2, most.upper() / 2)), {}
         for side in (-1, 1):
             part = (begin, box[axis][1]) if side > 0 else (box[axis][0], -begin)
@@ -71,16 +71,24 @@ class _Pole(NamedTuple):
     d: Ball
 
 
+def _share(axis: int) -> Ball:
+    """Return c of d = cos cθ."""
+    return arb(1) if axis == 1 else arb(0.5)
+
+
 def _number_of_pole(U: Energy, axis: int) -> int | None:
     """Return the operation that is d."""
     for k, (kind, *rest) in enumerate(U.operations):
-        if kind == "cos" and axis == 1 and U.operations[rest[0]] == ("var", 1):
+        if kind != "cos":
+            continue
+        inner = U.operations[rest[0]]
+        if axis != 1 and inner[0] == "sum" and inner[1] == 0 and len(inner[2]) == 1:
+            ((factor, of),) = inner[2]
+            inner = U.operations[of] if factor * 2 == 1 else inner
+        elif axis != 1:
+            continue
+        if inner == ("var", axis):
             return k
-        if kind == "sum" and axis != 1 and rest[0] == 1 and len(rest[1]) == 1:
-            (factor, of) = rest[1][0]
-            inner = U.operations[of]
-            if factor == 1 and inner[0] == "cos" and U.operations[inner[1]] == ("var", axis):
-                return k
     return None
 
 
@@ -88,7 +96,8 @@ def _rises(U: Energy, pole: _Pole, side: int, box: Box) -> str | None:
     """Return "r" if U rises towards the end of an angle on all of a box, or None."""
     middle, steps = centre_and_steps(box)
     values = [m + d for m, d in zip(middle, steps, strict=True)]
-    slope, d = -values[pole.axis].sin(), pole.d
+    share = _share(pole.axis)
+    slope, d = -share * (share * values[pole.axis]).sin(), pole.d
     if U.free:
         values += minimiser_over(U, box)
     found = _expanded(U, pole, values, (d, slope))

@@ -6,7 +6,7 @@ from typing import Any
 
 from flint import arb, fmpq
 
-from rbstab.proof.check.bounds import Bounds, centre_and_steps
+from rbstab.proof.check.bounds import Bounds, centre_and_steps, misses_zero
 from rbstab.proof.check.energy import Energy
 from rbstab.proof.check.findings import Box
 from rbstab.proof.check.ranges import Range
@@ -27,38 +27,16 @@ class AtJump(Isolated):
 
     def __init__(self, U: Energy, state: State, range_: Range) -> None:
         super().__init__(U, state, range_)
-        self.step = self._step_that_jumps()
+        self.step = _step_that_jumps(U, state.enclosure)
         if self.step is not None:
-            operations = list(U.operations)
-            of = operations[self.step][2]
-            # Beyond the surface too, all terms beside the step are those of its one side.
-            same = ("sum", fmpq(0), ((fmpq(1), of),))
-            operations = [same if one == ("positive", of) else one for one in operations]
-            operations[self.step] = ("var", LAMBDA)
-            self.L = U.with_operations(operations, (*U.variables, LAMBDA))
-
-    def _step_that_jumps(self) -> int | None:
-        """Return the only step that jumps in the enclosure; None if it is not the only one."""
-        leaves = self._leaves(self.state.enclosure)
-        values = self.U.all_series(leaves)
-        unknown = [
-            k
-            for k in self.U.steps
-            if self.U.operations[k][1] == 1 and 0 in values[k] and not values[k][0] > 0
-        ]
-        return unknown[0] if len(unknown) == 1 else None
-
-    def _leaves(self, box: Box) -> Mapping[int, Any]:
-        values = [m + d for m, d in zip(*centre_and_steps(box), strict=True)]
-        places = zip(self.U.variables, values, self.U.rows.first, strict=True)
-        return {v: {0: x, row: arb(1)} for v, x, row in places}
+            self.L = _with_share(U, self.step)
 
     @cached_property
     def _normal(self) -> list[Ball]:
         """The normal of the surface near the enclosure, not proved."""
         assert self.step is not None
         of = self.U.operations[self.step][2]
-        series = self.U.all_series(self._leaves(self.state.enclosure))[of]
+        series = self.U.all_series(_leaves(self.U, self.state.enclosure))[of]
         return [series.get(row, arb(0)).mid() for row in self.U.rows.first]
 
     @cached_property
@@ -82,14 +60,26 @@ class AtJump(Isolated):
         return self.step is not None and self._has_no_other(self.state.enclosure)
 
     def _has_no_other(self, box: Box) -> bool:
-        if not Bounds(self.L, (*box, (0.0, 1.0))).one_to_one():
-            return False
         across = []
         for share in (0.0, 1.0):
             slopes = Bounds(self.L, (*box, (share, share))).slopes
             across.append(sum((n * g for n, g in zip(self._normal, slopes, strict=False)), arb(0)))
         before, after = across
-        return bool(before > 0 and after < 0 if self.state.ridge else before < 0 and after > 0)
+        if not (before > 0 and after < 0 if self.state.ridge else before < 0 and after > 0):
+            return False
+        shares = self._shares(box, before)
+        return shares is not None and Bounds(self.L, (*box, shares)).one_to_one()
+
+    def _shares(self, box: Box, before: Ball) -> tuple[float, float] | None:
+        """Return between which λ the slope of L across the surface is zero in a box.
+
+        It is `before` where λ is zero, and changes by its slope along λ.
+        """
+        second = Bounds(self.L, (*box, (0.0, 1.0))).hessian
+        growth = sum((n * second[i, 3] for i, n in enumerate(self._normal)), arb(0))
+        share = -before / growth
+        low, high = max(float(share.lower()), 0.0), min(float(share.upper()), 1.0)
+        return (low, high) if low <= high else None
 
     @property
     def _exists(self) -> bool:
@@ -105,8 +95,8 @@ class AtJump(Isolated):
         """
         assert self.step is not None
         of, first = self.U.operations[self.step][2], self.U.rows.first
-        near = self.U.all_series(self._leaves(self.state.enclosure))[of]
-        over = self.U.all_series(self._leaves(self.domain))[of]
+        near = self.U.all_series(_leaves(self.U, self.state.enclosure))[of]
+        over = self.U.all_series(_leaves(self.U, self.domain))[of]
         n = self._normal
         growth = sum((a * over.get(row, arb(0)) for a, row in zip(n, first, strict=True)), arb(0))
         pairs = zip(self.state.enclosure, self.domain, strict=True)
@@ -119,3 +109,50 @@ class AtJump(Isolated):
         """The index along the surface, + 1 on a ridge: ∇²L has one negative eigenvalue more."""
         index = Bounds(self.L, self._near).index
         return None if index is None else index - 1 + self.state.ridge
+
+
+def no_rest_along_a_jump(U: Energy, box: Box) -> str | None:
+    """Return "j" if no state in a box is at rest, on either side of a force that jumps there.
+
+    All forces on both sides, and between them, are ∇L(Θ, λ) with 0 <= λ <= 1. Along directions
+    across which the force does not jump, one of them has no zero.
+    """
+    step = _step_that_jumps(U, box)
+    if step is None:
+        return None
+    over = Bounds(_with_share(U, step), (*box, (0.0, 1.0)))
+    x, y, z = (over.H[i, LAMBDA].mid() for i in range(LAMBDA))
+    for along in ((y, -x, 0), (z, 0, -x), (0, z, -y)):
+        rows = range(LAMBDA)
+        slope = sum((along[i] * over.gradient[i, 0] for i in rows), arb(0))
+        for j, d in enumerate(over.step.entries()):
+            slope += sum((along[i] * over.slope[i, j] for i in rows), arb(0)) * d
+        if misses_zero(slope):
+            return "j"
+    return None
+
+
+def _step_that_jumps(U: Energy, box: Box) -> int | None:
+    """Return the only step that jumps in a box; None if it is not the only one."""
+    values = U.all_series(_leaves(U, box))
+    unknown = [
+        k for k in U.steps if U.operations[k][1] == 1 and 0 in values[k] and not values[k][0] > 0
+    ]
+    return unknown[0] if len(unknown) == 1 else None
+
+
+def _with_share(U: Energy, step: int) -> Energy:
+    """Return L: U with λ in place of a step."""
+    operations = list(U.operations)
+    of = operations[step][2]
+    # Beyond the surface too, all terms beside the step are those of its one side.
+    same = ("sum", fmpq(0), ((fmpq(1), of),))
+    operations = [same if one == ("positive", of) else one for one in operations]
+    operations[step] = ("var", LAMBDA)
+    return U.with_operations(operations, (*U.variables, LAMBDA))
+
+
+def _leaves(U: Energy, box: Box) -> Mapping[int, Any]:
+    values = [m + d for m, d in zip(*centre_and_steps(box), strict=True)]
+    places = zip(U.variables, values, U.rows.first, strict=True)
+    return {v: {0: x, row: arb(1)} for v, x, row in places}

@@ -9,7 +9,7 @@ from flint import arb
 from rbstab.proof.check.cover import cover, disjoint, flattened, wider, within
 from rbstab.proof.check.energy import Energy
 from rbstab.proof.check.findings import Box, Cover, Finding, RefusedError
-from rbstab.proof.check.jumps import AtJump
+from rbstab.proof.check.jumps import AtJump, no_rest_along_a_jump
 from rbstab.proof.check.least import bounds
 from rbstab.proof.check.ranges import Face, Range, box_of
 from rbstab.proof.check.states import AtStop, Isolated, State
@@ -104,7 +104,9 @@ class Listed:
             for name, place in places.items():
                 if within(box, place):
                     return name
-            return bounds(self.U, box).excludes_zero()
+            found = bounds(self.U, box).excludes_zero()
+            jumps = found is None and bool(self.U.steps) and not self.U.free
+            return no_rest_along_a_jump(self.U, box) if jumps else found
 
         return cover(self.range.box, reason)._replace(places=places)
 

@@ -76,9 +76,24 @@ class _Switch:
         found, touched = list[Poly | None](), list[bool]()
         for k, one in enumerate(self.U.operations):
             own = k == self.step or one == ("positive", self.inner)
-            touched.append(own or any(touched[j] for j in operands(one)))
-            found.append(self._value(k, one, found, on if touched[k] else None))
+            side = self._side(one, found) if on is not None and not own else None
+            touched.append(own or side is not None or any(touched[j] for j in operands(one)))
+            if side is None:
+                side = self._value(k, one, found, on if touched[k] else None)
+            found.append(side)
         return found
+
+    def _side(self, one: Any, found: list[Poly | None]) -> Poly | None:
+        """Return the value at h = 0 of a step, or positive part, whose argument is no zero there.
+
+        None: it is not one whose argument is a number and powers of h.
+        """
+        x = found[one[-1]] if one[0] in ("step", "positive") else None
+        x = None if x is None else self._reduced(x)
+        if x is None or not x.get((), fmpq(0)) or any(a != P for m in x for a, _ in m):
+            return None
+        above = x[()] > 0
+        return {} if not above else x if one[0] == "positive" else {(): fmpq(1)}
 
     def _value(  # noqa: PLR0911 (one return for each kind)
         self, k: int, one: Any, found: list[Poly | None], on: bool | None

@@ -1,0 +1,177 @@
+"""Proofs of bodies with elements of all kinds are verified, and none that is changed."""
+
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+from support.config_elements import CONTROLLER, RANGE, STRUT, UPRIGHT, config_data
+from support.paper_runs import paper_config
+from support.ridges import OUTWARDS
+from support.switching_cords import CORD, REPELLING, STIFF, text_of
+from support.user_code import CREEPING_TIE, ROPE, loaded_with, mine
+
+from rbstab.config.load import load_config
+from rbstab.config.schema import Config
+from rbstab.experiment.proof import prove
+from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.verification.verify import verify
+from rbstab.proof.record import expression_of
+
+BAND: dict[str, Any] = {
+    "kind": "ligament",
+    "point": [0.1, 0.2, 0.3],
+    "anchor": [0.5, 0.1, 0.5],
+    "stiffness": 100.0,
+    "slack_length": 0.3,
+    "toe_strain": 0.2,
+    "damping": 8.0,
+}
+PERMANENT = CONTROLLER | {"variant": "permanent"}
+LEANING = PERMANENT | {"K_r": [40.0, 40.0, 32.0]}
+ENDS = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 0.1]}
+CREEP = ENDS | {"K_c": [30.0, 20.0, 10.0], "L_c": [2.0, 3.0, 1.0]}
+CREEP |= {"K_d": [9.0, 8.0, 7.0], "L_d": [3.0, 2.0, 1.0]}
+
+
+def _guard(method: str, **values: float) -> dict[str, Any]:
+    return {"kind": "guard", "method": method} | values
+
+
+def _code(text: str, **parameters: Any) -> Config:
+    Path("mine.py").write_text(text, encoding="utf-8")
+    return loaded_with({"one": mine(**parameters)})
+
+
+def _creeping() -> Config:
+    text = CREEPING_TIE.read_text(encoding="utf-8").replace("class CreepingTie", "class Mine")
+    return _code(text, **CREEP)
+
+
+def _cord(text: str) -> Config:
+    Path("mine.py").write_text(text, encoding="utf-8")
+    gains = {"K_t": [40, 40, 30], "L_t": [2, 2, 1], "K_r": [20, 20, 20], "L_r": [0.6, 0.6, 0.4]}
+    controller = {"variant": "permanent"} | gains
+    values = {"point": [0, 0, 0.4], "k": 31.0, "soft": 0.02}
+    return loaded_with({"one": mine(**values)}, controller=controller)
+
+
+def _of(elements: dict[str, Any], controller: Any = PERMANENT) -> Config:
+    return load_config(config_data(elements, controller))
+
+
+KINDS: dict[str, Callable[[], Config]] = {
+    "embedded": lambda: load_config(paper_config("embedded", with_gravity=True)),
+    "barriers": lambda: _of({"range": RANGE}),
+    "stop": lambda: _of({"one": _guard("stop", restitution=0.5, angle=0.5)}),
+    "own states": _creeping,
+}
+HEAVY_KINDS: dict[str, Callable[[], Config]] = {
+    "attitude": lambda: _of({"upright": UPRIGHT}),
+    "stiff guard": lambda: _of({"one": _guard("stiff", stiffness=900.0, soft_angle=0.002)}),
+    "repelling guard": lambda: _of({"one": _guard("repelling", couple=90.0, soft_angle=0.002)}),
+    "ridges": lambda: _code(OUTWARDS, k=30.0, soft=0.3),
+    "ligament": lambda: _of({"one": BAND}),
+    "spring": lambda: _of({"one": STRUT}),
+    "rope": lambda: _code(ROPE, point=[0.2, 0.1, 0.0], anchor=[0.9, 0.1, 0.0], k=0.5),
+    "cord": lambda: _cord(CORD),
+    "cord with a stiff guard": lambda: _cord(text_of(STIFF)),
+    "cord with a repelling guard": lambda: _cord(text_of(REPELLING)),
+}
+ALL = [*KINDS, *(pytest.param(name, marks=pytest.mark.heavy) for name in HEAVY_KINDS)]
+CLOSED = {"barriers", "stop"}
+"""Every start converges: no region is stored."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path_factory.mktemp("elements"))
+        yield
+
+
+@cache
+def _proved(kind: str) -> tuple[Config, Proof]:
+    config = (KINDS | HEAVY_KINDS)[kind]()
+    return config, prove(config)
+
+
+def _refused(proof: Proof, config: Config | None = None) -> list[str]:
+    return [one.claim for one in verify(proof, config).findings if not one.verified]
+
+
+@pytest.mark.parametrize("kind", ALL)
+def test_a_proof_is_verified_and_read_as_it_was_stored(kind: str) -> None:
+    config, proof = _proved(kind)
+    assert proof.proved
+    assert Proof.model_validate_json(proof.model_dump_json()) == proof
+    assert _refused(proof, config) == []
+
+
+Data = dict[str, Any]
+
+
+def _other_factor(data: Data) -> None:
+    """Make the last term of the energy one per cent larger."""
+    last = data["reduced_energy"]["operations"][-1]
+    last[-2] = str(Fraction(last[-2]) * Fraction(101, 100))
+
+
+def _relabelled_factor(data: Data) -> None:
+    """Change the digest too."""
+    _other_factor(data)
+    energy = data["reduced_energy"]
+    energy["digest"] = expression_of(energy["operations"]).digest
+
+
+def _no_state(data: Data) -> None:
+    del data["states"][-1]
+    data.update(unique=False, region=None, regions=[], closed=None)
+    data["unique"] = len(data["states"]) == 1
+
+
+def _moved(data: Data) -> None:
+    for corner in data["states"][0]["enclosure"]:
+        corner[0] += 1e-3
+
+
+def _other_index(data: Data) -> None:
+    data["states"][0]["index"] = 1
+    data["closed"] = None
+
+
+def _higher(data: Data) -> None:
+    region = data["region"] or data["regions"][0]
+    region["energy_bound"] += 0.01 * max(region["level"], 1.0)
+
+
+def _open_range(data: Data) -> None:
+    """Let no barrier or stop close the range."""
+    data["closed"] = True
+    data["reduced_energy"].update(closed=[], stop=None)
+
+
+CHANGES: dict[str, tuple[Callable[[Data], None], str]] = {
+    "a factor": (_other_factor, "energy"),
+    "a factor and its digest": (_relabelled_factor, "energy"),
+    "a state removed": (_no_state, "no other rest state"),
+    "a moved enclosure": (_moved, "rest states"),
+    "another index": (_other_index, "rest states"),
+    "a higher region": (_higher, "region"),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+@pytest.mark.parametrize("kind", ALL)
+def test_a_changed_proof_is_refused(kind: str, change: str) -> None:
+    config, proof = _proved(kind)
+    data = proof.model_dump(mode="json") | {"unwrapped": None}
+    make, claim = CHANGES[change]
+    if change == "a higher region" and kind in CLOSED:
+        assert proof.every_start
+        make, claim = _open_range, "every start"
+    make(data)
+    found = _refused(Proof.model_validate(data), config)
+    assert any(claim in one for one in found)

@@ -13,8 +13,8 @@ from rbstab.analysis.configuration import configurations
 from rbstab.config.build import problem_of, system_of
 from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate
-from rbstab.proof.passive import why_not_in_proofs
-from rbstab.proof.switches import NOT_CONTINUOUS, SIGN_UNKNOWN
+from rbstab.proof.passive.passive import why_not_in_proofs
+from rbstab.proof.passive.switches import NOT_CONTINUOUS, SIGN_UNKNOWN
 
 GUARD = element_text(
     """

@@ -28,8 +28,8 @@ from rbstab.experiment.element_check.check import check_class
 from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.proof.passive import NOT_CONVEX_IN_STATES, NOT_RELAXING, why_not_in_proofs
-from rbstab.proof.switches import JUMPS_BY_MORE, NOT_OF_ANGLES
+from rbstab.proof.passive.passive import NOT_CONVEX_IN_STATES, NOT_RELAXING, why_not_in_proofs
+from rbstab.proof.passive.switches import JUMPS_BY_MORE, NOT_OF_ANGLES
 
 SOFT = 0.02
 """The body rests against a guard at this angle."""

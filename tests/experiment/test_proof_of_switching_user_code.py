@@ -14,8 +14,8 @@ from rbstab.experiment.convergence.exact_motion import convergence_at_start
 from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.verification.verify import verify
-from rbstab.proof.passive import UNBALANCED, in_proofs, why_not_in_proofs
-from rbstab.proof.switches import NOT_CONTINUOUS, NOT_OF_ANGLES
+from rbstab.proof.passive.passive import UNBALANCED, in_proofs, why_not_in_proofs
+from rbstab.proof.passive.switches import NOT_CONTINUOUS, NOT_OF_ANGLES
 
 GUARD = element_text(
     """

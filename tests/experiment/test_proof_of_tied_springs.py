@@ -53,7 +53,7 @@ def test_the_only_rest_state_and_its_region_are_proved(proof):
     problem = problem_of(config)
     assert start_state(problem, proof) == 1
     text = " ".join(stability_of(problem, proof).statements)
-    assert "at which each spring has a length, proved to be all" in text
+    assert "at which each spring has a length: 1 stable; proved to be all" in text
     assert "and each spring from a length of 0, converges" in text
     assert "convergence is proved" in text
     # It is stored, and read as it was.

@@ -68,7 +68,8 @@ class Element:
 
     from_user: ClassVar[bool] = False
     """Whether its class is from a file of a user. Nothing guarantees that its statements are the
-    same formulas for all numbers: proofs are of those that it records (`proof.statements`)."""
+    same formulas for all numbers: proofs are of those that it states with expressions
+    (`proof.passive.statements`)."""
 
     def __init_subclass__(cls) -> None:
         """Derive `state_size` from the declared states, and `supplies` from the statements."""

@@ -257,7 +257,7 @@ def _no_search(config: Config) -> str | None:
 
 def _no_theorem(config: Config) -> str | None:
     """Return which hypothesis of all theorems does not hold, or None."""
-    from rbstab.proof.damping import damping_of_users, indefinite_parameter, why_not_damped
+    from rbstab.proof.passive.damping import damping_of_users, indefinite_parameter, why_not_damped
 
     system, exact = system_of(config), system_of(without_code(config), decimals)
     indefinite = indefinite_parameter(exact)

@@ -255,9 +255,6 @@ class Expr:
     def __pow__(self, power: Any) -> "Expr":
         """Return a whole power, which may be negative.
 
-        One above 2 of a sum with variables stays a power: it is sharper than its terms, and no
-        quadratic function of them anyway.
-
         Raises:
             TypeError: The power is not whole.
         """
@@ -266,9 +263,7 @@ class Expr:
             return Expr({(): self.constant**n})
         if n == 0:
             return expr(1)
-        large = len(self.terms) ** 2 > MOST_PRODUCTS
-        higher = n > 2 and len(self.terms) > 1 and any(a.kind == VAR for a in self.atoms)
-        if n < 0 or not self.is_polynomial or large or higher:
+        if n < 0 or not self.is_polynomial or len(self.terms) ** 2 > MOST_PRODUCTS:
             ((m, c),) = as_factor(self).terms.items()
             return _reduced({tuple((a, p * n) for a, p in m): c**n})
         found = self

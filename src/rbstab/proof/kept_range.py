@@ -75,7 +75,7 @@ def guard_energy(kind: type[SoftGuard], strength: float, soft_angle: float) -> E
         soft_angle: θ_s, rad, likewise.
     """
     theta2 = variable(PITCH)
-    gains: Any = {kind.gains[0].name: expr(strength), "soft_angle": expr(soft_angle)}
+    gains: dict[str, Any] = {kind.gains[0].name: expr(strength), "soft_angle": expr(soft_angle)}
     events = kind(name="guard", **gains).beyond(theta2)
     steps = [one.step(1 if kind.kinked else 2) for one in events]
     return expr(kind(name="guard", mode=np.array(steps, dtype=object), **gains).energy(theta2))

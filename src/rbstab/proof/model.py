@@ -31,7 +31,7 @@ from rbstab.proof.expr import (
     variable,
 )
 from rbstab.proof.lengths import with_lengths_apart, with_squares
-from rbstab.proof.passive import first_jump
+from rbstab.proof.passive.passive import first_jump
 from rbstab.proof.rewriting import (
     inverse_of_definite,
     quadratic_in,

@@ -12,7 +12,7 @@ from rbstab.elements.ligament import Ligament
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.passive import in_proofs, why_not_in_proofs
+from rbstab.proof.passive.passive import in_proofs, why_not_in_proofs
 from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
 

@@ -10,7 +10,7 @@ from rbstab.analysis.exact import decimal_balls
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.proof.motion.recorded import recorded_element, why_not_recorded
-from rbstab.proof.statements import NotRecordedError
+from rbstab.proof.passive.statements import NotRecordedError
 
 K = [[30.0, 2.0, 0.0], [2.0, 20.0, 1.0], [0.0, 1.0, 10.0]]
 AT = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 1.1]}

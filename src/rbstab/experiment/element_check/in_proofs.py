@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from rbstab.elements.element import Element
-from rbstab.proof.passive import in_proofs, why_not_in_proofs
+from rbstab.proof.passive.passive import in_proofs, why_not_in_proofs
 from rbstab.systems.coordinates import CentreCoordinates, Coordinates, ReducedCoordinates
 from rbstab.systems.system import System
 

@@ -133,7 +133,7 @@ def _unknown_code(config: Config, tolerances: Sequence[Tolerance]) -> str | None
     """
     if not has_code(config):
         return None
-    from rbstab.proof.passive import in_proofs, why_not_in_proofs
+    from rbstab.proof.passive.passive import in_proofs, why_not_in_proofs
 
     system = system_of(config)
     users = [element for element in system.elements if element.from_user]
@@ -149,7 +149,7 @@ def _unknown_code(config: Config, tolerances: Sequence[Tolerance]) -> str | None
 
 def _undamped(config: Config, tolerances: Sequence[Tolerance]) -> str | None:
     """Return why it is not known that each body loses energy in each motion; None if it is."""
-    from rbstab.proof.damping import indefinite_parameter, why_not_damped
+    from rbstab.proof.passive.damping import indefinite_parameter, why_not_damped
     from rbstab.proof.robust.definite import lowest_systems
 
     if system_of(config).supplies:

@@ -28,7 +28,7 @@ from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.experiment.answers.wanted import wanted
 from rbstab.experiment.stored_proof.strains import may_be_just_taut
 from rbstab.mechanics.states import PITCH
-from rbstab.proof.damping import indefinite_parameter, why_not_damped
+from rbstab.proof.passive.damping import indefinite_parameter, why_not_damped
 
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.proof import Proof, ProvedState

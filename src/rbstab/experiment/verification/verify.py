@@ -89,8 +89,8 @@ def verify(
 def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     """Check that the proof is that of the config, and the hypotheses of its theorems."""
     from rbstab.proof.check.findings import Finding
-    from rbstab.proof.damping import damping_of_users, indefinite_parameter, why_not_damped
-    from rbstab.proof.passive import why_not_in_proofs
+    from rbstab.proof.passive.damping import damping_of_users, indefinite_parameter, why_not_damped
+    from rbstab.proof.passive.passive import why_not_in_proofs
     from rbstab.proof.reasons import NoEnergyReason
 
     same_id = proof.id == proof_id(config)

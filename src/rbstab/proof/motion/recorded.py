@@ -30,8 +30,8 @@ from rbstab.integrate.straight_line.number import (
 from rbstab.mechanics.motion import Motion, Wrench
 from rbstab.mechanics.numbers import FUNCTIONS, Array, Number, power
 from rbstab.proof.expr import as_decimal, meant
-from rbstab.proof.passive import TIMED, in_proofs
-from rbstab.proof.statements import PARTS, NotRecordedError
+from rbstab.proof.passive.passive import TIMED, in_proofs
+from rbstab.proof.passive.statements import PARTS, NotRecordedError
 from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
 

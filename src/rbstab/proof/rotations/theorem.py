@@ -18,8 +18,8 @@ from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.mechanics.algebra import cross
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.bounds import BoundedEnergy
-from rbstab.proof.damping import indefinite_parameter, why_not_damped
 from rbstab.proof.expr import Expr
+from rbstab.proof.passive.damping import indefinite_parameter, why_not_damped
 from rbstab.proof.rotations.energy import RotationEnergy
 from rbstab.proof.rotations.forms import in_chart
 from rbstab.proof.rotations.states import FAMILIES, RestRotation, Rotations

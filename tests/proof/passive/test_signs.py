@@ -1,5 +1,7 @@
 """Protects what is shown to be never negative: only what is, and the usual forms of dampers."""
 
+from collections.abc import Callable
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -7,7 +9,7 @@ import pytest
 
 from rbstab.mechanics import numbers
 from rbstab.proof.expr import expr, meant, variable
-from rbstab.proof.signs import never_negative, positive, spanned, vanishing
+from rbstab.proof.passive.signs import never_negative, positive, spanned, vanishing
 
 INDEFINITE = np.array([[1.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 SEMIDEFINITE = np.array([[1.0, 2.0, 0.0], [2.0, 4.0, 0.0], [0.0, 0.0, 0.0]])
@@ -183,9 +185,14 @@ def test_where_a_formula_is_zero_its_variables_are(name):
 
 def _random_form(rng):
     """Return a sum of a few products of entries of v, with a large share on the squares."""
-    factors: list[Any] = [lambda v, k=k: v[k] for k in range(3)]
-    factors += [lambda v: v[0] * v[1], lambda v: 1.0 + 0 * v[0], lambda v: v[2] ** 2]
-    factors += [lambda v: numbers.sin_of(v[0]), lambda v: numbers.exp_of(v[1])]
+    factors: list[Callable[[Any], Any]] = [
+        *(itemgetter(k) for k in range(3)),
+        lambda v: v[0] * v[1],
+        lambda v: 1.0 + 0 * v[0],
+        lambda v: v[2] ** 2,
+        lambda v: numbers.sin_of(v[0]),
+        lambda v: numbers.exp_of(v[1]),
+    ]
     chosen = rng.choice(len(factors), 3, replace=False)
     M = rng.integers(-2, 3, (3, 3)) + np.diag(rng.integers(0, 4, 3))
     return lambda v: sum(

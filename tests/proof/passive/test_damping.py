@@ -15,7 +15,7 @@ from support.rest import paper_system
 from rbstab.analysis.exact import decimals
 from rbstab.config.build import system_of
 from rbstab.config.load import load_config
-from rbstab.proof.damping import indefinite_parameter, why_not_damped
+from rbstab.proof.passive.damping import indefinite_parameter, why_not_damped
 
 # Its determinant is -2⁻⁵² in exact numbers.
 BARELY_INDEFINITE = np.array([[1.0, 1.0, 0.0], [1.0, 1.0 - 2.0**-52, 0.0], [0.0, 0.0, 1.0]])

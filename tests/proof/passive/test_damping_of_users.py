@@ -5,7 +5,7 @@ from support.user_code import CREEPING_TIE, MAXWELL, SPRING, TIE, element_text, 
 
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
-from rbstab.proof.damping import NOTHING, Damping, damping_of_users, why_not_damped
+from rbstab.proof.passive.damping import NOTHING, Damping, damping_of_users, why_not_damped
 
 K = [[3.0, 1.0, 0.0], [1.0, 2.0, 0.5], [0.0, 0.5, 4.0]]
 AT = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 1.1]}

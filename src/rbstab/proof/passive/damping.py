@@ -21,9 +21,9 @@ from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.mechanics.algebra import IDENTITY, ZERO, cross_matrix
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.expr import Expr, expr
-from rbstab.proof.passive import in_proofs, why_not_passive
-from rbstab.proof.signs import spanned, vanishing
-from rbstab.proof.statements import NotRecordedError, Statements, statements_of
+from rbstab.proof.passive.passive import in_proofs, why_not_passive
+from rbstab.proof.passive.signs import spanned, vanishing
+from rbstab.proof.passive.statements import NotRecordedError, Statements, statements_of
 from rbstab.systems.system import System
 
 OF_ROTATION = {RotationalStabilizer: "L_r", AttitudeSpring: "L"}

@@ -10,15 +10,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
 
-from rbstab.proof.expanded import (
-    MOST_TERMS,
-    TooLargeError,
-    factors_of,
-    lead,
-    multiplied_out,
-    order_of,
-    powers_in,
-)
 from rbstab.proof.expr import (
     COS,
     LET,
@@ -35,6 +26,15 @@ from rbstab.proof.expr import (
     only,
     product,
     variable,
+)
+from rbstab.proof.passive.expanded import (
+    MOST_TERMS,
+    TooLargeError,
+    factors_of,
+    lead,
+    multiplied_out,
+    order_of,
+    powers_in,
 )
 from rbstab.proof.rewriting import derivative
 

@@ -7,7 +7,7 @@ import pytest
 
 from rbstab.mechanics import numbers
 from rbstab.proof.expr import expr, variable
-from rbstab.proof.signs import is_convex
+from rbstab.proof.passive.signs import is_convex
 
 SHOWN = {
     "even powers": lambda T, X: 3.0 * X[0] ** 4 + (X[1] - 2.0) ** 2 / 5 + 0.1 * X[2] ** 6,

@@ -1,0 +1,65 @@
+"""Protects the check of springs of a body that is not held."""
+
+from fractions import Fraction
+
+import pytest
+
+from rbstab.proof.check import check
+from rbstab.proof.expr import Expr, as_factor, variable
+from rbstab.proof.model import Energy
+
+from .cases import BOWL, Y, record, state
+
+Z = [variable(k) for k in (3, 4, 5)]
+FREE = (3, 4, 5)
+AWAY = 3
+"""The distance of the anchor from where all else holds the body, m."""
+
+STIFFNESS = 100
+"""That of all else, N/m; the spring pushes with 1 N."""
+
+NO_LENGTH = Fraction(STIFFNESS * AWAY**2, 2)
+"""The least energy where the spring has no length, J: all else is stretched by `AWAY`."""
+
+
+def spring(away: int = AWAY, weight: int = 1) -> Expr:
+    """Return -w |z + r| with r = (away, 0, 0)."""
+    shifted = as_factor(Z[0] + away)
+    return -weight * (shifted**2 + Z[1] ** 2 + Z[2] ** 2).sqrt()
+
+
+def claims(level: float, steep: int = 300, more: Expr | int = 0, **others: object):
+    """Return a record of one minimum at Θ = 0, with a certified region."""
+    held = Fraction(STIFFNESS, 2) * (Z[0] ** 2 + Z[1] ** 2 + Z[2] ** 2)
+    U = steep * (BOWL + 2 * Y**2) + held + spring() + more
+    return record(Energy(U, FREE), state((0, 0, 0), 0), level=level, **others)
+
+
+def wrong(data) -> set[str]:
+    """Return which claims are not verified."""
+    return {one.claim for one in check(data) if not one.verified}
+
+
+def test_a_region_ends_where_the_spring_has_no_length():
+    # At θ2 = ±π/2 the energy is higher: 600 (π/2)² J above the lowest.
+    assert float(NO_LENGTH) < 600 * 2.4
+    assert wrong(claims(float(NO_LENGTH) - 0.01)) == set()
+    assert wrong(claims(float(NO_LENGTH) + 0.01)) == {"certified region"}
+
+
+def test_every_start_is_never_verified_with_springs():
+    found = claims(10.0, more=10 * Y.cos() ** -2, every_start=True)
+    found["energy"]["closed"] = [1]
+    assert "every start" in wrong(found)
+
+
+def test_a_spring_that_may_push_both_ways_is_not_verified():
+    """With an anchor at the body all positions on a sphere are in balance."""
+    found = claims(1.0, more=-spring() + spring(0, 10))
+    assert "rest states" in wrong(found) or "convexity" in wrong(found)
+
+
+@pytest.mark.parametrize("power", [2, 4])
+def test_what_is_beside_springs_must_be_convex(power):
+    bent = Fraction(1, 10) * Z[1] ** 4 if power == 4 else -60 * Z[1] ** 2
+    assert wrong(claims(1.0, more=bent)) == (set() if power == 4 else {"convexity"})

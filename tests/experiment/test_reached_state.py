@@ -45,8 +45,9 @@ def test_each_valley_has_its_region(proof):
     deep, shallow = proof.regions
     assert proof.states[shallow.pass_state - 1].index == 1
     assert shallow.energy_bound > proof.region.energy_bound
-    assert deep.energy_bound >= shallow.energy_bound
+    (top,) = {proof.states[region.pass_state - 1].energy for region in (deep, shallow)}
     for region in proof.regions:
+        assert top - 2e-6 * region.level < region.energy_bound <= top
         energy = proof.states[region.rest_state - 1].energy
         assert region.lower_bound == pytest.approx(region.energy_bound - energy, abs=1e-9)
 
@@ -206,7 +207,8 @@ def test_unwrapped_angles_have_a_proof_of_their_own(turning):
     assert wide.end[0] > np.pi
     # Pulled to +y, the body leans to the negative side of θ1 a little deeper.
     assert proof.states[0].orientation[0] < 0
-    assert [region.pass_face for region in proof.regions] == ["θ1 = -π", "θ1 = π"]
+    # Both have the same least energy.
+    assert {region.pass_face for region in proof.regions} <= {"θ1 = -π", "θ1 = π"}
     # Without wrapping, the valleys end at the top between them.
     assert [region.pass_state for region in wide.regions] == [3, 3]
     for inner, outer in zip(proof.regions, wide.regions, strict=True):

@@ -200,7 +200,7 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
         "switches",
     ),
     "a load that is lost": ("ligament", _factor("8", "0"), "rest states"),
-    "a plane that is too weak": ("plane", _factor("3", "1"), "rest states"),
+    "a plane at which U jumps": ("plane", _factor("3", "1"), "switches"),
     "a sign": ("wells", _factor("-8", "8"), "rest states"),
     "a factor": ("lean", _factor("3", "301/100"), "rest states"),
     "a sine for a cosine": ("lean", _operation(["sin", 0], ["cos", 0]), "rest states"),

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 from cli.conftest import Invoke
-from rbstab.analysis.proof_check.findings import Finding
 from support.printed_paths import printed
 
 from rbstab.experiment.stored_proof.proof import Proof

@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 import yaml
 from click.testing import CliRunner
-from rbstab.analysis.proof.searches import limits
 from support.config_elements import CONTROLLER, config_data
 
 from rbstab.config.build import problem_of

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rbstab.analysis.proof.searches import limits
 from scipy.optimize import minimize
 from support.config_elements import CONTROLLER, STRUT, TIE, UPRIGHT, config_data
 from support.sliding_ties import tie

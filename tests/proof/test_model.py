@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
 
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.rest_system import smooth_rest_system

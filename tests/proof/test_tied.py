@@ -5,7 +5,6 @@ Rest states and least energies are looked for by SciPy, with an energy written f
 
 import numpy as np
 import pytest
-from rbstab.analysis.proof.reduced_energy import NoReducedEnergy
 from scipy.optimize import minimize
 from support.ligaments import ligament_of
 from support.pose import attitude

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rbstab.analysis.proof.regions.minimum_regions import minimum_regions
 from scipy.optimize import root
 from support.proofs import rest_states, unwrapped_rest_states
 from support.rest import HEAVY, inverted_pendulum, paper_system, random_rest_system
@@ -12,7 +13,6 @@ from rbstab.analysis.proof.boxes import RANGE_END
 from rbstab.analysis.proof.certified_region import Face, certified_region
 from rbstab.analysis.proof.outcome import SearchOutcome
 from rbstab.analysis.proof.reduced_energy import reduced_energy
-from rbstab.analysis.proof.regions.minimum_regions import minimum_regions
 from rbstab.analysis.proof.trigonometric import TrigonometricForm
 from rbstab.analysis.proof.unwrapped import unwrapped_end
 

@@ -7,25 +7,26 @@ import sys
 from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rbstab.config.schema import Config
+from rbstab.config.user_code.permission import has_code, may_run_code
+from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.experiment.stored_proof.proof import Proof, ProvedState, ProvedStates
 from rbstab.experiment.verification.second.recorded import NoOpinionError, Recorded, recorded_energy
 
-if TYPE_CHECKING:
-    from rbstab.proof.check.findings import Finding
-
 SECONDS = 60.0
-"""The time after which claims are not decided."""
+"""The time of a processor after which claims are not decided, s."""
 
-GRACE = 30.0
-"""Seconds more until the process is ended: the solver may not look at its watch."""
+LATEST = 600.0
+"""The time after which the process is ended, s: the solver may not look at its watch."""
 
-PROGRAM = Path(__file__).with_name("codac_process.py")
+PROGRAM = Path(__file__).with_name("__main__.py")
 
-UNDECIDED = "second opinion"
-"""The claim of a finding that codac did not decide."""
+ABOUT, UNDECIDED = "codac", "second opinion"
+"""What a finding is about, and the claim of one that codac did not decide."""
+
+TOO_LONG = "It took too long."
 
 
 class NoCodacError(Exception):
@@ -45,23 +46,20 @@ def check_available() -> None:
         )
 
 
-def second_opinion(proof: Proof, config: Config) -> "Iterator[Finding]":
-    """Yield what codac says of the claims of a proof.
+def second_opinion(proof: Proof, config: Config) -> Iterator[tuple[str, str, bool, str]]:
+    """Yield what codac says of the claims of a proof about ranges of Θ, for a config.
 
-    Args:
-        proof: The proof.
-        config: Its config, whose code of users may run.
+    Each is what a finding is made of: what it is about, the claim, whether it is verified, and
+    sentences. A claim that is not decided has the name `UNDECIDED`, and its own in its sentences.
     """
-    from rbstab.proof.check.findings import EVERYWHERE, IN_RANGE, Finding
+    from rbstab.proof.check.findings import EVERYWHERE, IN_RANGE  # imported late, as by `verify`
 
-    about = "codac"
-    if proof.on_rotations is not None or proof.tied_energy is not None:
-        yield Finding(about, UNDECIDED, False, "It is not asked about such lists of rest states.")
-        return
     try:
+        if has_code(config) and not may_run_code(config):
+            raise NoOpinionError(CODE_NOT_RUN)
         energy = recorded_energy(config)
     except NoOpinionError as error:
-        yield Finding(about, UNDECIDED, False, f"It is not asked, as {error}.")
+        yield ABOUT, UNDECIDED, False, f"It was not asked: {error}."
         return
     pi, half = math.nextafter(math.pi, 4), math.nextafter(math.pi / 2, 2)
     ranges = [_claims(IN_RANGE, proof, (pi, half, pi))]
@@ -69,10 +67,21 @@ def second_opinion(proof: Proof, config: Config) -> "Iterator[Finding]":
         first, _, third = proof.unwrapped.end
         ranges.append(_claims(EVERYWHERE, proof.unwrapped, (first, half, third)))
     for place, claim, verdict, text in _answers(energy, ranges):
-        undecided = verdict == "not decided"
-        said = f"{claim[0].upper()}{claim[1:]}: {text}" if undecided else text
-        name = UNDECIDED if undecided else claim
-        yield Finding(f"{about}, {place}", name, verdict == "proved", said)
+        decided = verdict != "not decided"
+        said = text if decided else f"{claim[0].upper()}{claim[1:]}: {text}"
+        name = claim if decided else UNDECIDED
+        yield f"{ABOUT}: {place}", name, verdict == "proved", said
+
+
+def not_asked(proof: Proof) -> Iterator[str]:
+    """Yield what codac is not asked of a proof, as sentences."""
+    wide = proof.unwrapped
+    if wide is not None:
+        yield "codac: that all rest states with any θ1 and θ3 are in the range that it searches."
+    if any(found is not None and found.regions for found in (proof, wide)):
+        yield "codac: the region of each minimum beyond the certified region."
+    if proof.every_start:
+        yield "codac: that barriers or stops keep every motion in the range."
 
 
 def _claims(name: str, states: ProvedStates, end: tuple[float, float, float]) -> dict[str, Any]:
@@ -106,21 +115,19 @@ def _answers(energy: Recorded, ranges: list[dict[str, Any]]) -> Iterator[list[st
         "ranges": ranges,
     }
     # -P: nothing beside the file is imported in place of a package.
-    command = [sys.executable, "-P", str(PROGRAM)]
-    ended = "It took too long."
-    try:
-        done = subprocess.run(
-            command, input=json.dumps(data), capture_output=True, text=True,
-            timeout=SECONDS + GRACE, check=False,
-        )
-        lines = done.stdout
-        if done.returncode:
-            last = done.stderr.strip().splitlines()
-            ended = f"Its process ended with {done.returncode}: {last[-1] if last else ''}"
-    except subprocess.TimeoutExpired as error:
-        lines = (error.stdout or b"").decode()
-        done = None
+    command, ended = [sys.executable, "-P", str(PROGRAM)], TOO_LONG
+    process = subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    with process:
+        try:
+            lines, errors = process.communicate(json.dumps(data), LATEST)
+            if process.returncode:
+                ended = f"Its process ended with {process.returncode}: {errors.strip()}"
+        except subprocess.TimeoutExpired:
+            process.kill()
+            lines, _ = process.communicate()
     for line in lines.splitlines():
         yield json.loads(line)
-    if done is None or done.returncode:
-        yield ["all", "the claims that are left", "not decided", ended]
+    if process.returncode:
+        yield ["all claims", "the others", "not decided", ended]

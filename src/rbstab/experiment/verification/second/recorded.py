@@ -14,6 +14,7 @@ about shows. An operation takes the results of earlier ones by their numbers; th
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
+from functools import partialmethod, total_ordering
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -33,6 +34,8 @@ Monomial = tuple[int, ...]
 
 NOT_QUADRATIC = "its energy is not quadratic in X and in own states"
 
+MAY_JUMP = "the force of an element with modes may jump"
+
 
 class NoOpinionError(Exception):
     """The energy is of no form that a second opinion can be had of; the message says why."""
@@ -44,14 +47,13 @@ class Recorded(NamedTuple):
     Attributes:
         operations: U.
         stop: The largest |θ2| that a stop allows, rad; None without one.
-        jumps: Whether a force may jump where a step changes.
     """
 
     operations: Operations
     stop: Fraction | None
-    jumps: bool
 
 
+@total_ordering
 class Number:
     """A polynomial of X, own states and recorded operations. One more kind of number.
 
@@ -81,7 +83,7 @@ class Number:
         """Return it as one operation, or as a number."""
         if not self.of_angles:
             raise NoOpinionError(NOT_QUADRATIC)
-        if not any(self.terms) or list(self.terms.items()) == [(max(self.terms), 1)]:
+        if not any(self.terms) or list(self.terms.items()) == [(max(self.terms), Fraction(1))]:
             return self if len(max(self.terms, default=())) < 2 else self._put(*self._product())
         entries: list[Any] = [str(self.terms.get((), Fraction(0)))]
         for m, c in sorted(self.terms.items()):
@@ -112,8 +114,10 @@ class Number:
             return other
         if isinstance(other, np.ndarray):
             return self._like(other.item())
-        if isinstance(other, (bool, int, np.integer, Fraction)):
-            return Number(self.tape, {(): Fraction(other)})
+        if isinstance(other, Fraction):
+            return Number(self.tape, {(): other})
+        if isinstance(other, (bool, int, np.integer)):
+            return Number(self.tape, {(): Fraction(int(other))})
         if isinstance(other, (float, np.floating)):
             return Number(self.tape, {(): Fraction(repr(float(other)))})
         raise TypeError(f"a recorded number takes no {type(other).__name__}")
@@ -133,8 +137,10 @@ class Number:
         if isinstance(other, np.ndarray):
             return NotImplemented
         factors = (self, self._like(other))
-        one, two = factors if any(not any(x.terms) for x in factors) else (
-            x.single() if x.of_angles else x for x in factors
+        one, two = (
+            factors
+            if any(not any(x.terms) for x in factors)
+            else (x.single() if x.of_angles else x for x in factors)
         )
         terms = dict[Monomial, Fraction]()
         for (m, c), (n, d) in product(one.terms.items(), two.terms.items()):
@@ -177,17 +183,13 @@ class Number:
 
     __radd__, __rmul__ = __add__, __mul__
 
+    def __eq__(self, other: object) -> bool:
+        return self.number() == self._like(other).number()
+
     def __lt__(self, other: Any) -> bool:
         return self.number() < self._like(other).number()
 
-    def __gt__(self, other: Any) -> bool:
-        return self.number() > self._like(other).number()
-
-    def __le__(self, other: Any) -> bool:
-        return not self > other
-
-    def __ge__(self, other: Any) -> bool:
-        return not self < other
+    __hash__ = None  # type: ignore[assignment]
 
     def function(self, kind: str) -> "Number":
         """Return a function of it."""
@@ -198,26 +200,16 @@ class Number:
             x = x._put("sum", str(x.number()))
         return x._put(kind, x.operation)
 
-    def sin(self) -> "Number":
-        return self.function("sin")
-
-    def cos(self) -> "Number":
-        return self.function("cos")
+    sin = partialmethod(function, "sin")
+    cos = partialmethod(function, "cos")
+    exp = partialmethod(function, "exp")
+    log = partialmethod(function, "log")
+    sqrt = partialmethod(function, "sqrt")
+    arctan = partialmethod(function, "atan")
 
     def tan(self) -> "Number":
-        return self.sin() / self.cos()
-
-    def exp(self) -> "Number":
-        return self.function("exp")
-
-    def log(self) -> "Number":
-        return self.function("log")
-
-    def sqrt(self) -> "Number":
-        return self.function("sqrt")
-
-    def arctan(self) -> "Number":
-        return self.function("atan")
+        """Return its tangent."""
+        return self.function("sin") / self.function("cos")
 
 
 def recorded_energy(config: Config) -> Recorded:
@@ -240,7 +232,7 @@ def _recorded(config: Config) -> Recorded:
     others = [Number(zero.tape, {(-k,): Fraction(1)}) for k in range(3, at_rest.size)]
     q = np.array([*q, *others], dtype=object)
     motion, own = at_rest.motion(q), q[at_rest.pose_size :]
-    total, begin, stop, jumps = zero, 0, None, False
+    total, begin, stop = zero, 0, None
     for element in at_rest.system.elements:
         acting: Any = element
         mine = own[begin : begin + element.state_size]
@@ -249,7 +241,8 @@ def _recorded(config: Config) -> Recorded:
             stop = zero._like(acting.angle).number()
             continue
         if element.mode_count:
-            jumps = jumps or element.kinked or element.from_user
+            if element.kinked or element.from_user:
+                raise NoOpinionError(MAY_JUMP)
             modes = [zero._like(g).function("step") for g in element.guards(motion, mine)]
             acting = replace(acting, mode=np.array(modes, dtype=object))
         total = total + acting.stored(motion, mine)
@@ -259,7 +252,7 @@ def _recorded(config: Config) -> Recorded:
     if not any(last.terms):
         raise NoOpinionError("its energy does not depend on the angles")
     operations = zero.tape[: last.operation + 1]
-    return Recorded(operations, stop, jumps)
+    return Recorded(operations, stop)
 
 
 def _numbers(zero: Number) -> Callable[[Array], Array]:
@@ -293,8 +286,8 @@ def _powers(total: Number, k: int) -> tuple[Number, Number, Number]:
         if degree > 2:
             raise NoOpinionError(NOT_QUADRATIC)
         parts[degree][tuple(i for i in m if i != k)] = c
-    c, b, a = (Number(total.tape, part) for part in parts)
-    return c, b, a
+    first, second, third = (Number(total.tape, part) for part in parts)
+    return first, second, third
 
 
 def _minus_square(c: Number, b: Number, a: Fraction) -> Number:

@@ -131,6 +131,16 @@ def test_an_enclosure_that_is_moved_is_refuted(proof: Proof, config: Config, axi
 
 
 @pytest.mark.slow
+def test_a_box_with_its_zero_on_the_border_is_not_confirmed(proof: Proof, config: Config) -> None:
+    data = proof.model_dump(mode="json")
+    low, high = data["states"][0]["enclosure"]
+    low[0], high[0] = 0.0, high[0] - low[0]
+    found = asked(changed(proof, **data), config)
+    assert found["codac: the range of eq. 5", UNDECIDED] is False
+    assert ("codac: the range of eq. 5", "rest state 1") not in found
+
+
+@pytest.mark.slow
 def test_wrong_claims_are_refuted(proof: Proof, config: Config) -> None:
     data = proof.model_dump(mode="json")
     data["states"][0]["index"] = 1

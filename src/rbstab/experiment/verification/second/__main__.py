@@ -26,6 +26,9 @@ faces, where U has a minimum near which it cannot tell U from a level."""
 RADII = [10.0 ** (k / 2 - 13) for k in range(27)]
 """Of the boxes about a point in which a zero is looked for, rad: up to 1."""
 
+WIDER = [1e-6 * 1.15**k for k in range(100)]
+"""By how much a box about a zero is widened in which there is no other, rad: up to 1."""
+
 MOST_TRIED = 64
 """Boxes that are left in which another zero is looked for."""
 
@@ -238,7 +241,7 @@ class Zeros:
     def domain(self, box: Box, holds: Callable[[Box], bool] | None = None) -> Box:
         """Return the widest box found about a zero in which there is no other, or that holds."""
         found, test = box, holds or (lambda wider: self.image(wider)[1])
-        for radius in RADII:
+        for radius in WIDER:
             wider = self.wider(box, radius)
             if not test(wider):
                 break

@@ -19,7 +19,7 @@ from codac import AnalyticFunction, EvalMode, Interval, IntervalMatrix, Interval
 
 PROVED, REFUTED, OPEN = "proved", "refuted", "not decided"
 
-SIZES, ON_FACE = (0.1, 0.01, 0.001), (0.1, 0.004, 0.0004)
+SIZES, ON_FACE = (0.1, 0.01, 0.001, 0.0001), (0.1, 0.004, 0.0004)
 """The sizes to which codac's solver cuts boxes, rad, one after the other: in the range, and on its
 faces, where U has a minimum near which it cannot tell U from a level."""
 

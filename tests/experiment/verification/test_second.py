@@ -167,7 +167,7 @@ def test_what_takes_too_long_is_not_decided(
         ("codac: all claims", UNDECIDED, False, "The others: It took too long.")
     ]
     # Without time for the solver, what needs no search is decided all the same.
-    monkeypatch.setattr(opinion, "LATEST", 600.0)
+    monkeypatch.setattr(opinion, "LATEST", 300.0)
     found = list(second_opinion(proof, config))
     assert [claim for _, claim, fine, _ in found if fine] == ["rest state 1"]
     assert {claim for _, claim, fine, _ in found if not fine} == {UNDECIDED}

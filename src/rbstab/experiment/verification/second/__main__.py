@@ -156,10 +156,10 @@ class Body:
                 if one.max_diam() <= size:  # the solver would refuse it
                     found.append(one)
                     continue
-                seconds = self.end_time - time.process_time()
-                if seconds <= 0:
+                if time.process_time() > self.end_time:
                     return boxes
-                paving = codac.pave(one, contractor, size, seconds)
+                # The solver itself heeds no limit of time.
+                paving = codac.pave(one, contractor, size)
                 found += [b for b in paving.boxes(PavingOut.outer) if not (b.is_empty() or done(b))]
             boxes = found
         return boxes

@@ -16,10 +16,10 @@ from rbstab.experiment.stored_proof.proof import Proof, ProvedState, ProvedState
 from rbstab.experiment.verification.second.recorded import NoOpinionError, Recorded, recorded_energy
 
 SECONDS = 60.0
-"""The time of a processor after which claims are not decided, s."""
+"""The time of a processor after which codac's solver is not asked again, s."""
 
-LATEST = 600.0
-"""The time after which the process is ended, s: the solver may not look at its watch."""
+LATEST = 300.0
+"""The time after which the process is ended, s: the solver itself heeds no limit."""
 
 PROGRAM = Path(__file__).with_name("__main__.py")
 

@@ -72,7 +72,8 @@ def command(
     is refused, but a check takes too long (more than 3,000,000 evaluations of the energy), it is 5.
 
     With --second, codac confirms or refutes rest states and certified regions from the equations of
-    CONFIG, in five minutes at most. If it refutes a claim, the exit code is 4; if it leaves one open, 5.
+    CONFIG, in five minutes at most. If it refutes a claim, the exit code is 4. If it leaves one
+    open, it is 5.
     """
     from rbstab.files.existence import is_dir
     from rbstab_cli.arguments.proofs import is_other_proof, proofs_of_folder

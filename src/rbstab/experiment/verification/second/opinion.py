@@ -63,7 +63,7 @@ def second_opinion(proof: Proof, config: Config) -> Iterator[tuple[str, str, boo
         return
     pi, half = math.nextafter(math.pi, 4), math.nextafter(math.pi / 2, 2)
     ranges = [_claims(IN_RANGE, proof, (pi, half, pi))]
-    if proof.unwrapped is not None:
+    if proof.unwrapped is not None and proof.unwrapped.end is not None:
         first, _, third = proof.unwrapped.end
         ranges.append(_claims(EVERYWHERE, proof.unwrapped, (first, half, third)))
     for place, claim, verdict, text in _answers(energy, ranges):

@@ -249,3 +249,46 @@ def test_many_files_that_claim_nothing_are_counted(
     done = rbstab("verify", "results")
     assert "\n  Claims nothing\n    an input supplies power (1 file)\n" in done.stdout
     assert "claims nothing: " not in done.stdout
+
+
+@pytest.mark.slow
+def test_a_second_opinion_confirms_and_refutes(folder: Path, rbstab: Invoke) -> None:
+    config = str(Path(__file__).parents[2] / "configs" / "examples" / "stability" / "fast.yaml")
+    assert rbstab("stability", config, "--no-run").exit_code == 0
+    (proof,) = (folder / "results" / "proofs").iterdir()
+    done = rbstab("verify", str(proof), "--config", config, "--second")
+    assert done.exit_code == 0
+    assert "  Codac: the range of eq. 5\n    Rest state 1: checked." in done.stdout
+    assert "  Codac: all θ1 and θ3\n" in done.stdout
+    assert "codac: that all rest states with any θ1 and θ3 are in" in done.stdout
+    assert "codac" not in rbstab("verify", str(proof), "--config", config).stdout.lower()
+    data = read_document(proof)
+    data["states"][0]["index"] = 1
+    write_document(proof, data)
+    done = rbstab("verify", str(proof), "--config", config, "--second", "--json")
+    assert done.exit_code == 4
+    wrong = [one for one in json.loads(done.stdout)["findings"] if not one["verified"]]
+    assert "codac: the range of eq. 5" in {one["about"] for one in wrong}
+
+
+def test_a_second_opinion_that_is_not_decided_is_no_refusal(
+    proof: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rbstab.experiment.verification.second.opinion.LATEST", 0.01)
+    monkeypatch.setattr("rbstab.experiment.verification.second.opinion.SECONDS", 0.0)
+    done = rbstab("verify", str(proof), "--config", "good.yaml", "--second")
+    assert done.exit_code == 5
+    assert done.stdout.startswith(f"{proof}: not decided: codac does not decide every claim\n")
+    assert "REFUSED" not in done.stdout
+
+
+def test_a_second_opinion_needs_a_config_and_codac(
+    proof: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done = rbstab("verify", str(proof), "--second")
+    assert done.exit_code == 2
+    assert "--second needs --config" in done.stderr
+    monkeypatch.setattr("rbstab.experiment.verification.second.opinion.find_spec", lambda _: None)
+    done = rbstab("verify", str(proof), "--config", "good.yaml", "--second")
+    assert done.exit_code == 2
+    assert 'pip install "rbstab[second]"' in done.stderr

@@ -20,7 +20,8 @@ from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.verification.verify import verify
-from rbstab.proof.passive.passive import passive, why_not_in_proofs
+from rbstab.proof.passive import passive
+from rbstab.proof.passive.passive import why_not_in_proofs
 
 CORD = element_text(
     """

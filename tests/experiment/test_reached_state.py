@@ -204,6 +204,7 @@ def test_unwrapped_angles_have_a_proof_of_their_own(turning):
     wide = proof.unwrapped
     assert wide is not None
     assert wide.proved
+    assert wide.end is not None
     assert wide.end[0] > np.pi
     # Pulled to +y, the body leans to the negative side of θ1 a little deeper.
     assert proof.states[0].orientation[0] < 0
@@ -258,6 +259,7 @@ def test_angles_beyond_the_unwrapped_range_decide_nothing(turning):
     assert wide.region is not None
     assert wide.region.energy_bound is not None
     energy = wide.region.energy_bound - 1e-3
+    assert wide.end is not None
     ends = np.array([wide.end[0], np.pi / 2, wide.end[2]])
     assert reached_state(proof, energy, -ends, ends) == 1
     for axis in range(3):

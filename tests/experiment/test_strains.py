@@ -6,6 +6,7 @@ The places are found by SciPy with the stored energy of the system itself.
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -42,8 +43,9 @@ def leg(slack_length):
 def may_be(config, Theta, radius=NARROW, energy=None):
     """Return whether the ligament of a config may be just taut in a cube about Θ."""
     box = np.array([Theta - radius, Theta + radius])
-    proof = SimpleNamespace(reduced_energy=energy)
-    (found,) = may_be_just_taut(proof, SimpleNamespace(enclosure=box), config)
+    proof: Any = SimpleNamespace(reduced_energy=energy)
+    state: Any = SimpleNamespace(enclosure=box)
+    (found,) = may_be_just_taut(proof, state, config)
     return found
 
 
@@ -98,5 +100,5 @@ def test_a_stiff_guard_begins_at_its_exact_angle():
         (0.3 + 1e-12, 0.4, False),
         (-0.2, 0.29, False),
     ):
-        state = SimpleNamespace(enclosure=((0.0, low, 0.0), (0.0, high, 0.0)))
+        state: Any = SimpleNamespace(enclosure=((0.0, low, 0.0), (0.0, high, 0.0)))
         assert _may_be_at(guard, state) is expected

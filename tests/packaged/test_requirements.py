@@ -10,7 +10,7 @@ from support.interpreters import workflow_versions
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-USED_BY_USERS = ("cluster", "report", "table", "xarray")
+USED_BY_USERS = ("cluster", "report", "second", "table", "xarray")
 """The extras that are tested with their oldest versions; the others are tools of developers."""
 
 

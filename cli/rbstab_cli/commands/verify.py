@@ -31,6 +31,11 @@ if TYPE_CHECKING:
 )
 @CHANGES
 @click.option(
+    "--second",
+    is_flag=True,
+    help="Also ask codac, a solver of others, about the equations of CONFIG.",
+)
+@click.option(
     "--certificate",
     metavar="FILE",
     type=click.Path(dir_okay=False, path_type=Path),
@@ -44,6 +49,7 @@ def command(
     proofs: tuple[Path, ...],
     config_path: Path | None,
     changes: tuple[str, ...],
+    second: bool,
     allow_python: bool,
     certificate: Path | None,
     force: bool,
@@ -64,6 +70,10 @@ def command(
     bounds and no arithmetic with the program that made the proof: it computes all of them anew, in
     balls of 128 bits. If a claim is wrong or cannot be confirmed, the exit code is 4. If no claim
     is refused, but a check takes too long (more than 3,000,000 evaluations of the energy), it is 5.
+
+    With --second, codac confirms or refutes rest states and certified regions from the equations of
+    CONFIG, in five minutes at most. If it refutes a claim, the exit code is 4. If it leaves one
+    open, it is 5.
     """
     from rbstab.files.existence import is_dir
     from rbstab_cli.arguments.proofs import is_other_proof, proofs_of_folder
@@ -72,6 +82,8 @@ def command(
     if certificate is not None:
         check_target(certificate, force=force)
     config = _config(config_path, changes, allow_python=allow_python)
+    if second:
+        _check_second(config)
     several = len(proofs) > 1 or is_dir(proofs[0])
     if certificate is not None and several:
         raise click.UsageError("--certificate needs the file of one proof")
@@ -92,10 +104,10 @@ def command(
         files.append(given)
     if several:
         where = f"{proofs[0]}: " if len(proofs) == 1 else ""
-        _check_several(where, files, others, config, as_json=as_json, quiet=quiet)
+        _check_several(where, files, others, config, second=second, as_json=as_json, quiet=quiet)
         return
     (proof,) = files
-    checked = _checked(proof, config, quiet=quiet)
+    checked = _checked(proof, config, second=second, quiet=quiet)
     if checked is None:
         raise click.exceptions.Exit(exit_codes.STORAGE)
     stored, found = checked
@@ -115,6 +127,18 @@ def command(
     _exit_unless_verified([found])
 
 
+def _check_second(config: "Config | None") -> None:
+    """Refuse to ask for a second opinion without a config, or without codac."""
+    from rbstab.experiment.verification.second.opinion import NoCodacError, check_available
+
+    if config is None:
+        raise click.UsageError("--second needs --config: codac is asked about its equations.")
+    try:
+        check_available()
+    except NoCodacError as error:
+        raise click.UsageError(str(error)) from error
+
+
 def _exit_unless_verified(found: "Sequence[Verification]") -> None:
     """End the command with the exit code of a proof that is refused, or takes too long."""
     left = [one for one in found if not one.verified]
@@ -129,6 +153,7 @@ def _check_several(
     others: int,
     config: "Config | None",
     *,
+    second: bool,
     as_json: bool,
     quiet: bool,
 ) -> None:
@@ -143,7 +168,7 @@ def _check_several(
     data, results = [], []
     nothing = Counter[str]()
     for path in files:
-        checked = _checked(path, config, quiet=quiet)
+        checked = _checked(path, config, second=second, quiet=quiet)
         if checked is None:
             continue
         stored, found = checked
@@ -181,7 +206,7 @@ def _check_several(
 
 
 def _checked(
-    path: Path, config: "Config | None", *, quiet: bool
+    path: Path, config: "Config | None", *, second: bool, quiet: bool
 ) -> "tuple[Proof, Verification] | None":
     """Return a proof with what was found of it; print why it cannot be read, and return None."""
     from rbstab.experiment.stored_proof.proof import Proof
@@ -196,7 +221,7 @@ def _checked(
         click.echo(f"error: {error}", err=True)
         return None
     with claims_checked(path.name, wanted=not quiet) as progress:
-        return stored, verify(stored, config, progress)
+        return stored, verify(stored, config, progress, second=second)
 
 
 def _refuse_others(path: Path) -> None:

@@ -6,7 +6,8 @@ from support.user_code import MAXWELL, ROPE, SPRING, element_text, loaded_with, 
 from rbstab.analysis.configuration import configurations
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
-from rbstab.proof.passive.passive import in_proofs, passive, why_not_in_proofs, why_not_passive
+from rbstab.proof.passive import passive
+from rbstab.proof.passive.passive import in_proofs, why_not_in_proofs, why_not_passive
 from rbstab.proof.passive.statements import NotRecordedError, statements_of
 
 AT_POINT = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 0.1], "k": 30.0, "c": 2.0}

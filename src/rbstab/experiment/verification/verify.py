@@ -13,6 +13,7 @@ from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.verification.second.opinion import UNDECIDED, not_asked, second_opinion
 
 if TYPE_CHECKING:
     from rbstab.proof.check.findings import Finding
@@ -45,7 +46,7 @@ class Verification(NamedTuple):
         from rbstab.proof.check.findings import TIME
 
         left = [finding.claim for finding in self.findings if not finding.verified]
-        return bool(left) and all(claim in {TIME, NO_CHECKER} for claim in left)
+        return bool(left) and all(claim in {TIME, NO_CHECKER, UNDECIDED} for claim in left)
 
     @property
     def outcome(self) -> str:
@@ -54,6 +55,8 @@ class Verification(NamedTuple):
             return "verified"
         if any(finding.claim == NO_CHECKER for finding in self.findings):
             return "not decided: there is no checker of rest states among all rotations"
+        if self.takes_too_long and any(one.claim == UNDECIDED for one in self.findings):
+            return "not decided: codac does not decide every claim"
         return "not decided: the check takes too long" if self.takes_too_long else "REFUSED"
 
 
@@ -61,6 +64,8 @@ def verify(
     proof: Proof,
     config: Config | None = None,
     progress: "Callable[[Finding], None]" = lambda _: None,
+    *,
+    second: bool = False,
 ) -> Verification:
     """Check a proof, and whether it is one of a config.
 
@@ -68,6 +73,7 @@ def verify(
         proof: The proof.
         config: The config; None to check the proof for its own energy U alone.
         progress: Called with each finding about the proof as soon as it is made.
+        second: Whether to ask codac too, from the equations of the config.
     """
     from rbstab.proof.check.checker import check
     from rbstab.proof.check.findings import IN_RANGE, Finding
@@ -83,7 +89,13 @@ def verify(
     findings = check(proof.record, progress)
     if config is not None:
         findings = [*_config_findings(proof, config), *findings]
-    return Verification(findings, list(_unchecked(proof, config)))
+    unchecked = list(_unchecked(proof, config))
+    if second and config is not None:
+        for said in second_opinion(proof, config):
+            findings.append(Finding(*said))
+            progress(findings[-1])
+        unchecked += not_asked(proof)
+    return Verification(findings, unchecked)
 
 
 def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":

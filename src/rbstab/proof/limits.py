@@ -45,7 +45,8 @@ def search_limit(energy: Energy, *, brief: bool) -> Limit:
         most, less = MOST_WITH_SPRINGS, BRIEF_WITH_SPRINGS
     elif energy.free:
         ligaments = max(1, sum(a.kind == OF for a in energy.U.atoms))
-        most, less = MOST // ligaments, BRIEF_WITH_LIGAMENTS // ligaments
+        # With more of them boxes take longer, and more are needed.
+        most, less = MOST // ligaments, BRIEF_WITH_LIGAMENTS // ligaments**2
     else:
         count = sum(
             a.kind not in {VAR, STEP} and (len(a.variables) > 1 or a.kind not in {SIN, COS})

@@ -46,7 +46,7 @@ MANY = 8_000
 BRIEF_LIMIT, FULL_LIMIT = 15_000, 100_000
 """The most boxes in each of the four charts of rotations, of a proof for which nobody asked."""
 
-SLOWER = 10
+SLOWER = 30
 """So much fewer boxes are searched where positions or own states are left in the energy."""
 
 TIES_OF_C = ("visco-elastic", "embedded")

@@ -9,16 +9,18 @@ from pathlib import Path
 import pytest
 from cli.conftest import Invoke
 from support.printed_paths import printed
+from support.stored_proofs import store_proof_of
 
 STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
 
 
 @pytest.fixture
 def mixed(folder: Path) -> Path:
-    """A folder with two runs, two sweeps of which one is not finished, and a proof."""
-    shutil.copytree(STORED / "proofs", "mixed/proofs")
+    """A folder with two runs, two sweeps of which one is not finished, and two proofs."""
+    Path("mixed").mkdir()
     for name in ("embedded.h5", "range_left.h5"):
         shutil.copy(STORED / "runs" / name, "mixed")
+        store_proof_of(STORED / "runs" / name, Path("mixed"))
     for name in ("finished_map", "begun_map"):
         shutil.copytree(STORED / "sweeps" / name, f"mixed/{name}")
     return Path("mixed")
@@ -96,10 +98,10 @@ def test_the_folder_above_the_results(mixed: Path, rbstab: Invoke) -> None:
 
 
 def test_a_folder_of_proofs(mixed: Path, rbstab: Invoke) -> None:
+    before = {file.name for file in (mixed / "proofs").iterdir()}
+    assert len(before) == 2
     rbstab("run", "good.yaml", "-q", "-o", "mixed")
-    (name,) = {file.name for file in (mixed / "proofs").iterdir()} - {
-        file.name for file in (STORED / "proofs").iterdir()
-    }
+    (name,) = {file.name for file in (mixed / "proofs").iterdir()} - before
     rows = json.loads(rbstab("show", "mixed/proofs", "--json").stdout)
     by_name = {row["proof"]: row for row in rows}
     assert len(by_name) == len(list((mixed / "proofs").iterdir()))

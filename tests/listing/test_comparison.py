@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from support.configs import VISCO_ELASTIC, plain
 from support.made_runs import made_config, made_file, made_result
+from support.stored_proofs import store_proof_of
 
 from rbstab.config.load import load_config
 from rbstab.experiment.simulate import simulate
@@ -140,12 +141,18 @@ def test_a_run_with_a_word_of_no_version(usual: Path, tmp_path: Path) -> None:
         ("runs/embedded.h5", "runs/missing.h5", "cannot be read"),
         ("sweeps/begun_map", "sweeps/finished_map", "is not finished"),
         ("runs", "sweeps/finished_map", r"runs has \d+ results\. Name one of them: .*embedded\.h5"),
-        ("proofs", "sweeps/finished_map", "is a folder, but not a sweep, and no result is in it"),
     ],
 )
 def test_what_cannot_be_compared(first: str, second: str, reason: str) -> None:
     with pytest.raises(StoreError, match=reason):
         compare(STORED / first, STORED / second)
+
+
+def test_a_folder_of_proofs_cannot_be_compared(tmp_path: Path) -> None:
+    proofs = store_proof_of(STORED / "runs/range_left.h5", tmp_path).parent
+    reason = "is a folder, but not a sweep, and no result is in it"
+    with pytest.raises(StoreError, match=reason):
+        compare(proofs, STORED / "sweeps/finished_map")
 
 
 def test_a_folder_stands_for_the_only_result_in_it(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from support.stored_proofs import store_proof_of
 
 from rbstab.listing.kinds import Kind, kind_of, sweep_folder_of
 
@@ -20,17 +21,24 @@ KINDS = [
     (SWEEP / "plan.yaml", Kind.CONFIG),
     (SWEEP / "shards/00000000.npy", Kind.SHARD),
     (SWEEP / "traces/00000000.h5", Kind.TRACES),
-    (next((STORED / "proofs").glob("*.json")), Kind.PROOF),
 ]
 
 
-@pytest.mark.parametrize(("path", "kind"), KINDS)
-def test_kinds(path: Path, kind: Kind, monkeypatch: pytest.MonkeyPatch) -> None:
+def check_kind(path: Path, kind: Kind, monkeypatch: pytest.MonkeyPatch) -> None:
     assert kind_of(path) is kind
     if path.parent.is_dir():
         # A bare name in the working folder has the same kind.
         monkeypatch.chdir(path.parent)
         assert kind_of(Path(path.name)) is kind
+
+
+@pytest.mark.parametrize(("path", "kind"), KINDS)
+def test_kinds(path: Path, kind: Kind, monkeypatch: pytest.MonkeyPatch) -> None:
+    check_kind(path, kind, monkeypatch)
+
+
+def test_the_kind_of_a_proof(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    check_kind(store_proof_of(STORED / "runs/range_left.h5", tmp_path), Kind.PROOF, monkeypatch)
 
 
 def test_names_alone_make_no_sweep(tmp_path: Path) -> None:

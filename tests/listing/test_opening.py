@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from support.stored_proofs import store_proof_of
 
 import rbstab
 from rbstab.store.errors import NotAResultError, StoreError
@@ -28,7 +29,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A working folder with a file of each kind."""
     monkeypatch.chdir(tmp_path)
     shutil.copytree(SWEEP, "sweep")
-    shutil.copytree(STORED / "proofs", "proofs")
+    store_proof_of(STORED / "runs/range_left.h5", tmp_path)
     shutil.copy(SWEEP / "sweep.h5", "alone.h5")
     shutil.copy(STORED / "runs/embedded.h5", "run.h5")
     Path("sweep/check.json").write_text("{}")
@@ -38,8 +39,6 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-PROOF = sorted(file.name for file in (STORED / "proofs").glob("*.json"))[0]
-
 OTHERS = [
     ("sweep", "a sweep", "rbstab.open_sweep('sweep')"),
     ("sweep/sweep.h5", "a sweep", "rbstab.open_sweep('sweep/sweep.h5')"),
@@ -48,7 +47,6 @@ OTHERS = [
     ("sweep/traces/00000000.h5", "a file of traces of a sweep", "rbstab.open_traces('sweep')"),
     ("sweep/manifest.json", "the manifest of a sweep", "rbstab.open_sweep('sweep')"),
     ("sweep/check.json", "the comparison of a sweep with SciPy", "rbstab.open_sweep('sweep')"),
-    (f"proofs/{PROOF}", "a proof of rest states", f"rbstab.open_proof('proofs/{PROOF}')"),
     ("proofs/within-1.json", "a proof within tolerances", "`rbstab show` prints it"),
     ("a.yaml", "a config", "rbstab.simulate('a.yaml')"),
     ("plan.yaml", "the plan of a sweep", "rbstab.load_plan('plan.yaml')"),
@@ -58,14 +56,29 @@ OTHERS = [
 ]
 
 
-@pytest.mark.parametrize(("name", "what", "hint"), OTHERS)
-def test_what_is_no_run(place: Path, name: str, what: str, hint: str) -> None:
-    if "within" in name:
-        Path(name).write_text("{}")
+def proof_in(place: Path) -> Path:
+    """Return the only stored proof, as named from the working folder."""
+    (file,) = (place / "proofs").glob("*.json")
+    return file.relative_to(place)
+
+
+def check_no_run(name: str, what: str, hint: str) -> None:
     with pytest.raises(NotAResultError) as caught:
         rbstab.open_result(name)
     assert str(caught.value).startswith(f"{Path(name)} is {what}, not the result of a run. ")
     assert hint in str(caught.value)
+
+
+@pytest.mark.parametrize(("name", "what", "hint"), OTHERS)
+def test_what_is_no_run(place: Path, name: str, what: str, hint: str) -> None:
+    if "within" in name:
+        Path(name).write_text("{}")
+    check_no_run(name, what, hint)
+
+
+def test_a_proof_is_no_run(place: Path) -> None:
+    name = proof_in(place).as_posix()
+    check_no_run(name, "a proof of rest states", f"rbstab.open_proof('{name}')")
 
 
 @pytest.mark.parametrize("function", [rbstab.open_sweep, rbstab.open_proof])
@@ -77,8 +90,8 @@ def test_a_run_is_no_sweep_and_no_proof(place: Path, function: object) -> None:
 def test_what_is_named_opens(place: Path) -> None:
     assert rbstab.open_result("run.h5").status == "completed"
     assert len(rbstab.open_sweep("sweep")["run"]) == len(rbstab.open_sweep("alone.h5")["run"])
-    proof = rbstab.open_proof(f"proofs/{PROOF}")
-    assert proof.id == Path(PROOF).stem
+    file = proof_in(place)
+    assert rbstab.open_proof(file).id == file.stem
 
 
 @pytest.mark.parametrize("function", [rbstab.open_result, rbstab.open_sweep, rbstab.open_proof])

@@ -1,9 +1,13 @@
 """Proofs stored beside made up runs, and the facts on such runs."""
 
+import math
+
 import yaml
+from support.proofs import parabola
 
 from rbstab.config.load import load_config
 from rbstab.experiment.proof_cache import proof_file
+from rbstab.experiment.stored_proof.energies import ProvedEnergy
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof, ProvedRegion, ProvedState
 from rbstab.report.reading.sources import read_sources
@@ -29,9 +33,16 @@ def store_proof(folder, text, states, *, level=1e9):
         index=0,
         proved=True,
         enclosure=(ORIGIN, ORIGIN),
+        index_proved=True,
     )
     region = ProvedRegion(
-        energy=level, level=level, lower_bound=level, attained_at=ORIGIN, face=None, proved=True
+        energy=level,
+        level=level,
+        lower_bound=level,
+        attained_at=ORIGIN,
+        face=None,
+        proved=True,
+        energy_bound=level,
     )
     proof = Proof(
         id=proof_id(config),
@@ -43,5 +54,7 @@ def store_proof(folder, text, states, *, level=1e9):
         undecided=(),
         states=(state,) * states,
         region=region,
+        end=(math.pi, math.pi / 2, math.pi),
+        reduced_energy=ProvedEnergy.model_validate(parabola(ORIGIN, 1.0)["reduced_energy"]),
     )
     write_document(proof_file(folder, config), proof.model_dump(mode="json"))

@@ -1,18 +1,21 @@
 """Protects the section on global stability: what it says is in the stored proofs and runs."""
 
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from support.made_runs import LARGEST_PITCH, V_START, made_config, made_file, made_result
-from support.proofs import parabola
 from support.results import with_data
 
 from rbstab.config.load import load_config
 from rbstab.experiment.proof_cache import proof_file
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.proof.expr import Expr, expr, variable
+from rbstab.proof.model import Energy
+from rbstab.proof.record import energy_record
 from rbstab.report.model.document import Table
 from rbstab.report.model.figure import Figure, Line, Points
 from rbstab.report.reading.sources import read_sources
@@ -21,7 +24,8 @@ from rbstab.report.runs.facts import facts_of
 from rbstab.store.document import write_document
 from rbstab.store.run_file import write_result
 
-BARRIER = {"kind": "guard", "method": "barrier", "stiffness": 6.0}
+STIFFNESS = 6.0
+BARRIER = {"kind": "guard", "method": "barrier", "stiffness": STIFFNESS}
 SECOND = (1.0, 1.1, -0.5)
 
 
@@ -54,8 +58,17 @@ def state(Theta: tuple[float, float, float], energy: float) -> dict[str, Any]:
     }
 
 
+def energy(barrier: bool) -> dict[str, Any]:
+    """Return the record of U = ½ |Θ|², J; with a barrier + ½ k tan² θ2 = ½ k (1/cos² θ2 - 1)."""
+    squares = (variable(k) * variable(k) for k in range(3))
+    U: Expr = sum(squares, expr(0)).scaled(Fraction(1, 2))
+    if barrier:
+        U = U + (variable(1).cos() ** -2 - 1).scaled(Fraction(STIFFNESS) / 2)
+    return energy_record(Energy(U, closed=frozenset({1} if barrier else ())))
+
+
 def store_proof(folder: Path, text: str, *, second: bool = False, index: int = 0) -> None:
-    """Store a proof with U = ½ |Θ|²; with the barrier of the config, every start converges."""
+    """Store a proof of that energy; with the barrier of the config, every start converges."""
     config = load_config(plain(text))
     states = [state((0.0, 0.0, 0.0), 0.0) | {"index": index}] + (
         [state(SECOND, 1.23)] if second else []
@@ -63,8 +76,8 @@ def store_proof(folder: Path, text: str, *, second: bool = False, index: int = 0
     common = {"outcome": "all", "proved": True, "unique": not second, "examined": 1}
     common |= {"undecided": (), "states": states, "region": None}
     wide = common | {"end": (4.0, 1.6, 4.0), "every_start": True if config.elements else None}
-    energy = parabola((0.0, 0.0, 0.0), 1.0)["reduced_energy"]
-    data = common | {"id": proof_id(config), "seconds": 0.1, "reduced_energy": energy}
+    data = common | {"id": proof_id(config), "seconds": 0.1}
+    data |= {"reduced_energy": energy(barrier=bool(config.elements))}
     proof = Proof.model_validate(data | {"unwrapped": None if second else wide})
     write_document(proof_file(folder, config), proof.model_dump(mode="json"))
 

@@ -35,9 +35,9 @@ def test_list(rbstab: Invoke) -> None:
     lines = [line.split() for line in done.stdout.splitlines()]
     heads = "name kind outcome status checks this start whole range age title"
     assert lines[0] == heads.split()
-    # Its body has a stored proof.
-    left = printed("results/range_left.h5 run left the range range left seen not decided proved")
-    assert left.split() in [words[:11] for words in lines]
+    # Its body has a stored proof, also of where all motions end that stay in the range.
+    left = "results/range_left.h5 run left the range range left seen not decided returns: proved"
+    assert printed(left).split() in [words[:12] for words in lines]
     assert [printed("results/begun_map"), "sweep", "-", "2", "of", "4", "shards"] in [
         w[:7] for w in lines
     ]

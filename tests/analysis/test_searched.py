@@ -6,8 +6,8 @@ from support.config_elements import config_data
 from support.configs import BY_VARIANT, plain
 
 from rbstab.analysis.configuration import configurations
+from rbstab.analysis.descents.searched import searched_minima, searched_rest_states
 from rbstab.analysis.rest_state import nearest_rest_state
-from rbstab.analysis.searched import searched_minima, searched_rest_states
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.experiment.proof import prove

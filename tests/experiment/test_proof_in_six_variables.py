@@ -22,7 +22,7 @@ from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import start_state
 from rbstab.experiment.verification.verify import verify
 from rbstab.proof.check.checker import check
-from rbstab.proof.expr import variable
+from rbstab.proof.exact.expr import variable
 from rbstab.proof.record import energy_record, read_energy
 from rbstab.proof.rest_states import Body
 

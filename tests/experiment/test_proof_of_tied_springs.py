@@ -20,7 +20,7 @@ from rbstab.experiment.tuning.guard import guard
 from rbstab.experiment.verification.verify import verify
 from rbstab.mechanics.motion import motion_from_centre
 from rbstab.proof.check.checker import check
-from rbstab.proof.expr import variable
+from rbstab.proof.exact.expr import variable
 from rbstab.proof.record import energy_record, read_energy
 
 TIED = CONTROLLER | {

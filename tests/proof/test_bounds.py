@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from support.balls import BITS, ball, contains, gradient, reduced, value
 from support.expressions import RATIONAL, affine, boxes, convex, energies, outlined
 
-from rbstab.proof.bounds import BoundedEnergy, Matrices, inverses, preconditioned
-from rbstab.proof.expr import COS, INNER, OF, atom, expr, only, variable
-from rbstab.proof.intervals import Intervals
+from rbstab.proof.enclosures.bounds import BoundedEnergy, Matrices, inverses, preconditioned
+from rbstab.proof.enclosures.intervals import Intervals
+from rbstab.proof.exact.expr import COS, INNER, OF, atom, expr, only, variable
 
 NUMBERS = (0, 1, 2)
 SOON = [

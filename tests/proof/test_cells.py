@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rbstab.proof.cells import DEEPEST, Cells
+from rbstab.proof.regions.cells import DEEPEST, Cells
 from rbstab.proof.search import Box
 
 END = np.array([np.nextafter(np.pi, 4), np.nextafter(np.pi / 2, 2), np.nextafter(np.pi, 4)])

@@ -12,7 +12,7 @@ from support.balls import value
 from support.expressions import affine, energies
 
 from rbstab.mechanics.attitude import rotation as rotation_of_angles
-from rbstab.proof.expr import COS, SIN, atom, expr, meant, numbers, variable
+from rbstab.proof.exact.expr import COS, SIN, atom, expr, meant, numbers, variable
 
 X, Y, Z = (variable(k) for k in range(3))
 
@@ -82,7 +82,7 @@ def test_different_expressions_differ(one, two):
 def test_order_and_digest_do_not_depend_on_history():
     """In another process, where the atoms are made in another order."""
     code = """
-from rbstab.proof.expr import variable
+from rbstab.proof.exact.expr import variable
 {first}
 x, y = variable(0), variable(1)
 U = (x * y).sin() * x.exp() + (1 + y.cos() * x.sin()).sqrt() / (x + 2) + y.step(1) * y

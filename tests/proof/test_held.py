@@ -8,8 +8,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from rbstab.proof.bounds import BoundedEnergy
-from rbstab.proof.expr import STEP, expr, variable
+from rbstab.proof.enclosures.bounds import BoundedEnergy
+from rbstab.proof.exact.expr import STEP, expr, variable
 from rbstab.proof.held import held_zeros, jumps, out_of_balance, zeros_at_stop
 from rbstab.proof.model import Energy
 from rbstab.proof.search import Box, Search

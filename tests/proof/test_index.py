@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from rbstab.proof.index import negative_eigenvalues, proved_index
+from rbstab.proof.enclosures.index import negative_eigenvalues, proved_index
 
 NO_ERROR = np.zeros((3, 3))
 

@@ -9,8 +9,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from support.balls import BITS, ball
 
-from rbstab.proof import intervals
-from rbstab.proof.intervals import Intervals
+from rbstab.proof.enclosures import intervals
+from rbstab.proof.enclosures.intervals import Intervals
 
 PLAIN = st.floats(-50, 50) | st.sampled_from([0.0, 1.0, -1.0, 0.5, np.pi, 1e-9])
 WILD = st.floats(allow_nan=False, allow_infinity=False) | PLAIN

@@ -16,7 +16,7 @@ from rbstab.analysis.configuration import configurations
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config, plain_data
 from rbstab.elements.guards.soft_guards import RepellingGuard, StiffGuard
-from rbstab.proof.expr import expr, variable
+from rbstab.proof.exact.expr import expr, variable
 from rbstab.proof.kept_range import (
     Border,
     border_of_pitch,

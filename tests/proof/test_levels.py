@@ -8,9 +8,9 @@ from flint import arb, ctx
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rbstab.proof.bounds import BoundedEnergy
-from rbstab.proof.expr import expr, variable
-from rbstab.proof.levels import Ranges, least_values, quadratic_range
+from rbstab.proof.enclosures.bounds import BoundedEnergy
+from rbstab.proof.enclosures.levels import Ranges, least_values, quadratic_range
+from rbstab.proof.exact.expr import expr, variable
 from rbstab.proof.model import Energy
 from rbstab.proof.search import Boxes
 

@@ -12,8 +12,9 @@ from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
 from rbstab.config.user_code.permission import without_code
-from rbstab.proof.bounds import BoundedEnergy
-from rbstab.proof.expr import COS, STEP, atom, variable
+from rbstab.proof.enclosures.bounds import BoundedEnergy
+from rbstab.proof.exact.expr import COS, STEP, atom, variable
+from rbstab.proof.exact.rewriting import with_known_steps
 from rbstab.proof.held import jumps
 from rbstab.proof.model import (
     NoMinimumError,
@@ -25,7 +26,6 @@ from rbstab.proof.model import (
 )
 from rbstab.proof.reasons import NoReducedEnergy
 from rbstab.proof.rest_states import Body
-from rbstab.proof.rewriting import with_known_steps
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 SHIPPED = sorted(

@@ -6,15 +6,15 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from rbstab.proof.bounds import BoundedEnergy
-from rbstab.proof.cells import Cells
-from rbstab.proof.expr import variable
-from rbstab.proof.levels import Ranges
+from rbstab.proof.enclosures.bounds import BoundedEnergy
+from rbstab.proof.enclosures.levels import Ranges
+from rbstab.proof.exact.expr import variable
 from rbstab.proof.model import Energy
-from rbstab.proof.passes import Complex, Land
-from rbstab.proof.regions import regions_of
+from rbstab.proof.regions.cells import Cells
+from rbstab.proof.regions.passes import Complex, Land
+from rbstab.proof.regions.regions import regions_of
+from rbstab.proof.regions.starts import RegionLevel, StartRegions
 from rbstab.proof.search import Box, Search
-from rbstab.proof.starts import RegionLevel, StartRegions
 
 PI = np.nextafter(np.pi, 4)
 END = np.array([PI, np.nextafter(np.pi / 2, 2), PI])

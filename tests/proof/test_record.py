@@ -6,7 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from rbstab.proof.expr import Expr, variable
+from rbstab.proof.exact.expr import Expr, variable
 from rbstab.proof.model import Energy
 from rbstab.proof.record import (
     Claims,

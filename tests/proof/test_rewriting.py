@@ -9,8 +9,20 @@ from hypothesis import strategies as st
 from support.balls import BITS, series, value
 from support.expressions import RATIONAL, energies, steps, terms
 
-from rbstab.proof.expr import COS, INNER, LET, OF, POSITIVE, SIN, STEP, VAR, atom, expr, variable
-from rbstab.proof.rewriting import (
+from rbstab.proof.exact.expr import (
+    COS,
+    INNER,
+    LET,
+    OF,
+    POSITIVE,
+    SIN,
+    STEP,
+    VAR,
+    atom,
+    expr,
+    variable,
+)
+from rbstab.proof.exact.rewriting import (
     derivative,
     inverse_of_definite,
     quadratic_in,

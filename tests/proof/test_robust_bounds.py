@@ -12,7 +12,7 @@ from support.config_elements import CONTROLLER, config_data
 
 from rbstab.analysis.configuration import configurations
 from rbstab.config.load import load_config
-from rbstab.proof.expr import variable
+from rbstab.proof.exact.expr import variable
 from rbstab.proof.model import stored_energy, value_at
 from rbstab.proof.robust.elimination import eliminated
 from rbstab.proof.robust.family import Family

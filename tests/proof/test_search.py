@@ -10,8 +10,8 @@ import pytest
 from scipy.optimize import brentq
 
 from rbstab.proof import search
-from rbstab.proof.bounds import BoundedEnergy
-from rbstab.proof.expr import expr, variable
+from rbstab.proof.enclosures.bounds import BoundedEnergy
+from rbstab.proof.exact.expr import expr, variable
 from rbstab.proof.search import Box, Boxes, Search, isolated, newton
 
 X, Y, Z, W = (variable(k) for k in range(4))

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from rbstab.proof.bounds import BoundedEnergy
-from rbstab.proof.expr import variable
+from rbstab.proof.enclosures.bounds import BoundedEnergy
+from rbstab.proof.exact.expr import variable
 from rbstab.proof.model import COSINE
 from rbstab.proof.search import Box, Search
 

@@ -17,11 +17,11 @@ from support.tied_springs import (
     tied_system,
 )
 
-from rbstab.proof.expr import variable
-from rbstab.proof.lengths import springs_of, with_lengths_apart, with_squares
+from rbstab.proof.enclosures.tied import TiedBounds
+from rbstab.proof.exact.expr import variable
+from rbstab.proof.exact.lengths import springs_of, with_lengths_apart, with_squares
 from rbstab.proof.reasons import NoReducedEnergy
 from rbstab.proof.rest_states import Body
-from rbstab.proof.tied import TiedBounds
 from rbstab.systems.parameters import map_parameters
 
 BENT = spring_of((0.0, 0.0, 0.5), (0.1, 0.05, 1.3), 6000.0, 1.3)

@@ -9,9 +9,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from support.balls import BITS, ball, contains
 
-from rbstab.proof.expr import COS, SIN
-from rbstab.proof.intervals import Intervals
-from rbstab.proof.univariate import coefficients
+from rbstab.proof.enclosures.intervals import Intervals
+from rbstab.proof.enclosures.univariate import coefficients
+from rbstab.proof.exact.expr import COS, SIN
 
 ENDS = st.floats(-20, 20) | st.sampled_from([0.0, 0.5, -0.5, 1.0, np.inf, -np.inf])
 NAMES = {SIN: None, COS: None, "exp": None, "sqrt": 0, "log": 0, "atan": None}

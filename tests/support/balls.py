@@ -10,8 +10,8 @@ from typing import Any
 
 from flint import arb, arb_mat, arb_series, ctx, fmpq
 
-from rbstab.proof.expr import INNER, LET, OF, POSITIVE, STEP, VAR, Atom, Expr
-from rbstab.proof.intervals import Intervals
+from rbstab.proof.enclosures.intervals import Intervals
+from rbstab.proof.exact.expr import INNER, LET, OF, POSITIVE, STEP, VAR, Atom, Expr
 
 BITS = 300
 

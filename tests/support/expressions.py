@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import assume
 from hypothesis import strategies as st
 
-from rbstab.proof.expr import INNER, OF, Expr, atom, expr, only, variable
-from rbstab.proof.rewriting import with_known_steps, with_outlined_steps
+from rbstab.proof.exact.expr import INNER, OF, Expr, atom, expr, only, variable
+from rbstab.proof.exact.rewriting import with_known_steps, with_outlined_steps
 
 RATIONAL = st.fractions(-3, 3, max_denominator=8)
 

@@ -9,14 +9,14 @@ import numpy as np
 
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.expr import Expr, expr, variable
+from rbstab.proof.enclosures.tied import bounds_of
+from rbstab.proof.exact.expr import Expr, expr, variable
 from rbstab.proof.limits import MOST
 from rbstab.proof.model import Energy, ExactSystem
 from rbstab.proof.record import energy_record
-from rbstab.proof.regions import Regions
+from rbstab.proof.regions.regions import Regions
 from rbstab.proof.rest_points import RestStates
 from rbstab.proof.rest_states import Body
-from rbstab.proof.tied import bounds_of
 from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
 

@@ -173,7 +173,7 @@ def _body_proof(
 ) -> Proof:
     """Prove the rest states of a body, and their regions."""
     from rbstab.proof.limits import search_limit
-    from rbstab.proof.regions import NO_REGIONS
+    from rbstab.proof.regions.regions import NO_REGIONS
     from rbstab.proof.rest_points import SearchOutcome
 
     def seconds() -> float:
@@ -241,7 +241,7 @@ def _no_energy(identity: str, system: System, error: "NoReducedEnergy", start_ti
 def _searched(identity: str, system: System, why_not: str, start_time: float) -> Proof:
     """Return the rest states that a search finds, and why nothing is proved of them."""
     from rbstab.analysis.descents.kinked import has_kinks
-    from rbstab.analysis.searched import searched_minima, searched_rest_states
+    from rbstab.analysis.descents.searched import searched_minima, searched_rest_states
     from rbstab.elements.guards.soft_guards import SoftGuard
     from rbstab.elements.guards.stop import Stop
 

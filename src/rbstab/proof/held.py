@@ -13,11 +13,11 @@ from dataclasses import replace
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.bounds import UP, BoundedEnergy, Bounds, preconditioned
-from rbstab.proof.expr import STEP, VAR, Atom, atom, expr, variable
-from rbstab.proof.intervals import Intervals, constant, product
+from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds, preconditioned
+from rbstab.proof.enclosures.intervals import Intervals, constant, product
+from rbstab.proof.exact.expr import STEP, VAR, Atom, atom, expr, variable
+from rbstab.proof.exact.rewriting import substituted
 from rbstab.proof.model import Energy
-from rbstab.proof.rewriting import substituted
 from rbstab.proof.search import Box, Boxes, Search, Test, Zero, Zeros, index_of, newton
 
 LAMBDA = 1000

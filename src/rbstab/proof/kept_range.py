@@ -15,13 +15,13 @@ import numpy as np
 from rbstab.elements.guards.soft_guards import SoftGuard
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import PITCH
-from rbstab.proof.bounds import BoundedEnergy
 from rbstab.proof.confine import confined, end_of_pitch
-from rbstab.proof.expr import Expr, expr, variable
-from rbstab.proof.intervals import Intervals
-from rbstab.proof.landscape import open_faces
-from rbstab.proof.levels import Ranges, least_values
+from rbstab.proof.enclosures.bounds import BoundedEnergy
+from rbstab.proof.enclosures.intervals import Intervals
+from rbstab.proof.enclosures.levels import Ranges, least_values
+from rbstab.proof.exact.expr import Expr, expr, variable
 from rbstab.proof.model import Energy
+from rbstab.proof.regions.landscape import open_faces
 from rbstab.proof.search import Box, Search, joined
 
 LIMIT = 60_000

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from rbstab.proof.expr import COS, OF, SIN, STEP, VAR
-from rbstab.proof.lengths import springs_of
+from rbstab.proof.exact.expr import COS, OF, SIN, STEP, VAR
+from rbstab.proof.exact.lengths import springs_of
 from rbstab.proof.model import Energy
 
 MOST, BRIEF = 400_000, 60_000

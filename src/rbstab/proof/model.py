@@ -16,7 +16,7 @@ from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.elements.element import Element
 from rbstab.elements.ligament import Ligament
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.expr import (
+from rbstab.proof.exact.expr import (
     COS,
     LET,
     SIN,
@@ -30,9 +30,8 @@ from rbstab.proof.expr import (
     only,
     variable,
 )
-from rbstab.proof.lengths import with_lengths_apart, with_squares
-from rbstab.proof.passive.passive import first_jump
-from rbstab.proof.rewriting import (
+from rbstab.proof.exact.lengths import with_lengths_apart, with_squares
+from rbstab.proof.exact.rewriting import (
     inverse_of_definite,
     quadratic_in,
     spread,
@@ -40,6 +39,7 @@ from rbstab.proof.rewriting import (
     with_known_steps,
     with_outlined_steps,
 )
+from rbstab.proof.passive.passive import first_jump
 from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
 
@@ -278,8 +278,8 @@ def _divisors(e: Expr) -> set[Atom]:
 
 def value_at(e: Expr, q: Array) -> float:
     """Return the value of an expression at numbers of its variables, to round-off."""
-    from rbstab.proof.intervals import Intervals
-    from rbstab.proof.taylor import Compiled
+    from rbstab.proof.enclosures.intervals import Intervals
+    from rbstab.proof.enclosures.taylor import Compiled
 
     compiled = Compiled([e], 0, {}, 0)
     values = compiled(lambda k: Intervals(np.full((1, 1), q[k]), np.full((1, 1), q[k])))

@@ -6,12 +6,12 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import PITCH
-from rbstab.proof.bounds import BoundedEnergy
 from rbstab.proof.confine import OUTER
-from rbstab.proof.expr import Expr, only
-from rbstab.proof.intervals import Intervals
+from rbstab.proof.enclosures.bounds import BoundedEnergy
+from rbstab.proof.enclosures.intervals import Intervals
+from rbstab.proof.enclosures.taylor import Compiled
+from rbstab.proof.exact.expr import Expr, only
 from rbstab.proof.model import COSINE, HALVES, Energy
-from rbstab.proof.taylor import Compiled
 
 SPACING = 0.5
 """rad: between points of θ1, and of θ3, from which the lowest one is taken for each θ2."""

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.expr import (
+from rbstab.proof.exact.expr import (
     FUNCTIONS,
     LET,
     POSITIVE,
@@ -39,8 +39,8 @@ from rbstab.proof.expr import (
     expr,
     variable,
 )
+from rbstab.proof.exact.rewriting import with_outlined_steps
 from rbstab.proof.model import Energy
-from rbstab.proof.rewriting import with_outlined_steps
 from rbstab.proof.search import Box, Boxes, Zero, Zeros, joined, one_box
 
 FORMAT = 1

@@ -12,8 +12,15 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.bounds import UP, BoundedEnergy, Bounds, Matrices, inverses, preconditioned
-from rbstab.proof.index import proved_index
+from rbstab.proof.enclosures.bounds import (
+    UP,
+    BoundedEnergy,
+    Bounds,
+    Matrices,
+    inverses,
+    preconditioned,
+)
+from rbstab.proof.enclosures.index import proved_index
 
 RADII = np.geomspace(1e-15, 2.0, 160)
 """The radii of the boxes about a point, of which one is proved to have a single zero."""

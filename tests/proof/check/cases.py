@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from rbstab.proof.check import check
-from rbstab.proof.expr import variable
+from rbstab.proof.exact.expr import variable
 from rbstab.proof.model import Energy
 from rbstab.proof.record import Record, energy_record
 

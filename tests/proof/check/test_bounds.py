@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from rbstab.proof.check.bounds import Bounds
 from rbstab.proof.check.energy import Energy
 from rbstab.proof.check.least import bounds
-from rbstab.proof.expr import Expr, variable
+from rbstab.proof.exact.expr import Expr, variable
 from rbstab.proof.record import operations_of
 
 X, Y, Z, OWN = variable(0), variable(1), variable(2), variable(3)

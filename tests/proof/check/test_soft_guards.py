@@ -7,7 +7,7 @@ import pytest
 
 from rbstab.proof.check.findings import Finding
 from rbstab.proof.check.soft_guards import check_soft_guard
-from rbstab.proof.expr import expr, variable
+from rbstab.proof.exact.expr import expr, variable
 from rbstab.proof.model import Energy
 from rbstab.proof.record import energy_record
 

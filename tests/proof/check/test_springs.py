@@ -5,7 +5,7 @@ from fractions import Fraction
 import pytest
 
 from rbstab.proof.check import check
-from rbstab.proof.expr import Expr, as_factor, variable
+from rbstab.proof.exact.expr import Expr, as_factor, variable
 from rbstab.proof.model import Energy
 
 from .cases import BOWL, Y, record, state

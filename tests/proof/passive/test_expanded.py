@@ -6,7 +6,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from support.expressions import affine, energies
 
-from rbstab.proof.expr import expr, variable
+from rbstab.proof.exact.expr import expr, variable
 from rbstab.proof.passive.expanded import TooLargeError, factors_of, is_zero, multiplied_out
 
 X, Y, Z = (variable(k) for k in range(3))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rbstab.mechanics import numbers
-from rbstab.proof.expr import expr, variable
+from rbstab.proof.exact.expr import expr, variable
 from rbstab.proof.passive.passive import moves_down
 
 K = np.array([[3.0, 1.0, 0.0], [1.0, 2.0, 0.5], [0.0, 0.5, 4.0]])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rbstab.mechanics import numbers
-from rbstab.proof.expr import expr, meant, variable
+from rbstab.proof.exact.expr import expr, meant, variable
 from rbstab.proof.passive.signs import never_negative, positive, spanned, vanishing
 
 INDEFINITE = np.array([[1.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]])

@@ -9,8 +9,8 @@ from support.rotations import attitude, config_of, held, rotation_of, tie, trace
 from rbstab.analysis.configuration import configurations
 from rbstab.experiment.stored_proof.rotations import angles_of
 from rbstab.mechanics.attitude import rotation
-from rbstab.proof.bounds import BoundedEnergy
-from rbstab.proof.expr import expr, variable
+from rbstab.proof.enclosures.bounds import BoundedEnergy
+from rbstab.proof.exact.expr import expr, variable
 from rbstab.proof.model import value_at
 from rbstab.proof.rotations.energy import ENTRIES
 from rbstab.proof.rotations.forms import N, Q, derivative, divided, in_chart, parts, rotation_form

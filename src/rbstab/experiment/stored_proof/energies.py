@@ -40,6 +40,6 @@ class ProvedEnergy(Entry):
     @cached_property
     def has_springs(self) -> bool:
         """Whether it has springs of a body that is not held: it is not convex in z then."""
-        from rbstab.proof.lengths import springs_of
+        from rbstab.proof.exact.lengths import springs_of
 
         return bool(self.free) and bool(springs_of(self.energy.U, self.free).lines)

@@ -7,7 +7,7 @@ from rbstab.experiment.stored_proof.proof import ProvedState
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
-    from rbstab.proof.landscape import Face
+    from rbstab.proof.regions.landscape import Face
     from rbstab.proof.rest_points import RestPoint, RestStates
     from rbstab.proof.search import Box, Boxes
 

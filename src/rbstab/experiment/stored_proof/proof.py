@@ -377,8 +377,8 @@ class Proof(ProvedStates):
         """Whether the quadratic part of the energy, that of K_r, is not positive definite."""
         if self.reduced_energy is None:
             return False
+        from rbstab.proof.exact.rewriting import inverse_of_definite, quadratic_in
         from rbstab.proof.model import THETA  # imported late: few proofs end so
-        from rbstab.proof.rewriting import inverse_of_definite, quadratic_in
 
         K = quadratic_in(self.reduced_energy.energy.U, THETA).H
         return inverse_of_definite(K) is None

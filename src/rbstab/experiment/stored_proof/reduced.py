@@ -16,9 +16,9 @@ from rbstab.experiment.stored_proof.proof import (
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
-    from rbstab.analysis.searched import SearchedState
+    from rbstab.analysis.descents.searched import SearchedState
     from rbstab.proof.model import Energy
-    from rbstab.proof.regions import Certified, Region, Regions
+    from rbstab.proof.regions.regions import Certified, Region, Regions
     from rbstab.proof.rest_points import RestStates
 
 

@@ -18,7 +18,7 @@ from rbstab.systems.modes import guards_at, has_modes, with_modes
 from rbstab.systems.system import System
 
 if TYPE_CHECKING:
-    from rbstab.proof.starts import StartRegions
+    from rbstab.proof.regions.starts import StartRegions
 
 OPEN_RANGE = np.array([np.pi, np.pi / 2, np.pi])
 """rad: the largest doubles inside the open range of eq. 5: they are below π and π/2."""
@@ -170,8 +170,8 @@ def start_regions(proof: Proof, states: ProvedStates) -> "StartRegions | None":
 
 
 def _made_regions(stored: ProvedEnergy, states: ProvedStates, end: Array) -> "StartRegions":
+    from rbstab.proof.regions.starts import RegionLevel, StartRegions
     from rbstab.proof.search import Box, Zero, Zeros, joined, one_box
-    from rbstab.proof.starts import RegionLevel, StartRegions
 
     zeros = []
     for state in states.states:

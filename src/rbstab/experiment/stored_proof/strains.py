@@ -15,8 +15,8 @@ from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.proof import Proof, ProvedState
-    from rbstab.proof.expr import Expr
-    from rbstab.proof.intervals import Intervals
+    from rbstab.proof.enclosures.intervals import Intervals
+    from rbstab.proof.exact.expr import Expr
 
 WEIGHT = 2000
 """The number of a variable t, which is zero: ∂/∂t of the least U + t h is h at the lowest point."""
@@ -45,7 +45,7 @@ def may_be_just_taut(proof: "Proof", state: "ProvedState", config: Config) -> li
 
 def _exact(config: Config) -> Configurations:
     """Return the configurations of the body of a config, with exact numbers, without user code."""
-    from rbstab.proof.expr import numbers
+    from rbstab.proof.exact.expr import numbers
 
     plain = without_code(config)
     rest = smooth_rest_system(problem_of(plain))
@@ -53,7 +53,7 @@ def _exact(config: Config) -> Configurations:
 
 
 def _variables(size: int) -> Array:
-    from rbstab.proof.expr import variable
+    from rbstab.proof.exact.expr import variable
 
     return np.array([variable(k) for k in range(size)], dtype=object)
 
@@ -66,12 +66,12 @@ def _may_vanish(proof: "Proof", state: "ProvedState", config: Config, event: "Ex
 
 def _over(proof: "Proof", box: Array, config: Config, event: "Expr") -> "Intervals | None":
     """Return bounds on an event function at the lowest point, over a box of Θ; None if unknown."""
-    from rbstab.proof.bounds import BoundedEnergy
-    from rbstab.proof.expr import VAR, atom, variable
-    from rbstab.proof.levels import range_of
+    from rbstab.proof.enclosures.bounds import BoundedEnergy
+    from rbstab.proof.enclosures.levels import range_of
+    from rbstab.proof.enclosures.tied import bounds_of
+    from rbstab.proof.exact.expr import VAR, atom, variable
+    from rbstab.proof.exact.rewriting import substituted
     from rbstab.proof.model import energy_of
-    from rbstab.proof.rewriting import substituted
-    from rbstab.proof.tied import bounds_of
 
     low, high = box[:, :, None]
     if event.variables <= {0, 1, 2}:

@@ -12,7 +12,7 @@ from rbstab.elements.registry import KINDS
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stored_proof.proof import Proof, ProvedState
 from rbstab.experiment.stored_proof.starts import OPEN_RANGE, enclosed_start
-from rbstab.proof.expr import Expr
+from rbstab.proof.exact.expr import Expr
 from rbstab.proof.kept_range import (
     Border,
     border_of_pitch,

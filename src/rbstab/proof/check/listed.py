@@ -9,10 +9,9 @@ from flint import arb
 from rbstab.proof.check.cover import cover, disjoint, flattened, wider, within
 from rbstab.proof.check.energy import Energy
 from rbstab.proof.check.findings import Box, Cover, Finding, RefusedError
-from rbstab.proof.check.jumps import AtJump, no_rest_along_a_jump
 from rbstab.proof.check.least import bounds
 from rbstab.proof.check.ranges import Face, Range, box_of
-from rbstab.proof.check.states import AtStop, Isolated, State
+from rbstab.proof.check.states import AtJump, AtStop, Isolated, State, no_rest_along_a_jump
 
 AROUND_UNDECIDED = 1e-6
 """rad: the cover leaves out so much about undecided boxes, so that it ends."""

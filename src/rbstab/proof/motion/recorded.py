@@ -29,7 +29,7 @@ from rbstab.integrate.straight_line.number import (
 )
 from rbstab.mechanics.motion import Motion, Wrench
 from rbstab.mechanics.numbers import FUNCTIONS, Array, Number, power
-from rbstab.proof.expr import as_decimal, meant
+from rbstab.proof.exact.expr import as_decimal, meant
 from rbstab.proof.passive.passive import TIMED, in_proofs
 from rbstab.proof.passive.statements import PARTS, NotRecordedError
 from rbstab.systems.parameters import map_parameters

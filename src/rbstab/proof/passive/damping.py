@@ -20,7 +20,7 @@ from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.mechanics.algebra import IDENTITY, ZERO, cross_matrix
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.expr import Expr, expr
+from rbstab.proof.exact.expr import Expr, expr
 from rbstab.proof.passive.passive import in_proofs, why_not_passive
 from rbstab.proof.passive.signs import spanned, vanishing
 from rbstab.proof.passive.statements import NotRecordedError, Statements, statements_of

@@ -11,8 +11,8 @@ from functools import cached_property
 from math import gcd, lcm
 from typing import TYPE_CHECKING
 
-from rbstab.proof.expr import COS, LET, SIN, STEP, VAR, Atom, Expr, Monomial, atom, monomial
-from rbstab.proof.rewriting import substituted
+from rbstab.proof.exact.expr import COS, LET, SIN, STEP, VAR, Atom, Expr, Monomial, atom, monomial
+from rbstab.proof.exact.rewriting import substituted
 
 if TYPE_CHECKING:
     from flint import fmpq, fmpq_mpoly, fmpq_mpoly_ctx

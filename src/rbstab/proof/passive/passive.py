@@ -19,9 +19,23 @@ import numpy as np
 from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.elements.element import Element
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.bounds import BoundedEnergy
-from rbstab.proof.expr import COS, LET, SIN, VAR, Atom, Expr, Monomial, atom, expr, only, variable
-from rbstab.proof.intervals import Intervals
+from rbstab.proof.enclosures.bounds import BoundedEnergy
+from rbstab.proof.enclosures.intervals import Intervals
+from rbstab.proof.enclosures.taylor import Compiled
+from rbstab.proof.exact.expr import (
+    COS,
+    LET,
+    SIN,
+    VAR,
+    Atom,
+    Expr,
+    Monomial,
+    atom,
+    expr,
+    only,
+    variable,
+)
+from rbstab.proof.exact.rewriting import derivative, inverse_of_definite, quadratic_in, substituted
 from rbstab.proof.passive.expanded import TooLargeError, is_zero, multiplied_out
 from rbstab.proof.passive.signs import PITCH, is_convex, never_negative, odd_argument, positive
 from rbstab.proof.passive.statements import (
@@ -34,8 +48,6 @@ from rbstab.proof.passive.statements import (
     statements_of,
 )
 from rbstab.proof.passive.switches import MOST_MODES, force_is_continuous, why_not_continuous
-from rbstab.proof.rewriting import derivative, inverse_of_definite, quadratic_in, substituted
-from rbstab.proof.taylor import Compiled
 from rbstab.systems.system import System
 
 TIMED = "a statement depends on the time"

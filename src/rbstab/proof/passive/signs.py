@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
 
-from rbstab.proof.expr import (
+from rbstab.proof.exact.expr import (
     COS,
     LET,
     POSITIVE,
@@ -27,6 +27,7 @@ from rbstab.proof.expr import (
     product,
     variable,
 )
+from rbstab.proof.exact.rewriting import derivative
 from rbstab.proof.passive.expanded import (
     MOST_TERMS,
     TooLargeError,
@@ -36,7 +37,6 @@ from rbstab.proof.passive.expanded import (
     order_of,
     powers_in,
 )
-from rbstab.proof.rewriting import derivative
 
 NOT_NEGATIVE = frozenset({STEP, POSITIVE, "sqrt", "exp"})
 

@@ -17,8 +17,8 @@ from rbstab.mechanics import contact
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.expr import Atom, Expr, expr, numbers, variable
-from rbstab.proof.rewriting import substituted
+from rbstab.proof.exact.expr import Atom, Expr, expr, numbers, variable
+from rbstab.proof.exact.rewriting import substituted
 from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
 

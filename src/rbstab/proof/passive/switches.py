@@ -9,11 +9,11 @@ zero, the force pulls back to the surface, and E has a valley there; if never ab
 from collections.abc import Iterator, Sequence
 from enum import Enum
 
-from rbstab.proof.expr import LET, Atom, Expr, Monomial, as_factor, expr, monomial, only
+from rbstab.proof.exact.expr import LET, Atom, Expr, Monomial, as_factor, expr, monomial, only
+from rbstab.proof.exact.rewriting import derivative, substituted
 from rbstab.proof.passive.expanded import is_zero
 from rbstab.proof.passive.signs import divided, never_negative
 from rbstab.proof.passive.statements import Statements
-from rbstab.proof.rewriting import derivative, substituted
 
 MOST_MODES = 6
 """The most switches of one element: a guard on both sides of each angle has so many."""

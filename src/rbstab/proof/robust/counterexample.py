@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.bounds import BoundedEnergy
+from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.model import NoMinimumError, energy_of
 from rbstab.proof.robust.family import Family
 from rbstab.proof.robust.numbers import Members, Part

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.expr import VAR, Expr, Monomial, atom
-from rbstab.proof.rewriting import inverse_of_definite, quadratic_in
+from rbstab.proof.exact.expr import VAR, Expr, Monomial, atom
+from rbstab.proof.exact.rewriting import inverse_of_definite, quadratic_in
 from rbstab.proof.robust.majorants import lower_bound
 from rbstab.proof.robust.numbers import (
     ONE,

@@ -15,13 +15,13 @@ from math import factorial, prod
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.bounds import UP
-from rbstab.proof.expr import Expr
-from rbstab.proof.intervals import Intervals, product
+from rbstab.proof.enclosures.bounds import UP
+from rbstab.proof.enclosures.intervals import Intervals, product
+from rbstab.proof.enclosures.taylor import Compiled, Values, exponents
+from rbstab.proof.exact.expr import Expr
 from rbstab.proof.model import COSINE, HALVES, THETA
 from rbstab.proof.robust.forms import Forms
 from rbstab.proof.robust.numbers import FIRST, ONE, REMAINDERS
-from rbstab.proof.taylor import Compiled, Values, exponents
 
 ROUNDING = 2.0**-52
 

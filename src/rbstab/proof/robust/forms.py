@@ -17,7 +17,7 @@ import numpy as np
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.expr import STEP, Expr, Monomial, as_factor, expr, monomial, numbers
+from rbstab.proof.exact.expr import STEP, Expr, Monomial, as_factor, expr, monomial, numbers
 from rbstab.proof.model import stored_energy
 from rbstab.proof.robust.elimination import Eliminated, Rows, eliminated
 from rbstab.proof.robust.numbers import (

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.bounds import UP
+from rbstab.proof.enclosures.bounds import UP
 from rbstab.proof.robust.family import Family, Over
 from rbstab.proof.search import Box, Boxes, joined
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.index import negative_eigenvalues
+from rbstab.proof.enclosures.index import negative_eigenvalues
 
 GUESS = 1 - 1e-6
 """Factor on a computed eigenvalue, to get a bound that can be proved."""

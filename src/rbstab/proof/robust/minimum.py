@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.bounds import UP
+from rbstab.proof.enclosures.bounds import UP
 from rbstab.proof.robust.family import Family
 from rbstab.proof.robust.majorants import lower_bound
 from rbstab.proof.search import Box

@@ -14,7 +14,7 @@ from itertools import product
 from typing import Any, NamedTuple
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.expr import (
+from rbstab.proof.exact.expr import (
     LET,
     POSITIVE,
     STEP,

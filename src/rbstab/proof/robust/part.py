@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.bounds import inverses
+from rbstab.proof.enclosures.bounds import inverses
 from rbstab.proof.robust.family import Family, Local
 from rbstab.proof.robust.heights import border_height
 from rbstab.proof.robust.minimum import Minimum, minimum_near

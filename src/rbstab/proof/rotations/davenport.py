@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.proof.rewriting import quadratic_in
+from rbstab.proof.exact.rewriting import quadratic_in
 from rbstab.proof.rotations.forms import Form
 from rbstab.proof.rotations.states import Family, RestRotation, Rotations
 

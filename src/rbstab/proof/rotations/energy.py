@@ -24,9 +24,9 @@ from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.mechanics import contact
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.expr import Expr, expr, numbers, variable
+from rbstab.proof.exact.expr import Expr, expr, numbers, variable
+from rbstab.proof.exact.rewriting import with_known_steps
 from rbstab.proof.model import ExactSystem, NoMinimumError, eliminated
-from rbstab.proof.rewriting import with_known_steps
 from rbstab.systems.system import System
 
 ENTRIES = 1000

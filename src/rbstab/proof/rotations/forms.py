@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import NamedTuple
 
-from rbstab.proof.expr import (
+from rbstab.proof.exact.expr import (
     LET,
     VAR,
     Atom,
@@ -23,7 +23,7 @@ from rbstab.proof.expr import (
     only,
     variable,
 )
-from rbstab.proof.rewriting import substituted
+from rbstab.proof.exact.rewriting import substituted
 from rbstab.proof.rotations.energy import ENTRIES
 
 Q = tuple(variable(k) for k in range(4))

@@ -11,7 +11,7 @@ import numpy as np
 
 from rbstab.analysis.exact import kernel
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.expr import VAR, Expr, Monomial, expr
+from rbstab.proof.exact.expr import VAR, Expr, Monomial, expr
 from rbstab.proof.rotations.forms import Q, derivative, parts
 
 SPACE = (

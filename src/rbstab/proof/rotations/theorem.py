@@ -17,8 +17,8 @@ from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.mechanics.algebra import cross
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.bounds import BoundedEnergy
-from rbstab.proof.expr import Expr
+from rbstab.proof.enclosures.bounds import BoundedEnergy
+from rbstab.proof.exact.expr import Expr
 from rbstab.proof.passive.damping import indefinite_parameter, why_not_damped
 from rbstab.proof.rotations.energy import RotationEnergy
 from rbstab.proof.rotations.forms import in_chart

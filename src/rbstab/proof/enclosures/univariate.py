@@ -6,8 +6,7 @@ from math import factorial
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.expr import COS, SIN
-from rbstab.proof.intervals import (
+from rbstab.proof.enclosures.intervals import (
     Intervals,
     constant,
     monotone,
@@ -18,6 +17,7 @@ from rbstab.proof.intervals import (
     scaled,
     sin_cos,
 )
+from rbstab.proof.exact.expr import COS, SIN
 
 
 def coefficients(

@@ -25,8 +25,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.cells import DEEPEST, Cells
-from rbstab.proof.levels import Ranges
+from rbstab.proof.enclosures.levels import Ranges
+from rbstab.proof.regions.cells import DEEPEST, Cells
 from rbstab.proof.search import Box, Boxes, joined
 
 WET = 1e-7

@@ -8,12 +8,12 @@ from itertools import product
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.bounds import BoundedEnergy
-from rbstab.proof.levels import LeastValues, Ranges, least_values
+from rbstab.proof.enclosures.bounds import BoundedEnergy
+from rbstab.proof.enclosures.levels import LeastValues, Ranges, least_values
+from rbstab.proof.enclosures.tied import without_lengths
 from rbstab.proof.model import Energy
-from rbstab.proof.passes import Complex, Land
+from rbstab.proof.regions.passes import Complex, Land
 from rbstab.proof.search import Box, Boxes, Zero, Zeros, joined, one_box
-from rbstab.proof.tied import without_lengths
 
 LIMIT = 16_000
 """Cells of one range."""

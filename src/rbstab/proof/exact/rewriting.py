@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
-from rbstab.proof.expr import (
+from rbstab.proof.exact.expr import (
     COS,
     INNER,
     LET,

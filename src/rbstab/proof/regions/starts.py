@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.landscape import Landscape
-from rbstab.proof.levels import Ranges
+from rbstab.proof.enclosures.levels import Ranges
 from rbstab.proof.model import Energy
-from rbstab.proof.passes import Component
+from rbstab.proof.regions.landscape import Landscape
+from rbstab.proof.regions.passes import Component
 from rbstab.proof.search import Box, Zeros
 
 

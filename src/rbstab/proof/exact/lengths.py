@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
-from rbstab.proof.expr import (
+from rbstab.proof.exact.expr import (
     COS,
     LET,
     OF,
@@ -29,7 +29,7 @@ from rbstab.proof.expr import (
     only,
     variable,
 )
-from rbstab.proof.rewriting import Quadratic, inverse_of_definite, quadratic_in, substituted
+from rbstab.proof.exact.rewriting import Quadratic, inverse_of_definite, quadratic_in, substituted
 
 PLAIN = (VAR, SIN, COS)
 """The kinds of atoms of polynomials."""

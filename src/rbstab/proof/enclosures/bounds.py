@@ -17,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.expr import Atom, Expr
-from rbstab.proof.intervals import Intervals, met, outward
-from rbstab.proof.taylor import Compiled, Values, exponents
+from rbstab.proof.enclosures.intervals import Intervals, met, outward
+from rbstab.proof.enclosures.taylor import Compiled, Values, exponents
+from rbstab.proof.exact.expr import Atom, Expr
 
 UP = 1 + 1e-12
 """Covers the round-off of a sum of some magnitudes."""

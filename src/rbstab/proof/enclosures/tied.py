@@ -14,11 +14,11 @@ from fractions import Fraction
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.bounds import UP, BoundedEnergy
-from rbstab.proof.expr import Atom, Expr
-from rbstab.proof.lengths import Springs, springs_of
+from rbstab.proof.enclosures.bounds import UP, BoundedEnergy
+from rbstab.proof.enclosures.taylor import Values
+from rbstab.proof.exact.expr import Atom, Expr
+from rbstab.proof.exact.lengths import Springs, springs_of
 from rbstab.proof.model import Energy
-from rbstab.proof.taylor import Values
 
 ANGLES = (0, 1, 2)
 

@@ -17,7 +17,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.expr import (
+from rbstab.proof.enclosures.intervals import Intervals, constant, met, outward, product, scaled
+from rbstab.proof.enclosures.univariate import coefficients
+from rbstab.proof.exact.expr import (
     COS,
     INNER,
     LET,
@@ -30,8 +32,6 @@ from rbstab.proof.expr import (
     Expr,
     monomial,
 )
-from rbstab.proof.intervals import Intervals, constant, met, outward, product, scaled
-from rbstab.proof.univariate import coefficients
 
 Leaf = Callable[[int], Intervals]
 """A function that returns a variable over the boxes: its value and its slopes."""

@@ -16,11 +16,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.bounds import BoundedEnergy
-from rbstab.proof.landscape import AT_ONCE, LIMIT, Face, Landscape, Level, divided, is_minimum
-from rbstab.proof.levels import Ranges
+from rbstab.proof.enclosures.bounds import BoundedEnergy
+from rbstab.proof.enclosures.levels import Ranges
 from rbstab.proof.model import Energy
-from rbstab.proof.passes import Complex, Pass
+from rbstab.proof.regions.landscape import (
+    AT_ONCE,
+    LIMIT,
+    Face,
+    Landscape,
+    Level,
+    divided,
+    is_minimum,
+)
+from rbstab.proof.regions.passes import Complex, Pass
 from rbstab.proof.search import Box, Boxes, Zeros, joined
 
 TIE = 1e-10

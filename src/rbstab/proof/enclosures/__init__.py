@@ -1,0 +1,1 @@
+"""Proved bounds on an energy over many boxes, in doubles rounded outwards."""

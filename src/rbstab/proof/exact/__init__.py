@@ -1,0 +1,1 @@
+"""Exact expressions, how they are rewritten, and lengths in them."""

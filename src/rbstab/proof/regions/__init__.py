@@ -1,0 +1,1 @@
+"""The region of each minimum: the component of {U < level} about it."""

@@ -13,7 +13,7 @@ from rbstab.config.load import load_config
 from rbstab.experiment.proof_cache import proof_file
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.proof.expr import Expr, expr, variable
+from rbstab.proof.exact.expr import Expr, expr, variable
 from rbstab.proof.model import Energy
 from rbstab.proof.record import energy_record
 from rbstab.report.model.document import Table

@@ -39,10 +39,15 @@ LOST = {
     "configs/examples/joint.yaml": [
         "range: the state at [-3.13377302, -0.268795563, -0.425248796] is missing",
         "range: the state at [-0.683360022, 1.089413754, 3.002141108] is missing",
-    ]
+    ],
+    "configs/examples/latch.yaml": [
+        f"{name}: the depth of state 2, 0.199422954 J, became 0.19303044 J"
+        for name in ("range", "all_angles")
+    ],
 }
 """What is no longer proved. Joint: its list was never complete, and a box of its four ligaments
 takes longer, so fewer are searched. Two of its ten isolated states, both unstable, are not met.
+Latch: a pass on a ridge takes cells all along it, so the level ends 3 % below it.
 """
 
 

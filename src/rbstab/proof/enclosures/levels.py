@@ -188,7 +188,7 @@ class LeastValues(NamedTuple):
 
 
 def least_values(
-    ranges: Ranges, boxes: Boxes, limit: int = 20_000, cap: float = np.inf
+    ranges: Ranges, boxes: Boxes, limit: int = 8_000, cap: float = np.inf
 ) -> LeastValues:
     """Return the least V in each of some boxes, by branch and bound.
 

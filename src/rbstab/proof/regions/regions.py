@@ -17,7 +17,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.bounds import BoundedEnergy
-from rbstab.proof.enclosures.levels import Ranges
+from rbstab.proof.enclosures.levels import LOOSE, Ranges
 from rbstab.proof.model import Energy
 from rbstab.proof.regions.landscape import (
     AT_ONCE,
@@ -62,7 +62,7 @@ class Certified:
         attained_at: The first point with energy c*, shape (3,), rad.
         face: The face on which it is; None: at another rest state, or with a spring.
         spring: Whether it is where a spring has no length.
-        closed: Whether the least energies on the faces are known to `levels.LOOSE`.
+        closed: Whether the proved bound of c* is as near to it as `LOOSE`, relative to the level.
         examined: The number of boxes of faces.
     """
 
@@ -151,7 +151,7 @@ def _certified(land: Landscape) -> Certified | None:
         bound if known else None,
         first.at,
         first.face,
-        land.least is None or bool(land.least.closed.all()),
+        energy - bound <= LOOSE * abs(energy - lowest.value),
         0 if land.least is None else land.least.examined,
         first in land.springs,
     )

@@ -15,6 +15,9 @@ MOST_WITH_SPRINGS, BRIEF_WITH_SPRINGS = 100_000, 4_000
 BRIEF_WITH_LIGAMENTS = 20_000
 """The same for one ligament of a body that is not held: some ten seconds."""
 
+TERMS = 100
+"""So many terms of an energy of X take as long as all else."""
+
 BRIEF_WITH_FUNCTIONS, FEWEST = 48_000, 12_000
 """The same with one function of several angles, such as a length; with many of them."""
 
@@ -44,9 +47,11 @@ def search_limit(energy: Energy, *, brief: bool) -> Limit:
     if energy.free and springs_of(energy.U, energy.free).lines:
         most, less = MOST_WITH_SPRINGS, BRIEF_WITH_SPRINGS
     elif energy.free:
-        ligaments = max(1, sum(a.kind == OF for a in energy.U.atoms))
         # With more of them boxes take longer, and more are needed.
-        most, less = MOST // ligaments, BRIEF_WITH_LIGAMENTS // ligaments**2
+        ligaments = max(1, sum(a.kind == OF for a in energy.U.atoms))
+        longer = 1 + len(energy.U.terms) // TERMS
+        most = MOST // (ligaments * longer)
+        less = BRIEF_WITH_LIGAMENTS // (ligaments**2 * longer)
     else:
         count = sum(
             a.kind not in {VAR, STEP} and (len(a.variables) > 1 or a.kind not in {SIN, COS})

@@ -41,8 +41,7 @@ class NoEnergyReason(Enum):
         " in SI units"
     )
     STOP_IN_SIX = (
-        "the body is not held, and no proof takes springs, or elements of users whose energy is no "
-        "quadratic function of X, beside a stop into account then"
+        "the body is not held, and no proof takes springs beside a stop into account then"
     )
     NO_LENGTH = (
         "the line of a spring may have no length at some attitude, and then its force no direction"

@@ -7,14 +7,22 @@ from scipy.integrate import solve_ivp
 
 from rbstab.proof.model import RANGE_END
 
+FINE = np.array([-0.05, -0.035, -0.02, -0.01, 0.0, 0.01, 0.02, 0.035, 0.05])
+"""rad: the further lines of a grid, about a state."""
+
 
 def flooded(energies, rest, state, shape=(63, 33, 63)):
     """Return the least energy at which paths on a grid lead from a state to others or the border.
 
-    Every path on the grid is a path, so no proved level can be higher. energies returns U at
-    points of shape (m, 3).
+    Every path on the grid is a path, so no proved level can be higher. The state is on the grid,
+    with finer lines about it: else the nearest point of a state beside the border may be on the
+    border. energies returns U at points of shape (m, 3).
     """
-    axes = [np.linspace(-end, end, n) for end, n in zip(RANGE_END, shape, strict=True)]
+    axes = [
+        _line(end, n, x)
+        for end, n, x in zip(RANGE_END, shape, rest.states[state].Theta, strict=True)
+    ]
+    shape = tuple(len(axis) for axis in axes)
     nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     parts = np.array_split(nodes, 20)
     U = np.concatenate([energies(part) for part in parts]).reshape(shape)
@@ -37,6 +45,13 @@ def flooded(energies, rest, state, shape=(63, 33, 63)):
                     seen.add(other)
                     heapq.heappush(queue, (U[other], other))
     raise AssertionError("the border is always reached")
+
+
+def _line(end, count, x):
+    """Return places from -end to end, with some about x."""
+    near = x + FINE
+    even = np.linspace(-end, end, count)
+    return np.unique(np.concatenate([even, near[np.abs(near) < end]]))
 
 
 def end_of_flow(slopes, start):

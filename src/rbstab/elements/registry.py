@@ -79,13 +79,19 @@ def element_of(section: Any) -> type[Element]:
     Args:
         section: Its `kind` is a key of `KINDS`; it has a selector if the kind has several classes.
             A sliding tie has its `form` instead, a key of `SLIDING_TIES`. A spring without rest
-            length and damping has formulas of its own.
+            length and damping has formulas of its own; the general ones hold for it too, so they
+            are taken where one of these numbers varies.
     """
     if section.kind == "sliding":
         return SLIDING_TIES[section.form]
-    if section.kind == "spring" and section.rest_length == section.damping == 0.0:
+    if section.kind == "spring" and _is_zero(section.rest_length, section.damping):
         return ZeroLengthSpring
     return KINDS[section.kind][selected(section)]
+
+
+def _is_zero(*values: Any) -> bool:
+    """Return whether numbers are zero; one with tolerances, whose `constant` is None, is not."""
+    return all(getattr(value, "constant", value) == 0 for value in values)
 
 
 def selected(section: Any) -> str | None:

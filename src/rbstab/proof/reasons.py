@@ -16,7 +16,7 @@ from rbstab.proof.passive.passive import in_proofs, why_not_in_proofs
 from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
 
-SMALLEST, LARGEST = 1e-100, 1e100
+SMALLEST, LARGEST = 1e-90, 1e90
 """The least and the largest magnitude of a number in a proof, but for zero."""
 
 SWITCHING = (Ligament, SoftGuard, Stop, Barrier)
@@ -40,13 +40,21 @@ class NoEnergyReason(Enum):
         f"a number of the energy is too small or too large: proofs take {SMALLEST:g} to {LARGEST:g}"
         " in SI units"
     )
+    STOP_IN_SIX = (
+        "the body is not held, and no proof takes springs beside a stop into account then"
+    )
     NO_LENGTH = (
         "the line of a spring may have no length at some attitude, and then its force no direction"
     )
 
 
 SEARCHED_INSTEAD = frozenset(
-    {NoEnergyReason.USER_CODE, NoEnergyReason.NOT_IN_PROOFS, NoEnergyReason.NO_LENGTH}
+    {
+        NoEnergyReason.USER_CODE,
+        NoEnergyReason.NOT_IN_PROOFS,
+        NoEnergyReason.STOP_IN_SIX,
+        NoEnergyReason.NO_LENGTH,
+    }
 )
 """The reasons for which nothing is proved of rest states that can be looked for."""
 

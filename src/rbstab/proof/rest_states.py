@@ -53,6 +53,8 @@ WIDE_LIMIT = 16_000
 WIDE_LIMIT_WITH_FUNCTIONS = 100_000
 """The same for an energy with lengths, or other functions of Θ, whose boxes are smaller."""
 
+KINKED = "its force jumps, and no proof takes such a force into account where X is not known"
+
 
 class Body:
     """A system with its exact potential energy, of which rest states are proved.
@@ -76,9 +78,21 @@ class Body:
             raise NoReducedEnergy(NoEnergyReason.NOT_FINITE) from error
         except (TypeError, AttributeError, ValueError, ArithmeticError) as error:
             raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, str(error)) from error
+        self._reject_beside_springs()
         self.at_rest: Configurations = configurations(system)
         if any(isinstance(element, Spring) for element in system.elements):
             self._reject_lengths()
+
+    def _reject_beside_springs(self) -> None:
+        """Raise `NoReducedEnergy` for what needs an energy that is convex in X, if it is not.
+
+        On the faces of a stop the energy is taken to be convex in X, which springs are not. A force
+        that jumps at a place of X may pull it apart there.
+        """
+        if isinstance(self.bounded, TiedBounds) and self.energy.stop is not None:
+            raise NoReducedEnergy(NoEnergyReason.STOP_IN_SIX)
+        if any(step.variables & set(self.energy.free) for step in jumps(self.energy)):
+            raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, KINKED)
 
     def _reject_lengths(self) -> None:
         """Raise `NoReducedEnergy` if a line may have no length at some attitude of a held body."""

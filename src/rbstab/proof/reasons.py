@@ -40,9 +40,7 @@ class NoEnergyReason(Enum):
         f"a number of the energy is too small or too large: proofs take {SMALLEST:g} to {LARGEST:g}"
         " in SI units"
     )
-    STOP_IN_SIX = (
-        "the body is not held, and no proof takes springs beside a stop into account then"
-    )
+    STOP_IN_SIX = "the body is not held, and no proof takes springs beside a stop into account then"
     NO_LENGTH = (
         "the line of a spring may have no length at some attitude, and then its force no direction"
     )

@@ -15,7 +15,7 @@ MOST_WITH_SPRINGS, BRIEF_WITH_SPRINGS = 100_000, 4_000
 BRIEF_WITH_LIGAMENTS = 20_000
 """The same for one ligament of a body that is not held: some ten seconds."""
 
-TERMS = 100
+TERMS = 40
 """So many terms of an energy of X take as long as all else."""
 
 BRIEF_WITH_FUNCTIONS, FEWEST = 48_000, 12_000

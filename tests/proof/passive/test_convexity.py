@@ -156,3 +156,14 @@ def test_random_formulas_that_are_called_convex_are_convex():
                 curved += values[2] < mean - 1e-6
     assert count > 30
     assert curved > 30
+
+
+def test_norms_of_what_is_affine_are_convex():
+    """√(w² + |e|²) with e = X + r(Θ): its second derivative is a sum of squares (Lagrange)."""
+    x, y = variable(3) + variable(0).sin(), variable(4) - variable(1).cos() * variable(0)
+    root = (1 + x * x + y * y).function("sqrt")
+    assert is_convex(root, (3, 4))
+    assert is_convex(2 * root + x**4, (3, 4))
+    assert not is_convex(-root, (3, 4))
+    assert not is_convex((x * x + y * y - variable(0) ** 2).function("sqrt"), (3, 4))
+    assert not is_convex((2 + x).function("sqrt"), (3, 4))

@@ -22,12 +22,13 @@ from rbstab.proof.exact.expr import (
     Monomial,
     as_factor,
     atom,
+    expr,
     monomial,
     only,
     product,
     variable,
 )
-from rbstab.proof.exact.rewriting import derivative
+from rbstab.proof.exact.rewriting import derivative, inverse_of_definite, quadratic_in
 from rbstab.proof.passive.expanded import (
     MOST_TERMS,
     TooLargeError,
@@ -366,6 +367,28 @@ def _reduced_by(rows: Iterable[tuple[Monomial, Expr]], e: Expr) -> Expr:
 
 
 def is_convex(e: Expr, numbers: Sequence[int]) -> bool:
-    """Return whether an expression is shown to be convex in some variables, for all others."""
+    """Return whether an expression is shown to be convex in some variables x, for all others.
+
+    Norms √(|Lx + m|² + s) with s >= 0 are; of all else the second derivative is not negative.
+    """
+    norms: dict[Monomial, Fraction] = {
+        m: c
+        for m, c in e.terms.items()
+        if c > 0 and len(m) == 1 and m[0][1] == 1 and _is_norm(m[0][0], numbers)
+    }
+    e = e - Expr(norms)
     direction = {k: variable(DIRECTIONS + k) for k in numbers}
     return never_negative(derivative(derivative(e, direction), direction))
+
+
+def _is_norm(a: Atom, numbers: Sequence[int]) -> bool:
+    """Return whether an atom is √(½x'Hx + b'x + r) with H definite and r - ½b'H⁻¹b >= 0."""
+    if a.kind != "sqrt":
+        return False
+    parts = quadratic_in(a.inner, numbers)
+    inverse = inverse_of_definite(parts.H)
+    if inverse is None or any(x.variables & set(numbers) for x in (*parts.b, parts.rest)):
+        return False
+    n = range(len(numbers))
+    fall = sum((parts.b[i] * parts.b[j].scaled(inverse[i][j]) for i in n for j in n), expr(0))
+    return never_negative(parts.rest - fall.scaled(Fraction(1, 2)))

@@ -303,11 +303,11 @@ def test_barriers_on_all_angles_close_the_range_of_eq_5():
 
 def test_a_proof_that_claims_a_closed_range_falsely_is_refused():
     proof = prove(guarded(outer_stiffness=2.0)).model_dump(mode="json")
-    opened = proof | {"reduced_energy": proof["reduced_energy"] | {"outer_barrier": None}}
+    opened = proof | {"reduced_energy": proof["reduced_energy"] | {"closed": [1]}}
     forged = Proof.model_validate(opened)
     assert not forged.every_start
     assert not verify(forged).verified
-    weaker = proof | {"reduced_energy": proof["reduced_energy"] | {"barrier": None}}
+    weaker = proof | {"reduced_energy": proof["reduced_energy"] | {"closed": [0, 2]}}
     forged = Proof.model_validate(weaker)
     assert not forged.every_start
     assert not verify(forged).verified

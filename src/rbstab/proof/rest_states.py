@@ -15,6 +15,7 @@ from rbstab.proof.enclosures.tied import TiedBounds, bounds_of
 from rbstab.proof.exact.expr import COS, SIN, VAR
 from rbstab.proof.held import held_zeros, jumps, out_of_balance, zeros_at_stop
 from rbstab.proof.model import RANGE_END, ExactSystem, NoMinimumError, energy_of, value_at
+from rbstab.proof.passive.passive import first_jump
 from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy, reject
 from rbstab.proof.regions.regions import Regions, regions_of
 from rbstab.proof.rest_points import RestPoint, RestStates, SearchOutcome
@@ -78,8 +79,9 @@ class Body:
             raise NoReducedEnergy(NoEnergyReason.NOT_FINITE) from error
         except (TypeError, AttributeError, ValueError, ArithmeticError) as error:
             raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, str(error)) from error
-        self._reject_beside_springs()
         self.at_rest: Configurations = configurations(system)
+        if self.energy.free:
+            self._reject_beside_springs()
         if any(isinstance(element, Spring) for element in system.elements):
             self._reject_lengths()
 
@@ -87,12 +89,14 @@ class Body:
         """Raise `NoReducedEnergy` for what needs an energy that is convex in X, if it is not.
 
         On the faces of a stop the energy is taken to be convex in X, which springs are not. A force
-        that jumps at a place of X may pull it apart there.
+        that jumps may hold the body where X is not known.
         """
         if isinstance(self.bounded, TiedBounds) and self.energy.stop is not None:
             raise NoReducedEnergy(NoEnergyReason.STOP_IN_SIX)
-        if any(step.variables & set(self.energy.free) for step in jumps(self.energy)):
-            raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, KINKED)
+        for element in self.at_rest.system.elements:
+            if element.from_user and element.mode_count and first_jump(self.at_rest, element) == 1:
+                why = f"{element.name}: {KINKED}"
+                raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, why)
 
     def _reject_lengths(self) -> None:
         """Raise `NoReducedEnergy` if a line may have no length at some attitude of a held body."""

@@ -46,7 +46,7 @@ LOST = {
     ],
 }
 """What is no longer proved. Joint: its list was never complete, and a box of its four ligaments
-takes longer, so fewer are searched. Two of its ten isolated states, both unstable, are not met.
+takes longer, so fewer are searched. Two of its nine isolated states, both unstable, are not met.
 Latch: a pass on a ridge takes cells all along it, so the level ends 3 % below it.
 """
 

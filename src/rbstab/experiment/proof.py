@@ -74,7 +74,7 @@ def prove(
         problem: The initial value problem of the config, if it is built already.
         search_only: Whether to search for the rest states without proving anything.
         brief: Whether the proof may take some five seconds at most. The searches then stop at
-            fewer boxes, such as `BRIEF_BOX_LIMIT`, the same number on each machine.
+            fewer boxes, such as `limits.BRIEF`, the same number on each machine.
 
     Returns:
         The rest states and their regions. If nothing can be proved, `Proof.proved` is False and

@@ -20,7 +20,7 @@ from rbstab.proof.enclosures.intervals import constant
 from rbstab.proof.enclosures.tied import bounds_of
 from rbstab.proof.exact.expr import COS, SIN, VAR, Atom, Expr, Monomial, atom
 from rbstab.proof.exact.rewriting import inverse_of_definite
-from rbstab.proof.model import Energy
+from rbstab.proof.model import RANGE_END, Energy
 from rbstab.proof.search import Box, Boxes, joined, one_box
 
 OUTER = (0, 2)
@@ -41,7 +41,7 @@ LIMIT = 12_000
 FIRST = (3, 2, 3)
 """So often one period is halved along each angle before the search begins."""
 
-PERIOD = np.nextafter(np.pi, 4.0)
+PERIOD = RANGE_END[0]
 
 
 class Parts(NamedTuple):

@@ -20,7 +20,7 @@ from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.intervals import Intervals
 from rbstab.proof.enclosures.levels import Ranges, least_values
 from rbstab.proof.exact.expr import Expr, expr, variable
-from rbstab.proof.model import Energy
+from rbstab.proof.model import RANGE_END, Energy
 from rbstab.proof.regions.landscape import open_faces
 from rbstab.proof.search import Box, Search, joined
 
@@ -83,7 +83,7 @@ def guard_energy(kind: type[SoftGuard], strength: float, soft_angle: float) -> E
 
 def energy_bound(border: Border, guard: Expr) -> float:
     """Return a proved lower bound of U on θ2 = ±π/2, J: f there, and what the guard adds."""
-    end = 0.5 * np.nextafter(np.pi, 4.0)
+    end = RANGE_END[PITCH]
     added = float(_range(guard, np.nextafter(end, 0.0), end).lo[0])
     return math.nextafter(border.energy + added, -math.inf)
 

@@ -40,7 +40,9 @@ class NoEnergyReason(Enum):
         f"a number of the energy is too small or too large: proofs take {SMALLEST:g} to {LARGEST:g}"
         " in SI units"
     )
-    STOP_IN_SIX = "the body is not held, and no proof takes springs beside a stop into account then"
+    STOP_BESIDE_SPRINGS = (
+        "the body is not held, and no proof takes springs beside a stop into account then"
+    )
     NO_LENGTH = (
         "the line of a spring may have no length at some attitude, and then its force no direction"
     )
@@ -50,7 +52,7 @@ SEARCHED_INSTEAD = frozenset(
     {
         NoEnergyReason.USER_CODE,
         NoEnergyReason.NOT_IN_PROOFS,
-        NoEnergyReason.STOP_IN_SIX,
+        NoEnergyReason.STOP_BESIDE_SPRINGS,
         NoEnergyReason.NO_LENGTH,
     }
 )

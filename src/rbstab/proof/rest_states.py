@@ -14,7 +14,7 @@ from rbstab.proof.enclosures.levels import Ranges, least_values
 from rbstab.proof.enclosures.tied import TiedBounds, bounds_of
 from rbstab.proof.exact.expr import COS, SIN, VAR
 from rbstab.proof.held import held_zeros, jumps, out_of_balance, zeros_at_stop
-from rbstab.proof.model import RANGE_END, ExactSystem, NoMinimumError, energy_of, value_at
+from rbstab.proof.model import RANGE_END, Energy, ExactSystem, NoMinimumError, energy_of, value_at
 from rbstab.proof.passive.passive import first_jump
 from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy, reject
 from rbstab.proof.regions.regions import Regions, regions_of
@@ -57,6 +57,27 @@ WIDE_LIMIT_WITH_FUNCTIONS = 100_000
 KINKED = "its force jumps, and no proof takes such a force into account where X is not known"
 
 
+def reduced_energy(system: System, exact_system: ExactSystem) -> Energy:
+    """Return the potential energy of a system that proofs are about, least over X and own states.
+
+    Args:
+        system: The system, in doubles.
+        exact_system: Builds the same in exact numbers, without elements of users.
+
+    Raises:
+        NoReducedEnergy: It has none; the error gives the reason.
+    """
+    reject(system)
+    try:
+        return energy_of(system, exact_system)
+    except NoMinimumError as error:
+        raise NoReducedEnergy(NoEnergyReason.NOT_HELD) from error
+    except OverflowError as error:
+        raise NoReducedEnergy(NoEnergyReason.NOT_FINITE) from error
+    except (TypeError, AttributeError, ValueError, ArithmeticError) as error:
+        raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, str(error)) from error
+
+
 class Body:
     """A system with its exact potential energy, of which rest states are proved.
 
@@ -69,15 +90,10 @@ class Body:
     """
 
     def __init__(self, system: System, exact_system: ExactSystem) -> None:
-        reject(system)
+        self.energy = reduced_energy(system, exact_system)
         try:
-            self.energy = energy_of(system, exact_system)
             self.bounded = bounds_of(self.energy)
-        except NoMinimumError as error:
-            raise NoReducedEnergy(NoEnergyReason.NOT_HELD) from error
-        except OverflowError as error:
-            raise NoReducedEnergy(NoEnergyReason.NOT_FINITE) from error
-        except (TypeError, AttributeError, ValueError, ArithmeticError) as error:
+        except ValueError as error:
             raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, str(error)) from error
         self.at_rest: Configurations = configurations(system)
         if self.energy.free:
@@ -92,7 +108,7 @@ class Body:
         that jumps may hold the body where X is not known.
         """
         if isinstance(self.bounded, TiedBounds) and self.energy.stop is not None:
-            raise NoReducedEnergy(NoEnergyReason.STOP_IN_SIX)
+            raise NoReducedEnergy(NoEnergyReason.STOP_BESIDE_SPRINGS)
         for element in self.at_rest.system.elements:
             if element.from_user and element.mode_count and first_jump(self.at_rest, element) == 1:
                 why = f"{element.name}: {KINKED}"

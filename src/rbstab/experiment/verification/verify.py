@@ -142,16 +142,17 @@ def _can_build(config: Config) -> bool:
 
 def _other_energy(proof: Proof, config: Config) -> str | None:
     """Return in which way U of a proof is not that of a config; None if they are equal."""
-    from rbstab.proof.model import NoMinimumError, energy_of
+    from rbstab.proof.reasons import NoReducedEnergy
     from rbstab.proof.record import difference_from
+    from rbstab.proof.rest_states import reduced_energy
 
     stored = proof.reduced_energy
     assert stored is not None
     plain = partial(system_of, without_code(config))
     try:
-        energy = energy_of(smooth_rest_system(problem_of(config)), plain)
-    except NoMinimumError:
-        return "nothing holds the body"
+        energy = reduced_energy(smooth_rest_system(problem_of(config)), plain)
+    except NoReducedEnergy as error:
+        return str(error)
     return difference_from(stored.model_dump(), energy)
 
 

@@ -1,7 +1,6 @@
 """Asks codac about the claims of a proof, for the equations of its config."""
 
 import json
-import math
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -53,6 +52,7 @@ def second_opinion(proof: Proof, config: Config) -> Iterator[tuple[str, str, boo
     sentences. A claim that is not decided has the name `UNDECIDED`, and its own in its sentences.
     """
     from rbstab.proof.check.findings import EVERYWHERE, IN_RANGE  # imported late, as by `verify`
+    from rbstab.proof.model import RANGE_END
 
     try:
         if has_code(config) and not may_run_code(config):
@@ -61,7 +61,7 @@ def second_opinion(proof: Proof, config: Config) -> Iterator[tuple[str, str, boo
     except NoOpinionError as error:
         yield ABOUT, UNDECIDED, False, f"It was not asked: {error}."
         return
-    pi, half = math.nextafter(math.pi, 4), math.nextafter(math.pi / 2, 2)
+    pi, half, _ = RANGE_END.tolist()
     ranges = [_claims(IN_RANGE, proof, (pi, half, pi))]
     if proof.unwrapped is not None and proof.unwrapped.end is not None:
         first, _, third = proof.unwrapped.end

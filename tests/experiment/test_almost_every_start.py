@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from support.leg import BODY, LIGAMENTS
 
 import rbstab
@@ -14,7 +15,7 @@ from rbstab.experiment.run_certificate import rest_state_check
 from rbstab.experiment.stored_proof.almost_every_start import almost_every_start
 from rbstab.experiment.stored_proof.proof import SUPPLIES, Proof
 
-GAINS = {"K_t": [1e-6, 1e-6, 1e-6], "L_t": [1e-6, 1e-6, 1e-6], "L_r": [0.8, 0.8, 0.3]}
+GAINS = {"L_r": [0.8, 0.8, 0.3]}
 
 
 def leg(K_r, elements=None, **more):
@@ -67,25 +68,14 @@ def test_of_a_leg_with_two_ligaments_only_the_upright_state_is_stable():
     assert check.quantity.endswith(": 1 stable, 4 unstable; almost every start converges")
 
 
-@pytest.mark.heavy
-def test_random_motions_of_this_leg_return():
-    """They are computed by other equations than those of the proof: a few may leave the range."""
-    rng, ends = np.random.default_rng(1), []
-    for Theta in rng.uniform(-1, 1, size=(16, 3)) * [2.5, 1.2, 2.5]:
-        start = {"orientation": Theta.tolist(), "angular_velocity": rng.normal(size=3).tolist()}
-        config = {**HELD_BY_LIGAMENTS, "initial": {**start, "attached": True}}
-        result = rbstab.simulate(config | {"integration": {"duration": 30, "samples": 11}})
-        if result.status == "completed":
-            ends.append(np.abs(result["orientation"][-1]).max())
-    assert len(ends) >= 10
-    assert max(ends) < 1e-3
-
-
 @pytest.mark.slow
 def test_a_leg_that_falls_rests_elsewhere(falling):
     """θ = 67.7° solves 5 θ = 6.386 sin θ."""
     found = falling.almost_every_start
     assert (found.proved, found.returns, found.states) == (True, False, (1, 2, 3, 4))
+    lean = brentq(lambda angle: 5 * angle - 3.5 * 9.81 * 0.186 * np.sin(angle), 0.1, 3.0)
+    largest = [np.abs(state.orientation).max() for state in falling.states[:4]]
+    assert largest == pytest.approx([lean] * 4, abs=1e-6)
     assert [state.stable for state in falling.states] == [True] * 4 + [False] * 5
     assert almost_sentence(falling, found) == (
         "rests elsewhere: almost every start (all but a set of measure zero) whose motion stays in "
@@ -210,15 +200,6 @@ def test_barriers_confine_every_start():
     assert "with |θ2| < 90°, to which a barrier confines every motion, converges" in sentence()
     of_range = sentence(outer_stiffness=0.01)
     assert "in the range, to which barriers confine every motion, converges" in of_range
-
-
-@pytest.mark.heavy
-def test_elements_of_users_that_switch_are_not_decided():
-    """The force of this latch jumps, and pushes away from its switch."""
-    proof = prove(latch())
-    assert proof.proved
-    assert proof.stable_count < len(proof.states)
-    assert "is an element of your own with switches" in proof.almost_every_start.why
 
 
 @pytest.mark.slow

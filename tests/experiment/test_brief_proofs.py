@@ -14,6 +14,7 @@ from rbstab.config.load import load_config
 from rbstab.experiment import proof as module
 from rbstab.experiment.answers.run_answer import answer_of
 from rbstab.experiment.convergence.convergence import Enclose
+from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.proof_cache import cached_proof, proof_for
 from rbstab.experiment.run_to_file import prove_run, run_to_file
 from rbstab.experiment.stability import statements_of
@@ -34,14 +35,11 @@ TIED = CONTROLLER | {
     "K_c": [9000.0, 9000.0, 9000.0],
     "L_c": [90.0, 90.0, 90.0],
 }
-SPRING = {
-    "kind": "spring",
-    "point": [0.02, 0.0, 0.3],
-    "anchor": [0.6, 0.01, 0.9],
-    "stiffness": 300.0,
-    "rest_length": 0.5,
-}
-DATA = config_data({"strut": SPRING}, TIED, integration={"duration": 0.02, "samples": 3})
+SPRING: dict[str, Any] = {"kind": "spring", "point": [0.02, 0.0, 0.3], "anchor": [0.6, 0.01, 0.9]}
+SPRING |= {"stiffness": 300.0, "rest_length": 0.5}
+BAND: dict[str, Any] = {"kind": "ligament", "point": [0.1, 0.2, 0.3], "anchor": [0.5, 0.1, 0.5]}
+BAND |= {"stiffness": 100.0, "slack_length": 0.3, "toe_strain": 0.2, "damping": 8.0}
+DATA = config_data({}, TIED, integration={"duration": 0.02, "samples": 3})
 GOES_ON = "rbstab run CONFIG --prove tries more"
 IN_RUN = "the same command with --prove tries more"
 
@@ -49,7 +47,7 @@ IN_RUN = "the same command with --prove tries more"
 @pytest.fixture(autouse=True)
 def _brief(monkeypatch):
     """A brief proof ends after 100 boxes, and no proof is made for all real θ1 and θ3."""
-    monkeypatch.setattr("rbstab.proof.limits.BRIEF_WITH_SPRINGS", 100)
+    monkeypatch.setattr("rbstab.proof.limits.BRIEF", 100)
     monkeypatch.setattr(Body, "wide", lambda *_, **__: None)
 
 
@@ -67,7 +65,6 @@ def made(monkeypatch):
     return calls
 
 
-@pytest.mark.heavy
 def test_a_brief_proof_is_not_repeated_and_blocks_no_other(tmp_path, made):
     config = load_config(DATA)
     first = proof_for(tmp_path, config, brief=True)
@@ -91,30 +88,36 @@ def test_the_outcome_is_that_of_a_search_that_stops():
     assert SearchOutcome.BOX_LIMIT.value == STOPPED
 
 
-@pytest.mark.heavy
 def test_a_brief_proof_with_boxes_to_spare_is_the_whole_one(monkeypatch):
-    monkeypatch.setattr("rbstab.proof.limits.BRIEF_WITH_SPRINGS", 10**6)
-    brief, full = module.prove(DATA, brief=True), module.prove(DATA)
-    assert brief.model_copy(update={"seconds": full.seconds}) == full
-
-
-def test_a_brief_proof_of_a_body_without_springs_ends_early_too(monkeypatch):
-    data = config_data({}, TIED)
-    full = module.prove(data)
-    assert (full.proved, full.brief) == (True, None)
+    """The boxes end in the range of eq. 5, or after it: then its region is proved."""
+    monkeypatch.undo()
+    full = module.prove(DATA)
     assert full.unwrapped is not None
-    # The boxes end in the range of eq. 5, or after it: then its region is proved.
-    for limit, proved in ((100, False), (full.examined, True)):
+    enough = full.examined + full.unwrapped.examined
+    for limit, proved in ((100, False), (full.examined, True), (enough, True)):
         monkeypatch.setattr(limits, "BRIEF", limit)
-        brief = module.prove(data, brief=True)
-        assert (brief.proved, brief.brief) == (proved, True)
+        brief = module.prove(DATA, brief=True)
+        assert brief.proved == proved
+        if limit == enough:
+            assert brief.model_copy(update={"seconds": full.seconds}) == full
+            continue
+        assert brief.brief
         assert brief.region is not None
         assert brief.region.proved == proved
         assert brief.unwrapped is not None
         assert not brief.unwrapped.proved
-    monkeypatch.setattr(limits, "BRIEF", full.examined + full.unwrapped.examined)
-    brief = module.prove(data, brief=True)
-    assert brief.model_copy(update={"seconds": full.seconds}) == full
+
+
+@pytest.mark.parametrize("element", [SPRING, BAND], ids=["spring", "ligament"])
+def test_smaller_limits_of_springs_and_ligaments(element, monkeypatch):
+    """Undecided boxes cover most of the range, so that no region is left."""
+    for name in ("BRIEF_WITH_SPRINGS", "BRIEF_WITH_LIGAMENTS"):
+        monkeypatch.setattr(limits, name, 100)
+    config = load_config(config_data({"one": element}, TIED))
+    short = module.prove(config, brief=True)
+    assert (short.brief, short.proved, short.region) == (True, False, None)
+    found = prove_convergence(config, problem_of(config), short, Enclose.BRIEFLY).convergence
+    assert (found.proved, GOES_ON in found.why) == (None, True)
 
 
 def test_a_brief_proof_does_not_replace_one_that_was_stored_in_the_meantime(tmp_path, monkeypatch):
@@ -133,7 +136,6 @@ def test_a_brief_proof_does_not_replace_one_that_was_stored_in_the_meantime(tmp_
     assert cached_proof(tmp_path, config) == whole
 
 
-@pytest.mark.heavy
 def test_a_stored_run_is_completed_by_a_later_proof(tmp_path):
     config = load_config(DATA)
     problem, path = problem_of(config), tmp_path / "x.h5"
@@ -159,7 +161,6 @@ def printed(*arguments: str) -> str:
     return " ".join(done.stdout.split())
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("command", ["run", "stability"])
 def test_the_command_that_is_named_goes_on(command, tmp_path, made, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -177,7 +178,6 @@ def test_the_command_that_is_named_goes_on(command, tmp_path, made, monkeypatch)
     assert made == [True, False]
 
 
-@pytest.mark.heavy
 def test_members_that_share_a_brief_proof_are_proved_by_a_later_one(tmp_path, made):
     plan = load_plan({"base": DATA, "vary": {"initial.angular_velocity[0]": {"values": [0.5, 90]}}})
 
@@ -193,7 +193,6 @@ def test_members_that_share_a_brief_proof_are_proved_by_a_later_one(tmp_path, ma
     assert made == [True, False]
 
 
-@pytest.mark.heavy
 def test_bodies_with_brief_proofs_are_proved_by_a_later_one(tmp_path, made):
     plan = load_plan({"base": DATA, "vary": {"body.mass": {"values": [41.0]}}})
     nothing = MemberConvergence(*ProvedConvergence(plan, tmp_path).of(0, 1))

@@ -1,41 +1,45 @@
-"""Protects runs of elements of users: closed forms, elements of ours, and what is not proved."""
+"""Protects runs, sweeps and derivatives of elements of users: those of ours, and closed forms.
+
+`creeping_tie.py` states what the embedded tie of the program states, `TIE` what a visco-elastic one
+does, `LIGAMENT` what a ligament does without its damper.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from scipy.special import ellipj
 from support.switching import data, ligament
-from support.user_code import CUBIC, TIE, element_text, mine, write_template
+from support.user_code import CREEPING_TIE, CUBIC, MAXWELL, TIE, element_text, mine, write_template
 
 import rbstab
-from rbstab.config.elements import kind_of
-from rbstab.config.entries import entries_of
-from rbstab.config.load import load_config
+from rbstab.config.build import problem_of
+from rbstab.config.entries import entries_of, is_of_initial_state
+from rbstab.config.errors import ConfigError
+from rbstab.config.load import (
+    acting_sections,
+    config_to_read,
+    initial_sections,
+    load_config,
+    plain_data,
+    run_id,
+)
 from rbstab.config.tolerances import tolerances_of
-from rbstab.config.units import unit_of
-from rbstab.experiment.convergence.convergence import Enclose
-from rbstab.experiment.proof import prove
+from rbstab.config.units import Kind, unit_of
+from rbstab.experiment.own_states import own_states_of
 from rbstab.experiment.robust.bodies import CODE_VARIES, prove_within
 from rbstab.experiment.stored_proof.identity import proof_id
-from rbstab.experiment.stored_proof.proof import SUPPLIES
 from rbstab.experiment.tuning.sensitivities import sensitivities
-from rbstab.experiment.verification.verify import verify
-
-ENGINES = ("scipy", "heyoka")
-
-FREE = {
-    "variant": "free",
-    "K_t": [40, 40, 30],
-    "L_t": [2, 2, 1],
-    "K_r": [4, 4, 3],
-    "L_r": [0.6, 0.6, 0.4],
-}
-
-VALUES = {
-    "point": [0.1, 0.2, -0.1],
-    "anchor": [0.0, 0.3, 0.1],
-    "K_c": [[30, 2, 0], [2, 20, 1], [0, 1, 10]],
-    "L_c": [1, 2, 3],
-}
+from rbstab.report.reading.sources import read_sources
+from rbstab.report.runs.figures.curves import element_states
+from rbstab.store.run_file import write_result
+from rbstab.sweep.options import SweepOptions
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.sweep import sweep_to_folder
+from rbstab_cli.main import cli
 
 LIGAMENT = element_text(
     """
@@ -66,162 +70,17 @@ LIGAMENT = element_text(
     'Gain("slack_length", "m", "l", shape="number"), '
     'Gain("toe_strain", "1", "e", shape="number")',
 )
-"""What `kind: ligament` is, without its damper."""
 
-START = {"orientation": [0.1, 0.2, 0.3], "angular_velocity": [1, 2, 3], "velocity": [0.5, -1, 0.2]}
-
-
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    """A working folder with the files of the elements."""
-    monkeypatch.chdir(tmp_path)
-    write_template(tmp_path)
-    return tmp_path
-
-
-def load(elements, engine="scipy", start=None, duration=2.0, **sections):
-    integration = {"engine": engine, "duration": duration, "samples": 41, "rtol": 1e-13}
-    described = data(elements, start or START, integration, **sections)
-    return load_config(described, allow_python=True)
-
-
-def largest_difference(one, other):
-    names = ("orientation", "angular_velocity", "position", "velocity", "lyapunov")
-    return max(float(np.abs(one[name] - other[name]).max()) for name in names)
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_a_cubic_spring_in_closed_form(folder, engine):
-    """m x'' = -k x³ from rest at x = a: x = a cn(a √(k/m) t) with the parameter 1/2."""
-    if engine == "heyoka":
-        pytest.importorskip("heyoka")
-    position, stiffness = [0.7, -0.5, 0.3], [30.0, 20.0, 10.0]
-    start = {"position": position}
-    config = load({"mine": CUBIC}, engine, start, duration=5.0)
-    result = rbstab.simulate(config)
-    assert result.status == "completed"
-    for axis, (a, k) in enumerate(zip(position, stiffness, strict=True)):
-        frequency = abs(a) * np.sqrt(k / config.body.mass)
-        expected = a * ellipj(frequency * result["time"], 0.5)[1]
-        np.testing.assert_allclose(result["position"][:, axis], expected, atol=1e-9)
-    assert np.abs(result["energy_residual"]).max() < 1e-10 * result["lyapunov"][0]
-    stored = sum(k * a**4 / 4 for a, k in zip(position, stiffness, strict=True))
-    assert result["energy"][0].sum() == pytest.approx(stored, rel=1e-14)
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_an_element_of_a_user_is_one_of_ours(folder, engine):
-    if engine == "heyoka":
-        pytest.importorskip("heyoka")
-    (folder / "mine.py").write_text(TIE)
-    theirs = rbstab.simulate(load({"one": mine(**VALUES)}, engine, controller=FREE))
-    ours = rbstab.simulate(
-        load({"one": {"kind": "visco-elastic"} | VALUES}, engine, controller=FREE)
-    )
-    assert largest_difference(theirs, ours) < 1e-12
-    np.testing.assert_allclose(theirs["element_force"], ours["element_force"], atol=1e-11)
-    np.testing.assert_allclose(theirs["dissipation"], ours["dissipation"], atol=1e-11)
-    assert list(theirs["part"]) == list(ours["part"])
-
-
-@pytest.mark.parametrize("engine", ["scipy", pytest.param("heyoka", marks=pytest.mark.heavy)])
-def test_an_element_that_switches(folder, engine):
-    if engine == "heyoka":
-        pytest.importorskip("heyoka")
-    (folder / "mine.py").write_text(LIGAMENT)
-    section = ligament()
-    parameters = {key: section[key] for key in section if key != "kind"}
-    start = {"position": [0.8, 0.1, 0], "velocity": [-0.5, 0.2, 0.1]}
-    theirs = rbstab.simulate(load({"one": mine(**parameters)}, engine, start, 10.0))
-    ours = rbstab.simulate(load({"one": section}, engine, start, 10.0))
-    assert theirs.status == ours.status == "completed"
-    assert np.unique(theirs["energy"][:, -1] > 0).tolist() == [False, True]  # slack, and taut
-    assert largest_difference(theirs, ours) < 1e-11
-
-
-def test_sensitivities_are_those_of_ours(folder):
-    pytest.importorskip("heyoka")
-    (folder / "mine.py").write_text(TIE)
-    theirs = sensitivities(load({"one": mine(**VALUES)}, controller=FREE))
-    ours = sensitivities(load({"one": {"kind": "visco-elastic"} | VALUES}, controller=FREE))
-    keys = {entry.key.replace(".parameters", ""): row for row, entry in enumerate(theirs.entries)}
-    rows = [keys[entry.key] for entry in ours.entries]
-    assert len(rows) == len(theirs.entries)
-    np.testing.assert_allclose(theirs.derivatives[rows], ours.derivatives, rtol=1e-6, atol=1e-9)
-
-
-def test_sensitivities_of_an_element_that_switches(folder):
-    pytest.importorskip("heyoka")
-    (folder / "mine.py").write_text(LIGAMENT)
-    section = ligament()
-    parameters = {key: value for key, value in section.items() if key != "kind"}
-    start = {"position": [0.8, 0.1, 0], "velocity": [-0.5, 0.2, 0.1]}
-    given = {"start": start, "duration": 3.0, "controller": FREE}
-    theirs = sensitivities(load({"one": mine(**parameters)}, **given))
-    ours = sensitivities(load({"one": section}, **given))
-    keys = {entry.key.replace(".parameters", ""): row for row, entry in enumerate(theirs.entries)}
-    # Theirs has no damper.
-    mine_too = [row for row, entry in enumerate(ours.entries) if entry.key in keys]
-    assert len(mine_too) == len(theirs.entries) == len(ours.entries) - 1
-    rows = [keys[ours.entries[row].key] for row in mine_too]
-    expected = ours.derivatives[mine_too]
-    np.testing.assert_allclose(theirs.derivatives[rows], expected, rtol=1e-8, atol=1e-9)
-
-
-def test_proofs_for_all_bodies_are_those_of_the_same_element_of_ours(folder):
-    (folder / "mine.py").write_text(TIE)
-    config = load({"one": mine(**VALUES)}, controller=FREE)
-    ours = load({"one": {"kind": "visco-elastic"} | VALUES}, controller=FREE)
-    texts = ["controller.K_t=±1%", "controller.K_r=±1%"]
-    within, known = (prove_within(one, tolerances_of(one, texts)) for one in (config, ours))
-    assert within.proved
-    assert within.level == pytest.approx(known.level, rel=1e-9)
-    for text in ("body.contact_point=±0.01", "elements.one=±1%"):
-        varied = prove_within(config, tolerances_of(config, [text]))
-        assert (varied.proved, varied.why) == (None, CODE_VARIES)
-
-
-def test_a_proof_is_not_that_of_another_element(folder):
-    (folder / "mine.py").write_text(TIE)
-    stiffer = VALUES | {"K_c": [31, 20, 10]}
-    config = load({"one": mine(**stiffer)}, controller=FREE)
-    ours = prove(load({"one": {"kind": "visco-elastic"} | VALUES}, controller=FREE))
-    assert ours.proved
-    (refused,) = [
-        f for f in verify(ours, config).findings if f.claim == "energy" and not f.verified
-    ]
-    assert "is not that of the config" in refused.text
-
-
-def test_the_identity_of_a_proof_needs_no_code(folder):
-    from rbstab.config.load import config_to_read, plain_data
-
-    (folder / "mine.py").write_text(TIE)
-    config = load({"one": mine(**VALUES)}, controller=FREE)
-    read = config_to_read(plain_data(config))
-    assert proof_id(read) == proof_id(config)
-    (folder / "mine.py").write_text(TIE + "# another text\n")
-    assert proof_id(load({"one": mine(**VALUES)}, controller=FREE)) != proof_id(config)
-
-
-OTHERS = {
-    "creep": {
-        "kind": "embedded",
-        "point": [0.1, 0.0, 0.2],
-        "anchor": [0.1, 0.0, 0.2],
-        "K_c": [40, 40, 40],
-        "L_c": [2, 2, 2],
-        "K_d": [20, 20, 20],
-        "L_d": [3, 3, 3],
-        "initial_state": [0.01, 0.0, -0.02],
-    },
-    "grip": {
-        "kind": "sliding",
-        "point": [0.0, 0.1, 0.0],
-        "anchor": [0.0, 0.1, 0.0],
-        "K_s": [1, 1, 1],
-        "surface": {"slope": 2.0},
-    },
+Values = dict[str, Any]
+FREE: Values = {"variant": "free", "K_t": [40, 40, 30], "L_t": [2, 2, 1]}
+FREE |= {"K_r": [4, 4, 3], "L_r": [0.6, 0.6, 0.4]}
+TIED: Values = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 0.1], "L_c": [1, 2, 3]}
+TIED |= {"K_c": [[30, 2, 0], [2, 20, 1], [0, 1, 10]]}
+CREEP = TIED | {"K_d": [9, 8, 7], "L_d": [3, 2, 1], "initial_state": [0.02, -0.03, 0.01]}
+CORD = {key: value for key, value in ligament().items() if key != "kind"}
+OTHERS: dict[str, Values] = {
+    "grip": {"kind": "sliding", "K_s": [1, 1, 1], "surface": {"slope": 2.0}}
+    | {"point": [0.0, 0.1, 0.0], "anchor": [0.0, 0.1, 0.0]},
     "knock": {
         "kind": "input",
         "quantity": "force",
@@ -232,52 +91,204 @@ OTHERS = {
     },
     "end": {"kind": "guard", "method": "stop", "angle": 1.0, "restitution": 0.5},
 }
-"""An element of each kind that has something of its own: states, modes, a supply, impacts."""
-
-MINE = mine(**VALUES) | {"file": "tie.py"}
+"""An element of each kind that has something of its own: modes, a supply, impacts."""
 
 
-@pytest.mark.usefixtures("folder")
-@pytest.mark.parametrize("beside", [("creep", "grip"), ("creep", "knock"), ("creep", "end")])
-def test_beside_the_other_kinds(beside, tmp_path):
-    """An element of a user acts beside each other kind as the same element of the program does."""
-    (tmp_path / "tie.py").write_text(TIE)
-    others = {name: OTHERS[name] for name in beside}
-    ours = {"tie": {"kind": "visco-elastic", **VALUES}}
-    results = [
-        rbstab.simulate(load(others | tie, controller=FREE)) for tie in (ours, {"tie": MINE})
-    ]
-    assert [result.status for result in results] == ["completed"] * 2
-    assert largest_difference(*results) < 1e-9
-    np.testing.assert_allclose(results[0]["creep.state"], results[1]["creep.state"], atol=1e-9)
-    assert results[1].attributes["verdict"] == results[0].attributes["verdict"]
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """A working folder with the files of the elements."""
+    monkeypatch.chdir(tmp_path)
+    write_template(tmp_path)
+    texts = {"tie": TIE, "cord": LIGAMENT, "maxwell": MAXWELL}
+    texts["creep"] = CREEPING_TIE.read_text(encoding="utf-8").replace("CreepingTie", "Mine")
+    for name, text in texts.items():
+        (tmp_path / f"{name}.py").write_text(text, encoding="utf-8")
+    return tmp_path
 
 
-@pytest.mark.usefixtures("folder")
-def test_keys_beside_the_other_kinds(tmp_path):
-    """Entries, units and columns of all kinds in one config."""
-    (tmp_path / "tie.py").write_text(TIE)
-    config = load({"tie": MINE, **{name: OTHERS[name] for name in ("creep", "knock")}})
-    keys = {entry.key for entry in entries_of(config)}
-    units = {
-        "elements.tie.parameters.K_c[0][1]": "N/m",
-        "elements.creep.initial_state[2]": "m",
-        "elements.knock.signal.start": "s",
-        "elements.knock.amplitude": "N",
-    }
-    assert units.keys() <= keys
-    kinds = {name: kind_of(section) for name, section in config.elements.items()}
-    for key, unit in units.items():
-        assert unit_of(key.partition("[")[0], {kinds[key.split(".")[1]]}) == unit
+def code(name, **values):
+    return mine(**values) | {"file": f"{name}.py"}
 
 
-@pytest.mark.usefixtures("folder")
-def test_an_input_beside_code_decides_nothing(tmp_path):
-    (tmp_path / "tie.py").write_text(TIE)
-    config = load({"tie": MINE, "knock": OTHERS["knock"]}, controller=FREE)
-    assert prove(config).outcome == SUPPLIES
-    within = prove_within(config, tolerances_of(config, ["body.mass=±1%"]))
-    assert (within.proved, within.why) == (None, SUPPLIES)
-    found = rbstab.simulate(config, proof=prove(config), enclose=Enclose.TO_END)
-    assert found.attributes["convergence"] == "not decided"
-    assert "an input supplies power" in str(found.attributes["convergence_reason"])
+def load(elements, engine="scipy", duration=1.0, start=None, **sections):
+    turning = {"orientation": [0.1, 0.2, 0.3], "angular_velocity": [1, 2, 3]}
+    integration = {"engine": engine, "duration": duration, "samples": 41, "rtol": 1e-13}
+    start = start or turning | {"velocity": [0.5, -1, 0.2]}
+    sections = {"controller": FREE} | sections
+    sections = {name: section for name, section in sections.items() if section is not None}
+    given = data(elements, start, integration, **sections)
+    return load_config(given, allow_python=True)
+
+
+OURS = {
+    "tie": {"kind": "visco-elastic"} | TIED,
+    "creep": {"kind": "embedded"} | CREEP,
+    "cord": {"kind": "ligament", "damping": 0.0} | CORD,
+}
+THEIRS = {"tie": code("tie", **TIED), "creep": code("creep", **CREEP), "cord": code("cord", **CORD)}
+FALLS: Values = {"position": [0.8, 0.1, 0], "velocity": [-0.5, 0.2, 0.1]}
+
+HEYOKA = pytest.param("heyoka", marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize("engine", ["scipy", HEYOKA])
+@pytest.mark.parametrize(
+    ("name", "beside", "start"),
+    [
+        ("tie", "", None),
+        ("creep", "", None),
+        ("cord", "", FALLS),
+        *(("creep", beside, None) for beside in OTHERS),
+    ],
+)
+def test_the_motion_is_that_of_our_element(name, beside, start, engine):
+    if engine == "heyoka" and beside:
+        return
+    others = {beside: OTHERS[beside]} if beside else {}
+    duration = 10.0 if name == "cord" else 1.0
+    theirs, ours = (
+        rbstab.simulate(load(others | {"one": of[name]}, engine, duration, start))
+        for of in (THEIRS, OURS)
+    )
+    assert theirs.status == ours.status == "completed"
+    bound = 1e-10 if beside or name == "cord" else 1e-12  # their events have errors
+    names = ["orientation", "angular_velocity", "position", "velocity", "lyapunov"]
+    for quantity in [*names, "energy", "element_force", "dissipation"]:
+        size = max(1.0, np.abs(ours[quantity]).max())
+        assert np.abs(theirs[quantity] - ours[quantity]).max() < bound * size, quantity
+    assert list(theirs["part"]) == list(ours["part"])
+    assert theirs.attributes["verdict"] == ours.attributes["verdict"]
+    if name == "creep":
+        np.testing.assert_allclose(theirs["one.state"], ours["one.state"], rtol=0, atol=1e-11)
+        np.testing.assert_array_equal(theirs["one.state"][0], CREEP["initial_state"])
+        one, other = theirs.variables["one.state"], ours.variables["one.state"]
+        assert (one.unit, one.dimensions) == (other.unit, other.dimensions)
+        assert one.long_name == "D: the point between the springs, inertial"
+    if name == "cord":  # slack, and taut
+        assert np.unique(theirs["energy"][:, -1] > 0).tolist() == [False, True]
+
+
+@pytest.mark.parametrize("engine", ["scipy", HEYOKA])
+def test_a_cubic_spring_in_closed_form(engine):
+    """m x'' = -k x³ from rest at x = a: x = a cn(a √(k/m) t) with the parameter 1/2."""
+    position, stiffness = [0.7, -0.5, 0.3], [30.0, 20.0, 10.0]
+    config = load({"mine": CUBIC}, engine, 5.0, {"position": position}, controller=None)
+    result = rbstab.simulate(config)
+    for axis, (a, k) in enumerate(zip(position, stiffness, strict=True)):
+        frequency = abs(a) * np.sqrt(k / config.body.mass)
+        expected = a * ellipj(frequency * result["time"], 0.5)[1]
+        np.testing.assert_allclose(result["position"][:, axis], expected, atol=1e-9)
+    assert np.abs(result["energy_residual"]).max() < 1e-10 * result["lyapunov"][0]
+    stored = sum(k * a**4 / 4 for a, k in zip(position, stiffness, strict=True))
+    assert result["energy"][0].sum() == pytest.approx(stored, rel=1e-14)
+
+
+def test_a_state_of_another_size_relaxes_is_stored_and_shown(folder):
+    """A spring and a damper in a row between fixed points: s falls as exp(-k t/c)."""
+    far = {"point": [0, 0, 0], "anchor": [1.0, 0, 0], "k": 8.0, "c": 2.0}
+    heavy = {"mass": 1e12, "inertia": [1e12] * 3, "contact_point": [0, 0, 0]}
+    element = code("maxwell", **far, initial_extension=[0.3])
+    start = {"position": [0, 0, 0]}
+    config = load({"one": element}, start=start, body=heavy, gravity=[0, 0, 0], controller=None)
+    result = rbstab.simulate(config)
+    expected = 0.3 * np.exp(-4.0 * result["time"])
+    np.testing.assert_allclose(result["one.extension"][:, 0], expected, rtol=1e-10)
+    assert result.variables["one.extension"].dimensions == ("time", "one.extension_component")
+    # Its file also has an array with the numbers of its entries, which is no state.
+    assert own_states_of(result) == ("one.extension",)
+    write_result(folder / "run.h5", result)
+    sources = read_sources([folder / "run.h5"])
+    assert element_states(sources.runs[0]) == ("one.extension",)
+    found = CliRunner().invoke(cli, ["show", "--json", "run.h5"])
+    assert len(json.loads(found.stdout)["final"]["one.extension"]) == 1
+    assert "final one.extension" in CliRunner().invoke(cli, ["show", "run.h5"]).stdout
+
+
+@pytest.mark.parametrize(("name", "duration"), [("creep", 0.5), ("cord", 3.0)])
+def test_sensitivities_are_those_of_ours(name, duration):
+    pytest.importorskip("heyoka")
+    start = FALLS if name == "cord" else None
+    theirs, ours = (
+        sensitivities(load({"one": of[name]}, "scipy", duration, start)) for of in (THEIRS, OURS)
+    )
+    keys = {entry.key.replace(".parameters", ""): row for row, entry in enumerate(theirs.entries)}
+    # A cord has no damper.
+    both = [row for row, entry in enumerate(ours.entries) if entry.key in keys]
+    assert len(both) == len(theirs.entries) == len(ours.entries) - (name == "cord")
+    rows = [keys[ours.entries[row].key] for row in both]
+    expected = ours.derivatives[both]
+    np.testing.assert_allclose(theirs.derivatives[rows], expected, rtol=1e-6, atol=1e-8)
+
+
+@pytest.mark.slow
+def test_a_sweep_is_that_of_the_embedded_tie(folder):
+    tables, traces = [], []
+    for name, of, inner in (("theirs", THEIRS, "parameters."), ("ours", OURS, "")):
+        vary = {
+            f"elements.one.{inner}initial_state[0]": {"uniform": [-0.05, 0.05]},
+            f"elements.one.{inner}K_d[1]": {"uniform": [5, 9]},
+        }
+        base = plain_data(load({"one": of["creep"]}, "heyoka", 0.5))
+        plan = {"title": name, "base": base, "vary": vary, "design": "random", "members": 5}
+        loaded = load_plan(plan | {"seed": 3, "keep": "traces"}, allow_python=True)
+        sweep_to_folder(loaded, folder / name, SweepOptions(threads=1))
+        tables.append(rbstab.open_sweep(folder / name))
+        traces.append(rbstab.open_traces(folder / name).of(2)["one.state"])
+    for column in ("lyapunov_end", "final_position", "final_one.state", "energy_at_rest"):
+        found, expected = (table[column] for table in tables)
+        assert np.isfinite(found).all()
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-10, err_msg=column)
+    assert traces[0][0, 0] == tables[0]["elements_one_parameters_initial_state_0"][2]
+    np.testing.assert_allclose(*traces, rtol=1e-9, atol=1e-10)
+
+
+def test_the_start_is_of_the_initial_state_and_the_rest_is_not():
+    config = load({"tie": THEIRS["creep"]})
+    moved = load({"tie": code("creep", **CREEP | {"initial_state": [0.0, 0.0, 0.5]})})
+    assert run_id(config) != run_id(moved)
+    assert proof_id(config) == proof_id(moved)
+    assert acting_sections(config) == acting_sections(moved)
+    assert initial_sections(config) != initial_sections(moved)
+    keys = [entry.key for entry in entries_of(config) if is_of_initial_state(entry.paths[0])]
+    assert keys[-3:] == [f"elements.tie.parameters.initial_state[{k}]" for k in range(3)]
+    assert problem_of(config).system.own_states == {"tie.state": slice(12, 15)}
+    assert run_id(load_config(plain_data(config), allow_python=True)) == run_id(config)
+    kind = Kind("python", None, Path("creep.py").read_text(encoding="utf-8"), "Mine")
+    assert unit_of("elements.tie.parameters.initial_state", [kind]) == "m"
+    assert unit_of("elements.tie.parameters.K_d", [kind]) == "N/m"
+    plain = load({"tie": code("creep", **{k: v for k, v in CREEP.items() if "state" not in k})})
+    assert plain.elements["tie"].parameters["initial_state"] == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "key", "text"),
+    [
+        ({"initial_state": [0, 0]}, "initial_state", "has 2 entries"),
+        ({"initial_state": [0, 0, "x"]}, "initial_state", "number"),
+        ({"initial_stat": [0, 0, 0]}, "initial_stat", "initial_state"),
+    ],
+)
+def test_wrong_initial_values(parameters, key, text):
+    with pytest.raises(ConfigError) as found:
+        load({"tie": code("creep", **CREEP | parameters)})
+    (problem,) = found.value.problems
+    assert problem.key.startswith(f"elements.tie.parameters.{key}")
+    assert text in f"{problem.problem} {problem.expected}"
+
+
+def test_proofs_for_all_bodies_are_those_of_the_same_element_of_ours():
+    config, ours = (load({"one": of["tie"]}) for of in (THEIRS, OURS))
+    texts = ["controller.K_t=±1%", "controller.K_r=±1%"]
+    within, known = (prove_within(one, tolerances_of(one, texts)) for one in (config, ours))
+    assert within.proved
+    assert within.level == pytest.approx(known.level, rel=1e-9)
+    for text in ("body.contact_point=±0.01", "elements.one=±1%"):
+        varied = prove_within(config, tolerances_of(config, [text]))
+        assert (varied.proved, varied.why) == (None, CODE_VARIES)
+
+
+def test_the_identity_of_a_proof_needs_no_code(folder):
+    config = load({"one": THEIRS["tie"]})
+    assert proof_id(config_to_read(plain_data(config))) == proof_id(config)
+    (folder / "tie.py").write_text(TIE + "# another text\n")
+    assert proof_id(load({"one": THEIRS["tie"]})) != proof_id(config)

@@ -9,7 +9,7 @@ from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stability import stability_of
-from rbstab.experiment.stored_proof.starts import OPEN_RANGE, reached_state, starts_inside
+from rbstab.experiment.stored_proof.starts import OPEN_RANGE, reached_state, start_state
 
 LEVEL = 0.750629
 """J: the least energy on the border, at θ3 = ±π, of `body(1.0)`: U is 0 at rest."""
@@ -80,7 +80,7 @@ def test_an_energy_that_is_no_number_is_inside_no_region(energy, monkeypatch):
 @pytest.mark.parametrize(("rate", "inside"), [(0.1, True), (1.5, False), (1e200, False)])
 def test_a_start_whose_energy_overflows_is_not_inside(rate, inside):
     problem = problem_of(body(1.0, angular_velocity=[rate, 0, 0]))
-    assert starts_inside(problem, proof_of(1.0)) == inside
+    assert (start_state(problem, proof_of(1.0)) == 1) == inside
     statements = " ".join(stability_of(problem, proof_of(1.0)).statements)
     assert (", inside;" in statements) == inside
     assert (", not inside;" in statements) != inside

@@ -68,22 +68,6 @@ def test_a_stored_potential_on_the_position():
     assert stored == pytest.approx(expected, rel=1e-12)
 
 
-def test_chatter_energy_is_its_formula():
-    """e = ½ F'W⁻¹F + Σ K_s |E| with W = I/m - A Ř J⁻¹ Ř A'."""
-    result = run(**LAWS["position"])
-    R, J_inverse = np.array([0.15, 0.1, -0.42]), np.diag([1 / 10, 1 / 8, 1 / 0.4])
-    lever = np.cross(np.eye(3), R).T
-    from scipy.spatial.transform import Rotation
-
-    for row in range(0, 31, 6):
-        A = Rotation.from_euler("XYZ", result["orientation"][row]).as_matrix()
-        mobility = np.eye(3) / 41 - A @ lever @ J_inverse @ lever @ A.T
-        F = result["contact_velocity"][row]
-        expected = 0.5 * F @ np.linalg.solve(mobility, F)
-        expected += 20000 * np.abs(result["contact_displacement"][row]).sum()
-        assert result["chatter_energy"][row] == pytest.approx(expected, rel=1e-10)
-
-
 def test_what_sticking_discards_is_told():
     result = run(**LAWS["position, sticking"])
     assert set(result["transition_kind"].tolist()) == {"stick"}
@@ -98,40 +82,15 @@ def test_implicit_steps_say_that_they_damp():
     assert "damp" not in run(**LAWS["position"]).attributes["warnings"]
 
 
-def test_the_force_of_an_implicit_step_is_inside_its_box():
-    result = run(**LAWS["position, implicit"])
-    assert np.abs(result["contact_force"]).max() <= 20000
-    bounced = np.abs(result["contact_force"]) == 20000
-    assert (bounced == (result["mode"] != 0)).all()
-    assert bounced.any()
-    assert not bounced.all()
-
-
 def test_a_result_with_switches_can_be_stored_and_reopened(tmp_path):
     result = run(**LAWS["slope"])
     rbstab.write_result(tmp_path / "a.h5", result)
     again = rbstab.open_result(tmp_path / "a.h5")
     for name in ("mode", "switch_time", "transition_kind", "trusted_until"):
         assert again[name].tolist() == result[name].tolist()
-
-
-def test_a_result_opens_as_a_dataset(tmp_path):
-    import xarray
-
-    path = tmp_path / "a.h5"
-    rbstab.write_result(path, run(**LAWS["slope"]))
-    with xarray.open_dataset(path, engine="h5netcdf") as dataset:
-        assert dataset.sizes["switch"] == 3
-        assert dataset["transition_kind"].dims == ("transition",)
-
-
-@pytest.mark.parametrize("law", [pytest.param("position, layer", marks=pytest.mark.slow), "slope"])
-def test_engines_agree(law):
-    ours, other = (run(engine=name, **LAWS[law]) for name in ("heyoka", "scipy"))
-    for name in ("orientation", "angular_velocity", "contact_displacement"):
-        # In a layer this thin, errors grow as fast as in chatter: later samples may differ.
-        assert np.abs(ours[name] - other[name])[:11].max() < 1e-8, name
-    assert ours["mode"][:11].tolist() == other["mode"][:11].tolist()
+    dataset = again.to_xarray()
+    assert dataset.sizes["switch"] == 3
+    assert dataset["transition_kind"].dims == ("transition",)
 
 
 def test_axes_are_numbered_as_everywhere_else():

@@ -24,7 +24,7 @@ from rbstab.experiment.stored_proof.proof import (
     no_proof,
 )
 from rbstab.experiment.stored_proof.reduced import Found, proof_record, searched_record
-from rbstab.experiment.stored_proof.rotations import rotations_record, state_records
+from rbstab.experiment.stored_proof.rotations import rotations_record
 from rbstab.files.counts import grouped
 from rbstab.integrate.problem import Problem
 from rbstab.systems.system import System
@@ -156,9 +156,8 @@ def _rotations_proof(
             if not (found.proved or found.families):
                 return found.why if found.is_family else ""
             why = why_not_almost_every_start(energy, found, exact)
-            seconds = time.perf_counter() - start_time
-            states = state_records(system, energy, found)
-            return rotations_record(identity, states, found, why, seconds)
+            record = rotations_record(identity, system, energy, found, why)
+            return record.model_copy(update={"seconds": time.perf_counter() - start_time})
     except NotOnRotationsError:
         return ""
 

@@ -10,6 +10,7 @@ from support.results import with_data
 
 import rbstab
 from rbstab.analysis.certificate.verdict import Verdict
+from rbstab.config.schema import Config
 from rbstab.experiment.answers.check_words import comparison, word_of_check
 from rbstab.experiment.answers.run_answer import answer_beside, answer_of
 from rbstab.experiment.answers.state_words import counterexample
@@ -36,46 +37,99 @@ PERMANENT = {
 }
 
 
-def config_of(**changes):
-    """The config of a held body; keys with a double underscore are keys of a section."""
-    data: dict = {
-        key: dict(value) if isinstance(value, dict) else value for key, value in PERMANENT.items()
-    }
-    for key, value in changes.items():
-        section, _, name = key.partition("__")
-        data[section][name] = value
-    return rbstab.load_config(data)
+def config_of(*changes: str) -> Config:
+    """Return the config of a held body with some changes."""
+    return rbstab.load_config(PERMANENT, changes)
 
 
-SOFT = {"controller__K_r": [40.0, 40.0, 32.0]}
+SOFT = "controller.K_r=[40, 40, 32]"
 """With a tenth of the stiffness of the paper the body has several rest states."""
 
+FAST = "initial.angular_velocity=[16, 32, -16]"
 
-def test_a_start_inside_of_the_certified_region():
-    config = config_of()
-    proof = prove(config)
-    _, this_start, whole_range, _ = answer_of(rbstab.simulate(config, proof=proof), proof=proof)
-    assert str(this_start) == (
-        "proved: the exact motion converges to the only rest state in the range: it starts inside "
-        "the certified region"
-    )
-    assert whole_range.sureness is Sureness.PROVED
-    assert "that stays in the range" in whole_range.sentence
+FREE_TO_TURN: dict[str, Any] = {
+    "schema_version": 2,
+    "body": {"mass": 10.0, "inertia": [1.0, 1.0, 1.0], "contact_point": [0, 0, 0.5]},
+    "gravity": [0, 0, 0],
+    "elements": {
+        "foot": {
+            "kind": "visco-elastic",
+            "point": [0, 0, 0],
+            "anchor": [0, 0, 0],
+            "K_c": [1000, 1000, 1000],
+            "L_c": [150, 150, 150],
+        }
+    },
+    "initial": {"position": [0.3, 0.1, 0]},
+    "integration": {"duration": 5.0, "samples": 101},
+}
+"""A body that a damped spring holds at its centre of gravity: nothing damps a rotation."""
 
 
-@pytest.mark.parametrize(("weight", "leaning"), [(0.0, ""), (-9.81, ", Θ = (0.")])
-def test_the_only_rest_state_is_named_if_it_is_not_upright(weight, leaning):
-    """C is beside the centre of gravity and holds some weight, so the body rests turned."""
-    config = rbstab.load_config(config_of(), [f"gravity=[0,0,{weight}]"])
-    proof = prove(config)
-    result = rbstab.simulate(config, proof=proof)
-    _, this_start, _, _ = answer_of(result, proof=proof)
-    begin = "the exact motion converges to the only rest state in the range"
-    assert this_start.sureness is Sureness.PROVED
-    assert this_start.sentence.startswith(f"{begin}{leaning or ': it starts'}")
-    if leaning:
-        Theta = proof.states[0].orientation
-        assert f"Θ = ({', '.join(f'{angle:.4g}' for angle in Theta)}) rad: it" in str(this_start)
+TURNED = {
+    "schema_version": 2,
+    "body": {"mass": 10, "inertia": [1, 1.2, 0.9], "contact_point": [0.1, 0, -0.2]},
+    "elements": {
+        "tie": {"kind": "visco-elastic", "point": [0, 0, 0], "anchor": [0, 0, 0]}
+        | {"K_c": [1000, 1000, 1000], "L_c": [100, 100, 100]},
+        "up": {"kind": "attitude", "K": [10, 11, 12], "L": [3, 3, 3]},
+    },
+    "initial": {"position": [0.5, 0, 0], "orientation": [math.pi, 0, 0]},
+    "integration": {"duration": 5.0},
+}
+"""A body whose attitude spring is turned by half a turn: it stays there, and could fall."""
+
+PROVED, SEEN, OPEN = Sureness.PROVED, Sureness.SEEN, Sureness.NOT_DECIDED
+ONLY = "the exact motion converges to the only rest state in the range"
+
+
+@pytest.mark.parametrize(
+    ("data", "changes", "enclose", "sureness", "words"),
+    [
+        (PERMANENT, [], "proof", PROVED, f"{ONLY}: it starts inside the certified region"),
+        # C is beside the centre of gravity and holds some weight, so the body rests turned.
+        (PERMANENT, ["gravity=[0, 0, -9.81]"], "proof", PROVED, f"{ONLY}, Θ = (0."),
+        (PERMANENT, [FAST], "proof", SEEN, "above the lowest rest state, not below c* = 1020"),
+        (PERMANENT, [FAST], "enclosed", PROVED, "certified region from t = 0."),
+        (PERMANENT, [], "", SEEN, "the computed motion is at rest from t = "),
+        (PERMANENT, ["integration.duration=0.1"], "", OPEN, "it is not at rest by t = 0.1 s"),
+        (PERMANENT, ["integration.step_limit=3"], "", OPEN, "step limit"),
+        (
+            PERMANENT,
+            ["initial.angular_velocity=[0, 32, 0]", "integration.range_bound=0.01"],
+            "",
+            OPEN,
+            "left the range of θ2 at t = ",
+        ),
+        # ½ 1 kg m² (0.2 rad/s)² = 0.02 J of the 50 J at the start stay for ever.
+        (
+            FREE_TO_TURN,
+            ["initial.angular_velocity=[0, 0, 0.2]"],
+            "",
+            OPEN,
+            "moves on without damping at t = 5 s",
+        ),
+        (FREE_TO_TURN, [], "", SEEN, "at rest from t"),
+        (FREE_TO_TURN, ["initial.position=[0, 0, 0]"], "", SEEN, "starts at rest"),
+        (TURNED, [], "", SEEN, "at a rest state that is not the lowest one known"),
+    ],
+)
+def test_what_is_said_of_a_start(data, changes, enclose, sureness, words):
+    config = rbstab.load_config(data, changes)
+    proof = prove(config) if enclose else None
+    how = Enclose.BRIEFLY if enclose == "enclosed" else Enclose.NOTHING
+    result = rbstab.simulate(config, proof=proof, enclose=how)
+    _, this_start, whole_range, _ = answer_of(result, proof=proof)
+    assert this_start.sureness is sureness
+    assert words in this_start.sentence
+    assert math.isnan(settling_time_of(result)) == (sureness is OPEN)
+    if proof is not None:
+        assert whole_range.sureness is PROVED
+        assert "that stays in the range" in whole_range.sentence
+    elif data is PERMANENT:
+        assert "Not proved: " in this_start.sentence
+        assert "rbstab run CONFIG --prove" in whole_range.sentence
+        assert whole_range.sureness is OPEN
 
 
 @pytest.mark.parametrize(
@@ -84,7 +138,7 @@ def test_the_only_rest_state_is_named_if_it_is_not_upright(weight, leaning):
 )
 def test_a_counterexample_is_a_stable_rest_state_if_there_is_one(own, other):
     """This body has one minimum, and two saddles of index 2."""
-    proof = prove(config_of(**SOFT))
+    proof = prove(config_of(SOFT))
     assert [state.index for state in proof.states] == [0, 2, 2]
     Theta = [
         0.0 if abs(one) < 1e-9 else one for one in proof.states[int(other[-1]) - 1].orientation
@@ -132,48 +186,6 @@ def test_a_longer_search_may_know_rest_states_that_a_descent_did_not_find():
         assert str(result.attributes["warnings"]).splitlines() == [told]
 
 
-def test_a_start_outside_is_seen_until_its_motion_is_enclosed():
-    config = config_of(initial__angular_velocity=[16, 32, -16])
-    proof = prove(config)
-    _, seen, _, _ = answer_of(rbstab.simulate(config, proof=proof), proof=proof)
-    assert seen.sureness is Sureness.SEEN
-    assert "above the lowest rest state, not below c* = 1020" in seen.sentence
-    result = rbstab.simulate(config, proof=proof, enclose=Enclose.BRIEFLY)
-    _, proved, _, _ = answer_of(result, proof=proof)
-    assert proved.sureness is Sureness.PROVED
-    assert "certified region from t = 0." in proved.sentence
-
-
-FREE_TO_TURN: dict[str, Any] = {
-    "schema_version": 2,
-    "body": {"mass": 10.0, "inertia": [1.0, 1.0, 1.0], "contact_point": [0, 0, 0.5]},
-    "gravity": [0, 0, 0],
-    "elements": {
-        "foot": {
-            "kind": "visco-elastic",
-            "point": [0, 0, 0],
-            "anchor": [0, 0, 0],
-            "K_c": [1000, 1000, 1000],
-            "L_c": [150, 150, 150],
-        }
-    },
-    "initial": {"position": [0.3, 0.1, 0]},
-    "integration": {"duration": 5.0, "samples": 101},
-}
-"""A body that a damped spring holds at its centre of gravity: nothing damps a rotation."""
-
-
-@pytest.mark.parametrize(("spin", "sureness"), [(0.2, Sureness.NOT_DECIDED), (0.0, Sureness.SEEN)])
-def test_a_motion_that_nothing_damps_was_not_seen_at_rest(spin, sureness):
-    """½ 1 kg m² (0.2 rad/s)² = 0.02 J of the 50 J at the start stay for ever."""
-    config = rbstab.load_config(FREE_TO_TURN, [f"initial.angular_velocity=[0, 0, {spin}]"])
-    result = rbstab.simulate(config)
-    _, this_start, _, _ = answer_of(result)
-    assert this_start.sureness is sureness
-    assert ("moves on without damping at t = 5 s" in this_start.sentence) == (spin > 0)
-    assert math.isnan(settling_time_of(result)) == (spin > 0)
-
-
 def test_v_fell_only_if_its_digits_show_it():
     """10^-6 N m s/rad at 0.2 rad/s take 4e-8 W away from 0.02 J."""
     weak = {"kind": "attitude", "K": [1e-9] * 3, "L": [1e-6] * 3}
@@ -183,20 +195,6 @@ def test_v_fell_only_if_its_digits_show_it():
     assert 1e-8 < result["lyapunov"][0] - result["lyapunov"][-1] < 1e-6
     sentence = answer_of(result).this_start.sentence
     assert sentence.startswith("the Lyapunov function v stays at 0.02 J along the computed run")
-
-
-def test_a_body_that_starts_at_rest_has_no_v_to_compare_with():
-    config = rbstab.load_config(FREE_TO_TURN, ["initial.position=[0, 0, 0]"])
-    assert "starts at rest" in answer_of(rbstab.simulate(config)).this_start.sentence
-
-
-def test_without_a_proof_nothing_is_proved():
-    _, this_start, whole_range, _ = answer_of(rbstab.simulate(config_of()))
-    assert this_start.sureness is Sureness.SEEN
-    assert this_start.sentence.startswith("the computed motion is at rest from t = ")
-    assert "Not proved: " in this_start.sentence
-    assert "rbstab run CONFIG --prove" in whole_range.sentence
-    assert whole_range.sureness is Sureness.NOT_DECIDED
 
 
 def test_a_proof_that_came_after_the_run_is_used():
@@ -209,39 +207,8 @@ def test_a_proof_that_came_after_the_run_is_used():
     assert without.answers == answer_of(result, proof=proof).answers
 
 
-def test_a_motion_that_is_not_at_rest_by_the_end_is_not_said_to_be():
-    _, this_start, _, _ = answer_of(rbstab.simulate(config_of(integration__duration=0.1)))
-    assert this_start.sureness is Sureness.NOT_DECIDED
-    assert "it is not at rest by t = 0.1 s" in this_start.sentence
-
-
-def test_a_rest_state_that_is_not_the_lowest_is_said_to_be_such():
-    """A body whose attitude spring is turned by half a turn: it stays there, and could fall."""
-    config = rbstab.load_config(
-        {
-            "schema_version": 2,
-            "body": {"mass": 10, "inertia": [1, 1.2, 0.9], "contact_point": [0.1, 0, -0.2]},
-            "controller": {"variant": "none"},
-            "elements": {
-                "tie": {"kind": "visco-elastic", "point": [0, 0, 0], "anchor": [0, 0, 0]}
-                | {"K_c": [1000, 1000, 1000], "L_c": [100, 100, 100]},
-                "up": {"kind": "attitude", "K": [10, 11, 12], "L": [3, 3, 3]},
-            },
-            "initial": {"position": [0.5, 0, 0], "orientation": [math.pi, 0, 0]},
-            "integration": {"duration": 5.0},
-        }
-    )
-    _, this_start, _, _ = answer_of(rbstab.simulate(config))
-    assert this_start.sureness is Sureness.SEEN
-    assert "at a rest state that is not the lowest one known" in this_start.sentence
-    upright = config.model_copy(
-        update={"initial": config.initial.model_copy(update={"orientation": (0.0, 0.0, 0.0)})}
-    )
-    assert "lowest" not in answer_of(rbstab.simulate(upright)).this_start.sentence
-
-
 def test_several_rest_states_leave_almost_every_start():
-    config = config_of(**SOFT)
+    config = config_of(SOFT)
     proof = prove(config)
     result = rbstab.simulate(config, proof=proof)
     found = answer_of(result, proof=proof).whole_range
@@ -267,30 +234,14 @@ def test_several_rest_states_leave_almost_every_start():
     assert found.sentence.startswith("the body can also rest at the unstable rest state 2, Θ = (")
 
 
-def test_a_run_that_ends_early_has_seen_nothing_of_its_end():
-    _, this_start, _, _ = answer_of(rbstab.simulate(config_of(integration__step_limit=3)))
-    assert this_start.sureness is Sureness.NOT_DECIDED
-    assert "step limit" in this_start.sentence
-
-
 @pytest.mark.parametrize(("end", "says_so"), [(-0.02, True), (2.0, False)])
 def test_a_v_that_ends_below_zero_is_explained(end, says_so):
     """The body of a sliding connector may rest beside the rest state from which v counts."""
-    result = rbstab.simulate(config_of(integration__duration=0.1))
+    result = rbstab.simulate(config_of("integration.duration=0.1"))
     v = np.append(result["lyapunov"][:-1], end)
     sentence = answer_of(with_data(result, "lyapunov", v)).this_start.sentence
     assert f" to {end:.4g} J along the computed run" in sentence
     assert ("below that of the rest state from which v counts" in sentence) == says_so
-
-
-def test_a_run_that_leaves_the_range():
-    config = config_of(
-        controller__variant="free", initial__angular_velocity=[0, 32, 0],
-        integration__range_bound=0.01,
-    )  # fmt: skip
-    _, this_start, _, _ = answer_of(rbstab.simulate(config))
-    assert this_start.sureness is Sureness.NOT_DECIDED
-    assert "left the range of θ2 at t = " in this_start.sentence
 
 
 def test_no_command_is_named_that_could_prove_nothing():
@@ -326,7 +277,7 @@ def test_a_failed_check_of_the_computed_run_comes_first():
 
 def test_a_short_enclosure_says_that_it_was_short(monkeypatch):
     monkeypatch.setattr("rbstab.experiment.convergence.exact_motion.BRIEF_STEPS", 3)
-    config = config_of(initial__angular_velocity=[16, 32, -16])
+    config = config_of(FAST)
     proof = prove(config)
     result = rbstab.simulate(config, proof=proof, enclose=Enclose.BRIEFLY)
     found = answer_of(result, proof=proof).this_start

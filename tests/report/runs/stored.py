@@ -7,7 +7,7 @@ from support.proofs import parabola
 
 from rbstab.config.load import load_config
 from rbstab.experiment.proof_cache import proof_file
-from rbstab.experiment.stored_proof.energies import ProvedEnergy
+from rbstab.experiment.stored_proof.entries import ProvedEnergy
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof, ProvedRegion, ProvedState
 from rbstab.report.reading.sources import read_sources

@@ -11,7 +11,7 @@ from support.sections import check_sections, sweep_sections, tables, texts
 
 from rbstab.config.build import problem_of
 from rbstab.experiment.proof_cache import proof_for
-from rbstab.experiment.stored_proof.starts import start_level, starts_inside
+from rbstab.experiment.stored_proof.starts import start_level, start_state
 from rbstab.report.sweeps.members import OUTCOMES, read_members
 from rbstab.report.sweeps.sections import UNREADABLE
 from rbstab.store.errors import NotAResultError
@@ -73,7 +73,7 @@ def test_the_proved_level_is_that_of_the_kept_proof(made):
     results = made(vary, base=base).path.parent.parent
     proof = proof_for(results, plan.base_of("free"))
     found = read_members(made(vary, columns, base=base).path)
-    inside = [starts_inside(problem_of(config), proof) for config in configs]
+    inside = [start_state(problem_of(config), proof) is not None for config in configs]
     assert found.share_proofs
     assert (found.column("lyapunov_start") < found.level).tolist() == inside
     assert [CONVERGENCE[k] == "proved" for k in found.convergence] == inside

@@ -1,19 +1,35 @@
-"""What the models of a stored proof have in common: their base, and their small entries."""
+"""What the models of a stored proof have in common: their base, small entries, and the energy."""
 
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 from pydantic import (
     BaseModel,
+    BeforeValidator,
     ConfigDict,
+    NonNegativeInt,
+    PositiveInt,
     SerializerFunctionWrapHandler,
     model_serializer,
 )
 
-from rbstab.mechanics.numbers import Array
+if TYPE_CHECKING:
+    from rbstab.proof.model import Energy
 
-Triple = tuple[float, float, float]
 
-Quadruple = tuple[float, float, float, float]
+def _tuple(values: Any) -> Any:
+    """Return an array, or a list of JSON, as a tuple; anything else as it is."""
+    listed = values.tolist() if isinstance(values, np.ndarray) else values
+    return tuple(listed) if isinstance(listed, list) else listed
+
+
+Triple = Annotated[tuple[float, float, float], BeforeValidator(_tuple)]
+"""Three numbers, also of an array."""
+
+Quadruple = Annotated[tuple[float, float, float, float], BeforeValidator(_tuple)]
+
+Numbers = Annotated[tuple[float, ...], BeforeValidator(_tuple)]
 
 OF_ELEMENTS = ("brief", "closed", "degenerate", "every_start", "held", "on_rotations", "ridge")
 """Entries that a file has only where they say something."""
@@ -31,7 +47,35 @@ class Entry(BaseModel):
         return {key: data[key] for key in data if key not in OF_ELEMENTS or data[key] is not None}
 
 
-def triple(values: Array | list[float]) -> Triple:
-    """Return three numbers as a tuple."""
-    a, b, c = (float(value) for value in values)
-    return a, b, c
+class ProvedEnergy(Entry):
+    """The potential energy U of a proof, J, as exact operations (`rbstab.proof.record`).
+
+    operations are carried out one after the other on the results of earlier ones; the last one is
+    U. digest is that of the expression. U depends on Θ, the variables 0 to 2, and on those in
+    `free`, over which it has its least value. stop is the largest |θ2| that a stop allows, rad, as
+    a rational number. Of the angles in `closed` no motion reaches the end of the range.
+    """
+
+    operations: tuple[tuple[str | int, ...], ...]
+    digest: str
+    free: tuple[PositiveInt, ...] = ()
+    stop: str | None = None
+    closed: tuple[NonNegativeInt, ...] = ()
+
+    @cached_property
+    def energy(self) -> "Energy":
+        """U as an exact expression.
+
+        Raises:
+            WrongRecordError: The operations describe none, or not the one with this digest.
+        """
+        from rbstab.proof.record import read_energy
+
+        return read_energy(self.model_dump())
+
+    @cached_property
+    def has_springs(self) -> bool:
+        """Whether it has springs of a body that is not held: it is not convex in z then."""
+        from rbstab.proof.exact.lengths import springs_of
+
+        return bool(self.free) and bool(springs_of(self.energy.U, self.free).lines)

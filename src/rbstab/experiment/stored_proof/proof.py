@@ -7,8 +7,13 @@ from pydantic import NonNegativeInt, PositiveInt, model_validator
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.reasons import Reason
 from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF
-from rbstab.experiment.stored_proof.energies import ProvedEnergy
-from rbstab.experiment.stored_proof.entries import Entry, Quadruple, Triple
+from rbstab.experiment.stored_proof.entries import (
+    Entry,
+    Numbers,
+    ProvedEnergy,
+    Quadruple,
+    Triple,
+)
 from rbstab.experiment.stored_proof.identity import PROOF_VERSION
 from rbstab.files.counts import grouped
 from rbstab.mechanics.states import PITCH
@@ -60,7 +65,7 @@ class ProvedState(Entry):
 
     orientation: Triple
     position: Triple
-    connector_state: tuple[float, ...]
+    connector_state: Numbers
     energy: float
     index: NonNegativeInt
     proved: bool
@@ -129,7 +134,7 @@ class ProvedStates(Entry):
     order of the states.
 
     end is the largest |Θ| of the box that was searched, rad: that of the range, but it ends at a
-    stop, and where the energy of a barrier only rises. None: nothing was searched.
+    stop. None: nothing was searched.
     """
 
     outcome: Reason

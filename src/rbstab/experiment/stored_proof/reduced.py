@@ -2,14 +2,10 @@
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rbstab.experiment.stored_proof.energies import ProvedEnergy
-from rbstab.experiment.stored_proof.entries import triple
-from rbstab.experiment.stored_proof.places import face_name, search_entries, state_of
 from rbstab.experiment.stored_proof.proof import (
     NO_LENGTH,
     Proof,
-    ProvedMinimum,
-    ProvedRegion,
+    ProvedState,
     UnwrappedStates,
     no_proof,
 )
@@ -18,12 +14,13 @@ from rbstab.mechanics.numbers import Array
 if TYPE_CHECKING:
     from rbstab.analysis.descents.searched import SearchedState
     from rbstab.proof.model import Energy
+    from rbstab.proof.regions.landscape import Face
     from rbstab.proof.regions.regions import Certified, Region, Regions
-    from rbstab.proof.rest_points import RestStates
+    from rbstab.proof.rest_points import RestPoint, RestStates
 
 
 def searched_record(
-    identity: str, states: "list[SearchedState]", seconds: float, outcome: str | None = None
+    identity: str, states: "list[SearchedState]", seconds: float, outcome: str
 ) -> Proof:
     """Return the record of rest states that were looked for, where no energy of Θ alone exists.
 
@@ -31,23 +28,17 @@ def searched_record(
         identity: The id.
         states: The rest states.
         seconds: The time that it took.
-        outcome: Why nothing is proved of them; by default, that nothing was to be proved.
+        outcome: Why nothing is proved of them.
     """
-    from rbstab.proof.rest_points import RestPoint, SearchOutcome
+    from rbstab.proof.rest_points import RestPoint
     from rbstab.proof.search import Box
 
-    points = [
-        RestPoint(
-            one.state,
-            one.index,
-            Box(one.state.motion.Theta, one.state.motion.Theta),
-            proved=False,
-            index_proved=False,
-        )
-        for one in states
-    ]
-    nothing = no_proof(identity, outcome or SearchOutcome.SEARCHED.value, seconds)
-    return nothing.model_copy(update={"states": tuple(state_of(point) for point in points)})
+    def state(one: "SearchedState") -> ProvedState:
+        Theta = one.state.motion.Theta
+        return _state(RestPoint(one.state, one.index, Box(Theta, Theta), False, False))
+
+    nothing = no_proof(identity, outcome, seconds)
+    return nothing.model_copy(update={"states": tuple(map(state, states))})
 
 
 class Found(NamedTuple):
@@ -75,53 +66,89 @@ def proof_record(
     if unwrapped is not None:
         every_start = unwrapped.rest.every_start or None
         wide = UnwrappedStates(every_start=every_start, **_entries(unwrapped))
-    return Proof(
-        id=identity,
-        seconds=seconds,
-        reduced_energy=ProvedEnergy.model_validate(energy_record(energy)),
-        unwrapped=wide,
-        closed=found.rest.every_start_of_range or None,
-        **_entries(found),
+    return Proof.model_validate(
+        {
+            "id": identity,
+            "seconds": seconds,
+            "reduced_energy": energy_record(energy),
+            "unwrapped": wide,
+            "closed": found.rest.every_start_of_range or None,
+            **_entries(found),
+        }
     )
 
 
 def _entries(found: Found) -> dict[str, Any]:
     """Return the fields of `ProvedStates`."""
+    from rbstab.proof.search import hulls
+
     rest, certified = found.rest, found.regions.certified
+    undecided = hulls(rest.zeros.undecided)
     return {
-        **search_entries(rest),
-        "states": tuple(state_of(point) for point in rest.states),
+        "outcome": rest.outcome.value,
+        "proved": rest.proved,
+        "unique": rest.unique,
+        "examined": rest.examined,
+        "undecided": list(zip(undecided.lo.T, undecided.hi.T, strict=True)),
+        "states": [_state(point) for point in rest.states],
         "region": None if certified is None else _region(certified, rest),
-        "regions": tuple(_minimum(one, rest.end) for one in found.regions.minima),
-        "end": triple(rest.end),
+        "regions": [_minimum(one, rest.end) for one in found.regions.minima],
+        "end": rest.end,
     }
 
 
-def _region(region: "Certified", rest: "RestStates") -> ProvedRegion:
-    return ProvedRegion(
-        energy=region.energy,
-        level=region.level,
-        lower_bound=region.lower_bound,
-        attained_at=triple(region.attained_at),
-        face=_face(region, rest.end),
-        proved=rest.proved and region.closed,
-        energy_bound=region.energy_bound,
-    )
+def _state(point: "RestPoint") -> ProvedState:
+    rest, box = point.state, point.enclosure
+    entries = {
+        "orientation": rest.motion.Theta,
+        "position": rest.motion.X,
+        "connector_state": rest.own,
+        "energy": rest.energy,
+        "index": point.index,
+        "proved": point.proved,
+        "enclosure": (box.lo, box.hi),
+        "index_proved": point.index_proved,
+        "held": rest.on_kink or None,
+        "ridge": point.on_ridge or None,
+        "degenerate": point.degenerate or None,
+    }
+    return ProvedState.model_validate(entries)
 
 
-def _face(region: "Certified", end: Array) -> str | None:
-    if region.spring:
-        return NO_LENGTH
-    return None if region.face is None else face_name(region.face, end)
+def _region(region: "Certified", rest: "RestStates") -> dict[str, Any]:
+    """Return the entries of a `ProvedRegion`."""
+    return {
+        "energy": region.energy,
+        "level": region.level,
+        "lower_bound": region.lower_bound,
+        "attained_at": region.attained_at,
+        "face": NO_LENGTH if region.spring else _face(region.face, rest.end),
+        "proved": rest.proved and region.closed,
+        "energy_bound": region.energy_bound,
+    }
 
 
-def _minimum(region: "Region", end: Array) -> ProvedMinimum:
-    return ProvedMinimum(
-        rest_state=region.state + 1,
-        level=region.level,
-        lower_bound=region.lower_bound,
-        energy_bound=region.energy_bound,
-        pass_state=None if region.pass_state is None else region.pass_state + 1,
-        pass_face=None if region.pass_face is None else face_name(region.pass_face, end),
-        pass_at=None if region.pass_at is None else triple(region.pass_at),
-    )
+def _minimum(region: "Region", end: Array) -> dict[str, Any]:
+    """Return the entries of a `ProvedMinimum`."""
+    return {
+        "rest_state": region.state + 1,
+        "level": region.level,
+        "lower_bound": region.lower_bound,
+        "energy_bound": region.energy_bound,
+        "pass_state": None if region.pass_state is None else region.pass_state + 1,
+        "pass_face": _face(region.pass_face, end),
+        "pass_at": region.pass_at,
+    }
+
+
+def _face(face: "Face | None", end: Array) -> str | None:
+    """Return the name of a face of the range |Θ| <= end, such as "θ2 = -π/2"; None of none."""
+    from rbstab.proof.model import RANGE_END
+
+    if face is None:
+        return None
+    axis, sign = face
+    name = "π/2" if axis == 1 else "π"
+    if end[axis] != RANGE_END[axis]:
+        name = f"{end[axis]:.4g}"
+    return f"θ{axis + 1} = {'-' if sign < 0 else ''}{name}"

@@ -5,15 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rbstab.experiment.stored_proof.entries import Triple, triple
-from rbstab.experiment.stored_proof.proof import (
-    OnRotations,
-    Proof,
-    ProvedFamily,
-    ProvedMinimum,
-    ProvedRegion,
-    ProvedState,
-)
+from rbstab.experiment.stored_proof.proof import Proof, ProvedState
 from rbstab.mechanics import contact
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.numbers import Array
@@ -35,60 +27,45 @@ POLE = 1e-6
 
 def rotations_record(
     identity: str,
-    states: tuple[ProvedState, ...],
+    system: System,
+    energy: "RotationEnergy",
     found: "Rotations",
     why_not: str,
-    seconds: float,
 ) -> Proof:
-    """Return what was proved as plain data.
+    """Return what was proved as plain data, but for the time that it took.
 
     Args:
         identity: The id of the proof.
-        states: The rest states as plain data (`state_records`).
-        found: The rest states: all of them, or all that are isolated.
-        why_not: Why almost every start is not proved to converge to a stable one; else empty.
-        seconds: The time that it took.
-    """
-    count = len(states)
-    return Proof(
-        id=identity,
-        outcome=COMPLETE if found.proved else FAMILIES,
-        proved=found.proved,
-        unique=(count == 1) if found.proved else None,
-        examined=found.examined,
-        seconds=seconds,
-        undecided=(),
-        states=states,
-        region=_region(found, states),
-        regions=_regions(found),
-        on_rotations=OnRotations(
-            quaternions=tuple(_quadruple(state.quaternion) for state in found.states),
-            radii=tuple(state.radius for state in found.states),
-            why=why_not,
-            families=tuple(
-                ProvedFamily(energy=one.energy, index=one.index, dimension=one.dimension)
-                for one in found.families
-            ),
-        ),
-    )
-
-
-def state_records(
-    system: System, energy: "RotationEnergy", found: "Rotations"
-) -> tuple[ProvedState, ...]:
-    """Return rest states as plain data.
-
-    Args:
         system: The system, in doubles.
         energy: Its energy.
-        found: The rest states.
+        found: The rest states: all of them, or all that are isolated.
+        why_not: Why almost every start is not proved to converge to a stable one; else empty.
     """
-    return tuple(_state(system, energy, state) for state in found.states)
-
-
-def _quadruple(q: Array) -> tuple[float, float, float, float]:
-    w, x, y, z = q.tolist()
-    return w, x, y, z
+    states = [_state(system, energy, state) for state in found.states]
+    on_rotations = {
+        "quaternions": [state.quaternion for state in found.states],
+        "radii": [state.radius for state in found.states],
+        "why": why_not,
+        "families": [
+            {"energy": one.energy, "index": one.index, "dimension": one.dimension}
+            for one in found.families
+        ],
+    }
+    return Proof.model_validate(
+        {
+            "id": identity,
+            "outcome": COMPLETE if found.proved else FAMILIES,
+            "proved": found.proved,
+            "unique": (len(states) == 1) if found.proved else None,
+            "examined": found.examined,
+            "undecided": (),
+            "states": states,
+            "region": _region(found, states),
+            "regions": _regions(found),
+            "on_rotations": on_rotations,
+            "seconds": 0.0,
+        }
+    )
 
 
 def _state(system: System, energy: "RotationEnergy", state: "RestRotation") -> ProvedState:
@@ -101,16 +78,17 @@ def _state(system: System, energy: "RotationEnergy", state: "RestRotation") -> P
     else:
         X = np.array([placed.pop(k) for k in (3, 4, 5)])
     Theta = angles_of(A)
-    return ProvedState(
-        orientation=triple(Theta),
-        position=triple(X),
-        connector_state=tuple(placed[k] for k in sorted(placed)),
-        energy=state.energy,
-        index=state.index,
-        proved=True,
-        enclosure=_enclosure(Theta, state.radius),
-        index_proved=True,
-    )
+    entries = {
+        "orientation": Theta,
+        "position": X,
+        "connector_state": [placed[k] for k in sorted(placed)],
+        "energy": state.energy,
+        "index": state.index,
+        "proved": True,
+        "enclosure": _enclosure(Theta, state.radius),
+        "index_proved": True,
+    }
+    return ProvedState.model_validate(entries)
 
 
 def angles_of(A: Array) -> Array:
@@ -122,7 +100,7 @@ def angles_of(A: Array) -> Array:
     return np.array([math.atan2(-A[1, 2], A[2, 2]), pitch, math.atan2(-A[0, 1], A[0, 0])])
 
 
-def _enclosure(Theta: Array, radius: float) -> tuple[Triple, Triple]:
+def _enclosure(Theta: Array, radius: float) -> tuple[Array, Array]:
     """Return a box of Θ that contains the rest state.
 
     Unit quaternions of two rotations with the angle φ between them are 2 sin(φ/4) apart, so φ is at
@@ -131,15 +109,14 @@ def _enclosure(Theta: Array, radius: float) -> tuple[Triple, Triple]:
     # With cos θ2 >= 4φ at Θ, it is more than half of that in the box.
     angle, cosine = 3.2 * radius + 1e-14, math.cos(Theta[1])
     if cosine < max(POLE, 4 * angle):
-        wide = np.array([math.pi, 2 * angle, math.pi])
-        return triple([-math.pi, Theta[1] - wide[1], -math.pi]), triple(
-            [math.pi, Theta[1] + wide[1], math.pi]
-        )
-    reach = 2 * angle / cosine
-    return triple(Theta - reach), triple(Theta + reach)
+        Theta = np.array([0.0, Theta[1], 0.0])
+        reach = np.array([math.pi, 2 * angle, math.pi])
+    else:
+        reach = np.full(3, 2 * angle / cosine)
+    return Theta - reach, Theta + reach
 
 
-def _region(found: "Rotations", states: tuple[ProvedState, ...]) -> ProvedRegion | None:
+def _region(found: "Rotations", states: list[ProvedState]) -> dict[str, Any] | None:
     """Return the region of the lowest rest state: all motions with less energy than any other."""
     if not found.states or found.states[0].index:
         return None
@@ -150,33 +127,24 @@ def _region(found: "Rotations", states: tuple[ProvedState, ...]) -> ProvedRegion
     if not level > 0:
         return None
     place = next((k for k, state in enumerate(found.states) if state.low == bound), 0)
-    return ProvedRegion(
-        energy=bound,
-        level=level,
-        lower_bound=level,
-        attained_at=states[place].orientation,
-        face=None,
-        proved=True,
-        energy_bound=bound,
-    )
+    return {
+        "energy": bound,
+        "level": level,
+        "lower_bound": level,
+        "attained_at": states[place].orientation,
+        "face": None,
+        "proved": True,
+        "energy_bound": bound,
+    }
 
 
-def _regions(found: "Rotations") -> tuple[ProvedMinimum, ...]:
+def _regions(found: "Rotations") -> list[dict[str, Any]]:
     """Return the regions of all minima: components of {U < c}, each of which has one rest state."""
-    regions = []
+    regions: list[dict[str, Any]] = []
     for number, state in enumerate(found.states, start=1):
         depth = math.nextafter(found.level - state.high, -math.inf)
-        if state.index or not depth > 0:
-            continue
-        entries: dict[str, Any] = {"level": depth, "lower_bound": depth}
-        regions.append(
-            ProvedMinimum(
-                rest_state=number,
-                energy_bound=found.level,
-                pass_state=None,
-                pass_face=None,
-                pass_at=None,
-                **entries,
-            )
-        )
-    return tuple(regions)
+        if not state.index and depth > 0:
+            entries = {"level": depth, "lower_bound": depth, "energy_bound": found.level}
+            nowhere = dict.fromkeys(("pass_state", "pass_face", "pass_at"))
+            regions.append({"rest_state": number, **entries, **nowhere})
+    return regions

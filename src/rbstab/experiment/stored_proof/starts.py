@@ -9,7 +9,7 @@ import numpy as np
 
 from rbstab.analysis.approached_state import SAME_STATE
 from rbstab.analysis.exact import ball, decimal_balls, in_balls, upper
-from rbstab.experiment.stored_proof.energies import ProvedEnergy
+from rbstab.experiment.stored_proof.entries import ProvedEnergy
 from rbstab.experiment.stored_proof.proof import Proof, ProvedState, ProvedStates
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.attitude import tilt
@@ -67,11 +67,6 @@ def number_of(proof: Proof, Theta: Array) -> int | None:
         if away < SAME_STATE:
             return number
     return None
-
-
-def starts_inside(problem: Problem, proof: Proof) -> bool:
-    """Return whether a problem starts where convergence to a rest state is proved."""
-    return start_state(problem, proof) is not None
 
 
 def start_state(problem: Problem, proof: Proof) -> int | None:

@@ -239,7 +239,7 @@ def why_not_recorded(system: System) -> str | None:
             return f"{element.name} is code of a user that switches by its loads, or has many modes"
         try:
             recorded_element(at_rest, element, lambda values: values)
-        except NotRecordedError as error:
+        except (NotRecordedError, TypeError, ValueError) as error:
             return f"{element.name} is code of a user that cannot be recorded: {error}"
     return None
 

@@ -1,0 +1,146 @@
+"""Files with elements of users: with several minima, with switches, or with own states."""
+
+from support.user_code import element_text
+
+_NUMBERS = (
+    'Gain("k", "1", "strength", shape="number"), Gain("soft", "1", "where it begins", '
+    'shape="number", positive=False)'
+)
+
+_GUARD = """
+    mode_count = 2
+
+    def guards(self, motion, own):
+        pitch = motion.Theta[1]
+        return np.array([pitch - self.soft, -pitch - self.soft])
+"""
+
+STIFF_GUARD = element_text(
+    f"""{_GUARD}
+    def wrench(self, motion, own):
+        above, below = self.mode * self.guards(motion, own)
+        return couple_on_body(-self.k * (above - below) * motion.B[1])
+
+    def stored(self, motion, own):
+        above, below = self.guards(motion, own)
+        return 0.5 * self.k * (self.mode[0] * above * above + self.mode[1] * power(below, 2))
+    """,
+    _NUMBERS,
+)
+"""What `kind: guard` with `method: stiff` is."""
+
+REPELLING_GUARD = element_text(
+    f"""{_GUARD}
+    def wrench(self, motion, own):
+        return couple_on_body(-self.k * (self.mode[0] - self.mode[1]) * motion.B[1])
+
+    def stored(self, motion, own):
+        return self.k * (self.mode @ self.guards(motion, own))
+    """,
+    _NUMBERS,
+)
+"""What `kind: guard` with `method: repelling` is; its class does not say that its force jumps."""
+
+ALL_ANGLES = element_text(
+    """
+    mode_count = 6
+
+    def guards(self, motion, own):
+        first, second, third = motion.Theta
+        return np.array([first, -first, second, -second, third, -third]) - self.soft
+
+    def wrench(self, motion, own):
+        g = self.mode * self.guards(motion, own)
+        slope = np.array([g[0] - g[1], g[2] - g[3], g[4] - g[5]])
+        return couple_on_body(-self.k * (slope @ motion.B))
+
+    def stored(self, motion, own):
+        return 0.5 * self.k * (self.mode @ power(self.guards(motion, own), 2))
+    """,
+    _NUMBERS,
+)
+"""A stiff guard on each angle."""
+
+DETENT = element_text(
+    """
+    mode_count = 2
+    kinked = True
+
+    def guards(self, motion, own):
+        turn = motion.A[0, 2] - self.soft
+        return np.array([turn, -turn])
+
+    def wrench(self, motion, own):
+        row = motion.A[0]
+        push = 2.0 * self.mode[0] - 3.0 * self.mode[1]
+        return couple_on_body(-self.k * push * np.array([-row[1], row[0], 0.0]))
+
+    def stored(self, motion, own):
+        turn = motion.A[0, 2] - self.soft
+        return self.k * (2.0 * self.mode[0] * turn - 3.0 * self.mode[1] * turn)
+    """,
+    _NUMBERS,
+)
+"""The energy 2 x or -3 x on the two sides of x = 0: it clicks into place there."""
+
+TIP = element_text(
+    """
+    def wrench(self, motion, own):
+        up = motion.A[2]
+        push = self.k * self.soft * exp(self.soft * up[2])
+        return couple_on_body(push * np.array([up[1], -up[0], 0.0 * up[2]]))
+
+    def stored(self, motion, own):
+        return self.k * exp(self.soft * motion.A[2][2])
+    """,
+    _NUMBERS,
+)
+"""k exp(b cos θ1 cos θ2): it pushes the body away from upright, or to it for b < 0. `soft` is b."""
+
+CUBIC_OF_CENTRE = element_text(
+    """
+    def wrench(self, motion, own):
+        return force_at_centre(-self.k * power(motion.X, 3))
+
+    def stored(self, motion, own):
+        return 0.25 * (self.k @ power(motion.X, 4))
+    """,
+    'Gain("k", "N/m^3", "stiffness", shape="diagonal")',
+)
+"""A spring of the centre of gravity that stiffens."""
+
+FLOOR = element_text("""
+    mode_count = 1
+
+    def guards(self, motion, own):
+        return np.array([-motion.X[2] - 0.1])
+
+    def wrench(self, motion, own):
+        depth = -motion.X[2] - 0.1
+        return force_at_centre(np.array([0.0, 0.0, self.mode[0] * self.k * depth]))
+
+    def stored(self, motion, own):
+        depth = -motion.X[2] - 0.1
+        return 0.5 * self.k * self.mode[0] * depth * depth
+    """)
+"""A soft floor under the centre."""
+
+WEIGHT = element_text(
+    """
+    mode_count = 1
+
+    def guards(self, motion, own):
+        return np.array([line(motion, self.point, self.anchor).length - self.length])
+
+    def wrench(self, motion, own):
+        along = line(motion, self.point, self.anchor)
+        return force_at(motion, self.point, -self.mode[0] * self.k * along.direction)
+
+    def stored(self, motion, own):
+        along = line(motion, self.point, self.anchor)
+        return self.mode[0] * self.k * (along.length - self.length)
+    """,
+    'POINT, ANCHOR, Gain("k", "N", "weight", shape="number"), '
+    'Gain("length", "m", "length", shape="number")',
+)
+"""A weight on the ground that a rope lifts where it is longer than ℓ₀."""

@@ -224,7 +224,7 @@ def test_runs_stay_in_the_enclosures_of_other_functions(tmp_path, monkeypatch):
     run, outside = simulate(config), 0.0
     for name, low in found.samples.low.items():
         high, count = found.samples.high[name], len(low)
-        values, wrong = (np.asarray(result[name])[:count] for result in (run, other))
-        assert np.maximum(low - values, values - high).max() < 1e-10
+        seen, wrong = (np.asarray(result[name])[:count] for result in (run, other))
+        assert np.maximum(low - seen, seen - high).max() < 1e-10
         outside = max(outside, np.maximum(low - wrong, wrong - high).max())
     assert outside > 1e-5

@@ -239,7 +239,7 @@ def test_a_sweep_is_that_of_the_embedded_tie(folder):
         assert np.isfinite(found).all()
         np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-10, err_msg=column)
     assert traces[0][0, 0] == tables[0]["elements_one_parameters_initial_state_0"][2]
-    np.testing.assert_allclose(*traces, rtol=1e-9, atol=1e-10)
+    np.testing.assert_allclose(traces[0], traces[1], rtol=1e-9, atol=1e-10)
 
 
 def test_the_start_is_of_the_initial_state_and_the_rest_is_not():

@@ -217,7 +217,7 @@ def arm(*guards: Elements, soft: float) -> Config:
     return load_config(data | {"elements": {f"guard_{n}": one for n, one in enumerate(guards)}})
 
 
-ROPE = {"kind": "ligament", "point": [0.2, 0.1, 0.0], "anchor": [0.9, 0.1, 0.0]}
+ROPE: Elements = {"kind": "ligament", "point": [0.2, 0.1, 0.0], "anchor": [0.9, 0.1, 0.0]}
 ROPE |= {"slack_length": 0.5, "stiffness": 5.0, "toe_strain": 0.1}
 
 SEARCHED: dict[str, Callable[[], Config]] = {

@@ -1,6 +1,7 @@
 """Protects what must not be proved: code that is not shown to be passive, missing hypotheses."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +53,7 @@ SQUARE = "self.mode[0] * above * above"
 GUARDS = "return np.array([pitch - self.soft, -pitch - self.soft])"
 MODES = "above, below = self.mode * self.guards(motion, own)"
 SOFT = {"k": 30.0, "soft": 0.3}
-CORDS = {"point": [0, 0, 0.4], "k": 31.0, "soft": 0.02}
+CORDS: dict[str, Any] = {"point": [0, 0, 0.4], "k": 31.0, "soft": 0.02}
 MOVING = """first, second = self.slopes(motion, own)
         return -0.5 * np.array([first, {0} * second])"""
 
@@ -325,7 +326,7 @@ CONFIGS: dict[str, tuple[Callable[[], Config], str]] = {
     ),
     **{
         f"{' and '.join(elements) or 'nothing'}, {weight} m/s²": (
-            lambda elements=elements, weight=weight: of(elements, None, gravity=[0, 0, weight]),
+            partial(of, elements, None, gravity=[0, 0, weight]),
             NOT_DAMPED,
         )
         for elements in ({}, {"upright": UPRIGHT}, {"tie": TIE}, {"tie": TIE, "other": POINT})
@@ -390,7 +391,8 @@ def test_rest_states_are_searched_where_nothing_is_proved(name):
 @pytest.mark.parametrize("declared", [False, True])
 def test_a_run_tells_of_a_class_that_does_not_declare_its_kinks(declared):
     """Declared, the search finds the state that is held: v is never below zero."""
-    values = {"point": [0.1, 0.2, -0.1], "anchor": [0.3, 0.3, 1.1], "k": 3.0, "length": 1.48}
+    values: dict[str, Any] = {"point": [0.1, 0.2, -0.1], "anchor": [0.3, 0.3, 1.1]}
+    values |= {"k": 3.0, "length": 1.48}
     text = WEIGHT.replace("mode_count = 1", "mode_count = 1\n    kinked = True")
     result = simulate(with_code(text if declared else WEIGHT, **values))
     assert ("`kinked = True`" in str(result.attributes["warnings"])) is not declared

@@ -82,9 +82,3 @@ def test_random_motions_end_where_it_is_proved():
     answers = [checked(seed) for seed in range(312, 322)]
     assert answers.count(False) >= 2
     assert answers.count(True) >= 2
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("seed", range(400, 480))
-def test_many_random_motions_end_where_it_is_proved(seed):
-    checked(seed)

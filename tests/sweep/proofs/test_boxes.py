@@ -15,9 +15,9 @@ import rbstab
 from rbstab.config.entries import value_at
 from rbstab.config.source import key_of
 from rbstab.experiment.proof_cache import proof_for
-from rbstab.experiment.robust.bodies import bodies_id, prove_within, stored
-from rbstab.experiment.robust.cache import bodies_file, bodies_for
-from rbstab.experiment.robust.record import BodiesRecord
+from rbstab.experiment.robust.bodies import bodies_id, prove_within
+from rbstab.experiment.robust.cache import bodies_for, kept_file
+from rbstab.experiment.robust.record import BodiesRecord, bounds_of
 from rbstab.store.document import read_model, write_document
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.plan.load import load_plan
@@ -143,7 +143,7 @@ def undecided(tmp_path: Path) -> tuple[Any, Path]:
     plan = plan_of(UNDECIDED, gravity=[0.0, 0.0, -9.81])
     whole = box_of(plan)
     prove_boxes(plan, tmp_path, LONG)
-    return plan, bodies_file(tmp_path, bodies_id(whole[0], stored(whole[1])))
+    return plan, kept_file(tmp_path, BodiesRecord, bodies_id(whole[0], bounds_of(whole[1])))
 
 
 def box_of(plan):

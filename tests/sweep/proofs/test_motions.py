@@ -14,7 +14,7 @@ import rbstab
 from rbstab.config.build import problem_of
 from rbstab.experiment.convergence.convergence import Undecided
 from rbstab.experiment.convergence.exact_motion import prove_convergence
-from rbstab.experiment.convergence.many_motions import ManyMotions
+from rbstab.experiment.convergence.many_motions import Motions
 from rbstab.experiment.proof import prove
 from rbstab.experiment.proof_cache import proof_file
 from rbstab.integrate.engines import engine
@@ -125,7 +125,7 @@ def test_an_error_in_one_member_leaves_the_others_alone(monkeypatch):
         return prove_convergence(config, *arguments, **keys)
 
     # If the members cannot be enclosed together, each is enclosed by itself.
-    monkeypatch.setattr(ManyMotions, "follow", failing_together)
+    monkeypatch.setattr(Motions, "follow_all", failing_together)
     monkeypatch.setattr(motions, "prove_convergence", failing)
     found = columns_of(plan)
     assert words(found) == ["proved", "failed", "proved"]

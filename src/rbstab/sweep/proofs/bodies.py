@@ -11,8 +11,8 @@ from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.axes import VARIANT, VariedKey
 from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.plan.proof_selection import ProofSelection
 from rbstab.sweep.proofs.convergence import undecided_reason
-from rbstab.sweep.proofs.spread_order import alternated, spread_order
 
 VARIANT_KEY = key_of(VARIANT)
 
@@ -30,8 +30,8 @@ class Bodies:
         of_member: The number of each member's body, shape (members,); -1 if no theorem decides the
             motions of its variant.
         first: The first member of each body, ascending, shape (bodies,).
-        order: The bodies in an order of which every beginning is spread over the values of all
-            varied keys, and over the variants, shape (bodies,).
+        order: The bodies in an order of which every beginning is spread over the plan, shape
+            (bodies,).
     """
 
     of_member: Array
@@ -49,17 +49,16 @@ class Bodies:
 def bodies_of(plan: Plan) -> Bodies:
     """Return the distinct bodies of a plan."""
     of_member = np.full(plan.members, -1)
-    firsts: list[Array] = []
-    orders: list[Array] = []
+    firsts = [np.zeros(0, dtype=int)]
     for rows, table in _numbers_of_bodies(plan, plan.variants):
         first, inverse = _distinct_rows(table)
         of_member[rows] = sum(map(len, firsts)) + inverse
-        orders.append(sum(map(len, firsts)) + spread_order(table[first]))
         firsts.append(rows[first])
-    found = np.concatenate([np.zeros(0, dtype=int), *firsts])
-    order = np.argsort(found)
-    place = np.append(np.argsort(order), -1)  # the last entry stays -1
-    return Bodies(place[of_member], found[order], place[alternated(orders)])
+    found = np.concatenate(firsts)
+    by_member = np.argsort(found)
+    place = np.append(np.argsort(by_member), -1)  # the last entry stays -1
+    order = np.array(ProofSelection().first(len(found), len(found)), dtype=int)
+    return Bodies(place[of_member], found[by_member], order)
 
 
 def first_members(plan: Plan, variants: Iterable[str]) -> Array:

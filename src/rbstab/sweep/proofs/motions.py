@@ -12,7 +12,7 @@ from rbstab.config.build import problem_of
 from rbstab.experiment.convergence.convergence import Convergence, Undecided
 from rbstab.experiment.convergence.decisions import nothing_proved, refusal
 from rbstab.experiment.convergence.exact_motion import prove_convergence
-from rbstab.experiment.convergence.many_motions import ManyMotions
+from rbstab.experiment.convergence.many_motions import Motions
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stored_proof.proof import Proof, no_proof
 from rbstab.mechanics.numbers import Array
@@ -42,7 +42,7 @@ class _Shared(NamedTuple):
 
     proof: Proof
     starts: ProvedStarts | None
-    many: ManyMotions | None
+    many: Motions | None
 
 
 def motion_columns(plan: Plan, start: int, stop: int) -> dict[str, Array]:
@@ -124,7 +124,7 @@ class MotionProver:
         with suppress(Exception):  # then each member is enclosed by itself
             centre, error = shared.starts.states(own, len(rows))
             with _LOCK:
-                found = shared.many.follow(centre, error, self.selection.steps)
+                found = shared.many.follow_all(centre, error, self.selection.steps)
             for row, one in zip(rows.tolist(), found, strict=True):
                 self._fill(columns, row, one)
             return True
@@ -191,7 +191,7 @@ class MotionProver:
         many = None
         if refused is None:
             with suppress(Exception):  # then each member is enclosed by itself
-                many = ManyMotions(base, proof)
+                many = Motions(base, proof)
         return _Shared(proof, ProvedStarts(base, keys, proof), many)
 
 

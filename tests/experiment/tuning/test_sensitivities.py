@@ -73,9 +73,8 @@ def test_the_stored_differences_are_those_of_runs(name):
     assert np.all((off <= allowed)[:, has_value])
 
 
-@pytest.mark.parametrize("name", ALL)
-def test_the_values_are_those_of_the_run(name):
-    data = copy.deepcopy(CASES[name])
+def test_the_values_are_those_of_the_run():
+    data = copy.deepcopy(CASES["visco-elastic-W-equilibrium"])
     # The tolerance is that of the differences, whose integrator is compiled already.
     data["integration"] |= {"samples": 2001, "engine": "heyoka", "rtol": 1e-16}
     found, run = sensitivities(data), rbstab.simulate(data)
@@ -189,14 +188,6 @@ def test_sensitivities_show_what_they_are_and_the_most_influential_numbers():
         found.column("settling")
 
 
-def test_a_body_that_only_translates_does_not_depend_on_its_rotation():
-    found = sensitivities(oscillator_config(*OSCILLATOR.values()))
-    columns = [found.column(name) for name in ("settling_time", "final.position[2]")]
-    for entry, row in zip(found.entries, found.derivatives[:, columns], strict=True):
-        if entry.key.startswith(("controller.K_r", "controller.L_r", "body.inertia")):
-            assert not row.any()
-
-
 def test_a_run_that_does_not_settle_has_no_settling_time():
     data = oscillator_config(*OSCILLATOR.values())
     data["integration"]["duration"] = 0.2
@@ -228,14 +219,6 @@ def test_a_peak_at_an_end_of_the_run_stays_there():
     assert row[found.column("peak_contact_displacement[2]")] == pytest.approx(1.0, rel=1e-12)
 
 
-def test_entries_are_ordered_by_their_largest_elasticity():
-    found = sensitivities(oscillator_config(*OSCILLATOR.values()))
-    order = found.by_importance(["settling_time"])
-    sizes = np.abs(found.relative[order, found.column("settling_time")])
-    assert (np.diff(sizes) <= 0).all()
-    assert sizes[0] > 0
-
-
 def test_a_motion_that_drifts_is_refused():
     data = oscillator_config(*OSCILLATOR.values())
     del data["initial"]
@@ -261,10 +244,3 @@ def test_a_run_that_does_not_complete_has_no_sensitivities(change, status):
         sensitivities(data)
     assert raised.value.status is status
     assert " at t = " in str(raised.value)
-
-
-def test_a_run_that_diverges_has_no_sensitivities():
-    data = oscillator_config(*OSCILLATOR.values())
-    data["initial"]["angular_velocity"] = [1e200, 0.0, 1e200]
-    with pytest.raises(UnfinishedRunError, match=r"diverged: .* at t = 0 s"):
-        sensitivities(data)

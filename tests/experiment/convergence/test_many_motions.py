@@ -232,16 +232,3 @@ def test_at_rest_outside_of_every_region():
     assert found[2] == (20 + PATIENCE, Undecided.AT_REST)
     # A fall of 1 J in 50 steps is nothing beside 1e9 J.
     assert found[5] == (PATIENCE + 1, Undecided.AT_REST)
-
-
-def test_a_motion_in_a_region_converges_although_its_energy_stays():
-    """What is proved counts more than that it has come to rest."""
-    _, many = many_of("free")
-    level = max(bound for _, bound in region_energies(many.proof))
-    lows, highs = np.full((2, 2 * PATIENCE, 1), level - 10.0)
-    lows[0] += 1e3
-    highs[: PATIENCE + 1] = level + 1e3  # so wide that they decide nothing
-    highs[PATIENCE + 1 :] = level - 5.0
-    found = decisions_of(lows, highs, many.proof)
-    assert found[0][0] == PATIENCE + 1
-    assert isinstance(found[0][1], Convergence)

@@ -21,7 +21,7 @@ from rbstab.experiment.convergence.many_motions import Motions
 from rbstab.experiment.proof import prove
 from rbstab.experiment.start_sets import prove_starts as module
 from rbstab.experiment.start_sets.prove_starts import prove_starts
-from rbstab.proof.motion.motion import NARROWEST, Followed
+from rbstab.proof.motion.motion import Followed
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 
@@ -128,24 +128,6 @@ def test_all_starts_of_the_paper_within_half_a_radian_per_second():
     check_motions(config, found, text)
 
 
-@pytest.mark.long
-def test_starts_on_both_sides_of_a_pass_are_not_decided():
-    """Some reach the one valley, some the other; in between is the way to the pass."""
-    config, text = two_valleys(5.0), "initial.angular_velocity[0]=±0.5"
-    found = proved(config, text, max_parts=4, processes=2)
-    assert found.proved is None
-    assert found.rest_states == (1, 2)
-    assert 0.5 <= found.fraction < 1.0
-    assert check_cover(found, 1) == Fraction(found.fraction)
-    assert found.why == "more than 4 parts would be needed"
-    assert len(found.parts) <= 4
-    check_motions(config, found, text)
-    # The result does not depend on the number of processes.
-    alone = proved(config, text, max_parts=4)
-    changed = {"seconds": 0.0}
-    assert alone.model_copy(update=changed) == found.model_copy(update=changed)
-
-
 def decided(rest_state=1):
     return Convergence(True, rest_state=rest_state, time=0.5, energy=(1.0, 2.0), bound=3.0)
 
@@ -235,21 +217,6 @@ def test_what_is_left_is_never_rounded_away(monkeypatch):
     assert check_cover(found, 3) == 1 - Fraction(1, 2 ** len(found.parts))
     assert found.fraction < 1.0
     assert found.proved is None
-
-
-def test_parts_are_not_halved_beyond_what_doubles_hold(monkeypatch):
-    def decide(bounds):
-        if bounds[0, 0] <= 1.0 / 3 <= bounds[0, 1]:
-            return Followed(1, 0.1, variable=0)
-        return Followed(1, 0.1, decided())
-
-    outcomes(monkeypatch, decide)
-    found = proved(free_config(), "initial.angular_velocity[0]=±1", max_parts=200)
-    assert found.proved is None
-    assert "narrower" in found.why
-    assert check_cover(found, 1) < 1
-    narrowest = min(b - a for part in found.parts for a, b in zip(part.low, part.high, strict=True))
-    assert narrowest == NARROWEST
 
 
 def test_parts_that_are_given_up_count(monkeypatch):

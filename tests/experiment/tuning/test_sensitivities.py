@@ -199,15 +199,6 @@ def test_a_run_that_does_not_settle_has_no_settling_time():
     assert np.isfinite(np.delete(found.derivatives, column, axis=1)).all()
 
 
-def test_a_body_that_starts_at_rest_is_at_rest_from_the_start():
-    numbers = OSCILLATOR | {"initial.position[2]": 4.0 * FALL / 100.0, "initial.velocity[2]": 0.0}
-    found = sensitivities(oscillator_config(*numbers.values()))
-    column = found.column("settling_time")
-    assert found.values[column] == 0.0
-    # It has none: the body is no longer at rest from t = 0 where a number changes.
-    assert np.isnan(found.derivatives[:, column]).all()
-
-
 def test_a_peak_at_an_end_of_the_run_stays_there():
     data = oscillator_config(*OSCILLATOR.values())
     data["initial"]["velocity"] = [0, 0, 0]

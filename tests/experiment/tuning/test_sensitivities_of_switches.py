@@ -10,8 +10,7 @@ from support.stops import stop
 from support.switching import MASS, data
 
 import rbstab
-from rbstab.config.build import input_legs, problem_of
-from rbstab.experiment.summary import settling_time_of
+from rbstab.config.build import input_legs
 from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError, sensitivities
 
 pytest.importorskip("heyoka")
@@ -146,40 +145,6 @@ def test_a_knock_from_rest_settles():
 
 CONTROLLER = {"variant": "free", "K_t": [40, 50, 60], "L_t": [4, 5, 6]}
 CONTROLLER |= {"K_r": [0.3, 0.4, 0.5], "L_r": [0.03, 0.05, 0.04]}
-
-
-KNOCK = {"kind": "input", "quantity": "couple", "direction": [0, 1, 0], "amplitude": 30.0}
-KNOCK |= {"signal": {"kind": "pulse", "start": 0.1, "duration": 0.1}}
-
-
-def test_the_settling_time_counts_from_the_largest_v():
-    """v is largest just before the first impact, and falls there."""
-    config = data(
-        {"it": stop(angle=0.05, restitution=0.3), "knock": KNOCK},
-        integration={"duration": 4.0, "samples": 801, "engine": "heyoka"},
-        controller=CONTROLLER,
-    )
-    found = sensitivities(config)
-    column = found.column("settling_time")
-    run = rbstab.simulate(config)
-    assert settling_time_of(run) == pytest.approx(found.values[column], abs=run["time"][1])
-    keys = [entry.key for entry in found.entries]
-    for key in ("elements.it.angle", "elements.knock.amplitude"):
-        row = keys.index(key)
-        value, step = found.entries[row].value, 1e-5
-        ends = [
-            settling(rbstab.load_config(config, [f"{key}={value * (1 + sign * step)!r}"]))
-            for sign in (-1, 1)
-        ]
-        expected = (ends[1] - ends[0]) / (2 * step * value)
-        assert found.derivatives[row, column] == pytest.approx(expected, rel=1e-5)
-
-
-def settling(config: Any) -> float:
-    """Return the settling time alone, s, without derivatives."""
-    from rbstab.analysis.sensitivity import baseline
-
-    return baseline(problem_of(config)).outcome.settling_time
 
 
 def test_shifted_legs_begin_with_those_of_the_run():

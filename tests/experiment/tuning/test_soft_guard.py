@@ -12,14 +12,11 @@ from support.paper_runs import paper_config
 
 from rbstab.config.load import load_config, resolved_yaml
 from rbstab.experiment.simulate import simulate
-from rbstab.experiment.summary import summary_of
 from rbstab.experiment.tuning import kept_range
 from rbstab.experiment.tuning import soft_guard as searching
-from rbstab.experiment.tuning.guarded_run import RunOutcome, outcome_of
 from rbstab.experiment.tuning.kept_range import guard_of, keeps_range
 from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError
 from rbstab.integrate.status import RunStatus
-from rbstab_cli.output.guarded import _shown
 
 SHORT: dict[str, Any] = {"duration": 0.4, "samples": 81, "rtol": 1e-8}
 STIFF: dict[str, Any] = {"kind": "guard", "method": "stiff", "stiffness": 50.0, "soft_angle": 1.0}
@@ -134,32 +131,6 @@ def test_no_guard_is_needed_inside_the_region_of_the_config_itself():
     assert (found.strength, found.config, found.guarded, found.reason) == (0.0, None, None, "")
 
 
-@pytest.mark.parametrize(
-    ("couple", "bound", "is_resolved", "kept"),
-    [
-        (90.0, 120.0, True, True),
-        (90.0, 120.0, False, False),
-        (90.0, 100.0, False, True),
-        (110.0, 120.0, True, False),
-    ],
-)
-def test_a_couple_between_samples_is_no_couple_below_the_limit(couple, bound, is_resolved, kept):
-    """The limit is 100 N m. Unless a proof bounds it, the samples have to show the largest |θ2|."""
-    outcome = RunOutcome(RunStatus.COMPLETED, 1.2, 1.0, couple, is_resolved)
-    assert searching._keeps(outcome, bound, 100.0) is kept
-    assert ("≥ 90" in _shown(outcome, "largest_couple")) == (couple == 90.0 and not is_resolved)
-    assert _shown(outcome, "largest_pitch") == ("1.2" if is_resolved else "≥ 1.2")
-
-
-def test_the_outcome_says_whether_the_samples_show_the_largest_angle():
-    """Of few samples of a fast motion, the largest is only a lower bound; so says its summary."""
-    few = config()
-    for samples in (5, 401):
-        result = simulate(load_config(few, [f"integration.samples={samples}"]))
-        found = outcome_of(result, few, "range")
-        assert found.pitch_resolved == summary_of(result).pitch_resolved == (samples == 401)
-
-
 def test_the_limit():
     unlimited = soft_guard(config(), "repelling")
     assert unlimited.limit_kept is None
@@ -203,11 +174,3 @@ def test_a_refusal_of_the_checker_is_not_called_proved(monkeypatch):
 def test_guards_that_would_be_lost_are_refused(elements, message):
     with pytest.raises(UnsuitedConfigError, match=message):
         soft_guard(config(elements), "stiff")
-
-
-def test_a_run_that_stops_at_the_range_bound_has_no_guard(monkeypatch):
-    given = config(variant="free", angular_velocity=[0.0, 32.0, 0.0])
-    monkeypatch.setattr(searching, "simulate", lambda _: simulate(given))
-    found = soft_guard(given, "stiff", 1.3)
-    assert found.config is None
-    assert "range_bound" in found.reason

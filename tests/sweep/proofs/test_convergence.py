@@ -47,10 +47,6 @@ def test_inside_and_outside_are_those_of_single_runs(tmp_path, with_gravity):
     assert set(expected) == {"proved", "not proved"}
 
 
-def test_without_a_proof_nothing_is_said(tmp_path):
-    assert words(plan_of({SPIN: {"values": [1.0, 2.0]}}), tmp_path) == ["unknown", "unknown"]
-
-
 @pytest.mark.parametrize(("goes_on", "code"), [(True, NO_PROOF), (False, NOT_PROVED)])
 def test_a_proof_that_may_go_on_excludes_no_start(goes_on, code):
     """After more boxes the start may be in a region."""
@@ -98,13 +94,6 @@ def test_proved_states_are_those_in_which_the_computed_motions_end(valleys):
         for member in members[[0, 1, -2, -1]].tolist():
             (end,) = engine.compute(member, member + 1).outcome["final_orientation"]
             assert np.abs(end - proof.states[number - 1].orientation).max() < 1e-2
-
-
-def test_what_is_proved_does_not_depend_on_the_division_into_shards(valleys):
-    plan, _, convergence = valleys
-    whole = convergence.of(0, plan.members).rest_states
-    parts = [convergence.of(k, k + 1).rest_states[0] for k in range(plan.members)]
-    assert parts == whole.tolist()
 
 
 def test_a_small_energy_outside_of_the_range_proves_nothing(valleys):

@@ -16,7 +16,7 @@ from rbstab.sweep.folder.member_answers import member_answers
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.proofs.bodies import _distinct_rows, first_members
+from rbstab.sweep.proofs.bodies import _distinct_rows
 from rbstab.sweep.proofs.columns import NOT_ONE_STATE, ONE_STATE, STATES_UNDECIDED
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, one_state_code
 from rbstab.sweep.proofs.one_state import OneState, one_state_of
@@ -103,16 +103,6 @@ def test_the_body_of_a_counterexample_may_be_one_of_the_sweep(tmp_path, monkeypa
     assert list(found.false) == [4]  # the third of five bodies, each with two members
 
 
-def test_the_column_is_stored_also_if_nothing_else_is_new(tmp_path, monkeypatch):
-    """As where a proof ended early, and does not say which members start in a region."""
-    monkeypatch.setattr("rbstab.sweep.proofs.prove_bodies.is_known", lambda _: False)
-    plan = plan_of({K_R: {"scale": {"values": [0.9, 1.1]}}})
-    assert swept(tmp_path, plan, budget=None).proved == 2
-    table = rbstab.open_sweep(tmp_path / "sweep")
-    assert table.words("one_rest_state").tolist() == ["proved"] * 2
-    assert set(table.words("convergence")) == {"unknown"}
-
-
 def test_without_an_answer_for_any_body_nothing_is_said(tmp_path):
     plan = plan_of({K_R: {"scale": {"values": [0.9, 1.1]}}})
     found = swept(tmp_path, plan, budget=0.0)
@@ -125,15 +115,6 @@ def test_without_an_answer_for_any_body_nothing_is_said(tmp_path):
     of_members = proofs.of(0, 2)
     assert of_members.one_state.tolist() == [ONE_STATE] * 2
     assert one_state_of(proofs, of_members) == OneState()
-
-
-def test_sweeps_without_the_column_have_what_boxes_say(tmp_path, monkeypatch):
-    monkeypatch.setattr("rbstab.sweep.sweep.FEW", 3)
-    swept(tmp_path, plan_of({K_R: {"scale": {"linspace": [0.9, 1.1, 5]}}}), budget=None)
-    members = read_members(tmp_path / "sweep" / "sweep.h5")
-    layout: Any = members.table.layout
-    del layout["one_rest_state"]
-    assert (members.one_state.bodies, members.one_state.proved) == (5, 5)
 
 
 @pytest.mark.parametrize(
@@ -178,13 +159,3 @@ def test_distinct_rows_are_those_of_numpy(shape, kinds):
     expected = np.unique(table, axis=0, return_index=True, return_inverse=True)
     assert first.tolist() == expected[1].tolist()
     assert same.tolist() == expected[2].ravel().tolist()
-
-
-def test_the_first_members_of_bodies():
-    vary = {
-        "controller.variant": {"values": ["permanent", "free"]},
-        K_R: {"scale": {"values": [1, 2]}},
-    }
-    plan = plan_of(vary | {SPIN: {"values": [1.0, 2.0]}})
-    assert first_members(plan, ["permanent", "free"]).tolist() == [0, 2, 4, 6]
-    assert first_members(plan, ["free"]).tolist() == [4, 6]

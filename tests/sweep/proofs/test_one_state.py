@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 from support.paper_runs import paper_config
 from support.sweeping import run_sweep
+from support.valleys import TWO_VALLEYS
 
 import rbstab
+from rbstab.experiment.proof import prove
 from rbstab.experiment.proof_cache import proof_for
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.report.sweeps.members import read_members
@@ -64,10 +66,8 @@ def test_bodies_count_once_by_either_proof(tmp_path, monkeypatch):
 
 
 def test_a_body_may_be_false_by_its_own_proof(tmp_path):
-    plan = plan_of(
-        {K_R: {"scale": {"values": [0.1, 1.0]}}, SPIN: {"values": [0.1, 0.2]}},
-        gravity=[0.0, 0.0, -9.81],
-    )
+    vary = {K_R: {"scale": {"values": [1.0, 30.0]}}, SPIN: {"values": [0.1, 0.2]}}
+    plan = load_plan({"base": TWO_VALLEYS, "vary": vary}, ["integration.duration=0.05"])
     found = swept(tmp_path, plan, budget=None)
     assert (found.bodies, found.proved, list(found.false)) == (2, 1, [0])
     assert found.counts == "proved for 1 of 2 distinct bodies, false for 1 (members 0)"
@@ -118,12 +118,10 @@ def test_without_an_answer_for_any_body_nothing_is_said(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("scale", "gravity", "expected"),
-    [(1.0, 0.0, ONE_STATE), (0.1, -9.81, NOT_ONE_STATE)],
+    ("base", "expected"), [(paper_config("free"), ONE_STATE), (TWO_VALLEYS, NOT_ONE_STATE)]
 )
-def test_codes_of_proofs(tmp_path, scale, gravity, expected):
-    vary = {K_R: {"scale": {"values": [scale]}}}
-    proof = proof_for(tmp_path, plan_of(vary, gravity=[0.0, 0.0, gravity]).config_of(0))
+def test_codes_of_proofs(base, expected):
+    proof = prove(base)
     assert one_state_code(proof) == expected
 
     def changed(**changes: Any) -> Proof:

@@ -253,7 +253,11 @@ class Range:
         for sign in (-1, 1) if stop else ():
             push = AnalyticFunction([body.x], Interval(sign) * body.slopes[1])
             inward = codac.CtcInverse_Interval(push, Interval(-codac.oo, 0))
-            self.searches[sign] = Zeros(body, (0, 2), self.part({1: sign}), inward)
+            search = Zeros(body, (0, 2), self.part({1: sign}), inward)
+            pushes = [(zero, push.eval(zero)) for zero in search.zeros]
+            search.zeros = [zero for zero, push in pushes if push.ub() < 0]  # held there
+            search.left += [zero for zero, push in pushes if push.contains(0)]
+            self.searches[sign] = search
 
     def part(self, signs: dict[int, int]) -> Box:
         """Return a face, an edge or a corner of the range."""
@@ -283,35 +287,26 @@ class Range:
         zeros = [zero for zero in search.zeros if zero.intersects(box)]
         if any(one.intersects(box) for one in search.left):
             return OPEN, "There may be several zeros of the gradient in its box."
-        if not zeros or (sign and self._push(sign, zeros[0]).lb() > 0):
+        if not zeros:
             return REFUTED, "No zero of the gradient is in its box."
         zero = zeros[0]
-        held = not sign or self._push(sign, zero).ub() < 0
-        if len(zeros) > 1 or not (held and search.inside(zero, box)):
-            return OPEN, "No zero of the gradient, or none that is held, was isolated in its box."
+        if len(zeros) > 1 or not search.inside(zero, box):
+            return OPEN, "No zero of the gradient was isolated in its box."
         index = search.index(zero)
         if state["index"] is not None and index != state["index"]:
             verdict = OPEN if index is None else REFUTED
             return verdict, f"Its index is {index}, and not {state['index']}."
         return PROVED, "Exactly one zero of the gradient is in its box, with its index."
 
-    def _push(self, sign: int, box: Box) -> Any:
-        """Return the force with which a stop turns the motion back: negative where it holds."""
-        return sign * self.body.slope(1).eval(EvalMode.NATURAL, box)[0]
-
     def _list(self) -> tuple[str, str]:
         """Check that there is no other rest state in the range."""
-        left = 0
-        for sign, search in self.searches.items():
-            left += len(search.left)
+        left = sum(len(search.left) for search in self.searches.values())
+        for search in self.searches.values():
             for zero in search.zeros:
                 listed = any(zero.intersects(state) for state in self.states)
                 if listed or not zero.intersects(self.box):
                     continue
-                if sign and self._push(sign, zero).lb() > 0:
-                    continue
-                sure = not sign or self._push(sign, zero).ub() < 0
-                if sure and search.inside(zero, self.box):
+                if search.inside(zero, self.box):
                     place = ", ".join(f"{zero[k].mid():.6f}" for k in range(3))
                     return REFUTED, f"There is another one near Θ = ({place})."
                 left += 1

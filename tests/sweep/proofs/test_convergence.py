@@ -14,12 +14,12 @@ from rbstab.analysis.exact import in_balls
 from rbstab.config.build import problem_of
 from rbstab.experiment.proof_cache import proof_for
 from rbstab.experiment.stored_proof.proof import no_proof
-from rbstab.experiment.stored_proof.starts import enclosed_start, start_state
+from rbstab.experiment.stored_proof.starts import enclosed_start, reached_states, start_state
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs.columns import CONVERGENCE, NO_PROOF, NOT_PROVED
 from rbstab.sweep.proofs.convergence import ProvedConvergence, outside_code
-from rbstab.sweep.proofs.starts import ProvedStarts, Starts
+from rbstab.sweep.proofs.starts import ProvedStarts
 from rbstab.systems.modes import modes_of
 
 SHORT: dict[str, Any] = {"duration": 0.01, "samples": 3, "rtol": 1e-8}
@@ -97,13 +97,12 @@ def test_proved_states_are_those_in_which_the_computed_motions_end(valleys):
 
 
 def test_a_small_energy_outside_of_the_range_proves_nothing(valleys):
-    plan, proof, _ = valleys
-    starts = ProvedStarts(plan.base_of("permanent"), plan.varied_keys_of("permanent"), proof)
+    _, proof, _ = valleys
     energy = np.full(2, proof.states[0].energy)
-    (in_range, *_) = starts._ranges
+    alone = proof.model_copy(update={"unwrapped": None})
     for end in (-3.2, 3.2):
         angles = np.array([[0.1, 0.0, 0.0], [end, 0.0, 0.0]])
-        assert in_range.find(Starts(energy, angles, angles)).tolist() == [1, 0]
+        assert reached_states(alone, energy, angles, angles).tolist() == [1, 0]
 
 
 POINT = [0.1, 0.1, -0.3]

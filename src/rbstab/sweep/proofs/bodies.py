@@ -6,15 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.config.entries import is_of_initial_state
-from rbstab.config.source import key_of
 from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
-from rbstab.sweep.plan.axes import VARIANT, VariedKey
+from rbstab.sweep.plan.axes import VariedKey
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.proof_selection import ProofSelection
 from rbstab.sweep.proofs.convergence import undecided_reason
-
-VARIANT_KEY = key_of(VARIANT)
+from rbstab.sweep.proofs.variants import rows_of_variants
 
 MAX_NAMED = 6
 """The largest number of ranges of members that a sentence lists."""
@@ -72,13 +70,10 @@ def _numbers_of_bodies(plan: Plan, variants: Iterable[str]) -> Iterator[tuple[Ar
     """Yield the members of each variant that a theorem decides, and the numbers of their bodies."""
     own = {name: own_keys(plan, name) for name in variants if undecided_reason(plan, name) is None}
     keys = {varied.key for some in own.values() for varied in some}
-    values = plan.values(0, plan.members, [*keys, VARIANT_KEY])
-    named = values.get(VARIANT_KEY)
-    for variant, varied in own.items():
-        rows = np.arange(plan.members) if named is None else np.flatnonzero(named == variant)
+    for variant, rows, values in rows_of_variants(plan, own, 0, plan.members, keys):
         # One more column of zeros: all members have one body if nothing of it varies.
-        numbers = [np.zeros(len(rows)), *(values[one.key][rows].astype(float) for one in varied)]
-        yield rows, np.stack(numbers, axis=1)
+        varied = (values[one.key].astype(float) for one in own[variant])
+        yield rows, np.stack([np.zeros(len(rows)), *varied], axis=1)
 
 
 def _distinct_rows(table: Array) -> tuple[Array, Array]:

@@ -30,8 +30,9 @@ from rbstab.experiment.robust.record import BodiesRecord, bounds_of
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.varied_numbers import varied_numbers
-from rbstab.sweep.proofs.bodies import VARIANT_KEY, own_keys
+from rbstab.sweep.proofs.bodies import own_keys
 from rbstab.sweep.proofs.convergence import shares_proof, undecided_reason
+from rbstab.sweep.proofs.variants import rows_of_variants
 
 SECONDS = 10.0
 """No box is begun after this time."""
@@ -81,18 +82,13 @@ def prove_boxes(
         for variant in plan.variants
         if not shares_proof(plan, variant) and undecided_reason(plan, variant) is None
     ]
-    if not variants:
-        return []
     begin, stop = monotonic(), stop or Event()
     keys = {varied.key for variant in variants for varied in own_keys(plan, variant)}
-    values = plan.values(0, plan.members, [*keys, VARIANT_KEY])
-    named = values.get(VARIANT_KEY)
     found: list[BoxProof] = []
-    for number, variant in enumerate(variants, start=1):
+    parts = rows_of_variants(plan, variants, 0, plan.members, keys)
+    for number, (variant, rows, own) in enumerate(parts, start=1):
         # A variant that fails leaves time for the next.
         end = begin + seconds * number / len(variants)
-        rows = np.arange(plan.members) if named is None else np.flatnonzero(named == variant)
-        own = {key: values[key][rows] for key in keys}
         try:
             boxes = _Boxes(plan, variant, rows, own)
         except (TypeError, ValueError, KeyError):

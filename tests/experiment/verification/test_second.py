@@ -21,7 +21,7 @@ from rbstab.experiment.verification.verify import verify
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 
-QUICK = ("examples/real_body", "examples/stability/fast", "examples/stability/fast_guarded")
+QUICK = ("examples/real_body", "examples/stability/fast_guarded")
 
 HEAVY = (
     "examples/elements_proved",

@@ -1,7 +1,5 @@
 """Protects the sensitivities of a run against finite differences and a closed solution."""
 
-import copy
-
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -14,8 +12,6 @@ from support.stored_differences import (
     stored_differences,
 )
 
-import rbstab
-from rbstab.experiment.summary import summary_of
 from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError, sensitivities
 from rbstab.integrate.status import RunStatus, UnfinishedRunError
 
@@ -71,22 +67,6 @@ def test_the_stored_differences_are_those_of_runs(name):
     off = np.abs(differences(CASES[name], found, METHODS[name]) - expected) * sizes
     has_value = np.isfinite(found.values)
     assert np.all((off <= allowed)[:, has_value])
-
-
-def test_the_values_are_those_of_the_run():
-    data = copy.deepcopy(CASES["visco-elastic-W-equilibrium"])
-    # The tolerance is that of the differences, whose integrator is compiled already.
-    data["integration"] |= {"samples": 2001, "engine": "heyoka", "rtol": 1e-16}
-    found, run = sensitivities(data), rbstab.simulate(data)
-    values = dict(zip((q.name for q in found.quantities), found.values, strict=True))
-    for part in ("orientation", "angular_velocity", "position", "velocity"):
-        final = [values[f"final.{part}[{axis}]"] for axis in range(3)]
-        np.testing.assert_allclose(final, run[part][-1], rtol=0, atol=1e-11)
-    peaks = [values.get(f"peak_contact_displacement[{axis}]", 0.0) for axis in range(3)]
-    np.testing.assert_allclose(peaks, summary_of(run).peak_contact_displacement, atol=1e-8)
-    v = run["lyapunov"]
-    above = run["time"][v >= 1e-3 * v[0]][-1]
-    assert above <= values["settling_time"] <= above + np.diff(run["time"])[0]
 
 
 # A body that only translates is a damped oscillator: m ẍ + l ẋ + k x = m g.

@@ -335,6 +335,8 @@ class Range:
             axes = [axis for axis in range(3) if axis not in signs]
             search = Zeros(self.body, axes, part, low) if axes else None
             for zero in [part] if search is None else search.zeros:
+                if not zero.intersects(part):
+                    continue
                 value, where = self.body.U.eval(zero), f"U{{}} below its level at Θ = {zero}"
                 if value.ub() < level.lb() and zero.is_subset(part):
                     return REFUTED, f"{where.format(' is')}."

@@ -9,7 +9,7 @@ from flint import arb
 from rbstab.proof.check.bounds import Bounds
 from rbstab.proof.check.cover import TOO_MANY, WET, cover, flattened, flood, gap, touches, width
 from rbstab.proof.check.energy import Energy
-from rbstab.proof.check.findings import Box, Cover, Finding
+from rbstab.proof.check.findings import EVERYWHERE, Box, Cover, Finding
 from rbstab.proof.check.least import bounds
 from rbstab.proof.check.listed import Listed
 from rbstab.proof.check.ranges import Face
@@ -43,9 +43,13 @@ class Region:
 
     def everywhere(self) -> Finding:
         """Check theorem 3: the border and all other rest states are not below the level."""
-        covers = {name: self._cover(box) for name, box in self.places.items()} | self._lengths()
+        lengths = self._lengths()
+        covers = {name: self._cover(box) for name, box in self.places.items()} | lengths
+        # Where none is beyond the ends of θ1 and θ3 (theorem 6), U rises without end there.
+        confining = self.range.name == EVERYWHERE and not lengths
         for face in self.range.border:
-            covers[face.name] = self._cover(flattened(self.range.box, face.axis), face)
+            if face.axis == 1 or not confining:
+                covers[face.name] = self._cover(flattened(self.range.box, face.axis), face)
         wrong = [
             f"The energy at {place} is not shown to be at least {self._shown}."
             for place, found in covers.items()

@@ -331,6 +331,8 @@ class Range:
             signs = {axis: sign for axis, sign in enumerate(choice) if sign}
             if not signs or (self.stop and [*signs] == [1]):
                 continue  # a stop keeps the motion in the range
+            if self.claims.get("everywhere") and [*signs] != [1]:
+                continue  # U rises without end beyond a box that confines all rest states
             part = self.part(signs)
             axes = [axis for axis in range(3) if axis not in signs]
             search = Zeros(self.body, axes, part, low) if axes else None

@@ -16,7 +16,6 @@ from rbstab.analysis.bounded import (
     STEP,
     UNIT,
     Bounded,
-    bounded_decimal,
     bounded_decimals,
 )
 from rbstab.analysis.exact import decimal_balls, in_balls
@@ -24,29 +23,6 @@ from rbstab.config.build import start_of, system_of
 from rbstab.mechanics.numbers import FUNCTIONS
 
 RANDOM = np.random.default_rng(7)
-
-
-@pytest.mark.parametrize(
-    "formula",
-    [
-        lambda a, b: a + b,
-        lambda a, b: a - b,
-        lambda a, b: a * b,
-        lambda a, b: a / b,
-        lambda a, b: 1 / b - a,
-        lambda a, b: (a + b) * (a - b) - a * a + b * b,
-        lambda a, b: 3 * (-a) + 2 * b / a,
-    ],
-)
-def test_arithmetic_holds_the_exact_value(formula):
-    for _ in range(200):
-        x, y = RANDOM.uniform(0.5, 2.0, 2) * RANDOM.choice([-1, 1], 2)
-        a, b = Fraction(repr(float(x))), Fraction(repr(float(y)))
-        found = formula(bounded_decimal(float(x)), bounded_decimal(float(y)))
-        exact = formula(a, b)
-        assert isinstance(exact, Fraction)
-        assert Fraction(float(found.low)) <= exact <= Fraction(float(found.high))
-        assert 0 < found.error < 1e-13
 
 
 @pytest.mark.parametrize("formula", [operator.add, operator.sub, operator.mul, operator.truediv])
@@ -72,23 +48,6 @@ def test_all_values_within_the_errors_are_held(formula):
         assert found.high - found.low <= 4 * (max(ends) - min(ends))
 
 
-def test_a_missing_error_would_be_seen():
-    """The bound is not generous: without it, these values would be wrong."""
-    third = bounded_decimal(1.0) / 3.0
-    assert Fraction(float(third.value)) != Fraction(1, 3)
-    tenth = bounded_decimal(0.1)
-    assert Fraction(float(tenth.value)) != Fraction(1, 10)
-    assert Fraction(float(tenth.low)) <= Fraction(1, 10) <= Fraction(float(tenth.high))
-
-
-def test_many_values_at_once():
-    x = RANDOM.normal(size=50)
-    found = bounded_decimal(x) * 3.0 + 1.0
-    for k in range(50):
-        exact = Fraction(repr(float(x[k]))) * 3 + 1
-        assert Fraction(float(found.low[k])) <= exact <= Fraction(float(found.high[k]))
-
-
 def test_sine_and_cosine():
     from flint import arb, ctx
 
@@ -110,28 +69,6 @@ def test_a_divisor_that_may_be_zero_has_no_bound():
     assert math.isinf((1.0 / Bounded(1e-3, 1.0001e-3)).error)
     assert (1.0 / Bounded(1e-3, 0.5e-3)).error >= 1e3
     assert not (1.0 / Bounded(0.0, 0.0)).high < 1e300
-
-
-def test_other_numbers_are_refused():
-    with pytest.raises(TypeError, match="complex"):
-        _ = Bounded(1.0, 0.0) + 1j
-
-
-def test_decimals():
-    found = bounded_decimals(np.array([[0.0, 0.1], [1.0, 0.0]]))
-    assert found[0, 0] == 0.0
-    assert found[0, 1].error >= UNIT * 0.1
-    assert bounded_decimals(found) is not found
-    assert bounded_decimals(found)[0, 1] is found[0, 1]
-
-
-def test_products_with_one_and_zero_are_exact():
-    """Rotations about one axis have such entries."""
-    number = Bounded(np.array([0.1, -3.0]), np.array([1e-17, 0.0]))
-    assert 1.0 * number is number
-    assert number * 1 is number
-    assert number * 0 == 0.0
-    assert (number * 1.5).error[1] > 0
 
 
 @pytest.mark.parametrize(("variant", "with_gravity"), CASES)
@@ -186,11 +123,6 @@ def test_other_functions_hold_all_values_within_the_error(name):
     assert single.value == found.value[0]
 
 
-def test_a_logarithm_of_what_may_be_negative_has_no_bound():
-    found = FUNCTIONS["log"](Bounded(0.1, 0.2))
-    assert not found.low > -math.inf
-
-
 @pytest.mark.parametrize("exponent", [1, 2, 5, -3])
 def test_whole_powers_hold_all_values_within_the_error(exponent):
     found = Bounded(np.array([1.3, -0.7]), np.array([1e-3, 0.0])) ** exponent
@@ -217,18 +149,3 @@ def test_sines_of_many_angles_hold_the_exact_values(function, size):
         off = [float(abs(x - value)) for x, value in zip(exact, found.value.tolist(), strict=True)]
     assert np.all(off <= found.error)
     assert max(off) > 0.0
-
-
-def test_many_angles_with_errors_have_sines_with_errors():
-    angles = RANDOM.uniform(-3, 3, MANY_ANGLES)
-    found = Bounded(angles, 1e-3).sin()
-    assert np.all(found.error >= 1e-3)
-    assert np.all(found.low <= np.minimum(np.sin(angles - 1e-3), np.sin(angles + 1e-3)) + 1e-15)
-
-
-@pytest.mark.parametrize("angle", [1e8, 1e300, math.nan])
-def test_one_far_angle_among_many(angle):
-    angles = np.append(RANDOM.uniform(-3, 3, MANY_ANGLES), angle)
-    sine = Bounded(angles, 0.0).sin()
-    np.testing.assert_allclose(sine.value[:-1], np.sin(angles[:-1]), atol=1e-15)
-    np.testing.assert_allclose(sine.value[-1], np.sin(angle), atol=1e-15)

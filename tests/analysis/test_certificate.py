@@ -81,45 +81,12 @@ def test_a_negative_damping_is_caught(variant, name):
     assert verdict(record) is Verdict.VIOLATED
 
 
-class Pump(ViscoElasticConnector):
-    """A connector that declares no damping, whatever its L_c."""
-
-    gains = ()
-
-
-def test_a_negative_damping_that_no_gain_declares_is_caught():
-    def change(connector):
-        return Pump(connector.K_c, np.diag([-1.0, 1.0, 1.0]) * abs(connector.L_c[0, 0]))
-
-    lines, record = certified(with_connector(system_of("visco-elastic"), change), duration=0.02)
-    assert lines["damping"] == "violated"
-    assert "connector" in found(record, "damping", "quantity")
-    assert found(record, "damping") < 0
-    assert 0 <= found(record, "damping", "time") <= 0.02
-    assert lines["derivative"] == "consistent"
-
-
-def test_a_damping_that_is_not_symmetric_is_judged_by_what_it_dissipates():
-    twist = 1e4 * np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 0]])
-    system = with_connector(system_of("visco-elastic"), lambda c: replace(c, L_c=c.L_c + twist))
-    lines, _ = certified(system, duration=0.02)
-    assert lines["damping"] == "consistent"
-
-
 @dataclass(frozen=True, eq=False)
 class WrongSpring(ViscoElasticConnector):
     """A spring that pushes where it should pull."""
 
     def wrench(self, motion, own):
         return force_at_contact(self.K_c @ motion.E - self.L_c @ motion.F)
-
-
-@dataclass(frozen=True, eq=False)
-class WrongDamper(ViscoElasticConnector):
-    """A damper that drives the body."""
-
-    def wrench(self, motion, own):
-        return force_at_contact(-(self.K_c @ motion.E) + self.L_c @ motion.F)
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +105,7 @@ class WrongPower(ViscoElasticConnector):
         return 0.5 * super().dissipated(motion, own)
 
 
-@pytest.mark.parametrize("wrong", [WrongSpring, WrongDamper, WrongEnergy, WrongPower])
+@pytest.mark.parametrize("wrong", [WrongSpring, WrongEnergy, WrongPower])
 def test_an_element_that_says_what_it_does_not_do_is_caught(wrong):
     system = with_connector(system_of("visco-elastic"), lambda c: wrong(c.K_c, c.L_c))
     lines, record = certified(system, duration=0.05)
@@ -217,23 +184,9 @@ def test_a_value_below_rest_is_caught():
     assert without["positive"].verdict is Verdict.CONSISTENT
 
 
-def test_numbers_that_are_none_are_not_taken_for_good():
-    system = system_of("free")
-    given = problem(system, np.full(12, 0.1), np.linspace(0, 0.1, 3))
-    trajectory = solve("scipy", given)
-    broken = replace(trajectory, states=trajectory.states * [[1], [1], [np.nan]])
-    assert verdict(record_of(given, broken)) is Verdict.VIOLATED
-
-
 @pytest.mark.parametrize(("rtol", "bound"), [(1e-12, 1e-8), (1e-10, 1e-6), (1e-3, 1e-2)])
 def test_a_coarse_integration_is_not_blamed_on_the_argument(rtol, bound):
     assert audit_bound(rtol) == pytest.approx(bound)
     if rtol > 1e-11:
         lines, _ = certified(system_of("free"), rtol=rtol)
         assert lines["audit"] == "consistent"
-
-
-def test_the_verdict_is_that_of_the_worst_line():
-    _, record = certified(system_of("free"), duration=0.05)
-    assert verdict(record) is Verdict.CONSISTENT
-    assert overall([]) is Verdict.CONSISTENT

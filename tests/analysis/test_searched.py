@@ -5,7 +5,6 @@ import pytest
 from support.config_elements import config_data
 from support.configs import BY_VARIANT, plain
 
-from rbstab.analysis.configuration import configurations
 from rbstab.analysis.descents.searched import searched_minima, searched_rest_states
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
@@ -78,13 +77,3 @@ def test_a_body_that_a_load_presses_against_a_guard(method):
             np.all((np.array(low)[:3] <= Theta + 1e-4) & (Theta - 1e-4 <= np.array(high)[:3]))
             for low, high in proof.undecided
         )
-
-
-def test_each_state_is_a_minimum_of_the_energy():
-    guard = {"kind": "guard"} | GUARDS["stiff"]
-    system = system_of(config_data({"strut": STRUT, "range": guard}))
-    at_rest = configurations(system)
-    for one in searched_minima(system):
-        q = at_rest.configuration(one.state.motion, one.state.own)
-        away = np.random.default_rng(2).normal(size=(50, len(q))) * 1e-3
-        assert all(at_rest.energy(q + step) > at_rest.energy(q) for step in away)

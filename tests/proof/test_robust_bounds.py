@@ -7,20 +7,18 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import root
-from support.bodies import box_of, config_of, least_over_x, member, some_bodies
-from support.config_elements import CONTROLLER, config_data
+from support.bodies import CASES, box_of, config_of, least_over_x, member, some_bodies
 
 from rbstab.analysis.configuration import configurations
-from rbstab.config.load import load_config
 from rbstab.proof.exact.expr import variable
-from rbstab.proof.model import stored_energy, value_at
+from rbstab.proof.model import stored_energy
 from rbstab.proof.robust.elimination import eliminated
 from rbstab.proof.robust.family import Family
 from rbstab.proof.robust.forms import forms_of
 from rbstab.proof.robust.heights import border_height
 from rbstab.proof.robust.majorants import lower_bound
 from rbstab.proof.robust.minimum import minimum_near
-from rbstab.proof.robust.numbers import FIRST, REMAINDERS, chebyshev, joined, weighted
+from rbstab.proof.robust.numbers import FIRST, REMAINDERS, weighted
 from rbstab.proof.robust.part import lowest_near, range_of
 
 FULL = {
@@ -28,46 +26,6 @@ FULL = {
     "K_r": [[400, 50, 20], [50, 400, 0], [20, 0, 320]],
 }
 HEAVY = [1.0, -2.0, -9.81]
-HELD = CONTROLLER | {"variant": "permanent"}
-SPRING: dict[str, Any] = {"kind": "spring", "point": [0.02, 0.0, 0.3], "anchor": [0.3, 0.01, 1.0]}
-SPRING |= {"stiffness": 900.0, "rest_length": 0.5}
-BAND: dict[str, Any] = {"kind": "ligament", "point": [0.1, 0.2, 0.3], "anchor": [0.5, 0.1, 0.5]}
-BAND |= {"stiffness": 100.0, "slack_length": 0.3, "toe_strain": 0.2, "damping": 8.0}
-STIFF = {"kind": "guard", "method": "stiff", "stiffness": 50.0, "soft_angle": 0.9}
-REPELLING = {"kind": "guard", "method": "repelling", "couple": 50.0, "soft_angle": 0.9}
-BARRIER = {"kind": "guard", "method": "barrier", "stiffness": 30.0}
-
-
-def of_paper(variant, sections):
-    return config_of(variant, **sections)
-
-
-def of_element(element):
-    return load_config(config_data({"one": element}, HELD))
-
-
-CASES = [
-    (of_paper("permanent", {}), ["controller=±20%", "body.contact_point=±0.02"]),
-    (of_paper("permanent", {"gravity": HEAVY}), ["body.mass=±10%", "gravity=±0.5"]),
-    (of_paper("permanent", {"controller": FULL}), ["controller=±10%"]),
-    (
-        of_paper("permanent", {"gravity": HEAVY, "controller": {"anchor": "equilibrium"}}),
-        ["controller.K_t=±5%"],
-    ),
-    (of_paper("free", {"gravity": HEAVY}), ["controller=±10%", "body.mass=±10%"]),
-    (
-        of_paper("visco-elastic", {"gravity": HEAVY}),
-        ["controller=±20%", "body.contact_point=±0.02"],
-    ),
-    (of_paper("visco-elastic", {"controller": FULL}), ["controller=±10%"]),
-    (of_paper("embedded", {"gravity": HEAVY}), ["controller=±20%", "body.contact_point=±0.02"]),
-    (of_element(SPRING), ["controller=±10%", "elements.one.rest_length=±5%"]),
-    (of_element(SPRING), ["elements.one.anchor=±0.02", "elements.one.stiffness=±10%"]),
-    (of_element(BAND), ["elements.one.slack_length=±2%", "elements.one.stiffness=±20%"]),
-    (of_element(STIFF), ["controller=±5%", "elements.one.soft_angle=±10%"]),
-    (of_element(REPELLING), ["controller=±5%", "elements.one=±10%"]),
-    (of_element(BARRIER), ["controller=±5%", "elements.one.stiffness=±20%"]),
-]
 
 
 def slopes(at_rest, points):
@@ -88,10 +46,9 @@ def test_slopes_of_each_body_are_within_the_bounds(config, texts):
     members, part = box_of(config, *texts)
     lo, hi = some_boxes(rng, 24)
     with np.errstate(all="ignore"):
-        local = Family(forms_of(members, part)).over(lo, hi).local
+        local = Family(forms_of(members, part)).over(lo, hi)
         directions = [*np.eye(3), *rng.normal(size=(6, 3))]
         bounds = [local.along(np.repeat(y[:, None], 24, 1)) for y in directions]
-    middle, others, error = local.slopes
     largest, known = 0.0, 0
     for numbers in some_bodies(part, rng, 8):
         at_rest = configurations(member(members, numbers))
@@ -101,9 +58,6 @@ def test_slopes_of_each_body_are_within_the_bounds(config, texts):
             apart = np.abs(found @ y - rise)
             finite = np.isfinite(spread)
             assert np.all(apart[finite] <= spread[finite] + slack)
-            by_terms = np.abs(np.einsum("fim,i->fm", others, y)).sum(axis=0) + np.abs(y) @ error
-            good = np.isfinite(by_terms)
-            assert np.all(np.abs(found @ y - y @ middle)[good] <= by_terms[good] + slack)
             largest = max(largest, float((apart[finite] / (spread[finite] + slack)).max()))
             known += int(finite.sum())
         assert np.all(local.plain.lo - slack <= found.T)
@@ -128,7 +82,7 @@ def test_a_single_number_attains_the_bounds(variant, text, share):
     """So no term of U may be missing, and none may be counted twice."""
     members, part = box_of(config_of(variant), text)
     point = np.array([[0.7], [-0.4], [1.1]])
-    local = Family(forms_of(members, part)).over(point, point).local
+    local = Family(forms_of(members, part)).over(point, point)
     ends = [
         slopes(configurations(member(members, (part.middle[0] + s * part.radius[0],))), point.T)[0]
         for s in (-1, 1)
@@ -148,14 +102,14 @@ def test_energies_are_within_the_bounds(config, texts):
     members, part = box_of(config, *texts)
     family = Family(forms_of(members, part))
     box, point = range_of(family), lowest_near(family, np.zeros(3))
-    if point is None:
-        pytest.skip("no minimum near Θ = 0")
+    assert point is not None
     height = border_height(family, point, box)
     assert height.lower_bound > 0
     least = np.inf
     lines = [np.linspace(-1, 1, 9)] * 2
     face = np.stack([x.ravel() for x in np.meshgrid(*lines)])
-    sides = [np.insert(face, axis, side, axis=0) for axis in range(3) for side in (-1, 1)]
+    axes = [axis for axis in range(3) if axis != 1 or family.forms.stop is None]
+    sides = [np.insert(face, axis, side, axis=0) for axis in axes for side in (-1, 1)]
     # Of a barrier the ends of θ2 have no energy in doubles.
     points = np.concatenate(sides, axis=1).T * box.hi * [1, 1 - 1e-9, 1]
     for numbers in some_bodies(part, rng, 4):
@@ -175,8 +129,7 @@ def test_the_rest_state_of_each_body_is_in_the_enclosure(config, texts):
     point = lowest_near(family, np.zeros(3))
     assert point is not None
     minimum = minimum_near(family, point)
-    if minimum is None:
-        pytest.skip("the box is too wide")
+    assert minimum is not None
     for numbers in some_bodies(part, rng, 8):
         at_rest = configurations(member(members, numbers))
         found = root(lambda x: slopes(at_rest, x[None])[0], point, tol=1e-12).x  # noqa: B023
@@ -258,16 +211,6 @@ def _value(row, Theta):
     return total
 
 
-def test_a_polynomial_in_the_numbers_is_the_same_expression():
-    x, z = variable(0), variable(FIRST)
-    e = (x.sin() + 2 * z) ** 2 * (x.sqrt() + z) ** 2
-    parts = weighted(e)
-    assert set(parts) == {(), *(((FIRST, n),) for n in (1, 2, 3, 4))}
-    at = np.zeros(FIRST + 1)
-    at[[0, FIRST]] = 0.7, -0.4
-    assert value_at(joined(parts), at) == pytest.approx(value_at(e, at), rel=1e-12)
-
-
 def test_a_number_that_places_a_step_stays_in_its_terms():
     """step(x - z)(x - z)² is smooth in both; with independent numbers it would jump."""
     x, z, k = variable(0), variable(FIRST), variable(FIRST + 1)
@@ -293,14 +236,6 @@ def test_a_reciprocal_is_a_series_with_a_remainder(z):
     ends = [at(w) for w in np.linspace(-1, 1, 9)]
     assert min(ends) - 1e-15 <= (3 + z / 2) ** -2 <= max(ends) + 1e-15
     assert max(ends) - min(ends) < 1e-3
-
-
-@pytest.mark.parametrize("power", range(7))
-def test_powers_in_chebyshev_polynomials(power):
-    z = np.linspace(-1, 1, 11)
-    terms = chebyshev(power).items()
-    total = sum(float(weight) * np.cos(degree * np.arccos(z)) for degree, weight in terms)
-    np.testing.assert_allclose(total, z**power, atol=1e-14)
 
 
 def test_majorants_bound_all_matrices():

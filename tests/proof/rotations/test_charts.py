@@ -148,12 +148,6 @@ def test_wrong_programs_are_noticed(monkeypatch, recorded, changed, why):
     assert why in found.why
 
 
-def test_a_limit_is_told():
-    _, energy, _ = traced(four_mounts())
-    found = searched_states(energy, 100)
-    assert (found.proved, found.why) == (False, charts.BOX_LIMIT)
-
-
 def test_same_and_different_and_not_known():
     # q = (1, 0.5, 0.2, -0.4) in the charts 0 and 1.
     one, two = zero_of_chart(0, [0.5, 0.2, -0.4]), zero_of_chart(1, [2, 0.4, -0.8])

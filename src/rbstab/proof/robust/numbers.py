@@ -9,9 +9,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
-from functools import cache
 from itertools import product
 from typing import Any, NamedTuple
+
+from numpy.polynomial.chebyshev import poly2cheb
 
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.exact.expr import (
@@ -243,13 +244,7 @@ def joined(terms: Mapping[Powers, Expr]) -> Expr:
     return total
 
 
-@cache
 def chebyshev(power: int) -> dict[int, Fraction]:
-    """Return the weights of zⁿ in c_k, by k. They follow from z c_k = ½ (c_{k+1} + c_{k-1})."""
-    if power == 0:
-        return {0: Fraction(1)}
-    found: dict[int, Fraction] = {}
-    for degree, weight in chebyshev(power - 1).items():
-        for target in (degree + 1, abs(degree - 1)):
-            found[target] = found.get(target, Fraction(0)) + weight / 2
-    return found
+    """Return the weights of zⁿ in c_k, by k; they are dyadic, so doubles hold them exactly."""
+    weights = poly2cheb([0] * power + [1]).tolist()
+    return {k: Fraction(weight) for k, weight in enumerate(weights) if weight}

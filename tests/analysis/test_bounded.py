@@ -1,6 +1,5 @@
 """Protects numbers with bounded errors: the exact value is within the bound, which is small."""
 
-import math
 import operator
 from fractions import Fraction
 from functools import partial
@@ -48,29 +47,6 @@ def test_all_values_within_the_errors_are_held(formula):
         assert found.high - found.low <= 4 * (max(ends) - min(ends))
 
 
-def test_sine_and_cosine():
-    from flint import arb, ctx
-
-    x = RANDOM.uniform(-7, 7, 100)
-    sine, cosine = Bounded(x, 1e-9).sin(), Bounded(x, 1e-9).cos()
-    with ctx.workprec(200):
-        for k, angle in enumerate(x.tolist()):
-            for moved in (-1e-9, 1e-9):
-                exact = arb(angle) + arb(moved)
-                assert bool(arb(sine.low[k]) < exact.sin())
-                assert bool(exact.sin() < arb(sine.high[k]))
-                assert bool(arb(cosine.low[k]) < exact.cos())
-                assert bool(exact.cos() < arb(cosine.high[k]))
-    assert float(np.max(sine.error)) < 1.01e-9
-
-
-@np.errstate(all="ignore")
-def test_a_divisor_that_may_be_zero_has_no_bound():
-    assert math.isinf((1.0 / Bounded(1e-3, 1.0001e-3)).error)
-    assert (1.0 / Bounded(1e-3, 0.5e-3)).error >= 1e3
-    assert not (1.0 / Bounded(0.0, 0.0)).high < 1e300
-
-
 @pytest.mark.parametrize(("variant", "with_gravity"), CASES)
 def test_energy_holds_the_exact_one(variant, with_gravity):
     spin, angles = (RANDOM.normal(size=3).tolist() for _ in range(2))
@@ -91,50 +67,6 @@ def test_energy_holds_the_exact_one(variant, with_gravity):
     assert 0 < energy.error < 1e-11 * abs(float(energy.value))
 
 
-def test_a_square_root_holds_all_values_within_the_error():
-    for value, error in [(2.0, 0.0), (2.0, 0.3), (1e-6, 9e-7), (3.7e8, 1.0)]:
-        found = Bounded(value, error).sqrt()
-        for x in (Fraction(value) - Fraction(error), Fraction(value) + Fraction(error)):
-            assert Fraction(float(found.low)) ** 2 <= x <= Fraction(float(found.high)) ** 2
-        assert found.error <= 1e-15 * (1 + value) + 1.001 * error / math.sqrt(value)
-    many = Bounded(np.array([4.0, 1.0, -1.0]), np.array([0.0, 1.0, 0.1])).sqrt()
-    assert many.value[0] == 2.0
-    assert many.error.tolist()[1:] == [math.inf, math.inf]
-
-
-@pytest.mark.parametrize("name", ["tan", "atan", "exp", "log", "sinh", "cosh", "tanh"])
-def test_other_functions_hold_all_values_within_the_error(name):
-    """Only elements of users state them."""
-    value, error = np.array([0.3, 1.2, 0.7]), np.array([0.0, 1e-3, 0.2])
-    found = FUNCTIONS[name](Bounded(value, error))
-    for share in np.linspace(-1, 1, 9):
-        with mpmath.workdps(40):
-            exact = [
-                getattr(mpmath, name)(mpmath.mpf(x) + share * mpmath.mpf(e))
-                for x, e in zip(value, error, strict=True)
-            ]
-            assert all(
-                low <= one <= high
-                for low, one, high in zip(found.low, exact, found.high, strict=True)
-            )
-    slope = {"tan": 5, "atan": 1, "exp": 3.4, "log": 2.1, "sinh": 2, "cosh": 2, "tanh": 1}[name]
-    assert np.all(found.error <= 1.6 * slope * error + 1e-14)
-    single = FUNCTIONS[name](Bounded(0.3, 0.0))
-    assert single.value == found.value[0]
-
-
-@pytest.mark.parametrize("exponent", [1, 2, 5, -3])
-def test_whole_powers_hold_all_values_within_the_error(exponent):
-    found = Bounded(np.array([1.3, -0.7]), np.array([1e-3, 0.0])) ** exponent
-    for value, low, high in zip([1.3, -0.7], found.low, found.high, strict=True):
-        for share in (-1, 0.5, 1):
-            exact = (Fraction(value) + Fraction(share * 1e-3 if value > 0 else 0.0)) ** exponent
-            assert low <= exact <= high
-    assert (Bounded(2.0, 0.1) ** 0).value == 1.0
-    with pytest.raises(TypeError):
-        operator.pow(Bounded(2.0, 0.0), 0.5)
-
-
 @pytest.mark.parametrize("size", [1e-9, 0.02, 4.0, 60.0, 1e6])
 @pytest.mark.parametrize("function", ["sin", "cos"])
 def test_sines_of_many_angles_hold_the_exact_values(function, size):
@@ -149,3 +81,32 @@ def test_sines_of_many_angles_hold_the_exact_values(function, size):
         off = [float(abs(x - value)) for x, value in zip(exact, found.value.tolist(), strict=True)]
     assert np.all(off <= found.error)
     assert max(off) > 0.0
+
+
+UNARY = {name: (function, getattr(mpmath, name)) for name, function in FUNCTIONS.items()}
+UNARY |= {f"x^{n}": (lambda x, n=n: x**n, lambda x, n=n: x**n) for n in (1, 2, 5, -2)}
+UNARY["1/x"] = (lambda x: 1.0 / x, lambda x: 1 / x)
+
+
+@pytest.mark.parametrize("name", UNARY)
+def test_functions_hold_all_values_within_the_error(name):
+    """And are not much wider: the slopes of all of them are at most 60 there."""
+    function, exact = UNARY[name]
+    value, error = np.array([0.3, 1.2, 0.7]), np.array([0.0, 1e-3, 0.2])
+    found = function(Bounded(value, error))
+    for share in np.linspace(-1, 1, 9):
+        with mpmath.workdps(40):
+            for k in range(3):
+                one = exact(mpmath.mpf(value[k]) + share * mpmath.mpf(error[k]))
+                assert found.low[k] <= one <= found.high[k]
+    assert np.all(found.error <= 60 * error + 1e-13)
+
+
+@np.errstate(all="ignore")
+@pytest.mark.parametrize(
+    ("name", "value", "error"),
+    [("1/x", 1e-3, 1.0001e-3), ("1/x", 0.0, 0.0), ("sqrt", 1.0, 1.0), ("log", 0.1, 0.2)],
+)
+def test_what_may_have_no_value_has_no_bound(name, value, error):
+    found = UNARY[name][0](Bounded(np.array([value]), np.array([error])))
+    assert not (np.isfinite(found.low[0]) and np.isfinite(found.high[0]))

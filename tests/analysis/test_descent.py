@@ -29,15 +29,6 @@ def double_well(heights):
     return at
 
 
-def test_each_start_ends_in_its_own_valley():
-    starts = np.array([[0.1, -0.1, 3.0, -5.0], [1.0, 2.0, -3.0, 0.0]])
-    energy = double_well(np.zeros(4))
-    q, value, converged = descend(energy, starts, np.full(4, 1e-10))
-    assert converged.all()
-    np.testing.assert_allclose(q[0], [1, -1, 1, -1], rtol=0, atol=1e-9)
-    np.testing.assert_allclose(value, -0.25, rtol=1e-12)
-
-
 def test_the_energy_never_rises():
     """Also where the curvature is negative, and a plain Newton step would lead uphill."""
     rng = np.random.default_rng(0)

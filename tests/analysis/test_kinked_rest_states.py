@@ -11,10 +11,8 @@ from scipy.optimize import minimize
 from support.stops import stop
 from support.switching import MASS, data, problem
 
-import rbstab
 from rbstab.analysis.configuration import as_at_rest, configurations
 from rbstab.analysis.rest_state import nearest_rest_state
-from rbstab.experiment.locus import root_locus
 from rbstab.systems.modes import with_modes_at
 
 K_T, K_S = np.array([40.0, 50.0, 60.0]), np.array([3.0, 5.0, 8.0])
@@ -69,17 +67,6 @@ def test_a_mass_rests_where_the_force_of_its_tie_ends(case):
     assert rest.energy == pytest.approx(energy(expected, force), abs=1e-8)
 
 
-def test_two_ties_hold_a_body_with_more_forces_than_needed():
-    """Each carries a part of the load; only their sum is determined."""
-    force = (1.0, -4.0, 9.0)
-    ties = {"a": tie(point=(0.2, 0, 0)), "b": tie(point=(-0.2, 0, 0))}
-    rest = nearest_rest_state(problem(loaded(force, ties)).system)
-    assert rest.found
-    assert rest.on_kink
-    np.testing.assert_allclose(rest.motion.X, 0.0, atol=1e-9)
-    assert rest.energy == pytest.approx(0.0, abs=1e-9)
-
-
 @pytest.mark.parametrize("couple", [0.5, 5.0, 30.0])
 def test_a_guard_of_constant_couple_holds_a_body_at_its_soft_angle(couple):
     """K_r θ2 + K = m g l cos θ2 beyond the soft angle; SciPy finds θ2 where K is too weak."""
@@ -120,7 +107,7 @@ def test_a_tie_beside_a_stop(angle):
     assert (abs(q[1]) == angle) == (angle == 0.05)
     bounds = [(None, None), (-angle, angle), *[(None, None)] * 4]
     rng = np.random.default_rng(5)
-    for start in (q, *(q + 0.02 * rng.normal(size=(4, 6)))):
+    for start in (q, *(q + 0.02 * rng.normal(size=(1, 6)))):
         options = {"xatol": 1e-9, "fatol": 1e-12, "maxiter": 4000, "maxfev": 4000}
         first = np.clip(start, [-9, -angle] + [-9] * 4, [9, angle] + [9] * 4)
         low = minimize(
@@ -154,9 +141,3 @@ def test_the_forces_of_elements_at_rest_are_those_of_their_energies():
         there = with_modes_at(configurations(system).system, y)
         force = sum(wrench.force for wrench in there.observe(y).wrenches)
         np.testing.assert_allclose(-gradient[3:6], force, atol=1e-10)
-
-
-def test_nothing_is_linearised_on_a_kink():
-    config = loaded((1, 0, 0), {"tie": tie()})
-    (point,) = root_locus(rbstab.load_config(config), "controller.K_r", np.array([1.0]))
-    assert not point.found

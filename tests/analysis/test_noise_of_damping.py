@@ -71,22 +71,6 @@ def test_a_part_that_adds_a_little_energy_is_violated(kind, verdict):
     assert found.time == run.times[int(run.dissipation[:, -1].argmin())]
 
 
-@pytest.mark.parametrize(
-    ("eigenvalue", "verdict", "value"),
-    [(0.0, CONSISTENT, 0.0), (-1e-16, CONSISTENT, 0.0), (-1e-14, VIOLATED, -1e-14)],
-)
-def test_an_eigenvalue_of_round_off_is_zero(monkeypatch, eigenvalue, verdict, value):
-    """A matrix may be singular: its largest entry is 1."""
-    system = paper_system("free")
-    gravity, holding, turning = system.elements
-    system = replace(system, elements=(gravity, holding, replace(turning, L_r=np.eye(3))))
-    run = evidence(system, states_of(system))
-    monkeypatch.setattr(np.linalg, "eigvalsh", lambda _: np.array([eigenvalue, 1.0, 1.0]))
-    found = check(run, "damping")
-    assert found.verdict is verdict
-    assert (found.value, found.bound) == (value, 0.0)
-
-
 def test_a_run_is_no_better_than_its_worst_check():
     line = check(settled(), "audit")
     of = {verdict: line._replace(verdict=verdict) for verdict in (CONSISTENT, UNKNOWN, VIOLATED)}

@@ -10,7 +10,6 @@ from support.evidence import (
     VIOLATED,
     check,
     evidence,
-    refuse_exact_arithmetic,
     state_of,
     states_of,
     stretched,
@@ -18,8 +17,6 @@ from support.evidence import (
 from support.problems import bare_system
 from support.rest import DAMPING, K_R, K_T, paper_system, system_of
 
-from rbstab.analysis.certificate.checks import checks_of
-from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.derivatives import derivative_along
@@ -78,15 +75,6 @@ def test_a_body_that_nothing_damps_is_consistent():
     assert check(evidence(system, states), "damping").verdict is CONSISTENT
 
 
-def test_a_body_at_rest_is_consistent(monkeypatch):
-    refuse_exact_arithmetic(monkeypatch)
-    system = system_of("free")
-    y = system.start(nearest_rest_state(system).motion, np.zeros(0))
-    run = evidence(system, [y, y])
-    assert {line.verdict for line in checks_of(run)} == {CONSISTENT}
-    assert check(run, "derivative").value == 0.0
-
-
 @pytest.mark.parametrize(("size", "verdict"), [(1e-11, CONSISTENT), (1e-3, VIOLATED)])
 def test_the_powers_of_a_motion_that_has_come_to_rest_are_not_judged(size, verdict):
     """Its displacements and velocities are round-off, and its powers are squares of these."""
@@ -96,19 +84,6 @@ def test_the_powers_of_a_motion_that_has_come_to_rest_are_not_judged(size, verdi
     rate = np.append(run.rate[:-1], 2.0 * run.rate[-1])
     assert abs(rate[-1]) > 0.0
     assert check(replace(run, rate=rate), "derivative").verdict is verdict
-
-
-def test_a_consistent_derivative_names_its_worst_sample():
-    """The stabilizer reports 5e-10 more than it dissipates, which is less than the tolerance."""
-    system = with_wrong_stabilizer(system_of("free"), 5e-10)
-    run = evidence(system, states_of(system))
-    errors = [error_in_doubles(system, y) for y in run.states]
-    assert 1e-11 < min(errors) < 0.9 * max(errors) < 1e-9
-    found = check(run, "derivative")
-    assert found.verdict is CONSISTENT
-    # The round-off of the largest power, 2e-7 of it at this tolerance, is added to each power.
-    assert found.value == pytest.approx(max(errors), rel=1e-5)
-    assert found.time == run.times[int(np.argmax(errors))]
 
 
 def turned(values):

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from support.switching import MASS, data, ligament, problem
 
-from rbstab.analysis.linearisation import linearise
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.experiment.simulate import simulate
 
@@ -61,15 +60,3 @@ def test_a_motion_comes_to_rest_there_and_is_certified(x, weight):
     np.testing.assert_allclose(rest, [position_at_rest(weight), 0, 0], atol=1e-6)
     end = result.variables["position"].data[-1]
     np.testing.assert_allclose(end, rest, atol=1e-3)
-
-
-def test_linearisation_is_that_of_the_modes_at_rest():
-    """Beyond the toe, the hanging mass is an oscillator of stiffness K/ℓ₀ along its ligament."""
-    weight = 20.0
-    system = problem(hanging(weight)).system
-    rest = nearest_rest_state(system)
-    found = linearise(system, rest.motion, rest.own)
-    damping, stiffness = 3.0 / MASS, (K + 1e-3) / MASS
-    expected = np.roots([1.0, damping, stiffness])
-    nearest = np.abs(found.eigenvalues[:, np.newaxis] - expected).min(axis=0)
-    assert nearest.max() < 1e-6

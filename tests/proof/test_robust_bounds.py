@@ -50,7 +50,7 @@ def test_slopes_of_each_body_are_within_the_bounds(config, texts):
         directions = [*np.eye(3), *rng.normal(size=(6, 3))]
         bounds = [local.along(np.repeat(y[:, None], 24, 1)) for y in directions]
     largest, known = 0.0, 0
-    for numbers in some_bodies(part, rng, 8):
+    for numbers in some_bodies(part, rng, 5):
         at_rest = configurations(member(members, numbers))
         found = slopes(at_rest, (lo + (hi - lo) * rng.uniform(size=lo.shape)).T)
         slack = 1e-9 * (1 + np.abs(found).max())
@@ -106,7 +106,7 @@ def test_energies_are_within_the_bounds(config, texts):
     height = border_height(family, point, box)
     assert height.lower_bound > 0
     least = np.inf
-    lines = [np.linspace(-1, 1, 9)] * 2
+    lines = [np.linspace(-1, 1, 5)] * 2
     face = np.stack([x.ravel() for x in np.meshgrid(*lines)])
     axes = [axis for axis in range(3) if axis != 1 or family.forms.stop is None]
     sides = [np.insert(face, axis, side, axis=0) for axis in axes for side in (-1, 1)]
@@ -121,7 +121,7 @@ def test_energies_are_within_the_bounds(config, texts):
     assert height.lower_bound >= 0.4 * least
 
 
-@pytest.mark.parametrize(("config", "texts"), CASES[:8])
+@pytest.mark.parametrize(("config", "texts"), CASES[::3])
 def test_the_rest_state_of_each_body_is_in_the_enclosure(config, texts):
     rng = np.random.default_rng(6)
     members, part = box_of(config, *texts)
@@ -130,7 +130,7 @@ def test_the_rest_state_of_each_body_is_in_the_enclosure(config, texts):
     assert point is not None
     minimum = minimum_near(family, point)
     assert minimum is not None
-    for numbers in some_bodies(part, rng, 8):
+    for numbers in some_bodies(part, rng, 5):
         at_rest = configurations(member(members, numbers))
         found = root(lambda x: slopes(at_rest, x[None])[0], point, tol=1e-12).x  # noqa: B023
         assert np.all(found >= minimum.enclosure.lo - 1e-9)
@@ -144,7 +144,7 @@ def test_the_rest_state_of_each_body_is_in_the_enclosure(config, texts):
         assert np.linalg.eigvalsh(np.array(H) + np.array(H).T).min() > 0
 
 
-@pytest.mark.parametrize("orders", [0, 6000])
+@pytest.mark.parametrize("orders", [0, 300])
 def test_what_elimination_leaves_is_bounded(orders, monkeypatch):
     """The energy of each body is the polynomial in z, less at most ½|Σ z^α L_α e|²."""
     monkeypatch.setattr("rbstab.proof.robust.elimination.PRODUCTS", orders)
@@ -157,7 +157,7 @@ def test_what_elimination_leaves_is_bounded(orders, monkeypatch):
     left = eliminated(weighted(total), size)
     family = Family(forms_of(members, part))
     nearest = np.zeros(3)
-    for numbers in some_bodies(part, rng, 8):
+    for numbers in some_bodies(part, rng, 3):
         z = [float((x - m) / r) for x, m, r in zip(numbers, part.middle, part.radius, strict=True)]
         at_rest = configurations(member(members, numbers))
         weights = {a: _power(z, a) for a in left.rows}

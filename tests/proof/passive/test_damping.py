@@ -182,16 +182,3 @@ def test_what_damps_a_held_body(matrices, expected):
     """C is below G, so L_t damps all rotations about C but that about z."""
     system = with_matrices(system_of(system_with([], HELD), decimals), **matrices)
     assert why_not_damped(system) == expected
-
-
-def test_dampings_of_several_elements_are_summed():
-    """Each alone leaves a direction."""
-    system = system_of(system_with([attitude([1, 1, 1]), attitude([1, 1, 1]), AT_C]), decimals)
-    elements: list[Any] = list(system.elements)
-    *others, first, second, tied = elements
-    halves = replace(first, L=np.diag([1, 0, 0])), replace(second, L=np.diag([0, 1, 1]))
-    parts = (*others, *halves, tied)
-    assert why_not_damped(replace(system, elements=parts)) is None
-    left = replace(tied, L_c=np.diag([0, 1, 1]))
-    why = why_not_damped(replace(system, elements=(*parts[:-1], left)))
-    assert why == "no damper acts on a translation along x"

@@ -161,7 +161,8 @@ class _Splitting:
             for (a, p), varies in zip(m, apart, strict=True):
                 if varies:
                     term = _product(term, self._power(a, p, stay))
-            _add(found, term)
+            for powers, x in term.items():
+                add(found, powers, x)
         return found
 
     def _power(self, a: Atom, p: int, fixed: frozenset[int]) -> Weighted:
@@ -219,13 +220,13 @@ def _as_one(e: Expr) -> Expr:
 def _product(one: Weighted, other: Weighted) -> Weighted:
     found: Weighted = {}
     for (p, x), (q, y) in product(one.items(), other.items()):
-        _add(found, {times(p, q): x * y})
+        add(found, times(p, q), x * y)
     return found
 
 
-def _add(total: Weighted, terms: Weighted) -> None:
-    for powers, x in terms.items():
-        total[powers] = total[powers] + x if powers in total else x
+def add(total: dict[Any, Any], place: Any, term: Any) -> None:
+    """Add a term to the sum at its place, of any kind of number."""
+    total[place] = total[place] + term if place in total else term
 
 
 def times(p: Powers, q: Powers) -> Powers:

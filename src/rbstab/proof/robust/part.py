@@ -15,9 +15,6 @@ from rbstab.proof.search import Box, Boxes, joined, one_box
 BOX_LIMIT = 20_000
 """The number of boxes of Θ at which the proof of one box of bodies stops."""
 
-SMALLEST = 1e-6
-"""rad: smaller boxes are not halved."""
-
 MOST_DOUBTFUL = 16
 """The largest number of doubtful points that are kept."""
 
@@ -154,11 +151,9 @@ class _Search:
         if not left.count:
             return left
         flat = self._flat(local, directions) & open_
-        width = left.hi - left.lo
-        small = width.max(axis=0) < SMALLEST
-        if flat.any() or small.any():
-            self._doubt(boxes[flat] if flat.any() else left[small])
-        return left.halved(self._axis(local, width, open_))
+        if flat.any():
+            self._doubt(boxes[flat])
+        return left.halved(self._axis(local, left.hi - left.lo, open_))
 
     def _axis(self, local: Over, width: Array, open_: Array) -> Array:
         """Return the axis that spoils the bounds most, if it is not narrow."""

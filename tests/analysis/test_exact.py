@@ -100,9 +100,3 @@ def test_doubles_of_a_config_mean_decimals():
     # A double is not the decimal, but it is the nearest one to it.
     assert Fraction(0.4) != found[0, 0]
     assert float(found[0, 0]) == 0.4
-
-
-@pytest.mark.parametrize("value", [np.inf, -np.inf, np.nan])
-def test_numbers_that_are_not_finite_mean_no_decimal(value):
-    with pytest.raises(OverflowError, match="not a finite number"):
-        decimals(np.array([1.0, value]))

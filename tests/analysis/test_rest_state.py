@@ -9,6 +9,7 @@ from support.rest import paper_system as paper_variant
 from support.systems import VARIANTS, random_body, random_system
 
 from rbstab.analysis.rest_state import (
+    GRADIENT_TOLERANCE,
     RestState,
     nearest_rest_state,
 )
@@ -133,3 +134,5 @@ def test_a_rest_state_beyond_the_range_is_not_found(Theta, inside):
     system = paper_system(CentreCoordinates(), weight=(0.0, 0.0, 0.0))
     motion = motion_from_centre(system.body, system.anchor, np.array([*Theta, *(0.0,) * 9]))
     assert RestState(motion, np.zeros(0), 0.0, gradient=0.0).found is inside
+    assert not RestState(motion, np.zeros(0), 0.0, 1.01 * GRADIENT_TOLERANCE).found
+    assert not RestState(motion, np.zeros(0), 0.0, np.nan).found

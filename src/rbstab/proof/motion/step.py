@@ -65,8 +65,10 @@ GROWTH = 2.0
 """The largest |e| for which a step is bounded, relative to that at its beginning."""
 
 SHARE = 0.03
-"""A step may widen the set by this fraction through its own estimates. Near the longest step that
-can be proved, they add a quarter with each step, and the width grows exponentially."""
+"""A step may widen the set about a single start by this fraction through its own estimates. Near
+the longest step that can be proved, they add a quarter with each step, and the width grows
+exponentially. In a larger set most of G is the spread of ∂f/∂y over its starts, and not the fault
+of the step: with this limit steps would become shorter without end."""
 
 ATTEMPTS = 12
 """Attempts to find the bound b of one step."""
@@ -154,7 +156,7 @@ def set_steps(
         J, G = step.jacobian(tube)
         flow, frame = linear_flow(J), frames_of(start.frame)
         linear = linear_bounds(flow, frame)
-        share = SHARE if disturbance is None else 1.0
+        share = SHARE if disturbance is None and not start.space.variables else 1.0
         b, W, found = _error_bounds(linear, start.radius, d, G, step.margin, share)
         size = rounded_up(np.abs(step.p).sum(axis=0).sum(axis=-1)).T
         beside = rounded_up(_times(linear.mismatch, b) + (len(step.p) + 1) * UNIT * size)

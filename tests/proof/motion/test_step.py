@@ -20,8 +20,6 @@ from support.polynomial_sets import BITS, place_in_frame, state_of, value_at
 from support.start_sets import VARIANTS, random_config, random_set, together
 
 from rbstab.proof.motion.linear_flow import LinearBounds, frames_of, linear_bounds, linear_flow
-from rbstab.proof.motion.models import Models
-from rbstab.proof.motion.monomials import monomials_up_to
 from rbstab.proof.motion.step import (
     MARGIN,
     TIME_GRID,
@@ -255,8 +253,3 @@ def test_a_disturbance_is_in_the_set_at_the_end():
             low, high = step.at(float(step.h[0]))
             assert all(arb(a) <= b <= arb(c) for a, b, c in zip(low, end, high, strict=True))
     assert worst > 0.1
-
-
-def test_models_of_a_tube_hold_its_margin():
-    models = Models(monomials_up_to(0, 0), np.zeros((1, 2, 1, 1)), np.array([[1.0], [2.0]]))
-    assert np.all(models.within(np.array([[0.5], [0.0]])).remainder >= [[1.5], [2.0]])

@@ -163,6 +163,11 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
         _at("ranges", 1, "every_start", to=True),
         "every start",
     ),
+    "every start, with a wrong list": (
+        "barrier",
+        _at("ranges", 1, "states", to=[state((0.1, 0, 0), 0)]),
+        "every start",
+    ),
     "every start, in a range that is open": (
         "barrier",
         _at("ranges", 0, "every_start", to=True),

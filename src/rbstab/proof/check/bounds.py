@@ -171,11 +171,7 @@ class Bounds:
         if not free:
             return
         (ab,), (bb,) = self._means(axes, free, 1), self._means(free, free, 1)
-        try:
-            least = bb.inv()
-        except ZeroDivisionError:
-            least = matrix([[UNKNOWN for _ in free] for _ in free])
-        g = self._first(at, free)
+        g, least = self._first(at, free), inverses(bb)
         zeta = -least * g  # that of the minimiser at the middle
         self.value += (g.transpose() * zeta + zeta.transpose() * bb * zeta / 2)[0, 0]
         self.gradient += ab * zeta
@@ -232,19 +228,12 @@ class Bounds:
         """Return whether U is at least a bound on the box."""
         if self.values >= bound or self.over >= bound:
             return True
-        g, d = self.gradient, self.step
-        if self.value + (matrix([self.gradient_over]) * d)[0, 0] >= bound:
-            return True
         # A definite H(m): the least value of the quadratic part, wherever it is.
         if not all(minor > 0 for minor in minors(self.H)):
             return False
-        try:
-            fall = (g.transpose() * self.H.inv() * g)[0, 0] / 2
-        except ZeroDivisionError:
-            return False
-        return bool(
-            self.value - fall + (d.transpose() * (self.bend - self.H) * d)[0, 0] / 2 >= bound
-        )
+        g, d = self.gradient, self.step
+        rest = (d.transpose() * (self.bend - self.H) * d)[0, 0] / 2
+        return bool(self.value - (g.transpose() * inverses(self.H) * g)[0, 0] / 2 + rest >= bound)
 
     # -- a zero of ∇U -----------------------------------------------------------------------------
 
@@ -322,6 +311,15 @@ def inverse(H: Matrix) -> Matrix | None:
     except ZeroDivisionError:
         return None
     return Y if finite(Y) else None
+
+
+def inverses(H: Matrix) -> Matrix:
+    """Return a matrix that contains the inverses of all matrices in another."""
+    n = H.nrows()
+    try:
+        return H.inv()
+    except ZeroDivisionError:
+        return arb_mat(n, n, [UNKNOWN] * n * n)
 
 
 def residual(Y: Matrix, H: Matrix) -> Matrix:

@@ -147,7 +147,7 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
         _at("ranges", 0, "regions", to=[[0, 0.01]]),
         "region of rest",
     ),
-    "a region of a pass": ("wells", _at("ranges", 0, "regions", to=[[2, 2.0]]), "region of rest"),
+    "a region of a pass": ("wells", _at("ranges", 0, "regions", to=[[2, 0.9]]), "region of rest"),
     "the level of all for one of two": (
         "wells",
         _at("ranges", 0, "level", to=0.5),

@@ -430,15 +430,18 @@ class Search:
             step, error, mean, _ = preconditioned(b)
             spread = error + np.einsum("ijm,jm->im", mean, b.radius) * UP
             left &= ~np.any(np.abs(step) > (b.radius + spread) * UP, axis=0)
-            near = left & np.all(np.abs(step) <= 2 * b.radius, axis=0)
+            near = left & np.all(np.abs(step) <= 1.1 * b.radius, axis=0)
             near |= left & np.isnan(step).all(axis=0) & np.isfinite(b.slope.mid).all(axis=(0, 1))
             # Cut down to the image of Krawczyk's operator.
             low = np.nextafter(b.centre - step - spread * UP, -np.inf)
             high = np.nextafter(b.centre - step + spread * UP, np.inf)
             low, high = np.fmax(boxes.lo, low), np.fmin(boxes.hi, high)
             left &= ~np.any(low > high, axis=0)
+            # One step of Newton's method further; not where it leads to a zero that is known.
+            ahead = np.where(np.isfinite(step), b.centre - step, b.centre)
+            near &= self._open(Boxes(ahead, ahead))
         if near.any():
-            self._try(b.centre[:, near][:, :8])
+            self._try(ahead[:, near][:, :8])
         cut = Boxes(np.where(left, low, boxes.lo), np.where(left, high, boxes.hi))
         left &= self._open(cut)
         return self._split(cut[left], mean[:, :, left], b.radius[:, left])

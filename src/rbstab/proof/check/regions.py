@@ -10,7 +10,7 @@ from rbstab.proof.check.bounds import Bounds
 from rbstab.proof.check.convex import parts_of, without_length
 from rbstab.proof.check.cover import TOO_MANY, WET, cover, flattened, flood, gap, touches, width
 from rbstab.proof.check.energy import Energy
-from rbstab.proof.check.findings import Box, Cover, Finding
+from rbstab.proof.check.findings import EVERYWHERE, Box, Cover, Finding
 from rbstab.proof.check.listed import Listed
 from rbstab.proof.check.ranges import Face
 from rbstab.proof.check.states import State
@@ -41,8 +41,13 @@ class Region:
 
     def everywhere(self) -> Finding:
         """Check theorem 3: the border and all other rest states are not below the level."""
-        covers = {name: self._cover(box) for name, box in self.places.items()} | self._lengths()
-        covers |= {face.name: self._cover(self.range.box, face) for face in self.range.border}
+        lengths = self._lengths()
+        covers = {name: self._cover(box) for name, box in self.places.items()} | lengths
+        # Where none is beyond the ends of θ1 and θ3 (theorem 6), U rises without end there.
+        confining = self.range.name == EVERYWHERE and not lengths
+        for face in self.range.border:
+            if face.axis == 1 or not confining:
+                covers[face.name] = self._cover(self.range.box, face)
         wrong = [
             f"The energy at {place} is not shown to be at least {self.shown}."
             for place, found in covers.items()

@@ -80,6 +80,12 @@ def barrier() -> Record:
     return found
 
 
+def weak() -> Record:
+    """U falls toward the end of θ2, but for a barrier that only counts within 1e-10 rad of it."""
+    rises = Fraction(1, 10**30) * Y.cos() ** -2
+    return record(Energy(BOWL - 2 * Y**2 + rises, closed=frozenset({1})), state((0, 0, 0), 1))
+
+
 def outer() -> Record:
     """Barriers close all angles of the range of eq. 5; every start in it converges."""
     rises = 5 * Y.cos() ** -2 + 3 * (X / 2).cos() ** -2 + 4 * (Z / 2).cos() ** -2
@@ -236,7 +242,10 @@ def own() -> Record:
         return 4 * t + np.cos(t) * best
 
     lean = float(brentq(slope, -z, z, xtol=1e-15))
-    return record(Energy(U, (3,)), state((lean, 0, 0), 0))
+    found = record(Energy(U, (3,)), state((lean, 0, 0), 0))
+    wide = {"end": [0.5, "pi/2", 0.1], "complete": True, "everywhere": True}
+    found["ranges"].append({**wide, "states": found["ranges"][0]["states"]})
+    return found
 
 
 def own_at_stop() -> Record:

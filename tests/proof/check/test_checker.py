@@ -5,7 +5,7 @@ from copy import deepcopy
 from typing import Any
 
 import pytest
-from proof.check.cases import BORDER, LEAST, TRUE, changed, refused, state, tilted
+from proof.check.cases import BORDER, LEAST, TRUE, changed, refused, state, tilted, weak
 
 from rbstab.proof.record import Record
 
@@ -155,6 +155,7 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
     ),
     "a face closed by nothing": ("lean", _at("energy", "closed", to=[1]), "barrier"),
     "a face closed by a well": ("barrier", _factor("5", "-5"), "barrier"),
+    "a barrier that is too weak": ("barrier", lambda _: weak(), "barrier"),
     "a barrier on another angle": ("barrier", _at("energy", "closed", to=[0, 1]), "barrier"),
     "a face closed by a well at θ3": ("outer", _factor("4", "-4"), "barrier"),
     "every start, with a face that is open": ("outer", _at("energy", "closed", to=[0, 1]), "every"),

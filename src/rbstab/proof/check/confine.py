@@ -64,7 +64,7 @@ def confined(U: Energy, range_: Range) -> Cover | None:
     K, q, rest = arb_mat(3, 3), [arb(0)] * 3, list[tuple[Any, int]]()
     for c, j in U.terms:
         factors = U.products[j]
-        if factors is None:
+        if factors is None or max(factors) > max(OUTER):
             # What depends on θ2 alone has no slope along the others.
             rest += [] if U.depends[j] == {1} else [(c, j)]
         elif len(factors) == 1:

@@ -8,6 +8,7 @@ import pytest
 from flint import arb, ctx
 from support.polynomial_sets import BITS, value_at
 
+from rbstab.mechanics.numbers import atan, cos, exp, log, sin, sqrt, tanh
 from rbstab.proof.motion.graph import Graph, proof_precision
 from rbstab.proof.motion.models import Models, evaluated
 from rbstab.proof.motion.monomials import monomials_up_to
@@ -148,13 +149,7 @@ def test_derivatives():
 
     def some(x):
         a, b = x
-        s = np.sqrt(a) if isinstance(a, complex) else a.sqrt()
-        inner = [
-            getattr(np, n)(b) if isinstance(b, complex) else getattr(b, n)()
-            for n in ("sin", "cos", "exp", "log", "tanh")
-        ]
-        turn = np.arctan(a * b) if isinstance(a, complex) else (a * b).atan()
-        return np.array([s * inner[0] + inner[1] / a, inner[2] * turn, inner[3] * inner[4]])
+        return np.array([sqrt(a) * sin(b) + cos(b) / a, exp(b) * atan(a * b), log(b) * tanh(b)])
 
     graph = Graph()
     with proof_precision():

@@ -7,7 +7,7 @@ from functools import cached_property
 from flint import arb, fmpq
 
 from rbstab.proof.check.bounds import Bounds, centre_and_steps, misses_zero
-from rbstab.proof.check.cover import flattened, wider
+from rbstab.proof.check.cover import flattened, wider, width
 from rbstab.proof.check.energy import ANGLES, Energy
 from rbstab.proof.check.findings import Box
 from rbstab.proof.check.ranges import Face, Range
@@ -123,31 +123,33 @@ class AtJump(Isolated):
 
     @cached_property
     def _near(self) -> Bounds:
-        """Bounds of L about the enclosure and λ there, which is not proved."""
+        """Bounds of L about the enclosure and all λ there."""
         box = self.state.enclosure
-        half = Bounds(self.L, (*box, (0.5, 0.5)))
-        jump = [half.H[i, 3].mid() for i in ANGLES]
-        first = [half.gradient[i, 0].mid() - x / 2 for i, x in zip(ANGLES, jump, strict=True)]
-        share = float((-_dot(first, jump) / _dot(jump, jump)).mid())
-        margin = 20 * max(b - a for a, b in box)
-        return Bounds(self.L, (*box, (share - margin, share + margin)))
+        low, high = self._shares(box) or (0.0, 0.0)
+        margin = 20 * width(box)
+        return Bounds(self.L, (*box, (low - margin, high + margin)))
 
     @property
     def _is_unique(self) -> bool:
         return self.step is not None and self._has_no_other(self.state.enclosure)
 
     def _has_no_other(self, box: Box) -> bool:
+        shares = self._shares(box)
+        return shares is not None and Bounds(self.L, (*box, shares)).one_to_one()
+
+    def _shares(self, box: Box) -> tuple[float, float] | None:
+        """Return between which λ the slope across the surface is zero; None if it may not be."""
         before, after = (
             _dot(self._normal, Bounds(self.L, (*box, (share, share))).slopes)
             for share in (0.0, 1.0)
         )
         if not (before > 0 and after < 0 if self.state.ridge else before < 0 and after > 0):
-            return False
-        # Between these λ the slope across the surface is zero: `before`, and its slope along λ.
+            return None
+        # It is `before` where λ is zero, and changes by its slope along λ.
         second = Bounds(self.L, (*box, (0.0, 1.0))).hessian
         share = -before / _dot(self._normal, [second[i, 3] for i in ANGLES])
         low, high = max(float(share.lower()), 0.0), min(float(share.upper()), 1.0)
-        return low <= high and Bounds(self.L, (*box, (low, high))).one_to_one()
+        return (low, high) if low <= high else None
 
     @property
     def _exists(self) -> bool:

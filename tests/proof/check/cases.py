@@ -30,7 +30,7 @@ BORDER = 2 * (np.pi / 2) ** 2
 EXACT = 1e-13
 
 
-def state(point: tuple[float, float, float], index: int, **more: Any) -> Record:
+def state(point: tuple[float, float, float], index: int | None, **more: Any) -> Record:
     """Return the claim of a rest state at a point."""
     low, high = (np.array(point) + e for e in (-EXACT, EXACT))
     return {"enclosure": [low.tolist(), high.tolist()], "index": index, **more}

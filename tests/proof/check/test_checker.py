@@ -91,7 +91,11 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
     "an enclosure upside down": ("wells", _at(*LOW, to=[1e-3, -0.5, 0.0]), "record"),
     "held where nothing jumps": ("wells", _at(*STATES, 0, "held", to=True), "rest states"),
     "not held where it jumps": ("held", _at(*STATES, 0, "held", to=False), "rest states"),
-    "a ridge that pulls": ("held", _at(*STATES, 0, "ridge", to=True), "rest states"),
+    "a ridge that pulls": (
+        "held",
+        _at(*STATES, to=[state((0, 0.3, 0), None, held=True, ridge=True)]),
+        "rest states",
+    ),
     "no ridge that pushes": ("ridge", _at(*STATES, 2, "ridge", to=False), "rest states"),
     "held at a stop from which U rises": (
         "stop",

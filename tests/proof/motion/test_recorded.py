@@ -1,6 +1,7 @@
 """Protects that motions are enclosed by the formulas that the code of users states."""
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -101,7 +102,7 @@ def test_forms_have_no_value(use):
 
 
 FACTOR = "return f @ self.L_c @ f"
-WITHOUT = {
+WITHOUT: dict[str, tuple[str, dict[str, Any]]] = {
     "its event functions depend on its modes": (
         ROPE.replace(
             "def guards(self, motion, own):",

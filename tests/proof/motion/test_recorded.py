@@ -37,7 +37,7 @@ ALL_FUNCTIONS = element_text(
     """,
 ).replace("import power", "import Wrench, atan, cos, cosh, log, power, sin, sinh, sqrt, tan")
 
-KINDS = {
+KINDS: dict[str, tuple[str, dict[str, Any]]] = {
     "tie": (TIE, AT | {"K_c": K, "L_c": [1.0, 2.0, 3.0]}),
     "maxwell": (MAXWELL, AT | {"k": 3.0, "c": 2.0}),
     "all functions": (ALL_FUNCTIONS, {"k": 3.0}),

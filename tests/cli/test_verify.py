@@ -275,7 +275,6 @@ def test_a_second_opinion_that_is_not_decided_is_no_refusal(
     proof: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("rbstab.experiment.verification.second.opinion.LATEST", 0.01)
-    monkeypatch.setattr("rbstab.experiment.verification.second.opinion.SECONDS", 0.0)
     done = rbstab("verify", str(proof), "--config", "good.yaml", "--second")
     assert done.exit_code == 5
     assert done.stdout.startswith(f"{proof}: not decided: codac does not decide every claim\n")

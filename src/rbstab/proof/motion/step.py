@@ -70,6 +70,9 @@ the longest step that can be proved, they add a quarter with each step, and the 
 exponentially. In a larger set most of G is the spread of ∂f/∂y over its starts, and not the fault
 of the step: with this limit steps would become shorter without end."""
 
+LONGER = 1.5
+"""A step may be longer than the one before by this factor."""
+
 ATTEMPTS = 12
 """Attempts to find the bound b of one step."""
 
@@ -105,6 +108,10 @@ class SetSteps(NamedTuple):
     distance: Array
     end: MotionSet
     proved: Array
+
+    def longest_after(self, longest: Array) -> Array:
+        """Return the largest steps to be tried after these, of at most some lengths, s."""
+        return np.where(self.proved, LONGER * self.h, longest / 2)
 
     def tube(self, space: Monomials) -> Models:
         """Return the states on the whole steps as models."""

@@ -60,9 +60,3 @@ def test_a_motion_that_falls_out_of_the_range_counts_from_the_known_state():
     zero = zero_from(system, [0.0, 1.5, 0.0])
     assert not zero.approached
     np.testing.assert_array_equal(zero.rest.motion.Theta, ZERO)
-
-
-def test_a_motion_that_diverged_counts_from_the_known_state():
-    zero = zero_from(paper_system("permanent"), [np.nan, 0.0, 0.0])
-    assert not zero.approached
-    assert zero.rest.found

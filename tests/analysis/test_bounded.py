@@ -1,6 +1,5 @@
 """Protects numbers with bounded errors: the exact value is within the bound, which is small."""
 
-import math
 import operator
 from fractions import Fraction
 from functools import partial
@@ -16,7 +15,6 @@ from rbstab.analysis.bounded import (
     STEP,
     UNIT,
     Bounded,
-    bounded_decimal,
     bounded_decimals,
 )
 from rbstab.analysis.exact import decimal_balls, in_balls
@@ -24,29 +22,6 @@ from rbstab.config.build import start_of, system_of
 from rbstab.mechanics.numbers import FUNCTIONS
 
 RANDOM = np.random.default_rng(7)
-
-
-@pytest.mark.parametrize(
-    "formula",
-    [
-        lambda a, b: a + b,
-        lambda a, b: a - b,
-        lambda a, b: a * b,
-        lambda a, b: a / b,
-        lambda a, b: 1 / b - a,
-        lambda a, b: (a + b) * (a - b) - a * a + b * b,
-        lambda a, b: 3 * (-a) + 2 * b / a,
-    ],
-)
-def test_arithmetic_holds_the_exact_value(formula):
-    for _ in range(200):
-        x, y = RANDOM.uniform(0.5, 2.0, 2) * RANDOM.choice([-1, 1], 2)
-        a, b = Fraction(repr(float(x))), Fraction(repr(float(y)))
-        found = formula(bounded_decimal(float(x)), bounded_decimal(float(y)))
-        exact = formula(a, b)
-        assert isinstance(exact, Fraction)
-        assert Fraction(float(found.low)) <= exact <= Fraction(float(found.high))
-        assert 0 < found.error < 1e-13
 
 
 @pytest.mark.parametrize("formula", [operator.add, operator.sub, operator.mul, operator.truediv])
@@ -72,68 +47,6 @@ def test_all_values_within_the_errors_are_held(formula):
         assert found.high - found.low <= 4 * (max(ends) - min(ends))
 
 
-def test_a_missing_error_would_be_seen():
-    """The bound is not generous: without it, these values would be wrong."""
-    third = bounded_decimal(1.0) / 3.0
-    assert Fraction(float(third.value)) != Fraction(1, 3)
-    tenth = bounded_decimal(0.1)
-    assert Fraction(float(tenth.value)) != Fraction(1, 10)
-    assert Fraction(float(tenth.low)) <= Fraction(1, 10) <= Fraction(float(tenth.high))
-
-
-def test_many_values_at_once():
-    x = RANDOM.normal(size=50)
-    found = bounded_decimal(x) * 3.0 + 1.0
-    for k in range(50):
-        exact = Fraction(repr(float(x[k]))) * 3 + 1
-        assert Fraction(float(found.low[k])) <= exact <= Fraction(float(found.high[k]))
-
-
-def test_sine_and_cosine():
-    from flint import arb, ctx
-
-    x = RANDOM.uniform(-7, 7, 100)
-    sine, cosine = Bounded(x, 1e-9).sin(), Bounded(x, 1e-9).cos()
-    with ctx.workprec(200):
-        for k, angle in enumerate(x.tolist()):
-            for moved in (-1e-9, 1e-9):
-                exact = arb(angle) + arb(moved)
-                assert bool(arb(sine.low[k]) < exact.sin())
-                assert bool(exact.sin() < arb(sine.high[k]))
-                assert bool(arb(cosine.low[k]) < exact.cos())
-                assert bool(exact.cos() < arb(cosine.high[k]))
-    assert float(np.max(sine.error)) < 1.01e-9
-
-
-@np.errstate(all="ignore")
-def test_a_divisor_that_may_be_zero_has_no_bound():
-    assert math.isinf((1.0 / Bounded(1e-3, 1.0001e-3)).error)
-    assert (1.0 / Bounded(1e-3, 0.5e-3)).error >= 1e3
-    assert not (1.0 / Bounded(0.0, 0.0)).high < 1e300
-
-
-def test_other_numbers_are_refused():
-    with pytest.raises(TypeError, match="complex"):
-        _ = Bounded(1.0, 0.0) + 1j
-
-
-def test_decimals():
-    found = bounded_decimals(np.array([[0.0, 0.1], [1.0, 0.0]]))
-    assert found[0, 0] == 0.0
-    assert found[0, 1].error >= UNIT * 0.1
-    assert bounded_decimals(found) is not found
-    assert bounded_decimals(found)[0, 1] is found[0, 1]
-
-
-def test_products_with_one_and_zero_are_exact():
-    """Rotations about one axis have such entries."""
-    number = Bounded(np.array([0.1, -3.0]), np.array([1e-17, 0.0]))
-    assert 1.0 * number is number
-    assert number * 1 is number
-    assert number * 0 == 0.0
-    assert (number * 1.5).error[1] > 0
-
-
 @pytest.mark.parametrize(("variant", "with_gravity"), CASES)
 def test_energy_holds_the_exact_one(variant, with_gravity):
     spin, angles = (RANDOM.normal(size=3).tolist() for _ in range(2))
@@ -154,55 +67,6 @@ def test_energy_holds_the_exact_one(variant, with_gravity):
     assert 0 < energy.error < 1e-11 * abs(float(energy.value))
 
 
-def test_a_square_root_holds_all_values_within_the_error():
-    for value, error in [(2.0, 0.0), (2.0, 0.3), (1e-6, 9e-7), (3.7e8, 1.0)]:
-        found = Bounded(value, error).sqrt()
-        for x in (Fraction(value) - Fraction(error), Fraction(value) + Fraction(error)):
-            assert Fraction(float(found.low)) ** 2 <= x <= Fraction(float(found.high)) ** 2
-        assert found.error <= 1e-15 * (1 + value) + 1.001 * error / math.sqrt(value)
-    many = Bounded(np.array([4.0, 1.0, -1.0]), np.array([0.0, 1.0, 0.1])).sqrt()
-    assert many.value[0] == 2.0
-    assert many.error.tolist()[1:] == [math.inf, math.inf]
-
-
-@pytest.mark.parametrize("name", ["tan", "atan", "exp", "log", "sinh", "cosh", "tanh"])
-def test_other_functions_hold_all_values_within_the_error(name):
-    """Only elements of users state them."""
-    value, error = np.array([0.3, 1.2, 0.7]), np.array([0.0, 1e-3, 0.2])
-    found = FUNCTIONS[name](Bounded(value, error))
-    for share in np.linspace(-1, 1, 9):
-        with mpmath.workdps(40):
-            exact = [
-                getattr(mpmath, name)(mpmath.mpf(x) + share * mpmath.mpf(e))
-                for x, e in zip(value, error, strict=True)
-            ]
-            assert all(
-                low <= one <= high
-                for low, one, high in zip(found.low, exact, found.high, strict=True)
-            )
-    slope = {"tan": 5, "atan": 1, "exp": 3.4, "log": 2.1, "sinh": 2, "cosh": 2, "tanh": 1}[name]
-    assert np.all(found.error <= 1.6 * slope * error + 1e-14)
-    single = FUNCTIONS[name](Bounded(0.3, 0.0))
-    assert single.value == found.value[0]
-
-
-def test_a_logarithm_of_what_may_be_negative_has_no_bound():
-    found = FUNCTIONS["log"](Bounded(0.1, 0.2))
-    assert not found.low > -math.inf
-
-
-@pytest.mark.parametrize("exponent", [1, 2, 5, -3])
-def test_whole_powers_hold_all_values_within_the_error(exponent):
-    found = Bounded(np.array([1.3, -0.7]), np.array([1e-3, 0.0])) ** exponent
-    for value, low, high in zip([1.3, -0.7], found.low, found.high, strict=True):
-        for share in (-1, 0.5, 1):
-            exact = (Fraction(value) + Fraction(share * 1e-3 if value > 0 else 0.0)) ** exponent
-            assert low <= exact <= high
-    assert (Bounded(2.0, 0.1) ** 0).value == 1.0
-    with pytest.raises(TypeError):
-        operator.pow(Bounded(2.0, 0.0), 0.5)
-
-
 @pytest.mark.parametrize("size", [1e-9, 0.02, 4.0, 60.0, 1e6])
 @pytest.mark.parametrize("function", ["sin", "cos"])
 def test_sines_of_many_angles_hold_the_exact_values(function, size):
@@ -219,16 +83,30 @@ def test_sines_of_many_angles_hold_the_exact_values(function, size):
     assert max(off) > 0.0
 
 
-def test_many_angles_with_errors_have_sines_with_errors():
-    angles = RANDOM.uniform(-3, 3, MANY_ANGLES)
-    found = Bounded(angles, 1e-3).sin()
-    assert np.all(found.error >= 1e-3)
-    assert np.all(found.low <= np.minimum(np.sin(angles - 1e-3), np.sin(angles + 1e-3)) + 1e-15)
+UNARY = {name: (function, getattr(mpmath, name)) for name, function in FUNCTIONS.items()}
+UNARY |= {f"x^{n}": (lambda x, n=n: x**n, lambda x, n=n: x**n) for n in (1, 2, 5, -2)}
+UNARY["1/x"] = (lambda x: 1.0 / x, lambda x: 1 / x)
 
 
-@pytest.mark.parametrize("angle", [1e8, 1e300, math.nan])
-def test_one_far_angle_among_many(angle):
-    angles = np.append(RANDOM.uniform(-3, 3, MANY_ANGLES), angle)
-    sine = Bounded(angles, 0.0).sin()
-    np.testing.assert_allclose(sine.value[:-1], np.sin(angles[:-1]), atol=1e-15)
-    np.testing.assert_allclose(sine.value[-1], np.sin(angle), atol=1e-15)
+@pytest.mark.parametrize("name", UNARY)
+def test_functions_hold_all_values_within_the_error(name):
+    """And are not much wider: the slopes of all of them are at most 60 there."""
+    function, exact = UNARY[name]
+    value, error = np.array([0.3, 1.2, 0.7]), np.array([0.0, 1e-3, 0.2])
+    found = function(Bounded(value, error))
+    for share in np.linspace(-1, 1, 9):
+        with mpmath.workdps(40):
+            for k in range(3):
+                one = exact(mpmath.mpf(value[k]) + share * mpmath.mpf(error[k]))
+                assert found.low[k] <= one <= found.high[k]
+    assert np.all(found.error <= 60 * error + 1e-13)
+
+
+@np.errstate(all="ignore")
+@pytest.mark.parametrize(
+    ("name", "value", "error"),
+    [("1/x", 1e-3, 1.0001e-3), ("1/x", 0.0, 0.0), ("sqrt", 1.0, 1.0), ("log", 0.1, 0.2)],
+)
+def test_what_may_have_no_value_has_no_bound(name, value, error):
+    found = UNARY[name][0](Bounded(np.array([value]), np.array([error])))
+    assert not (np.isfinite(found.low[0]) and np.isfinite(found.high[0]))

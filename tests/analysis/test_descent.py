@@ -29,15 +29,6 @@ def double_well(heights):
     return at
 
 
-def test_each_start_ends_in_its_own_valley():
-    starts = np.array([[0.1, -0.1, 3.0, -5.0], [1.0, 2.0, -3.0, 0.0]])
-    energy = double_well(np.zeros(4))
-    q, value, converged = descend(energy, starts, np.full(4, 1e-10))
-    assert converged.all()
-    np.testing.assert_allclose(q[0], [1, -1, 1, -1], rtol=0, atol=1e-9)
-    np.testing.assert_allclose(value, -0.25, rtol=1e-12)
-
-
 def test_the_energy_never_rises():
     """Also where the curvature is negative, and a plain Newton step would lead uphill."""
     rng = np.random.default_rng(0)
@@ -67,43 +58,6 @@ def test_a_step_that_would_climb_is_shortened():
     np.testing.assert_allclose(value, 0.01, rtol=1e-12)
 
 
-class CountedHessians:
-    """Energies that count how often their Hessians are read."""
-
-    def __init__(self, at, reads):
-        self.value, self.gradient = at.value, at.gradient
-        self._hessian, self._reads = at.hessian, reads
-
-    @property
-    def hessian(self):
-        self._reads.append(len(self.value))
-        return self._hessian
-
-
-def test_a_hessian_is_only_read_for_another_step():
-    energy, points = double_well(np.zeros(1)), []
-    reads: list[int] = []
-
-    def counted(rows, q):
-        points.append(q)
-        return CountedHessians(energy(rows, q), reads)
-
-    _, _, converged = descend(counted, np.array([[0.9], [0.1]]), np.array([1e-10]))
-    assert converged.all()
-    # The descent ends at the last point, so only the points before it need a Hessian.
-    assert len(reads) == len(points) - 1 > 2
-    reads.clear()
-    descend(counted, np.array([[1.0], [0.0]]), np.array([1e-10]))
-    assert not reads
-
-
-def test_a_start_without_slope_stays():
-    q, value, converged = descend(double_well(np.zeros(1)), np.zeros((2, 1)), np.array([1e-10]))
-    assert converged.all()
-    assert np.array_equal(q, np.zeros((2, 1)))
-    assert value[0] == 0
-
-
 def test_a_descent_that_would_leave_the_range_has_not_arrived():
     starts = np.array([[0.1, -0.1], [0.0, 0.0]])
     q, _, converged = descend(
@@ -111,15 +65,6 @@ def test_a_descent_that_would_leave_the_range_has_not_arrived():
     )
     assert converged.tolist() == [False, True]
     assert np.all(q[0] < 0.5)
-
-
-def test_a_descent_that_is_late_ends_where_it_is():
-    starts = np.array([[0.1], [0.0]])
-    q, _, converged = descend(
-        double_well(np.zeros(1)), starts, np.full(1, 1e-10), is_late=lambda: True
-    )
-    assert not converged[0]
-    assert np.array_equal(q, starts)
 
 
 def test_numbers_that_are_none_do_not_stop_the_others():

@@ -5,22 +5,16 @@ at x = 0 if |f| <= K_s, and at (|f| - K_s)/K_t beyond. A guard of constant coupl
 soft angle, if it is strong enough. A tie on s = F + κE holds its point by any force up to K_s.
 """
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.optimize import minimize
 from support.stops import stop
 from support.switching import MASS, data, problem
 
-import rbstab
-from rbstab.analysis.approached_state import lyapunov_zero
 from rbstab.analysis.configuration import as_at_rest, configurations
-from rbstab.analysis.rest_state import nearest_rest_state, rest_state_below
-from rbstab.experiment.locus import root_locus
+from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.systems.modes import with_modes_at
 
-ROOT = Path(__file__).parents[2]
 K_T, K_S = np.array([40.0, 50.0, 60.0]), np.array([3.0, 5.0, 8.0])
 FREE = {
     "variant": "free",
@@ -73,29 +67,6 @@ def test_a_mass_rests_where_the_force_of_its_tie_ends(case):
     assert rest.energy == pytest.approx(energy(expected, force), abs=1e-8)
 
 
-@pytest.mark.parametrize("case", FORCES)
-@pytest.mark.parametrize("start", [(0.3, -0.2, 0.1), (-1e-5, 1e-7, 0.4)])
-def test_a_motion_that_ends_beside_the_kink_approaches_it(case, start):
-    force = FORCES[case]
-    system = problem(loaded(force, {"tie": tie()})).system
-    found, nearest = configurations(system), nearest_rest_state(system)
-    motion = found.motion(np.array([0.1, -0.2, 0.05, *start]))
-    zero = lyapunov_zero(system, motion, np.zeros(0), nearest)
-    assert zero.approached
-    assert zero.rest is nearest
-
-
-def test_two_ties_hold_a_body_with_more_forces_than_needed():
-    """Each carries a part of the load; only their sum is determined."""
-    force = (1.0, -4.0, 9.0)
-    ties = {"a": tie(point=(0.2, 0, 0)), "b": tie(point=(-0.2, 0, 0))}
-    rest = nearest_rest_state(problem(loaded(force, ties)).system)
-    assert rest.found
-    assert rest.on_kink
-    np.testing.assert_allclose(rest.motion.X, 0.0, atol=1e-9)
-    assert rest.energy == pytest.approx(0.0, abs=1e-9)
-
-
 @pytest.mark.parametrize("couple", [0.5, 5.0, 30.0])
 def test_a_guard_of_constant_couple_holds_a_body_at_its_soft_angle(couple):
     """K_r θ2 + K = m g l cos θ2 beyond the soft angle; SciPy finds θ2 where K is too weak."""
@@ -136,7 +107,7 @@ def test_a_tie_beside_a_stop(angle):
     assert (abs(q[1]) == angle) == (angle == 0.05)
     bounds = [(None, None), (-angle, angle), *[(None, None)] * 4]
     rng = np.random.default_rng(5)
-    for start in (q, *(q + 0.02 * rng.normal(size=(4, 6)))):
+    for start in (q, *(q + 0.02 * rng.normal(size=(1, 6)))):
         options = {"xatol": 1e-9, "fatol": 1e-12, "maxiter": 4000, "maxfev": 4000}
         first = np.clip(start, [-9, -angle] + [-9] * 4, [9, angle] + [9] * 4)
         low = minimize(
@@ -158,24 +129,6 @@ def test_a_tie_on_a_slope_holds_its_point_too(case):
     assert rest.energy == pytest.approx(0.5 * K_T @ x**2 - np.array(force) @ x, abs=1e-7)
 
 
-@pytest.mark.parametrize("slope", [0.5, 8.0])
-def test_a_layer_on_a_slope_is_a_spring_at_rest(slope):
-    """-K_s κE/δ: it adds K_s κ/δ to K_t, as long as κ|E| <= δ."""
-    width = 0.4
-    force = np.array([1.0, -2.0, 3.0])
-    layered = tie({"slope": slope}, law={"boundary_layer": width})
-    system = problem(loaded(force, {"tie": layered})).system
-    rest = nearest_rest_state(system)
-    x = force / (K_T + K_S * slope / width)
-    assert (slope * np.abs(x) < width).all()
-    assert rest.found
-    assert not rest.on_kink
-    np.testing.assert_allclose(rest.motion.X, x, atol=1e-10)
-    y = configurations(system).state(np.concatenate([np.zeros(3), rest.motion.X]))
-    there = with_modes_at(configurations(system).system, y)
-    assert np.abs(there.rates(y)).max() < 1e-9
-
-
 def test_the_forces_of_elements_at_rest_are_those_of_their_energies():
     """As they are stated for a body at rest, by differences of the energy."""
     layered = tie({"slope": 3.0}, (0.1, 0.2, 0.0), law={"boundary_layer": 0.2})
@@ -188,32 +141,3 @@ def test_the_forces_of_elements_at_rest_are_those_of_their_energies():
         there = with_modes_at(configurations(system).system, y)
         force = sum(wrench.force for wrench in there.observe(y).wrenches)
         np.testing.assert_allclose(-gradient[3:6], force, atol=1e-10)
-
-
-def test_systems_without_such_ties_are_themselves():
-    system = problem(loaded((1, 0, 0), {"tie": tie()})).system
-    assert as_at_rest(system) is system
-
-
-def test_v_of_the_grips_counts_from_the_state_in_which_they_hold():
-    path = ROOT / "configs" / "examples" / "sliding_ties.yaml"
-    result = rbstab.simulate(path)
-    v = result["lyapunov"]
-    assert str(result.attributes["lyapunov_zero"]).startswith(
-        "the rest state that the motion approaches"
-    )
-    assert abs(v[-1]) < 3e-3 * v[0]
-    rest = result["rest_position"]
-    assert np.abs(result["position"][-1] - rest).max() < 1e-3
-
-
-def test_nothing_is_linearised_on_a_kink():
-    config = loaded((1, 0, 0), {"tie": tie()})
-    (point,) = root_locus(rbstab.load_config(config), "controller.K_r", np.array([1.0]))
-    assert not point.found
-
-
-def test_a_descent_that_is_late_has_found_nothing():
-    found = configurations(problem(loaded((1, 0, 0), {"tie": tie()})).system)
-    q = np.array([0.3, 0.2, 0.1, 0.5, 0.5, 0.5])
-    assert rest_state_below(found, q, lambda: True) is None

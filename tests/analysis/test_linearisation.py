@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from support.problems import bare_system, problem, solve
 from support.rest import system_of
-from support.systems import VARIANTS, random_system
+from support.systems import VARIANTS
 
 from rbstab.analysis.configuration import configurations
-from rbstab.analysis.linearisation import are_real, eigenvalue_text, linearise
+from rbstab.analysis.linearisation import eigenvalue_text, linearise
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.elements.gravity import Gravity
 from rbstab.mechanics.body import Body
-from rbstab.systems.coordinates import ContactCoordinates, ManifoldCoordinates, ReducedCoordinates
+from rbstab.systems.coordinates import ReducedCoordinates
 
 SEEDS = range(4)
 
@@ -57,28 +57,6 @@ def test_oscillators_in_closed_form():
     assert found.growing == 0
 
 
-def test_the_shape_of_a_mode_is_its_motion():
-    """An oscillator along x has the mode x = e^λt, ẋ = λ e^λt; its largest entry is 1."""
-    body = Body(2.0, np.diag([3.0, 4.0, 5.0]), np.zeros(3))
-    system = bare_system(
-        body,
-        K_t=np.diag([50.0, 9e3, 9e3]),
-        L_t=np.diag([1.0, 900, 800]),
-        K_r=9e3 * np.eye(3),
-        L_r=900 * np.eye(3),
-    )
-    rest = nearest_rest_state(system)
-    found = linearise(system, rest.motion, rest.own)
-    mode = found.modes[:, 0]
-    assert found.states[6] == "position[0]"
-    assert found.states[9] == "velocity[0]"
-    assert mode[9] == pytest.approx(1.0)
-    assert mode[6] == pytest.approx(1.0 / found.eigenvalues[0])
-    others = np.delete(mode, [6, 9])
-    assert np.abs(others).max() < 1e-12
-    assert found.eigenvalues[0].imag > 0
-
-
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_the_matrix_is_that_of_finite_differences(variant, seed):
@@ -108,30 +86,6 @@ def test_the_decay_of_a_long_run_is_that_of_the_slowest_mode(variant):
     rate = np.diff(np.log(np.abs(amplitude))) / np.diff(run.times)
     assert rate == pytest.approx(slowest.real, rel=1e-3)
     assert np.abs(run.states[-1] - y).max() < 0.1 * np.abs(start - y).max()
-
-
-def test_which_coordinates_does_not_matter():
-    rng = np.random.default_rng(3)
-    system = random_system(rng, "visco-elastic")
-    rest = nearest_rest_state(system)
-    in_Z = linearise(system, rest.motion, rest.own)
-    in_W = linearise(replace(system, coordinates=ContactCoordinates()), rest.motion, rest.own)
-    assert in_W.eigenvalues.tolist() == in_Z.eigenvalues.tolist()
-    held = replace(random_system(rng, "permanent"), coordinates=ManifoldCoordinates(0.0))
-    rest = nearest_rest_state(held)
-    assert len(linearise(held, rest.motion, rest.own).eigenvalues) == 6
-
-
-def test_the_slowest_come_first_and_pairs_stay_together():
-    _, _, found = at_rest("embedded", 2)
-    parts = found.eigenvalues.real
-    assert (np.diff(parts) <= 1e-8).all()
-    upper = np.flatnonzero(found.eigenvalues.imag > 1e-9)
-    for k in upper:
-        assert found.eigenvalues[k + 1] == pytest.approx(found.eigenvalues[k].conjugate())
-    assert np.abs(found.modes).max(axis=0) == pytest.approx(np.ones(len(parts)))
-    assert len(found.states) == 15
-    assert found.states[-1] == "connector_state[2]"
 
 
 def test_an_unstable_rest_state_is_told():
@@ -168,14 +122,3 @@ def test_an_unstable_rest_state_is_told():
 )
 def test_round_off_is_not_written_as_an_oscillation(eigenvalue, text):
     assert eigenvalue_text(eigenvalue) == text
-
-
-@pytest.mark.parametrize("frequency", [1e-3, 24.42, 5e4])
-def test_a_double_eigenvalue_is_real_and_a_damped_oscillation_is_not(frequency):
-    """ω = √(K/m) and ζ = 1: the matrix [0 1; -ω² -2ω] has one eigenvalue, twice."""
-    for damping, is_real in ((1.0, True), (1.0 - 1e-12, False), (1e-12, False)):
-        matrix = np.array([[0.0, 1.0], [-(frequency**2), -2 * damping * frequency]])
-        assert are_real(np.linalg.eigvals(matrix)).tolist() == [is_real] * 2
-        # What counts as real has no oscillation that a damping ratio could show.
-        found = np.array([complex(-damping, np.sqrt(1 - damping**2)) * frequency])
-        assert are_real(found).tolist() == [is_real]

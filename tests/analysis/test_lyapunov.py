@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from rbstab.analysis.lyapunov import energy_scale, lyapunov_trace
-from rbstab.analysis.settling import value_round_off
 
 
 def damped_oscillator(times):
@@ -30,25 +29,6 @@ def test_trace_of_a_damped_oscillator_under_a_load():
     np.testing.assert_allclose(trace.residual, 0, atol=1e-14)
 
 
-def test_rate_is_the_slope_of_the_value():
-    # A derivative by five points with a step of 1e-3 is good to 1e-11.
-    step = 1e-3
-    times = 0.4 + step * np.arange(-2, 3)
-    kinetic, stored, lost = damped_oscillator(times)
-    energy, dissipation = np.column_stack([kinetic, stored]), np.column_stack([0 * lost, lost])
-    trace = lyapunov_trace(energy, dissipation, np.zeros(5), 0.0)
-    slope = trace.value @ [1, -8, 0, 8, -1] / (12 * step)
-    assert trace.rate[2] == pytest.approx(slope, rel=1e-10)
-
-
-def test_residual_is_what_the_integral_misses():
-    energy, dissipation = np.array([[3.0, 2.0], [1.0, 1.5]]), np.array([[0.0, 4.0], [0.0, 2.0]])
-    trace = lyapunov_trace(energy, dissipation, np.array([0.0, -2.25]), -1.0)
-    np.testing.assert_array_equal(trace.value, [6.0, 3.5])
-    np.testing.assert_array_equal(trace.rate, [-4.0, -2.0])
-    np.testing.assert_array_equal(trace.residual, [0.0, -0.25])
-
-
 @pytest.mark.parametrize(
     ("value", "supplied", "round_off", "expected"),
     [
@@ -68,8 +48,3 @@ def test_residual_is_what_the_integral_misses():
 def test_errors_are_relative_to_the_largest_energy(value, supplied, round_off, expected):
     supplied = None if supplied is None else np.array(supplied)
     assert energy_scale(np.array(value), round_off, supplied) == pytest.approx(expected)
-
-
-def test_the_largest_energy_is_never_zero():
-    nothing = np.zeros(3)
-    assert energy_scale(nothing, value_round_off(lambda _: nothing, nothing), nothing) > 0

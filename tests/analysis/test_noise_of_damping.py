@@ -18,7 +18,6 @@ from support.evidence import (
 )
 from support.rest import K_C, paper_system, system_of
 
-from rbstab.analysis.certificate import rate_check
 from rbstab.analysis.certificate.checks import checks_of
 from rbstab.analysis.certificate.verdict import overall
 from rbstab.elements.sliding import SlidingConnector
@@ -72,67 +71,12 @@ def test_a_part_that_adds_a_little_energy_is_violated(kind, verdict):
     assert found.time == run.times[int(run.dissipation[:, -1].argmin())]
 
 
-def test_dissipations_that_are_no_numbers_count_as_none():
-    run = adding(exact=1.0, stored=1.0)
-    dissipation = 1e-6 * run.dissipation
-    dissipation[0] = np.nan
-    assert check(replace(run, dissipation=dissipation), "damping").verdict is CONSISTENT
-    # The bound is relative to the largest number that is left: 42e-6 W by the stabilizer.
-    dissipation[1, -1] = -1e-15
-    assert check(replace(run, dissipation=dissipation), "damping").verdict is UNKNOWN
-
-
-def test_a_negative_dissipation_within_round_off_is_allowed():
-    assert check(adding(exact=1.0, stored=-1e-11), "damping").verdict is CONSISTENT
-
-
-def test_a_small_damping_is_damping():
-    system = paper_system("free")
-    gravity, holding, turning = system.elements
-    weak = replace(turning, L_r=1e-9 * np.eye(3))
-    run = evidence(replace(system, elements=(gravity, holding, weak)), states_of(system))
-    assert check(run, "damping").verdict is CONSISTENT
-    assert check(run, "damping").value == pytest.approx(1e-9)
-
-
-@pytest.mark.parametrize(
-    ("eigenvalue", "verdict", "value"),
-    [(0.0, CONSISTENT, 0.0), (-1e-16, CONSISTENT, 0.0), (-1e-14, VIOLATED, -1e-14)],
-)
-def test_an_eigenvalue_of_round_off_is_zero(monkeypatch, eigenvalue, verdict, value):
-    """A matrix may be singular: its largest entry is 1."""
-    system = paper_system("free")
-    gravity, holding, turning = system.elements
-    system = replace(system, elements=(gravity, holding, replace(turning, L_r=np.eye(3))))
-    run = evidence(system, states_of(system))
-    monkeypatch.setattr(np.linalg, "eigvalsh", lambda _: np.array([eigenvalue, 1.0, 1.0]))
-    found = check(run, "damping")
-    assert found.verdict is verdict
-    assert (found.value, found.bound) == (value, 0.0)
-
-
 def test_a_run_is_no_better_than_its_worst_check():
     line = check(settled(), "audit")
     of = {verdict: line._replace(verdict=verdict) for verdict in (CONSISTENT, UNKNOWN, VIOLATED)}
     assert overall([of[CONSISTENT], of[UNKNOWN]]) is UNKNOWN
     assert overall([of[UNKNOWN], of[VIOLATED], of[CONSISTENT]]) is VIOLATED
     assert overall([of[CONSISTENT], of[CONSISTENT]]) is CONSISTENT
-
-
-@pytest.mark.parametrize(("samples", "expected"), [(5, 5), (51, 51), (52, 51), (120, 51)])
-def test_the_derivative_is_evaluated_at_51_samples(monkeypatch, samples, expected):
-    """They are spread evenly from the first to the last one."""
-    rows = []
-
-    def record(_, row):
-        rows.append(int(row))
-        return 0.0, 1.0
-
-    monkeypatch.setattr(rate_check, "_rate_error", record)
-    run = replace(settled(), times=np.arange(float(samples)))
-    rate_check.rate(run)
-    assert (len(rows), rows[0], rows[-1]) == (expected, 0, samples - 1)
-    assert set(np.diff(rows)) <= {samples // expected, -(-samples // expected)}
 
 
 def on_a_slope(system):

@@ -4,21 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.differences import jacobian, relative_error
-from support.pose import attitude
-from support.rest import DAMPING, HEAVY, K_C, K_R, K_T
+from support.rest import DAMPING, HEAVY, K_C
 from support.rest import paper_system as paper_variant
 from support.systems import VARIANTS, random_body, random_system
 
 from rbstab.analysis.rest_state import (
     GRADIENT_TOLERANCE,
     RestState,
-    gradient_tolerance,
     nearest_rest_state,
 )
 from rbstab.elements.embedded import EmbeddedConnector
-from rbstab.elements.rotational_stabilizer import RotationalStabilizer
-from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.mechanics.motion import motion_from_centre
 from rbstab.systems.coordinates import (
@@ -66,15 +61,6 @@ def test_tied_paper_body_under_gravity(coordinates):
     assert yaw == pytest.approx(0.00012, abs=5e-6)
 
 
-def test_free_paper_body_under_gravity():
-    rest = nearest_rest_state(paper_system(CentreCoordinates()))
-    assert rest.found
-    # 410 N on 3280 N/m; half of the weight's work is stored in the spring.
-    np.testing.assert_allclose(rest.motion.X, [0, 0, -0.125], rtol=0, atol=1e-15)
-    assert rest.energy == pytest.approx(-0.5 * 410 * 0.125, rel=1e-14)
-    np.testing.assert_array_equal(rest.motion.Theta, 0)
-
-
 @pytest.mark.parametrize(
     ("coordinates", "connector"),
     [
@@ -92,28 +78,12 @@ def test_body_anchored_where_the_free_body_hangs_rests_upright(coordinates, conn
     assert rest.energy == pytest.approx(-25.625, rel=1e-14)
 
 
-@pytest.mark.parametrize("coordinates", [CentreCoordinates(), ReducedCoordinates()])
-def test_body_without_a_load_rests_where_it_is(coordinates):
-    rest = nearest_rest_state(paper_system(coordinates, weight=np.zeros(3)))
-    assert rest.found
-    assert rest.energy == 0
-    assert rest.gradient == 0
-    np.testing.assert_array_equal([rest.motion.Theta, rest.motion.X, rest.motion.E], 0)
-
-
 def test_rest_state_does_not_move(loaded):
     rest = nearest_rest_state(loaded)
     assert rest.found
     rates = loaded.rates(loaded.start(rest.motion, rest.own))
     # Forces of 100 N, the size of the weight, balance to 1e-10, the last Newton step.
     np.testing.assert_allclose(rates, 0, atol=1e-10)
-
-
-def test_rest_state_is_still(loaded):
-    rest = nearest_rest_state(loaded)
-    np.testing.assert_array_equal(rest.motion.Omega, 0)
-    np.testing.assert_allclose(rest.motion.V, 0, atol=0)
-    np.testing.assert_allclose(rest.motion.F, 0, atol=0)
 
 
 def test_rest_state_is_a_minimum_of_the_stored_energy(loaded, rng):
@@ -127,66 +97,10 @@ def test_rest_state_is_a_minimum_of_the_stored_energy(loaded, rng):
         assert loaded.potential_energy(shifted) > rest.energy
 
 
-def test_gradient_is_the_largest_force_that_is_left(loaded):
-    rest = nearest_rest_state(loaded)
-    y = loaded.start(rest.motion, rest.own)
-    slope = jacobian(loaded.potential_energy, y, 1e-3)
-    # Energies of 100 J have a round-off of 1e-14, divided by a step of 1e-3.
-    np.testing.assert_allclose(slope, 0, atol=1e-9)
-    assert 0 <= rest.gradient < 1e-9
-
-
-def test_node_of_the_embedded_connector_rests_between_its_springs():
-    embedded = EmbeddedConnector(K_C, DAMPING, 0.5 * K_C, 2 * DAMPING)
-    rest = nearest_rest_state(paper_system(CentreCoordinates(), embedded))
-    assert rest.found
-    assert np.abs(rest.motion.E).max() > 1e-2
-    # The softer spring, to the anchor, takes twice the stretch of the other.
-    assert relative_error(rest.own, 2 / 3 * rest.motion.E) < 1e-13
-
-
-def test_held_body_rests_where_the_moments_about_C_balance(rng):
-    system = random_system(rng, "permanent", ReducedCoordinates())
-    rest = nearest_rest_state(system)
-    observed = system.observe(system.start(rest.motion, rest.own))
-    A, arm = attitude(rest.motion.Theta), -system.body.contact_point
-    force = sum(wrench.force for wrench in observed.wrenches)
-    couple = sum(wrench.couple for wrench in observed.wrenches)
-    moments = np.array([couple, np.cross(arm, A.T @ force)])
-    assert np.abs(moments).max() > 1
-    np.testing.assert_allclose(moments.sum(axis=0), 0, atol=1e-11)
-
-
 def rest_at(Theta, gradient):
     Z = np.concatenate([Theta, np.zeros(9)])
     motion = motion_from_centre(random_body(np.random.default_rng(0)), np.zeros(3), Z)
     return RestState(motion, np.zeros(0), 0.0, gradient)
-
-
-def test_rest_state_is_found_where_no_force_is_left():
-    assert rest_at([3.0, 1.5, 3.0], GRADIENT_TOLERANCE).found
-    assert not rest_at([3.0, 1.5, 3.0], 1.01 * GRADIENT_TOLERANCE).found
-    assert not rest_at([0.0, 0.0, 0.0], np.nan).found
-
-
-@pytest.mark.parametrize("pitch", [1.6, -1.6])
-def test_rest_state_outside_the_range_is_not_found(pitch):
-    assert not rest_at([0.0, pitch, 0.0], 0.0).found
-
-
-def test_tolerance_leaves_the_energy_exact_to_round_off():
-    # The error of the energy is the gradient squared over twice the stiffness.
-    assert GRADIENT_TOLERANCE**2 / (2 * 320) < 1e-16
-
-
-def test_descent_that_leaves_the_range_is_reported():
-    # Stabilizers too weak for the weight: the body swings over, to a rest state beyond θ2 = π/2.
-    system = paper_system(ReducedCoordinates())
-    weak = TranslationalStabilizer(1e-3 * K_T, DAMPING), RotationalStabilizer(0.1 * K_R, DAMPING)
-    rest = nearest_rest_state(replace(system, elements=(system.elements[0], *weak)))
-    assert rest.gradient < GRADIENT_TOLERANCE
-    assert abs(rest.motion.Theta[1]) > np.pi / 2
-    assert not rest.found
 
 
 LOADS = [1e-20, 1e-12, 1e-8, 1e-3, 1e6, 1e10]
@@ -202,25 +116,6 @@ def test_a_load_of_any_size_is_balanced(load):
     expected = [0.0, 0.0, -load / 3280]
     np.testing.assert_allclose(rest.motion.X, expected, rtol=0, atol=1e-12 * load / 3280)
     assert rest.energy == pytest.approx(-(load**2) / (2 * 3280), rel=1e-12, abs=0)
-
-
-def test_the_gradient_that_is_allowed_grows_with_large_loads_only():
-    assert gradient_tolerance(0.0) == 0.0
-    assert gradient_tolerance(1e-3) == pytest.approx(1e-10)
-    assert gradient_tolerance(1.0) == gradient_tolerance(1e5) == GRADIENT_TOLERANCE
-    assert gradient_tolerance(1e8) == pytest.approx(1e-4)
-
-
-def test_a_small_load_is_found_sooner_than_it_is_accurate():
-    light = rest_at([0.0, 0.0, 0.0], 1e-8)
-    assert light.found
-    assert light.is_accurate
-    light = RestState(light.motion, light.own, 0.0, 1e-8, load=1e-3)
-    assert light.found
-    assert not light.is_accurate
-    assert RestState(light.motion, light.own, 0.0, 1e-3, load=1e10).is_accurate
-    assert not RestState(light.motion, light.own, 0.0, 1.0, load=1e10).found
-    assert not RestState(rest_at([0.0, 1.6, 0.0], 0.0).motion, light.own, 0.0, 0.0).is_accurate
 
 
 @pytest.mark.parametrize(
@@ -239,3 +134,5 @@ def test_a_rest_state_beyond_the_range_is_not_found(Theta, inside):
     system = paper_system(CentreCoordinates(), weight=(0.0, 0.0, 0.0))
     motion = motion_from_centre(system.body, system.anchor, np.array([*Theta, *(0.0,) * 9]))
     assert RestState(motion, np.zeros(0), 0.0, gradient=0.0).found is inside
+    assert not RestState(motion, np.zeros(0), 0.0, 1.01 * GRADIENT_TOLERANCE).found
+    assert not RestState(motion, np.zeros(0), 0.0, np.nan).found

@@ -5,7 +5,6 @@ import pytest
 from support.config_elements import config_data
 from support.configs import BY_VARIANT, plain
 
-from rbstab.analysis.configuration import configurations
 from rbstab.analysis.descents.searched import searched_minima, searched_rest_states
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.config.build import problem_of
@@ -32,7 +31,7 @@ def system_of(data):
     return problem_of(load_config(data)).system
 
 
-@pytest.mark.parametrize("variant", ["free", "visco-elastic", "embedded", "permanent"])
+@pytest.mark.parametrize("variant", ["free", "permanent"])
 def test_it_finds_what_is_proved(variant):
     config = load_config(plain(BY_VARIANT[variant]))
     proof = prove(config)
@@ -49,12 +48,9 @@ def test_a_body_that_a_load_presses_against_a_guard(method):
     """Also where a force jumps there: the couple of a repelling guard, or a stop."""
     guard = {"kind": "guard"} | GUARDS[method]
     gravity = [4000.0 / 41.0, 0.0, -9.81]
-    # The load moves the body by 1 m, to the near anchor: there the theorem on springs says nothing.
-    strut = STRUT | {"anchor": [3.0, 0.1, 0.0]} if method == "stiff" else STRUT
-    data = config_data(
-        {"strut": strut, "range": guard}, gravity=gravity, initial={"orientation": [0, 0, 0]}
-    )
-    system = system_of(data)
+    initial = {"orientation": [0, 0, 0]}
+    elements = {"strut": STRUT, "range": guard}
+    system = system_of(config_data(elements, gravity=gravity, initial=initial))
     found = searched_minima(system)
     expected = nearest_rest_state(system)
     assert found
@@ -62,29 +58,3 @@ def test_a_body_that_a_load_presses_against_a_guard(method):
     assert nearest.state.energy == pytest.approx(expected.energy, rel=1e-6)
     np.testing.assert_allclose(nearest.state.motion.Theta, expected.motion.Theta, atol=1e-4)
     assert abs(nearest.state.motion.Theta[1]) > 0.0049
-    proof = prove(load_config(data))
-    if method == "stop":
-        assert proof.claims_nothing
-        assert [state.energy for state in proof.states] == [one.state.energy for one in found]
-        return
-    # Of soft guards there is a proof; where a couple jumps, it leaves the place undecided.
-    assert not proof.claims_nothing
-    assert proof.proved is (method == "stiff")
-    if proof.proved:
-        assert min(state.energy for state in proof.states) == pytest.approx(expected.energy)
-    else:
-        Theta = expected.motion.Theta
-        assert any(
-            np.all((np.array(low)[:3] <= Theta + 1e-4) & (Theta - 1e-4 <= np.array(high)[:3]))
-            for low, high in proof.undecided
-        )
-
-
-def test_each_state_is_a_minimum_of_the_energy():
-    guard = {"kind": "guard"} | GUARDS["stiff"]
-    system = system_of(config_data({"strut": STRUT, "range": guard}))
-    at_rest = configurations(system)
-    for one in searched_minima(system):
-        q = at_rest.configuration(one.state.motion, one.state.own)
-        away = np.random.default_rng(2).normal(size=(50, len(q))) * 1e-3
-        assert all(at_rest.energy(q + step) > at_rest.energy(q) for step in away)

@@ -53,31 +53,10 @@ def test_an_undamped_oscillation_moves_on():
     assert not moves_on(TIMES, DECAY, DECAY * np.sin(7.0 * TIMES) ** 2, ROUND_OFF)
 
 
-def test_a_body_at_rest_above_the_lowest_energy_does_not_move_on():
-    """As one that a sliding connector holds: v stays, without kinetic energy."""
-    assert not moves_on(TIMES, DECAY + 1e-3, DECAY, ROUND_OFF)
-
-
-def test_a_weakly_damped_motion_falls_and_does_not_move_on():
-    """v falls by a hundredth over the last tenth of 20 s: that is ten times as much as counts."""
-    slow = 1e-3 * np.exp(-0.005 * TIMES)
-    assert not moves_on(TIMES, DECAY + slow, slow, ROUND_OFF)
-    slower = 1e-3 * np.exp(-0.0001 * TIMES)
-    assert moves_on(TIMES, DECAY + slower, slower, ROUND_OFF)
-
-
-def test_round_off_does_not_move_on():
-    assert not moves_on(TIMES, DECAY + 1e-10, np.full(len(TIMES), 1e-10), ROUND_OFF)
-
-
 def test_v_below_zero_counts_from_a_state_that_is_not_approached():
     assert np.isnan(settling(DECAY - 0.004))
     # The round-off of v(0) is no reason.
     assert settling(DECAY - 1e-8) == pytest.approx(np.log(1000), abs=1e-4)
-
-
-def test_v_has_to_be_a_number_everywhere():
-    assert np.isnan(settling(np.where(np.arange(len(TIMES)) == 7, np.nan, DECAY)))
 
 
 def test_a_driven_motion_is_compared_with_its_largest_value():
@@ -89,27 +68,6 @@ def test_a_driven_motion_is_compared_with_its_largest_value():
     assert settled_at(times, v, supplied=supplied) == pytest.approx(1 + np.log(1000), abs=1e-6)
     falling, nothing = np.exp(-times), np.zeros(len(times))
     assert settled_at(times, falling, supplied=nothing) == settled_at(times, falling)
-
-
-@pytest.mark.parametrize("energy", [1e-4, 0.5, 3.0])
-def test_a_pulse_between_samples_is_not_overlooked(energy):
-    """A pulse at 30.2 s supplies an energy, which is lost again within a tenth of a second."""
-
-    def v(times):
-        pulse = np.where(times < 30.2, 0.0, energy * np.exp(-50.0 * np.maximum(times - 30.2, 0.0)))
-        return np.exp(-times) + pulse
-
-    def settled(times):
-        return settled_at(times, v(times), supplied=np.where(times < 30.2, 0.0, energy))
-
-    coarse, fine = settled(np.arange(0.0, 61.0)), settled(np.linspace(0.0, 60.0, 600_001))
-    if energy < 1e-3:
-        # v is interpolated linearly between samples 1 s apart.
-        assert coarse == pytest.approx(np.log(1000), abs=0.5)
-        assert fine == pytest.approx(np.log(1000), abs=1e-4)
-    else:
-        # The true time is in the interval of the pulse; its end is what the samples can say.
-        assert 30.2 < fine <= coarse == 31.0
 
 
 NOISE = 1e-17 * np.cos(1e3 * TIMES)
@@ -133,10 +91,6 @@ def test_a_motion_whose_v_is_round_off_is_at_rest(value, expected):
     assert settling(value) == pytest.approx(expected, abs=1e-2, nan_ok=True)
 
 
-def test_a_single_sample_shows_no_rest():
-    assert np.isnan(settled_at(np.zeros(1), np.zeros(1)))
-
-
 def test_round_off_is_that_of_the_energies_and_of_the_forces():
     """A load of 100 N and a spring of 1e6 N/m: ½ (100 N)²/k = 5 mJ, but v is known to 100 N x eps.
 
@@ -150,14 +104,3 @@ def test_round_off_is_that_of_the_energies_and_of_the_forces():
         rest = np.array([100.0 / stiffness, 0.0])
         found = value_round_off(partial(energies, stiffness), rest)
         assert 100.0 * np.finfo(float).eps < found < 1000.0 * np.finfo(float).eps
-
-
-def test_round_off_is_never_zero_and_grows_with_the_energies():
-    def energies(mass, y):
-        return np.array([0.5 * mass * (y @ y)])
-
-    start = np.zeros(4)
-    kinetic = [value_round_off(partial(energies, mass), start) for mass in (1.0, 1e-100, 1e100)]
-    assert kinetic[0] > 0
-    assert kinetic == pytest.approx([kinetic[0], 1e-100 * kinetic[0], 1e100 * kinetic[0]])
-    assert value_round_off(lambda _: np.zeros(3), start) > 0

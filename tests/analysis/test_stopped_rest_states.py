@@ -68,17 +68,6 @@ def test_motion_that_ends_against_its_stop_approaches_the_rest_state_there(side)
     assert zero.is_lowest
 
 
-def test_descent_that_touches_a_stop_and_leaves_it():
-    """From a state at the stop whose load pulls away, the descent goes back inside."""
-    found = system(1.4)
-    inside = nearest_rest_state(found)
-    assert abs(inside.motion.Theta[1]) < 1.3
-    for angle in (1.4, -1.4):
-        rest = rest_state_below(configurations(found), np.array([0.4, angle, -0.3]))
-        assert rest is not None
-        np.testing.assert_allclose(rest.motion.Theta, inside.motion.Theta, atol=1e-7)
-
-
 def test_linearisation_at_a_rest_against_the_stop():
     """θ2 is held: its two eigenvalues are zero. The others are those of the held body."""
     found = system(0.3)
@@ -100,11 +89,6 @@ def test_linearisation_at_a_rest_against_the_stop():
         if value != 0:
             np.testing.assert_allclose(linear.matrix @ mode, value * mode, atol=1e-7)
             assert abs(mode[1]) < 1e-14
-
-
-def test_no_rest_state():
-    rest = rest_state_below(configurations(system(0.3)), np.array([0.1, np.nan, 0.0]))
-    assert rest is None
 
 
 def test_descent_does_not_end_at_a_stop_that_the_load_pulls_away_from():

@@ -6,11 +6,8 @@ tension, in the toe or beyond it, wherever the motion started.
 
 import numpy as np
 import pytest
-from support.differences import jacobian
-from support.switching import MASS, data, guard, ligament, problem
+from support.switching import MASS, data, ligament, problem
 
-from rbstab.analysis.configuration import configurations
-from rbstab.analysis.linearisation import linearise
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.experiment.simulate import simulate
 
@@ -63,26 +60,3 @@ def test_a_motion_comes_to_rest_there_and_is_certified(x, weight):
     np.testing.assert_allclose(rest, [position_at_rest(weight), 0, 0], atol=1e-6)
     end = result.variables["position"].data[-1]
     np.testing.assert_allclose(end, rest, atol=1e-3)
-
-
-def test_gradient_is_that_of_the_energy_on_both_sides_of_a_switch():
-    elements = {"a": ligament(-1.0), "soft": guard("stiff", 40.0)}
-    at_rest = configurations(problem(data(elements)).system)
-    for x in (0.2, 0.35, 0.6):
-        for angle in (0.1, -0.5, 0.5):
-            q = np.array([0.2, angle, -0.1, x, 0.02, 0.01])
-            expected = jacobian(at_rest.energy, q, 1e-3)
-            np.testing.assert_allclose(at_rest.gradient(q), expected, atol=1e-8)
-            assert abs(at_rest.energies(q).sum() - at_rest.energy(q)) < 1e-14
-
-
-def test_linearisation_is_that_of_the_modes_at_rest():
-    """Beyond the toe, the hanging mass is an oscillator of stiffness K/ℓ₀ along its ligament."""
-    weight = 20.0
-    system = problem(hanging(weight)).system
-    rest = nearest_rest_state(system)
-    found = linearise(system, rest.motion, rest.own)
-    damping, stiffness = 3.0 / MASS, (K + 1e-3) / MASS
-    expected = np.roots([1.0, damping, stiffness])
-    nearest = np.abs(found.eigenvalues[:, np.newaxis] - expected).min(axis=0)
-    assert nearest.max() < 1e-6

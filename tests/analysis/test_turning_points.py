@@ -33,16 +33,6 @@ def test_a_sine_turns_at_one_within_the_estimated_error(frequency):
     assert np.abs(distance).max() < 1e-4 * frequency
 
 
-def test_a_more_accurate_point_is_never_replaced():
-    values, rates = np.sin(12.0 * TIMES + PHASES), 12.0 * np.cos(12.0 * TIMES + PHASES)
-    before, _ = found_in(values, rates)
-    exact = before._replace(error=np.where(np.isfinite(before.error), 0.0, np.inf))
-    again = through_more_samples(TIMES, values, rates, exact)
-    assert again.value.tobytes() == before.value.tobytes()
-    assert again.time.tobytes() == before.time.tobytes()
-    assert again.error.tobytes() == exact.error.tobytes()
-
-
 def test_points_without_an_estimate_stay_unknown():
     """Where a rate may change its sign twice, no interpolant shows it."""
     values = np.array([np.where(TIMES < 0.51, TIMES, 1.02 - TIMES)]) + 1.0
@@ -70,11 +60,3 @@ def test_a_corner_near_a_turn_has_an_error_of_its_size(shift, strength):
     exact = np.sin(10.0 * dense - 10.0 + np.pi / 2) + strength * np.maximum(dense - kink, 0.0)
     errors = np.abs(after.value[near] - exact.max())
     assert (errors <= after.error[near] + 1e-9).all()
-
-
-def test_too_few_samples_change_nothing():
-    few = TIMES[:5]
-    values, rates = np.sin(12.0 * few + PHASES), 12.0 * np.cos(12.0 * few + PHASES)
-    indices = np.abs(values).argmax(axis=1)
-    before = turning_points(few, values, rates, np.full(len(values), 1e-9), indices)
-    assert through_more_samples(few, values, rates, before) is before

@@ -1,7 +1,8 @@
-"""Protects the promise that a new connector is one file, its line in the registry, and an example.
+"""Protects the promise that a new element is one file, its line in the registry, and an example.
 
 A copy of the program gets the connector in `data/maxwell.py.txt`, which has gains of all shapes and
-two own states. Every command must then work with it.
+two own states, and the kind of element in `data/band.py.txt`, whose law is exponential. Every
+command must then work with the connector, and what rests with the band is proved.
 """
 
 import json
@@ -32,6 +33,30 @@ controller:
   k_m: 5000
   c_m: 300
 initial: {angular_velocity: [4, 2, -1], dashpot_length: [0.01, -0.02]}
+integration: {duration: 2, samples: 51}
+"""
+
+BAND = """\
+schema_version: 2
+title: A pendulum on a rubber band
+body: {mass: 2, inertia: [0.02, 0.02, 0.01], contact_point: [0, 0, 0.2]}
+gravity: [0, 0, -9.81]
+controller:
+  variant: permanent
+  K_t: [4, 4, 4]
+  L_t: [0.5, 0.5, 0.5]
+  K_r: [3, 3, 3]
+  L_r: [0.1, 0.1, 0.1]
+elements:
+  band:
+    kind: band
+    point: [0.02, 0, -0.1]
+    anchor: [0.3, 0.1, -0.2]
+    length: 0.3
+    stiffness: 40
+    scale: 0.1
+    damping: 1
+initial: {angular_velocity: [1, 0, 0]}
 integration: {duration: 2, samples: 51}
 """
 
@@ -66,9 +91,20 @@ def folder(tmp_path_factory):
         1,
     )
     assert registered.count("MaxwellConnector") == 2
+    shutil.copy(Path(__file__).parent / "data" / "band.py.txt", elements / "band.py")
+    registered = registered.replace(
+        "KINDS: dict[str, dict[str | None, type[Element]]] = {\n",
+        'KINDS: dict[str, dict[str | None, type[Element]]] = {\n    "band": {None: RubberBand},\n',
+    ).replace(
+        "from rbstab.elements.element",
+        "from rbstab.elements.band import RubberBand\nfrom rbstab.elements.element",
+        1,
+    )
+    assert registered.count("RubberBand") == 2
     (elements / "registry.py").write_text(registered)
     (copy / "maxwell.yaml").write_text(EXAMPLE)
     (copy / "plan.yaml").write_text(PLAN)
+    (copy / "band.yaml").write_text(BAND)
     return copy
 
 
@@ -165,6 +201,12 @@ def test_its_rest_states_are_proved(rbstab):
     text = json.dumps(answer)
     assert "proved to be all" in text
     assert "dashpot_length[1]" in text
+
+
+def test_what_rests_with_an_energy_in_one_new_file_is_proved(rbstab):
+    text = json.dumps(json.loads(rbstab("stability", "band.yaml", "--json")), ensure_ascii=False)
+    assert "2 rest states in the range: 1 stable, 1 unstable; proved to be all" in text
+    assert "convergence to rest state 1 is proved" in text
 
 
 def test_its_sensitivities_are_exact(folder, rbstab):

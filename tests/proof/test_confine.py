@@ -1,9 +1,11 @@
 """Rest states for all θ1 and θ3 lie in the box that is proved to contain them."""
 
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from support.proofs import body_of, rest_states, unwrapped_rest_states
 from support.rest import HEAVY, inverted_pendulum, paper_system, random_rest_system
 
@@ -183,6 +185,31 @@ def test_a_half_turn_does_not_bound_a_region_for_all_angles():
     assert faces[1] == [None, None]
     assert max(levels[0]) < min(levels[1])
     assert all(-0.1 < level <= 0 for level in levels[1])
+
+
+def test_the_ends_of_a_box_that_confines_do_not_end_the_lowest_region():
+    """½ (θ1² + 10 θ2² + θ3²) + 8 (1 - cos θ1): the next rest state has θ1 = -8 sin θ1."""
+    body = replace(energy(k=(1, 10, 1), p=8 - 8 * X.cos()), closed=frozenset({1}))
+    ends = confined(body)
+    assert ends is not None
+    end = np.array([ends[0], RANGE_END[1], ends[1]])
+    zeros = Search(BoundedEnergy(body.U, least=body.least), Box(-end, end)).run(16_000)
+    assert (zeros.proved, len(zeros.zeros)) == (True, 5)
+    theta = brentq(lambda x: x + 8 * np.sin(x), 4.5, 6.5, xtol=1e-14)
+    for confining, level in (
+        (False, ends[1] ** 2 / 2),
+        (True, theta**2 / 2 + 8 - 8 * np.cos(theta)),
+    ):
+        found = regions_of(body, zeros, Box(-end, end), confining=confining)
+        assert found.certified is not None
+        assert found.certified.energy_bound == pytest.approx(level, rel=1e-6)
+        assert found.minima[0].state == 0
+        assert found.minima[0].energy_bound == pytest.approx(level, rel=1e-5)
+    # θ2 is another matter: without a barrier its ends are lower.
+    without = replace(body, closed=frozenset())
+    found = regions_of(without, zeros, Box(-end, end), confining=True)
+    assert found.certified is not None
+    assert found.certified.energy_bound == pytest.approx(5 * (np.pi / 2) ** 2, rel=1e-6)
 
 
 def test_a_very_soft_body_is_not_searched():

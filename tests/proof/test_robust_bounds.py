@@ -1,26 +1,20 @@
 """The bounds of a family hold for each body in its box; a single number attains them."""
 
 from fractions import Fraction
-from functools import partial
-from typing import Any
 
 import numpy as np
 import pytest
 from scipy.optimize import root
-from support.bodies import box_of, config_of, least_over_x, member, some_bodies
-from support.config_elements import CONTROLLER, config_data
+from support.bodies import CASES, box_of, config_of, least_over_x, member, some_bodies
 
 from rbstab.analysis.configuration import configurations
-from rbstab.config.load import load_config
 from rbstab.proof.exact.expr import variable
-from rbstab.proof.model import stored_energy, value_at
-from rbstab.proof.robust.elimination import eliminated
 from rbstab.proof.robust.family import Family
 from rbstab.proof.robust.forms import forms_of
 from rbstab.proof.robust.heights import border_height
 from rbstab.proof.robust.majorants import lower_bound
 from rbstab.proof.robust.minimum import minimum_near
-from rbstab.proof.robust.numbers import FIRST, REMAINDERS, chebyshev, joined, weighted
+from rbstab.proof.robust.numbers import FIRST, REMAINDERS, weighted
 from rbstab.proof.robust.part import lowest_near, range_of
 
 FULL = {
@@ -28,46 +22,6 @@ FULL = {
     "K_r": [[400, 50, 20], [50, 400, 0], [20, 0, 320]],
 }
 HEAVY = [1.0, -2.0, -9.81]
-HELD = CONTROLLER | {"variant": "permanent"}
-SPRING: dict[str, Any] = {"kind": "spring", "point": [0.02, 0.0, 0.3], "anchor": [0.3, 0.01, 1.0]}
-SPRING |= {"stiffness": 900.0, "rest_length": 0.5}
-BAND: dict[str, Any] = {"kind": "ligament", "point": [0.1, 0.2, 0.3], "anchor": [0.5, 0.1, 0.5]}
-BAND |= {"stiffness": 100.0, "slack_length": 0.3, "toe_strain": 0.2, "damping": 8.0}
-STIFF = {"kind": "guard", "method": "stiff", "stiffness": 50.0, "soft_angle": 0.9}
-REPELLING = {"kind": "guard", "method": "repelling", "couple": 50.0, "soft_angle": 0.9}
-BARRIER = {"kind": "guard", "method": "barrier", "stiffness": 30.0}
-
-
-def of_paper(variant, sections):
-    return config_of(variant, **sections)
-
-
-def of_element(element):
-    return load_config(config_data({"one": element}, HELD))
-
-
-CASES = [
-    (of_paper("permanent", {}), ["controller=±20%", "body.contact_point=±0.02"]),
-    (of_paper("permanent", {"gravity": HEAVY}), ["body.mass=±10%", "gravity=±0.5"]),
-    (of_paper("permanent", {"controller": FULL}), ["controller=±10%"]),
-    (
-        of_paper("permanent", {"gravity": HEAVY, "controller": {"anchor": "equilibrium"}}),
-        ["controller.K_t=±5%"],
-    ),
-    (of_paper("free", {"gravity": HEAVY}), ["controller=±10%", "body.mass=±10%"]),
-    (
-        of_paper("visco-elastic", {"gravity": HEAVY}),
-        ["controller=±20%", "body.contact_point=±0.02"],
-    ),
-    (of_paper("visco-elastic", {"controller": FULL}), ["controller=±10%"]),
-    (of_paper("embedded", {"gravity": HEAVY}), ["controller=±20%", "body.contact_point=±0.02"]),
-    (of_element(SPRING), ["controller=±10%", "elements.one.rest_length=±5%"]),
-    (of_element(SPRING), ["elements.one.anchor=±0.02", "elements.one.stiffness=±10%"]),
-    (of_element(BAND), ["elements.one.slack_length=±2%", "elements.one.stiffness=±20%"]),
-    (of_element(STIFF), ["controller=±5%", "elements.one.soft_angle=±10%"]),
-    (of_element(REPELLING), ["controller=±5%", "elements.one=±10%"]),
-    (of_element(BARRIER), ["controller=±5%", "elements.one.stiffness=±20%"]),
-]
 
 
 def slopes(at_rest, points):
@@ -75,42 +29,48 @@ def slopes(at_rest, points):
     return np.array([at_rest.gradient(least_over_x(at_rest, x))[:3] for x in points])
 
 
-def some_boxes(rng, count):
+def some_boxes(rng, count, largest):
     centre = rng.uniform(-1, 1, size=(3, count)) * np.array([[3.0], [1.4], [3.0]])
-    radius = 10.0 ** rng.uniform(-4, -0.7, size=count) * np.ones((3, 1))
+    radius = largest * 10.0 ** rng.uniform(-3, 0.3, size=count) * np.ones((3, 1))
     return centre - radius, centre + radius
 
 
 @pytest.mark.parametrize(("config", "texts"), CASES)
 def test_slopes_of_each_body_are_within_the_bounds(config, texts):
-    """The slopes of single bodies come from the equations, without a box and without z."""
+    known, largest = seen_within_the_bounds(config, texts)
+    # The bounds are not far too wide: some body comes near them.
+    assert known > 500
+    assert largest > 0.2
+
+
+def seen_within_the_bounds(config, texts, radius=0.1):
+    """Compare with slopes of single bodies, from the equations, without a box and without z.
+
+    Return how many finite bounds hold, and the largest share of one that a body attains.
+    """
     rng = np.random.default_rng(1)
     members, part = box_of(config, *texts)
-    lo, hi = some_boxes(rng, 24)
+    lo, hi = some_boxes(rng, 24, radius)
     with np.errstate(all="ignore"):
-        local = Family(forms_of(members, part)).over(lo, hi).local
+        local = Family(forms_of(members, part)).over(lo, hi)
         directions = [*np.eye(3), *rng.normal(size=(6, 3))]
         bounds = [local.along(np.repeat(y[:, None], 24, 1)) for y in directions]
-    middle, others, error = local.slopes
     largest, known = 0.0, 0
-    for numbers in some_bodies(part, rng, 8):
+    for numbers in some_bodies(part, rng, 5):
         at_rest = configurations(member(members, numbers))
-        found = slopes(at_rest, (lo + (hi - lo) * rng.uniform(size=lo.shape)).T)
+        share = rng.uniform(size=lo.shape)  # in half of the boxes a corner
+        share[:, ::2] = np.round(share[:, ::2])
+        found = slopes(at_rest, (lo + (hi - lo) * share).T)
         slack = 1e-9 * (1 + np.abs(found).max())
         for y, (rise, spread) in zip(directions, bounds, strict=True):
             apart = np.abs(found @ y - rise)
             finite = np.isfinite(spread)
             assert np.all(apart[finite] <= spread[finite] + slack)
-            by_terms = np.abs(np.einsum("fim,i->fm", others, y)).sum(axis=0) + np.abs(y) @ error
-            good = np.isfinite(by_terms)
-            assert np.all(np.abs(found @ y - y @ middle)[good] <= by_terms[good] + slack)
             largest = max(largest, float((apart[finite] / (spread[finite] + slack)).max()))
             known += int(finite.sum())
         assert np.all(local.plain.lo - slack <= found.T)
         assert np.all(local.plain.hi + slack >= found.T)
-    # The bounds are not far too wide: some body comes near them.
-    assert known > 500
-    assert largest > 0.2
+    return known, largest
 
 
 ALONE = [
@@ -128,7 +88,7 @@ def test_a_single_number_attains_the_bounds(variant, text, share):
     """So no term of U may be missing, and none may be counted twice."""
     members, part = box_of(config_of(variant), text)
     point = np.array([[0.7], [-0.4], [1.1]])
-    local = Family(forms_of(members, part)).over(point, point).local
+    local = Family(forms_of(members, part)).over(point, point)
     ends = [
         slopes(configurations(member(members, (part.middle[0] + s * part.radius[0],))), point.T)[0]
         for s in (-1, 1)
@@ -148,14 +108,14 @@ def test_energies_are_within_the_bounds(config, texts):
     members, part = box_of(config, *texts)
     family = Family(forms_of(members, part))
     box, point = range_of(family), lowest_near(family, np.zeros(3))
-    if point is None:
-        pytest.skip("no minimum near Θ = 0")
+    assert point is not None
     height = border_height(family, point, box)
     assert height.lower_bound > 0
     least = np.inf
-    lines = [np.linspace(-1, 1, 9)] * 2
+    lines = [np.linspace(-1, 1, 5)] * 2
     face = np.stack([x.ravel() for x in np.meshgrid(*lines)])
-    sides = [np.insert(face, axis, side, axis=0) for axis in range(3) for side in (-1, 1)]
+    axes = [axis for axis in range(3) if axis != 1 or family.forms.stop is None]
+    sides = [np.insert(face, axis, side, axis=0) for axis in axes for side in (-1, 1)]
     # Of a barrier the ends of θ2 have no energy in doubles.
     points = np.concatenate(sides, axis=1).T * box.hi * [1, 1 - 1e-9, 1]
     for numbers in some_bodies(part, rng, 4):
@@ -167,7 +127,7 @@ def test_energies_are_within_the_bounds(config, texts):
     assert height.lower_bound >= 0.4 * least
 
 
-@pytest.mark.parametrize(("config", "texts"), CASES[:8])
+@pytest.mark.parametrize(("config", "texts"), CASES[::3])
 def test_the_rest_state_of_each_body_is_in_the_enclosure(config, texts):
     rng = np.random.default_rng(6)
     members, part = box_of(config, *texts)
@@ -175,9 +135,8 @@ def test_the_rest_state_of_each_body_is_in_the_enclosure(config, texts):
     point = lowest_near(family, np.zeros(3))
     assert point is not None
     minimum = minimum_near(family, point)
-    if minimum is None:
-        pytest.skip("the box is too wide")
-    for numbers in some_bodies(part, rng, 8):
+    assert minimum is not None
+    for numbers in some_bodies(part, rng, 5):
         at_rest = configurations(member(members, numbers))
         found = root(lambda x: slopes(at_rest, x[None])[0], point, tol=1e-12).x  # noqa: B023
         assert np.all(found >= minimum.enclosure.lo - 1e-9)
@@ -191,43 +150,18 @@ def test_the_rest_state_of_each_body_is_in_the_enclosure(config, texts):
         assert np.linalg.eigvalsh(np.array(H) + np.array(H).T).min() > 0
 
 
-@pytest.mark.parametrize("orders", [0, 6000])
-def test_what_elimination_leaves_is_bounded(orders, monkeypatch):
-    """The energy of each body is the polynomial in z, less at most ½|Σ z^α L_α e|²."""
-    monkeypatch.setattr("rbstab.proof.robust.elimination.PRODUCTS", orders)
-    rng = np.random.default_rng(3)
-    config = config_of("embedded", gravity=HEAVY, controller=FULL)
-    texts = ["controller.K_t=±20%", "controller.K_c=±20%", "controller.K_d=±20%"]
-    members, part = box_of(config, *texts)
-    exact = partial(members.exact, part.expressions())
-    total, size, _ = stored_energy(members.own([float(x) for x in part.middle]), exact)
-    left = eliminated(weighted(total), size)
-    family = Family(forms_of(members, part))
-    nearest = np.zeros(3)
-    for numbers in some_bodies(part, rng, 8):
-        z = [float((x - m) / r) for x, m, r in zip(numbers, part.middle, part.radius, strict=True)]
-        at_rest = configurations(member(members, numbers))
-        weights = {a: _power(z, a) for a in left.rows}
+def test_what_elimination_leaves_is_bounded(monkeypatch):
+    """With x_0 of the body in the middle, the remainder is a large part of the bounds."""
+    monkeypatch.setattr("rbstab.proof.robust.elimination.PRODUCTS", 0)
+    config = config_of("visco-elastic", gravity=HEAVY)
+    known, largest = seen_within_the_bounds(config, ["controller.K_c[0]=±50%"], 1e-9)
+    assert known > 500
+    assert largest > 0.9
 
-        def lost(Theta, weights=weights, at_rest=at_rest):
-            got = sum(weights[a] * _value(row, Theta) for a, row in left.rows.items())
-            return got - at_rest.energy(least_over_x(at_rest, Theta))
 
-        Theta = rng.uniform(-1, 1, size=3) * [3, 1.4, 3]
-        bounds = [
-            x[..., 0] for x in family.remainder(family.over(Theta[:, None], Theta[:, None]).o)
-        ]
-        h = 1e-2 * np.eye(3)
-        values = [lost(Theta), [(lost(Theta + e) - lost(Theta - e)) / 2e-2 for e in h]]
-        values.append([(lost(Theta + e) + lost(Theta - e) - 2 * values[0]) / 1e-4 for e in h])
-        bounds[2] = np.diagonal(bounds[2])
-        assert values[0] >= -1e-7
-        for k, (value, bound) in enumerate(zip(values, bounds, strict=True)):
-            # Of a remainder of 1e-7 J and less, differences in doubles show nothing.
-            slack = 1e-3 * np.max(bound) + 10.0 ** (-7 + 2 * k)
-            assert np.all(np.abs(value) <= bound + slack)
-            nearest[k] = max(nearest[k], float(np.max(np.abs(value) / (bound + slack))))
-    assert np.all(nearest > 1e-3)
+def test_a_single_body_attains_the_bounds_of_its_series():
+    _, largest = seen_within_the_bounds(config_of("permanent"), ["controller=±0.0001%"])
+    assert largest > 0.5
 
 
 def test_what_elimination_leaves_is_attained_by_the_softest_body(monkeypatch):
@@ -240,32 +174,6 @@ def test_what_elimination_leaves_is_attained_by_the_softest_body(monkeypatch):
     bound = family.remainder(family.over(point, point).o)[0][0]
     G, K = 410.0, 2050.0
     assert bound == pytest.approx(0.5 * (2050.0 * G / 4100.0) ** 2 / K, rel=1e-5)
-
-
-def _power(z, powers):
-    return float(np.prod([z[k - FIRST] ** n for k, n in powers])) if powers else 1.0
-
-
-def _value(row, Theta):
-    functions: dict[str, Any] = {"var": lambda x: x, "sin": np.sin, "cos": np.cos}
-    total = 0.0
-    for m, c in row.items():
-        term = float(Fraction(str(c)))
-        for a, p in m:
-            number = a.argument if a.kind == "var" else next(iter(a.variables))
-            term *= functions[a.kind](Theta[number]) ** p
-        total += term
-    return total
-
-
-def test_a_polynomial_in_the_numbers_is_the_same_expression():
-    x, z = variable(0), variable(FIRST)
-    e = (x.sin() + 2 * z) ** 2 * (x.sqrt() + z) ** 2
-    parts = weighted(e)
-    assert set(parts) == {(), *(((FIRST, n),) for n in (1, 2, 3, 4))}
-    at = np.zeros(FIRST + 1)
-    at[[0, FIRST]] = 0.7, -0.4
-    assert value_at(joined(parts), at) == pytest.approx(value_at(e, at), rel=1e-12)
 
 
 def test_a_number_that_places_a_step_stays_in_its_terms():
@@ -293,14 +201,6 @@ def test_a_reciprocal_is_a_series_with_a_remainder(z):
     ends = [at(w) for w in np.linspace(-1, 1, 9)]
     assert min(ends) - 1e-15 <= (3 + z / 2) ** -2 <= max(ends) + 1e-15
     assert max(ends) - min(ends) < 1e-3
-
-
-@pytest.mark.parametrize("power", range(7))
-def test_powers_in_chebyshev_polynomials(power):
-    z = np.linspace(-1, 1, 11)
-    terms = chebyshev(power).items()
-    total = sum(float(weight) * np.cos(degree * np.arccos(z)) for degree, weight in terms)
-    np.testing.assert_allclose(total, z**power, atol=1e-14)
 
 
 def test_majorants_bound_all_matrices():

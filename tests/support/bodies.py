@@ -9,10 +9,13 @@ from scipy.optimize import minimize, root
 
 import rbstab
 from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.config.load import load_config
+from rbstab.config.schema import Config
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.robust.bodies import members_of
 from rbstab.proof.robust.numbers import Members, Part
 from rbstab.systems.system import System
+from support.config_elements import CONTROLLER, config_data
 from support.paper_runs import paper_config
 from support.systems import Array
 
@@ -26,6 +29,53 @@ def config_of(variant: str, *, scale: float = 1.0, **sections: Any) -> Any:
     for name, entries in sections.items():
         data[name] = {**data[name], **entries} if isinstance(entries, dict) else entries
     return rbstab.load_config(data)
+
+
+HEAVY = [0.0, 1.0, -9.81]
+FULL = {
+    "K_t": [[4100, 600, 0], [600, 4100, -300], [0, -300, 3280]],
+    "K_r": [[400, 50, 20], [50, 400, 0], [20, 0, 320]],
+}
+HELD = CONTROLLER | {"variant": "permanent"}
+STRUT: dict[str, Any] = {"kind": "spring", "point": [0.02, 0.0, 0.3], "anchor": [0.3, 0.01, 1.0]}
+STRUT |= {"stiffness": 900.0, "rest_length": 0.5}
+BAND: dict[str, Any] = {"kind": "ligament", "point": [0.1, 0.2, 0.3], "anchor": [0.5, 0.1, 0.5]}
+BAND |= {"stiffness": 100.0, "slack_length": 0.3, "toe_strain": 0.2, "damping": 8.0}
+
+
+def guard(method: str, **numbers: float) -> dict[str, Any]:
+    """Return a guard."""
+    return {"kind": "guard", "method": method, **numbers}
+
+
+def with_element(element: dict[str, Any], controller: dict[str, Any] = HELD) -> Config:
+    """Return a config with one element."""
+    return load_config(config_data({"one": element}, controller))
+
+
+CASES: list[tuple[Config, list[str]]] = [
+    (config_of("permanent"), ["controller=±20%", "body.contact_point=±0.01"]),
+    (config_of("permanent", gravity=HEAVY), ["controller=±5%", "gravity=±0.2", "body.mass=±2%"]),
+    (config_of("visco-elastic"), ["controller=±20%", "body.contact_point=±0.01"]),
+    (config_of("visco-elastic", controller=FULL), ["controller=±10%"]),
+    (config_of("embedded"), ["controller=±20%", "body.contact_point=±0.01"]),
+    (config_of("free", gravity=HEAVY), ["controller=±20%"]),
+    (with_element(STRUT), ["controller=±5%", "elements.one.stiffness=±10%"]),
+    (with_element(STRUT), ["elements.one.rest_length=±2%"]),
+    (with_element(BAND), ["controller=±5%", "elements.one.stiffness=±10%"]),
+    (
+        with_element(guard("barrier", stiffness=30.0)),
+        ["controller=±10%", "elements.one.stiffness=±20%"],
+    ),
+    (
+        with_element(guard("stiff", stiffness=50.0, soft_angle=0.9)),
+        ["controller=±5%", "elements.one.soft_angle=±1%"],
+    ),
+    (with_element(guard("repelling", couple=5.0, soft_angle=0.9)), ["controller=±10%"]),
+    (with_element(guard("stop", restitution=0.5, angle=1.2)), ["controller=±10%"]),
+    (with_element(guard("stop", restitution=0.5, angle=1.2), CONTROLLER), ["controller=±10%"]),
+]
+"""Boxes of bodies for which one rest state is proved."""
 
 
 def box_of(config: Any, *texts: str) -> tuple[Members, Part]:

@@ -2,8 +2,8 @@
 
 The equations are evaluated with numbers modulo a prime p, which are exact and fast. Different
 equations have different values, but for an accident with a probability of about 1e-36; a
-rearranged formula has the same ones. An angle is a number with a sine s and a cosine c that are
-chosen on s² + c² = 1.
+rearranged formula has the same ones. A sine s and a cosine c are chosen on s² + c² = 1. Of other
+functions nothing is known but their names: their values are drawn for each argument.
 """
 
 import hashlib
@@ -23,11 +23,11 @@ P = 2**127 - 1
 
 
 class Residue:
-    """A number modulo p. Its sine and cosine are known only if it is an angle.
+    """A number modulo p.
 
     Args:
         value: The number.
-        half: tan θ/2 of an angle, or None.
+        half: tan x/2, by default a number that belongs to x.
     """
 
     __slots__ = ("half", "value")
@@ -49,10 +49,14 @@ class Residue:
         """Return x^((p + 1)/4), whose square is x or -x, because p = 3 mod 4."""
         return Residue(pow(self.value, (P + 1) // 4, P))
 
+    def __getattr__(self, name: str) -> Callable[[], "Residue"]:
+        """Return a function of this name: exp, log, tan and the like."""
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return lambda: _some(f"{name} of {self.value}")
+
     def _tangent(self) -> int:
-        if self.half is None:
-            raise TypeError("the sine of a number that is not one of the angles")
-        return self.half
+        return _some(f"half of {self.value}").value if self.half is None else self.half
 
     def _combine(self, other: Any, operation: Callable[[int, int], int]) -> "Residue":
         if isinstance(other, np.ndarray):

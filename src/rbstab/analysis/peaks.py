@@ -4,20 +4,10 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 
-ROWS_AT_ONCE = 128
-"""Rows of samples that are searched at once, so that they stay in the processor's cache."""
-
 
 def indices_of_largest(values: Array) -> Array:
     """Return the index of the value farthest from zero, or of the first NaN, on the last axis."""
-    rows = values.reshape(-1, values.shape[-1])
-    found = np.empty(len(rows), dtype=np.intp)
-    magnitudes = np.empty((min(len(rows), ROWS_AT_ONCE), values.shape[-1]))
-    for first in range(0, len(rows), ROWS_AT_ONCE):
-        some = rows[first : first + ROWS_AT_ONCE]
-        np.abs(some, out=magnitudes[: len(some)])
-        magnitudes[: len(some)].argmax(axis=-1, out=found[first : first + len(some)])
-    return found.reshape(values.shape[:-1])
+    return np.asarray(np.abs(values).argmax(axis=-1))
 
 
 def peaks_at_samples(

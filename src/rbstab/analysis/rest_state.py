@@ -14,7 +14,7 @@ from rbstab.analysis.configuration import (
     as_at_rest,
     configurations,
 )
-from rbstab.analysis.descents.descent import descend
+from rbstab.analysis.descents.descent import SingleEnergy, descend, numerical_hessian
 from rbstab.analysis.descents.kinked import descend_to_kinks, has_kinks
 from rbstab.mechanics.attitude import in_range, is_upright
 from rbstab.mechanics.derivatives import jacobian
@@ -36,10 +36,6 @@ FORCE_ERROR = 1e-12
 
 MAX_STEPS = 100
 """The maximum number of steps of the descent; about ten are enough if a rest state exists."""
-
-HESSIAN_STEP = 1e-6
-"""rad and m. The Hessian only guides the descent, so it need not be accurate. The step grows with
-coordinates above 1000, because it would be lost in their round-off."""
 
 MAX_TOUCHES = 4
 """The maximum number of times that a descent goes on along a stop."""
@@ -157,27 +153,13 @@ def rest_state_below(
     return found if found.is_at_rest else None
 
 
-class _SingleEnergy:
-    """The energy of one configuration (an `EnergyAt`); its Hessian is computed when it is read."""
-
-    def __init__(self, at_rest: Configurations, q: Array) -> None:
-        self._gradient, self._q = at_rest.gradient, q
-        self.value = np.array([float(at_rest.energy(q))])
-        self.gradient = at_rest.gradient(q)[np.newaxis]
-
-    @property
-    def hessian(self) -> Array:
-        """The Hessian, shape (1, n, n)."""
-        return numerical_hessian(self._gradient, self._q)[np.newaxis]
-
-
 def _descended(
     at_rest: Configurations, q: Array, is_late: Callable[[], bool], largest_pitch: float
 ) -> RestState:
     """Return the state in which a descent ends, at a rest state or at the largest |θ2|."""
 
-    def energy(_rows: Array, q: Array) -> _SingleEnergy:
-        return _SingleEnergy(at_rest, q[:, 0])
+    def energy(_rows: Array, q: Array) -> SingleEnergy:
+        return SingleEnergy(at_rest.energy, q[:, 0])
 
     def is_inside(q: Array) -> Array:
         Theta = q[ORIENTATION]
@@ -227,16 +209,6 @@ def gradient_tolerance(load: float) -> float:
 def largest_load(at_rest: Configurations, q: Array) -> float:
     """Return the largest generalized force of a single element, N m and N."""
     return float(np.abs(jacobian(at_rest.energies, q)).max(initial=0.0))
-
-
-def numerical_hessian(gradient: Callable[[Array], Array], q: Array) -> Array:
-    """Return the Hessian of an energy by differences of its gradient; it guides a descent."""
-    steps = HESSIAN_STEP * np.maximum(1.0, 1e-3 * np.abs(q))
-    rows = [
-        (gradient(q + shift) - gradient(q - shift)) / (2 * step)
-        for shift, step in zip(np.diag(steps), steps, strict=True)
-    ]
-    return 0.5 * (np.array(rows) + np.array(rows).T)
 
 
 def _steepness(energy: Callable[[Array], Any], q: Array) -> float:

@@ -201,7 +201,8 @@ def _body_proof(
     if wide is not None and wide is not rest:
         # Where the search of the wide range stopped, undecided boxes cover most of it.
         ended = wide.outcome is SearchOutcome.BOX_LIMIT
-        unwrapped = Found(wide, body.regions(wide) if needed and not ended else NO_REGIONS)
+        found_wide = body.regions(wide, confining=True) if needed and not ended else NO_REGIONS
+        unwrapped = Found(wide, found_wide)
     record = proof_record(identity, body.energy, found, unwrapped, seconds())
     wide_stopped = wide is not None and wide.outcome is SearchOutcome.BOX_LIMIT
     by_limit = stopped or (left < body.wide_limit and wide_stopped)

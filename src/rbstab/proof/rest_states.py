@@ -183,13 +183,15 @@ class Body:
             tuple(points), known, found.zeros, examined, outcome, end, closed, found.share
         )
 
-    def regions(self, rest: RestStates) -> Regions:
+    def regions(self, rest: RestStates, *, confining: bool = False) -> Regions:
         """Return c* of a range, and the region of each minimum: theorems 3 and 5.
 
         Args:
             rest: What `proved` or `wide` returned.
+            confining: Whether it is what `wide` returned.
         """
-        return regions_of(self.energy, rest.zeros, Box(-rest.end, rest.end), self.bounded)
+        box = Box(-rest.end, rest.end)
+        return regions_of(self.energy, rest.zeros, box, self.bounded, confining=confining)
 
     def wide(self, rest: RestStates, limit: int | None = None) -> RestStates | None:
         """Prove the rest states with |θ2| < π/2 and any θ1 and θ3.

@@ -31,6 +31,9 @@ BATCH = 1024
 SMALLEST = 2e-7
 """The size of a box, relative to the scale of each variable, that is not halved any more."""
 
+LONGEST_PAUSE = 15
+"""After so many batches of boxes at most, Newton's method is tried again."""
+
 ZERO_STEP = 1e-9
 """A Newton step that is shorter has arrived."""
 
@@ -207,21 +210,28 @@ class Zeros:
         return self.undecided.count == 0
 
 
-def newton(energy: BoundedEnergy, starts: Array, steps: int = 30) -> tuple[Array, Array]:
+def newton(
+    energy: BoundedEnergy,
+    starts: Array,
+    steps: int = 30,
+    known: Callable[[Array], Array] | None = None,
+) -> tuple[Array, Array]:
     """Follow Newton's method from points of shape (n, points); return the ends and last steps.
 
-    It moves in all variables at once, from where U is least over z.
+    It moves in all variables at once, from where U is least over z. It ends when each point is at
+    a zero, or where `known` says so.
     """
     z = energy.minimiser(starts).z if energy.k else np.zeros((0, starts.shape[1]))
     x, last = np.concatenate([starts, z]), np.full(starts.shape[1], np.inf)
     with np.errstate(all="ignore"):
         for _ in range(steps):
             _, g, H = energy.at_all(x[: energy.n], x[energy.n :])
-            step, left = _newton_steps(H, g)
-            last = np.maximum(np.abs(step).max(axis=0), left)
+            step, error = _newton_steps(H, g)
+            last = np.maximum(np.abs(step).max(axis=0), error)
             step = step * np.minimum(1.0, 0.5 / np.maximum(last, 1e-300))
             x = x - np.where(np.isfinite(step), step, 0.0)
-            if not np.any(last > 1e-13):
+            left = last > 1e-13
+            if not np.any(left if known is None else left & ~known(x[: energy.n])):
                 break
     return x[: energy.n], last
 
@@ -299,6 +309,7 @@ class Search:
         self.ambiguous: list[Box] = []
         self.left = one_box(box)
         self.examined = 0
+        self.pause, self.waiting = 0, 0
 
     def run(self, limit: int, starts: Array | None = None, begin: Boxes | None = None) -> Zeros:
         """Search until all boxes are done, or a number of boxes is examined.
@@ -370,9 +381,20 @@ class Search:
             found &= ~boxes.within(zero.domain)
         return found
 
+    def _try_near(self, points: Array) -> None:
+        """Try points near boxes that may have zeros; after tries in vain ever more seldom."""
+        if self.waiting > 0:
+            self.waiting -= 1
+            return
+        before = len(self.zeros) + len(self.failed)
+        self._try(points)
+        in_vain = len(self.zeros) + len(self.failed) == before
+        self.pause = min(2 * self.pause + 1, LONGEST_PAUSE) if in_vain else 0
+        self.waiting = self.pause
+
     def _try(self, points: Array) -> None:
         """Follow Newton's method from points, and prove the zeros in which it ends."""
-        ends, last = newton(self.energy, points, TRY_STEPS)
+        ends, last = newton(self.energy, points, TRY_STEPS, lambda x: ~self._open(Boxes(x, x)))
         for x, size in zip(ends.T, last, strict=True):
             if not (size < ZERO_STEP and self._is_bounded(x, x)):
                 continue
@@ -430,15 +452,18 @@ class Search:
             step, error, mean, _ = preconditioned(b)
             spread = error + np.einsum("ijm,jm->im", mean, b.radius) * UP
             left &= ~np.any(np.abs(step) > (b.radius + spread) * UP, axis=0)
-            near = left & np.all(np.abs(step) <= 2 * b.radius, axis=0)
+            near = left & np.all(np.abs(step) <= 1.1 * b.radius, axis=0)
             near |= left & np.isnan(step).all(axis=0) & np.isfinite(b.slope.mid).all(axis=(0, 1))
             # Cut down to the image of Krawczyk's operator.
             low = np.nextafter(b.centre - step - spread * UP, -np.inf)
             high = np.nextafter(b.centre - step + spread * UP, np.inf)
             low, high = np.fmax(boxes.lo, low), np.fmin(boxes.hi, high)
             left &= ~np.any(low > high, axis=0)
+            # One step of Newton's method further; not where it leads to a zero that is known.
+            ahead = np.where(np.isfinite(step), b.centre - step, b.centre)
+            near &= self._open(Boxes(ahead, ahead))
         if near.any():
-            self._try(b.centre[:, near][:, :8])
+            self._try_near(ahead[:, near][:, :8])
         cut = Boxes(np.where(left, low, boxes.lo), np.where(left, high, boxes.hi))
         left &= self._open(cut)
         return self._split(cut[left], mean[:, :, left], b.radius[:, left])

@@ -1,6 +1,7 @@
 """What is proved of the exact motions of configs, and how it is stored with their runs."""
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -26,9 +27,14 @@ CONFIGS = Path(__file__).parents[3] / "configs"
 PAPER = ("case1_permanent", "case2_visco_elastic", "case3_embedded")
 
 
-def proved(config, enclose=Enclose.UNTIL_PROVED):
-    problem = problem_of(config)
-    return prove_convergence(config, problem, prove(config, problem), enclose)
+@cache
+def held_proof():
+    """Return the proof of the paper's held body, for all its starts."""
+    return prove(rbstab.load_config(paper_config("permanent")))
+
+
+def proved(config, enclose=Enclose.UNTIL_PROVED, proof=None):
+    return prove_convergence(config, problem_of(config), proof or prove(config), enclose)
 
 
 @pytest.mark.parametrize("name", PAPER)
@@ -71,7 +77,7 @@ def test_a_start_inside_needs_no_step():
 
 def test_a_start_outside_is_not_decided_without_following_it():
     config = rbstab.load_config(paper_config("permanent"))
-    found = convergence_at_start(config, problem_of(config), prove(config))
+    found = convergence_at_start(config, problem_of(config), held_proof())
     assert found.proved is None
     assert "--prove" in found.why
 
@@ -81,7 +87,7 @@ def test_a_held_body_is_followed_in_its_six_states(coordinates):
     config = rbstab.load_config(
         paper_config("permanent", duration=0.5, samples=11, coordinates=coordinates)
     )
-    result = rbstab.simulate(config, proof=prove(config), enclose=Enclose.TO_END)
+    result = rbstab.simulate(config, proof=held_proof(), enclose=Enclose.TO_END)
     assert result.attributes["convergence"] == "proved"
     assert result["enclosure/time"].tolist() == result["time"].tolist()
     low, high = result["enclosure/orientation_low"], result["enclosure/orientation_high"]
@@ -92,8 +98,7 @@ def test_a_held_body_is_followed_in_its_six_states(coordinates):
 
 def test_a_wrong_computed_motion_is_found():
     config = rbstab.load_config(paper_config("permanent", duration=0.05, samples=6))
-    given, proof = problem_of(config), prove(config)
-    motion = prove_convergence(config, given, proof, Enclose.TO_END)
+    motion = proved(config, Enclose.TO_END, held_proof())
     result = rbstab.simulate(config)
     check = compared(motion.samples, result)
     assert check.verdict == "consistent"
@@ -120,20 +125,11 @@ def compared(samples, result):
     return computed_motion_check(samples, result.variables, 1e-8)
 
 
-def test_a_sliding_connector_is_refused_with_the_reason():
-    gains = {"K_s": [2000.0] * 3, "surface": "position"}
-    data = paper_config("free", controller={"variant": "sliding", **gains})
-    config = rbstab.load_config(data)
-    found, samples = proved(config, Enclose.TO_END)
-    assert (found.proved, samples) == (None, None)
-    assert "sliding" in found.why
-
-
 def test_an_enclosure_that_ends_early_says_so(monkeypatch):
     """Convergence is proved; what was asked for beyond it is not."""
     monkeypatch.setattr(exact_motion, "MAX_STEPS", 45)
     config = rbstab.load_config(paper_config("permanent"))
-    found, samples = proved(config, Enclose.TO_END)
+    found, samples = proved(config, Enclose.TO_END, held_proof())
     assert (found.proved, found.steps) == (True, 45)
     assert found.why.startswith("not enclosed to the end: 45 steps of the enclosure reach t = 0.")
     assert 0.3 < samples.times[-1] < 2.0
@@ -142,18 +138,10 @@ def test_an_enclosure_that_ends_early_says_so(monkeypatch):
 def test_the_limit_of_steps_is_named(monkeypatch):
     monkeypatch.setattr(exact_motion, "MAX_STEPS", 5)
     config = rbstab.load_config(paper_config("permanent"))
-    found, samples = proved(config)
+    found, samples = proved(config, proof=held_proof())
     assert (found.proved, found.steps) == (None, 5)
     assert "v is too large after 5 steps" in found.why
     assert samples.times[-1] > 0
-
-
-def test_a_motion_that_cannot_be_followed_is_not_decided():
-    initial = {"orientation": [0, 1.55, 0], "angular_velocity": [0, 300, 0]}
-    config = rbstab.load_config(paper_config("permanent", initial=initial))
-    found, _ = proved(config)
-    assert found.proved is None
-    assert "the enclosure ends at t =" in found.why
 
 
 @pytest.mark.parametrize(
@@ -189,8 +177,6 @@ def test_the_sentence_says_what_is_proved():
     short = replace(found, why="not enclosed to the end: too slow")
     assert short.sentence == f"{found.sentence}; not enclosed to the end: too slow"
     # An error is never rounded down.
-    wide = replace(found, energy=(915.0, 915.024))
-    assert "known to 0.02 J" in wide.sentence
     wider = replace(found, energy=(900.0, 901.96))
     assert "known to 1 J" in wider.sentence
 
@@ -198,9 +184,8 @@ def test_the_sentence_says_what_is_proved():
 def test_an_enclosure_without_a_region_keeps_both_reasons(monkeypatch):
     monkeypatch.setattr(exact_motion, "MAX_STEPS", 3)
     config = rbstab.load_config(paper_config("permanent"))
-    problem = problem_of(config)
-    bare = prove(config).model_copy(update={"region": None, "regions": (), "unwrapped": None})
-    found, samples = prove_convergence(config, problem, bare, Enclose.TO_END)
+    bare = held_proof().model_copy(update={"region": None, "regions": (), "unwrapped": None})
+    found, samples = proved(config, Enclose.TO_END, bare)
     assert found.proved is None
     assert found.why.startswith("no certified region is proved")
     assert "not enclosed to the end: 3 steps" in found.why

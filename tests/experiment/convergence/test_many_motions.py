@@ -10,17 +10,14 @@ from support.paper_runs import paper_config
 from support.valleys import TWO_VALLEYS
 
 import rbstab
-from rbstab.config.build import problem_of, start_of
+from rbstab.config.build import start_of
 from rbstab.experiment.convergence import many_motions as module
 from rbstab.experiment.convergence.convergence import Convergence, Undecided
 from rbstab.experiment.convergence.decisions import PATIENCE
 from rbstab.experiment.convergence.enclosed_system import enclosed_system
-from rbstab.experiment.convergence.exact_motion import prove_convergence
-from rbstab.experiment.convergence.many_motions import ManyMotions
+from rbstab.experiment.convergence.many_motions import Motions
 from rbstab.experiment.convergence.region_bounds import region_energies
 from rbstab.experiment.proof import prove
-from rbstab.proof.motion.motion import followed
-from rbstab.proof.motion.motion_set import POINT, point_sets
 
 MAX_STEPS = 400
 ROUND_OFF = 1e-14
@@ -31,7 +28,7 @@ ROUND_OFF = 1e-14
 def many_of(variant):
     """Return the config of a paper's case, and what encloses its motions."""
     config = rbstab.load_config(paper_config(variant))
-    return config, ManyMotions(config, prove(config))
+    return config, Motions(config, prove(config))
 
 
 def starts_of(config, factors):
@@ -73,38 +70,21 @@ def motion_in_doubles(config, time):
     return system, end
 
 
-@pytest.mark.parametrize(
-    "variant",
-    [
-        "free",
-        *(
-            pytest.param(x, marks=pytest.mark.slow)
-            for x in ("permanent", "visco-elastic", "embedded")
-        ),
-    ],
-)
-def test_members_agree_with_single_enclosures(variant):
-    """In the rest state and the time; the energy of a computed motion is inside the bounds."""
+@pytest.mark.parametrize("variant", ["free", pytest.param("permanent", marks=pytest.mark.slow)])
+def test_the_energy_of_a_computed_motion_is_inside_the_bounds(variant):
     config, many = many_of(variant)
     configs = starts_of(config, [1.0, 0.01, 0.8])
-    found = many.follow(*values_of(configs), MAX_STEPS)
+    found = many.follow_all(*values_of(configs), MAX_STEPS)
     rest = many.proof.states[0].energy
-    for k, (one, result) in enumerate(zip(configs, found, strict=True)):
+    for one, result in zip(configs, found, strict=True):
         decision = result.decision
-        assert isinstance(decision, Convergence)
         assert decision.proved is True
         assert decision.time == result.time
-        assert decision.energy is not None
-        assert decision.bound is not None
         low, high = decision.energy
         assert low <= high < decision.bound
         system, end = motion_in_doubles(one, result.time)
         v = system.observe(end).energy.sum() - rest
         assert low - 1e-7 * (1 + v) <= v <= high + 1e-7 * (1 + v)
-        if k < 2:
-            alone = prove_convergence(one, problem_of(one), many.proof).convergence
-            assert alone.rest_state == decision.rest_state
-            assert result.time == pytest.approx(alone.time, rel=0.3)
     assert found[0].steps > 0
     assert (found[1].steps, found[1].time) == (0, 0.0)
     assert found[2].time < found[0].time
@@ -113,8 +93,8 @@ def test_members_agree_with_single_enclosures(variant):
 def test_each_motion_reaches_its_own_valley():
     """Starts on both sides of the pass, one after the other in the same batch."""
     config = rbstab.load_config(TWO_VALLEYS | {"initial": {"orientation": [-0.5, 0, 0]}})
-    many = ManyMotions(config, prove(config))
-    speeds = [-11.0, 10.0, 12.0, 14.0, -11.0]
+    many = Motions(config, prove(config))
+    speeds = [-11.0, 10.0, 12.0, -11.0]
     configs = [
         rbstab.load_config(
             TWO_VALLEYS | {"initial": {"orientation": [-0.5, 0, 0], "angular_velocity": [x, 0, 0]}}
@@ -122,8 +102,8 @@ def test_each_motion_reaches_its_own_valley():
         for x in speeds
     ]
     values, errors = values_of(configs)
-    found = many.follow(values, errors, MAX_STEPS)
-    assert found[0].steps == found[4].steps
+    found = many.follow_all(values, errors, MAX_STEPS)
+    assert found[0].steps == found[3].steps
     assert {one.decision.rest_state for one in found} == {1, 2}
     for start, one in zip(configs, found, strict=True):
         _, end = motion_in_doubles(start, one.time + 30.0)
@@ -144,14 +124,14 @@ def test_what_is_found_does_not_depend_on_the_batch(monkeypatch):
     config, many = many_of("free")
     values, errors = values_of(starts_of(config, [0.4, 0.01, 0.45, 0.9, 0.5]))
     values[4, 0], errors[2, 3] = np.nan, 1e3
-    whole = many.follow(values, errors, 14)
+    whole = many.follow_all(values, errors, 14)
     assert {type(one.decision) for one in whole} == {Convergence, type(None)}
     assert len({one.steps for one in whole}) > 2
     order = np.array([3, 1, 4, 0, 2])
-    for k, one in zip(order, many.follow(values[order], errors[order], 14), strict=True):
+    for k, one in zip(order, many.follow_all(values[order], errors[order], 14), strict=True):
         assert same(one, whole[k])
     monkeypatch.setattr(module, "BATCH_SIZE", 2)
-    for one, other in zip(many.follow(values, errors, 14), whole, strict=True):
+    for one, other in zip(many.follow_all(values, errors, 14), whole, strict=True):
         assert same(one, other)
     assert [one.steps for one in whole][2::2] == [0, 0]
 
@@ -159,19 +139,19 @@ def test_what_is_found_does_not_depend_on_the_batch(monkeypatch):
 def test_the_limit_of_steps():
     config, many = many_of("free")
     start = values_of(starts_of(config, [0.5, 0.01]))
-    enough = many.follow(*start, MAX_STEPS)
+    enough = many.follow_all(*start, MAX_STEPS)
     steps = enough[0].steps
-    short, inside = many.follow(*start, steps - 1)
+    short, inside = many.follow_all(*start, steps - 1)
     assert (short.steps, short.decision) == (steps - 1, None)
     assert same(inside, enough[1])
-    assert same(many.follow(*start, steps)[0], enough[0])
+    assert same(many.follow_all(*start, steps)[0], enough[0])
 
 
 def test_numbers_without_bounds_prove_nothing():
     """Neither at the start nor later, and also where a start would be inside of a region."""
     config, many = many_of("visco-elastic")
     values, errors = values_of(starts_of(config, [0.01]))
-    assert isinstance(many.follow(values, errors, 5)[0].decision, Convergence)
+    assert isinstance(many.follow_all(values, errors, 5)[0].decision, Convergence)
     broken = []
     for bad in (np.nan, np.inf, -np.inf, 1e200):
         for place in (0, 4, 7, 11):
@@ -179,7 +159,7 @@ def test_numbers_without_bounds_prove_nothing():
             one[0, place] = bad
             broken.append((one, errors))
             broken.append((values, np.where(np.arange(12) == place, abs(bad), errors)))
-    found = many.follow(*(np.concatenate(parts) for parts in zip(*broken, strict=True)), 5)
+    found = many.follow_all(*(np.concatenate(parts) for parts in zip(*broken, strict=True)), 5)
     assert [one.decision for one in found] == [None] * len(broken)
     assert {one.steps for one in found} == {0}
 
@@ -190,7 +170,7 @@ def test_errors_of_the_start_are_in_the_bounds_of_the_energy():
     configs = starts_of(config, [0.01])
     values, errors = values_of(configs)
     errors[0, 3:6] = 0.01
-    (found,) = many.follow(values, errors, 0)
+    (found,) = many.follow_all(values, errors, 0)
     low, high = found.decision.energy
     system = enclosed_system(configs[0], lambda numbers: numbers)
     rest = many.proof.states[0].energy
@@ -200,14 +180,14 @@ def test_errors_of_the_start_are_in_the_bounds_of_the_energy():
         y[3:6] += sign * np.sign(y[3:6]) * 0.01
         seen.append(system.observe(y).energy.sum() - rest)
     assert low <= min(seen) < max(seen) <= high
-    (narrow,) = many.follow(*values_of(configs), 0)
+    (narrow,) = many.follow_all(*values_of(configs), 0)
     assert narrow.decision.energy[1] - narrow.decision.energy[0] < 1e-9
 
 
 def decisions_of(lows, highs, proof):
     """Return what is decided of motions with some bounds on their energies, shape (times, m)."""
     _, many = many_of("free")
-    decide: Any = module.Decisions(proof, many._equations)
+    decide: Any = module.Decisions(proof, many.equations)
 
     class Bounds:
         @staticmethod
@@ -252,50 +232,3 @@ def test_at_rest_outside_of_every_region():
     assert found[2] == (20 + PATIENCE, Undecided.AT_REST)
     # A fall of 1 J in 50 steps is nothing beside 1e9 J.
     assert found[5] == (PATIENCE + 1, Undecided.AT_REST)
-
-
-def test_a_motion_in_a_region_converges_although_its_energy_stays():
-    """What is proved counts more than that it has come to rest."""
-    _, many = many_of("free")
-    level = max(bound for _, bound in region_energies(many.proof))
-    lows, highs = np.full((2, 2 * PATIENCE, 1), level - 10.0)
-    lows[0] += 1e3
-    highs[: PATIENCE + 1] = level + 1e3  # so wide that they decide nothing
-    highs[PATIENCE + 1 :] = level - 5.0
-    found = decisions_of(lows, highs, many.proof)
-    assert found[0][0] == PATIENCE + 1
-    assert isinstance(found[0][1], Convergence)
-
-
-def test_each_decision_is_about_its_own_motion(monkeypatch):
-    """Its energy, its angles and its time, also where some motions are not asked about."""
-    config, many = many_of("free")
-    values, errors = values_of(starts_of(config, [0.1, 3.0, 0.15, 0.2]))
-    values[:, :3] += 0.001 * np.arange(12).reshape(4, 3)
-    seen = []
-    monkeypatch.setattr(module, "convergence_in", lambda *given: seen.append(given))
-    decide = module.Decisions(many.proof, many._equations)
-    times = np.array([0.1, 0.2, 0.3, 0.4])
-    states = point_sets(values, errors, many.scale)
-    assert decide(states, times, np.array([1, 2, 4, 5])) == [None] * 4
-    system = enclosed_system(config, lambda numbers: numbers)
-    assert [given[3] for given in seen] == [0.1, 0.3, 0.4]  # the second has too much energy
-    for k, (proof, (low, high), (least, most), _) in zip((0, 2, 3), seen, strict=True):
-        assert proof is many.proof
-        energy = system.observe(values[k]).energy.sum()
-        assert low < energy < high < low + 1e-9
-        assert np.all((least < values[k, :3]) & (values[k, :3] < most) & (most < least + 1e-9))
-
-
-def test_motions_are_followed_in_batches(monkeypatch):
-    asked = []
-
-    def follow(equations, starts, scale, decide, *options):
-        asked.append((len(starts), starts.space, *options))
-        return followed(equations, starts[:0], scale, decide, *options)
-
-    _, many = many_of("free")
-    monkeypatch.setattr(module, "followed", follow)
-    monkeypatch.setattr(module, "BATCH_SIZE", 3)
-    many.follow(np.zeros((7, 12)), np.zeros((7, 12)), 11)
-    assert asked == [(n, POINT, 11) for n in (3, 3, 1)]

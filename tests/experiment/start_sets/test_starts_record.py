@@ -1,7 +1,6 @@
 """What is proved of starts: its file, its identity and its sentence."""
 
 import json
-from pathlib import Path
 
 import pytest
 from support.configs import BY_VARIANT, plain
@@ -9,16 +8,17 @@ from support.configs import BY_VARIANT, plain
 from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment import proof_cache
+from rbstab.experiment.robust import cache as robust_cache
+from rbstab.experiment.robust.cache import keep, kept
+from rbstab.experiment.robust.record import bounds_of
 from rbstab.experiment.start_sets import cache, starts_record
-from rbstab.experiment.start_sets.cache import starts_file, starts_for, stored_starts
+from rbstab.experiment.start_sets.cache import starts_for
 from rbstab.experiment.start_sets.prove_starts import MAX_PARTS
 from rbstab.experiment.start_sets.starts_record import (
     ProvedPart,
     StartsProof,
-    bounds_of,
     starts_id,
 )
-from rbstab.store.document import write_document
 from rbstab.store.errors import StoreError
 
 TEXT = "initial.angular_velocity=±0.1"
@@ -53,45 +53,12 @@ def proof(*parts, fraction=1.0, why=""):
     )
 
 
-def store(folder, found):
-    write_document(starts_file(folder, found.id), found.model_dump(mode="json"))
-
-
 @pytest.mark.parametrize("found", [proof(), proof(part(), part(rest_state=3), fraction=0.1 + 0.2)])
 def test_what_is_stored_is_read_again(tmp_path, found):
-    assert stored_starts(tmp_path, found.id) is None
-    store(tmp_path, found)
-    assert stored_starts(tmp_path, found.id) == found
-    assert stored_starts(tmp_path, "0" * 32) is None
-
-
-def test_damaged_files_are_none(tmp_path):
-    found = proof(part(), fraction=0.5, why="more than 2 parts would be needed")
-    store(tmp_path, found)
-    file = starts_file(tmp_path, found.id)
-    content = file.read_text(encoding="utf-8")
-    damaged = [
-        "",
-        content[:-20],
-        content.replace('"fraction": 0.5', '"fraction": 1.0'),
-        json.dumps({"id": found.id}),
-        "[]",
-        "\udcff",
-    ]
-    for text in damaged:
-        file.write_text(text, encoding="utf-8", errors="surrogateescape")
-        assert text != content
-        assert stored_starts(tmp_path, found.id) is None
-    file.write_text(content, encoding="utf-8")
-    assert stored_starts(tmp_path, found.id) == found
-
-
-def test_a_file_of_another_proof_is_not_taken(tmp_path):
-    found = proof(part())
-    store(tmp_path, found)
-    other = "1" * 32
-    starts_file(tmp_path, found.id).rename(starts_file(tmp_path, other))
-    assert stored_starts(tmp_path, other) is None
+    assert kept(tmp_path, StartsProof, found.id) is None
+    keep(tmp_path, found)
+    assert kept(tmp_path, StartsProof, found.id) == found
+    assert (tmp_path / "proofs" / f"starts-{found.id}.json").exists()
 
 
 def test_an_error_of_the_disk_is_no_missing_file(tmp_path, monkeypatch):
@@ -102,7 +69,7 @@ def test_an_error_of_the_disk_is_no_missing_file(tmp_path, monkeypatch):
 
     monkeypatch.setattr(proof_cache, "read_model", fails)
     with pytest.raises(StoreError):
-        stored_starts(tmp_path, "0" * 32)
+        kept(tmp_path, StartsProof, "0" * 32)
 
 
 def test_what_is_proved_is_stored_and_found_again(tmp_path, monkeypatch):
@@ -121,7 +88,6 @@ def test_what_is_proved_is_stored_and_found_again(tmp_path, monkeypatch):
     assert first[1] is None
     assert starts_for(tmp_path, config, one) == first
     assert starts_for(tmp_path, config, other)[0].steps == len(asked) == 2
-    assert starts_file(tmp_path, first[0].id).exists()
 
 
 def test_a_proof_that_cannot_be_stored_is_returned_with_the_error(tmp_path, monkeypatch):
@@ -132,13 +98,13 @@ def test_a_proof_that_cannot_be_stored_is_returned_with_the_error(tmp_path, monk
     for name in ("prove", "proof_for"):
         monkeypatch.setattr(cache, name, lambda *_: None)
     config = load_config(plain())
-    for room, broken in ((cache, "write_document"), (proof_cache, "read_model")):
+    for room, broken in ((robust_cache, "write_document"), (proof_cache, "read_model")):
         with monkeypatch.context() as patch:
             patch.setattr(room, broken, fails)
             found, problem = starts_for(tmp_path, config, tolerances_of(config, [TEXT]))
         assert found == proof(part())
         assert isinstance(problem, StoreError)
-        assert not starts_file(tmp_path, found.id).exists()
+        assert not (tmp_path / "proofs").exists()
 
 
 def identity(text=TEXT, max_parts=64, **changes):
@@ -223,4 +189,3 @@ def test_plain_data():
     }
     assert json.loads(json.dumps(data)) == data
     assert not {"id", "version", "seconds"} & set(data)
-    assert Path(starts_file(Path("x"), "y")) == Path("x/proofs/starts-y.json")

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.config_elements import ONE_OF_EACH, STRUT, config_data
+from support.config_elements import STRUT, config_data
 from support.problems import solve
 
 from rbstab.config.build import problem_of
@@ -12,23 +12,14 @@ from rbstab.config.entries import replaced
 from rbstab.config.load import load_config
 from rbstab.experiment.tuning.gain_scaling import TuningError, gain_scalings
 from rbstab.experiment.tuning.sensitivities import sensitivities
-from rbstab.experiment.tuning.tune import tune
 
 DATA = config_data(integration={"duration": 0.4, "samples": 21})
 
 CHANGES = [
     "elements.strut.point[2]",
-    "elements.strut.anchor[0]",
-    "elements.strut.stiffness",
     "elements.strut.rest_length",
-    "elements.strut.damping",
-    "elements.tie.point[1]",
-    "elements.tie.anchor[1]",
     "elements.tie.K_c[0][1]",
-    "elements.tie.L_c[0]",
-    "elements.upright.K[0]",
     "elements.upright.L[1]",
-    "elements.range.stiffness",
     "elements.range.outer_stiffness",
 ]
 
@@ -72,39 +63,16 @@ def keys_of(*keys):
     return [scaling.key for scaling in gain_scalings(load_config(DATA), keys)]
 
 
-@pytest.mark.parametrize(
-    "key",
-    [
-        "elements.strut.damping",
-        "elements.strut.stiffness",
-        "elements.strut.rest_length",
-        "elements.tie.K_c",
-        "elements.tie.L_c[1]",
-        "elements.upright.K",
-        "elements.range.outer_stiffness",
-    ],
-)
-def test_gains_of_elements_can_be_tuned(key):
-    assert keys_of("controller.L_r", key) == ["controller.L_r", key]
+def test_gains_of_elements_can_be_tuned():
+    keys = ["controller.L_r", "elements.strut.damping", "elements.tie.K_c", "elements.tie.L_c[1]"]
+    keys += ["elements.strut.rest_length", "elements.upright.K", "elements.range.outer_stiffness"]
+    assert keys_of(*keys) == keys
 
 
-@pytest.mark.parametrize(
-    "key",
-    [
-        "elements.strut.point",
-        "elements.strut.point[0]",
-        "elements.strut.anchor",
-        "elements.tie.point",
-        "elements.tie.anchor[2]",
-        "elements.strut",
-        "elements.strut.kind",
-        "elements.other.damping",
-        "elements",
-    ],
-)
+@pytest.mark.parametrize("key", ["strut.point[0]", "strut.kind", "other.damping", "strut"])
 def test_places_and_what_is_no_gain_cannot_be_tuned(key):
     with pytest.raises(TuningError, match="is not a gain of this config") as caught:
-        keys_of(key)
+        keys_of(f"elements.{key}")
     assert "elements.strut.damping" in str(caught.value)
     assert "point" not in str(caught.value).partition("expected")[2]
 
@@ -118,18 +86,6 @@ def test_entries_that_cannot_be_tuned_alone():
         keys_of("elements.strut.damping[0]")
     with pytest.raises(TuningError, match="already"):
         keys_of("elements.tie.L_c", "elements.tie.L_c[1]")
-
-
-@pytest.mark.slow
-def test_tuning_the_damping_of_a_spring_takes_energy_out_earlier():
-    data = config_data(
-        {"strut": STRUT | {"damping": 5.0}},
-        integration={"duration": 0.5, "samples": 51},
-    )
-    tuned = tune(data, "energy", ["elements.strut.damping"], (0.2, 20.0))
-    assert tuned.config.elements["strut"].damping != 5.0
-    assert tuned.config.elements["strut"].stiffness == ONE_OF_EACH["strut"]["stiffness"]
-    assert tuned.value < tuned.given
 
 
 def test_a_gain_of_zero_cannot_be_scaled():

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-import yaml
 from scipy.integrate import simpson
 from scipy.optimize import brentq, minimize_scalar
 from support.paper_runs import paper_config
@@ -12,7 +11,7 @@ from support.paper_runs import paper_config
 import rbstab
 from rbstab.config.load import load_config, resolved, resolved_yaml
 from rbstab.experiment.summary import summary_of
-from rbstab.experiment.tuning.gain_scaling import TuningError, gain_scalings, with_title_suffix
+from rbstab.experiment.tuning.gain_scaling import TuningError, gain_scalings
 from rbstab.experiment.tuning.objective import OBJECTIVES
 from rbstab.experiment.tuning.search import Search
 from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError
@@ -113,16 +112,10 @@ def objective_of_run(name, config):
     return float(np.interp(0.0, -ends, t[below - 1 : below + 1])) if below else math.inf
 
 
-MEMBERS = [
-    pytest.param(name, seed, marks=() if (name, seed) == ("energy", 1) else pytest.mark.slow)
-    for name in OBJECTIVES
-    for seed in range(4)
-]
-
-
-@pytest.mark.parametrize(("objective", "seed"), MEMBERS)
-def test_the_tuned_config_is_better_and_its_file_gives_what_was_reported(objective, seed, tmp_path):
-    data = visco_elastic(np.random.default_rng(seed))
+@pytest.mark.slow
+@pytest.mark.parametrize("objective", OBJECTIVES)
+def test_the_tuned_config_is_better_and_its_file_gives_what_was_reported(objective, tmp_path):
+    data = visco_elastic(np.random.default_rng(1))
     keys = ["controller.L_r", "controller.L_c", "controller.K_c[1]"]
     found = tune(data, objective, keys, (0.5, 2.0))
     assert found.value <= found.given
@@ -174,30 +167,6 @@ def test_runs_that_fail_count_as_worst():
     assert found.value < found.given
 
 
-def test_a_given_run_that_does_not_settle_is_worse_than_one_that_does():
-    found = tune(oscillator(4.0, 3.0), "settling_time", ["controller.L_t[2]"], (1.0, 20.0))
-    assert found.given == math.inf
-    assert found.better
-    assert found.value == pytest.approx(best_damping()[1], rel=1e-7)
-
-
-def test_one_key_needs_no_list_and_what_was_found_shows_itself_in_one_line():
-    found = tune(oscillator(30.0), "settling_time", "controller.L_t[2]", (1.0, 1.0))
-    assert [scaling.key for scaling in found.scalings] == ["controller.L_t[2]"]
-    shown = repr(found)
-    time = f"{settling_time(30.0):.4g} s"
-    assert shown.startswith("<rbstab.Tuned ")
-    assert f": settling_time {time} -> {time}, controller.L_t[2] times 1, " in shown
-    assert shown.endswith(f"{found.runs} runs>")
-
-
-def test_nothing_is_better_where_no_run_settles():
-    found = tune(oscillator(4.0, 0.1), "settling_time", ["controller.L_t[2]"], (0.5, 2.0))
-    assert found.given == found.value == math.inf
-    assert not found.better
-    assert found.failures == found.runs
-
-
 FULL = {"K_t": [[4100, 600, 0], [600, 4100, 0], [0, 0, 3280]]}
 
 
@@ -224,16 +193,6 @@ def test_what_cannot_be_scaled_is_refused(keys, message):
     assert message in str(raised.value)
 
 
-def test_a_full_matrix_is_scaled_as_a_whole():
-    data = oscillator(20.0)
-    data["controller"]["L_t"] = [[20, 5, 0], [5, 30, 0], [0, 0, 8]]
-    found = tune(data, "energy", ["controller.L_t"], (0.5, 2.0))
-    full = np.array(data["controller"]["L_t"])
-    scaled = full != 0
-    ratio = np.array(found.config.controller.L_t)[scaled] / full[scaled]
-    np.testing.assert_allclose(ratio, found.factors[0], rtol=1e-15)
-
-
 def test_a_held_contact_point_has_no_peak_to_lower():
     with pytest.raises(UnsuitedConfigError, match="does not move"):
         tune(paper_config("permanent"), "peak_displacement", ["controller.L_r"])
@@ -250,9 +209,3 @@ def test_an_unknown_objective_is_refused():
         ValueError, match="expected one of settling_time, peak_displacement, energy"
     ):
         tune(oscillator(20.0), "speed", ["controller.L_t"])
-
-
-def test_a_long_title_is_cut():
-    config = load_config({**oscillator(20.0), "title": "x" * 200})
-    assert with_title_suffix(config, ", tuned").title == "x" * 193 + ", tuned"
-    assert yaml.safe_load(resolved_yaml(config))["title"] == "x" * 200

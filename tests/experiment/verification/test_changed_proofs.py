@@ -62,14 +62,17 @@ def _of(elements: dict[str, Any], controller: Any = PERMANENT) -> Config:
     return load_config(config_data(elements, controller))
 
 
+GUARDED = Path(__file__).parents[3] / "configs/examples/stability/fast_guarded.yaml"
+
 KINDS: dict[str, Callable[[], Config]] = {
     "embedded": lambda: load_config(paper_config("embedded", with_gravity=True)),
-    "barriers": lambda: _of({"range": RANGE}),
+    "barrier": lambda: load_config(GUARDED),
     "stop": lambda: _of({"one": _guard("stop", restitution=0.5, angle=0.5)}),
-    "own states": _creeping,
 }
 HEAVY_KINDS: dict[str, Callable[[], Config]] = {
     "attitude": lambda: _of({"upright": UPRIGHT}),
+    "barriers": lambda: _of({"range": RANGE}),
+    "own states": _creeping,
     "stiff guard": lambda: _of({"one": _guard("stiff", stiffness=900.0, soft_angle=0.002)}),
     "repelling guard": lambda: _of({"one": _guard("repelling", couple=90.0, soft_angle=0.002)}),
     "ridges": lambda: _code(OUTWARDS, k=30.0, soft=0.3),
@@ -81,7 +84,7 @@ HEAVY_KINDS: dict[str, Callable[[], Config]] = {
     "cord with a repelling guard": lambda: _cord(text_of(REPELLING)),
 }
 ALL = [*KINDS, *(pytest.param(name, marks=pytest.mark.heavy) for name in HEAVY_KINDS)]
-CLOSED = {"barriers", "stop"}
+CLOSED = {"barrier", "barriers", "stop"}
 """Every start converges: no region is stored."""
 
 

@@ -30,7 +30,7 @@ BORDER = 2 * (np.pi / 2) ** 2
 EXACT = 1e-13
 
 
-def state(point: tuple[float, float, float], index: int, **more: Any) -> Record:
+def state(point: tuple[float, float, float], index: int | None, **more: Any) -> Record:
     """Return the claim of a rest state at a point."""
     low, high = (np.array(point) + e for e in (-EXACT, EXACT))
     return {"enclosure": [low.tolist(), high.tolist()], "index": index, **more}
@@ -41,6 +41,13 @@ def record(energy: Energy, *states: Record, **claims: Any) -> Record:
     pitch = "pi/2" if energy.stop is None else str(energy.stop)
     one = {"end": ["pi", pitch, "pi"], "complete": True, "states": list(states), **claims}
     return {"format": 1, "energy": energy_record(energy), "ranges": [one]}
+
+
+def everywhere(found: Record, first: float, third: float, **claims: Any) -> Record:
+    """Return a record that claims its rest states for all θ1 and θ3, up to ends of these."""
+    one = {"end": [first, "pi/2", third], "complete": True, "everywhere": True, **claims}
+    found["ranges"].append({**one, "states": found["ranges"][0]["states"]})
+    return found
 
 
 def wells() -> Record:
@@ -54,9 +61,7 @@ def lean() -> Record:
     """One minimum; all rest states with any θ1 have θ1 = LEAN."""
     U = BOWL + 2 * Y**2 + 3 * X.sin()
     found = record(Energy(U), state((LEAN, 0, 0), 0), level=LEAST + BORDER - 1e-6)
-    wide = {"end": [0.7, "pi/2", 0.1], "complete": True, "states": [state((LEAN, 0, 0), 0)]}
-    found["ranges"].append({**wide, "everywhere": True})
-    return found
+    return everywhere(found, 0.7, 0.1)
 
 
 def tilted(angle: int, sign: int) -> Record:
@@ -75,9 +80,13 @@ def barrier() -> Record:
     """A barrier closes θ2; every start converges."""
     U = BOWL + 2 * Y**2 + 5 * Y.cos() ** -2
     found = record(Energy(U, closed=frozenset({1})), state((0, 0, 0), 0))
-    wide = {"end": [0.5, "pi/2", 0.5], "complete": True, "states": [state((0, 0, 0), 0)]}
-    found["ranges"].append({**wide, "everywhere": True, "every_start": True})
-    return found
+    return everywhere(found, 0.5, 0.5, every_start=True)
+
+
+def weak() -> Record:
+    """U falls toward the end of θ2, but for a barrier that only counts within 1e-10 rad of it."""
+    rises = Fraction(1, 10**30) * Y.cos() ** -2
+    return record(Energy(BOWL - 2 * Y**2 + rises, closed=frozenset({1})), state((0, 0, 0), 1))
 
 
 def outer() -> Record:
@@ -103,10 +112,7 @@ def inside() -> Record:
 def coupled() -> Record:
     """4 θ1 + θ2 = 0 and θ1 + 4 θ2 = 4: the rest state has θ2 = 16/15 and θ1 = -4/15."""
     U = BOWL + 2 * Y**2 + X * Y - 4 * Y
-    found = record(Energy(U), state((-4 / 15, 16 / 15, 0), 0))
-    wide = {"end": [0.5, "pi/2", 0.1], "complete": True, "everywhere": True}
-    found["ranges"].append({**wide, "states": found["ranges"][0]["states"]})
-    return found
+    return everywhere(record(Energy(U), state((-4 / 15, 16 / 15, 0), 0)), 0.5, 0.1)
 
 
 def held() -> Record:
@@ -236,7 +242,7 @@ def own() -> Record:
         return 4 * t + np.cos(t) * best
 
     lean = float(brentq(slope, -z, z, xtol=1e-15))
-    return record(Energy(U, (3,)), state((lean, 0, 0), 0))
+    return everywhere(record(Energy(U, (3,)), state((lean, 0, 0), 0)), 0.5, 0.1)
 
 
 def own_at_stop() -> Record:

@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rbstab.proof.check.bounds import Bounds
-from rbstab.proof.check.energy import Energy
-from rbstab.proof.check.least import bounds
+from rbstab.proof.check.energy import read_energy
 from rbstab.proof.exact.expr import Expr, variable
 from rbstab.proof.record import operations_of
 
@@ -116,7 +115,7 @@ def test_bounds_contain_the_energy_and_its_slopes(name: str, box: Any, place: An
     operations = operations_of(HELD[name])
     with ctx.workprec(300):
         sides, point = _case(box, place)
-        b = Bounds(Energy(operations), sides)
+        b = Bounds(read_energy(operations), sides)
         _contains(b, lambda p: value(operations, p), b.middle, point, 1e-20)
 
 
@@ -127,7 +126,7 @@ def test_bounds_contain_the_least_energy_over_z(name: str, box: Any, place: Any)
     operations = operations_of(WITH_Z[name])
     with ctx.workprec(300):
         sides, point = _case(box, place)
-        b = bounds(Energy(operations, (0, 1, 2, 3)), sides)
+        b = Bounds(read_energy(operations, (3,)), sides)
         if b.value.is_finite():
             _contains(b, lambda p: least(operations, p), b.middle, point, 1e-12)
 
@@ -136,5 +135,5 @@ def test_bounds_of_the_least_energy_are_finite_on_small_boxes() -> None:
     box = ((0.1, 0.2), (0.3, 0.35), (-0.2, -0.1))
     for e in WITH_Z.values():
         with ctx.workprec(128):
-            found = bounds(Energy(operations_of(e), (0, 1, 2, 3)), box)
+            found = Bounds(read_energy(operations_of(e), (3,)), box)
             assert all(x.is_finite() for x in found.slopes)

@@ -5,7 +5,7 @@ from copy import deepcopy
 from typing import Any
 
 import pytest
-from proof.check.cases import BORDER, LEAST, TRUE, changed, refused, state, tilted
+from proof.check.cases import BORDER, LEAST, TRUE, changed, refused, state, tilted, weak
 
 from rbstab.proof.record import Record
 
@@ -64,37 +64,22 @@ BOX = [[1.0, 1.0, 1.0], [1.1, 1.1, 1.1]]
 WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
     # a state
     "a missing minimum": ("wells", _without_state(1), "no other rest state"),
-    "a missing pass": ("wells", _without_state(2), "no other rest state"),
     "a missing held state": ("held", _without_state(0), "no other rest state"),
     "a missing state on a ridge": ("ridge", _without_state(2), "no other rest state"),
-    "a missing state on a plane": ("plane", _without_state(0), "no other rest state"),
     "a missing state on a sphere": ("sphere", _without_state(3), "no other rest state"),
-    "a missing top in a sphere": ("sphere", _without_state(6), "no other rest state"),
-    "a missing well at a ridge": ("pushed", _without_state(1), "no other rest state"),
     "a missing pass on a ridge": ("pushed", _without_state(2), "no other rest state"),
-    "a missing state of a spring": ("spring", _without_state(0), "no other rest state"),
     "a missing state of a ligament": ("ligament", _without_state(0), "no other rest state"),
-    "a missing state with z": ("own", _without_state(0), "no other rest state"),
     "a missing state at a stop": ("stop", _without_state(0), "no other rest state"),
     "a missing state at a stop with an own state": (
         "own_at_stop",
         _without_state(0),
         "no other rest state",
     ),
-    "a missing state at the other stop": ("stop", _without_state(1), "no other rest state"),
     "a state twice": ("guard", _at(*STATES, to=[state((0, 9 / 14, 0), 0)] * 2), "rest states"),
     "an index too high": ("wells", _at(*STATES, 0, "index", to=1), "rest states"),
-    "an index too low": ("wells", _at(*STATES, 2, "index", to=0), "rest states"),
-    "the index of a ridge": ("ridge", _at(*STATES, 2, "index", to=0), "rest states"),
     "the index at a stop": ("stop", _at(*STATES, 0, "index", to=1), "rest states"),
     "the index of a held state": ("held", _at(*STATES, 0, "index", to=1), "rest states"),
-    "the index with z": ("own", _at(*STATES, 0, "index", to=1), "rest states"),
     "an enclosure beside": ("wells", _at(*STATES, 0, to=state((0, -0.501, 0), 0)), "rest states"),
-    "an enclosure beside, with a spring": (
-        "spring",
-        _at(*STATES, 0, to=state((0, 0, 0), 0)),
-        "rest states",
-    ),
     "an enclosure beside, on the plane": (
         "plane",
         _at(*STATES, 0, to=state((0.5 - 6 / 34 + 5e-3, 0.5 - 10 / 34 - 3e-3, 0), 0, held=True)),
@@ -102,13 +87,15 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
     ),
     "beyond the range": ("outside", _at(*STATES, to=[state((0, 2, 0), 0)]), "rest states"),
     "a double zero": ("flat", _at(*STATES, to=[state((0, 0, 0), 0)]), "rest states"),
-    "an enclosure beside with z": ("own", _at(*STATES, 0, to=state((0, 0, 0), 0)), "rest states"),
     "an enclosure of two": ("wells", _at(*LOW, to=[-1e-13, -0.6, -1e-13]), "rest states"),
     "an enclosure upside down": ("wells", _at(*LOW, to=[1e-3, -0.5, 0.0]), "record"),
-    "no number": ("wells", _at(*LOW, to=[float("nan"), -0.5, 0.0]), "record"),
     "held where nothing jumps": ("wells", _at(*STATES, 0, "held", to=True), "rest states"),
     "not held where it jumps": ("held", _at(*STATES, 0, "held", to=False), "rest states"),
-    "a ridge that pulls": ("held", _at(*STATES, 0, "ridge", to=True), "rest states"),
+    "a ridge that pulls": (
+        "held",
+        _at(*STATES, to=[state((0, 0.3, 0), None, held=True, ridge=True)]),
+        "rest states",
+    ),
     "no ridge that pushes": ("ridge", _at(*STATES, 2, "ridge", to=False), "rest states"),
     "held at a stop from which U rises": (
         "stop",
@@ -121,7 +108,6 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
         "rest states",
     ),
     "the index on a sphere": ("sphere", _at(*STATES, 0, "index", to=1), "rest states"),
-    "the index of a top": ("sphere", _at(*STATES, 6, "index", to=2), "rest states"),
     # the list
     "all, without a double zero": ("flat", _at("ranges", 0, "undecided", to=[]), "no other"),
     "an undecided box beside": ("unfinished", _at("ranges", 0, "undecided", to=[BOX]), "no other"),
@@ -159,14 +145,13 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
         _at("ranges", 0, "regions", to=[[0, 1.0]]),
         "region of rest",
     ),
-    "a huge region": ("wells", _at("ranges", 0, "regions", to=[[0, 1e308]]), "region of rest"),
     "a huge level": ("lean", _at("ranges", 0, "level", to=1e308), "certified region"),
     "a region at a stop too high": (
         "stop",
         _at("ranges", 0, "regions", to=[[0, 0.01]]),
         "region of rest",
     ),
-    "a region of a pass": ("wells", _at("ranges", 0, "regions", to=[[2, 2.0]]), "region of rest"),
+    "a region of a pass": ("wells", _at("ranges", 0, "regions", to=[[2, 0.9]]), "region of rest"),
     "the level of all for one of two": (
         "wells",
         _at("ranges", 0, "level", to=0.5),
@@ -174,6 +159,7 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
     ),
     "a face closed by nothing": ("lean", _at("energy", "closed", to=[1]), "barrier"),
     "a face closed by a well": ("barrier", _factor("5", "-5"), "barrier"),
+    "a barrier that is too weak": ("barrier", lambda _: weak(), "barrier"),
     "a barrier on another angle": ("barrier", _at("energy", "closed", to=[0, 1]), "barrier"),
     "a face closed by a well at θ3": ("outer", _factor("4", "-4"), "barrier"),
     "every start, with a face that is open": ("outer", _at("energy", "closed", to=[0, 1]), "every"),
@@ -182,13 +168,17 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
         _at("ranges", 1, "every_start", to=True),
         "every start",
     ),
+    "every start, with a wrong list": (
+        "barrier",
+        _at("ranges", 1, "states", to=[state((0.1, 0, 0), 0)]),
+        "every start",
+    ),
     "every start, in a range that is open": (
         "barrier",
         _at("ranges", 0, "every_start", to=True),
         "every start",
     ),
     # operations
-    "another rest length": ("spring", _factor("-1", "-2"), "rest states"),
     "a ligament without a toe": (
         "ligament",
         _operation(["pow", 3, 16], ["pow", 2, 16]),
@@ -202,16 +192,8 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
     "a load that is lost": ("ligament", _factor("8", "0"), "rest states"),
     "a plane at which U jumps": ("plane", _factor("3", "1"), "switches"),
     "a sign": ("wells", _factor("-8", "8"), "rest states"),
-    "a factor": ("lean", _factor("3", "301/100"), "rest states"),
     "a sine for a cosine": ("lean", _operation(["sin", 0], ["cos", 0]), "rest states"),
-    "a power": ("wells", _operation(["pow", 4, 2], ["pow", 6, 2]), "rest states"),
     "smoother than it is": ("held", _operation(["step", 1, 3], ["step", 2, 3]), "switches"),
-    "a guard smoother than it is": (
-        "guard",
-        _operation(["step", 2, 3], ["step", 3, 3]),
-        "switches",
-    ),
-    "an energy that jumps": ("held", _factor("-3", "-2"), "switches"),
     "an operation ahead": ("lean", _operation(["sin", 0], ["sin", 9]), "record"),
     "an operation before": ("lean", _operation(["sin", 0], ["sin", -1]), "record"),
     "a function that is none": ("lean", _operation(["sin", 0], ["tan", 0]), "record"),
@@ -232,11 +214,11 @@ def test_wrong_records_are_refused(records: dict[str, Record], name: str) -> Non
 @pytest.mark.parametrize("angle", [0, 1, 2])
 def test_each_face_of_the_border_limits_the_level(angle: int, sign: int) -> None:
     true = tilted(angle, sign)
-    assert refused(true) == []
     level = true["ranges"][0]["level"]
-    higher = changed(true, "ranges", 0, "level", to=level + 0.01)
-    assert refused(higher) == ["certified region"]
-    region = changed(true, "ranges", 0, "regions", to=[[0, level]])
-    assert refused(region) == []
-    larger = changed(true, "ranges", 0, "regions", to=[[0, level + 0.01]])
-    assert refused(larger) == ["region of rest state 1"]
+
+    def both(height: float) -> Record:
+        record = changed(true, "ranges", 0, "level", to=height)
+        return changed(record, "ranges", 0, "regions", to=[[0, height]])
+
+    assert refused(both(level)) == []
+    assert refused(both(level + 0.01)) == ["certified region", "region of rest state 1"]

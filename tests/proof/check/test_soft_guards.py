@@ -21,18 +21,18 @@ def record(load=0.0, k=1.0, **more):
 
 
 BORDER = 3 * math.pi**2 / 8
+ROOM = math.pi / 2 - 1.2
 CLAIM: dict[str, Any] = {
     "method": "stiff",
     "strength": 20.0,
     "soft_angle": 1.2,
     "end": [3.0, math.pi / 2, 3.0],
-    "border": BORDER - 1e-9,
-    "energy_bound": BORDER + 10.0 * (math.pi / 2 - 1.2) ** 2 - 2e-9,
+    "energy_bound": BORDER + 10.0 * ROOM**2 - 2e-9,
     "nothing_beyond": True,
 }
 REPELLING: dict[str, Any] = CLAIM | {
     "method": "repelling",
-    "energy_bound": BORDER + 20.0 * (math.pi / 2 - 1.2) - 2e-9,
+    "energy_bound": BORDER + 20.0 * ROOM - 2e-9,
 }
 
 
@@ -45,13 +45,12 @@ def refused(claim, **energy) -> list[str]:
 def test_true_claims(claim):
     assert refused(claim) == []
     claims = [finding.claim for finding in check_soft_guard(record(), claim)]
-    assert claims == ["ends", "border", "range", "nothing at rest beyond"]
+    assert claims == ["ends", "range", "nothing at rest beyond"]
 
 
 @pytest.mark.parametrize(
     ("change", "claim"),
     [
-        ({"border": BORDER + 1e-9}, "border"),
         ({"energy_bound": CLAIM["energy_bound"] + 1e-8}, "range"),
         ({"method": "repelling", "energy_bound": REPELLING["energy_bound"] + 1e-8}, "range"),
         ({"strength": 19.9}, "range"),
@@ -69,11 +68,10 @@ def test_false_claims(change, claim):
 
 @pytest.mark.parametrize("load", [1.0, -1.0])
 def test_both_ends_count(load):
-    lower = CLAIM | {"nothing_beyond": False, "border": BORDER - math.pi / 2 - 1e-9}
-    lower |= {"energy_bound": lower["border"]}
+    least = CLAIM["energy_bound"] - math.pi / 2
+    lower = CLAIM | {"nothing_beyond": False, "energy_bound": least}
     assert refused(lower, load=load) == []
-    higher = lower | {"border": BORDER - 1e-9}
-    assert refused(higher, load=load) == ["border"]
+    assert refused(lower | {"energy_bound": least + 1e-8}, load=load) == ["range"]
 
 
 @pytest.mark.parametrize(
@@ -88,7 +86,7 @@ def test_both_ends_count(load):
 )
 def test_a_load_that_the_guard_balances(load, claim, stands):
     """At θ2 = 1.2 the spring pulls by 3.6 N m, at π/2 by 4.7; the guard adds up to 7.4 or 20."""
-    found = refused(claim | {"border": -100.0, "energy_bound": -99.0}, load=load)
+    found = refused(claim | {"energy_bound": -99.0}, load=load)
     assert found == ([] if stands else ["nothing at rest beyond"])
 
 
@@ -100,7 +98,7 @@ def test_a_point_of_the_border_beyond_the_ends_is_refused():
     """With a coupling 4 θ1 θ2 the lowest point of θ2 = π/2 has θ1 = -2π."""
     U = 0.5 * (X * X + 30 * Y * Y + Z * Z) + 4 * X * Y
     energy = energy_record(Energy(U))
-    least = {"border": -100.0, "energy_bound": -99.0, "nothing_beyond": False}
+    least = {"energy_bound": -99.0, "nothing_beyond": False}
     for end, verified in ((6.2, False), (6.4, True)):
         claim = CLAIM | least | {"end": [end, 1.0, 3.0]}
         assert check_soft_guard(energy, claim)[0].verified is verified

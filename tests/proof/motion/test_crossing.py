@@ -10,9 +10,11 @@ from support.motion_steps import equations, exact_system, some_starts
 from support.polynomial_sets import place_in_frame, state_of
 from support.start_sets import random_config, random_set
 
+from rbstab.elements.spring import squared_length
 from rbstab.experiment.convergence.enclosed_system import enclosed_system
 from rbstab.proof.motion import crossing
 from rbstab.proof.motion.crossing import safe_time, switching_step
+from rbstab.proof.motion.models import evaluated
 from rbstab.proof.motion.motion_set import MotionSet
 from rbstab.proof.motion.step import set_steps
 from rbstab.systems.modes import with_modes
@@ -55,8 +57,6 @@ def about_to_switch(kind, variant="visco-elastic", coordinates="Z", **shape):
     )
     states.polynomial[0, :, 0] = path.y[:, 0]
     if kind == "ligament":
-        from rbstab.elements.spring import squared_length
-
         element: Any = next(one for one in system.elements if one.name == "it")
         found = np.sqrt(squared_length(system.motion(path.y[:, 1]), element.point, element.anchor))
     else:
@@ -77,13 +77,21 @@ def followed_through(config, states, scale, until=0.0012):
     return states, time, count, on_surface
 
 
-@pytest.mark.parametrize("kind", KINDS)
+POINT = {"variables": 0, "degree": 0}
+NARROW = ("permanent", "reduced", POINT | {"error": 1e-12}, 3e-10)
+WIDE = ("visco-elastic", "Z", POINT | {"error": 1e-7}, 1e-5)
+SET = ("permanent", "reduced", {"variables": 2, "degree": 3, "width": 1e-4, "error": 1e-9}, 1e-4)
+
+
 @pytest.mark.parametrize(
-    ("variant", "coordinates", "shape", "widest"),
+    ("kind", "variant", "coordinates", "shape", "widest"),
     [
-        ("permanent", "reduced", {"variables": 0, "degree": 0, "error": 1e-12}, 3e-10),
-        ("visco-elastic", "Z", {"variables": 0, "degree": 0, "error": 1e-7}, 1e-5),
-        ("permanent", "reduced", {"variables": 2, "degree": 3, "width": 1e-4, "error": 1e-9}, 1e-4),
+        ("ligament", *NARROW),
+        ("repelling", *NARROW),
+        ("stiff", *WIDE),
+        ("repelling", *WIDE),
+        ("stiff", *SET),
+        ("repelling", *SET),
     ],
 )
 def test_every_start_of_a_set_is_in_it_after_a_switch(kind, variant, coordinates, shape, widest):
@@ -105,8 +113,7 @@ def test_every_start_of_a_set_is_in_it_after_a_switch(kind, variant, coordinates
 
 def test_a_hull_holds_the_motion_and_the_saltation_makes_it_narrow(monkeypatch):
     """Without the saltation, a jump of the force costs its size times the time of crossing."""
-    shape = {"variables": 0, "degree": 0, "error": 1e-7}
-    config, states, scale = about_to_switch("repelling", **shape)
+    config, states, scale = about_to_switch("repelling", **POINT, error=1e-7)
     narrow, *_ = followed_through(config, states, scale)
     monkeypatch.setattr(
         crossing, "_cut_down", lambda _equations, _switch, _states, step, _scale: step
@@ -122,8 +129,7 @@ def test_a_hull_holds_the_motion_and_the_saltation_makes_it_narrow(monkeypatch):
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_grazing(sign):
     """A set of which a part crosses, and comes back, or none does; nothing is lost."""
-    shape = {"variables": 0, "degree": 0, "error": 1e-9}
-    config, states, scale = about_to_switch("stiff", "permanent", "reduced", **shape)
+    config, states, scale = about_to_switch("stiff", "permanent", "reduced", **POINT, error=1e-9)
     system = with_modes(enclosed_system(config, lambda values: values), (0.0, 0.0))
 
     def turns(_, y):
@@ -154,7 +160,7 @@ def test_grazing(sign):
 
 def test_a_start_on_a_surface():
     """It leaves it with its speed."""
-    config, states, scale = about_to_switch("repelling", variables=0, degree=0, error=1e-12)
+    config, states, scale = about_to_switch("repelling", **POINT, error=1e-12)
     y = states.polynomial[0, :, 0].copy()
     angle = round(float(abs(y[1])), 9)
     y[1] = np.sign(y[1]) * angle
@@ -167,7 +173,7 @@ def test_a_start_on_a_surface():
 
 def test_resting_on_a_kink_is_not_proved():
     """A load presses the body against a repelling guard, which is stronger: it stays there."""
-    config, states, scale = about_to_switch("repelling", variables=0, degree=0, error=1e-12)
+    config, states, scale = about_to_switch("repelling", **POINT, error=1e-12)
     y = states.polynomial[0, :, 0].copy()
     y[3:6] = 0.0
     states = MotionSet(states.space, y[np.newaxis, :, np.newaxis], states.frame, states.radius)
@@ -191,7 +197,7 @@ def test_resting_on_a_kink_is_not_proved():
 
 def test_the_time_up_to_a_surface():
     """It is before the surface, by less than a step of the bisection; the tube counts."""
-    config, states, scale = about_to_switch("stiff", variables=0, degree=0, error=1e-12)
+    config, states, scale = about_to_switch("stiff", **POINT, error=1e-12)
     system, exact = equations(config), exact_system(config)
     (modes,) = [tuple(one[0] for one in system.possible(states.models))]
     step = set_steps(system.field(modes), states, scale, np.array([0.002]))
@@ -208,12 +214,11 @@ def test_the_time_up_to_a_surface():
 
 def test_a_system_in_all_modes():
     """Its equations, differences and energies are those of the house in these modes."""
-    config, states, _ = about_to_switch("ligament", variables=0, degree=0)
+    config, states, _ = about_to_switch("ligament", **POINT)
     found, y = equations(config), states.polynomial[0, :, 0]
     house = enclosed_system(config, lambda values: values)
     assert found.switches == ("it", "it")
     at = MotionSet(states.space, states.polynomial, states.frame, 0 * states.radius).models
-    from rbstab.proof.motion.models import evaluated
 
     def rates(modes):
         return with_modes(house, modes).rates(y)

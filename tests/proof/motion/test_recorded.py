@@ -1,16 +1,21 @@
-"""Protects the recorded formulas of elements of users, by which their motions are enclosed."""
+"""Protects that motions are enclosed by the formulas that the code of users states."""
+
+from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
-from flint import arb, ctx
+from flint import fmpq
 from support.user_code import CREEPING_TIE, MAXWELL, ROPE, SPRING, TIE, element_text, mine
 
-from rbstab.analysis.configuration import configurations
-from rbstab.analysis.exact import decimal_balls
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
-from rbstab.proof.motion.recorded import recorded_element, why_not_recorded
-from rbstab.proof.passive.statements import NotRecordedError
+from rbstab.experiment.convergence.enclosed_system import enclosed_system
+from rbstab.proof.motion.equations import Equations
+from rbstab.proof.motion.graph import Graph
+from rbstab.proof.motion.models import evaluated
+from rbstab.proof.motion.motion_set import point_sets
+from rbstab.proof.motion.recorded import why_not_recorded
 
 K = [[30.0, 2.0, 0.0], [2.0, 20.0, 1.0], [0.0, 1.0, 10.0]]
 AT = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 1.1]}
@@ -32,7 +37,7 @@ ALL_FUNCTIONS = element_text(
     """,
 ).replace("import power", "import Wrench, atan, cos, cosh, log, power, sin, sinh, sqrt, tan")
 
-KINDS = {
+KINDS: dict[str, tuple[str, dict[str, Any]]] = {
     "tie": (TIE, AT | {"K_c": K, "L_c": [1.0, 2.0, 3.0]}),
     "maxwell": (MAXWELL, AT | {"k": 3.0, "c": 2.0}),
     "all functions": (ALL_FUNCTIONS, {"k": 3.0}),
@@ -60,64 +65,73 @@ def loaded(folder, text, parameters, variant="visco-elastic"):
         "elements": {"one": mine(**parameters)},
         "integration": {"duration": 1.0},
     }
-    system = problem_of(load_config(data, allow_python=True)).system
-    (element,) = (one for one in system.elements if one.from_user)
-    return configurations(system), element
+    return load_config(data, allow_python=True)
 
 
 @pytest.mark.parametrize("variant", ["visco-elastic", "permanent"])
 @pytest.mark.parametrize("name", KINDS)
-def test_the_formulas_have_the_values_of_the_code(folder, name, variant):
-    at_rest, element = loaded(folder, *KINDS[name], variant)
-    found = recorded_element(at_rest, element, lambda values: values)
-    assert (found.state_size, found.name) == (element.state_size, "one")
-    assert found.own_states == element.own_states
-    random = np.random.default_rng(8)
-    for _ in range(20):
-        y = random.uniform(-0.7, 0.7, at_rest.system.coordinates.size)
-        motion, own = at_rest.system.motion(y), random.normal(size=element.state_size)
-        ours, theirs = found.wrench(motion, own), element.wrench(motion, own)
-        for one, other in zip(ours, theirs, strict=True):
-            np.testing.assert_allclose(one.astype(float), other, rtol=1e-13, atol=1e-13)
-        for statement in ("stored", "dissipated", "rates"):
-            one, other = (getattr(each, statement)(motion, own) for each in (found, element))
-            np.testing.assert_allclose(np.asarray(one, dtype=float), other, rtol=1e-13, atol=1e-13)
+def test_motions_follow_the_code(folder, name, variant):
+    config = loaded(folder, *KINDS[name], variant)
+    equations = Equations(partial(enclosed_system, config))
+    system = enclosed_system(config, lambda values: values)
+    random, n = np.random.default_rng(8), system.size
+    assert equations.size == n
+    states = random.uniform(-0.7, 0.7, (20, n))
+    at = point_sets(states, np.zeros_like(states), np.ones(n))
+    rates = evaluated(equations.field().rates, at.models)
+    low, high = rates.range()
+    lowest, highest = equations.energy_bounds(at)
+    for k, y in enumerate(states):
+        expected = system.rates(y)
+        np.testing.assert_allclose([low[:, k], high[:, k]], [expected] * 2, rtol=1e-10, atol=1e-10)
+        energy = system.observe(y).energy.sum()
+        np.testing.assert_allclose([lowest[k], highest[k]], energy, rtol=1e-10)
 
 
-def test_constants_are_what_they_mean(folder):
-    """A third of the code, and a tenth of the config, are no doubles."""
-    with ctx.workprec(200):
-        at_rest, element = loaded(folder, ALL_FUNCTIONS, {"k": 0.1})
-        found = recorded_element(at_rest, element, decimal_balls)
-        y = np.zeros(12)
-        y[9] = y[3] = 1.0
-        motion = at_rest.system.motion(y)
-        lost = found.dissipated(motion, np.zeros(0))
-        assert (3 * lost).contains(1)
-        assert not lost.contains(arb(1 / 3))
-        stored = found.stored(motion, np.zeros(0))
-        assert (10 * stored).contains(1)
-        assert not stored.contains(arb(0.1))
+def test_constants_are_what_they_mean():
+    """A third and a tenth in code are no doubles."""
+    graph = Graph()
+    assert [graph.form(x).constant for x in (1 / 3, 0.1)] == [fmpq(1, 3), fmpq(1, 10)]
 
 
-def test_code_without_formulas(folder):
-    assert why_not_recorded(loaded(folder, ROPE, AT | {"k": 1.0})[0].system) is None
-    other = ROPE.replace(
-        "def guards(self, motion, own):",
-        "def guards(self, motion, own):\n        if self.mode[0]:\n            return motion.X[:1]",
-    )
-    assert other != ROPE
-    at_rest, _ = loaded(folder, other, AT | {"k": 1.0})
-    assert "its event functions depend on its modes" in str(why_not_recorded(at_rest.system))
-    text = TIE.replace("return f @ self.L_c @ f", "return f @ self.L_c @ f if f[0] > 0 else 0.0")
-    at_rest, element = loaded(folder, text, KINDS["tie"][1])
-    why = str(why_not_recorded(at_rest.system))
-    assert "one is code of a user that cannot be recorded" in why
-    with pytest.raises(NotRecordedError):
-        recorded_element(at_rest, element, decimal_balls)
-    timed = SPRING.replace("-self.k * motion.X", "-self.k * motion.time * motion.X")
-    at_rest, element = loaded(folder, timed, {"k": 3.0})
-    assert "a statement depends on the time" in str(why_not_recorded(at_rest.system))
-    with pytest.raises(NotRecordedError):
-        recorded_element(at_rest, element, decimal_balls)
-    assert why_not_recorded(loaded(folder, *KINDS["tie"])[0].system) is None
+@pytest.mark.parametrize("use", [bool, float, lambda x: x == 0, lambda x: x < 1, lambda x: x**0.5])
+def test_forms_have_no_value(use):
+    (x,) = Graph().variables(1)
+    with pytest.raises(TypeError):
+        use(x)
+
+
+FACTOR = "return f @ self.L_c @ f"
+WITHOUT: dict[str, tuple[str, dict[str, Any]]] = {
+    "its event functions depend on its modes": (
+        ROPE.replace(
+            "def guards(self, motion, own):",
+            "def guards(self, motion, own):\n        return motion.X[:1] * self.mode",
+        ),
+        {"k": 1.0},
+    ),
+    "a form has no value": (
+        TIE.replace(FACTOR, f"{FACTOR} if f[0] > 0 else 0.0"),
+        KINDS["tie"][1],
+    ),
+    "a statement depends on the time": (
+        SPRING.replace("-self.k * motion.X", "-self.k * motion.time * motion.X"),
+        {"k": 3.0},
+    ),
+}
+
+
+@pytest.mark.parametrize("why", WITHOUT)
+def test_code_without_formulas(folder, why):
+    text, parameters = WITHOUT[why]
+    assert text not in {ROPE, TIE, SPRING}
+    more = AT if text.count("self.anchor") else {}
+    found = why_not_recorded(problem_of(loaded(folder, text, more | parameters)).system)
+    assert "one is code of a user that cannot be recorded" in str(found)
+    assert why in str(found)
+
+
+@pytest.mark.parametrize("text", [ROPE, TIE])
+def test_code_with_formulas(folder, text):
+    parameters = KINDS["tie"][1] if text == TIE else AT | {"k": 1.0}
+    assert why_not_recorded(problem_of(loaded(folder, text, parameters)).system) is None

@@ -106,12 +106,3 @@ def test_what_is_damped_of_a_held_body(folder):
     assert damping_of_users(tie) == NOTHING
     maxwell = system_with(folder, MAXWELL, AT | {"k": 3.0, "c": 2.0}, controller=controller)
     assert damping_of_users(maxwell) == NOTHING
-
-
-def test_elements_of_users_alone_damp_all_motions(folder):
-    text = damper(
-        "force_at_centre(-motion.V)._replace(couple=-self.L @ motion.Omega)",
-        "motion.V @ motion.V + motion.Omega @ self.L @ motion.Omega",
-    )
-    system = system_with(folder, text, {"L": K})
-    assert why_not_damped(system, damping_of_users(system)) is None

@@ -32,95 +32,16 @@ def slope(Theta, X, D):
     return -K @ (e - D) + 2.0 * D
 
 
-def found_with(M, of=slope, added=0.0):
-    return relaxes(stored, lambda *q: -(M @ of(*q)) + added)
-
-
-MOVES = {
-    "diagonal": np.diag([0.5, 1.0, 2.0]),
-    "symmetric": K,
-    "with a skew part": np.eye(3) + np.array([[0, 5.0, 0], [-5.0, 0, 1.0], [0, -1.0, 0]]),
-}
-
-DOES_NOT = {
-    "upward": -np.eye(3),
-    "indefinite": np.diag([1.0, -1.0, 1.0]),
-    "one is kept": np.diag([1.0, 0.0, 1.0]),
-}
-
-
-@pytest.mark.parametrize("name", MOVES)
-def test_own_states_that_move_down(name):
-    assert found_with(MOVES[name])
-
-
-@pytest.mark.parametrize("name", DOES_NOT)
-def test_own_states_that_do_not(name):
-    assert not found_with(DOES_NOT[name])
-
-
-def test_rates_of_another_energy():
-    def other(Theta, X, D):
-        return slope(Theta, X, D) + 0.001 * X
-
-    assert not found_with(np.eye(3), of=other)
-    assert not found_with(np.eye(3), added=0.001)
-
-
-def cubic(found, Theta):
-    return found * found * found
-
-
-def turned(found, Theta):
-    return found * (2.0 + numbers.cos_of(Theta[0]))
-
-
 def root(found, Theta):
     return found / numbers.sqrt_of(1.0 + found @ found)
-
-
-def power_law(found, Theta):
-    return np.array([one**3 / 7.0 for one in found])
 
 
 def eyring(found, Theta):
     return np.array([-numbers.sinh_of(-2.0 * one) * numbers.exp_of(Theta[1]) for one in found])
 
 
-SIGN_UNKNOWN, SIGN_KNOWN = (turned,), (cubic, root, power_law, eyring)
-
-
-def changed(change, of=slope):
-    """Return rates of which each entry is a function of the slope."""
-
-    def found(Theta, X, D):
-        return change(of(Theta, X, D), Theta)
-
-    return found
-
-
-def test_rates_whose_signs_are_not_seen():
-    for one in SIGN_UNKNOWN:
-        assert not found_with(np.eye(3), of=changed(one))
-
-
-def test_rates_with_the_signs_of_the_slopes():
-    for one in SIGN_KNOWN:
-        assert found_with(np.eye(3), of=changed(one))
-        assert not found_with(-np.eye(3), of=changed(one))
-
-
-def test_signs_of_single_slopes_do_not_suffice_for_a_matrix():
-    """-diag(s) M ∂W/∂D may go up if M is not diagonal."""
-
-    def slower(Theta, X, D):
-        return MOVES["with a skew part"] @ slope(Theta, X, D) / (1.0 + D * D)
-
-    assert not found_with(np.eye(3), of=slower)
-
-
-def test_an_energy_that_does_not_depend_on_the_own_state():
-    assert not relaxes(lambda _, X, __: X @ X, lambda _, __, D: -D)
+def turned(found, Theta):
+    return found * (2.0 + numbers.cos_of(Theta[0]))
 
 
 def stiffening(Theta, X, D):
@@ -142,45 +63,44 @@ def slope_of_stiffening(Theta, X, D):
     )
 
 
-def relaxes_with(M, of=slope_of_stiffening, added=0.0):
-    return relaxes(stiffening, lambda *q: -(M @ of(*q)) + added)
+ENERGIES = {"quadratic": (stored, slope), "stiffening": (stiffening, slope_of_stiffening)}
+SKEW = np.array([[0, 5.0, 0], [-5.0, 0, 1.0], [0, -1.0, 0]])
+SINGULAR = np.array([[1.0, 2.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+"""M + M' has an eigenvalue 0."""
+
+RATES = {
+    "diagonal": (lambda s, *_: np.diag([0.5, 1e-6, 2.0]) @ s, True),
+    "symmetric": (lambda s, *_: K @ s, True),
+    "with a skew part": (lambda s, *_: (np.eye(3) + SKEW) @ s, True),
+    "nearly singular": (lambda s, *_: (SINGULAR * [[1, 0.999, 1], [1, 1, 1], [1, 1, 1]]) @ s, True),
+    "a zero over what varies": (lambda s, Theta, *_: s + 0.0 / numbers.exp_of(Theta[0]), True),
+    "a cube": (lambda s, *_: s * s * s, True),
+    "a power": (lambda s, *_: np.array([one**3 / 7.0 for one in s]), True),
+    "a root": (lambda s, Theta, *_: root(s, Theta), True),
+    "Eyring": (lambda s, Theta, *_: eyring(s, Theta), True),
+    "upward": (lambda s, *_: -s, False),
+    "upward by a root": (lambda s, Theta, *_: -root(s, Theta), False),
+    "indefinite": (lambda s, *_: np.diag([1.0, -1.0, 1.0]) @ s, False),
+    "one is kept": (lambda s, *_: np.diag([1.0, 0.0, 1.0]) @ s, False),
+    "singular": (lambda s, *_: SINGULAR @ s, False),
+    "of another energy": (lambda s, *q: s + 0.001 * q[1], False),
+    "with a constant": (lambda s, *_: s + 1e-6, False),
+    "of a sign that is not seen": (lambda s, Theta, *_: turned(s, Theta), False),
+    # -diag(s) M ∂W/∂D may go up if M is not diagonal.
+    "signs with a matrix": (lambda s, *q: ((np.eye(3) + SKEW) @ s) / (1.0 + q[2] ** 2), False),
+}
 
 
-@pytest.mark.parametrize("name", MOVES)
-def test_energies_that_are_no_quadratics(name):
-    assert relaxes_with(MOVES[name])
+@pytest.mark.parametrize("energy", ENERGIES)
+@pytest.mark.parametrize("name", RATES)
+def test_own_states_that_move_down_their_energy(name, energy):
+    W, of = ENERGIES[energy]
+    rates, expected = RATES[name]
+    assert relaxes(W, lambda *q: -rates(of(*q), *q)) is expected
 
 
-@pytest.mark.parametrize("name", DOES_NOT)
-def test_energies_that_are_no_quadratics_and_other_matrices(name):
-    assert not relaxes_with(DOES_NOT[name])
-
-
-def test_energies_that_are_no_quadratics_and_other_rates():
-    def slower(Theta, X, D):
-        return slope_of_stiffening(Theta, X, D) / (1.0 + D[0] * D[0])
-
-    def other(Theta, X, D):
-        return slope_of_stiffening(Theta, X, D) + 0.001 * X
-
-    for one in (other, slope, *(changed(one, slope_of_stiffening) for one in SIGN_UNKNOWN)):
-        assert not relaxes_with(np.eye(3), of=one)
-    for one in (slower, *(changed(one, slope_of_stiffening) for one in SIGN_KNOWN)):
-        assert relaxes_with(np.eye(3), of=one)
-        assert not relaxes_with(-np.eye(3), of=one)
-    assert not relaxes_with(np.eye(3), added=1e-6)
-
-
-def test_a_nearly_singular_matrix_is_not_taken_for_a_definite_one():
-    assert relaxes_with(np.diag([1.0, 1e-6, 1.0]))
-    both = np.array([[1.0, 2.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-    assert not relaxes_with(both)  # M + M' is singular
-    assert relaxes_with(both * [[1, 0.999, 1], [1, 1, 1], [1, 1, 1]])
-
-
-def test_a_zero_over_what_varies_is_zero():
-    """As in the rate of a line at rest."""
-    assert relaxes(stored, lambda *q: -slope(*q) + 0.0 / numbers.exp_of(q[0][0]))
+def test_an_energy_that_does_not_depend_on_the_own_state():
+    assert not relaxes(lambda _, X, __: X @ X, lambda _, __, D: -D)
 
 
 def test_many_own_states():

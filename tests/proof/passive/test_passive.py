@@ -1,14 +1,14 @@
 """Protects what is shown of elements of users: their power balance, for all states, or nothing."""
 
 import pytest
-from support.user_code import MAXWELL, ROPE, SPRING, element_text, loaded_with, mine
+from support.user_code import element_text, loaded_with, mine
 
 from rbstab.analysis.configuration import configurations
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.proof.passive import passive
-from rbstab.proof.passive.passive import in_proofs, why_not_in_proofs, why_not_passive
-from rbstab.proof.passive.statements import NotRecordedError, statements_of
+from rbstab.proof.passive.passive import why_not_in_proofs, why_not_passive
+from rbstab.proof.passive.statements import statements_of
 
 AT_POINT = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 0.1], "k": 30.0, "c": 2.0}
 
@@ -67,10 +67,8 @@ def folder(tmp_path, monkeypatch):
 
 PASSIVE = {
     "a root of a constant": ("-e / sqrt(self.k)", "0.5 / sqrt(self.k) * (e @ e)"),
-    "a root of another constant": ("-e / sqrt(self.c)", "0.5 / sqrt(self.c) * (e @ e)"),
     "linear": ("-self.k * e - self.c * f", "0.5 * self.k * (e @ e)", "self.c * (f @ f)"),
     "a third": ("-self.k * power(e, 2)", "(1 / 3) * self.k * power(e, 3).sum()"),
-    "an exponential": ("-self.k * exp(e)", "self.k * exp(e).sum()"),
     "a root": (
         "-self.k * e / sqrt(1 + e @ e)",
         "self.k * sqrt(1 + e @ e)",
@@ -92,11 +90,6 @@ PASSIVE = {
 
 WRONG = {
     "a root of a constant": ("sqrt(self.k * self.k) * e", "0.5 * self.k * (e @ e)"),
-    "a root of another constant": ("sqrt(9.0) * e", "1.5 * (e @ e)"),
-    "a root of a multiple": (
-        "sqrt(9 * (1 + e @ e)) / (1 + e @ e) * e",
-        "3.0 * sqrt(1 + e @ e)",
-    ),
     "the sign": ("self.k * e", "0.5 * self.k * (e @ e)"),
     "the factor": ("-self.k * e", "0.499999 * self.k * (e @ e)"),
     "the damping": ("-self.k * e - self.c * f", "0.5 * self.k * (e @ e)", "2 * self.c * f @ f"),
@@ -105,7 +98,6 @@ WRONG = {
         "-self.k * e",
         "0.5 * self.k * (e @ e) + sqrt(e[0] * e[0]) - e[0]",
     ),
-    "a function": ("-self.k * sinh(e)", "self.k * sinh(e).sum()"),
 }
 
 
@@ -117,37 +109,6 @@ def test_passive_elements(folder, name):
 @pytest.mark.parametrize("name", WRONG)
 def test_wrong_balances(folder, name):
     assert why_not_passive(found(folder, statements(*WRONG[name]))) == passive.UNBALANCED
-
-
-@pytest.mark.parametrize("k", [2.0, 3.0, 4.0, 5.0, 7.0, 9.0])
-def test_the_sign_of_a_root_of_constants(folder, k):
-    """No root has the sign of what it is a root of by itself: this wrench has either one."""
-    for sign in ("-", ""):
-        text = statements(f"{sign}sqrt(self.k * self.k) / self.k * e", "0.5 * (e @ e)")
-        assert why_not_passive(found(folder, text, **AT_POINT | {"k": k})) == passive.UNBALANCED
-
-
-DEAD = """
-def wrench(self, motion, own):
-    far = motion.A[2][2] - 2.0
-    unused = sqrt(far)
-    push = -self.k * far / sqrt(far * far)
-    return couple_on_body(push * np.array([motion.A[2][1], -motion.A[2][0], 0.0 * far]))
-
-def stored(self, motion, own):
-    return -self.k * motion.A[2][2]
-"""
-
-
-def test_what_no_result_needs_does_not_choose_the_points(folder):
-    """far is negative, so the root of its square is -far; the wrench has the wrong sign."""
-    text = element_text(DEAD).replace("import power", "import power, sqrt")
-    assert why_not_passive(found(folder, text, k=3.0)) == passive.UNBALANCED
-
-
-def test_a_large_factor_hides_no_wrong_wrench(folder):
-    text = statements("-self.k * power(2.0 + 0 * e[0], 127) * e", "0.5 * self.k * (e @ e)")
-    assert why_not_passive(found(folder, text)) == passive.UNBALANCED
 
 
 def test_negative_dissipation(folder):
@@ -167,12 +128,6 @@ def test_energies_that_are_no_functions_of_the_angles(folder):
     assert why_not_passive(found(folder, timed)) == passive.TIMED
 
 
-def test_a_balance_without_values(folder):
-    text = statements("-self.k * e", "0.5 * self.k * (e @ e) + 1 / (e[0] - e[0])")
-    with pytest.raises(NotRecordedError, match="divides by zero"):
-        found(folder, text)
-
-
 SMOOTH = {
     "a saturating damper": "self.c * f / sqrt(0.01 + f @ f)",
     "a root of the position": "self.c * f / sqrt(1 + e @ e)",
@@ -186,7 +141,6 @@ NOT_SMOOTH = {
     "an attitude at which it ends": "self.c * f / (1 + motion.A[0][0])",
     "a length that may be zero": "self.c * f / (e @ e)",
     "an angle": "self.c * f / (20 + motion.Theta[0])",
-    "a rate": "self.c * f / (20 + motion.Omega[0])",
     "a tangent of a rate": "self.c * f * tan(motion.Omega[0]) * tan(motion.Omega[0])",
 }
 
@@ -206,28 +160,6 @@ def test_dampers_that_may_have_no_value(folder, name):
     text = statements(f"-self.k * e - {damper}", "0.5 * self.k * (e @ e)", f"f @ ({damper})")
     at = AT_POINT | {"point": [0.3, 0.2, 0.1], "anchor": [0.3, 0.2, 0.1]}
     assert why_not_passive(found(folder, text, **at)) == passive.WITHOUT_VALUES
-
-
-def test_code_that_cannot_be_recorded(folder):
-    branch = "0.0 if e[0] == 0 else 0.5 * self.k * (e @ e)"
-    for stored in ("abs(self.k) if e[0] > 0 else 0.0", "float(e @ e)", branch):
-        with pytest.raises(NotRecordedError):
-            found(folder, statements("-self.k * e", stored))
-
-
-def test_which_elements_may_be_in_proofs(folder):
-    _, spring = element_and_system(folder, SPRING, k=3.0)
-    assert in_proofs(spring)
-    values = {"point": [0.1, 0, 0], "anchor": [0, 0, 1.0], "k": 3.0, "c": 1.0}
-    _, maxwell = element_and_system(folder, MAXWELL, **values)
-    assert in_proofs(maxwell)
-    _, rope = element_and_system(folder, ROPE, point=[0.1, 0, 0], anchor=[0, 0, 1.0], k=3.0)
-    assert in_proofs(rope)
-
-
-def test_formulas_of_many_operations(folder):
-    body = "sum((self.c * n * (f @ f) for n in range(100)), 0.0)"
-    assert why_not_passive(found(folder, statements("-self.c * f * 4950.0", "0.0", body))) is None
 
 
 HALVES = """

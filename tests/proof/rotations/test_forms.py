@@ -13,7 +13,7 @@ from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.exact.expr import expr, variable
 from rbstab.proof.model import value_at
 from rbstab.proof.rotations.energy import ENTRIES
-from rbstab.proof.rotations.forms import N, Q, derivative, divided, in_chart, parts, rotation_form
+from rbstab.proof.rotations.forms import in_chart, parts, rotation_form
 from rbstab.proof.rotations.lists import configuration_at
 from rbstab.proof.rotations.states import RestRotation
 
@@ -38,17 +38,6 @@ def test_what_is_constant_on_rotations_is_one_number():
     a, b, c = A
     ((_, form),) = parts(a @ np.cross(b, c))
     assert (form.numerator, form.power) == (expr(1), 0)
-
-
-def test_division_is_exact_or_refused():
-    assert divided(N * (Q[0] * Q[1] - 3)) == Q[0] * Q[1] - 3
-    assert divided(N + Q[1]) is None
-    assert divided(Q[1] ** 2 + Q[2] ** 2 + Q[3] ** 2) is None
-
-
-def test_derivatives_of_forms():
-    assert derivative(3 * Q[0] ** 2 * Q[1] + Q[2], 0) == 6 * Q[0] * Q[1]
-    assert derivative(N, 3) == 2 * Q[3]
 
 
 TIED = config_of(

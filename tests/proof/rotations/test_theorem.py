@@ -64,7 +64,7 @@ def test_an_element_that_reads_an_angle_is_noticed(monkeypatch):
     monkeypatch.setattr(
         AttitudeSpring, "dissipated", lambda self, m, own: plain(self, m, own) + m.Theta[0]
     )
-    with pytest.raises(NotOnRotationsError, match="up reads Θ"):
+    with pytest.raises(NotOnRotationsError, match="up reads Euler angles"):
         traced(config_of(UP))
 
 

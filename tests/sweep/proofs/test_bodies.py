@@ -22,7 +22,7 @@ MASSES = [30.0, 41.0, 50.0]
 
 
 def base_of():
-    base = paper_config("visco-elastic", with_gravity=True, duration=0.1, samples=5)
+    base = paper_config("free", with_gravity=True, duration=0.1, samples=5)
     return base | {"initial": {"angular_velocity": [0, 0, 0]}}
 
 
@@ -54,12 +54,6 @@ def test_bodies_are_numbered_by_their_first_members():
     assert bodies.first.tolist() == [0, 1, 3]
 
 
-def test_one_body_for_each_member():
-    vary = {"body.mass": {"uniform": [30, 50]}, "controller.K_r": {"scale": {"uniform": [0.5, 2]}}}
-    bodies = bodies_of(plan_of(vary, design="random", members=200, seed=1))
-    assert bodies.of_member.tolist() == list(range(200))
-
-
 def test_variants_are_bodies_of_their_own_and_sliding_ones_are_left_out():
     path = Path(__file__).parents[3] / "configs/sweeps/variants.yaml"
     bodies = bodies_of(load_plan(path))
@@ -68,10 +62,9 @@ def test_variants_are_bodies_of_their_own_and_sliding_ones_are_left_out():
     assert (bodies.of_member[4000:] == -1).all()
 
 
-@pytest.mark.parametrize("processes", [1, 2])
-def test_the_answers_are_those_of_plans_with_one_body(tmp_path, processes):
+def test_the_answers_are_those_of_plans_with_one_body(tmp_path):
     plan = plan_of({"body.mass": {"values": MASSES}, **SPIN})
-    found = proved(plan, tmp_path / "all", processes=processes, budget=None)
+    found = proved(plan, tmp_path / "all", budget=None)
     assert (found.bodies, found.reached_bodies) == (3, 3)
     assert found.reached.all()
     for k, mass in enumerate(MASSES):
@@ -113,18 +106,18 @@ def test_the_budget_ends_the_proofs_and_a_second_call_goes_on(tmp_path, monkeypa
 @pytest.mark.parametrize("processes", [1, 2])
 def test_an_interrupt_keeps_what_is_proved(tmp_path, processes):
     """What is found of reached members is what a whole call finds; a second call goes on."""
-    plan = plan_of({"body.mass": {"linspace": [30, 50, 12]}, **SPIN})
+    plan = plan_of({"body.mass": {"linspace": [30, 50, 6]}, **SPIN})
     whole = proved(plan, tmp_path / "whole", budget=None).found
     stop = Event()
 
     def progress(reached, _all):
-        if reached == 4:
+        if reached == 2:
             stop.set()
 
     options = {"processes": processes, "progress": progress, "budget": None}
     first = proved(plan, tmp_path / "a", stop=stop, **options)
-    assert 4 <= first.reached_bodies < 12
-    assert first.reached_bodies == 4 or processes == 2
+    assert 2 <= first.reached_bodies < 6
+    assert first.reached_bodies == 2 or processes == 2
     assert first.reached.sum() == 7 * first.reached_bodies
     assert (first.found.codes[first.reached] == whole.codes[first.reached]).all()
     assert (first.found.codes[~first.reached] == NO_PROOF).all()
@@ -133,14 +126,6 @@ def test_an_interrupt_keeps_what_is_proved(tmp_path, processes):
     assert second.reached.all()
     assert second.found.codes.tolist() == whole.codes.tolist()
     assert second.found.rest_states.tolist() == whole.rest_states.tolist()
-
-
-def test_no_budget_proves_nothing(tmp_path):
-    found = proved(plan_of({"body.mass": {"values": MASSES}}), tmp_path, budget=0.0)
-    assert found.reached_bodies == 0
-    assert not found.reached.any()
-    assert (found.found.codes == NO_PROOF).all()
-    assert not list(tmp_path.iterdir())
 
 
 def test_what_is_stored_is_kept_where_it_says_more(tmp_path):

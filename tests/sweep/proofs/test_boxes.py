@@ -1,6 +1,5 @@
 """Proofs for many bodies of a sweep at once: each body in a box has what the proof says of it."""
 
-import shutil
 from fractions import Fraction
 from pathlib import Path
 from threading import Event
@@ -14,15 +13,15 @@ from support.sweeping import run_sweep
 import rbstab
 from rbstab.config.entries import value_at
 from rbstab.config.source import key_of
+from rbstab.experiment.proof import prove
 from rbstab.experiment.proof_cache import proof_for
-from rbstab.experiment.robust.bodies import bodies_id, prove_within, stored
-from rbstab.experiment.robust.cache import bodies_file, bodies_for
-from rbstab.experiment.robust.record import BodiesRecord
-from rbstab.store.document import read_model, write_document
+from rbstab.experiment.robust.bodies import bodies_id
+from rbstab.experiment.robust.cache import kept_file
+from rbstab.experiment.robust.record import BodiesRecord, bounds_of
+from rbstab.store.document import read_model
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs import boxes as boxes_module
-from rbstab.sweep.proofs import prove_bodies
 from rbstab.sweep.proofs.boxes import PART_LIMIT, BoxProof, _Boxes, prove_boxes
 from rbstab.sweep.proofs.convergence import ProvedConvergence
 from rbstab.sweep.sweep import Sweep, prove_members
@@ -71,7 +70,7 @@ def test_one_box_has_all_bodies(tmp_path):
 def test_each_member_lies_in_the_bounds_of_its_box(tmp_path):
     plan = plan_of(
         {
-            "controller.K_c": {"scale": {"geomspace": [0.1, 100, 40]}},
+            "controller.K_c": {"scale": {"geomspace": [0.1, 100, 10]}},
             L_R: {"scale": {"values": [1, 2]}},
         },
         "visco-elastic",
@@ -95,42 +94,14 @@ def test_each_member_lies_in_the_bounds_of_its_box(tmp_path):
 
 def test_bodies_with_several_rest_states_are_in_no_box(tmp_path):
     """Held by weak stiffnesses, a heavy body can hang down too."""
-    plan = plan_of({K_R: WEAK, L_R: {"scale": {"values": [1, 2, 3]}}}, gravity=[0.0, 0.0, -9.81])
-    found = prove_boxes(plan, tmp_path, LONG)
-    counts = covered(found, plan.members)
-    states = [
-        len(proof_for(tmp_path / "own", plan.config_of(member), brief=True).states)
-        for member in range(0, plan.members, 3)
-    ]
-    assert max(states) > 1
-    assert [one for one in states if one == 1]
-    assert (counts.reshape(-1, 3) == counts[::3, np.newaxis]).all()
-    for several, count in zip(np.array(states) > 1, counts[::3].tolist(), strict=True):
-        assert not (several and count)
+    weak = {"scale": {"geomspace": [0.05, 1.0, 4]}}
+    plan = plan_of({K_R: weak, L_R: {"scale": {"values": [1, 2]}}}, gravity=[0.0, 0.0, -9.81])
+    counts = covered(prove_boxes(plan, tmp_path, LONG), plan.members).reshape(4, 2)
+    states = [len(prove(plan.config_of(k), search_only=True).states) for k in (0, 2, 4, 6)]
+    assert min(states) == 1 < max(states)
+    assert (counts[:, 0] == counts[:, 1]).all()
+    assert not counts[np.array(states) > 1].any()
     assert counts.any()
-
-
-def test_a_whole_with_several_rest_states_is_named_with_a_body(tmp_path):
-    weak = {"scale": {"linspace": [0.1, 0.3, 9]}}
-    first, *others = prove_boxes(plan_of({K_R: weak}, gravity=[0.0, 0.0, -9.81]), tmp_path, LONG)
-    assert first.whole
-    assert first.record.proved is False
-    assert all(one.record.proved for one in others)
-    assert len(first.record.rest_states) > 1
-    assert first.record.body is not None
-    assert first.record.parts <= PART_LIMIT
-
-
-def test_a_stored_proof_that_failed_is_no_end(tmp_path):
-    plan = plan_of({K_R: WEAK}, gravity=[0.0, 0.0, -9.81])
-    found = prove_boxes(plan, tmp_path, LONG)
-    assert found
-    shutil.rmtree(tmp_path / "proofs")
-    boxes = _Boxes(plan, "permanent", np.arange(9), plan.values(0, 9))
-    failed = bodies_for(tmp_path, *boxes.box(np.arange(9)))
-    assert failed.proved is None  # although it examined more parts
-    again = prove_boxes(plan, tmp_path, LONG)
-    assert [one.members.tolist() for one in again] == [one.members.tolist() for one in found]
 
 
 UNDECIDED = {K_R: {"scale": {"geomspace": [0.02, 1.0, 5]}}}
@@ -143,7 +114,7 @@ def undecided(tmp_path: Path) -> tuple[Any, Path]:
     plan = plan_of(UNDECIDED, gravity=[0.0, 0.0, -9.81])
     whole = box_of(plan)
     prove_boxes(plan, tmp_path, LONG)
-    return plan, bodies_file(tmp_path, bodies_id(whole[0], stored(whole[1])))
+    return plan, kept_file(tmp_path, BodiesRecord, bodies_id(whole[0], bounds_of(whole[1])))
 
 
 def box_of(plan):
@@ -170,60 +141,11 @@ def must_not_be_called(*_arguments: Any) -> Any:
     raise AssertionError("it is examined again")
 
 
-def test_with_more_parts_it_is_examined_again(undecided, tmp_path, monkeypatch):
-    plan, file = undecided
-    monkeypatch.setattr(boxes_module, "PART_LIMIT", PART_LIMIT + 1)
-    prove_boxes(plan, tmp_path, LONG)
-    assert read_model(file, BodiesRecord).parts == PART_LIMIT + 1
-    found = bodies_for(tmp_path, *box_of(plan))
-    assert found.parts > PART_LIMIT + 1
-    assert not found.brief
-    assert read_model(file, BodiesRecord) == found
-    # That one is not replaced by a sweep, which examines fewer parts, and divides it all the same.
-    prove_boxes(plan, tmp_path, LONG)
-    assert read_model(file, BodiesRecord) == found
-
-
-def test_only_fewer_parts_than_usual_are_brief(tmp_path, monkeypatch):
-    monkeypatch.setattr("rbstab.proof.robust.bodies.PART_LIMIT", 2)
-    config, tolerances = box_of(plan_of(UNDECIDED, gravity=[0.0, 0.0, -9.81]))
-    usual, fewer = prove_within(config, tolerances), prove_within(config, tolerances, 1)
-    assert (usual.proved, usual.parts, usual.brief) == (None, 2, None)
-    assert (fewer.proved, fewer.parts, fewer.brief) == (None, 1, True)
-    assert usual.widest == fewer.widest
-
-
-@pytest.mark.parametrize("widest", [None, "controller.K_r", "body.mass"])
-def test_a_record_that_does_not_say_where_to_divide_is_made_again(undecided, tmp_path, widest):
-    """So do those of older versions; others may be damaged."""
-    plan, file = undecided
-    before = prove_boxes(plan, tmp_path, LONG)
-    record = read_model(file, BodiesRecord)
-    old = record.model_dump(mode="json") | {"widest": widest, "brief": None, "parts": 32}
-    if widest is None:
-        del old["widest"], old["brief"]
-    write_document(file, old)
-    again = prove_boxes(plan, tmp_path, LONG)
-    assert [one.members.tolist() for one in again] == [one.members.tolist() for one in before]
-    # More parts were examined for it than a sweep would.
-    assert read_model(file, BodiesRecord).parts == 32
-
-
-def test_a_box_whose_examination_fails_is_tried_again(tmp_path, monkeypatch):
-    def fail(*_arguments: Any) -> Any:
-        raise ArithmeticError("too large")
-
-    plan = plan_of({K_R: {"scale": {"values": [0.9, 1.1]}}})
-    with monkeypatch.context() as patched:
-        patched.setattr(boxes_module, "prove_within", fail)
-        assert prove_boxes(plan, tmp_path, LONG) == []
-    assert len(prove_boxes(plan, tmp_path, LONG)) == 1
-
-
 def test_start_and_damping_do_not_divide_a_box(tmp_path):
     vary = {SPIN: {"values": [0, 9]}, K_R: {"scale": {"values": [0.9, 1.1]}}, L_R: WEAK}
+    vary |= {"gravity[2]": {"values": [-0.1, 0.1]}}
     (proof,) = prove_boxes(plan_of(vary), tmp_path, LONG)
-    keys = {f"{key}[{k}]" for key in (K_R, L_R) for k in range(3)}
+    keys = {f"{key}[{k}]" for key in (K_R, L_R) for k in range(3)} | {"gravity[2]"}
     assert {one.key for one in proof.record.tolerances} == keys
 
 
@@ -236,12 +158,6 @@ def test_start_and_damping_do_not_divide_a_box(tmp_path):
 )
 def test_where_all_members_of_a_variant_share_a_proof_there_is_no_box(vary, tmp_path):
     assert prove_boxes(plan_of(vary), tmp_path, LONG) == []
-
-
-def test_gravity_has_a_box_too(tmp_path):
-    (proof,) = prove_boxes(plan_of({"gravity[2]": {"linspace": [-9.9, -9.7, 3]}}), tmp_path, LONG)
-    assert [one.key for one in proof.record.tolerances] == ["gravity[2]"]
-    assert proof.record.proved
 
 
 def test_after_an_interrupt_or_without_time_no_box_is_begun(tmp_path):
@@ -294,21 +210,3 @@ def test_members_of_each_variant_get_what_their_box_says(tmp_path, monkeypatch):
     assert set(boxes) >= {"permanent", "visco-elastic"}
     # A part of the members has the same levels.
     assert certified.box_levels(4, 20).tolist() == levels[4:20].tolist()
-
-
-def test_with_time_left_each_body_has_its_own_proof(many, tmp_path):
-    """The region of a body may be larger than what holds for all."""
-    plan, sweep = many
-    proofs = prove_members(plan, sweep, budget=None)
-    assert proofs.reached_bodies == 5
-    assert len(list((tmp_path / "proofs").iterdir())) == 6
-    words = rbstab.open_sweep(tmp_path / "sweep").words("convergence")
-    assert words[8:].tolist() == ["proved", "proved"]
-    assert set(words) == {"proved", "not proved"}
-
-
-def test_few_bodies_have_their_own_proofs(many, tmp_path, monkeypatch):
-    plan, sweep = many
-    monkeypatch.setattr("rbstab.sweep.sweep.FEW", prove_bodies.FEW)
-    assert prove_members(plan, sweep).boxes == []
-    assert not any(path.name.startswith("within-") for path in (tmp_path / "proofs").iterdir())

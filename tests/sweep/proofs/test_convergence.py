@@ -14,12 +14,12 @@ from rbstab.analysis.exact import in_balls
 from rbstab.config.build import problem_of
 from rbstab.experiment.proof_cache import proof_for
 from rbstab.experiment.stored_proof.proof import no_proof
-from rbstab.experiment.stored_proof.starts import enclosed_start, start_state
+from rbstab.experiment.stored_proof.starts import enclosed_start, reached_states, start_state
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs.columns import CONVERGENCE, NO_PROOF, NOT_PROVED
 from rbstab.sweep.proofs.convergence import ProvedConvergence, outside_code
-from rbstab.sweep.proofs.starts import ProvedStarts, Starts
+from rbstab.sweep.proofs.starts import ProvedStarts
 from rbstab.systems.modes import modes_of
 
 SHORT: dict[str, Any] = {"duration": 0.01, "samples": 3, "rtol": 1e-8}
@@ -45,10 +45,6 @@ def test_inside_and_outside_are_those_of_single_runs(tmp_path, with_gravity):
     expected = ["proved" if word == "proved" else "not proved" for word in found]
     assert words(plan, tmp_path) == expected
     assert set(expected) == {"proved", "not proved"}
-
-
-def test_without_a_proof_nothing_is_said(tmp_path):
-    assert words(plan_of({SPIN: {"values": [1.0, 2.0]}}), tmp_path) == ["unknown", "unknown"]
 
 
 @pytest.mark.parametrize(("goes_on", "code"), [(True, NO_PROOF), (False, NOT_PROVED)])
@@ -100,21 +96,13 @@ def test_proved_states_are_those_in_which_the_computed_motions_end(valleys):
             assert np.abs(end - proof.states[number - 1].orientation).max() < 1e-2
 
 
-def test_what_is_proved_does_not_depend_on_the_division_into_shards(valleys):
-    plan, _, convergence = valleys
-    whole = convergence.of(0, plan.members).rest_states
-    parts = [convergence.of(k, k + 1).rest_states[0] for k in range(plan.members)]
-    assert parts == whole.tolist()
-
-
 def test_a_small_energy_outside_of_the_range_proves_nothing(valleys):
-    plan, proof, _ = valleys
-    starts = ProvedStarts(plan.base_of("permanent"), plan.varied_keys_of("permanent"), proof)
+    _, proof, _ = valleys
     energy = np.full(2, proof.states[0].energy)
-    (in_range, *_) = starts._ranges
+    alone = proof.model_copy(update={"unwrapped": None})
     for end in (-3.2, 3.2):
         angles = np.array([[0.1, 0.0, 0.0], [end, 0.0, 0.0]])
-        assert in_range.find(Starts(energy, angles, angles)).tolist() == [1, 0]
+        assert reached_states(alone, energy, angles, angles).tolist() == [1, 0]
 
 
 POINT = [0.1, 0.1, -0.3]

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 from support.paper_runs import paper_config
 from support.sweeping import run_sweep
+from support.valleys import TWO_VALLEYS
 
 import rbstab
+from rbstab.experiment.proof import prove
 from rbstab.experiment.proof_cache import proof_for
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.report.sweeps.members import read_members
@@ -16,7 +18,7 @@ from rbstab.sweep.folder.member_answers import member_answers
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.proofs.bodies import _distinct_rows, first_members
+from rbstab.sweep.proofs.bodies import _distinct_rows
 from rbstab.sweep.proofs.columns import NOT_ONE_STATE, ONE_STATE, STATES_UNDECIDED
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, one_state_code
 from rbstab.sweep.proofs.one_state import OneState, one_state_of
@@ -64,10 +66,8 @@ def test_bodies_count_once_by_either_proof(tmp_path, monkeypatch):
 
 
 def test_a_body_may_be_false_by_its_own_proof(tmp_path):
-    plan = plan_of(
-        {K_R: {"scale": {"values": [0.1, 1.0]}}, SPIN: {"values": [0.1, 0.2]}},
-        gravity=[0.0, 0.0, -9.81],
-    )
+    vary = {K_R: {"scale": {"values": [1.0, 30.0]}}, SPIN: {"values": [0.1, 0.2]}}
+    plan = load_plan({"base": TWO_VALLEYS, "vary": vary}, ["integration.duration=0.05"])
     found = swept(tmp_path, plan, budget=None)
     assert (found.bodies, found.proved, list(found.false)) == (2, 1, [0])
     assert found.counts == "proved for 1 of 2 distinct bodies, false for 1 (members 0)"
@@ -103,16 +103,6 @@ def test_the_body_of_a_counterexample_may_be_one_of_the_sweep(tmp_path, monkeypa
     assert list(found.false) == [4]  # the third of five bodies, each with two members
 
 
-def test_the_column_is_stored_also_if_nothing_else_is_new(tmp_path, monkeypatch):
-    """As where a proof ended early, and does not say which members start in a region."""
-    monkeypatch.setattr("rbstab.sweep.proofs.prove_bodies.is_known", lambda _: False)
-    plan = plan_of({K_R: {"scale": {"values": [0.9, 1.1]}}})
-    assert swept(tmp_path, plan, budget=None).proved == 2
-    table = rbstab.open_sweep(tmp_path / "sweep")
-    assert table.words("one_rest_state").tolist() == ["proved"] * 2
-    assert set(table.words("convergence")) == {"unknown"}
-
-
 def test_without_an_answer_for_any_body_nothing_is_said(tmp_path):
     plan = plan_of({K_R: {"scale": {"values": [0.9, 1.1]}}})
     found = swept(tmp_path, plan, budget=0.0)
@@ -127,22 +117,11 @@ def test_without_an_answer_for_any_body_nothing_is_said(tmp_path):
     assert one_state_of(proofs, of_members) == OneState()
 
 
-def test_sweeps_without_the_column_have_what_boxes_say(tmp_path, monkeypatch):
-    monkeypatch.setattr("rbstab.sweep.sweep.FEW", 3)
-    swept(tmp_path, plan_of({K_R: {"scale": {"linspace": [0.9, 1.1, 5]}}}), budget=None)
-    members = read_members(tmp_path / "sweep" / "sweep.h5")
-    layout: Any = members.table.layout
-    del layout["one_rest_state"]
-    assert (members.one_state.bodies, members.one_state.proved) == (5, 5)
-
-
 @pytest.mark.parametrize(
-    ("scale", "gravity", "expected"),
-    [(1.0, 0.0, ONE_STATE), (0.1, -9.81, NOT_ONE_STATE)],
+    ("base", "expected"), [(paper_config("free"), ONE_STATE), (TWO_VALLEYS, NOT_ONE_STATE)]
 )
-def test_codes_of_proofs(tmp_path, scale, gravity, expected):
-    vary = {K_R: {"scale": {"values": [scale]}}}
-    proof = proof_for(tmp_path, plan_of(vary, gravity=[0.0, 0.0, gravity]).config_of(0))
+def test_codes_of_proofs(base, expected):
+    proof = prove(base)
     assert one_state_code(proof) == expected
 
     def changed(**changes: Any) -> Proof:
@@ -178,13 +157,3 @@ def test_distinct_rows_are_those_of_numpy(shape, kinds):
     expected = np.unique(table, axis=0, return_index=True, return_inverse=True)
     assert first.tolist() == expected[1].tolist()
     assert same.tolist() == expected[2].ravel().tolist()
-
-
-def test_the_first_members_of_bodies():
-    vary = {
-        "controller.variant": {"values": ["permanent", "free"]},
-        K_R: {"scale": {"values": [1, 2]}},
-    }
-    plan = plan_of(vary | {SPIN: {"values": [1.0, 2.0]}})
-    assert first_members(plan, ["permanent", "free"]).tolist() == [0, 2, 4, 6]
-    assert first_members(plan, ["free"]).tolist() == [4, 6]

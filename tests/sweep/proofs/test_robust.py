@@ -11,7 +11,6 @@ from support.sweeping import run_sweep
 import rbstab
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.robust.cache import bodies_for
-from rbstab.report.sweeps.members import read_members
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs import robust
@@ -48,20 +47,6 @@ def test_members_inside_the_box_and_below_its_level_are_proved(sweep):
     expected = np.where(inside & below, "proved", "unknown")
     assert table.words("convergence").tolist() == expected.tolist()
     assert table["proved_rest_state"].tolist() == (inside & below).astype(int).tolist()
-
-
-def test_a_proof_made_after_the_sweep_counts_in_its_report(sweep, tmp_path):
-    folder, plan, _ = sweep
-    run_sweep(tmp_path / "sweep", plan, threads=1, factory=factory_for("scipy"))
-    table = rbstab.open_sweep(tmp_path / "sweep")
-    assert set(table.words("convergence")) == {"unknown"}
-    config = plan.base_of("permanent")
-    bodies_for(tmp_path, config, tolerances_of(config, ["controller=±10%"]))
-    again = rbstab.open_sweep(folder / "sweep")
-    assert (
-        read_members(tmp_path / "sweep" / "sweep.h5").convergence.tolist()
-        == again["convergence"].tolist()
-    )
 
 
 def test_a_member_that_approaches_a_state_outside_of_the_range_is_not_proved(sweep):

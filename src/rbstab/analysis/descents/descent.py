@@ -1,11 +1,13 @@
 """Descent in energy to a minimum, by a damped Newton method, for many starts at once."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Protocol
 
 import numpy as np
 
-from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.derivatives import jacobian
+from rbstab.mechanics.numbers import Array, Number
 
 MAX_STEPS = 300
 """The maximum number of steps. About five are enough near a minimum, about a hundred in a curved
@@ -19,6 +21,10 @@ SHORTEST_STEP = 1e-4
 
 MIN_CURVATURE = 1e-8
 """The smallest curvature that the method divides by, relative to the largest."""
+
+HESSIAN_STEP = 1e-6
+"""rad and m. The Hessian only guides the descent, so it need not be accurate. The step grows with
+coordinates above 1000, because it would be lost in their round-off."""
 
 ROUND_OFF = 1e-12
 """Allowed rise of the energy in a step, relative to the energy plus 1 J."""
@@ -41,6 +47,28 @@ class EnergyAt(Protocol):
     @property
     def hessian(self) -> Array:
         """Their Hessians, shape (m, n, n)."""
+
+
+class SingleEnergy:
+    """An energy at one point (an `EnergyAt`); its Hessian is computed when it is read.
+
+    Args:
+        value: The energy, which takes complex numbers too.
+        q: The point, shape (n,).
+        step: The step of the differences for the Hessian.
+    """
+
+    def __init__(
+        self, value: Callable[[Array], Number], q: Array, step: float = HESSIAN_STEP
+    ) -> None:
+        self._slope, self._q, self._step = partial(jacobian, value), q, step
+        self.value = np.array([float(value(q))])
+        self.gradient = self._slope(q)[np.newaxis]
+
+    @property
+    def hessian(self) -> Array:
+        """The Hessian, shape (1, n, n)."""
+        return numerical_hessian(self._slope, self._q, self._step)[np.newaxis]
 
 
 EnergyFunction = Callable[[Array, Array], EnergyAt]
@@ -111,3 +139,15 @@ def _steps(gradient: Array, hessian: Array) -> Array:
     longest = np.abs(steps).max(axis=1, keepdims=True)
     limited: Array = steps * np.minimum(1.0, MAX_STEP / longest)
     return limited
+
+
+def numerical_hessian(
+    gradient: Callable[[Array], Array], q: Array, step: float = HESSIAN_STEP
+) -> Array:
+    """Return the Hessian of an energy by differences of its gradient; it guides a descent."""
+    steps = step * np.maximum(1.0, 1e-3 * np.abs(q))
+    rows = [
+        (gradient(q + shift) - gradient(q - shift)) / (2 * size)
+        for shift, size in zip(np.diag(steps), steps, strict=True)
+    ]
+    return 0.5 * (np.array(rows) + np.array(rows).T)

@@ -12,13 +12,18 @@ equations above.
 """
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations
-from rbstab.analysis.descents.descent import descend
+from rbstab.analysis.descents.descent import (
+    HESSIAN_STEP,
+    EnergyFunction,
+    SingleEnergy,
+    descend,
+    numerical_hessian,
+)
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.numbers import Array, Number, sqrt
@@ -27,9 +32,6 @@ from rbstab.systems.system import System
 
 WIDTHS = tuple(10.0**exponent for exponent in range(-2, -8, -1))
 """m and rad: the widths over which the modes change, one after the other."""
-
-STEP = 1e-6
-"""rad and m; the step of differences, smaller where the modes change within less."""
 
 BETWEEN = 1e-3
 """A mode farther than this from 0 and 1, at the last width, is that of a kink under the minimum."""
@@ -79,8 +81,8 @@ def descend_to_kinks(
     """
     energy = _ModedEnergy(at_rest)
     for width in WIDTHS:
-        smooth = _Smoothed(energy, width)
-        ends, _, _ = descend(smooth, q[:, np.newaxis], np.array([tolerance]), is_late, is_inside)
+        smooth, start = energy.smoothed(width), q[:, np.newaxis]
+        ends, _, _ = descend(smooth, start, np.array([tolerance]), is_late, is_inside)
         q = ends[:, 0]
     modes = energy.smooth_modes(q, WIDTHS[-1])
     held = (modes > BETWEEN) & (modes < 1.0 - BETWEEN)
@@ -127,30 +129,14 @@ class _ModedEnergy:
         g = self.guards(q)
         return 0.5 * (1.0 + g / sqrt(g * g + width * width))
 
+    def smoothed(self, width: float) -> EnergyFunction:
+        """Return the energy with smooth modes, as `descend` calls it."""
 
-class _Smoothed:
-    """The energy with smooth modes, as `descend` calls it."""
+        def energy(_rows: Array, q: Array) -> SingleEnergy:
+            at, step = self.at(q[:, 0]), HESSIAN_STEP * min(1.0, 10.0 * width)
+            return SingleEnergy(lambda x: at(x, self.smooth_modes(x, width)), q[:, 0], step)
 
-    def __init__(self, energy: _ModedEnergy, width: float) -> None:
-        self._energy, self._width = energy, width
-
-    def __call__(self, _rows: Array, q: Array) -> "_Smoothed":
-        self._q = q[:, 0]
-        at, width = self._energy.at(self._q), self._width
-
-        def value(x: Array) -> Number:
-            return at(x, self._energy.smooth_modes(x, width))
-
-        self._value = value
-        self.value = np.array([float(value(self._q))])
-        self.gradient = jacobian(value, self._q)[np.newaxis]
-        return self
-
-    @property
-    def hessian(self) -> Array:
-        """The Hessian, shape (1, n, n)."""
-        step = STEP * min(1.0, 10.0 * self._width)
-        return _hessian(lambda x: jacobian(self._value, x), self._q, step)[np.newaxis]
+        return energy
 
 
 def _solved(
@@ -168,17 +154,13 @@ def _solved(
         if best[0].gradient <= tolerance and found is not best[0]:
             break
         slope = _slope(energy, q)
-        normals = jacobian(energy.guards, q)[held]
+        normals, force = jacobian(energy.guards, q)[held], slope(q, modes)
         # The energy is linear in the modes, so two values give its derivative.
-        pulls = np.array(
-            [
-                slope(q, _with_mode(modes, k, 1.0)) - slope(q, _with_mode(modes, k, 0.0))
-                for k in np.flatnonzero(held).tolist()
-            ]
-        ).reshape(count, len(q))
-        curvature = _hessian(partial(_swapped, slope, modes), q, STEP)
+        changed = modes + np.eye(len(modes))[held]
+        pulls = np.array([slope(q, one) - force for one in changed]).reshape(count, len(q))
+        curvature = numerical_hessian(lambda x, at=slope, m=modes: at(x, m), q)  # type: ignore[misc]
         matrix = np.block([[curvature, pulls.T], [normals, np.zeros((count, count))]])
-        wrong = np.concatenate([slope(q, modes), energy.guards(q)[held]])
+        wrong = np.concatenate([force, energy.guards(q)[held]])
         # Kinks at which the forces are not determined have many solutions: take the nearest.
         step = np.linalg.lstsq(matrix, -wrong, rcond=1e-12)[0]
         q, modes = q + step[: len(q)], modes.copy()
@@ -198,26 +180,6 @@ def _slope(energy: _ModedEnergy, q: Array) -> Callable[[Array, Array], Array]:
     """Return ∂U/∂q as a function of q and the kinked modes."""
     at = energy.at(q)
     return lambda x, modes: jacobian(lambda z: at(z, modes), x)
-
-
-def _swapped(slope: Callable[[Array, Array], Array], modes: Array, x: Array) -> Array:
-    return slope(x, modes)
-
-
-def _with_mode(modes: Array, index: int, value: float) -> Array:
-    changed = modes.copy()
-    changed[index] = value
-    return changed
-
-
-def _hessian(gradient: Callable[[Array], Array], q: Array, step: float) -> Array:
-    """Return the derivatives of a gradient by central differences; they guide a descent."""
-    steps = step * np.maximum(1.0, 1e-3 * np.abs(q))
-    rows = [
-        (gradient(q + shift) - gradient(q - shift)) / (2 * size)
-        for shift, size in zip(np.diag(steps), steps, strict=True)
-    ]
-    return 0.5 * (np.array(rows) + np.array(rows).T)
 
 
 def _energy_of(system: System, variables: Array) -> Array:

@@ -15,11 +15,11 @@ from rbstab.analysis.configuration import (
     as_at_rest,
     configurations,
 )
+from rbstab.analysis.descents.descent import numerical_hessian
 from rbstab.analysis.rest_state import (
     RestState,
     gradient_tolerance,
     largest_load,
-    numerical_hessian,
     rest_state_at,
     rest_state_below,
 )

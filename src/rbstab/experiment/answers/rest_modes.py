@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.analysis.configuration import ORIENTATION, POSITION, as_at_rest, configurations
+from rbstab.analysis.descents.descent import numerical_hessian
 from rbstab.analysis.linearisation import NoDerivativesError, are_real, linearise
-from rbstab.analysis.rest_state import numerical_hessian, rest_state_at
+from rbstab.analysis.rest_state import rest_state_at
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from rbstab.analysis.configuration import configurations
 from rbstab.config.build import Numbers, start_of, system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code, without_code
+from rbstab.elements.element import Element
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.numbers import Array
@@ -17,6 +17,7 @@ from rbstab.proof.motion.motion_set import MotionSet, point_sets
 from rbstab.proof.motion.program import doubles_of
 from rbstab.systems.coordinates import ReducedCoordinates
 from rbstab.systems.modes import modes_of, with_modes
+from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
 
 MIN_ENERGY = 1e-6
@@ -27,14 +28,11 @@ def enclosed_system(config: Config, numbers: Numbers) -> System:
     """Return the system of a config in a kind of number; a held body has its six states.
 
     The exact motion of a held body stays on the submanifold, so these six states describe it.
-    Elements of users are the formulas that their code states.
-
-    Raises:
-        NotRecordedError: The code of one of them cannot be recorded.
+    Elements of users must have formulas (`not_enclosed`).
     """
     system = system_of(without_code(config), numbers)
     if has_code(config):
-        system = _with_recorded(system, system_of(config), numbers)
+        system = _with_users(system, system_of(config), numbers)
     return _with_six_states(system) if system.coordinates.holds_contact else system
 
 
@@ -88,13 +86,14 @@ def _with_six_states(system: System) -> System:
     return replace(system, coordinates=ReducedCoordinates())
 
 
-def _with_recorded(system: System, whole: System, numbers: Numbers) -> System:
+def _with_users(system: System, whole: System, numbers: Numbers) -> System:
     """Return a system with the elements of users of another one, which is in doubles."""
-    from rbstab.proof.motion.recorded import recorded_element
-
-    at_rest, ours = configurations(whole), iter(system.elements)
-    elements = (
-        recorded_element(at_rest, one, numbers) if one.from_user else next(ours)
-        for one in whole.elements
-    )
+    ours, elements = iter(system.elements), list[Element]()
+    for one in whole.elements:
+        alone = replace(whole, elements=(one,))
+        elements += (
+            map_parameters(alone, lambda _, values: numbers(values)).elements
+            if one.from_user
+            else [next(ours)]
+        )
     return replace(system, elements=tuple(elements))

@@ -13,14 +13,14 @@ from rbstab.experiment.convergence.region_bounds import region_energies
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.motion.equations import Equations
-from rbstab.proof.motion.motion import Followed, followed
+from rbstab.proof.motion.motion import MAX_STEPS, Followed, followed
 from rbstab.proof.motion.motion_set import MotionSet, point_sets
 
 BATCH_SIZE = 256
 """Motions that are enclosed at once. With more, the arrays do not fit into a cache."""
 
 
-class ManyMotions:
+class Motions:
     """Encloses exact motions of the system of one config, from different starts.
 
     Args:
@@ -29,30 +29,39 @@ class ManyMotions:
     """
 
     def __init__(self, config: Config, proof: Proof) -> None:
-        self.proof = proof
-        self.scale = state_scale(problem_of(config))
-        self._equations = Equations(partial(enclosed_system, config))
+        self.proof, self.scale = proof, state_scale(problem_of(config))
+        self.equations = Equations(partial(enclosed_system, config))
 
-    def follow(self, values: Array, errors: Array, max_steps: int) -> list[Followed]:
-        """Follow the exact motions from some starts until their convergence is proved.
+    def follow(
+        self, starts: MotionSet, max_steps: int = MAX_STEPS, *, rests: bool = True
+    ) -> list[Followed]:
+        """Follow the motions of some sets of starts until their convergence is proved.
 
-        What is found of a motion does not depend on the others.
+        What is found of a set does not depend on the others.
+
+        Args:
+            starts: The sets.
+            max_steps: The most steps of each.
+            rests: Whether a set is given up that has come to rest.
+
+        Returns:
+            What came of each set. Its decision is its `Convergence`, `Undecided.AT_REST`, or None.
+        """
+        decide = Decisions(self.proof, self.equations, rests=rests)
+        return followed(self.equations, starts, self.scale, decide, max_steps)
+
+    def follow_all(self, values: Array, errors: Array, max_steps: int) -> list[Followed]:
+        """Follow the motions from some starts, as `follow` does, some at a time.
 
         Args:
             values: The initial states of `enclosed_system`, shape (motions, n).
             errors: Bounds on their distances from the exact ones, in the same shape.
             max_steps: The most steps of a motion.
-
-        Returns:
-            What came of each motion. Its decision is its `Convergence`, `Undecided.AT_REST`, or
-            None.
         """
         found: list[Followed] = []
         for first in range(0, len(values), BATCH_SIZE):
             some = slice(first, first + BATCH_SIZE)
-            starts = point_sets(values[some], errors[some], self.scale)
-            decide = Decisions(self.proof, self._equations)
-            found += followed(self._equations, starts, self.scale, decide, max_steps)
+            found += self.follow(point_sets(values[some], errors[some], self.scale), max_steps)
         return found
 
 
@@ -62,10 +71,11 @@ class Decisions:
     Args:
         proof: The proof of the rest states and of their regions.
         equations: The equations.
+        rests: Whether to decide that a motion has come to rest.
     """
 
-    def __init__(self, proof: Proof, equations: Equations) -> None:
-        self.proof, self.equations = proof, equations
+    def __init__(self, proof: Proof, equations: Equations, *, rests: bool = True) -> None:
+        self.proof, self.equations, self.rests = proof, equations, rests
         self._highest = max((bound for _, bound in region_energies(proof)), default=-np.inf)
         self._lows: dict[int, list[float]] = {}
 
@@ -81,7 +91,8 @@ class Decisions:
             reached = None
             if high < self._highest:
                 reached = convergence_in(self.proof, (low, high), box, time)
-            found.append(reached or (Undecided.AT_REST if self._rests(number, low) else None))
+            rests = self.rests and self._rests(number, low)
+            found.append(reached or (Undecided.AT_REST if rests else None))
         return found
 
     def _rests(self, number: int, low: float) -> bool:

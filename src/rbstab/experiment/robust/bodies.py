@@ -1,7 +1,5 @@
 """Proofs for all bodies, gravities and controllers within tolerances of a config."""
 
-import hashlib
-import json
 import time
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
@@ -19,7 +17,12 @@ from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance, decimal_text
 from rbstab.config.user_code.permission import has_code, without_code
 from rbstab.experiment.answers.reasons import NOT_DAMPED
-from rbstab.experiment.robust.record import BodiesRecord, StoredTolerance
+from rbstab.experiment.robust.record import (
+    BodiesRecord,
+    StoredTolerance,
+    bounds_of,
+    digest_of,
+)
 from rbstab.experiment.stored_proof.proof import SUPPLIES
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
@@ -40,26 +43,11 @@ NOT_DECIDED = "not decided"
 """The outcome of a proof whose hypotheses do not hold for each body."""
 
 
-def sections_of(config: Config) -> dict[str, Any]:
-    """Return body, gravity, controller and elements of a config as plain data."""
-    return acting_sections(config)
-
-
 def bodies_id(config: Config, tolerances: Iterable[StoredTolerance]) -> str:
     """Return the identity of a proof: a digest of the config, its tolerances, and the equations."""
     bounds = sorted((one.key, one.low, one.high) for one in tolerances)
     equations = fingerprint(partial(system_of, without_code(config)))
-    parts = ["bodies", BODIES_VERSION, sections_of(config), bounds, equations]
-    text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()[:32]
-
-
-def stored(tolerances: Iterable[Tolerance]) -> tuple[StoredTolerance, ...]:
-    """Return tolerances as plain data."""
-    return tuple(
-        StoredTolerance(key=one.entry.key, low=decimal_text(one.low), high=decimal_text(one.high))
-        for one in tolerances
-    )
+    return digest_of("bodies", BODIES_VERSION, acting_sections(config), bounds, equations)
 
 
 def prove_within(
@@ -80,11 +68,11 @@ def prove_within(
     from rbstab.proof.robust.bodies import PART_LIMIT, BodiesOutcome, prove_bodies
     from rbstab.proof.robust.numbers import Part
 
-    start, bounds = time.perf_counter(), stored(tolerances)
+    start, bounds = time.perf_counter(), bounds_of(tolerances)
     facts: dict[str, Any] = {
         "id": bodies_id(config, bounds),
         "version": BODIES_VERSION,
-        "sections": sections_of(config),
+        "sections": acting_sections(config),
         "tolerances": bounds,
     }
     why = _unknown_code(config, tolerances) or _undamped(config, tolerances)

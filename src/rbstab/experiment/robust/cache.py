@@ -1,33 +1,42 @@
-"""Stored proofs for all bodies within tolerances, in a folder of results."""
+"""Stored proofs within tolerances, of all bodies or of all starts, in a folder of results."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
-from rbstab.experiment.proof_cache import NO_FILE_ERRORS, stored_model
-from rbstab.experiment.robust.bodies import bodies_id, prove_within, stored
-from rbstab.experiment.robust.record import BodiesRecord
+from rbstab.experiment.proof_cache import NO_FILE_ERRORS, PROOFS, stored_model
+from rbstab.experiment.robust.bodies import bodies_id, prove_within
+from rbstab.experiment.robust.record import BodiesRecord, WithinRecord, bounds_of
 from rbstab.store.document import write_document
 from rbstab.store.errors import StoreError
 
-PREFIX = "within-"
-"""The beginning of the names of these files, which tells them from proofs of one config."""
+Record = TypeVar("Record", bound=WithinRecord)
 
 
-def bodies_file(folder: Path, identity: str) -> Path:
+def kept_file(folder: Path, kind: type[WithinRecord], identity: str) -> Path:
     """Return the file of a proof in a folder of results."""
-    return folder / "proofs" / f"{PREFIX}{identity}.json"
+    return folder / PROOFS / f"{kind.PREFIX}{identity}.json"
 
 
-def cached_bodies(folder: Path, identity: str) -> BodiesRecord | None:
-    """Return a stored proof; None if it is missing or damaged.
+def kept(folder: Path, kind: type[Record], identity: str) -> Record | None:
+    """Return a stored proof of one kind; None if it is missing or damaged.
 
     Raises:
         StoreError: The disk reports an error; the proof may be whole.
     """
-    found = stored_model(bodies_file(folder, identity), BodiesRecord)
+    found = stored_model(kept_file(folder, kind, identity), kind)
     return found if found is not None and found.id == identity else None
+
+
+def keep(folder: Path, record: WithinRecord) -> None:
+    """Store a proof in a folder of results.
+
+    Raises:
+        StoreError: The proof cannot be written.
+    """
+    write_document(kept_file(folder, type(record), record.id), record.model_dump(mode="json"))
 
 
 def bodies_for(
@@ -49,31 +58,11 @@ def bodies_for(
     Raises:
         StoreError: The proof cannot be written, or the disk fails to read it.
     """
-    found = kept_bodies(folder, config, tolerances)
+    found = kept(folder, BodiesRecord, bodies_id(config, bounds_of(tolerances)))
     if found is None or found.brief:
         found = prove_within(config, tolerances, is_late=is_late)
-        keep_bodies(folder, found)
+        keep(folder, found)
     return found
-
-
-def kept_bodies(
-    folder: Path, config: Config, tolerances: Sequence[Tolerance]
-) -> BodiesRecord | None:
-    """Return the stored proof for tolerances of a config; None if there is none.
-
-    Raises:
-        StoreError: The disk reports an error.
-    """
-    return cached_bodies(folder, bodies_id(config, stored(tolerances)))
-
-
-def keep_bodies(folder: Path, record: BodiesRecord) -> None:
-    """Store a proof in a folder of results.
-
-    Raises:
-        StoreError: The proof cannot be written.
-    """
-    write_document(bodies_file(folder, record.id), record.model_dump(mode="json"))
 
 
 def all_bodies(folder: Path) -> list[BodiesRecord]:
@@ -84,12 +73,13 @@ def all_bodies(folder: Path) -> list[BodiesRecord]:
     Raises:
         StoreError: The disk reports an error.
     """
+    prefix, end = BodiesRecord.PREFIX, ".json"
     try:
-        files = [path.name for path in (folder / "proofs").iterdir()]
+        files = [path.name for path in (folder / PROOFS).iterdir()]
     except OSError as error:
         if error.errno in NO_FILE_ERRORS:
             return []  # as a single proof there
         raise StoreError(f"{folder} cannot be read: {error.strerror or error}") from error
-    names = sorted(name for name in files if name.startswith(PREFIX) and name.endswith(".json"))
-    found = [cached_bodies(folder, name[len(PREFIX) : -len(".json")]) for name in names]
+    names = sorted(name for name in files if name.startswith(prefix) and name.endswith(end))
+    found = [kept(folder, BodiesRecord, name[len(prefix) : -len(end)]) for name in names]
     return [record for record in found if record is not None]

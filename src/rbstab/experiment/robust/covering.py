@@ -10,11 +10,11 @@ import numpy as np
 
 from rbstab.config.entries import is_of_initial_state
 from rbstab.config.errors import ConfigError, Location
-from rbstab.config.load import resolved, validated
+from rbstab.config.load import acting_sections, resolved, validated
 from rbstab.config.schema import Config
 from rbstab.config.source import Path as KeyPath
 from rbstab.config.source import Source, key_of
-from rbstab.experiment.robust.bodies import bodies_id, sections_of
+from rbstab.experiment.robust.bodies import bodies_id
 from rbstab.experiment.robust.cache import all_bodies
 from rbstab.experiment.robust.record import BodiesRecord, StoredTolerance
 from rbstab.mechanics.numbers import Array
@@ -61,39 +61,20 @@ def levels_of(
     return levels
 
 
-def have_one_state(
+def one_state_of(
     records: Iterable[BodiesRecord], config: Config, varied: Mapping[Any, Array], count: int
 ) -> Array:
-    """Return whether some proof shows that the body of each member has one rest state, a minimum.
+    """Return whether the body of each member has one rest state, a minimum, shape (count,).
 
-    Args:
-        records: As for `levels_of`.
-        config: As for `levels_of`.
-        varied: As for `levels_of`.
-        count: The number of members.
+    It is 1 where some proof shows it, -1 where the body is that of a counterexample, and else 0.
+    The arguments are those of `levels_of`.
     """
-    found = np.zeros(count, dtype=bool)
-    for record in records:
+    found = np.zeros(count, dtype=np.int8)
+    for record in sorted(records, key=lambda one: one.proved is False):
         if record.proved:
-            found |= covered(record, config, varied, count)
-    return found
-
-
-def are_counterexamples(
-    records: Iterable[BodiesRecord], config: Config, varied: Mapping[Any, Array], count: int
-) -> Array:
-    """Return whether each member has the body of a counterexample, shape (count,).
-
-    Args:
-        records: As for `levels_of`.
-        config: As for `levels_of`.
-        varied: As for `levels_of`.
-        count: The number of members.
-    """
-    found = np.zeros(count, dtype=bool)
-    for record in records:
-        if record.proved is False:
-            found |= covered(_body_alone(record), config, varied, count)
+            found[covered(record, config, varied, count)] = 1
+        elif record.proved is False:
+            found[covered(_body_alone(record), config, varied, count)] = -1
     return found
 
 
@@ -103,11 +84,7 @@ def counterexample_between(
     """Return a counterexample between the least and the greatest of each varied number, or None.
 
     Of several, it is that of the widest box: it stays the same when parts of the box are examined.
-
-    Args:
-        records: As for `levels_of`.
-        config: As for `levels_of`.
-        varied: As for `levels_of`.
+    The arguments are those of `levels_of`.
     """
     for record in sorted(records, key=_width, reverse=True):
         if record.proved is False and _body_lies_between(record, config, varied):
@@ -162,7 +139,7 @@ def _compared(
     record: BodiesRecord, config: Config, varied: Mapping[Any, Array]
 ) -> tuple[dict[KeyPath, float], dict[KeyPath, tuple[Fraction, Fraction]]] | None:
     """Return the numbers of a config, and the bounds of a proof on each; None if others differ."""
-    numbers, settings = _leaves(sections_of(config))
+    numbers, settings = _leaves(acting_sections(config))
     middle, own_settings = _leaves(record.sections)
     acting = (path for path in varied if not is_of_initial_state(path))
     known = {path for path in acting if path[0] in record.sections}

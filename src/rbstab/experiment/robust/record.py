@@ -1,19 +1,25 @@
-"""A proof for all bodies within tolerances, as plain data."""
+"""Proofs within tolerances as plain data: for all bodies, or all starts; and their identities."""
 
-from typing import Any, Literal
+import hashlib
+import json
+from collections.abc import Iterable
+from typing import Any, ClassVar, Literal
 
-from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt
+from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt, PositiveInt
 
+from rbstab.config.tolerances import Tolerance
 from rbstab.experiment.answers.reasons import Reason
 
 Triple = tuple[float, float, float]
 
 
-class _Model(BaseModel):
+class Model(BaseModel):
+    """Plain data that cannot be changed."""
+
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class StoredTolerance(_Model):
+class StoredTolerance(Model):
     """The bounds of one number of a config, both included, as exact decimals.
 
     key is its key, such as `controller.K_r[0]`.
@@ -24,7 +30,36 @@ class StoredTolerance(_Model):
     high: str
 
 
-class BodiesRecord(_Model):
+def bounds_of(tolerances: Iterable[Tolerance]) -> tuple[StoredTolerance, ...]:
+    """Return tolerances as plain data."""
+    return tuple(
+        StoredTolerance(key=one.entry.key, low=one.bounds[0], high=one.bounds[1])
+        for one in tolerances
+    )
+
+
+def digest_of(*parts: Any) -> str:
+    """Return the identity of a proof: a digest of all that it depends on."""
+    text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+class WithinRecord(Model):
+    """What all proofs within tolerances have; their files begin with `PREFIX`.
+
+    tolerances has the bounds of numbers of a config, and why says why nothing is decided.
+    """
+
+    PREFIX: ClassVar[str]
+
+    id: str
+    version: PositiveInt
+    tolerances: tuple[StoredTolerance, ...]
+    why: Reason
+    seconds: NonNegativeFloat
+
+
+class BodiesRecord(WithinRecord):
     """What is proved for all bodies within tolerances.
 
     proved is True if each of them has exactly one rest state in the range of eq. 5, and it is a
@@ -48,17 +83,14 @@ class BodiesRecord(_Model):
     of a limit of time: `rbstab stability --within` may decide more. None otherwise.
     """
 
-    id: str
-    version: int
+    PREFIX = "within-"
+
     outcome: str
     proved: bool | None
     level: NonNegativeFloat
     parts: NonNegativeInt
     boxes: NonNegativeInt
-    why: Reason
-    seconds: float
     sections: dict[str, Any]
-    tolerances: tuple[StoredTolerance, ...]
     body: dict[str, str] | None = None
     rest_states: tuple[Triple, ...] = ()
     widest: str | None = None

@@ -6,7 +6,8 @@ from pathlib import Path
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
 from rbstab.experiment.proof import prove
-from rbstab.experiment.proof_cache import proof_for, stored_model
+from rbstab.experiment.proof_cache import proof_for
+from rbstab.experiment.robust.cache import keep, kept
 from rbstab.experiment.start_sets.prove_starts import (
     MAX_PARTS,
     TIME_LIMIT,
@@ -14,23 +15,7 @@ from rbstab.experiment.start_sets.prove_starts import (
     prove_starts,
 )
 from rbstab.experiment.start_sets.starts_record import StartsProof, starts_id
-from rbstab.store.document import write_document
 from rbstab.store.errors import StoreError
-
-
-def starts_file(folder: Path, identity: str) -> Path:
-    """Return the file of a proof in a folder of results."""
-    return folder / "proofs" / f"starts-{identity}.json"
-
-
-def stored_starts(folder: Path, identity: str) -> StartsProof | None:
-    """Return a stored proof; None if it is missing or damaged.
-
-    Raises:
-        StoreError: The disk reports an error; the proof may be whole.
-    """
-    found = stored_model(starts_file(folder, identity), StartsProof)
-    return found if found is not None and found.id == identity else None
 
 
 def starts_for(  # noqa: PLR0913 (options by name)
@@ -58,7 +43,7 @@ def starts_for(  # noqa: PLR0913 (options by name)
     problem: StoreError | None = None
     identity = starts_id(config, tolerances, MAX_PARTS)
     try:
-        stored = stored_starts(folder, identity)
+        stored = kept(folder, StartsProof, identity)
         if stored is not None:
             return stored, None
         rest_states = proof_for(folder, config)
@@ -69,7 +54,7 @@ def starts_for(  # noqa: PLR0913 (options by name)
     )
     if problem is None and found.why != TIME_LIMIT:
         try:
-            write_document(starts_file(folder, identity), found.model_dump(mode="json"))
+            keep(folder, found)
         except StoreError as error:
             problem = error
     return found, problem

@@ -6,32 +6,29 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from fractions import Fraction
-from functools import partial
 
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
 from rbstab.experiment.convergence.convergence import Convergence
-from rbstab.experiment.convergence.decisions import convergence_in, refusal
-from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
+from rbstab.experiment.convergence.decisions import refusal
+from rbstab.experiment.convergence.enclosed_system import state_scale
+from rbstab.experiment.convergence.many_motions import Motions
+from rbstab.experiment.robust.record import bounds_of
 from rbstab.experiment.start_sets.start_set import start_set_of
 from rbstab.experiment.start_sets.starts_record import (
     VERSION,
     ProvedPart,
     StartsProof,
-    bounds_of,
     starts_id,
 )
 from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.mechanics.numbers import Array
 from rbstab.processes.workers import waited, worker_pool
-from rbstab.proof.motion.equations import Equations
 from rbstab.proof.motion.motion import (
     MAX_STEPS,
     NARROWEST,
     Followed,
     Part,
-    followed,
     whole,
 )
 from rbstab.proof.motion.motion_set import MotionSet
@@ -44,31 +41,6 @@ TIME_LIMIT = "the time limit was reached"
 
 Progress = Callable[[float, int], None]
 """Called with the fraction of the starts that is proved, and the number of parts to be followed."""
-
-
-class _Follower:
-    """Follows parts of the starts of one config.
-
-    Args:
-        config: The config.
-        proof: The proof of its rest states and of their regions.
-    """
-
-    def __init__(self, config: Config, proof: Proof) -> None:
-        self.proof, self.scale = proof, state_scale(problem_of(config))
-        self.equations = Equations(partial(enclosed_system, config))
-
-    def follow(self, start: MotionSet) -> Followed:
-        """Follow the motions from a set of starts."""
-        (found,) = followed(self.equations, start, self.scale, self._decide)
-        return found
-
-    def _decide(self, states: MotionSet, times: Array, _numbers: Array) -> list[Convergence | None]:
-        """Return the convergence of all motions of each set; None if it is not proved."""
-        lows, highs = self.equations.energy_bounds(states)
-        boxes = zip(*states.angle_bounds(), strict=True)
-        rows = zip(lows.tolist(), highs.tolist(), boxes, times.tolist(), strict=True)
-        return [convergence_in(self.proof, (low, high), box, t) for low, high, box, t in rows]
 
 
 def prove_starts(  # noqa: PLR0913 (options by name)
@@ -189,23 +161,29 @@ def _all_followed(
                 yield left.pop(0), result
                 if is_late():
                     return
-    follower = _Follower(config, proof) if left else None
+    motions = Motions(config, proof) if left else None
     for part in left:
         if is_late():
             return
-        assert follower is not None
-        yield part, follower.follow(part.start)
+        assert motions is not None
+        yield part, _followed(motions, part.start)
 
 
-_follower: _Follower | None = None
+_motions: Motions | None = None
 """Follows the parts of a worker process; set by `_set_up`."""
 
 
 def _set_up(config: Config, proof: Proof) -> None:
-    global _follower  # noqa: PLW0603 (the state of a worker between tasks)
-    _follower = _Follower(config, proof)
+    global _motions  # noqa: PLW0603 (the state of a worker between tasks)
+    _motions = Motions(config, proof)
 
 
 def _follow(start: MotionSet) -> Followed:
-    assert _follower is not None
-    return _follower.follow(start)
+    assert _motions is not None
+    return _followed(_motions, start)
+
+
+def _followed(motions: Motions, start: MotionSet) -> Followed:
+    """Follow one set; a wide one may seem to rest, and is followed further."""
+    (found,) = motions.follow(start, rests=False)
+    return found

@@ -1,14 +1,12 @@
 """What is proved of all starts within tolerances: data, a sentence, and its file."""
 
-import hashlib
-import json
 import math
 from collections.abc import Sequence
 from decimal import Decimal
 from functools import partial
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt, PositiveInt
+from pydantic import NonNegativeFloat, NonNegativeInt, PositiveInt
 
 from rbstab.analysis.fingerprint import fingerprint
 from rbstab.config.build import system_of
@@ -16,21 +14,16 @@ from rbstab.config.load import initial_sections
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
 from rbstab.config.user_code.permission import without_code
-from rbstab.experiment.answers.reasons import Reason
 from rbstab.experiment.answers.rounded import LEVEL_DIGITS, rounded_down, rounded_up
 from rbstab.experiment.convergence.convergence import EVERY_START, PROVED
-from rbstab.experiment.robust.record import StoredTolerance
+from rbstab.experiment.robust.record import Model, WithinRecord, bounds_of, digest_of
 from rbstab.experiment.stored_proof.identity import proof_id
 
 VERSION = 1
 """To be increased when a change of the method changes its results. Older files are not used."""
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class ProvedPart(_Model):
+class ProvedPart(Model):
     """A part of the starts of which every motion converges, proved.
 
     Number i of the tolerances is its middle plus its radius times z_i, with low <= z_i <= high.
@@ -47,22 +40,19 @@ class ProvedPart(_Model):
     steps: NonNegativeInt
 
 
-class StartsProof(_Model):
+class StartsProof(WithinRecord):
     """A proof of convergence for all starts within tolerances.
 
     fraction is the part of the starts of which it is proved, by volume, rounded down: 1 if it is
     proved of all. examined and steps count all parts that were followed.
     """
 
-    id: str
-    version: PositiveInt
-    tolerances: tuple[StoredTolerance, ...]
+    PREFIX = "starts-"
+
     parts: tuple[ProvedPart, ...]
     fraction: NonNegativeFloat
     examined: NonNegativeInt
     steps: NonNegativeInt
-    why: Reason
-    seconds: NonNegativeFloat
 
     @property
     def proved(self) -> bool | None:
@@ -123,27 +113,17 @@ class StartsProof(_Model):
         return {"proved": self.proved, "rest_states": list(self.rest_states), **found}
 
 
-def bounds_of(tolerances: Sequence[Tolerance]) -> tuple[StoredTolerance, ...]:
-    """Return tolerances as plain data."""
-    return tuple(
-        StoredTolerance(key=one.entry.key, low=one.bounds[0], high=one.bounds[1])
-        for one in tolerances
-    )
-
-
 def starts_id(config: Config, tolerances: Sequence[Tolerance], max_parts: int) -> str:
     """Return the identity of a proof of all starts within tolerances.
 
     It is a digest of the body, the gravity, the controller, the initial state, the tolerances, the
     method and the equations.
     """
-    parts = [
+    return digest_of(
         VERSION,
         max_parts,
         proof_id(config),
         *initial_sections(config),
         [one.model_dump() for one in bounds_of(tolerances)],
         fingerprint(partial(system_of, without_code(config))),
-    ]
-    text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()[:32]
+    )

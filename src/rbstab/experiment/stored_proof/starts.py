@@ -104,43 +104,69 @@ def reached_state(proof: Proof, energy: float, low: Array, high: Array) -> int |
     Returns:
         The number, from 1 for the lowest; None if it is not proved.
     """
-    if not np.isfinite(energy):
-        return None
+    (number,) = reached_states(proof, np.array([energy]), low[np.newaxis], high[np.newaxis])
+    return int(number) or None
+
+
+def reached_states(proof: Proof, energy: Array, low: Array, high: Array) -> Array:
+    """Return the same as `reached_state` for m sets, shape (m,): 0 where it is not proved.
+
+    Args:
+        proof: The proof.
+        energy: Shape (m,), J.
+        low: Shape (m, 3), rad.
+        high: Shape (m, 3), rad.
+    """
+    found, wide = np.zeros(len(energy), dtype=np.int32), proof.unwrapped
+    finite = np.isfinite(energy)
+
+    def inside(end: Array) -> Array:
+        within: Array = np.all((low >= -end) & (low <= high) & (high <= end), axis=1)
+        return finite & within
+
     if proof.every_start and proof.within_barriers:
-        inside = np.all(low >= -OPEN_RANGE) and np.all(low <= high) and np.all(high <= OPEN_RANGE)
-        return 1 if inside else None
+        found[inside(OPEN_RANGE)] = 1
+        return found
     if proof.on_rotations is not None:
-        below = proof.region is not None and _is_below(energy, proof.region.energy_bound)
-        return 1 if below else None
-    number = _reached(proof, proof, OPEN_RANGE, energy, (low, high))
-    wide = proof.unwrapped
-    if number is not None or wide is None or wide.end is None:
-        return number
-    if proof.every_start:
-        inside = np.all(low >= -START_RANGE) and np.all(low <= high) and np.all(high <= START_RANGE)
-        return same_state(proof, wide.states[0]) if inside else None
-    end = np.array([wide.end[0], OPEN_RANGE[1], wide.end[2]])
-    found = _reached(proof, wide, end, energy, (low, high))
-    return None if found is None else same_state(proof, wide.states[found - 1])
+        found[finite & (energy < _lowest_level(proof))] = 1
+        return found
+    ranges: list[tuple[ProvedStates, Array]] = [(proof, OPEN_RANGE)]
+    if wide is not None and wide.end is not None:
+        end = np.array([wide.end[0], OPEN_RANGE[1], wide.end[2]])
+        ranges.append((wide, START_RANGE if proof.every_start else end))
+    for states, end in ranges:
+        rows = np.flatnonzero((found == 0) & inside(end))
+        if len(rows):
+            found[rows] = _reached(proof, states, energy[rows], low[rows], high[rows])
+    return found
 
 
-def _reached(
-    proof: Proof, states: ProvedStates, end: Array, energy: float, box: tuple[Array, Array]
-) -> int | None:
-    """Return the number of the rest state in one range that every motion of a set approaches."""
-    low, high = box
-    inside = np.all(low >= -end) and np.all(low <= high) and np.all(high <= end)
-    if not inside or not proof.has_energy:
-        return None
-    if states.region is not None and _is_below(energy, states.region.energy_bound):
-        return 1
-    if not any(_is_below(energy, region.energy_bound) for region in states.regions):
-        return None
-    regions = start_regions(proof, states)
-    if regions is None:
-        return None
-    (k,) = regions.find(np.array([energy]), low[np.newaxis], high[np.newaxis])
-    return None if k < 0 else states.regions[k].rest_state
+def _reached(proof: Proof, states: ProvedStates, energy: Array, low: Array, high: Array) -> Array:
+    """Return the numbers of the rest states that sets in one range of a proof approach, or 0."""
+
+    def number(of_range: int) -> int:
+        same = states is proof
+        return of_range if same else same_state(proof, states.states[of_range - 1]) or 0
+
+    found, every = np.zeros(len(energy), dtype=np.int32), proof.every_start and states is not proof
+    if not (every or proof.has_energy):
+        return found
+    below = energy < (np.inf if every else _lowest_level(states))
+    if below.any():
+        found[below] = number(1)
+    left = np.flatnonzero(~below)
+    highest = max((region.energy_bound for region in states.regions), default=-np.inf)
+    regions = start_regions(proof, states) if np.any(energy[left] < highest) else None
+    if regions is not None:
+        numbers = np.array([0, *(number(region.rest_state) for region in states.regions)])
+        found[left] = numbers[regions.find(energy[left], low[left], high[left]) + 1]
+    return found
+
+
+def _lowest_level(states: ProvedStates) -> float:
+    """Return the energy below which all of a range is the region of its lowest state, J."""
+    bound = None if states.region is None else states.region.energy_bound
+    return -np.inf if bound is None else bound
 
 
 START_REGIONS = "start_regions"
@@ -194,10 +220,6 @@ def same_state(proof: Proof, state: ProvedState) -> int | None:
         if other.proved and state.proved and nested:
             return number
     return None
-
-
-def _is_below(energy: float, bound: float | None) -> bool:
-    return bound is not None and energy < bound
 
 
 class EnclosedStart(NamedTuple):

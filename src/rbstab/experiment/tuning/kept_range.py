@@ -141,7 +141,6 @@ def kept(start: Unguarded, method: str, strength: float, soft_angle: float) -> K
         "strength": strength,
         "soft_angle": soft_angle,
         "end": start.border.end.tolist(),
-        "border": start.border.energy,
         "energy_bound": bound,
         "nothing_beyond": nothing,
     }

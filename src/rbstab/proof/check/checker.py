@@ -5,12 +5,14 @@ Taylor series, covers and floods are made here anew.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 from flint import ctx
 
-from rbstab.proof.check.confine import confined
-from rbstab.proof.check.energy import Energy
+from rbstab.proof.check.confine import confinement
+from rbstab.proof.check.convex import parts_of, why_not_convex
+from rbstab.proof.check.energy import Energy, read_energy
 from rbstab.proof.check.findings import (
     EVERYWHERE,
     IN_RANGE,
@@ -18,11 +20,11 @@ from rbstab.proof.check.findings import (
     Finding,
     RefusedError,
     TooLongError,
+    confirmed,
 )
-from rbstab.proof.check.least import why_not_convex
 from rbstab.proof.check.listed import Listed
 from rbstab.proof.check.ranges import Range, range_of
-from rbstab.proof.check.regions import Region, regions
+from rbstab.proof.check.regions import region_findings
 from rbstab.proof.check.switches import why_not_smooth
 
 FORMAT = 1
@@ -70,18 +72,17 @@ def _findings(record: Mapping[str, Any]) -> Iterator[Finding]:
     if record["format"] != FORMAT:
         raise RefusedError("the record has another format")
     energy = record["energy"]
-    U = Energy(energy["operations"], _variables(energy["free"]))
+    U = read_energy(energy["operations"], energy["free"])
+    about = list[tuple[str, str, str | None]]()
     if U.free:
-        why = why_not_convex(U)
-        but = ", but for its springs" if why is None and U.springs.lines else ""
+        but = ", but for its springs" if parts_of(U).lines else ""
         text = f"U is convex in the variables besides Θ{but}."
-        yield Finding(IN_RANGE, "convexity", why is None, text if why is None else f"{why}.")
-        if why is not None:
-            return
+        about.append(("convexity", text, why_not_convex(U)))
     if U.steps:
-        why = why_not_smooth(U)
         text = "U is as smooth at each switch as it is said to be."
-        yield Finding(IN_RANGE, "switches", why is None, text if why is None else f"{why}.")
+        about.append(("switches", text, why_not_smooth(U)))
+    for claim, text, why in about:
+        yield Finding(IN_RANGE, claim, why is None, text if why is None else f"{why}.")
         if why is not None:
             return
     if not record["ranges"]:
@@ -90,74 +91,35 @@ def _findings(record: Mapping[str, Any]) -> Iterator[Finding]:
         yield from _of_range(U, energy, claims)
 
 
-def _variables(free: Any) -> tuple[int, ...]:
-    if not all(type(k) is int and k > 2 for k in free) or len(set(free)) < len(free):
-        raise RefusedError("the variables besides Θ are not numbered")
-    return (0, 1, 2, *free)
-
-
 def _of_range(U: Energy, energy: Mapping[str, Any], claims: Mapping[str, Any]) -> Iterator[Finding]:
     """Check the claims on one range; the first one that is not verified ends it."""
-    found = list[Finding]()
     range_, about_ends = range_of(U, energy, claims)
-    for finding in _in_order(U, range_, claims, about_ends):
+    listed, found = Listed(U, claims, range_), list[Finding]()
+    ends = (confinement(U, one) for one in [range_] if one.name == EVERYWHERE)
+    for finding in chain(about_ends, ends, listed.findings()):
         found.append(finding)
         yield finding
-    if claims.get("every_start"):
-        springs = bool(U.free) and bool(U.springs.lines)
-        yield _every_start(range_, claims, found, has_springs=springs)
-
-
-def _in_order(
-    U: Energy, range_: Range, claims: Mapping[str, Any], about_ends: Sequence[Finding]
-) -> Iterator[Finding]:
-    yield from about_ends
-    if not all(one.verified for one in about_ends):
-        return
-    if range_.name == EVERYWHERE:
-        ends = confinement(U, range_)
-        yield ends
-        if not ends.verified:
-            return
-    listed = Listed(U, claims, range_)
-    for finding in listed.findings():
-        yield finding
         if not finding.verified:
-            return
-    for everywhere, state, level in regions(listed, claims):
-        name = "certified region" if everywhere else f"region of {state.name}"
-        if state.index != 0:
-            text = f"R{state.name[1:]} is not proved to be a minimum."
-            yield Finding(range_.name, name, False, text)
-            continue
-        region = Region(listed, state, level)
-        yield region.everywhere() if everywhere else region.component()
-
-
-def confinement(U: Energy, range_: Range) -> Finding:
-    """Check by theorem 6 that no rest state is beyond the ends of θ1 and θ3."""
-    cover = confined(U, range_)
-    first, third = (float(range_.ends[i].mid()) for i in (0, 2))
-    verified = cover is not None and cover.open is None
-    text = f"All of them have |θ1| < {first:.5g} and |θ3| < {third:.5g} rad"
-    text = f"{text}." if verified else f"{text}: this could not be confirmed."
-    covers = {} if cover is None else {"one period": cover}
-    return Finding(range_.name, "ends", verified, text, covers)
+            break
+    else:
+        for finding in region_findings(listed, claims):
+            found.append(finding)
+            yield finding
+    if claims.get("every_start"):
+        yield _every_start(U, range_, claims, found)
 
 
 def _every_start(
-    range_: Range, claims: Mapping[str, Any], found: Sequence[Finding], *, has_springs: bool
+    U: Energy, range_: Range, claims: Mapping[str, Any], found: Sequence[Finding]
 ) -> Finding:
     """Check theorem 10: barriers or a stop close the range, with one rest state, a minimum."""
     wide = range_.name == EVERYWHERE
     single = claims["complete"] is True and [one["index"] for one in claims["states"]] == [0]
-    single = single and "no other rest state" in {one.claim for one in found}
     # On its way a spring may lose its length.
-    single = single and not has_springs
+    single = single and not (U.free and parts_of(U).lines)
     closed = 1 in range_.closed and (wide or {0, 2} <= range_.closed)
     verified = single and closed and all(one.verified for one in found)
     inside = "within the stop" if range_.stop is not None else "with |θ2| < π/2"
     inside = inside if wide else "in the range of eq. 5"
     text = f"Every motion that starts {inside} converges to the rest state"
-    text = f"{text}." if verified else f"{text}: this could not be confirmed."
-    return Finding(range_.name, "every start", verified, text)
+    return confirmed(range_.name, "every start", text, {}, verified=verified)

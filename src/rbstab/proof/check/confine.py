@@ -9,13 +9,14 @@ added to θ1 and θ3 are those with which they meet their right-hand sides.
 """
 
 import math
+from typing import Any
 
 from flint import arb, arb_mat
 
+from rbstab.proof.check.bounds import Bounds
 from rbstab.proof.check.cover import cover
-from rbstab.proof.check.energy import Energy, operands, variables_of
-from rbstab.proof.check.findings import Box, Cover
-from rbstab.proof.check.least import bounds
+from rbstab.proof.check.energy import Energy, operands
+from rbstab.proof.check.findings import Box, Cover, Finding, confirmed
 from rbstab.proof.check.ranges import Range
 from rbstab.proof.check.taylor import Ball
 
@@ -31,44 +32,27 @@ PERIOD = 3.1416
 """rad: more than π."""
 
 
-class Parts:
-    """U taken apart: K, q and the periodic rest; `ok` says whether it could be."""
-
-    def __init__(self, U: Energy) -> None:
-        self.K = [[arb(0)] * U.n for _ in range(U.n)]
-        self.q = [arb(0)] * U.n
-        kind, c0, terms = U.operations[-1]
-        assert kind == "sum"
-        left = []
-        for c, k in terms:
-            factors = variables_of(U, k)
-            if factors is None or len(factors) > 2 or max(factors) > 2:
-                # What depends on θ2 alone has no slope along the others.
-                left += [] if U.depends[k] == {1} else [(c, k)]
-            elif len(factors) == 1:
-                self.q[factors[0]] += arb(c)
-            else:
-                i, j = factors
-                self.K[i][j] += arb(c)
-                self.K[j][i] += arb(c)
-        self.periodic = U.with_operations([*U.operations[:-1], (kind, c0, left)])
-        self.ok = _is_periodic(self.periodic)
+def _periodic(U: Energy) -> list[bool]:
+    """Return whether θ1 and θ3 stand in sines and cosines alone, for each operation."""
+    found = list[bool]()
+    for one in U.operations:
+        match one:
+            case "var", number:
+                found.append(number not in OUTER)
+            case "sin" | "cos", j if U.operations[j][0] == "var":
+                found.append(True)
+            case _:
+                found.append(all(found[j] for j in operands(one)))
+    return found
 
 
-def _is_periodic(U: Energy) -> bool:
-    """Return whether θ1 and θ3 stand in sines and cosines alone, in what U uses."""
-    used, pending = set[int](), [len(U.operations) - 1]
-    while pending:
-        k = pending.pop()
-        if k in used:
-            continue
-        used.add(k)
-        one = U.operations[k]
-        if one[0] == "var" and one[1] in OUTER:
-            return False
-        of_variable = one[0] in ("sin", "cos") and U.operations[one[1]][0] == "var"
-        pending += [] if of_variable else operands(one)
-    return True
+def confinement(U: Energy, range_: Range) -> Finding:
+    """Check by theorem 6 that no rest state is beyond the ends of θ1 and θ3."""
+    first, third = (float(range_.ends[i].mid()) for i in OUTER)
+    text = f"All of them have |θ1| < {first:.5g} and |θ3| < {third:.5g} rad"
+    found = confined(U, range_)
+    covers = {} if found is None else {"one period": found}
+    return confirmed(range_.name, "ends", text, covers, verified=found is not None)
 
 
 def confined(U: Energy, range_: Range) -> Cover | None:
@@ -77,24 +61,31 @@ def confined(U: Energy, range_: Range) -> Cover | None:
     Returns:
         The cover; None if U has another form, or k is not definite.
     """
-    parts = Parts(U)
-    K = parts.K
-    k = arb_mat([[K[i][j] for j in OUTER] for i in OUTER])
-    if not (parts.ok and k[0, 0] > 0 and k.det() > 0):
+    K, q, rest = arb_mat(3, 3), [arb(0)] * 3, list[tuple[Any, int]]()
+    for c, j in U.terms:
+        factors = U.products[j]
+        if factors is None or max(factors) > max(OUTER):
+            # What depends on θ2 alone has no slope along the others.
+            rest += [] if U.depends[j] == {1} else [(c, j)]
+        elif len(factors) == 1:
+            q[factors[0]] += arb(c)
+        else:
+            K[factors[0], factors[1]] += arb(c)
+            K[factors[1], factors[0]] += arb(c)
+    periodic = _periodic(U)
+    k = arb_mat([[K[i, j] for j in OUTER] for i in OUTER])
+    if not (k[0, 0] > 0 and k.det() > 0 and all(periodic[j] for _, j in rest)):
         return None
+    rest_of_U = U.with_terms(rest)
     inverse = k.inv()
     ends = [range_.ends[i] for i in OUTER]
 
     def reason(box: Box) -> str | None:
-        over = bounds(parts.periodic, box)
-        theta2 = over.middle[1] + over.steps[1]
-        slopes = [over.slopes[j] for j in OUTER]
-        load = [parts.q[j] + K[j][1] * theta2 + s for j, s in zip(OUTER, slopes, strict=True)]
-        possible = []
-        for i in (0, 1):
-            x = sum((inverse[i, j] * load[j] for j in (0, 1)), arb(0))
-            theta = over.middle[OUTER[i]] + over.steps[OUTER[i]]
-            possible.append(_turns(theta, x))
+        over = Bounds(rest_of_U, box)
+        theta = [m + d for m, d in zip(over.middle, over.steps, strict=True)]
+        load = arb_mat([[q[j] + K[j, 1] * theta[1] + over.slopes[j]] for j in OUTER])
+        pairs = zip(OUTER, (inverse * load).entries(), strict=True)
+        possible = [_turns(theta[i], x) for i, x in pairs]
         if None in possible:
             return None
         inside = all(abs(t) < e for ts, e in zip(possible, ends, strict=True) for t in ts or [])

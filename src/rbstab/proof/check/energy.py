@@ -1,8 +1,8 @@
 """An energy as a list of operations, each of which is checked as it is read."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from flint import arb, fmpq
 
@@ -18,9 +18,6 @@ from rbstab.proof.check.taylor import (
     rows_of,
 )
 
-if TYPE_CHECKING:
-    from rbstab.proof.check.springs import Springs
-
 FUNCTIONS = frozenset({"sin", "cos", "exp", "sqrt", "log", "atan"})
 
 MOST_OPERATIONS = 5000
@@ -29,38 +26,37 @@ MOST_POWER = 64
 EVALUATIONS = 400_000
 """Evaluations of an energy after which the check ends."""
 
+ANGLES = (0, 1, 2)
+
+Operation = tuple[Any, ...]
+
 
 class Energy:
     """An energy, as a list of operations.
 
     Args:
-        operations: The operations; their form is that of the module `record`.
+        operations: The operations, with exact numbers.
         variables: The numbers of its variables.
-
-    Raises:
-        RefusedError: They are no list of operations on these variables.
     """
 
-    def __init__(
-        self, operations: Sequence[Sequence[Any]], variables: Sequence[int] = (0, 1, 2)
-    ) -> None:
-        self.operations = [_checked(k, one, variables) for k, one in enumerate(operations)]
-        if not 0 < len(self.operations) <= MOST_OPERATIONS:
-            raise RefusedError("the energy has no operations, or too many")
-        self.variables, self.n = tuple(variables), len(variables)
-        self._prepare()
+    def __init__(self, operations: Sequence[Operation], variables: Sequence[int] = ANGLES) -> None:
+        self.operations, self.variables = list(operations), tuple(variables)
+        self.n = len(self.variables)
+        self.last: Sequence[Ball] = ()  # where a minimiser was found
+        self.rows, self.count = rows_of(self.n), 0
+        self._sums = {
+            k: (arb(one[1]), [(arb(c), j) for c, j in one[2]])
+            for k, one in enumerate(self.operations)
+            if one[0] == "sum"
+        }
 
-    def __call__(self, leaves: Mapping[int, Series], order: int = ORDER) -> Series:
-        """Return its series up to an order, for those of its variables."""
-        return self.all_series(leaves, order)[-1]
-
-    def all_series(
+    def __call__(
         self,
-        leaves: Mapping[int, Series],
+        leaves: Sequence[Series],
         order: int = ORDER,
         about: tuple[Sequence[Series], Sequence[Ball]] | None = None,
     ) -> list[Series]:
-        """Return the series of all operations.
+        """Return the series of all operations; the last one is that of the energy.
 
         Args:
             leaves: Those of its variables.
@@ -68,14 +64,14 @@ class Energy:
             about: All series at the middle of a box, and the ways δ from there. Then arguments of
                 functions are bounded by Taylor's theorem too.
         """
-        rows = self.rows if order == ORDER else rows_of(self.n, order)
+        rows = rows_of(self.n, order)
         self.count += 1
         if self.count > EVALUATIONS:
             raise TooLongError("the check takes too long")
         found = list[Series]()
         for number, (kind, *rest) in enumerate(self.operations):
             if kind == "var":
-                x = leaves[rest[0]]
+                x = leaves[self.variables.index(rest[0])]
             elif kind == "sum":
                 x = self._sum(*self._sums[number], found)
             elif kind == "times":
@@ -92,16 +88,6 @@ class Energy:
                 x = {**x, 0: narrower(x.get(0, arb(0)), rows.value(x, about[0][number], about[1]))}
             found.append(x)
         return found
-
-    @cached_property
-    def arguments(self) -> frozenset[int]:
-        """The arguments of functions, but for variables and what depends on one angle alone."""
-        kinds = FUNCTIONS | {"step", "pow"}
-        found = {one[-1] for one in self.operations if one[0] in kinds}
-        cut = list[bool]()  # a positive part is another function on both sides of its surface
-        for one in self.operations:
-            cut.append(one[0] == "positive" or any(cut[k] for k in operands(one)))
-        return frozenset(k for k in found if len(self.depends[k]) > 1 and not cut[k])
 
     @staticmethod
     def _sum(c0: Ball, terms: Sequence[tuple[Ball, int]], found: Sequence[Series]) -> Series:
@@ -134,39 +120,36 @@ class Energy:
             return {}
         return x if v > 0 else {**x, 0: arb(v.upper() / 2, v.upper() / 2)}
 
-    def with_operations(
-        self, operations: Sequence[Any], variables: Sequence[int] | None = None
-    ) -> "Energy":
-        """Return an energy with other operations, made from those of this one."""
-        found = object.__new__(Energy)
-        found.operations = list(operations)
-        found.variables = self.variables if variables is None else tuple(variables)
-        found.n = len(found.variables)
-        found._prepare()
-        return found
-
-    def _prepare(self) -> None:
-        self.last: Sequence[Ball] = ()  # where a minimiser was found
-        self.rows, self.count = rows_of(self.n), 0
-        self._sums = {
-            k: (arb(one[1]), [(arb(c), j) for c, j in one[2]])
-            for k, one in enumerate(self.operations)
-            if one[0] == "sum"
-        }
+    # -- what its operations are about ----------------------------------------------------------
 
     @property
     def free(self) -> tuple[int, ...]:
         """The numbers of its variables besides Θ."""
         return self.variables[3:]
 
-    # -- what its operations are about ----------------------------------------------------------
+    @property
+    def terms(self) -> Sequence[tuple[Any, int]]:
+        """The factors and operations of the last sum."""
+        kind, *rest = self.operations[-1]
+        if kind != "sum":
+            raise RefusedError("the energy is no sum")
+        terms: Sequence[tuple[Any, int]] = rest[1]
+        return terms
+
+    def with_terms(self, terms: Sequence[tuple[Any, int]]) -> "Energy":
+        """Return another sum of the same operations."""
+        last = ("sum", fmpq(0), tuple(terms))
+        return Energy([*self.operations[:-1], last], self.variables)
 
     @cached_property
-    def springs(self) -> "Springs":
-        """Its springs, and its other terms."""
-        from rbstab.proof.check.springs import springs_of  # which are about energies
-
-        return springs_of(self)
+    def arguments(self) -> frozenset[int]:
+        """The arguments of functions, but for variables and what depends on one angle alone."""
+        kinds = FUNCTIONS | {"step", "pow"}
+        found = {one[-1] for one in self.operations if one[0] in kinds}
+        cut = list[bool]()  # a positive part is another function on both sides of its surface
+        for one in self.operations:
+            cut.append(one[0] == "positive" or any(cut[k] for k in operands(one)))
+        return frozenset(k for k in found if len(self.depends[k]) > 1 and not cut[k])
 
     @cached_property
     def depends(self) -> list[frozenset[int]]:
@@ -177,13 +160,28 @@ class Energy:
             found.append(own.union(*(found[k] for k in operands(one))))
         return found
 
-    @property
+    @cached_property
     def steps(self) -> list[int]:
         """The operations that are steps."""
         return [k for k, one in enumerate(self.operations) if one[0] == "step"]
 
+    @cached_property
+    def products(self) -> list[tuple[int, ...] | None]:
+        """For each operation the places of one or two variables whose product it is, or None."""
+        found = list[tuple[int, ...] | None]()
+        for one in self.operations:
+            factors: tuple[int, ...] = ()
+            match one:
+                case "var", number:
+                    factors = (self.variables.index(number),)
+                case ("times", i, j) | ("pow", 2, i as j):
+                    first, second = found[i], found[j]
+                    factors = first + second if first and second else ()
+            found.append(factors if 0 < len(factors) < 3 else None)
+        return found
 
-def operands(operation: Sequence[Any]) -> list[int]:
+
+def operands(operation: Operation) -> list[int]:
     """Return the numbers of the operations whose results one takes."""
     kind, *rest = operation
     if kind == "sum":
@@ -191,45 +189,41 @@ def operands(operation: Sequence[Any]) -> list[int]:
     return [] if kind == "var" else list(rest) if kind == "times" else [rest[-1]]
 
 
-def variables_of(U: Energy, k: int) -> list[int] | None:
-    """Return the places of the variables of which an operation is the product, or None."""
-    kind, *rest = U.operations[k]
-    if kind == "var":
-        return [U.variables.index(rest[0])]
-    if kind == "times":
-        one, other = (variables_of(U, j) for j in rest)
-        return None if one is None or other is None else one + other
-    if kind == "pow" and rest[0] == 2:
-        one = variables_of(U, rest[1])
-        return None if one is None else one * 2
-    return None
+def read_energy(operations: Sequence[Any], free: Sequence[Any] = ()) -> Energy:
+    """Return the energy of a record.
+
+    Args:
+        operations: The operations; their form is that of the module `record`.
+        free: The numbers of the variables besides Θ.
+
+    Raises:
+        RefusedError: They are no list of operations on these variables.
+    """
+    if not all(type(k) is int and k > 2 for k in free) or len(set(free)) < len(free):
+        raise RefusedError("the variables besides Θ are not numbered")
+    if not 0 < len(operations) <= MOST_OPERATIONS:
+        raise RefusedError("the energy has no operations, or too many")
+    variables = (*ANGLES, *free)
+    return Energy([_checked(k, one, variables) for k, one in enumerate(operations)], variables)
 
 
-def _checked(number: int, operation: Sequence[Any], variables: Sequence[int]) -> tuple[Any, ...]:
+def _checked(number: int, operation: Any, variables: Sequence[int]) -> Operation:
     """Return an operation with exact numbers; refuse what is none."""
+    found: Operation = ()
     try:
-        kind, *rest = operation
-        if kind == "sum":
-            terms = tuple(zip(map(rational, rest[1::2]), rest[2::2], strict=True))
-            found: tuple[Any, ...] = ("sum", rational(rest[0]), terms)
-        elif kind == "var":
-            (name,) = rest
-            found = ("var", name)
-            if type(name) is not int or name not in variables:
-                raise ValueError
-        elif kind in ("times", "pow", "step"):
-            one, other = rest
-            found = (kind, one, other)
-            if type(one) is not int or abs(one) > (number if kind == "times" else MOST_POWER):
-                raise ValueError
-            if kind == "step" and one not in (1, 2, 3):
-                raise ValueError
-        else:
-            (of,) = rest
-            found = (kind, of)
-            if kind not in FUNCTIONS and kind != "positive":
-                raise ValueError
-        if not all(type(k) is int and 0 <= k < number for k in operands(found)):
+        match operation:
+            case "sum", c0, *rest:
+                terms = zip(map(rational, rest[::2]), rest[1::2], strict=True)
+                found = ("sum", rational(c0), tuple(terms))
+            case ("var", int(n)) if n in variables:
+                found = ("var", n)
+            case ("times", int(), int()) | ("step", 1 | 2 | 3, int()):
+                found = tuple(operation)
+            case ("pow", int(n), int()) if abs(n) <= MOST_POWER:
+                found = tuple(operation)
+            case (str(kind), int()) if kind in FUNCTIONS | {"positive"}:
+                found = tuple(operation)
+        if not (found and all(type(k) is int and 0 <= k < number for k in operands(found))):
             raise ValueError
     except (TypeError, ValueError, ZeroDivisionError) as error:
         raise RefusedError(f"operation {number + 1} of the energy cannot be read") from error

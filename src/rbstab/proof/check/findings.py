@@ -55,6 +55,20 @@ class Finding(NamedTuple):
         return sum(found.boxes for found in self.covers.values())
 
 
+def shown(box: Box) -> str:
+    """Return a box as text."""
+    return ", ".join(f"[{a:.6g}, {b:.6g}]" for a, b in box)
+
+
+def confirmed(
+    about: str, claim: str, text: str, covers: Mapping[str, Cover], *, verified: bool = True
+) -> Finding:
+    """Return a finding that is verified if its covers have no open box, and in words if not."""
+    verified = verified and all(one.open is None for one in covers.values())
+    text = f"{text}." if verified else f"{text}: this could not be confirmed."
+    return Finding(about, claim, verified, text, covers)
+
+
 class RefusedError(ValueError):
     """A record that is no proof: it cannot be read, or claims what no proof can."""
 

@@ -7,14 +7,12 @@ from typing import Any, NamedTuple
 from flint import arb
 
 from rbstab.proof.check.barriers import clear_of_barrier
-from rbstab.proof.check.energy import Energy, rational
+from rbstab.proof.check.energy import ANGLES, Energy, rational
 from rbstab.proof.check.findings import EVERYWHERE, IN_RANGE, Box, Finding, RefusedError
 from rbstab.proof.check.taylor import Ball
 
 FARTHEST_END = 100
 """rad: the largest end of θ1 and θ3."""
-
-AXES = (0, 1, 2)
 
 
 class Face(NamedTuple):
@@ -46,7 +44,7 @@ class Range(NamedTuple):
     @property
     def border(self) -> Iterator[Face]:
         """The faces through which a motion may leave it."""
-        for axis in AXES:
+        for axis in ANGLES:
             if axis not in self.closed:
                 yield from self.faces(axis)
 
@@ -95,29 +93,21 @@ def range_of(U: Energy, energy: Any, claims: Any) -> tuple[Range, list[Finding]]
         if everywhere and axis != 1:
             raise RefusedError("barriers on θ1 and θ3 divide the range")
         last, found = clear_of_barrier(U, axis, box, most[axis])
-        if last is None:
-            text = (
-                f"That U rises with |θ{axis + 1}| near the end of the range could not be confirmed."
-            )
-            findings.append(Finding(name, "barrier", False, text, found))
-            continue
-        text = f"U rises with |θ{axis + 1}| from {last:.6g} rad on: no rest state is there."
-        findings.append(Finding(name, "barrier", True, text, found))
-        closed.add(axis)
-        box = (*box[:axis], (-last, last), *box[axis + 1 :])
+        angle = f"|θ{axis + 1}|"
+        text = f"That U rises with {angle} near the end of the range could not be confirmed."
+        if last is not None:
+            text = f"U rises with {angle} from {last:.6g} rad on: no rest state is there."
+            closed.add(axis)
+            box = (*box[:axis], (-last, last), *box[axis + 1 :])
+        findings.append(Finding(name, "barrier", last is not None, text, found))
     return Range(name, (*ends,), box, frozenset(closed), stop), findings
 
 
 def _end(value: Any) -> Ball:
     """Return the end of a range as a ball: "pi", "pi/2", a rational number, or a double."""
     if value in ("pi", "pi/2"):
-        return arb.pi() if value == "pi" else arb.pi() / 2
-    if isinstance(value, float) and math.isfinite(value):
-        return arb(value)
-    try:
-        return arb(rational(value))
-    except ValueError as error:
-        raise RefusedError(f"{value!r} is no end of a range") from error
+        return arb.pi() / (1 if value == "pi" else 2)
+    return arb(value) if isinstance(value, float) else arb(rational(value))
 
 
 def box_of(corners: Sequence[Sequence[float]]) -> Box:

@@ -4,21 +4,29 @@ The guard adds ½ k (|θ2| - θ_s)² or K (|θ2| - θ_s) beyond its soft angle �
 proof. All else is computed anew, as in `checker`.
 """
 
-import math
 from collections.abc import Iterator, Mapping
+from fractions import Fraction
 from typing import Any
 
-from flint import arb, ctx
+from flint import arb, ctx, fmpq
 
-from rbstab.proof.check.checker import PRECISION, confinement
+from rbstab.proof.check.bounds import Bounds
+from rbstab.proof.check.checker import PRECISION
+from rbstab.proof.check.confine import confinement
 from rbstab.proof.check.cover import cover, flattened
-from rbstab.proof.check.energy import Energy
-from rbstab.proof.check.findings import EVERYWHERE, Box, Finding, RefusedError, TooLongError
-from rbstab.proof.check.least import bounds
-from rbstab.proof.check.ranges import FARTHEST_END, Range
-from rbstab.proof.check.taylor import Ball
+from rbstab.proof.check.energy import Energy, rational, read_energy
+from rbstab.proof.check.findings import (
+    EVERYWHERE,
+    Box,
+    Finding,
+    RefusedError,
+    TooLongError,
+    confirmed,
+)
+from rbstab.proof.check.ranges import range_of
 
-METHODS = ("stiff", "repelling")
+ORDERS = {"stiff": 2, "repelling": 1}
+"""The power of |θ2| - θ_s in the energy of a guard."""
 
 
 def check_soft_guard(energy: Mapping[str, Any], claim: Mapping[str, Any]) -> list[Finding]:
@@ -26,108 +34,73 @@ def check_soft_guard(energy: Mapping[str, Any], claim: Mapping[str, Any]) -> lis
 
     Args:
         energy: The energy of the record of a proof without the guard.
-        claim: `method`, `strength` (k or K), `soft_angle`, `end` (of θ1 and θ3, at least), `border`
-            and `energy_bound`, J, and `nothing_beyond`.
+        claim: `method`, `strength` (k or K), `soft_angle`, `end` (of θ1 and θ3, at least),
+            `energy_bound`, J, and `nothing_beyond`.
     """
     findings = list[Finding]()
     with ctx.workprec(PRECISION):
         try:
             for finding in _findings(energy, claim):
                 findings.append(finding)
+                if not finding.verified:
+                    break
         except (RefusedError, TooLongError) as error:
             findings.append(Finding(EVERYWHERE, "soft guard", False, f"{error}."))
     return findings
 
 
-def _decimal(number: float) -> Ball:
-    """Return a ball about the number that a double of a config means: its shortest decimal."""
-    return arb(repr(float(number)))
+def _decimal(number: float) -> fmpq:
+    """Return the number that a double of a config means: its shortest decimal."""
+    return rational(str(Fraction(repr(float(number)))))
 
 
 def _findings(energy: Mapping[str, Any], claim: Mapping[str, Any]) -> Iterator[Finding]:
-    U = Energy(energy["operations"], (0, 1, 2, *energy["free"]))
+    U = read_energy(energy["operations"], energy["free"])
     if U.free or U.steps or energy["closed"] or energy["stop"] is not None:
         raise RefusedError("something else switches, closes the range, or moves beside the body")
     strength, soft_angle = (_decimal(claim[key]) for key in ("strength", "soft_angle"))
-    sound = claim["method"] in METHODS and strength > 0
+    sound = claim["method"] in ORDERS and strength > 0
     if not (sound and soft_angle > 0 and soft_angle < arb.pi() / 2):
         raise RefusedError("the guard is not one that adds energy beyond an angle from 0 to π/2")
-    range_ = _range_of(claim["end"])
-    ends = confinement(U, range_)
-    yield ends
-    if not ends.verified:
-        return
-    yield _border(U, claim["border"], range_)
-    room = arb.pi() / 2 - soft_angle
-    added = strength * room if claim["method"] == "repelling" else strength * room * room / 2
-    verified = bool(arb(claim["energy_bound"]) <= arb(claim["border"]) + added)
-    text = f"Every motion with an energy below {claim['energy_bound']:.10g} J keeps the range"
-    text = f"{text}." if verified else f"{text}: this could not be confirmed."
-    yield Finding(EVERYWHERE, "range", verified, text)
-    if claim["nothing_beyond"]:
-        yield _nothing_beyond(U, claim["method"], strength, soft_angle, range_)
-
-
-def _range_of(end: Any) -> Range:
-    """Return the range of all |θ2| <= π/2, up to some ends of θ1 and θ3.
-
-    With a definite block k of K the energy grows with |θ1| and |θ3|, so it has lowest points on
-    θ2 = ±π/2; these lie within the bound of theorem 6 as well.
-    """
-    first, _, third = (arb(float(one)) for one in end)
-    if not (0 < first < FARTHEST_END and 0 < third < FARTHEST_END):
-        raise RefusedError("θ1 or θ3 has no proper end")
-    ends = first, arb.pi() / 2, third
-    high = [math.nextafter(float(one.upper()), math.inf) for one in ends]
-    return Range(EVERYWHERE, ends, tuple((-x, x) for x in high), frozenset(), None)
-
-
-def _border(U: Energy, border: float, range_: Range) -> Finding:
-    """Check that U without the guard is at least `border` on θ2 = ±π/2."""
-    bound, covers = arb(border), {}
+    # With a definite block k of K the energy grows with |θ1| and |θ3|, so it has lowest points on
+    # θ2 = ±π/2; these lie within the bound of theorem 6 as well.
+    first, _, third = (float(one) for one in claim["end"])
+    range_, _ = range_of(U, energy, {"end": [first, "pi/2", third], "everywhere": True})
+    yield confinement(U, range_)
+    guarded = _with_guard(U, ORDERS[claim["method"]], strength, soft_angle)
+    bound, covers = arb(claim["energy_bound"]), {}
     for face in range_.faces(1):
 
-        def reason(box: Box, place: Ball = face.place) -> str | None:
-            return "b" if bounds(U, box, (1, place)).at_least(bound) else None
+        def above(box: Box, flat: tuple[int, arb] = (1, face.place)) -> str | None:
+            return "b" if Bounds(guarded, box, flat).at_least(bound) else None
 
-        covers[face.name] = cover(flattened(range_.box, 1), reason)
-    verified = all(found.open is None for found in covers.values())
-    text = f"Without the guard the energy on θ2 = ±π/2 is at least {border:.10g} J"
-    text = f"{text}." if verified else f"{text}: this could not be confirmed."
-    return Finding(EVERYWHERE, "border", verified, text, covers)
+        covers[face.name] = cover(flattened(range_.box, 1), above)
+    text = f"Every motion with an energy below {claim['energy_bound']:.10g} J keeps the range"
+    yield confirmed(EVERYWHERE, "range", text, covers)
+    if claim["nothing_beyond"]:
+        one, (_, end), three = range_.box
+        begin = float(arb(soft_angle).lower()) * (1 - 1e-15)
+        sides = {"θ2 >= θ_s": (begin, end), "θ2 <= -θ_s": (-end, -begin)}
+        covers = {
+            name: cover((one, side, three), lambda box: Bounds(guarded, box).excludes_zero())
+            for name, side in sides.items()
+        }
+        text = "With the guard no rest state has |θ2| >= θ_s"
+        yield confirmed(EVERYWHERE, "nothing at rest beyond", text, covers)
 
 
-def _nothing_beyond(
-    U: Energy, method: str, strength: Ball, soft_angle: Ball, range_: Range
-) -> Finding:
-    """Cover θ_s <= |θ2| <= π/2 by boxes in which the gradient and the guard do not balance."""
+def _with_guard(U: Energy, order: int, strength: fmpq, soft_angle: fmpq) -> Energy:
+    """Return U with the energy of a guard."""
+    operations = list(U.operations)
 
-    def slope(nearest: float, farthest: float) -> Ball:
-        """Return the slope of the guard for |θ2| between two angles; at θ_s any between its own."""
-        if method == "stiff":
-            excess = arb(nearest).union(arb(farthest)) - soft_angle
-            return strength * excess.max(arb(0))
-        return strength if arb(nearest) > soft_angle else strength.union(arb(0))
+    def put(*operation: Any) -> int:
+        operations.append(operation)
+        return len(operations) - 1
 
-    def reason(box: Box) -> str | None:
-        low, high = box[1]
-        gradient = bounds(U, box).slopes
-        gradient[1] += slope(low, high) if low > 0 else -slope(-high, -low)
-        for axis, entry in enumerate(gradient, start=1):
-            if not entry.contains(0):
-                return f"g{axis}"
-        return None
-
-    first, (_, end), third = range_.box
-    begin = float(soft_angle.lower()) * (1 - 1e-15)
-    slabs: dict[str, Box] = {
-        "θ2 >= θ_s": (first, (begin, end), third),
-        "θ2 <= -θ_s": (first, (-end, -begin), third),
-    }
-    covers = {name: cover(box, reason) for name, box in slabs.items()}
-    wrong = [found.open for found in covers.values() if found.open is not None]
-    text = "With the guard no rest state has |θ2| >= θ_s."
-    if wrong:
-        shown = ", ".join(f"[{a:.6g}, {b:.6g}]" for a, b in wrong[0])
-        text = f"The box {shown} may contain a rest state."
-    return Finding(EVERYWHERE, "nothing at rest beyond", not wrong, text, covers)
+    terms, theta2 = [(fmpq(1), len(operations) - 1)], put("var", 1)
+    for side in (1, -1):
+        excess = put("sum", -soft_angle, ((fmpq(side), theta2),))
+        power = put("pow", order, excess)
+        terms.append((strength / order, put("times", power, put("step", order, excess))))
+    put("sum", fmpq(0), tuple(terms))
+    return Energy(operations)

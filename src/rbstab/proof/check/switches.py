@@ -2,25 +2,19 @@
 
 Where the argument h of a step is positive, U is U1, with 1 for the step and h for its positive
 part; elsewhere U is U0, with 0 for the step. If the first derivative that jumps at h = 0 has the
-order k, U1 - U0 has to be a multiple of h^k. Here h is a symbol p: the largest monomial of h is
-replaced by what it is then, and U1 - U0 has to have no power of p below k. Functions of other
-operations are symbols too, so an identity among symbols is one of U.
+order k, U1 - U0 has to be a multiple of h^k. Here h is a symbol p, and functions of other
+operations are symbols too: U1 - U0 has to be zero modulo h - p and p^k.
 """
 
 from typing import Any
 
-from flint import fmpq
+from flint import fmpq, fmpq_mpoly_ctx
 from flint.utils.flint_exceptions import FlintError
 
 from rbstab.proof.check.energy import Energy, operands
 
-P = -1
-"""The number of the symbol p; others are operations."""
-
-Monomial = tuple[tuple[int, int], ...]
-"""Symbols with their powers, in order."""
-
-Poly = dict[Monomial, Any]
+Poly = Any
+"""An `fmpq_mpoly` of python-flint."""
 
 MOST_TERMS = 2000
 
@@ -50,149 +44,94 @@ class _Switch:
     def __init__(self, U: Energy, step: int) -> None:
         self.U, self.step = U, step
         _, self.order, self.inner = U.operations[step]
+        named = [k for k, one in enumerate(U.operations) if one[0] not in ("sum", "times")]
+        self.ring = fmpq_mpoly_ctx.get([*(f"x{k}" for k in named), "p"])
+        *symbols, self.p = self.ring.gens()
+        self.symbols = dict(zip(named, symbols, strict=True))
         h = self._values(None)[self.inner]
-        assert h is not None
-        largest = max((m for m in h if m), key=lambda m: (sum(n for _, n in m), m), default=None)
-        if largest is None:
+        if h.is_constant():
             raise _NoFormError("its argument is a number")
-        c = h[largest]
-        self.largest = largest
-        self.instead = {m: -x / c for m, x in h.items() if m != largest} | {((P, 1),): 1 / c}
+        self.relation = h - self.p  # p is the last symbol: the largest monomial is one of h
 
     @property
     def is_smooth(self) -> bool:
         """Whether U1 - U0 has no power of h below the order."""
         one, zero = (self._values(on)[-1] for on in (True, False))
-        if one is None or zero is None:
-            raise _NoFormError("a positive part stands without its step")
-        return not self._reduced(_plus(one, zero, fmpq(-1)))
+        return not self._reduced(one - zero)
 
-    def _values(self, on: bool | None) -> list[Poly | None]:
+    def _values(self, on: bool | None) -> list[Poly]:
         """Return all operations where the step is on, or off, as polynomials of symbols.
 
-        None is a positive part where the step is off: it has another form there. With None for
-        `on`, operations that depend on the step are symbols as well.
+        With None for `on`, all functions are symbols. So is a positive part where the step is off:
+        it has another form there.
         """
-        found, touched = list[Poly | None](), list[bool]()
-        for k, one in enumerate(self.U.operations):
-            own = k == self.step or one == ("positive", self.inner)
-            side = self._side(one, found) if on is not None and not own else None
-            touched.append(own or side is not None or any(touched[j] for j in operands(one)))
-            if side is None:
-                side = self._value(k, one, found, on if touched[k] else None)
-            found.append(side)
+        found, touched = list[Poly](), list[bool]()
+        for k, (kind, *rest) in enumerate(self.U.operations):
+            positive = kind == "positive" and rest[0] == self.inner
+            touched.append(
+                k == self.step or positive or any(touched[j] for j in operands((kind, *rest)))
+            )
+            if kind == "sum":
+                x = self.ring.constant(rest[0])
+                for c, j in rest[1]:
+                    x += found[j] * c
+            elif kind == "times":
+                x = _times(found[rest[0]], found[rest[1]])
+            elif kind == "pow" and rest[0] > 0:
+                x = found[rest[1]]
+                for _ in range(rest[0] - 1):
+                    x = _times(x, found[rest[1]])
+            elif on is not None and k == self.step:
+                x = self.ring.constant(int(on))
+            elif on and positive:
+                x = self.p
+            elif on is None or kind == "var":
+                x = self.symbols[k]
+            else:
+                x = self._function(k, kind, rest, found[rest[-1]], must=on and touched[k])
+            found.append(x)
         return found
 
-    def _side(self, one: Any, found: list[Poly | None]) -> Poly | None:
-        """Return the value at h = 0 of a step, or positive part, whose argument is no zero there.
+    def _function(self, k: int, kind: str, rest: list[Any], x: Poly, *, must: bool) -> Poly:
+        """Return a function of a series in p with numbers, near h = 0.
 
-        None: it is not one whose argument is a number and powers of h.
+        A step and a positive part must not change there. Other functions are symbols; if the step
+        is on, only those that do not depend on it.
         """
-        x = found[one[-1]] if one[0] in ("step", "positive") else None
-        x = None if x is None else self._reduced(x)
-        if x is None or not x.get((), fmpq(0)) or any(a != P for m in x for a, _ in m):
-            return None
-        above = x[()] > 0
-        return {} if not above else x if one[0] == "positive" else {(): fmpq(1)}
-
-    def _value(  # noqa: PLR0911 (one return for each kind)
-        self, k: int, one: Any, found: list[Poly | None], on: bool | None
-    ) -> Poly | None:
-        kind, *rest = one
-        if on is not None and k == self.step:
-            return {(): fmpq(1)} if on else {}
-        if on is not None and kind == "positive":
-            return {((P, 1),): fmpq(1)} if on else None
-        if kind == "sum":
-            total: Poly | None = {(): rest[0]} if rest[0] else {}
-            for c, j in rest[1]:
-                total = _plus(total, found[j], c)
-            return total
-        if kind == "times":
-            return _times(found[rest[0]], found[rest[1]])
-        if kind == "pow" and rest[0] > 0:
-            base = power = found[rest[1]]
-            for _ in range(rest[0] - 1):
-                power = _times(power, base)
-            return power
-        if on is None:
-            return {((k, 1),): fmpq(1)}
-        return self._function(kind, rest, found[rest[-1]])
-
-    def _function(self, kind: str, rest: list[Any], x: Poly | None) -> Poly | None:
-        """Return a root or a power of a series in p with numbers."""
-        if x is None:
-            return None
         x = self._reduced(x)
-        n = fmpq(1, 2) if kind == "sqrt" else fmpq(rest[0]) if kind == "pow" else None
-        if n is None or any(a != P for m in x for a, _ in m):
+        parts = x.to_dict()
+        c0 = fmpq(0)
+        if not any(any(m[:-1]) for m in parts):
+            c0 = parts.get((0,) * (len(self.symbols) + 1), c0)
+        if c0 and kind in ("step", "positive"):
+            side = self.ring.constant(int(c0 > 0))
+            return side if kind == "step" else side * x
+        if c0 > 0 and kind in ("sqrt", "pow"):
+            try:
+                n, root = (fmpq(1, 2), c0.sqrt()) if kind == "sqrt" else (rest[0], c0 ** rest[0])
+                return self._power(x / c0 - 1, n, root)
+            except FlintError:  # the root is no rational number
+                pass
+        if must:
             raise _NoFormError(f"{kind} of it has no series")
-        c0 = x.pop((), fmpq(0))
-        if not c0 > 0:
-            raise _NoFormError(f"{kind} of it has no series")
-        u = {m: c / c0 for m, c in x.items()}
-        try:
-            factor = c0.sqrt() if kind == "sqrt" else c0 ** rest[0]
-        except FlintError as error:
-            raise _NoFormError(f"{kind} of it has no series") from error
-        total: Poly = {}
-        power: Poly = {(): fmpq(1)}
-        c = fmpq(1)
+        return self.symbols[k]
+
+    def _power(self, u: Poly, n: Any, factor: Any) -> Poly:
+        """Return the binomial series factor·(1 + u)^n up to the order."""
+        total, term = self.p * 0, self.ring.constant(factor)
         for k in range(self.order):
-            total = _plus(total, power, c)
-            power, c = _times(power, u), c * (n - k) / (k + 1)
-        return {m: v * factor for m, v in total.items()}
+            total += term
+            term = _times(term, u) * (fmpq(n - k) / (k + 1))
+        return total
 
     def _reduced(self, x: Poly) -> Poly:
-        """Replace the largest monomial of h wherever it is a factor, and drop high powers of p."""
-        pending, found = dict(x), dict[Monomial, Any]()
-        for _ in range(MOST_TERMS):
-            if not pending:
-                return found
-            m, c = pending.popitem()
-            powers = dict(m)
-            if powers.get(P, 0) >= self.order:
-                continue
-            if all(powers.get(a, 0) >= n for a, n in self.largest):
-                for a, n in self.largest:
-                    powers[a] -= n
-                left: Poly = {_monomial(powers): c}
-                pending = _plus(pending, _times(left, self.instead), fmpq(1))
-            else:
-                found = _plus(found, {m: c}, fmpq(1))
-        raise _NoFormError("it has too many terms")
+        """Return a polynomial modulo h - p and p^k."""
+        _, left = divmod(x, self.relation)
+        kept = {m: c for m, c in left.to_dict().items() if m[-1] < self.order}
+        return self.ring.from_dict(kept)
 
 
-def _monomial(powers: dict[int, int]) -> Monomial:
-    return tuple(sorted((a, n) for a, n in powers.items() if n))
-
-
-def _plus(x: Poly | None, y: Poly | None, factor: Any) -> Any:
-    """Return x + factor·y, without terms that are zero."""
-    if x is None or y is None:
-        return None
-    found = dict(x)
-    for m, c in y.items():
-        found[m] = found.get(m, fmpq(0)) + factor * c
-        if not found[m]:
-            del found[m]
-    return found
-
-
-def _times(x: Poly | None, y: Poly | None) -> Any:
-    """Return a product; zero times anything is zero."""
-    if x == {} or y == {}:
-        return {}
-    if x is None or y is None:
-        return None
+def _times(x: Poly, y: Poly) -> Poly:
     if len(x) * len(y) > MOST_TERMS:
         raise _NoFormError("it has too many terms")
-    found: Poly = {}
-    for m, c in x.items():
-        for k, d in y.items():
-            powers = dict(m)
-            for a, n in k:
-                powers[a] = powers.get(a, 0) + n
-            one = _monomial(powers)
-            found[one] = found.get(one, fmpq(0)) + c * d
-    return {m: c for m, c in found.items() if c}
+    return x * y

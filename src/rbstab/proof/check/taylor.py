@@ -7,9 +7,11 @@ there is zero at all points, also where others have no bound.
 from collections.abc import Sequence
 from functools import cache
 from itertools import product
+from math import comb, factorial, prod
+from operator import add
 from typing import Any
 
-from flint import arb, fmpq
+from flint import arb
 
 Ball = Any
 """An `arb` of python-flint, which has no types."""
@@ -34,30 +36,26 @@ class Rows:
         rows = [a for a in product(range(order + 1), repeat=n) if sum(a) <= order]
         self.order, self.rows = order, sorted(rows, key=lambda a: (sum(a), a))
         place = {a: k for k, a in enumerate(self.rows)}
-        unit = [tuple(int(i == j) for j in range(n)) for i in range(n)]
-        self.first = [place[u] for u in unit]
-
-        def plus(*rows: tuple[int, ...]) -> tuple[int, ...]:
-            return tuple(map(sum, zip(*rows, strict=True)))
-
-        def factor(a: tuple[int, ...]) -> int:
-            return 6 if max(a) == 3 else 2 if max(a) == 2 else 1
-
         # The product of two coefficients belongs to the sum of their multi-indices.
         self.sums = [
-            {j: place[s] for j, b in enumerate(self.rows) if (s := plus(a, b)) in place}
+            {j: place[s] for j, b in enumerate(self.rows) if (s := tuple(map(add, a, b))) in place}
             for a in self.rows
         ]
-        pairs = [[plus(a, b) for b in unit] for a in unit]
-        self.second = [[(place[a], factor(a)) for a in row] for row in pairs]
-        self.third = (
-            []
-            if order < ORDER
-            else [
-                [[(place[plus(a, b)], factor(plus(a, b))) for b in unit] for a in row]
-                for row in pairs
-            ]
-        )
+        # For each list of variables the row of their derivative, and its factorials.
+        self._places = dict[tuple[int, ...], tuple[int, int]]()
+        for axes in (axes for k in range(1, order + 1) for axes in product(range(n), repeat=k)):
+            row = tuple(axes.count(i) for i in range(n))
+            self._places[axes] = place[row], prod(map(factorial, row))
+        self.first = [self._places[(i,)][0] for i in range(n)]
+
+    def derivative(self, x: Series, *axes: int) -> Ball:
+        """Return the derivative of a series by some variables."""
+        row, factor = self._places[axes]
+        return x[row] * factor if row in x else arb(0)
+
+    def leaf(self, i: int, x: Ball) -> Series:
+        """Return the series of a variable with a value."""
+        return {0: x, self.first[i]: arb(1)}
 
     def times(self, x: Series, y: Series) -> Series:
         """Return the product of two series."""
@@ -88,7 +86,7 @@ class Rows:
         for i in n:
             total += at.get(self.first[i], zero) * steps[i]
             for j in range(i, len(steps)):
-                c = x.get(self.second[i][j][0])
+                c = x.get(self._places[i, j][0])
                 if c is not None:
                     total += c * (whole_power(steps[i], 2) if i == j else steps[i] * steps[j])
         return total
@@ -119,11 +117,9 @@ def coefficients(kind: str, v: Ball, power: int = 0) -> list[Ball]:
         d = 1 / (1 + v * v)
         return [v.atan(), d, -v * d * d, (3 * v * v - 1) * d * d * d / 3]
     assert kind == "pow"
-    found, c = list[Ball](), fmpq(1)
-    for k in range(ORDER + 1):
-        found.append(arb(c) * whole_power(v, power - k) if c else arb(0))
-        c = c * (power - k) / (k + 1)
-    return found
+    n = power
+    factors = [comb(n, k) if n >= 0 else (-1) ** k * comb(k - n - 1, k) for k in range(ORDER + 1)]
+    return [c * whole_power(v, n - k) if c else arb(0) for k, c in enumerate(factors)]
 
 
 def whole_power(v: Ball, n: int) -> Ball:

@@ -38,9 +38,6 @@ its errors, and g is to have a sign in all of it."""
 SHORTEST = 8 * TIME_GRID
 """s: the shortest step across a surface."""
 
-GROWTH = 1.5
-"""A step may be longer than the one before by this factor."""
-
 
 def switching_step(
     equations: Equations, states: MotionSet, scale: Array, longest: Array
@@ -62,7 +59,7 @@ def switching_step(
         (modes,) = product(*possible)
         field = equations.field(modes)
         step = set_steps(field, states, scale, longest)
-        after = np.where(step.proved, GROWTH * step.h, longest / 2)
+        after = step.longest_after(longest)
         while step.proved[0]:
             if safe_time(equations, step, modes, states) == step.h[0]:
                 return step, after, ""

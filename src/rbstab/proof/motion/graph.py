@@ -12,12 +12,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any
+from functools import partialmethod
+from typing import Any, NoReturn
 
 import numpy as np
 
 from rbstab.analysis.exact import decimals
-from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.numbers import Array, power
+from rbstab.proof.exact.expr import meant
 
 VARIABLE, PRODUCT, INVERSE = "variable", "product", "inverse"
 SINE, COSINE, EXPONENTIAL = "sin", "cos", "exp"
@@ -104,6 +106,24 @@ class Form:
     def __rtruediv__(self, other: Any) -> Any:
         return NotImplemented if isinstance(other, np.ndarray) else self.inverse() * other
 
+    def __pow__(self, exponent: Any) -> Any:
+        """Return a whole power."""
+        if isinstance(exponent, np.ndarray):
+            return NotImplemented
+        if exponent != int(exponent):
+            raise TypeError(f"a form to the power of {exponent!r}")
+        base: Any = self
+        found: Any = power(base, abs(int(exponent))) if exponent else self.graph.form(1.0)
+        return found if exponent >= 0 else found.inverse()
+
+    def _refuse(self, *_: Any) -> NoReturn:
+        raise TypeError("a form has no value that could be compared or converted")
+
+    # Without these methods Python would compare identities, and take every number to be true.
+    __bool__ = __eq__ = __ne__ = __lt__ = __le__ = __gt__ = __ge__ = _refuse
+    __float__ = __int__ = __complex__ = _refuse
+    __hash__ = object.__hash__
+
     def inverse(self) -> "Form":
         """Return 1/x."""
         if not self.terms:
@@ -111,45 +131,21 @@ class Form:
         whole, factor = self._without_factor()
         return self.graph.node(INVERSE, whole)._scaled(1 / factor)
 
-    def sin(self) -> "Form":
-        """Return the sine."""
-        return self._function(SINE)
-
-    def cos(self) -> "Form":
-        """Return the cosine."""
-        return self._function(COSINE)
-
-    def exp(self) -> "Form":
-        """Return the exponential."""
-        return self._function(EXPONENTIAL)
-
-    def sqrt(self) -> "Form":
-        """Return the square root."""
-        return self._function(ROOT)
-
-    def log(self) -> "Form":
-        """Return the logarithm."""
-        return self._function(LOGARITHM)
-
-    def atan(self) -> "Form":
-        """Return the inverse tangent."""
-        return self._function(INVERSE_TANGENT)
-
     def tan(self) -> Any:
         """Return the tangent."""
-        return self.sin() / self.cos()
+        return self._function(SINE) / self._function(COSINE)
 
     def sinh(self) -> Any:
         """Return the hyperbolic sine."""
-        return (self.exp() - (-self).exp()) * 0.5
+        return (self._function(EXPONENTIAL) - (-self)._function(EXPONENTIAL)) * 0.5
 
     def cosh(self) -> Any:
         """Return the hyperbolic cosine."""
-        return (self.exp() + (-self).exp()) * 0.5
+        return (self._function(EXPONENTIAL) + (-self)._function(EXPONENTIAL)) * 0.5
 
     def tanh(self) -> Any:
         """Return the hyperbolic tangent."""
-        return 1.0 - 2.0 / ((self * 2.0).exp() + 1.0)
+        return 1.0 - 2.0 / ((self * 2.0)._function(EXPONENTIAL) + 1.0)
 
     def _function(self, kind: str) -> "Form":
         from flint import arb
@@ -185,6 +181,10 @@ class Form:
         return (tuple(terms), _constant_key(self.constant))
 
 
+for _name in (SINE, COSINE, EXPONENTIAL, ROOT, LOGARITHM, INVERSE_TANGENT):
+    setattr(Form, _name, partialmethod(Form._function, _name))
+
+
 def _constant_key(constant: Any) -> Key:
     from flint import fmpq
 
@@ -210,7 +210,7 @@ class Graph:
         return _objects([self.only(first + k) for k in range(count)])
 
     def form(self, number: Any) -> Form:
-        """Return a rational number, a double, a ball or a form as a form.
+        """Return a rational number, what a double means, a ball or a form as a form.
 
         Raises:
             TypeError: It is a number of another kind.
@@ -219,8 +219,8 @@ class Graph:
 
         if isinstance(number, Form):
             return number
-        if isinstance(number, float | int | Fraction):
-            exact = Fraction(number)
+        if isinstance(number, float | int | np.integer | Fraction):
+            exact = meant(number)
             return Form(self, {}, fmpq(exact.numerator, exact.denominator))
         if not isinstance(number, arb | fmpq):
             raise TypeError(f"a form cannot be combined with {type(number).__name__}")
@@ -262,9 +262,9 @@ class Graph:
         if kind == INVERSE:
             found = -(y * y)
         elif kind == SINE:
-            found = x.cos()
+            found = x._function(COSINE)
         elif kind == COSINE:
-            found = -x.sin()
+            found = -x._function(SINE)
         elif kind == EXPONENTIAL:
             found = y
         elif kind == ROOT:

@@ -15,9 +15,6 @@ from rbstab.proof.motion.step import SetSteps, set_steps
 FIRST_STEP = 0.05
 """s: the first step is at most this long."""
 
-GROWTH = 1.5
-"""A step may be longer than the one before by this factor."""
-
 SHORTEST = 1e-7
 """s: a single motion whose smooth steps would be shorter is given up."""
 
@@ -185,7 +182,7 @@ def _next(equations: Equations, running: _Running, scale: Array) -> tuple[SetSte
     if equations.switches:
         return switching_step(equations, running.states, scale, running.longest)
     step = set_steps(equations.field(), running.states, scale, running.longest)
-    return step, np.where(step.proved, GROWTH * step.h, running.longest / 2), ""
+    return step, step.longest_after(running.longest), ""
 
 
 def _moved(  # noqa: PLR0913, PLR0917 (the parts of one step)

@@ -20,16 +20,11 @@ RELATIVE_ERROR = 2.0 * MAX_TERMS * 2.0**-53
 """An upper bound on n u / (1 - n u) for n <= `MAX_TERMS`."""
 
 LARGEST = 1e15
-"""The largest entry of a matrix for which `UNDERFLOW` holds; see `all_moderate`."""
+"""The largest entry of a matrix for which `UNDERFLOW` holds."""
 
 UNDERFLOW = 1e-250
 """More than underflow can take away from a result. A product that underflows loses at most 5e-324;
 what is lost is multiplied by at most three further entries, and added up `MAX_TERMS` times."""
-
-
-def all_moderate(*matrices: Array) -> bool:
-    """Return whether all entries are finite, and at most `LARGEST`."""
-    return all(bool(np.all(np.abs(matrix) <= LARGEST)) for matrix in matrices)
 
 
 def rounded_up(magnitude: Any) -> Any:

@@ -65,8 +65,13 @@ GROWTH = 2.0
 """The largest |e| for which a step is bounded, relative to that at its beginning."""
 
 SHARE = 0.03
-"""A step may widen the set by this fraction through its own estimates. Near the longest step that
-can be proved, they add a quarter with each step, and the width grows exponentially."""
+"""A step may widen the set about a single start by this fraction through its own estimates. Near
+the longest step that can be proved, they add a quarter with each step, and the width grows
+exponentially. In a larger set most of G is the spread of ∂f/∂y over its starts, and not the fault
+of the step: with this limit steps would become shorter without end."""
+
+LONGER = 1.5
+"""A step may be longer than the one before by this factor."""
 
 ATTEMPTS = 12
 """Attempts to find the bound b of one step."""
@@ -103,6 +108,10 @@ class SetSteps(NamedTuple):
     distance: Array
     end: MotionSet
     proved: Array
+
+    def longest_after(self, longest: Array) -> Array:
+        """Return the largest steps to be tried after these, of at most some lengths, s."""
+        return np.where(self.proved, LONGER * self.h, longest / 2)
 
     def tube(self, space: Monomials) -> Models:
         """Return the states on the whole steps as models."""
@@ -154,7 +163,7 @@ def set_steps(
         J, G = step.jacobian(tube)
         flow, frame = linear_flow(J), frames_of(start.frame)
         linear = linear_bounds(flow, frame)
-        share = SHARE if disturbance is None else 1.0
+        share = SHARE if disturbance is None and not start.space.variables else 1.0
         b, W, found = _error_bounds(linear, start.radius, d, G, step.margin, share)
         size = rounded_up(np.abs(step.p).sum(axis=0).sum(axis=-1)).T
         beside = rounded_up(_times(linear.mismatch, b) + (len(step.p) + 1) * UNIT * size)

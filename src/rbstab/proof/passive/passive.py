@@ -10,7 +10,7 @@ a diagonal M, each entry of dD/dt has the sign of the entry u of -M ∂W/∂D by
 times a positive factor, where r is odd and rises, as sinh does.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import partial
 
@@ -29,7 +29,6 @@ from rbstab.proof.exact.expr import (
     VAR,
     Atom,
     Expr,
-    Monomial,
     atom,
     expr,
     only,
@@ -37,7 +36,14 @@ from rbstab.proof.exact.expr import (
 )
 from rbstab.proof.exact.rewriting import derivative, inverse_of_definite, quadratic_in, substituted
 from rbstab.proof.passive.expanded import TooLargeError, is_zero, multiplied_out
-from rbstab.proof.passive.signs import PITCH, is_convex, never_negative, odd_argument, positive
+from rbstab.proof.passive.signs import (
+    PITCH,
+    in_terms_of,
+    is_convex,
+    never_negative,
+    odd_argument,
+    positive,
+)
 from rbstab.proof.passive.statements import (
     TIME,
     VELOCITIES,
@@ -368,53 +374,15 @@ def moves_down(stored: Expr, own: Sequence[int], rates: Sequence[Expr]) -> bool:
 
 
 def _factors(slopes: Sequence[Expr], others: Sequence[Expr]) -> list[list[Fraction]] | None:
-    """Return the numbers M with others = M slopes; None if there are none, or several."""
+    """Return numbers M with others = M slopes; None if none are found."""
     tags = [variable(TAGS + k) for k in range(2 * len(slopes))]
     both = zip((*slopes, *others), tags, strict=True)
     try:
         total = multiplied_out(sum((e * tag for e, tag in both), expr(0)))
     except TooLargeError:
         return None
-    columns = [_coefficients(total, next(iter(tag.atoms))) for tag in tags]
-    return _solved(columns[: len(slopes)], columns[len(slopes) :])
-
-
-def _coefficients(e: Expr, tag: Atom) -> dict[Monomial, Fraction]:
-    return {
-        tuple(one for one in m if one[0] is not tag): c
-        for m, c in e.terms.items()
-        if any(a is tag for a, _ in m)
-    }
-
-
-def _solved(
-    columns: Sequence[dict[Monomial, Fraction]], wanted: Iterable[dict[Monomial, Fraction]]
-) -> list[list[Fraction]] | None:
-    """Return each wanted column as a sum of independent columns; None if it is none."""
-    n, found = len(columns), list[list[Fraction]]()
-    pivots = list[tuple[Monomial, dict[Monomial, Fraction], list[Fraction]]]()
-
-    def reduced(
-        column: dict[Monomial, Fraction], factors: list[Fraction]
-    ) -> tuple[dict[Monomial, Fraction], list[Fraction]]:
-        left = Expr(column)
-        for m, row, used in pivots:
-            c = left.terms.get(m, Fraction(0)) / row[m]
-            left = left - Expr(row).scaled(c)
-            factors = [a - c * b for a, b in zip(factors, used, strict=True)]
-        return left.terms, factors
-
-    for k, column in enumerate(columns):
-        left, used = reduced(column, [Fraction(int(i == k)) for i in range(n)])
-        if not left:
-            return None
-        pivots.append((next(iter(left)), left, used))
-    for column in wanted:
-        left, used = reduced(column, [Fraction(0)] * n)
-        if left:
-            return None
-        found.append([-c for c in used])
-    return found
+    columns = [derivative(total, {TAGS + k: expr(1)}) for k in range(len(tags))]
+    return in_terms_of(columns[: len(slopes)], columns[len(slopes) :])
 
 
 def _sign_of(rate: Expr, slope: Expr, number: int) -> Expr:

@@ -10,6 +10,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
 
+import numpy as np
+
+from rbstab.analysis.exact import kernel
 from rbstab.proof.exact.expr import (
     COS,
     LET,
@@ -348,19 +351,22 @@ def vanishing(e: Expr) -> list[Expr]:
 
 def spanned(wanted: Sequence[Expr], forms: Iterable[Expr]) -> bool:
     """Return whether expressions are sums of others with rational factors: zero where these are."""
-    rows = list[tuple[Monomial, Expr]]()
-    for form in forms:
-        left = _reduced_by(rows, form)
-        if left.terms:
-            rows.append((min(left.terms, key=order_of), left))
-    return all(not _reduced_by(rows, one).terms for one in wanted)
+    return in_terms_of(tuple(forms), wanted) is not None
 
 
-def _reduced_by(rows: Iterable[tuple[Monomial, Expr]], e: Expr) -> Expr:
-    for m, row in rows:
-        if m in e.terms:
-            e = e - row.scaled(e.terms[m] / row.terms[m])
-    return e
+def in_terms_of(forms: Sequence[Expr], wanted: Sequence[Expr]) -> list[list[Fraction]] | None:
+    """Return the factors of each wanted expression as a sum of others; None if one is no such sum.
+
+    Of others that depend on those before them the factor is 0.
+    """
+    columns = [e.terms for e in (*forms, *wanted)]
+    keys = dict.fromkeys(m for column in columns for m in column)
+    rows = [[column.get(m, Fraction(0)) for column in columns] for m in keys]
+    vectors = kernel(np.array(rows or [[Fraction(0)] * len(columns)], dtype=object))
+    # Each relation between the columns has a factor 1 at the last of them.
+    n = len(forms)
+    found = [[-x for x in v[:n]] for v in vectors if any(v[n:])]
+    return found if len(found) == len(wanted) else None
 
 
 # -- convexity -------------------------------------------------------------------------------------

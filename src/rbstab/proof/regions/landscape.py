@@ -21,6 +21,9 @@ LIMIT = 16_000
 AT_ONCE = 300
 """Cells that are divided at once, the largest first: others may then be on no way any more."""
 
+PITCH = 1
+"""The axis of θ2."""
+
 Face = tuple[int, int]
 """An axis and the sign of its angle."""
 
@@ -56,7 +59,9 @@ def is_minimum(zero: Zero) -> bool:
 class Landscape:
     """The energies of rest states, faces and undecided boxes of a range."""
 
-    def __init__(self, energy: Energy, zeros: Zeros, box: Box, V: Ranges) -> None:
+    def __init__(
+        self, energy: Energy, zeros: Zeros, box: Box, V: Ranges, *, confining: bool = False
+    ) -> None:
         self.V, self.box, self.zeros = V, box, zeros
         states = [zero.enclosure for zero in zeros.zeros]
         self.at_zeros = V.values(joined([one_box(state) for state in states], 3))
@@ -66,6 +71,7 @@ class Landscape:
         lowest = float(undecided.lo.min(initial=np.inf))
         self.springs = self._spring_levels(without_lengths(energy))
         self.cap = min([lowest, *(one.bound for one in self.springs)])
+        self.confining = confining and not self.springs
 
     def _spring_levels(self, collapsed: Sequence[BoundedEnergy]) -> list[Level]:
         """Return the least energies where a spring has no length, as far as they are the lowest."""
@@ -99,6 +105,16 @@ class Landscape:
             return []
         rows = zip(self.faces, self.least.bound, self.least.value, self.least.at.T, strict=True)
         return [Level(float(b), float(v), at, face=face) for (face, _), b, v, at in rows]
+
+    def lowest_face_levels(self) -> list[Level]:
+        """Return the levels of the faces at which the component of the lowest state may end.
+
+        If all rest states are confined to the range, those of θ1 and θ3 are none: beyond them V has
+        no rest state, also along θ2 = ±π/2, and rises without end. So each component of a set
+        {V < c} below all other levels has a minimum of V, and there is one.
+        """
+        left = {PITCH} if self.confining else {0, PITCH, 2}
+        return [one for one in self.face_levels() if one.face is not None and one.face[0] in left]
 
     def is_pass(self, level: Level) -> bool:
         """Return whether a level can be one at which a component reaches something else."""

@@ -112,7 +112,14 @@ NO_REGIONS = Regions(None, ())
 """Nothing is known."""
 
 
-def regions_of(energy: Energy, zeros: Zeros, box: Box, V: BoundedEnergy | None = None) -> Regions:
+def regions_of(
+    energy: Energy,
+    zeros: Zeros,
+    box: Box,
+    V: BoundedEnergy | None = None,
+    *,
+    confining: bool = False,
+) -> Regions:
     """Return c* and the region of each minimum in a range.
 
     Args:
@@ -120,10 +127,11 @@ def regions_of(energy: Energy, zeros: Zeros, box: Box, V: BoundedEnergy | None =
         zeros: The rest states in the range, in the order of V.
         box: The range.
         V: Bounds on the energy; by default those of `energy`.
+        confining: Whether theorem 6 confines all rest states to the range.
     """
     if not zeros.zeros:
         return NO_REGIONS
-    land = Landscape(energy, zeros, box, Ranges.of(energy, V))
+    land = Landscape(energy, zeros, box, Ranges.of(energy, V), confining=confining)
     certified = _certified(land)
     minima = [k for k, zero in enumerate(zeros.zeros) if is_minimum(zero)]
     # With springs, cells take too long.
@@ -134,7 +142,7 @@ def regions_of(energy: Energy, zeros: Zeros, box: Box, V: BoundedEnergy | None =
 
 def _certified(land: Landscape) -> Certified | None:
     lowest, *others = land.state_levels()
-    levels = [*land.face_levels(), *others, *land.springs]
+    levels = [*land.lowest_face_levels(), *others, *land.springs]
     if not levels:
         return None
     energy = min(one.value for one in levels)
@@ -164,9 +172,10 @@ def _height(land: Landscape, state: int, bound: float) -> float:
 
 def _minima(land: Landscape, minima: list[int]) -> list[Region]:
     """Return the regions of minima."""
-    others = [*land.state_levels()[1:], *land.face_levels()]
-    # Below all of them there is one component, that of the lowest state: no cells are needed.
-    base = min((*others, Level(land.cap, land.cap)), key=lambda one: one.bound)
+    states = land.state_levels()[1:]
+    others, ends = [*states, *land.face_levels()], [*states, *land.lowest_face_levels()]
+    # Below these there is one component, that of the lowest state: no cells are needed.
+    base = min((*ends, Level(land.cap, land.cap)), key=lambda one: one.bound)
     known = {0: base} if 0 in minima and base.bound > land.floor(0) else {}
     passes = [one for one in others if land.is_pass(one)]
     searches = [
@@ -174,10 +183,10 @@ def _minima(land: Landscape, minima: list[int]) -> list[Region]:
         for k in minima
         if land.floor(k) < land.cap and (k not in known or not _is_end(land, base))
     ]
-    ends = _ends(land, searches) if searches else {}
+    passed = _ends(land, searches) if searches else {}
     found = []
     for k in minima:
-        both = [one for one in (known.get(k), ends.get(k)) if one is not None]
+        both = [one for one in (known.get(k), passed.get(k)) if one is not None]
         end = max(both, key=lambda one: one.bound, default=None)
         height = 0.0 if end is None else _height(land, k, end.bound)
         if end is not None and height > 0:

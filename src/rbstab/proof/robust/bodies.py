@@ -200,11 +200,12 @@ def _axis(family: Family, part: Part, proof: PartProof) -> int | None:
 
     If only inertia and damping vary, all bodies have one energy U, and those of halves have too.
     """
-    scores = family.disturbance(proof.doubtful[:4].T)
-    scores = np.where(
-        [k in family.forms.used and bool(r) for k, r in enumerate(part.radius)], scores, -1
-    )
-    return int(np.argmax(scores)) if scores.max(initial=-1) >= 0 else None
+    _, slopes, bends = family.gradients(proof.doubtful[:4].T)
+    sizes = np.abs(np.concatenate([slopes, bends], axis=1))
+    total = sizes.sum(axis=0)
+    scores = np.nan_to_num(sizes / np.where(total > 0, total, 1.0)).sum(axis=(1, 2))
+    moved = [k in family.forms.used and bool(r) for k, r in enumerate(part.radius)]
+    return int(np.where(moved, scores, -1).argmax()) if any(moved) else None
 
 
 def _widest(part: Part) -> int:

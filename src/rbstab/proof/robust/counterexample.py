@@ -14,7 +14,7 @@ from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.model import NoMinimumError, energy_of
 from rbstab.proof.robust.family import Family
 from rbstab.proof.robust.numbers import Members, Part
-from rbstab.proof.search import ZERO_STEP, Zero, isolated, newton
+from rbstab.proof.search import Box, Search, Zero
 
 STEPS = 16
 """A body is chosen from as many steps between the middle and an end of each number."""
@@ -72,33 +72,16 @@ def proved_rest_states(
         U = energy_of(members.own([float(x) for x in numbers]), exact)
     except (NoMinimumError, TypeError):
         return []
-    V = BoundedEnergy(U.U, free=U.free, least=U.least)
-    ends, last = newton(V, starts.T)
     high = np.array([np.pi, np.pi / 2 if U.stop is None else float(U.stop), np.pi])
-    found: list[Zero] = []
-    for point in ends.T[last < ZERO_STEP]:
-        if np.any(np.abs(point) > high) or any(zero.domain.contains(point) for zero in found):
-            continue
-        zero = isolated(V, point)
-        if zero is None or np.any(np.maximum(-zero.enclosure.lo, zero.enclosure.hi) >= high):
-            continue
-        # Enclosures that do not meet hold different zeros.
-        apart = [
-            bool(
-                np.any((zero.enclosure.lo > z.enclosure.hi) | (zero.enclosure.hi < z.enclosure.lo))
-            )
-            for z in found
-        ]
-        if all(apart):
-            found.append(zero)
-    return found
+    search = Search(BoundedEnergy(U.U, free=U.free, least=U.least), Box(-high, high))
+    return list(search.with_zeros_near(starts.T).zeros)
 
 
 def _flattest(family: Family, part: Part, points: Array) -> tuple[Fraction, ...]:
     """Return the body whose gradient is nearly zero at one of some points, to first order in z."""
     from scipy.optimize import lsq_linear  # imported late: most boxes need no counterexample
 
-    at_middle, by_number = family.gradients(points.T)
+    at_middle, by_number, _ = family.gradients(points.T)
     moved = [k for k, radius in enumerate(part.radius) if radius]
     best, chosen = np.inf, np.zeros(len(moved))
     for place in range(len(points)):

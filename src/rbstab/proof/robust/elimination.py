@@ -11,6 +11,7 @@ order in z, and q'H⁻¹q of twice that order: what is left is bounded by F'F/μ
 
 from collections.abc import Mapping
 from fractions import Fraction
+from itertools import combinations_with_replacement
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -25,6 +26,7 @@ from rbstab.proof.robust.numbers import (
     NoFamilyReason,
     Powers,
     Weighted,
+    add,
     times,
 )
 
@@ -83,18 +85,17 @@ def eliminated(energy: Weighted, size: int) -> Eliminated:
     pairs: dict[Powers, fmpq_mat] = {}
     both = dict(q)
     for powers, matrix in quadratic.B.items():
-        both[powers] = both[powers] + matrix if powers in both else matrix
+        add(both, powers, matrix)
     for one, left in x.items():
         transposed = left.transpose()
         for other, right in both.items():
-            place, term = times(one, other), transposed * right
-            pairs[place] = pairs[place] + term if place in pairs else term
+            add(pairs, times(one, other), transposed * right)
     _multiplied_out(rows, pairs, quadratic.entries)
     return Eliminated(rows, quadratic.entries, *_bounded(quadratic, q))
 
 
 def _taken_apart(energy: Weighted, numbers: list[int]) -> tuple[Rows, _Quadratic]:
-    from flint import fmpq, fmpq_mat  # imported late: few commands make proofs
+    from flint import fmpq_mat  # imported late: few commands make proofs
 
     n = len(numbers)
     variables = {atom(VAR, k) for k in numbers}
@@ -106,10 +107,9 @@ def _taken_apart(energy: Weighted, numbers: list[int]) -> tuple[Rows, _Quadratic
             raise NoFamilyError(NoFamilyReason.NOT_QUADRATIC)
         if any(a in variables for one in parts.b for a in one.all_atoms):
             raise NoFamilyError(NoFamilyReason.NOT_QUADRATIC)
-        rows[powers] = {m: fmpq(c.numerator, c.denominator) for m, c in parts.rest.terms.items()}
-        entries = [[fmpq(c.numerator, c.denominator) for c in row] for row in parts.H]
-        if any(c != 0 for row in entries for c in row):
-            H[powers] = fmpq_mat(entries)
+        rows[powers] = {m: _fmpq(c) for m, c in parts.rest.terms.items()}
+        if any(c for row in parts.H for c in row):
+            H[powers] = fmpq_mat([[_fmpq(c) for c in row] for row in parts.H])
         if any(one.terms for one in parts.b):
             b[powers] = parts.b
     functions = tuple(dict.fromkeys(m for of in b.values() for one in of for m in one.terms))
@@ -119,7 +119,7 @@ def _taken_apart(energy: Weighted, numbers: list[int]) -> tuple[Rows, _Quadratic
         matrix = fmpq_mat(n, max(1, len(functions)))
         for i, one in enumerate(of):
             for m, c in one.terms.items():
-                matrix[i, place[m]] = fmpq(c.numerator, c.denominator)
+                matrix[i, place[m]] = _fmpq(c)
         B[powers] = matrix
     return rows, _Quadratic(H, B, functions)
 
@@ -140,19 +140,24 @@ def _minimiser(of: _Quadratic) -> "tuple[dict[Powers, fmpq_mat], dict[Powers, fm
 
 def _inverse(of: _Quadratic) -> "fmpq_mat":
     """Return H_0⁻¹, where H_0 is the stiffness of the body in the middle."""
-    from flint import fmpq, fmpq_mat
+    from flint import fmpq_mat
 
-    middle = of.H.get(())
-    exact = None
+    middle, exact = of.H.get(()), None
     if middle is not None:
-        n = range(middle.nrows())
-        entries = [[middle[i, j] for j in n] for i in n]
-        exact = inverse_of_definite(
-            [[Fraction(int(c.p), int(c.q)) for c in row] for row in entries]
-        )
+        exact = inverse_of_definite([[_fraction(c) for c in row] for row in middle.tolist()])
     if exact is None:
         raise NoFamilyError(NoFamilyReason.NOT_HELD)
-    return fmpq_mat([[fmpq(c.numerator, c.denominator) for c in row] for row in exact])
+    return fmpq_mat([[_fmpq(c) for c in row] for row in exact])
+
+
+def _fmpq(c: Fraction) -> "fmpq":
+    from flint import fmpq
+
+    return fmpq(c.numerator, c.denominator)
+
+
+def _fraction(c: "fmpq") -> Fraction:
+    return Fraction(int(c.p), int(c.q))
 
 
 def _of_order(
@@ -168,8 +173,8 @@ def _of_order(
             step = -1 * inverse * q[powers]
             x[powers] = step
             for other, matrix in of.H.items():
-                place, term = times(powers, other), matrix * step
-                q[place] = q[place] + term if place in q else term
+                place = times(powers, other)
+                add(q, place, matrix * step)
                 if _order(place) <= order and place != powers:
                     pending.add(place)
     return x, {powers: matrix for powers, matrix in q.items() if not _is_zero(matrix)}
@@ -187,24 +192,18 @@ def _multiplied_out(
     rows: Rows, pairs: "Mapping[Powers, fmpq_mat]", entries: tuple[Monomial, ...]
 ) -> None:
     """Add ½ e'Qe to the rows, for each Q."""
-    from flint import fmpq
-
-    products: dict[tuple[int, int], list[tuple[Monomial, fmpq]]] = {}
+    whole = dict[tuple[int, int], list[tuple[Monomial, "fmpq"]]]()
     n = range(len(entries))
     for powers, Q in pairs.items():
         row = rows.setdefault(powers, {})
-        for i in n:
-            for j in range(i, len(entries)):
-                c = Q[i, i] / 2 if i == j else (Q[i, j] + Q[j, i]) / 2
-                if c == 0:
-                    continue
-                if (i, j) not in products:
-                    whole = Expr({entries[i]: ONE}) * Expr({entries[j]: ONE})
-                    products[i, j] = [
-                        (m, fmpq(x.numerator, x.denominator)) for m, x in whole.terms.items()
-                    ]
-                for m, x in products[i, j]:
-                    row[m] = row.get(m, fmpq(0)) + c * x
+        for i, j in combinations_with_replacement(n, 2):
+            c = (Q[i, j] + Q[j, i]) / (4 if i == j else 2)
+            if c != 0:
+                if (i, j) not in whole:
+                    e = Expr({entries[i]: ONE}) * Expr({entries[j]: ONE})
+                    whole[i, j] = [(m, _fmpq(x)) for m, x in e.terms.items()]
+                for m, x in whole[i, j]:
+                    add(row, m, c * x)
 
 
 def _bounded(of: _Quadratic, q: "Mapping[Powers, fmpq_mat]") -> tuple[Array, Array]:
@@ -225,5 +224,4 @@ def _bounded(of: _Quadratic, q: "Mapping[Powers, fmpq_mat]") -> tuple[Array, Arr
 
 
 def _doubles(matrix: "fmpq_mat") -> Array:
-    rows, columns = range(matrix.nrows()), range(matrix.ncols())
-    return np.array([[int(matrix[i, j].p) / int(matrix[i, j].q) for j in columns] for i in rows])
+    return np.array([[float(_fraction(c)) for c in row] for row in matrix.tolist()])

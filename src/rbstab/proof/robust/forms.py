@@ -17,6 +17,7 @@ import numpy as np
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.enclosures.bounds import UP
 from rbstab.proof.exact.expr import STEP, Expr, Monomial, as_factor, expr, monomial, numbers
 from rbstab.proof.model import stored_energy
 from rbstab.proof.robust.elimination import Eliminated, Rows, eliminated
@@ -47,9 +48,7 @@ class Forms(NamedTuple):
         functions: The functions μ.
         middle: C_0, shape (μ,).
         others: C_j, shape (forms, μ).
-        shares: For each form, how much of its size depends on each number of the box, from 0 to 1,
-            shape (forms, numbers).
-        linear: For each number of the box the coefficients of its first power, shape (numbers, μ).
+        linear: For each number of the box the coefficients of c_1 alone, shape (numbers, μ).
         left: What elimination leaves.
         inner: The variables z inside of functions.
         used: The numbers of the box on which U depends.
@@ -59,7 +58,6 @@ class Forms(NamedTuple):
     functions: tuple[Expr, ...]
     middle: Array
     others: Array
-    shares: Array
     linear: Array
     left: Eliminated
     inner: tuple[int, ...]
@@ -124,46 +122,39 @@ def _check_lengths(exact: System) -> None:
 
 
 def _collected(left: Eliminated, count: int, used: frozenset[int], stop: float | None) -> Forms:
-    by_degrees = _in_chebyshev(left.rows)
-    middle = _functions(by_degrees.pop((), {}))
-    grouped = _grouped(by_degrees)
-    of_groups = [_functions(one.row) for one in grouped]
-    firsts = {
-        powers[0][0] - FIRST: _functions(row)
-        for powers, row in left.rows.items()
-        if len(powers) == 1 and powers[0][1] == 1 and powers[0][0] < REMAINDERS
-    }
-    rows = (middle, *of_groups, *firsts.values())
-    functions = tuple(dict.fromkeys(f for row in rows for f in row))
+    by_degrees = {powers: _functions(row) for powers, row in _in_chebyshev(left.rows).items()}
+    by_degrees.setdefault((), {})
+    functions = tuple(dict.fromkeys(f for row in by_degrees.values() for f in row))
     place = {f: k for k, f in enumerate(functions)}
-
-    def doubles(row: "dict[Expr, fmpq]") -> Array:
-        found = np.zeros(len(functions))
+    rows = np.zeros((len(by_degrees), len(functions)))
+    for found, row in zip(rows, by_degrees.values(), strict=True):
         for f, c in row.items():
             found[place[f]] = int(c.p) / int(c.q)
-        return found
-
-    shares = np.zeros((len(grouped), count))
-    for k, one in enumerate(grouped):
-        for z, size in one.by_number.items():
-            shares[k, z] = size
-    linear = np.zeros((count, len(functions)))
-    for k, row in firsts.items():
-        linear[k] = doubles(row)
+    linear, middle = np.zeros((count, len(functions))), np.zeros(len(functions))
+    others = []
+    for powers, found in zip(by_degrees, rows, strict=True):
+        if not powers:
+            middle = found
+        elif found.any():
+            others.append(found)
+        if len(powers) == 1 and powers[0][1] == 1 and powers[0][0] < REMAINDERS:
+            linear[powers[0][0] - FIRST] = found
     variables = frozenset[int]().union(
         *(f.variables for f in functions), *(a.variables for m in left.entries for a, _ in m)
     )
-    return Forms(
-        functions,
-        doubles(middle),
-        np.array([doubles(row) for row in of_groups]).reshape(-1, len(functions)),
-        shares,
-        linear,
-        left,
-        tuple(sorted(v for v in variables if v >= FIRST)),
-        used,
-        stop,
-    )
+    inner = tuple(sorted(v for v in variables if v >= FIRST))
+    forms = _joined(np.array(others).reshape(-1, len(functions)))
+    return Forms(functions, middle, forms, linear, left, inner, used, stop)
+
+
+def _joined(rows: Array) -> Array:
+    """Take forms that are proportional together: the magnitudes of their factors add up."""
+    if not rows.size:
+        return rows
+    lead = rows[np.arange(len(rows)), (rows != 0).argmax(axis=1)]
+    scaled, group = np.unique(rows / lead[:, None], axis=0, return_inverse=True)
+    sizes = np.bincount(group.ravel(), np.abs(lead)) * UP  # a sum of many is rounded
+    return np.asarray(scaled * sizes[:, None])
 
 
 def _functions(row: "Row") -> "dict[Expr, fmpq]":
@@ -193,37 +184,6 @@ def _functions(row: "Row") -> "dict[Expr, fmpq]":
 
 def _place(term: "tuple[Monomial, fmpq]") -> list[tuple[tuple[int, str], int]]:
     return [(a.order, p) for a, p in term[0]]
-
-
-class _Group(NamedTuple):
-    """A form, and how much of its size depends on each number."""
-
-    row: "Row"
-    by_number: dict[int, float]
-
-
-def _grouped(by_degrees: "dict[Powers, Row]") -> list[_Group]:
-    """Take forms that are proportional together: the magnitudes of their factors add up."""
-    leads: dict[tuple[tuple[Monomial, str], ...], tuple[Row, list[tuple[fmpq, Powers]]]] = {}
-    for degrees, row in by_degrees.items():
-        # A constant has no effect on rest states, nor on differences of energies of the same body.
-        kept = sorted(((m, c) for m, c in row.items() if m and c != 0), key=_place)
-        if kept:
-            lead = kept[0][1]
-            scaled = {m: c / lead for m, c in kept}
-            key = tuple((m, str(c)) for m, c in scaled.items())
-            leads.setdefault(key, (scaled, []))[1].append((abs(lead), degrees))
-    found = []
-    for scaled, sizes in leads.values():
-        total = sum((size for size, _ in sizes[1:]), sizes[0][0])
-        by_number: dict[int, float] = {}
-        for size, degrees in sizes:
-            for z, _ in degrees:
-                if z < REMAINDERS:
-                    part = size / total
-                    by_number[z - FIRST] = by_number.get(z - FIRST, 0.0) + int(part.p) / int(part.q)
-        found.append(_Group({m: c * total for m, c in scaled.items()}, by_number))
-    return found
 
 
 def _in_chebyshev(rows: Rows) -> "dict[Powers, Row]":

@@ -79,20 +79,24 @@ def _bounds(over: Over, at_point: Over) -> tuple[Array, Array]:
 
         U - U(Θ̂) = d_0 + g_0 δ + d_z0 z + Σ w_j (d_j + g_j δ + d_zj z) + ½ (δ, z)'∂²U (δ, z) - ...
     """
-    here, there, r = over.expansion, at_point.expansion, over.radius[:3]
-    (v0, g0), (v, g), error = here.middle, here.others, here.error + there.error
-    d0, d = v0 - there.middle[0], v - there.others[0]
-    slope = np.einsum("im,im->m", np.abs(g0[:3]), r)
-    slope = slope + np.abs(g0[3:] - there.middle[1][3:]).sum(axis=0)
-    tilted = np.einsum("fim,im->fm", np.abs(g[:, :3]), r)
-    tilted = tilted + np.abs(g[:, 3:] - there.others[1][:, 3:]).sum(axis=1)
-    spread = np.abs(d).sum(axis=0)
-    left = error + here.remainder
-    lower = d0 - (slope + spread + tilted.sum(axis=0) + left + here.bend + there.bend) * UP
-    # From the terms alone, where a second derivative has no bound; and where U itself has none.
-    f0, f, wrong = over.values
-    p0, p, wrong_there = at_point.values
-    by_terms = np.abs(f - p).sum(axis=0) + wrong + wrong_there + here.remainder
-    lower = np.fmax(lower, f0 - p0 - by_terms * UP)
+    family, r = over.family, over.radius
+    rows = np.concatenate([[0], family.first])
+    here, there = family.sums(over.c, rows), family.sums(at_point.c, rows)
+    d = here.middle - there.middle
+    tilted = here.others - there.others
+    # Θ̂ is a point, so only the slopes by z are differences.
+    d[1:4], tilted[:, 1:4] = here.middle[1:4], here.others[:, 1:4]
+    spread = np.abs(tilted[:, 0]).sum(axis=0) + here.error[0] + there.error[0]
+    spread = spread + np.einsum("im,im->m", here.error[1:] + there.error[1:], r)
+    spread = spread + over.remainder[0]
+    slope = np.einsum("im,im->m", np.abs(d[1:]) + np.abs(tilted[:, 1:]).sum(axis=0), r)
+    bend = _bend(over) + _bend(at_point)
+    lower = d[0] - (slope + spread + bend) * UP
+    # From the terms alone, where a second derivative or U itself has no bound.
     lower = np.fmax(lower, over.plain_value.lo - at_point.plain_value.hi)
-    return lower, d0 - (spread + left) * UP
+    return lower, d[0] - spread * UP
+
+
+def _bend(over: Over) -> Array:
+    sizes = over.family.sizes(over.o, over.family.second)
+    return np.asarray(0.5 * np.einsum("ijm,im,jm->m", sizes, over.radius, over.radius) * UP)

@@ -16,8 +16,6 @@ from rbstab.proof.enclosures.index import negative_eigenvalues
 GUESS = 1 - 1e-6
 """Factor on a computed eigenvalue, to get a bound that can be proved."""
 
-Rows = list[list[Fraction]]
-
 
 class LowerBound(NamedTuple):
     """F H F' >= least > 0 for all matrices H of a family.
@@ -53,25 +51,19 @@ def lower_bound(middle: Array, others: Array, error: Array) -> LowerBound | None
     left = (missing + float(error.sum(axis=1).max())) * (1 + 1e-12)
     if not np.all(np.isfinite(factor)) or not np.isfinite(left):
         return None
-    shift, F = Fraction(left), _rational(factor)
-    least = [
-        [(h + k) / 2 - m - shift * (i == j) for j, (h, k, m) in enumerate(zip(*rows, strict=True))]
-        for i, rows in enumerate(zip(_rational(middle), _rational(middle.T), majorant, strict=True))
-    ]
-    product = _product(_product(F, least), [list(column) for column in zip(*F, strict=True)])
-    found = np.array([[float(x) for x in row] for row in product])
-    bound = float(np.linalg.eigvalsh(found).min()) * GUESS
-    if not bound > 0 or not _at_least(product, Fraction(bound)):
+    one, F, H = np.eye(len(factor), dtype=int), _rational(factor), _rational(middle)
+    least = F @ ((H + H.T) / 2 - majorant - Fraction(left) * one) @ F.T
+    bound = float(np.linalg.eigvalsh(least.astype(float)).min()) * GUESS
+    if not bound > 0 or negative_eigenvalues((least - Fraction(bound) * one).tolist()):
         return None
     return LowerBound(factor, bound)
 
 
-def _majorants(matrices: Array) -> tuple[Rows, float]:
+def _majorants(matrices: Array) -> tuple[Array, float]:
     """Return a matrix M and e with -M - e <= Σ w_j H_j <= M + e for all |w_j| <= 1."""
     n = matrices.shape[-1]
-    total, missing = [[Fraction(0)] * n for _ in range(n)], 0.0
     if not len(matrices):
-        return total, missing
+        return _rational(np.zeros((n, n))), 0.0
     values, V = np.linalg.eigh(matrices)
     again = np.einsum("fik,fk,fjk->fij", V, values, V)
     size = np.einsum("fik,fk,fjk->fij", np.abs(V), np.abs(values), np.abs(V))
@@ -85,19 +77,5 @@ def _majorants(matrices: Array) -> tuple[Rows, float]:
     return _rational(0.5 * (summed + summed.T)), missing + 1e-290
 
 
-def _at_least(rows: Rows, bound: Fraction) -> bool:
-    """Return whether all eigenvalues of a symmetric matrix are proved to be above a bound."""
-    shifted = [[x - bound * (i == j) for j, x in enumerate(row)] for i, row in enumerate(rows)]
-    return negative_eigenvalues(shifted) == 0
-
-
-def _rational(matrix: Array) -> Rows:
-    return [[Fraction(entry) for entry in row] for row in matrix.tolist()]
-
-
-def _product(one: Rows, other: Rows) -> Rows:
-    columns = list(zip(*other, strict=True))
-    return [
-        [sum((x * y for x, y in zip(row, column, strict=True)), Fraction(0)) for column in columns]
-        for row in one
-    ]
+def _rational(matrix: Array) -> Array:
+    return np.array([[Fraction(entry) for entry in row] for row in matrix.tolist()], dtype=object)

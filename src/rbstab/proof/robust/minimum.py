@@ -45,7 +45,7 @@ def minimum_near(family: Family, point: Array) -> Minimum | None:
         point: Θ̂, shape (3,), rad.
     """
     at_point = family.over(point[:, None], point[:, None])
-    H0, others, error = at_point.curvature
+    H0, others, error = at_point.curvature()
     bound = lower_bound(H0, others, error)
     if bound is None:
         return None
@@ -55,7 +55,7 @@ def minimum_near(family: Family, point: Array) -> Minimum | None:
     # The norm of F C F' is at most the largest sum of a row of |F| |C| |F'|.
     sums = np.einsum("ka,abm,lb->klm", size, change, size).sum(axis=1)
     least = np.nextafter(bound.least - sums.max(axis=0) * UP, -np.inf)
-    slope = np.array([sum(np.abs(x[0]) for x in at_point.local.along(y[:, None])) for y in F])
+    slope = np.array([sum(np.abs(x[0]) for x in at_point.along(y[:, None])) for y in F])
     # A point of the ball is off by F'y: by at most the norm of a row of F' times |y|.
     rows = np.sqrt(np.sum(F**2, axis=0))
     reach = rows[:, None] * np.sqrt(np.sum(slope**2)) * UP / least * UP

@@ -9,9 +9,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
-from functools import cache
 from itertools import product
 from typing import Any, NamedTuple
+
+from numpy.polynomial.chebyshev import poly2cheb
 
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.exact.expr import (
@@ -160,7 +161,8 @@ class _Splitting:
             for (a, p), varies in zip(m, apart, strict=True):
                 if varies:
                     term = _product(term, self._power(a, p, stay))
-            _add(found, term)
+            for powers, x in term.items():
+                add(found, powers, x)
         return found
 
     def _power(self, a: Atom, p: int, fixed: frozenset[int]) -> Weighted:
@@ -218,13 +220,13 @@ def _as_one(e: Expr) -> Expr:
 def _product(one: Weighted, other: Weighted) -> Weighted:
     found: Weighted = {}
     for (p, x), (q, y) in product(one.items(), other.items()):
-        _add(found, {times(p, q): x * y})
+        add(found, times(p, q), x * y)
     return found
 
 
-def _add(total: Weighted, terms: Weighted) -> None:
-    for powers, x in terms.items():
-        total[powers] = total[powers] + x if powers in total else x
+def add(total: dict[Any, Any], place: Any, term: Any) -> None:
+    """Add a term to the sum at its place, of any kind of number."""
+    total[place] = total[place] + term if place in total else term
 
 
 def times(p: Powers, q: Powers) -> Powers:
@@ -243,13 +245,7 @@ def joined(terms: Mapping[Powers, Expr]) -> Expr:
     return total
 
 
-@cache
 def chebyshev(power: int) -> dict[int, Fraction]:
-    """Return the weights of zⁿ in c_k, by k. They follow from z c_k = ½ (c_{k+1} + c_{k-1})."""
-    if power == 0:
-        return {0: Fraction(1)}
-    found: dict[int, Fraction] = {}
-    for degree, weight in chebyshev(power - 1).items():
-        for target in (degree + 1, abs(degree - 1)):
-            found[target] = found.get(target, Fraction(0)) + weight / 2
-    return found
+    """Return the weights of zⁿ in c_k, by k; they are dyadic, so doubles hold them exactly."""
+    weights = poly2cheb([0] * power + [1]).tolist()
+    return {k: Fraction(weight) for k, weight in enumerate(weights) if weight}

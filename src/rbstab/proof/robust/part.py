@@ -7,16 +7,13 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.bounds import inverses
-from rbstab.proof.robust.family import Family, Local
+from rbstab.proof.robust.family import Family, Over
 from rbstab.proof.robust.heights import border_height
 from rbstab.proof.robust.minimum import Minimum, minimum_near
 from rbstab.proof.search import Box, Boxes, joined, one_box
 
 BOX_LIMIT = 20_000
 """The number of boxes of Θ at which the proof of one box of bodies stops."""
-
-SMALLEST = 1e-6
-"""rad: smaller boxes are not halved."""
 
 MOST_DOUBTFUL = 16
 """The largest number of doubtful points that are kept."""
@@ -102,7 +99,7 @@ def lowest_near(family: Family, near: Array) -> Array | None:
     x = near.copy()
     with np.errstate(all="ignore"):
         for _ in range(NEWTON_STEPS):
-            _, g, H = family.at(x[:, None])
+            g, H = family.at(x[:, None])
             step = np.einsum("ijm,jm->im", inverses(H), g)[:, 0]
             if not np.all(np.isfinite(step)):
                 return None
@@ -145,8 +142,7 @@ class _Search:
 
     def _halves(self, boxes: Boxes) -> Boxes:
         """Return the halves of the boxes that are not done."""
-        over = self.family.over(boxes.lo, boxes.hi)
-        local = over.local
+        local = self.family.over(boxes.lo, boxes.hi)
         directions = self._directions(local)
         open_ = ~local.rises(self.side)
         for y in directions:
@@ -155,33 +151,31 @@ class _Search:
         if not left.count:
             return left
         flat = self._flat(local, directions) & open_
-        width = left.hi - left.lo
-        small = width.max(axis=0) < SMALLEST
-        if flat.any() or small.any():
-            self._doubt(boxes[flat] if flat.any() else left[small])
-        return left.halved(self._axis(local, width, open_))
+        if flat.any():
+            self._doubt(boxes[flat])
+        return left.halved(self._axis(local, left.hi - left.lo, open_))
 
-    def _axis(self, local: Local, width: Array, open_: Array) -> Array:
+    def _axis(self, local: Over, width: Array, open_: Array) -> Array:
         """Return the axis that spoils the bounds most, if it is not narrow."""
-        smear = (np.abs(local.hessian[0][:, :3]).sum(axis=0) * local.radius[:3])[:, open_]
+        smear = (np.abs(local.bend.middle[:, :3]).sum(axis=0) * local.radius[:3])[:, open_]
         widest, columns = width.argmax(axis=0), np.arange(width.shape[1])
         axis = np.where(np.all(np.isfinite(smear), axis=0), smear.argmax(axis=0), widest)
         return np.where(width[axis, columns] < 0.2 * width.max(axis=0), widest, axis)
 
-    def _flat(self, local: Local, directions: list[Array]) -> Array:
+    def _flat(self, local: Over, directions: list[Array]) -> Array:
         """Return at which centres outside the domain no test succeeds, nor in smaller boxes."""
         domain = self.minimum.domain
         inside = (local.centre >= domain.lo[:, None]) & (local.centre <= domain.hi[:, None])
         flat = ~np.all(inside, axis=0) if not self.side else np.ones(local.centre.shape[1], bool)
-        flat &= np.all(np.isfinite(local.gradient[0]), axis=0)
+        flat &= np.all(np.isfinite(local.slope.middle), axis=0)
         for y in directions:
             rise, spread = local.along(y, at_centre=True)
             flat &= ~(np.abs(rise) > spread)
         return flat
 
-    def _directions(self, local: Local) -> list[Array]:
+    def _directions(self, local: Over) -> list[Array]:
         """Return vectors y that are worth trying, each of shape (3, boxes)."""
-        g, H = local.gradient[0], local.hessian[0][:, :3]
+        g, H = local.slope.middle, local.bend.middle[:, :3]
         found = [np.broadcast_to(axis[:, None], g.shape) for axis in np.eye(3)]
         steps = np.einsum("ijm,jm->im", inverses(H), g)
         found += [g, steps, local.centre - self.minimum.point[:, None]]

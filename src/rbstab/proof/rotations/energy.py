@@ -1,13 +1,13 @@
 """The energy as a function of the rotation A alone, traced without Euler angles.
 
-The nine entries of A are variables. Θ and B are given as things that no formula can read, so an
-element that depends on Euler angles is noticed where it does.
+The nine entries of A are variables. Θ, B and the time are None, with which no formula can compute,
+so an element that depends on Euler angles is noticed where it does.
 """
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
@@ -53,21 +53,6 @@ NO_POSITION = "nothing holds the position of the body"
 
 class NotOnRotationsError(Exception):
     """The energy is no function of the rotation alone; the message says why."""
-
-
-class _Unreadable:
-    """Stands in place of Θ, B and the time: who computes with it depends on them."""
-
-    def __init__(self, name: str) -> None:
-        self.name = name
-
-    def _refuse(self, *_: object) -> NoReturn:
-        raise NotOnRotationsError(f"reads {self.name}")
-
-    __getitem__ = __iter__ = __array__ = __len__ = __float__ = _refuse
-    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = _refuse
-    __matmul__ = __rmatmul__ = __truediv__ = __rtruediv__ = __neg__ = _refuse
-    T = property(_refuse)
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,9 +149,8 @@ def _motion(exact: System, *, held: bool) -> Motion:
         X = _variables(range(3, 6))
         E = contact.displacement(exact.body, A, X, exact.anchor)
         F = contact.velocity(exact.body, A, Omega, V)
-    angles, rates, time = (_Unreadable(name) for name in ("Θ", "B", "the time"))
-    unread: Any = (angles, rates, time)
-    return Motion(unread[0], Omega, X, V, A, unread[1], E, F, unread[2])
+    unread: Any = None
+    return Motion(unread, Omega, X, V, A, unread, E, F, unread)
 
 
 def _variables(places: Iterable[int]) -> Array:
@@ -180,8 +164,9 @@ def _read_rotations_only(element: Element, motion: Motion, own: Array) -> None:
         element.stored(motion, own)
         element.dissipated(motion, own)
         element.rates(motion, own)
-    except NotOnRotationsError as error:
-        raise NotOnRotationsError(f"{element.name} {error}") from None
+    except (TypeError, ValueError) as error:  # None is no number
+        why = f"{element.name} reads Euler angles or the time"
+        raise NotOnRotationsError(why) from error
 
 
 def _check_lines(exact: System, *, held: bool) -> None:

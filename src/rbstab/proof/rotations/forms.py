@@ -108,18 +108,6 @@ def divided(e: Expr) -> Expr | None:
     return found
 
 
-def derivative(e: Expr, k: int) -> Expr:
-    """Return the derivative of a polynomial of q by q_k."""
-    a, found = atom(VAR, k), dict[Monomial, Fraction]()
-    for m, c in e.terms.items():
-        powers = dict(m)
-        if a in powers:
-            p = powers[a]
-            powers[a] = p - 1
-            found[monomial(powers.items())] = c * p
-    return Expr(found)
-
-
 def in_chart(e: Expr, k: int) -> Expr:
     """Return a function of A and other variables in the chart q_k = 1.
 

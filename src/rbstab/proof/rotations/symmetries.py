@@ -12,7 +12,8 @@ import numpy as np
 from rbstab.analysis.exact import kernel
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.exact.expr import VAR, Expr, Monomial, expr
-from rbstab.proof.rotations.forms import Q, derivative, parts
+from rbstab.proof.exact.rewriting import derivative
+from rbstab.proof.rotations.forms import Q, parts
 
 SPACE = (
     (-Q[1], Q[0], -Q[3], Q[2]),
@@ -54,7 +55,7 @@ def symmetries(e: Expr) -> list[Turn]:
     """
     columns = [dict[tuple[int, Monomial], Fraction]() for _ in range(6)]
     for number, numerator in enumerate(_numerators(e)):
-        slopes = [derivative(numerator, k) for k in range(4)]
+        slopes = [derivative(numerator, {k: expr(1)}) for k in range(4)]
         for column, rates in zip(columns, (*SPACE, *BODY), strict=True):
             change = sum((s * r for s, r in zip(slopes, rates, strict=True)), expr(0))
             column.update({(number, m): c for m, c in change.terms.items()})

@@ -6,15 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.config.entries import is_of_initial_state
-from rbstab.config.source import key_of
 from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
-from rbstab.sweep.plan.axes import VARIANT, VariedKey
+from rbstab.sweep.plan.axes import VariedKey
 from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.plan.proof_selection import ProofSelection
 from rbstab.sweep.proofs.convergence import undecided_reason
-from rbstab.sweep.proofs.spread_order import alternated, spread_order
-
-VARIANT_KEY = key_of(VARIANT)
+from rbstab.sweep.proofs.variants import rows_of_variants
 
 MAX_NAMED = 6
 """The largest number of ranges of members that a sentence lists."""
@@ -30,8 +28,8 @@ class Bodies:
         of_member: The number of each member's body, shape (members,); -1 if no theorem decides the
             motions of its variant.
         first: The first member of each body, ascending, shape (bodies,).
-        order: The bodies in an order of which every beginning is spread over the values of all
-            varied keys, and over the variants, shape (bodies,).
+        order: The bodies in an order of which every beginning is spread over the plan, shape
+            (bodies,).
     """
 
     of_member: Array
@@ -49,17 +47,16 @@ class Bodies:
 def bodies_of(plan: Plan) -> Bodies:
     """Return the distinct bodies of a plan."""
     of_member = np.full(plan.members, -1)
-    firsts: list[Array] = []
-    orders: list[Array] = []
+    firsts = [np.zeros(0, dtype=int)]
     for rows, table in _numbers_of_bodies(plan, plan.variants):
         first, inverse = _distinct_rows(table)
         of_member[rows] = sum(map(len, firsts)) + inverse
-        orders.append(sum(map(len, firsts)) + spread_order(table[first]))
         firsts.append(rows[first])
-    found = np.concatenate([np.zeros(0, dtype=int), *firsts])
-    order = np.argsort(found)
-    place = np.append(np.argsort(order), -1)  # the last entry stays -1
-    return Bodies(place[of_member], found[order], place[alternated(orders)])
+    found = np.concatenate(firsts)
+    by_member = np.argsort(found)
+    place = np.append(np.argsort(by_member), -1)  # the last entry stays -1
+    order = np.array(ProofSelection().first(len(found), len(found)), dtype=int)
+    return Bodies(place[of_member], found[by_member], order)
 
 
 def first_members(plan: Plan, variants: Iterable[str]) -> Array:
@@ -73,13 +70,10 @@ def _numbers_of_bodies(plan: Plan, variants: Iterable[str]) -> Iterator[tuple[Ar
     """Yield the members of each variant that a theorem decides, and the numbers of their bodies."""
     own = {name: own_keys(plan, name) for name in variants if undecided_reason(plan, name) is None}
     keys = {varied.key for some in own.values() for varied in some}
-    values = plan.values(0, plan.members, [*keys, VARIANT_KEY])
-    named = values.get(VARIANT_KEY)
-    for variant, varied in own.items():
-        rows = np.arange(plan.members) if named is None else np.flatnonzero(named == variant)
+    for variant, rows, values in rows_of_variants(plan, own, 0, plan.members, keys):
         # One more column of zeros: all members have one body if nothing of it varies.
-        numbers = [np.zeros(len(rows)), *(values[one.key][rows].astype(float) for one in varied)]
-        yield rows, np.stack(numbers, axis=1)
+        varied = (values[one.key].astype(float) for one in own[variant])
+        yield rows, np.stack([np.zeros(len(rows)), *varied], axis=1)
 
 
 def _distinct_rows(table: Array) -> tuple[Array, Array]:

@@ -24,14 +24,15 @@ from rbstab.config.entries import (
 from rbstab.config.schema import Config
 from rbstab.config.source import Path
 from rbstab.config.tolerances import Tolerance
-from rbstab.experiment.robust.bodies import prove_within
-from rbstab.experiment.robust.cache import keep_bodies, kept_bodies
-from rbstab.experiment.robust.record import BodiesRecord
+from rbstab.experiment.robust.bodies import bodies_id, prove_within
+from rbstab.experiment.robust.cache import keep, kept
+from rbstab.experiment.robust.record import BodiesRecord, bounds_of
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.varied_numbers import varied_numbers
-from rbstab.sweep.proofs.bodies import VARIANT_KEY, own_keys
+from rbstab.sweep.proofs.bodies import own_keys
 from rbstab.sweep.proofs.convergence import shares_proof, undecided_reason
+from rbstab.sweep.proofs.variants import rows_of_variants
 
 SECONDS = 10.0
 """No box is begun after this time."""
@@ -81,18 +82,13 @@ def prove_boxes(
         for variant in plan.variants
         if not shares_proof(plan, variant) and undecided_reason(plan, variant) is None
     ]
-    if not variants:
-        return []
     begin, stop = monotonic(), stop or Event()
     keys = {varied.key for variant in variants for varied in own_keys(plan, variant)}
-    values = plan.values(0, plan.members, [*keys, VARIANT_KEY])
-    named = values.get(VARIANT_KEY)
     found: list[BoxProof] = []
-    for number, variant in enumerate(variants, start=1):
+    parts = rows_of_variants(plan, variants, 0, plan.members, keys)
+    for number, (variant, rows, own) in enumerate(parts, start=1):
         # A variant that fails leaves time for the next.
         end = begin + seconds * number / len(variants)
-        rows = np.arange(plan.members) if named is None else np.flatnonzero(named == variant)
-        own = {key: values[key][rows] for key in keys}
         try:
             boxes = _Boxes(plan, variant, rows, own)
         except (TypeError, ValueError, KeyError):
@@ -178,19 +174,19 @@ def _examined(
     Raises:
         StoreError: A proof cannot be written or read.
     """
-    kept = kept_bodies(results, config, tolerances)
+    known = kept(results, BodiesRecord, bodies_id(config, bounds_of(tolerances)))
     keys = {one.entry.key for one in tolerances}
-    if kept is not None and (kept.proved or kept.widest in keys):
-        more = kept.brief and kept.parts < PART_LIMIT
+    if known is not None and (known.proved or known.widest in keys):
+        more = known.brief and known.parts < PART_LIMIT
         if not more:
-            return kept
+            return known
     try:
         made = prove_within(config, tolerances, PART_LIMIT)
     except (ArithmeticError, ValueError, LookupError, TypeError):
-        return kept  # as with proofs of one body, what raises such an error is not decided
+        return known  # as with proofs of one body, what raises such an error is not decided
     # What another command has not decided is not replaced: it examined more parts.
-    if kept is None or kept.brief or made.proved is not None:
-        keep_bodies(results, made)
+    if known is None or known.brief or made.proved is not None:
+        keep(results, made)
     return made
 
 

@@ -33,6 +33,7 @@ from rbstab.sweep.proofs.columns import (
 )
 from rbstab.sweep.proofs.robust import RobustProofs
 from rbstab.sweep.proofs.starts import ProvedStarts
+from rbstab.sweep.proofs.variants import rows_of_variants
 
 
 class EnergyBound(NamedTuple):
@@ -140,23 +141,15 @@ class ProvedConvergence:
     def of(self, start: int, stop: int) -> MemberConvergence:
         """Return what is proved of the members from number `start` up to `stop`."""
         found = MemberConvergence.nothing(stop - start)
-        if not self._proofs:
-            return found
         codes, rest_states, one_state = found
-        values = self.plan.values(start, stop)
-        variants = values.get("controller.variant")
-        for variant in self._proofs:
-            chosen = np.ones(len(codes), bool) if variants is None else variants == variant
-            rows = np.flatnonzero(chosen)
-            own = {key: entries[rows] for key, entries in values.items()}
-            one_state[rows] = one_state_code(self._proofs[variant])
-            if has_no_rest_state(self._proofs[variant]):
+        for variant, rows, own in rows_of_variants(self.plan, self._proofs, start, stop):
+            proof = self._proofs[variant]
+            one_state[rows] = one_state_code(proof)
+            if has_no_rest_state(proof):
                 codes[rows] = FALSE
                 continue
             rest_states[rows] = self._starts_of(variant).find(own, len(rows))
-            codes[rows] = np.where(
-                rest_states[rows] > 0, PROVED, outside_code(self._proofs[variant])
-            )
+            codes[rows] = np.where(rest_states[rows] > 0, PROVED, outside_code(proof))
         return found
 
     def within(
@@ -233,16 +226,8 @@ class ProvedConvergence:
         self, start: int, stop: int
     ) -> Iterator[tuple[RobustProofs, Array, dict[str, Array]]]:
         """Yield the proofs of each variant, its rows among the members, and their values."""
-        if not self._robust:
-            return
-        values = self.plan.values(start, stop)
-        variants = values.get("controller.variant")
-        for variant, proofs in self._robust.items():
-            rows, own = np.arange(stop - start), values
-            if variants is not None:
-                rows = np.flatnonzero(variants == variant)
-                own = {key: entries[rows] for key, entries in values.items()}
-            yield proofs, rows, own
+        for variant, rows, own in rows_of_variants(self.plan, self._robust, start, stop):
+            yield self._robust[variant], rows, own
 
     def _starts_of(self, variant: str) -> ProvedStarts:
         if variant not in self._starts:

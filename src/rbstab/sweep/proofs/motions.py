@@ -12,7 +12,7 @@ from rbstab.config.build import problem_of
 from rbstab.experiment.convergence.convergence import Convergence, Undecided
 from rbstab.experiment.convergence.decisions import nothing_proved, refusal
 from rbstab.experiment.convergence.exact_motion import prove_convergence
-from rbstab.experiment.convergence.many_motions import ManyMotions
+from rbstab.experiment.convergence.many_motions import Motions
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stored_proof.proof import Proof, no_proof
 from rbstab.mechanics.numbers import Array
@@ -22,6 +22,7 @@ from rbstab.sweep.plan.proof_selection import ProofSelection
 from rbstab.sweep.proofs.columns import MOTION_COLUMNS, MOTION_PROOFS
 from rbstab.sweep.proofs.convergence import shares_proof
 from rbstab.sweep.proofs.starts import ProvedStarts
+from rbstab.sweep.proofs.variants import rows_of_variants
 
 _PROVERS: "WeakKeyDictionary[Plan, MotionProver]" = WeakKeyDictionary()
 """The prover of each plan. It has the proofs of the rest states, which take up to some seconds."""
@@ -42,7 +43,7 @@ class _Shared(NamedTuple):
 
     proof: Proof
     starts: ProvedStarts | None
-    many: ManyMotions | None
+    many: Motions | None
 
 
 def motion_columns(plan: Plan, start: int, stop: int) -> dict[str, Array]:
@@ -86,45 +87,38 @@ class MotionProver:
             name: np.zeros(members, dtype=column.dtype) for name, column in MOTION_COLUMNS.items()
         }
         columns["proved_time"][:] = np.nan
-        values = self.plan.values(start, stop)
-        variants = values.get("controller.variant")
         selected = self.selection.selected(start, stop, self.plan.members)
-        for variant in self.plan.variants:
-            chosen = np.ones(members, bool) if variants is None else variants == variant
-            rows = np.flatnonzero(chosen)
+        for variant, rows, own in rows_of_variants(self.plan, self.plan.variants, start, stop):
+            if not len(rows):
+                continue
             with _LOCK:
-                self._fill_starts(columns, variant, values, rows)
-            enclosed = rows[(selected & chosen)[rows] & (columns["proved_rest_state"][rows] == 0)]
-            if not self._enclosed_together(columns, variant, values, enclosed):
-                for row in enclosed.tolist():
+                shared = self._shared_by(variant)
+                if shared is not None and shared.starts is not None:
+                    numbers = shared.starts.find(own, len(rows))
+                    columns["proved_rest_state"][rows] = numbers
+                    columns["proved_time"][rows[numbers > 0]] = 0.0
+            enclosed = selected[rows] & (columns["proved_rest_state"][rows] == 0)
+            some = {key: entries[enclosed] for key, entries in own.items()}
+            if not self._enclosed_together(columns, shared, some, rows[enclosed]):
+                for row in rows[enclosed].tolist():
                     with _LOCK:
                         self._enclose(columns, variant, start, row)
         return columns
 
-    def _fill_starts(
-        self, columns: dict[str, Array], variant: str, values: Mapping[str, Array], rows: Array
-    ) -> None:
-        """Fill in what is proved of the starts of some members of a variant."""
-        shared = self._shared_by(variant) if len(rows) else None
-        if shared is None or shared.starts is None:
-            return
-        own = {key: entries[rows] for key, entries in values.items()}
-        numbers = shared.starts.find(own, len(rows))
-        columns["proved_rest_state"][rows] = numbers
-        columns["proved_time"][rows[numbers > 0]] = 0.0
-
     def _enclosed_together(
-        self, columns: dict[str, Array], variant: str, values: Mapping[str, Array], rows: Array
+        self,
+        columns: dict[str, Array],
+        shared: _Shared | None,
+        values: Mapping[str, Array],
+        rows: Array,
     ) -> bool:
         """Enclose the motions of members of one system together; return whether that was done."""
-        shared = self._shared_by(variant) if len(rows) else None
-        if shared is None or shared.starts is None or shared.many is None:
+        if not len(rows) or shared is None or shared.starts is None or shared.many is None:
             return False
-        own = {key: entries[rows] for key, entries in values.items()}
         with suppress(Exception):  # then each member is enclosed by itself
-            centre, error = shared.starts.states(own, len(rows))
+            centre, error = shared.starts.states(values, len(rows))
             with _LOCK:
-                found = shared.many.follow(centre, error, self.selection.steps)
+                found = shared.many.follow_all(centre, error, self.selection.steps)
             for row, one in zip(rows.tolist(), found, strict=True):
                 self._fill(columns, row, one)
             return True
@@ -191,7 +185,7 @@ class MotionProver:
         many = None
         if refused is None:
             with suppress(Exception):  # then each member is enclosed by itself
-                many = ManyMotions(base, proof)
+                many = Motions(base, proof)
         return _Shared(proof, ProvedStarts(base, keys, proof), many)
 
 

@@ -14,10 +14,9 @@ from rbstab.config.source import Path
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.experiment.robust.covering import (
-    are_counterexamples,
     counterexample_between,
-    have_one_state,
     levels_of,
+    one_state_of,
     valid_proofs,
 )
 from rbstab.experiment.robust.record import BodiesRecord
@@ -68,10 +67,8 @@ class RobustProofs:
             values: As for `codes`.
             count: The number of members.
         """
-        config, varied = self._numbers(values)
-        found = np.full(count, STATES_UNDECIDED, dtype=np.int8)
-        found[have_one_state(self._records, config, varied, count)] = ONE_STATE
-        found[are_counterexamples(self._records, config, varied, count)] = NOT_ONE_STATE
+        signs = one_state_of(self._records, *self._numbers(values), count)
+        found: Array = np.array([STATES_UNDECIDED, ONE_STATE, NOT_ONE_STATE], np.int8)[signs]
         return found
 
     @property

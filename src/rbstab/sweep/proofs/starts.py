@@ -11,13 +11,8 @@ from rbstab.config.entries import replaced
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.convergence.enclosed_system import enclosed_system
-from rbstab.experiment.stored_proof.proof import Proof, ProvedStates
-from rbstab.experiment.stored_proof.starts import (
-    OPEN_RANGE,
-    START_RANGE,
-    same_state,
-    start_regions,
-)
+from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.stored_proof.starts import reached_states
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.axes import VariedKey
@@ -59,13 +54,6 @@ class ProvedStarts:
         self.proof = proof
         with np.errstate(all="ignore"):
             self.system = system_of(base, bounded_decimals)
-        self._ranges = [_Range(proof, proof, OPEN_RANGE)]
-        wide = proof.unwrapped
-        if wide is not None and wide.end is not None:
-            end = np.array([wide.end[0], OPEN_RANGE[1], wide.end[2]])
-            if proof.every_start:
-                end = START_RANGE
-            self._ranges.append(_Range(proof, wide, end))
 
     def find(self, values: Mapping[str, Array], members: int) -> Array:
         """Return the number of the rest state to which each member is proved to converge.
@@ -88,10 +76,7 @@ class ProvedStarts:
                     raise
                 # Code of a user may not accept bounded numbers; then nothing is proved.
                 return found
-            for part in self._ranges:
-                left = np.flatnonzero(found[batch] == 0)
-                own = Starts(*(entries[left] for entries in starts))
-                found[first + left] = part.find(own)
+            found[batch] = reached_states(self.proof, *starts)
         return found
 
     def starts(self, values: Mapping[str, Array], members: int) -> Starts:
@@ -141,50 +126,6 @@ class ProvedStarts:
             self.base, {path: bounded_decimal(value) for path, value in numbers.items()}
         )
         return start_motion(config, system, bounded_decimals)
-
-
-class _Range:
-    """The regions of a proof in one range of Θ: -end <= Θ <= end."""
-
-    def __init__(self, proof: Proof, states: ProvedStates, end: Array) -> None:
-        self.end = end
-        self.whole = _whole_bound(proof, states)
-        self.numbers = [
-            _number(proof, states, number) for number in range(1, len(states.states) + 1)
-        ]
-        self.of_regions = [region.rest_state for region in states.regions]
-        self.regions = start_regions(proof, states)
-
-    def find(self, starts: Starts) -> Array:
-        """Return the number of the rest state to which each start converges, 0 where not proved."""
-        found = np.zeros(len(starts.energy), dtype=np.int32)
-        inside = np.all((starts.low >= -self.end) & (starts.high <= self.end), axis=1)
-        below = inside & (starts.energy < self.whole)
-        if below.any():
-            found[below] = self.numbers[0]
-        left = np.flatnonzero(~below)
-        if self.regions is not None and len(left):
-            region = self.regions.find(*(entries[left] for entries in starts))
-            numbers = np.array([0, *(self.numbers[number - 1] for number in self.of_regions)])
-            found[left] = numbers[region + 1]
-        return found
-
-
-def _whole_bound(proof: Proof, states: ProvedStates) -> float:
-    """Return the energy below which all starts in a range converge to its lowest rest state, J."""
-    region = states.region
-    if proof.every_start and (proof.within_barriers or states is proof.unwrapped):
-        return np.inf
-    if region is None:
-        return -np.inf
-    return -np.inf if region.energy_bound is None else region.energy_bound
-
-
-def _number(proof: Proof, states: ProvedStates, number: int) -> int:
-    """Return the number of a rest state of a range among those in the range of eq. 5, or 0."""
-    if states is proof:
-        return number
-    return same_state(proof, states.states[number - 1]) or 0
 
 
 def _column(entry: Any, members: int) -> Array:

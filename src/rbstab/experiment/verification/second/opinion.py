@@ -4,21 +4,25 @@ import json
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from rbstab.config.schema import Config
-from rbstab.config.user_code.permission import has_code, may_run_code
-from rbstab.experiment.proof import CODE_NOT_RUN
-from rbstab.experiment.stored_proof.proof import Proof, ProvedState, ProvedStates
-from rbstab.experiment.verification.second.recorded import NoOpinionError, Recorded, recorded_energy
+import numpy as np
 
-SECONDS = 60.0
-"""The time of a processor after which codac's solver is not asked again, s."""
+from rbstab.analysis.configuration import configurations
+from rbstab.analysis.rest_system import smooth_rest_system
+from rbstab.config.build import problem_of, system_of
+from rbstab.config.schema import Config
+from rbstab.config.user_code.permission import has_code, may_run_code, without_code
+from rbstab.experiment.proof import CODE_NOT_RUN
+from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.mechanics.numbers import Array
+from rbstab.systems.system import System
 
 LATEST = 300.0
-"""The time after which the process is ended, s: the solver itself heeds no limit."""
+"""The time after which the process is ended, s."""
 
 PROGRAM = Path(__file__).with_name("__main__.py")
 
@@ -26,6 +30,12 @@ ABOUT, UNDECIDED = "codac", "second opinion"
 """What a finding is about, and the claim of one that codac did not decide."""
 
 TOO_LONG = "It took too long."
+
+FUNCTIONS = frozenset({"var", "sum", "times", "pow", "sin", "cos", "exp", "sqrt"})
+"""The operations of an energy that codac is asked about."""
+
+SAMPLES = 16
+"""Attitudes at which U is compared with the stored energy in doubles."""
 
 
 class NoCodacError(Exception):
@@ -51,22 +61,11 @@ def second_opinion(proof: Proof, config: Config) -> Iterator[tuple[str, str, boo
     Each is what a finding is made of: what it is about, the claim, whether it is verified, and
     sentences. A claim that is not decided has the name `UNDECIDED`, and its own in its sentences.
     """
-    from rbstab.proof.check.findings import EVERYWHERE, IN_RANGE  # imported late, as by `verify`
-    from rbstab.proof.model import RANGE_END
-
-    try:
-        if has_code(config) and not may_run_code(config):
-            raise NoOpinionError(CODE_NOT_RUN)
-        energy = recorded_energy(config)
-    except NoOpinionError as error:
-        yield ABOUT, UNDECIDED, False, f"It was not asked: {error}."
+    data = question(proof, config)
+    if isinstance(data, str):
+        yield ABOUT, UNDECIDED, False, f"It was not asked: {data}."
         return
-    pi, half, _ = RANGE_END.tolist()
-    ranges = [_claims(IN_RANGE, proof, (pi, half, pi))]
-    if proof.unwrapped is not None and proof.unwrapped.end is not None:
-        first, _, third = proof.unwrapped.end
-        ranges.append(_claims(EVERYWHERE, proof.unwrapped, (first, half, third)))
-    for place, claim, verdict, text in _answers(energy, ranges):
+    for place, claim, verdict, text in answers(data):
         decided = verdict != "not decided"
         said = text if decided else f"{claim[0].upper()}{claim[1:]}: {text}"
         name = claim if decided else UNDECIDED
@@ -84,36 +83,64 @@ def not_asked(proof: Proof) -> Iterator[str]:
         yield "codac: that barriers or stops keep every motion in the range."
 
 
-def _claims(name: str, states: ProvedStates, end: tuple[float, float, float]) -> dict[str, Any]:
-    """Return what is claimed of a range, as plain data."""
-    region = states.region
-    level = region.energy_bound if region is not None and region.proved else None
-    return {
-        "name": name,
-        "end": [x.hex() for x in end],
-        "complete": states.proved,
-        "states": [_state(state) for state in states.states if state.proved],
-        "level": None if level is None else level.hex(),
-        "depth": None if region is None else region.lower_bound.hex(),
-    }
+def question(proof: Proof, config: Config) -> dict[str, Any] | str:
+    """Return what codac is asked, as plain data; the reason if it is not.
+
+    The claims are those of the proof, the energy is that of the config, traced anew. At some
+    attitudes its value comes from the equations in doubles, without elimination.
+    """
+    from rbstab.proof.check.findings import EVERYWHERE, IN_RANGE  # imported late, as by `verify`
+    from rbstab.proof.model import RANGE_END
+    from rbstab.proof.reasons import NoReducedEnergy
+    from rbstab.proof.record import energy_record
+    from rbstab.proof.rest_states import reduced_energy
+
+    if has_code(config) and not may_run_code(config):
+        return CODE_NOT_RUN
+    system = smooth_rest_system(problem_of(config))
+    try:
+        energy = reduced_energy(system, partial(system_of, without_code(config)))
+    except NoReducedEnergy as error:
+        return str(error)
+    record = energy_record(energy)
+    if energy.free:
+        return "X, or own states, are left in its energy"
+    if not FUNCTIONS.issuperset(one[0] for one in record["operations"]):
+        return "its energy has terms that switch, or rare functions"
+    ends = {"pi": RANGE_END[0], "pi/2": RANGE_END[1]}
+    ranges = [
+        {**claims, "end": [ends.get(end, end) for end in claims["end"]]}
+        | {"name": EVERYWHERE if claims.get("everywhere") else IN_RANGE}
+        for claims in proof.record["ranges"]
+    ]
+    most = float(energy.stop or RANGE_END[1])
+    samples = np.random.default_rng(0).uniform(-1.0, 1.0, (SAMPLES, 3)) * [3.0, 0.95 * most, 3.0]
+    values = [[Theta.tolist(), least_energy(system, Theta)] for Theta in samples]
+    found: dict[str, Any] = _hexadecimal({"energy": record, "ranges": ranges, "samples": values})
+    return found
 
 
-def _state(state: ProvedState) -> dict[str, Any]:
-    return {
-        "enclosure": [[x.hex() for x in corner] for corner in state.enclosure],
-        "index": state.index if state.index_proved else None,
-        "held": bool(state.held),
-    }
+def least_energy(system: System, Theta: Array) -> float:
+    """Return the least stored energy at given angles, J: in all else it is quadratic."""
+    at_rest = configurations(system)
+    q = np.concatenate([Theta, np.zeros(at_rest.size - 3)])
+    b = at_rest.gradient(q)[3:]
+    H = np.array([at_rest.gradient(q + e)[3:] - b for e in np.eye(at_rest.size)[3:]])
+    z = np.linalg.solve(H.reshape(len(b), len(b)), b)
+    return float(at_rest.energy(q) - 0.5 * b @ z)
 
 
-def _answers(energy: Recorded, ranges: list[dict[str, Any]]) -> Iterator[list[str]]:
+def _hexadecimal(data: Any) -> Any:
+    """Return plain data with each double in hexadecimal."""
+    if isinstance(data, dict):
+        return {key: _hexadecimal(value) for key, value in data.items()}
+    if isinstance(data, list):
+        return [_hexadecimal(value) for value in data]
+    return float(data).hex() if isinstance(data, float) else data
+
+
+def answers(data: dict[str, Any]) -> Iterator[list[str]]:
     """Yield range, claim, verdict and text of each claim that codac answers; then what is left."""
-    data = {
-        "operations": energy.operations,
-        "stop": None if energy.stop is None else str(energy.stop),
-        "seconds": SECONDS,
-        "ranges": ranges,
-    }
     # -P: nothing beside the file is imported in place of a package.
     command, ended = [sys.executable, "-P", str(PROGRAM)], TOO_LONG
     process = subprocess.Popen(

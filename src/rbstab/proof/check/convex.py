@@ -1,0 +1,211 @@
+"""An energy as a function of z: convex, but for springs of a body that is not held (theorem 12).
+
+U is a positive definite quadratic form of z, plus functions that are convex in z by the rules: sums
+with positive factors, even powers of what is affine in z, powers of what is convex and not
+negative, exponentials of what is convex, lengths of vectors that are affine in z.
+
+Terms -w ℓ of U with a length ℓ = |z + r(Θ)| are its springs. With S >= λI for the form ½ z'Sz and
+P = Σ w_j, ∂U/∂z = 0 implies |z| <= ρ = (P + |∂N(Θ, 0)|)/λ, where N is what is convex. For these z,
+ℓ_j >= |r_j| - ρ, and U is convex if λ > Σ w_j/(|r_j| - ρ).
+"""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from flint import arb, arb_mat, fmpq
+
+from rbstab.proof.check.energy import ANGLES, Energy
+from rbstab.proof.check.taylor import Ball, Series
+
+CONSTANT, AFFINE, CONVEX, OTHER = 0, 1, 2, 3
+
+
+class Line(NamedTuple):
+    """A spring: w, the operation that is its length, and those that are its z_i + r_i."""
+
+    weight: Ball
+    length: int
+    ends: tuple[int, ...]
+
+
+class Parts(NamedTuple):
+    """The terms of an energy.
+
+    Attributes:
+        stiffness: λ, or 0 if S is not definite.
+        lines: The springs.
+        others: The other terms that depend on z, each with its factor.
+    """
+
+    stiffness: Ball
+    lines: tuple[Line, ...]
+    others: tuple[tuple[Any, int], ...]
+
+
+@lru_cache(maxsize=2)
+def parts_of(U: Energy) -> Parts:
+    """Take an energy with variables z apart."""
+    first, n, z = len(ANGLES), len(U.free), frozenset(U.free)
+    S, lines, others = arb_mat(n, n), list[Line](), list[tuple[Any, int]]()
+    for c, k in U.terms:
+        factors, ends = U.products[k], _ends(U, k)
+        if factors is not None and len(factors) == 2 and min(factors) >= first:
+            i, j = (f - first for f in factors)
+            S[i, j] += arb(c)
+            S[j, i] += arb(c)
+        elif c < 0 and ends is not None:
+            lines.append(Line(-arb(c), k, ends))
+        elif U.depends[k] & z:
+            others.append((c, k))
+    return Parts(_least_eigenvalue(S), tuple(lines), tuple(others))
+
+
+def _ends(U: Energy, k: int) -> tuple[int, ...] | None:
+    """Return the operations z_i + r_i(Θ) of which one is the length; None if it is no length."""
+    found = dict[int | None, int]()
+    match U.operations[k]:
+        case "sqrt", j if U.operations[j][:2] == ("sum", 0):
+            for c, i in U.operations[j][2]:
+                square = U.operations[i]
+                if c != 1 or square[:2] != ("pow", 2):
+                    return None
+                found[_moved(U, square[2])] = square[2]
+    return tuple(found[i] for i in U.free) if set(found) == set(U.free) else None
+
+
+def _moved(U: Energy, k: int) -> int | None:
+    """Return the number i of an operation z_i + r_i(Θ); None if it is none."""
+    kind, *rest = U.operations[k]
+    if kind == "var":
+        return rest[0] if rest[0] in U.free else None
+    mine = [(c, j) for c, j in rest[1] if U.depends[j] & set(U.free)] if kind == "sum" else []
+    if len(mine) != 1 or mine[0][0] != 1:
+        return None
+    inner = U.operations[mine[0][1]]
+    return inner[1] if inner[0] == "var" else None
+
+
+def minors(H: Any) -> list[Ball]:
+    """Return the leading minors of a matrix."""
+    return [
+        arb_mat(n, n, [H[i, j] for i in range(n) for j in range(n)]).det()
+        for n in range(1, H.nrows() + 1)
+    ]
+
+
+def _least_eigenvalue(S: Any) -> Ball:
+    """Return a lower bound of the least eigenvalue of a matrix; 0 if it is not definite."""
+    if not all(minor > 0 for minor in minors(S)):
+        return arb(0)
+    least, n = S.inv(), range(S.nrows())
+    # The largest eigenvalue of S⁻¹ is at most its largest sum of a row.
+    return 1 / max((sum((abs(least[i, j]) for j in n), arb(0)).upper() for i in n), key=float)
+
+
+def is_single(U: Energy, leaves: Sequence[Series], over: Sequence[Series]) -> bool:
+    """Return whether U has one stationary point z for all Θ of a box.
+
+    Args:
+        U: The energy.
+        leaves: The series of its variables over the box, z in balls that contain such a point.
+        over: The series of all operations over the box.
+    """
+    stiffness, lines, others = parts_of(U)
+    if not lines:
+        return True
+    first = U.rows.first
+    z = [x.get(0, arb(0)) for x in leaves[len(ANGLES) :]]
+    pull = arb(0)
+    if others:
+        places = range(len(ANGLES), U.n)
+        series = U([*leaves[: len(ANGLES)], *(U.rows.leaf(k, arb(0)) for k in places)], 2)
+        pull = _length(
+            [
+                sum((arb(c) * series[j].get(first[k], arb(0)) for c, j in others), arb(0))
+                for k in places
+            ]
+        )
+    # |r_j| is at least |z + r_j| - |z|.
+    away = (sum((line.weight for line in lines), arb(0)) + pull) / stiffness + _length(z)
+    rooms = [over[line.length].get(0, arb(0)) - away for line in lines]
+    softer = [line.weight / room for line, room in zip(lines, rooms, strict=True)]
+    return all(room > 0 for room in rooms) and bool(sum(softer, arb(0)) < stiffness)
+
+
+def _length(x: Sequence[Ball]) -> Ball:
+    return sum((a * a for a in x), arb(0)).abs_upper().sqrt()
+
+
+def without_length(U: Energy, line: Line) -> Energy:
+    """Return the energy where a spring has no length, z = -r(Θ): a function of Θ."""
+    n, places = len(U.operations), dict(zip(U.free, line.ends, strict=True))
+    # First r, which is z + r where z is zero, and then all operations with -r in place of z.
+    nothing = ("sum", fmpq(0), ())
+    r = [nothing if one[0] == "var" and one[1] in places else one for one in U.operations]
+    moved = [
+        ("sum", fmpq(0), ((fmpq(-1), places[one[1]]),))
+        if one[0] == "var" and one[1] in places
+        else _shifted(one, n)
+        for one in U.operations
+    ]
+    rest = [(c, k + n) for c, k in U.terms if k != line.length]
+    last = ("sum", U.operations[-1][1], tuple(rest))
+    return Energy([*r, *moved[:-1], last], ANGLES)
+
+
+def _shifted(operation: Any, by: int) -> Any:
+    """Return an operation on results that stand later."""
+    match operation:
+        case "sum", c0, terms:
+            return "sum", c0, tuple((c, k + by) for c, k in terms)
+        case "times", j, k:
+            return "times", j + by, k + by
+        case "var", _:
+            return operation
+    return (*operation[:-1], operation[-1] + by)
+
+
+def why_not_convex(U: Energy) -> str | None:
+    """Return what is not shown about U as a function of z; None if all but springs is convex."""
+    shapes, parts = _shapes(U), parts_of(U)
+    for c, j in parts.others:
+        if not (shapes[j] <= AFFINE or (shapes[j] == CONVEX and c > 0)):
+            return f"Operation {j + 1} is not shown to be convex in z"
+    return None if parts.stiffness > 0 else "The quadratic form of z is not positive definite"
+
+
+def _shapes(U: Energy) -> list[int]:
+    """Return for each operation how it depends on z."""
+    found, positive, z = list[int](), list[bool](), frozenset(U.free)
+    for k, one in enumerate(U.operations):
+        shape, not_negative = OTHER, False
+        match one:
+            case "var", _:
+                shape = AFFINE
+            case "sum", c0, terms:
+                shapes = [found[j] if found[j] < CONVEX or c > 0 else OTHER for c, j in terms]
+                shape = max(shapes, default=CONSTANT)
+                not_negative = c0 >= 0 and all(c > 0 and positive[j] for c, j in terms)
+            case "times", i, j if {found[i], found[j]} == {CONSTANT, AFFINE}:
+                shape = AFFINE
+            case "pow", n, j if n > 0:
+                not_negative = n % 2 == 0 or positive[j]
+                even = found[j] == AFFINE and n % 2 == 0
+                shape = CONVEX if even or (found[j] == CONVEX and positive[j]) else OTHER
+            case "sqrt", j:  # the length of a vector that is affine in z
+                shape, not_negative = CONVEX if _is_square(U, j, found) else OTHER, True
+            case "exp", j:
+                shape, not_negative = CONVEX if found[j] < OTHER else OTHER, True
+        found.append(shape if U.depends[k] & z else CONSTANT)
+        positive.append(not_negative)
+    return found
+
+
+def _is_square(U: Energy, k: int, shapes: Sequence[int]) -> bool:
+    """Return whether an operation is a sum of squares of what is affine in z."""
+    kind, *rest = U.operations[k]
+    if kind != "sum" or rest[0] < 0:
+        return False
+    squares = ((c, U.operations[j]) for c, j in rest[1])
+    return all(c > 0 and s[:2] == ("pow", 2) and shapes[s[2]] <= AFFINE for c, s in squares)

@@ -204,7 +204,7 @@ def points_near(rest, rng, count=25):
     return points[np.all(np.abs(points) < 0.999 * RANGE_END, axis=1)]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_no_region_of_a_random_body_can_be_left_and_no_start_is_in_a_wrong_one():
     regions, several, tested = 0, 0, 0
     for seed in range(2000, 2012):

@@ -188,7 +188,12 @@ class LeastValues(NamedTuple):
 
 
 def least_values(
-    ranges: Ranges, boxes: Boxes, limit: int = 8_000, cap: float = np.inf
+    ranges: Ranges,
+    boxes: Boxes,
+    limit: int = 8_000,
+    cap: float = np.inf,
+    *,
+    of_all: bool = False,
 ) -> LeastValues:
     """Return the least V in each of some boxes, by branch and bound.
 
@@ -197,6 +202,8 @@ def least_values(
         boxes: The boxes; they may be flat.
         limit: The number of boxes that are examined.
         cap: Boxes in which V is larger than this need not be searched, J.
+        of_all: Whether only the least V in all of them is wanted. Then the bounds of the others may
+            be as low as this one.
     """
     search = _Descents(boxes)
     settled, scale = np.full(boxes.count, np.inf), np.zeros(boxes.count)
@@ -216,6 +223,7 @@ def least_values(
         noise = 4 * (over.hi - over.lo)[n:] + 1e-14 * np.abs(search.best)
         tolerance = TOLERANCE if examined < limit / 2 else LOOSE
         aim = np.minimum(search.best - tolerance * scale - noise, cap)
+        aim = np.full_like(aim, aim.min()) if of_all else aim
         low = over.lo[:n]
         done = low >= aim[owner]
         np.fmin.at(settled, owner[done], low[done])

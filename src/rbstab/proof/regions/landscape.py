@@ -9,7 +9,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.bounds import BoundedEnergy
-from rbstab.proof.enclosures.levels import LeastValues, Ranges, least_values
+from rbstab.proof.enclosures.levels import Ranges, least_values
 from rbstab.proof.enclosures.tied import without_lengths
 from rbstab.proof.model import Energy
 from rbstab.proof.regions.passes import Complex, Land
@@ -62,7 +62,7 @@ class Landscape:
     def __init__(
         self, energy: Energy, zeros: Zeros, box: Box, V: Ranges, *, confining: bool = False
     ) -> None:
-        self.V, self.box, self.zeros = V, box, zeros
+        self.V, self.box, self.zeros, self.examined = V, box, zeros, 0
         states = [zero.enclosure for zero in zeros.zeros]
         self.at_zeros = V.values(joined([one_box(state) for state in states], 3))
         open_axes = [axis for axis in range(3) if axis not in energy.closed]
@@ -75,9 +75,7 @@ class Landscape:
 
     def _spring_levels(self, collapsed: Sequence[BoundedEnergy]) -> list[Level]:
         """Return the least energies where a spring has no length, as far as they are the lowest."""
-        highest = (
-            min((one.value for one in self.face_levels()), default=np.inf) if collapsed else 0.0
-        )
+        highest = min((one.value for one in self.face_levels), default=np.inf) if collapsed else 0.0
         found = [least_values(Ranges(one), one_box(self.box), cap=highest) for one in collapsed]
         return [Level(float(x.bound[0]), float(x.value[0]), x.at[:, 0]) for x in found]
 
@@ -86,12 +84,6 @@ class Landscape:
         """The open faces as boxes."""
         return open_faces(self.box, self.land.open_axes)
 
-    @cached_property
-    def least(self) -> LeastValues | None:
-        """The least energies on the open faces; None without one."""
-        parts = joined([one for _, one in self.faces], 3)
-        return least_values(self.V, parts) if parts.count else None
-
     def state_levels(self) -> list[Level]:
         """Return the levels of all rest states."""
         return [
@@ -99,22 +91,36 @@ class Landscape:
             for k, zero in enumerate(self.zeros.zeros)
         ]
 
+    @cached_property
     def face_levels(self) -> list[Level]:
-        """Return the level of each open face."""
-        if self.least is None:
-            return []
-        rows = zip(self.faces, self.least.bound, self.least.value, self.least.at.T, strict=True)
-        return [Level(float(b), float(v), at, face=face) for (face, _), b, v, at in rows]
+        """The level of each open face."""
+        return self._levels_of(self.faces)
 
+    @cached_property
     def lowest_face_levels(self) -> list[Level]:
-        """Return the levels of the faces at which the component of the lowest state may end.
+        """The levels of the faces at which the component of the lowest state may end.
 
         If all rest states are confined to the range, those of θ1 and θ3 are none: beyond them V has
         no rest state, also along θ2 = ±π/2, and rises without end. So each component of a set
         {V < c} below all other levels has a minimum of V, and there is one.
         """
-        left = {PITCH} if self.confining else {0, PITCH, 2}
-        return [one for one in self.face_levels() if one.face is not None and one.face[0] in left]
+        if sum(map(is_minimum, self.zeros.zeros)) < 2:  # no other pass is wanted
+            return self._levels_of([one for one in self.faces if self._counts(one[0])], of_all=True)
+        return [one for one in self.face_levels if one.face is not None and self._counts(one.face)]
+
+    def _counts(self, face: Face) -> bool:
+        return face[0] == PITCH or not self.confining
+
+    def _levels_of(
+        self, faces: Sequence[tuple[Face, Boxes]], *, of_all: bool = False
+    ) -> list[Level]:
+        if not faces:
+            return []
+        parts = joined([one for _, one in faces], 3)
+        least = least_values(self.V, parts, of_all=of_all)
+        self.examined += least.examined
+        rows = zip(faces, least.bound, least.value, least.at.T, strict=True)
+        return [Level(float(b), float(v), at, face=face) for (face, _), b, v, at in rows]
 
     def is_pass(self, level: Level) -> bool:
         """Return whether a level can be one at which a component reaches something else."""

@@ -142,7 +142,7 @@ def regions_of(
 
 def _certified(land: Landscape) -> Certified | None:
     lowest, *others = land.state_levels()
-    levels = [*land.lowest_face_levels(), *others, *land.springs]
+    levels = [*land.lowest_face_levels, *others, *land.springs]
     if not levels:
         return None
     energy = min(one.value for one in levels)
@@ -160,7 +160,7 @@ def _certified(land: Landscape) -> Certified | None:
         first.at,
         first.face,
         energy - bound <= LOOSE * abs(energy - lowest.value),
-        0 if land.least is None else land.least.examined,
+        land.examined,
         first in land.springs,
     )
 
@@ -173,16 +173,18 @@ def _height(land: Landscape, state: int, bound: float) -> float:
 def _minima(land: Landscape, minima: list[int]) -> list[Region]:
     """Return the regions of minima."""
     states = land.state_levels()[1:]
-    others, ends = [*states, *land.face_levels()], [*states, *land.lowest_face_levels()]
     # Below these there is one component, that of the lowest state: no cells are needed.
-    base = min((*ends, Level(land.cap, land.cap)), key=lambda one: one.bound)
+    ends = (*states, *land.lowest_face_levels, Level(land.cap, land.cap))
+    base = min(ends, key=lambda one: one.bound)
     known = {0: base} if 0 in minima and base.bound > land.floor(0) else {}
-    passes = [one for one in others if land.is_pass(one)]
-    searches = [
-        _Search(land, k, passes)
+    sought = [
+        k
         for k in minima
         if land.floor(k) < land.cap and (k not in known or not _is_end(land, base))
     ]
+    others = [*states, *land.face_levels] if sought else []
+    passes = [one for one in others if land.is_pass(one)]
+    searches = [_Search(land, k, passes) for k in sought]
     passed = _ends(land, searches) if searches else {}
     found = []
     for k in minima:

@@ -129,7 +129,7 @@ def test_bodies_that_the_budget_does_not_reach(
     )
     shown = " ".join(rbstab("report", "results/bodies", "--format", "text").stdout.split())
     assert "Not proved: no proof was made for any of the 5 members" in shown
-    assert "0 of 5" not in shown
+    assert "reached 0 of 5" not in shown
     clock = FakeClock()
     monkeypatch.setattr(prove_bodies, "BUDGET", 20.0)
     monkeypatch.setattr(prove_bodies, "monotonic", clock)

@@ -191,7 +191,10 @@ def test_rest_states_at_other_angles_are_why_no_barrier_is_found(
     case1.write_text(as_yaml(data))
     done = rbstab("guard", "case1.yaml")
     assert done.exit_code == 3
-    assert "k = 1 N m: 9 rest states with |θ2| < π/2 and any θ1, θ3: 3 stable, 6 unstable\n" in done.stderr
+    assert (
+        "k = 1 N m: 9 rest states with |θ2| < π/2 and any θ1, θ3: 3 stable, 6 unstable\n"
+        in done.stderr
+    )
     assert "only if there is no other with |θ2| < π/2 and any θ1, θ3" in done.stderr
     assert done.stderr.endswith("For this start alone: --method stiff; nothing is written\n")
     soft = rbstab("guard", "case1.yaml", "--method", "stiff")

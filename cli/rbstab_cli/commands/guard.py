@@ -148,7 +148,7 @@ def _finish_barrier(
         from rbstab.experiment.tuning.guard import ANY_ANGLES
 
         reason = "no barrier was found"
-        if found.tried and found.tried[-1][1].endswith(ANY_ANGLES):
+        if found.tried and ANY_ANGLES in found.tried[-1][1]:
             reason += (
                 f". Every start can converge to one rest state only if there is no other "
                 f"{ANY_ANGLES}; a barrier keeps only θ2. For this start alone: --method stiff"

@@ -223,7 +223,7 @@ def prove_members(  # noqa: PLR0913 (options by name)
     folder = sweep.folder
     stored, results, begin = stored_convergence(folder), folder.path.parent, monotonic()
     with locked_folder(folder.path):
-        bodies, known = bodies_of(plan), stored
+        bodies, known = bodies_of(plan), stored.copy()
         boxes = prove_boxes(plan, results, stop=stop) if len(bodies) > FEW else []
         if any(box.record.proved for box in boxes):
             table = read_table(folder.sweep_file, PROOF_COLUMNS)

@@ -204,7 +204,9 @@ LATER_COLUMNS = ["proved_rest_state", "one_rest_state"]
 def _same_table(found, expected):
     assert [name for name in found.layout if name not in LATER_COLUMNS] == list(expected.layout)
     for name in expected.layout:
-        if name in ("run_id", "status", "traces", "convergence", "controller_variant"):
+        if name == "convergence":
+            continue  # a sweep of 0.1.0 that goes on says what is proved in `show` alone
+        if name in ("run_id", "status", "traces", "controller_variant"):
             assert (found[name] == expected[name]).all(), name
             continue
         scale = np.nanmax(np.abs(expected[name].astype(float)), initial=0.0) or 1.0

@@ -81,7 +81,7 @@ def test_an_older_sweep_goes_on_with_its_columns_and_says_so(unfinished):
     done = call("sweep", unfinished / "plan.yaml", "-o", unfinished.parent)
     assert done.exit_code == 0, done.output
     errors = "peak_contact_displacement_error, peak_orientation_error"
-    missing = f"energy_at_rest, rest_orientation, {errors}, largest_spin"
+    missing = f"energy_at_rest, rest_orientation, energy_scale, {errors}, largest_spin"
     assert f"started without the columns {missing}" in done.stderr
     assert "peaks of the members of before may be wrong" in done.stderr
     assert "differ only if the body has several rest states" in done.stderr

@@ -9,6 +9,7 @@ import pytest
 from cli.conftest import GOOD, Invoke
 from support.printed_paths import printed, words_of
 
+import rbstab as rbstab_package
 from rbstab.experiment.answers.outcome import KINDS
 from rbstab.experiment.answers.wanted import wanted
 from rbstab.sweep.folder.member_answers import MemberAnswers
@@ -49,7 +50,9 @@ def test_members_that_start_in_a_region(folder: Path, rbstab: Invoke) -> None:
     *_, proved, not_proved = done.stdout.splitlines()
     assert proved == "Convergence: proved for 2 of the members: they start in a certified region."
     assert not_proved.startswith("Convergence: not proved for 1 of the members: they start outside")
-    # So it is in the report, which makes no proofs.
+    # So it is in the file, and in the report, which makes no proofs.
+    table = rbstab_package.open_sweep("results/plan")
+    assert table.words("convergence").tolist() == ["proved", "proved", "not proved"]
     shown = rbstab("report", "results/plan", "--format", "text")
     assert "2 of 3 members are proved to converge to a rest state" in " ".join(shown.stdout.split())
 

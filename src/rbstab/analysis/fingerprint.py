@@ -21,6 +21,9 @@ from rbstab.systems.system import System
 P = 2**127 - 1
 """The prime p."""
 
+FUNCTIONS = frozenset({"exp", "log", "tan", "atan", "sinh", "cosh", "tanh"})
+"""Functions whose values are drawn."""
+
 
 class Residue:
     """A number modulo p.
@@ -50,8 +53,8 @@ class Residue:
         return Residue(pow(self.value, (P + 1) // 4, P))
 
     def __getattr__(self, name: str) -> Callable[[], "Residue"]:
-        """Return a function of this name: exp, log, tan and the like."""
-        if name.startswith("_"):
+        """Return one of `FUNCTIONS`."""
+        if name not in FUNCTIONS:
             raise AttributeError(name)
         return lambda: _some(f"{name} of {self.value}")
 

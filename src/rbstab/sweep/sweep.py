@@ -52,7 +52,7 @@ from rbstab.sweep.plan.load import load_plan, plan_to_read
 from rbstab.sweep.plan.plan import Plan, plan_id
 from rbstab.sweep.proofs.bodies import bodies_of
 from rbstab.sweep.proofs.boxes import prove_boxes
-from rbstab.sweep.proofs.convergence import ProvedConvergence, keep_proofs
+from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, keep_proofs
 from rbstab.sweep.proofs.gathered import PROOF_COLUMNS, convergence_now
 from rbstab.sweep.proofs.one_state import one_state_of
 from rbstab.sweep.proofs.prove_bodies import BUDGET, FEW, BodyProofs, Progress, prove_bodies
@@ -223,7 +223,7 @@ def prove_members(  # noqa: PLR0913 (options by name)
     folder = sweep.folder
     stored, results, begin = stored_convergence(folder), folder.path.parent, monotonic()
     with locked_folder(folder.path):
-        bodies, known = bodies_of(plan), stored.copy()
+        bodies, known = bodies_of(plan), stored
         boxes = prove_boxes(plan, results, stop=stop) if len(bodies) > FEW else []
         if any(box.record.proved for box in boxes):
             table = read_table(folder.sweep_file, PROOF_COLUMNS)
@@ -240,9 +240,35 @@ def prove_members(  # noqa: PLR0913 (options by name)
         seconds = monotonic() - begin
         proofs = proofs._replace(budget=budget, seconds=seconds, boxes=boxes, one_state=now)
         if not all(map(np.array_equal, proofs.found, stored)):
-            digest = digest_of_shards(sweep.inventory)
-            gather(plan, folder, digest, sweep.comparison, proofs.found)
+            _gather_with(plan, sweep, proofs.found)
     return proofs
+
+
+def store_convergence(plan: Plan, sweep: Sweep, shared: ProvedConvergence) -> MemberConvergence:
+    """Write into the file of a sweep what the proofs that its members share say of each of them.
+
+    Args:
+        plan: The plan.
+        sweep: The sweep.
+        shared: The proofs.
+
+    Returns:
+        What is proved of the members, these proofs and earlier ones together.
+
+    Raises:
+        FolderInUseError: Another process is writing to the folder.
+        StoreError: A file cannot be written or read.
+    """
+    stored = stored_convergence(sweep.folder)
+    found = shared.of(0, plan.members).beside(stored)
+    if not np.array_equal(found.codes, stored.codes):
+        with locked_folder(sweep.folder.path):
+            _gather_with(plan, sweep, found)
+    return found
+
+
+def _gather_with(plan: Plan, sweep: Sweep, found: MemberConvergence) -> None:
+    gather(plan, sweep.folder, digest_of_shards(sweep.inventory), sweep.comparison, found)
 
 
 def _thread_executor(plan: Plan, options: SweepOptions) -> ThreadExecutor:

@@ -60,9 +60,9 @@ def _of_shared(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) ->
 
     An interrupt ends the proofs at once. Each finished one is stored.
     """
-    from rbstab.sweep.folder.gather import stored_convergence
     from rbstab.sweep.folder.member_answers import MAX_COUNTED
     from rbstab.sweep.proofs.convergence import ProvedConvergence, keep_proofs, shares_proof
+    from rbstab.sweep.sweep import store_convergence
     from rbstab_cli.output.progress import working
 
     results = sweep.folder.path.parent
@@ -77,9 +77,8 @@ def _of_shared(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) ->
         if plan.members > MAX_COUNTED:
             return Answers(["rbstab report shows for which members it is proved"], data)
         proofs = ProvedConvergence(plan, results)
-        found = proofs.of(0, plan.members).beside(stored_convergence(sweep.folder))
-        codes = found.codes
-    counts = Counter(codes.tolist())
+        found = store_convergence(plan, sweep, proofs)
+    counts = Counter(found.codes.tolist())
     return Answers(_sentences(counts, 0) + _ended_early(proofs.brief), data | _counts(counts, 0))
 
 

@@ -177,8 +177,8 @@ def test_whether_more_boxes_help_is_said(monkeypatch: pytest.MonkeyPatch) -> Non
         assert share is not None
         assert 0 < float(share[1]) < 5
         assert proof.ended.endswith(
-            "no proof tries more than 8000; the same body held at C (variant: permanent) may be "
-            "proved in its place"
+            "so the 8000 that a proof tries at most are too few; the same body held at C "
+            "(variant: permanent) may be proved in its place"
         )
         found = convergence_at_start(config, problem_of(config), proof)
         assert found.why.startswith(f"no certified region is proved ({proof.ended})")

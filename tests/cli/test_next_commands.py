@@ -196,7 +196,7 @@ def test_after_several_runs_the_report_of_all_is_next(rbstab: Invoke) -> None:
     files = [Path("my results", f"{name}.h5") for name in names]
     assert two.stderr.endswith(f"Next: rbstab report {' '.join(map(shell_word, files[:2]))}\n")
     # All runs that share an answer are named, as far as there is room.
-    assert f"{files[0]}, {files[1]}\n  This start: " in two.stdout
+    assert f"{files[0]}, {files[1]}\n  Outcome: " in two.stdout
     many = rbstab(*run, *(f"{name}.yaml" for name in names))
     assert many.stderr.endswith(f"Next: rbstab report {shell_word('my results')}\n")
     words = words_of(many.stderr.splitlines()[-1].removeprefix("Next: rbstab"))

@@ -135,6 +135,7 @@ class _Running:
         return Followed(int(self.steps[k]), float(self.time[k]), None, variable, True, switch)
 
 
+@np.errstate(all="ignore")  # numbers that are not finite fail every test
 def followed(  # noqa: PLR0913, PLR0917 (two of them are options)
     equations: Equations,
     starts: MotionSet,

@@ -28,10 +28,12 @@ from rbstab.proof.exact.expr import (
     expr,
     numbers,
     only,
+    summed,
     variable,
 )
 from rbstab.proof.exact.lengths import with_lengths_apart, with_squares
 from rbstab.proof.exact.rewriting import (
+    Quadratic,
     inverse_of_definite,
     quadratic_in,
     spread,
@@ -184,10 +186,8 @@ def eliminated(total: Expr, others: range) -> Energy:
     inverse = inverse_of_definite(parts.H)
     if inverse is None:
         raise NoMinimumError
-    U, minimiser = parts.rest, dict[int, Expr]()
-    for i, k in enumerate(chosen):
-        minimiser[k] = _sum(parts.b[j].scaled(-inverse[i][j]) for j in range(len(chosen)))
-        U = U + (parts.b[i] * minimiser[k]).scaled(Fraction(1, 2))
+    star, least = _least(parts, inverse)
+    U, minimiser = parts.rest + least, dict(zip(chosen, star, strict=True))
     free = tuple(k for k in others if k not in chosen)
     U, shift = _shifted(U, free)
     U = with_squares(U, free)
@@ -216,16 +216,20 @@ def _shifted(U: Expr, free: tuple[int, ...]) -> tuple[Expr, dict[int, Expr]]:
     inverse = inverse_of_definite(parts.H)
     if inverse is None:
         return U, {}
+    star, least = _least(parts, inverse)
+    z = [variable(k) for k in free]
+    moved = {atom(VAR, k): x + one for k, x, one in zip(free, star, z, strict=True)}
     n = range(len(free))
-    star = [_sum(parts.b[j].scaled(-inverse[i][j]) for j in n) for i in n]
-    moved = {atom(VAR, k): star[i] + variable(k) for i, k in enumerate(free)}
-    rest = substituted(parts.rest, moved)
-    quadratic = U - parts.rest
-    return substituted(quadratic, moved) + rest, dict(zip(free, star, strict=True))
+    around = summed((z[i] * z[j]).scaled(parts.H[i][j] / 2) for i in n for j in n)
+    U = substituted(parts.rest, moved) + least + around
+    return U, dict(zip(free, star, strict=True))
 
 
-def _sum(terms: Any) -> Expr:
-    return sum(terms, expr(0))
+def _least(parts: Quadratic, inverse: list[list[Fraction]]) -> tuple[list[Expr], Expr]:
+    """Return where ½ x'Hx + b'x is least, x* = -H⁻¹b, and its value there, ½ b'x*."""
+    n = range(len(parts.b))
+    star = [summed(parts.b[j].scaled(-inverse[i][j]) for j in n) for i in n]
+    return star, summed((parts.b[i] * star[i]).scaled(Fraction(1, 2)) for i in n)
 
 
 def _with_one_step(U: Expr) -> Expr:
@@ -243,16 +247,15 @@ def _with_one_step(U: Expr) -> Expr:
 
 def _by_half_angles(U: Expr) -> Expr:
     """Write poles at 1 + cos θ = 0 by the half angle, whose cosine has one sign: 2 cos² ½θ."""
-    total = expr(0)
-    for m, c in U.terms.items():
-        term = Expr({m: c})
-        for k, half in HALVES.items():
-            pole = only(atom(LET, 1 + variable(k).cos()))
-            if any(p < 0 for a, p in m if only(a) == pole):
-                given = {atom(COS, variable(k)): 2 * only(half) ** 2 - 1}
-                term = spread(substituted(term, given))
-        total = total + term
-    return total
+    for k, half in HALVES.items():
+        pole = atom(LET, 1 + variable(k).cos())
+        with_pole = Expr(
+            {m: c for m, c in U.terms.items() if any(a is pole and p < 0 for a, p in m)}
+        )
+        if with_pole.terms:
+            given = {atom(COS, variable(k)): 2 * only(half) ** 2 - 1}
+            U = U - with_pole + spread(substituted(with_pole, given))
+    return U
 
 
 def _poles(U: Expr) -> set[int]:

@@ -37,6 +37,7 @@ from rbstab.proof.exact.expr import (
     Monomial,
     as_factor,
     expr,
+    summed,
     variable,
 )
 from rbstab.proof.exact.rewriting import with_outlined_steps
@@ -148,10 +149,10 @@ def _result(kind: str, rest: Sequence[Any], results: Sequence[Expr]) -> Expr:
     if kind == VAR:
         return variable(rest[0])
     if kind == "sum":
-        total = expr(Fraction(rest[0]))
-        for c, k in zip(rest[1::2], rest[2::2], strict=True):
-            total = total + results[k].scaled(Fraction(c))
-        return total
+        terms = zip(rest[1::2], rest[2::2], strict=True)
+        return summed(
+            [expr(Fraction(rest[0])), *(results[k].scaled(Fraction(c)) for c, k in terms)]
+        )
     if kind == "times":
         return _factor(results[rest[0]]) * _factor(results[rest[1]])
     if kind == "pow":

@@ -18,6 +18,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.intervals import Intervals, met, outward
+from rbstab.proof.enclosures.points import AtPoints, Point
 from rbstab.proof.enclosures.taylor import Compiled, Values, exponents
 from rbstab.proof.exact.expr import Atom, Expr
 
@@ -180,20 +181,12 @@ class BoundedEnergy:
     def minimiser(self, points: Array, steps: int = 60) -> Minimiser:
         """Return z near the lowest point at some points of shape (n, points), to round-off."""
         count = points.shape[1]
-        z, one = np.zeros((self.k, count)), np.ones(count)
-
-        def leaf(v: int) -> Intervals:
-            if v in self.variables:
-                found = points[self.variables.index(v)][None]
-            else:
-                found = np.stack([z[self.free.index(v)], one])
-            return Intervals(found, found)
-
+        z = np.zeros((self.k, count))
         with np.errstate(all="ignore"):
             known = None
             for _ in range(steps):
-                known = self.of_free(leaf, known=known)
-                f = known.dense(0, count).mid
+                known = AtPoints(self.of_free, self._at_points(points, z, 0), known)
+                f = known.dense(0, count)
                 H = (
                     f[self.second_of_free]
                     * np.where(np.eye(self.k, dtype=bool), 2.0, 1.0)[..., None]
@@ -208,11 +201,21 @@ class BoundedEnergy:
         inverse = inverses(H[b, b])
         return Minimiser(z, -np.einsum("ijm,jkm->ikm", inverse, H[b, a]), inverse)
 
+    def _at_points(self, points: Array, z: Array, slopes: int) -> Point:
+        """Return the variables at points: Θ with so many slopes (0: it is fixed), and z."""
+        one, none = np.ones(points.shape[1]), [np.zeros(points.shape[1])] * (slopes * self.n)
+
+        def point(v: int) -> Array:
+            if v in self.variables:
+                return np.stack([points[self.variables.index(v)], *[one] * slopes])
+            return np.stack([z[self.free.index(v)], *none, one])
+
+        return point
+
     def at_all(self, points: Array, z: Array) -> tuple[Array, Array, Array]:
         """Return U, ∇U and ∇²U by Θ and z at points (n, points) and z (free, points)."""
-        count = points.shape[1]
-        fixed = Minimiser(z, np.zeros((self.k, self.n, count)), np.zeros((self.k, self.k, count)))
-        f = self._values(self.points, points, points, fixed, np.zeros_like(z)).dense(0, count).mid
+        with np.errstate(all="ignore"):
+            f = AtPoints(self.points, self._at_points(points, z, 1)).dense(0, points.shape[1])
         return f[0], f[self.first], f[self.second] * self.twice
 
     # -- bounds --------------------------------------------------------------------------------
@@ -341,12 +344,12 @@ class BoundedEnergy:
 
     def at(self, points: Array) -> tuple[Array, Array, Array]:
         """Return V, ∇V and ∇²V at points of shape (n, points), to round-off."""
-        count, a = points.shape[1], slice(0, self.n)
-        least = self.minimiser(points) if self.k else None
-        Z = None if least is None else np.zeros_like(least.z)
-        with np.errstate(all="ignore"):
-            f = self._values(self.points, points, points, least, Z).dense(0, count).mid
-        return f[0], f[self.first][a], (f[self.second] * self.twice)[a, a]
+        a, b = slice(0, self.n), slice(self.n, None)
+        if not self.k:
+            return self.at_all(points, np.zeros((0, points.shape[1])))
+        least = self.minimiser(points)
+        value, gradient, H = self.at_all(points, least.z)
+        return value, gradient[a], H[a, a] + np.einsum("ijm,jkm->ikm", H[a, b], least.C)
 
     def curvatures(self, x: Array) -> Array:
         """Return the eigenvalues of ∇²V at one point of shape (n,), to round-off."""

@@ -53,17 +53,18 @@ class Intervals:
 
 def outward(lo: Array, hi: Array, slack: float = SLACK) -> Intervals:
     """Move ends outwards by a share of their magnitude; what is no number becomes no bound."""
-    return Intervals(-_raised(-lo, slack), _raised(hi, slack))
+    low, high = np.asarray(_moved(np.subtract, lo, slack)), np.asarray(_moved(np.add, hi, slack))
+    if np.isnan(low.sum() + high.sum()):  # also where infinite numbers of both signs are summed
+        low = np.where(np.isnan(low), -np.inf, low)
+        high = np.where(np.isnan(high), np.inf, high)
+    return Intervals(low, high)
 
 
-def _raised(x: Array, slack: float) -> Array:
-    found = np.abs(x)
-    found *= slack
-    found += TINY
-    found += x
-    if np.isnan(found.sum()):  # also where infinite numbers of both signs are summed
-        found = np.where(np.isnan(found), np.inf, found)
-    return np.asarray(found)
+def _moved(way: np.ufunc, x: Array, slack: float) -> Array:
+    size = np.abs(x)
+    size *= slack
+    size += TINY
+    return np.asarray(way(x, size, out=size if isinstance(size, np.ndarray) else None))
 
 
 def product(a: Intervals, b: Intervals) -> Intervals:

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.enclosures.intervals import Intervals, constant, met, outward, product, scaled
+from rbstab.proof.enclosures.intervals import Intervals, constant, met, outward, product
 from rbstab.proof.enclosures.univariate import coefficients
 from rbstab.proof.exact.expr import (
     COS,
@@ -39,6 +39,9 @@ Leaf = Callable[[int], Intervals]
 Exponents = tuple[int, ...]
 
 ROUNDING = 2.0**-52
+
+SMALLEST = Fraction(1, 2**1000)
+"""Doubles above it have a relative error of an ulp."""
 
 
 @cache
@@ -93,11 +96,11 @@ class Operation(NamedTuple):
 
 
 class Sum(NamedTuple):
-    """A sum c0 + Σ c x: c0, each c (None: 1), where each x goes, and proved bounds on its value."""
+    """A sum c0 + Σ c x: c0, doubles near each c (None: 1), where each x goes; its bounds."""
 
     c0: Intervals | None
-    factors: tuple[Intervals | None, ...]
-    rows: tuple[Array, ...]
+    factors: tuple[float | None, ...]
+    rows: tuple[Array | slice, ...]
     bounds: tuple[float, float] | None
 
 
@@ -204,9 +207,13 @@ class Compiled:
             found = places[0]
             for other in places[1:]:
                 found = self._product(found, other)
-            parts.append((c, found))
+            # As a double, a smaller number may be far from c.
+            small = abs(c) < SMALLEST
+            parts.append(
+                (Fraction(1), self._product(found, self._number(c))) if small else (c, found)
+            )
         if not parts:
-            node = self._add(("number", c0), "number", (), [0], constant(c0))
+            node = self._number(c0)
         elif not c0 and len(parts) == 1 and parts[0][0] == 1:
             node = parts[0][1]
         else:
@@ -214,13 +221,16 @@ class Compiled:
         self._known[key] = node
         return node
 
+    def _number(self, c: Fraction) -> int:
+        return self._add(("number", c), "number", (), [0], constant(c))
+
     def _sum(self, e: Expr, c0: Fraction, parts: Sequence[tuple[Fraction, int]]) -> int:
         support = sorted({0}.union(*(self._support(k) for _, k in parts)))
         index = {row: i for i, row in enumerate(support)}
         detail = Sum(
             constant(c0) if c0 else None,
-            tuple(None if c == 1 else constant(c) for c, _ in parts),
-            tuple(np.array([index[row] for row in self._support(k)]) for _, k in parts),
+            tuple(None if c == 1 else float(c) for c, _ in parts),
+            tuple(_rows([index[row] for row in self._support(k)], len(support)) for _, k in parts),
             _bounds_of_sum(e),
         )
         return self._add(("sum", e.digest), "sum", [k for _, k in parts], support, detail)
@@ -470,6 +480,11 @@ def _bounds_of_sum(e: Expr) -> tuple[float, float] | None:
     return float(low.lo), float(high.hi)
 
 
+def _rows(places: list[int], count: int) -> Array | slice:
+    """Return the places as an index, which is faster if it is of all rows."""
+    return slice(None) if len(places) == count else np.array(places)
+
+
 def _unit(i: int, n: int) -> Exponents:
     return tuple(int(i == j) for j in range(n))
 
@@ -483,16 +498,19 @@ def _number(_: Compiled, one: Operation, __: list[Intervals], ___: Leaf) -> Inte
 
 
 def _sum(_: Compiled, one: Operation, given: list[Intervals], __: Leaf) -> Intervals:
+    """Return c0 + Σ c x; the error of a sum of n numbers is at most n ulps of Σ |c x|."""
     detail: Sum = one.detail
     shape = (len(one.support), max(x.lo.shape[1] for x in given))
-    low, high = np.zeros(shape), np.zeros(shape)
+    low, high, below, above = (np.zeros(shape) for _ in range(4))
     for c, x, rows in zip(detail.factors, given, detail.rows, strict=True):
-        term = x if c is None else scaled(x, c)
-        # Each partial sum is rounded, and may be larger than the whole.
-        low[rows] += term.lo - ROUNDING * np.abs(term.lo)
-        high[rows] += term.hi + ROUNDING * np.abs(term.hi)
-        low[rows] -= ROUNDING * np.abs(low[rows])
-        high[rows] += ROUNDING * np.abs(high[rows])
+        ends = (x.lo, x.hi) if c is None else (c * x.lo, c * x.hi)[:: 1 if c > 0 else -1]
+        low[rows] += ends[0]
+        high[rows] += ends[1]
+        below[rows] += np.abs(ends[0])
+        above[rows] += np.abs(ends[1])
+    ulps = (len(given) + 4) * ROUNDING  # the numbers c, their products, and Σ |c x| are rounded
+    low -= ulps * below
+    high += ulps * above
     if detail.c0 is not None:
         low[0] += detail.c0.lo
         high[0] += detail.c0.hi

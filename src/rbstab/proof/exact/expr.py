@@ -10,8 +10,10 @@ Expressions and atoms are the same for the same content in every process, and so
 """
 
 import hashlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
+from functools import reduce
+from operator import mul
 from typing import Any, Union
 from weakref import WeakValueDictionary
 
@@ -205,12 +207,7 @@ class Expr:
 
     def __add__(self, other: Any) -> "Expr":
         """Return the sum with an expression or a number."""
-        if isinstance(other, np.ndarray):
-            return NotImplemented
-        terms = dict(self.terms)
-        for m, c in expr(other).terms.items():
-            terms[m] = terms.get(m, Fraction(0)) + c
-        return Expr(terms)
+        return NotImplemented if isinstance(other, np.ndarray) else summed((self, expr(other)))
 
     __radd__ = __add__
 
@@ -427,16 +424,44 @@ def monomial(factors: Iterable[tuple[Atom, int]]) -> Monomial:
     return tuple(sorted(((a, p) for a, p in factors if p), key=lambda one: one[0].order))
 
 
+def times(one: Monomial, two: Monomial) -> Monomial:
+    """Return the product of two monomials."""
+    powers = dict(one)
+    for a, p in two:
+        powers[a] = powers.get(a, 0) + p
+    return monomial(powers.items())
+
+
+def summed(parts: Iterable[Expr]) -> Expr:
+    """Return the sum of some expressions."""
+    terms: dict[Monomial, Fraction] = {}
+    for part in parts:
+        for m, c in part.terms.items():
+            terms[m] = terms[m] + c if m in terms else c
+    return Expr(terms)
+
+
+def mapped(
+    e: Expr, change: Callable[[Atom, int], Expr], multiply: Callable[[Expr, Expr], Expr] = mul
+) -> Expr:
+    """Return an expression with other factors in place of each a^p."""
+    return summed(
+        reduce(multiply, (change(a, p) for a, p in m), expr(c)) for m, c in e.terms.items()
+    )
+
+
+def same_function(a: Atom, inner: Expr) -> Expr:
+    """Return the function that an atom is, of another argument."""
+    return as_factor(inner) if a.kind == LET else inner.function(a.kind, a.extra)
+
+
 def product(one: Expr, two: Expr) -> Expr:
     """Return the product of two sums, multiplied out."""
     terms: dict[Monomial, Fraction] = {}
     for m1, c1 in one.terms.items():
         for m2, c2 in two.terms.items():
-            powers = dict(m1)
-            for a, p in m2:
-                powers[a] = powers.get(a, 0) + p
-            m = monomial(powers.items())
-            terms[m] = terms.get(m, Fraction(0)) + c1 * c2
+            m, c = times(m1, m2), c1 * c2
+            terms[m] = terms[m] + c if m in terms else c
     return _reduced(terms)
 
 
@@ -446,16 +471,14 @@ def _reduced(terms: Mapping[Monomial, Fraction]) -> Expr:
     pending = [(m, c) for m, c in terms.items() if c]
     while pending:
         m, c = pending.pop()
-        for place, (a, p) in enumerate(m):
-            rest = m[:place] + m[place + 1 :]
-            if a.kind == SIN and p >= 2:
-                square = Expr({(): Fraction(1), ((atom(COS, a.argument), 2),): Fraction(-1)})
-                left = Expr({monomial([*rest, (a, p - 2)]): c})
-                pending += product(left, square).terms.items()
-                break
-            if a.kind == STEP and p >= 2:
-                pending.append((monomial([*rest, (a, 1)]), c))
-                break
+        square = next(((a, p) for a, p in m if p >= 2 and a.kind in {SIN, STEP}), None)
+        if square is None:
+            found[m] = found[m] + c if m in found else c
+            continue
+        a, p = square
+        if a.kind == STEP:
+            pending.append((times(m, ((a, 1 - p),)), c))
         else:
-            found[m] = found.get(m, Fraction(0)) + c
+            less = times(m, ((a, -2),))
+            pending += [(less, c), (times(less, ((atom(COS, a.argument), 2),)), -c)]
     return Expr(found)

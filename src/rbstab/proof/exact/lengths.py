@@ -27,6 +27,7 @@ from rbstab.proof.exact.expr import (
     atom,
     expr,
     only,
+    summed,
     variable,
 )
 from rbstab.proof.exact.rewriting import Quadratic, inverse_of_definite, quadratic_in, substituted
@@ -42,21 +43,25 @@ HALVINGS = 30
 
 def with_lengths_apart(U: Expr, numbers: Sequence[int]) -> Expr:
     """Multiply out (ℓ - ℓ₀)² for lengths ℓ that depend on some variables."""
-    total, few = expr(0), frozenset(numbers)
-    for m, c in U.terms.items():
-        term = Expr({m: c})
-        if len(m) == 1 and m[0][1] == 2 and m[0][0].kind == LET and m[0][0].variables & few:
-            inner = m[0][0].inner
-            lengths = [a for a in inner.atoms if a.kind == ROOT]
-            if len(lengths) == 1 and len(inner.terms) == 2 and inner.terms.get(()):
-                # √q√q is q.
-                length, c0 = lengths[0], inner.terms[()]
-                factor = inner.terms.get(((length, 1),))
-                if factor is not None:
-                    both = only(length).scaled(2 * c0 * factor) + c0**2
-                    term = (both + length.inner.scaled(factor**2)).scaled(c)
-        total = total + term
-    return total
+    few = frozenset(numbers)
+    return summed(_length_apart(m, c, few) for m, c in U.terms.items())
+
+
+def _length_apart(m: Monomial, c: Fraction, numbers: frozenset[int]) -> Expr:
+    term = Expr({m: c})
+    if len(m) != 1 or m[0][1] != 2 or m[0][0].kind != LET or not m[0][0].variables & numbers:
+        return term
+    inner = m[0][0].inner
+    lengths = [a for a in inner.atoms if a.kind == ROOT]
+    c0 = inner.terms.get(())
+    if len(lengths) != 1 or len(inner.terms) != 2 or c0 is None:
+        return term
+    length = lengths[0]
+    factor = inner.terms.get(((length, 1),))
+    if factor is None:
+        return term
+    both = only(length).scaled(2 * c0 * factor) + c0**2
+    return (both + length.inner.scaled(factor**2)).scaled(c)  # √q√q is q
 
 
 def with_squares(U: Expr, free: Sequence[int]) -> Expr:

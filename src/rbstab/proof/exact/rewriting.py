@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
+from functools import cache, reduce
 from typing import NamedTuple
 
 from rbstab.proof.exact.expr import (
@@ -19,9 +20,11 @@ from rbstab.proof.exact.expr import (
     as_factor,
     atom,
     expr,
+    mapped,
     monomial,
     only,
     product,
+    same_function,
     variable,
     variable_of,
 )
@@ -34,19 +37,15 @@ def substituted(e: Expr, given: Mapping[Atom, Expr]) -> Expr:
     if not given:
         return e
     numbers = frozenset[int]().union(*(a.variables for a in given))
-    total = expr(0)
-    for m, c in e.terms.items():
-        term = expr(c)
-        for a, p in m:
-            base = only(a)
-            if a in given:
-                base = given[a] if p <= 2 else as_factor(given[a])
-            elif a.kind != VAR and a.variables & numbers:
-                base = substituted(a.inner, given).function(a.kind, a.extra)
-                base = as_factor(base) if a.kind == LET else base
-            term = term * base**p
-        total = total + term
-    return total
+
+    @cache
+    def change(a: Atom, p: int) -> Expr:
+        if a in given:
+            return (given[a] if p <= 1 else as_factor(given[a])) ** p
+        inside = a.kind != VAR and a.variables & numbers
+        return (same_function(a, substituted(a.inner, given)) if inside else only(a)) ** p
+
+    return mapped(e, change)
 
 
 def with_known_steps(e: Expr) -> Expr:
@@ -56,31 +55,21 @@ def with_known_steps(e: Expr) -> Expr:
     c + λ·positive(g), which is sharper where the sign of g is not known.
     """
     for s in sorted((a for a in e.all_atoms if a.kind == STEP), key=lambda a: a.order):
-        total = expr(0)
-        for m, c in e.terms.items():
-            if not any(a is s for a, _ in m):
-                total = total + Expr({m: c})
-                continue
-            left = Expr({tuple((a, p) for a, p in m if a is not s): c})
-            total = total + _where_positive(substituted(left, {s: expr(1)}), s.inner) * only(s)
-        e = total
+        with_s = {m: c for m, c in e.terms.items() if any(a is s for a, _ in m)}
+        without = {m: c for m, c in e.terms.items() if m not in with_s}
+        inside = _where_positive(substituted(Expr(with_s), {s: expr(1)}), s.inner)
+        e = Expr(without) + inside * only(s)
     return e
 
 
 def _where_positive(e: Expr, g: Expr) -> Expr:
-    total = expr(0)
-    for m, c in e.terms.items():
-        term = expr(c)
-        for a, p in m:
-            base = only(a)
-            if a.kind not in PLAIN:
-                new = _affine_in(a.inner, g)
-                new = _where_positive(a.inner, g) if new is None else new
-                base = new.function(a.kind, a.extra)
-                base = as_factor(base) if a.kind == LET else base
-            term = term * base**p
-        total = total + term
-    return total
+    def change(a: Atom, p: int) -> Expr:
+        if a.kind in PLAIN:
+            return only(a) ** p
+        new = _affine_in(a.inner, g)
+        return same_function(a, _where_positive(a.inner, g) if new is None else new) ** p
+
+    return mapped(e, change)
 
 
 def _affine_in(x: Expr, g: Expr) -> Expr | None:
@@ -129,31 +118,22 @@ def _in_terms_of(e: Expr, g: Expr) -> Expr | None:
         constant = (e - g.scaled(factor)).constant
         if constant is not None:
             return variable(INNER).scaled(factor) + constant
-    total = expr(0)
-    for m, c in e.terms.items():
-        term = expr(c)
-        for a, p in m:
-            inner = None if a.kind in {VAR, OF} else _in_terms_of(a.inner, g)
-            if inner is None:
-                return None
-            base = inner.function(a.kind, a.extra)
-            term = term * (as_factor(base) if a.kind == LET else base) ** p
-        total = total + term
-    return total
+    inner = {a: None if a.kind in {VAR, OF} else _in_terms_of(a.inner, g) for a in e.atoms}
+    known = {a: x for a, x in inner.items() if x is not None}
+    if len(known) < len(inner):
+        return None
+    return mapped(e, lambda a, p: same_function(a, known[a]) ** p)
 
 
 def spread(e: Expr) -> Expr:
     """Multiply out sums that stand as factors, also beside negative powers."""
-    total = expr(0)
-    for m, c in e.terms.items():
-        term = Expr({(): c})
-        for a, p in m:
-            base = a.inner if a.kind == LET and p > 0 else only(a)
-            for _ in range(p if a.kind == LET and p > 0 else 1):
-                power = base if a.kind == LET and p > 0 else Expr({((a, p),): Fraction(1)})
-                term = product(term, power)
-        total = total + term
-    return total
+
+    def change(a: Atom, p: int) -> Expr:
+        if a.kind == LET and p > 0:
+            return reduce(product, [a.inner] * p)
+        return Expr({((a, p),): Fraction(1)})
+
+    return mapped(e, change, product)
 
 
 class Quadratic(NamedTuple):

@@ -21,6 +21,7 @@ from rbstab.proof.exact.expr import (
     expr,
     monomial,
     only,
+    same_function,
     variable,
 )
 from rbstab.proof.exact.rewriting import substituted
@@ -122,10 +123,7 @@ def in_chart(e: Expr, k: int) -> Expr:
         if form.power:
             term = as_factor(term) * norm**-form.power if term.terms else term
         for a, p in rest:
-            base = only(a)
-            if a.kind != VAR:
-                inner = in_chart(a.inner, k)
-                base = as_factor(inner) if a.kind == LET else inner.function(a.kind, a.extra)
+            base = only(a) if a.kind == VAR else same_function(a, in_chart(a.inner, k))
             term = term * base**p
         total = total + term
     return total

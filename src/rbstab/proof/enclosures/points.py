@@ -1,0 +1,116 @@
+"""Taylor coefficients of expressions at many points, in doubles: to round-off, without bounds.
+
+They are those of `taylor` over boxes of no width. Newton's method and searches of small values use
+them; what is proved afterwards does not depend on them.
+"""
+
+from collections.abc import Callable
+from math import factorial
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.enclosures.intervals import Intervals
+from rbstab.proof.enclosures.taylor import Compiled, Function, Operation, Sum, Table
+from rbstab.proof.enclosures.univariate import coefficients
+from rbstab.proof.exact.expr import COS, OF, POSITIVE, SIN, STEP
+
+Point = Callable[[int], Array]
+"""A function that returns a variable at the points: its value and its slopes."""
+
+
+class AtPoints:
+    """The coefficients of all operations of some expressions at some points.
+
+    Args:
+        compiled: The expressions.
+        point: The variables at the points.
+        known: The same for other values of the variables that move alone.
+    """
+
+    def __init__(self, compiled: Compiled, point: Point, known: "AtPoints | None" = None) -> None:
+        self.compiled, self.values = compiled, list[Array]()
+        for k, one in enumerate(compiled.operations):
+            if known is not None and k not in compiled.above_moving:
+                self.values.append(known.values[k])
+            elif one.kind == "variable":
+                self.values.append(point(one.detail))
+            else:
+                given = [self.values[p] for p in one.places]
+                self.values.append(_DO[one.kind](compiled, one, given))
+
+    def dense(self, number: int, points: int) -> Array:
+        """Return all coefficients of a result, shape (coefficients, points)."""
+        k = self.compiled.results[number]
+        found = np.zeros((len(self.compiled.exponents), points))
+        found[self.compiled.operations[k].support] = self.values[k]
+        return found
+
+
+def _number(_: Compiled, one: Operation, __: list[Array]) -> Array:
+    return np.asarray(one.detail.mid.reshape(1, 1))
+
+
+def _sum(_: Compiled, one: Operation, given: list[Array]) -> Array:
+    detail: Sum = one.detail
+    found = np.zeros((len(one.support), max(x.shape[1] for x in given)))
+    for c, x, rows in zip(detail.factors, given, detail.rows, strict=True):
+        found[rows] += x if c is None else c * x
+    if detail.c0 is not None:
+        found[0] += detail.c0.lo
+    return found
+
+
+def _times(table: Table, x: Array, y: Array) -> Array:
+    p: Array = x[table.left] * y[table.right]
+    return p if len(table.begins) == len(p) else np.add.reduceat(p, table.begins, axis=0)
+
+
+def _product(_: Compiled, one: Operation, given: list[Array]) -> Array:
+    return _times(one.detail, *given)
+
+
+def _positive(_: Compiled, __: Operation, given: list[Array]) -> Array:
+    return np.concatenate([np.maximum(given[0][:1], 0.0), given[0][1:]])
+
+
+def _step(_: Compiled, one: Operation, given: list[Array]) -> Array:
+    found = np.zeros((len(one.support), given[0].shape[1]))
+    found[0] = given[0][0] > 0
+    return found
+
+
+def _function(compiled: Compiled, one: Operation, given: list[Array]) -> Array:
+    (x,), detail = given, one.detail
+    g = _coefficients(detail, x[0], compiled.order)
+    found = np.zeros((len(one.support), x.shape[1]))
+    found[0] = g[0]
+    if len(detail.inner):
+        p = u = x[1:]
+        found[detail.inner] += g[1] * u
+        for k, (table, rows) in enumerate(zip(detail.tables, detail.rows, strict=True), start=2):
+            p = _times(table, p, u)
+            found[rows] += g[k] * p
+    return found
+
+
+def _coefficients(function: Function, x: Array, order: int) -> list[Array]:
+    """Return g^(k)(x)/k! for k up to an order."""
+    if function.kind == OF:
+        inner, variable = function.extra.compiled, np.stack([x, np.ones_like(x)])
+        return list(AtPoints(inner, lambda _: variable).dense(0, len(x)))
+    if function.kind in {SIN, COS}:
+        first = int(function.kind == COS)
+        quarters = [x + (first + k) * np.pi / 2 for k in range(order + 1)]
+        return [np.sin(one) / factorial(k) for k, one in enumerate(quarters)]
+    return [one.mid for one in coefficients(function.kind, function.extra, Intervals(x, x), order)]
+
+
+_DO = {
+    "number": _number,
+    "sum": _sum,
+    "product": _product,
+    "function": _function,
+    POSITIVE: _positive,
+    STEP: _step,
+}

@@ -21,13 +21,11 @@ from rbstab.experiment.stability import statements_of
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import STOPPED, Proof, no_proof
 from rbstab.proof import limits
-from rbstab.proof.rest_points import SearchOutcome
 from rbstab.proof.rest_states import Body
 from rbstab.proof.search import BATCH
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs.columns import NO_PROOF, NOT_PROVED, PROVED
-from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, keep_proofs
-from rbstab.sweep.proofs.prove_bodies import prove_bodies
+from rbstab.sweep.proofs.convergence import ProvedConvergence, keep_proofs
 from rbstab_cli.main import cli
 
 TIED = CONTROLLER | {
@@ -82,10 +80,6 @@ def test_a_brief_proof_is_not_repeated_and_blocks_no_other(tmp_path, made):
     # What was asked for is kept by a later run that asks for nothing.
     assert proof_for(tmp_path, config, brief=True) == full
     assert made == [True, False]
-
-
-def test_the_outcome_is_that_of_a_search_that_stops():
-    assert SearchOutcome.BOX_LIMIT.value == STOPPED
 
 
 def test_a_brief_proof_with_boxes_to_spare_is_the_whole_one(monkeypatch):
@@ -184,21 +178,4 @@ def test_members_that_share_a_brief_proof_are_proved_by_a_later_one(tmp_path, ma
     assert ProvedConvergence(plan, tmp_path).brief == 1
     keep_proofs(plan, tmp_path)
     assert codes() == [PROVED, NOT_PROVED]
-    assert made == [True, False]
-
-
-def test_bodies_with_brief_proofs_are_proved_by_a_later_one(tmp_path, made):
-    plan = load_plan({"base": DATA, "vary": {"body.mass": {"values": [41.0]}}})
-    nothing = MemberConvergence(*ProvedConvergence(plan, tmp_path).of(0, 1))
-    assert nothing.codes.tolist() == [NO_PROOF]
-    stored = nothing
-    for _ in range(2):
-        brief = prove_bodies(plan, tmp_path, stored, budget=30.0)
-        stored = brief.found
-        assert stored.codes.tolist() == [NO_PROOF]
-        assert (brief.brief, brief.reached_bodies) == (1, 1)
-    assert made == [True]
-    full = prove_bodies(plan, tmp_path, stored, budget=None)
-    assert full.found.codes.tolist() == [PROVED]
-    assert full.brief == 0
     assert made == [True, False]

@@ -17,7 +17,7 @@ from rbstab.config.build import problem_of
 from rbstab.experiment.answers.run_answer import answer_of
 from rbstab.experiment.convergence.exact_motion import convergence_at_start
 from rbstab.experiment.proof import prove
-from rbstab.experiment.stability import stability_of, statements_of
+from rbstab.experiment.stability import stability_of
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import (
     _in_modes,
@@ -250,20 +250,6 @@ def test_unwrapped_angles_have_a_proof_of_their_own(turning):
         assert reached_state(without, outer.energy_bound - 1e-3, beyond, beyond) is None
 
 
-def test_both_ranges_are_described(turning):
-    config, proof = turning
-    words = " ".join(stability_of(problem_of(config), proof).statements)
-    assert "3 rest states in the range: 2 stable, 1 unstable; proved to be all" in words
-    assert "For all real θ1 and θ3: 3 rest states: 2 stable, 1 unstable; proved" in words
-    assert "For all real θ1 and θ3: region of rest state 2" in words
-    searched = prove(config, search_only=True)
-    assert searched.unwrapped is None
-    assert "all real" not in " ".join(stability_of(problem_of(config), searched).statements)
-    stable = rbstab.load_config(paper_config("permanent"))
-    words = " ".join(stability_of(problem_of(stable), prove(stable)).statements)
-    assert "globally stable: every motion that keeps a distance from θ2 = ±π/2 converges" in words
-
-
 def test_rest_state_beyond_the_range_has_no_number(turning):
     _, proof = turning
     assert proof.unwrapped is not None
@@ -291,23 +277,3 @@ def test_angles_beyond_the_unwrapped_range_decide_nothing(turning):
         beyond[axis] = np.nextafter(ends[axis], 99)
         assert reached_state(proof, energy, -ends, beyond) is None
         assert reached_state(proof, energy, -beyond, ends) is None
-
-
-def test_the_regions_of_equally_low_rest_states_are_not_called_empty():
-    """No level of v(0) decides between them, but each has a region that is proved."""
-    soft = {
-        "body": {"mass": 12.0, "inertia": [0.29, 0.34, 0.13], "contact_point": [0, 0, -0.25]},
-        "gravity": [0, 0, -9.81],
-        "controller": {
-            "variant": "permanent",
-            "K_t": [40] * 3,
-            "L_t": [8] * 3,
-            "K_r": [20, 20, 15],
-            "L_r": [6, 6, 3],
-        },
-        "integration": {"duration": 1.0},
-    }
-    sentences = statements_of(prove(rbstab.load_config(soft)))
-    assert not any("empty" in sentence for sentence in sentences)
-    assert any("no level above the lowest rest state is enough" in one for one in sentences)
-    assert sum(sentence.startswith("Region of rest state") for sentence in sentences) == 4

@@ -39,14 +39,6 @@ def test_free_body_that_turns_over_leaves_the_range(engine):
 
 
 @each_engine
-def test_range_bound_of_the_config_is_the_one_that_counts(engine):
-    spin = {"angular_velocity": [0.0, 32.0, 0.0]}
-    result = rbstab.simulate(paper_config("free", initial=spin, engine=engine, range_bound=0.5))
-    assert result.status == "range left"
-    assert np.cos(result["orientation"][-1, 1]) == pytest.approx(0.5, rel=0, abs=1e-11)
-
-
-@each_engine
 def test_step_and_time_limits_of_the_config_are_the_ones_that_count(engine):
     stopped = rbstab.simulate(paper_config("free", engine=engine, step_limit=3))
     assert stopped.status == "step limit"
@@ -80,8 +72,3 @@ def test_missing_engine_is_said_before_anything_else(monkeypatch):
     monkeypatch.delitem(sys.modules, "rbstab.integrate.heyoka.engine", raising=False)
     with pytest.raises(EngineMissingError, match="heyoka"):
         rbstab.simulate(paper_config("free", engine="heyoka"))
-
-
-def test_wrong_config_is_refused():
-    with pytest.raises(rbstab.ConfigError, match=r"integration\.samples"):
-        rbstab.simulate(paper_config("free", samples=1))

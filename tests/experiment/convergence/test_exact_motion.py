@@ -75,13 +75,6 @@ def test_a_start_inside_needs_no_step():
     assert at_start.enclosed is Enclose.NOTHING
 
 
-def test_a_start_outside_is_not_decided_without_following_it():
-    config = rbstab.load_config(paper_config("permanent"))
-    found = convergence_at_start(config, problem_of(config), held_proof())
-    assert found.proved is None
-    assert "--prove" in found.why
-
-
 @pytest.mark.parametrize("coordinates", ["manifold", "reduced"])
 def test_a_held_body_is_followed_in_its_six_states(coordinates):
     config = rbstab.load_config(
@@ -135,15 +128,6 @@ def test_an_enclosure_that_ends_early_says_so(monkeypatch):
     assert 0.3 < samples.times[-1] < 2.0
 
 
-def test_the_limit_of_steps_is_named(monkeypatch):
-    monkeypatch.setattr(exact_motion, "MAX_STEPS", 5)
-    config = rbstab.load_config(paper_config("permanent"))
-    found, samples = proved(config, proof=held_proof())
-    assert (found.proved, found.steps) == (None, 5)
-    assert "v is too large after 5 steps" in found.why
-    assert samples.times[-1] > 0
-
-
 @pytest.mark.parametrize(
     "given",
     [
@@ -179,15 +163,3 @@ def test_the_sentence_says_what_is_proved():
     # An error is never rounded down.
     wider = replace(found, energy=(900.0, 901.96))
     assert "known to 1 J" in wider.sentence
-
-
-def test_an_enclosure_without_a_region_keeps_both_reasons(monkeypatch):
-    monkeypatch.setattr(exact_motion, "MAX_STEPS", 3)
-    config = rbstab.load_config(paper_config("permanent"))
-    bare = held_proof().model_copy(update={"region": None, "regions": (), "unwrapped": None})
-    found, samples = proved(config, Enclose.TO_END, bare)
-    assert found.proved is None
-    assert found.why.startswith("no certified region is proved")
-    assert "not enclosed to the end: 3 steps" in found.why
-    assert samples is not None
-    assert samples.times[-1] > 0

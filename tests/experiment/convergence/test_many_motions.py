@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from support.paper_runs import paper_config
-from support.valleys import TWO_VALLEYS
 
 import rbstab
 from rbstab.config.build import start_of
@@ -90,63 +89,6 @@ def test_the_energy_of_a_computed_motion_is_inside_the_bounds(variant):
     assert found[2].time < found[0].time
 
 
-def test_each_motion_reaches_its_own_valley():
-    """Starts on both sides of the pass, one after the other in the same batch."""
-    config = rbstab.load_config(TWO_VALLEYS | {"initial": {"orientation": [-0.5, 0, 0]}})
-    many = Motions(config, prove(config))
-    speeds = [-11.0, 10.0, 12.0, -11.0]
-    configs = [
-        rbstab.load_config(
-            TWO_VALLEYS | {"initial": {"orientation": [-0.5, 0, 0], "angular_velocity": [x, 0, 0]}}
-        )
-        for x in speeds
-    ]
-    values, errors = values_of(configs)
-    found = many.follow_all(values, errors, MAX_STEPS)
-    assert found[0].steps == found[3].steps
-    assert {one.decision.rest_state for one in found} == {1, 2}
-    for start, one in zip(configs, found, strict=True):
-        _, end = motion_in_doubles(start, one.time + 30.0)
-        rest = many.proof.states[one.decision.rest_state - 1]
-        assert end[:3] == pytest.approx(rest.orientation, abs=0.02)
-
-
-def same(one, other):
-    """Whether the same was found, bit for bit."""
-    a, b = one.decision, other.decision
-    if isinstance(a, Convergence) and isinstance(b, Convergence):
-        a, b = ((x.proved, x.rest_state, x.time, x.energy, x.bound) for x in (a, b))
-    return (one.steps, one.time, a) == (other.steps, other.time, b)
-
-
-def test_what_is_found_does_not_depend_on_the_batch(monkeypatch):
-    """Of motions of different lengths, of which some are not proved."""
-    config, many = many_of("free")
-    values, errors = values_of(starts_of(config, [0.4, 0.01, 0.45, 0.9, 0.5]))
-    values[4, 0], errors[2, 3] = np.nan, 1e3
-    whole = many.follow_all(values, errors, 14)
-    assert {type(one.decision) for one in whole} == {Convergence, type(None)}
-    assert len({one.steps for one in whole}) > 2
-    order = np.array([3, 1, 4, 0, 2])
-    for k, one in zip(order, many.follow_all(values[order], errors[order], 14), strict=True):
-        assert same(one, whole[k])
-    monkeypatch.setattr(module, "BATCH_SIZE", 2)
-    for one, other in zip(many.follow_all(values, errors, 14), whole, strict=True):
-        assert same(one, other)
-    assert [one.steps for one in whole][2::2] == [0, 0]
-
-
-def test_the_limit_of_steps():
-    config, many = many_of("free")
-    start = values_of(starts_of(config, [0.5, 0.01]))
-    enough = many.follow_all(*start, MAX_STEPS)
-    steps = enough[0].steps
-    short, inside = many.follow_all(*start, steps - 1)
-    assert (short.steps, short.decision) == (steps - 1, None)
-    assert same(inside, enough[1])
-    assert same(many.follow_all(*start, steps)[0], enough[0])
-
-
 def test_numbers_without_bounds_prove_nothing():
     """Neither at the start nor later, and also where a start would be inside of a region."""
     config, many = many_of("visco-elastic")
@@ -162,26 +104,6 @@ def test_numbers_without_bounds_prove_nothing():
     found = many.follow_all(*(np.concatenate(parts) for parts in zip(*broken, strict=True)), 5)
     assert [one.decision for one in found] == [None] * len(broken)
     assert {one.steps for one in found} == {0}
-
-
-def test_errors_of_the_start_are_in_the_bounds_of_the_energy():
-    """At the start the energy is ½ Ω'JΩ, with Ω up to its errors."""
-    config, many = many_of("free")
-    configs = starts_of(config, [0.01])
-    values, errors = values_of(configs)
-    errors[0, 3:6] = 0.01
-    (found,) = many.follow_all(values, errors, 0)
-    low, high = found.decision.energy
-    system = enclosed_system(configs[0], lambda numbers: numbers)
-    rest = many.proof.states[0].energy
-    seen = []
-    for sign in (-1.0, 1.0):
-        y = values[0].copy()
-        y[3:6] += sign * np.sign(y[3:6]) * 0.01
-        seen.append(system.observe(y).energy.sum() - rest)
-    assert low <= min(seen) < max(seen) <= high
-    (narrow,) = many.follow_all(*values_of(configs), 0)
-    assert narrow.decision.energy[1] - narrow.decision.energy[0] < 1e-9
 
 
 def decisions_of(lows, highs, proof):

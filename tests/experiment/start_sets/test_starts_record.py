@@ -1,15 +1,11 @@
 """What is proved of starts: its file, its identity and its sentence."""
 
-import json
-
-import pytest
 from support.configs import BY_VARIANT, plain
 
 from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment import proof_cache
 from rbstab.experiment.robust import cache as robust_cache
-from rbstab.experiment.robust.cache import keep, kept
 from rbstab.experiment.robust.record import bounds_of
 from rbstab.experiment.start_sets import cache, starts_record
 from rbstab.experiment.start_sets.cache import starts_for
@@ -51,25 +47,6 @@ def proof(*parts, fraction=1.0, why=""):
         why=why,
         seconds=1.25,
     )
-
-
-@pytest.mark.parametrize("found", [proof(), proof(part(), part(rest_state=3), fraction=0.1 + 0.2)])
-def test_what_is_stored_is_read_again(tmp_path, found):
-    assert kept(tmp_path, StartsProof, found.id) is None
-    keep(tmp_path, found)
-    assert kept(tmp_path, StartsProof, found.id) == found
-    assert (tmp_path / "proofs" / f"starts-{found.id}.json").exists()
-
-
-def test_an_error_of_the_disk_is_no_missing_file(tmp_path, monkeypatch):
-    """The proof may be whole; it is not to be made again and written over."""
-
-    def fails(*_):
-        raise StoreError("disk") from OSError(5, "input/output error")
-
-    monkeypatch.setattr(proof_cache, "read_model", fails)
-    with pytest.raises(StoreError):
-        kept(tmp_path, StartsProof, "0" * 32)
 
 
 def test_what_is_proved_is_stored_and_found_again(tmp_path, monkeypatch):
@@ -176,16 +153,3 @@ def test_the_sentence_of_a_part_never_claims_the_whole():
     nothing = proof(fraction=0.0, why="no region")
     assert nothing.sentence == "convergence is not decided; no region"
     assert nothing.time == 0.0
-
-
-def test_plain_data():
-    data = proof(part(), fraction=0.5, why="why").as_data()
-    assert data["proved"] is None
-    assert data["rest_states"] == [1]
-    assert data["tolerances"][2] == {
-        "key": "initial.angular_velocity[2]",
-        "low": "-16.1",
-        "high": "-15.9",
-    }
-    assert json.loads(json.dumps(data)) == data
-    assert not {"id", "version", "seconds"} & set(data)

@@ -30,7 +30,6 @@ BAND: dict[str, Any] = {
     "damping": 8.0,
 }
 PERMANENT = CONTROLLER | {"variant": "permanent"}
-LEANING = PERMANENT | {"K_r": [40.0, 40.0, 32.0]}
 ENDS = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 0.1]}
 CREEP = ENDS | {"K_c": [30.0, 20.0, 10.0], "L_c": [2.0, 3.0, 1.0]}
 CREEP |= {"K_d": [9.0, 8.0, 7.0], "L_d": [3.0, 2.0, 1.0]}

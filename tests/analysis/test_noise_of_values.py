@@ -106,4 +106,4 @@ def test_a_step_must_end_on_every_breakpoint(reached, missed, first):
     found = breakpoints(Supply(nothing, nothing, np.array([0.5, 1.5]), np.array(reached)))
     assert found.verdict is (VIOLATED if missed else CONSISTENT)
     assert found.value == missed
-    assert found.time == pytest.approx(first, nan_ok=True)
+    assert found.when == pytest.approx(first, nan_ok=True)

@@ -110,7 +110,7 @@ def test_smaller_limits_of_springs_and_ligaments(element, monkeypatch):
 
 def test_a_brief_proof_does_not_replace_one_that_was_stored_in_the_meantime(tmp_path, monkeypatch):
     config = load_config(DATA)
-    whole = no_proof(proof_id(config), "found elsewhere", 0.0)
+    whole = no_proof(proof_id(config), "found elsewhere")
 
     def beside(config: Any, problem: Any, *, brief: bool, prove: Any = module.prove) -> Proof:
         found: Proof = prove(config, problem, brief=brief)

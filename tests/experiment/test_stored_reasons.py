@@ -45,7 +45,7 @@ def test_all_commands_show_the_reason_of_an_old_proof_in_new_words(
     monkeypatch.chdir(tmp_path)
     Path("body.yaml").write_text(VISCO_ELASTIC)
     config = load_config(plain(VISCO_ELASTIC))
-    data = no_proof(proof_id(config), "", 1.0).model_dump(mode="json") | {"outcome": old}
+    data = no_proof(proof_id(config), "").model_dump(mode="json") | {"outcome": old}
     file = proof_file(Path("results"), config)
     write_document(file, data)
     found = cached_proof(Path("results"), config)

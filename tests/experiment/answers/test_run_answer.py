@@ -9,7 +9,7 @@ import pytest
 from support.results import with_data
 
 import rbstab
-from rbstab.analysis.certificate.verdict import Verdict
+from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.check_words import comparison, word_of_check
 from rbstab.experiment.answers.run_answer import answer_beside, answer_of
@@ -18,7 +18,6 @@ from rbstab.experiment.answers.words import MEANINGS, Sureness, run_words, word_
 from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.proof import prove
 from rbstab.experiment.run_certificate import LEAST_REST_STATES
-from rbstab.experiment.stored_certificate import CertificateLine
 from rbstab.experiment.summary import settling_time_of
 from rbstab.store.result import WORDS_OF_VERDICTS
 
@@ -221,7 +220,7 @@ def test_a_short_enclosure_says_that_it_was_short(monkeypatch):
 
 
 def line(check, verdict, value, bound):
-    return CertificateLine(check, verdict, value, bound, math.nan, "a number")
+    return Check(check, verdict, value, bound, math.nan, "a number")
 
 
 @pytest.mark.parametrize(

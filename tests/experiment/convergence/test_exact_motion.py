@@ -102,7 +102,7 @@ def test_a_wrong_computed_motion_is_found():
     variables["angular_velocity"] = variables["angular_velocity"]._replace(data=wrong)
     check = compared(motion.samples, type(result)(variables, result.attributes, result.config))
     assert check.verdict == "violated"
-    assert check.time == result["time"][3]
+    assert check.when == result["time"][3]
     nan = dict(result.variables)
     broken = nan["orientation"].data.copy()
     broken[2, 0] = np.nan

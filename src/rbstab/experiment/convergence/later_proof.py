@@ -25,7 +25,7 @@ from rbstab.experiment.run_certificate import (
     proved_checks,
     rest_state_check,
 )
-from rbstab.experiment.stored_certificate import CertificateLine, stored_lines
+from rbstab.experiment.stored_certificate import stored_lines
 from rbstab.experiment.stored_config import stored_config
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
@@ -91,17 +91,17 @@ def with_later_proof(
     from rbstab.experiment.convergence.exact_motion import convergence_at_start
 
     problem = problem_of(config)
-    new = {one.name: one for one in (proved_checks(problem, proof) if checks is None else checks)}
+    new = {one.check: one for one in (proved_checks(problem, proof) if checks is None else checks)}
     found = stored_convergence(result.attributes)
     if found is None or found.proved is None:
         found = _further(found, convergence_at_start(config, problem, proof))
-    changed = [_knowing_more(_as_check(line), new.get(line.check)) for line in lines]
+    changed = [_knowing_more(line, new.get(line.check)) for line in lines]
     attributes = attributes_with_proof(result, proof, str(result.attributes["verdict"]), found)
     variables = {**result.variables, **certificate_variables(changed)}
     return replace(result, variables=variables, attributes=attributes)
 
 
-def _says_more(proof: "Proof", lines: Sequence[CertificateLine]) -> bool:
+def _says_more(proof: "Proof", lines: Sequence[Check]) -> bool:
     """Return whether a proof may say more of a run than its certificate.
 
     A certificate without these checks is of an old version, and takes none.
@@ -115,7 +115,7 @@ def _says_more(proof: "Proof", lines: Sequence[CertificateLine]) -> bool:
     now = rest_state_check(proof)
     if math.isnan(now.value):
         return False
-    if (str(now.verdict), now.value) != (stable.verdict, stable.value):
+    if (now.verdict, now.value) != (stable.verdict, stable.value):
         # A longer search has found more, or has proved it.
         return stable.verdict == Verdict.UNKNOWN or now.verdict != Verdict.UNKNOWN
     level = math.nan if proof.region is None else proof.region.lower_bound
@@ -130,7 +130,7 @@ def _knowing_more(stored: Check, new: Check | None) -> Check:
     if math.isnan(stored.value):
         return new
     decided = [one.verdict != Verdict.UNKNOWN for one in (stored, new)]
-    if stored.name == CERTIFIED_REGION:
+    if stored.check == CERTIFIED_REGION:
         return new if decided[1] or not decided[0] else stored
     # A complete count of rest states stays, as does one of more states that were proved.
     counts_all = stored.quantity != LEAST_REST_STATES
@@ -141,8 +141,3 @@ def _knowing_more(stored: Check, new: Check | None) -> Check:
 def _further(stored: Convergence | None, new: Convergence) -> Convergence:
     """Return the convergence that says more: a motion that was enclosed says why it was in vain."""
     return stored if stored is not None and stored.steps and new.proved is None else new
-
-
-def _as_check(line: CertificateLine) -> Check:
-    check, verdict, value, bound, when, quantity = line
-    return Check(check, Verdict(verdict), value, bound, when, quantity)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from rbstab.analysis.certificate.verdict import Check, Verdict, overall
+from rbstab.analysis.certificate.verdict import overall
 from rbstab.config.schema import Config
 from rbstab.experiment.convergence.convergence import (
     ATTRIBUTE,
@@ -25,12 +25,14 @@ from rbstab.experiment.convergence.enclosed_samples import (
 )
 from rbstab.experiment.convergence.enclosed_samples import GROUP as ENCLOSURE
 from rbstab.experiment.convergence.zero_description import NO_REST_STATE, described_by_proof
-from rbstab.experiment.run_certificate import GROUP as CERTIFICATE
 from rbstab.experiment.run_certificate import (
+    CERTIFIED_REGION,
+    GLOBAL_STABILITY,
     certificate_variables,
     computed_audit_bound,
     proved_checks,
 )
+from rbstab.experiment.run_certificate import GROUP as CERTIFICATE
 from rbstab.experiment.stored_certificate import stored_lines
 from rbstab.integrate.problem import Problem
 from rbstab.store.result import Result
@@ -65,12 +67,8 @@ def with_proof(
     """
     convergence, samples = _convergence(config, problem, proof, enclose)
     enclosure = {} if samples is None else enclosure_variables(samples, problem.system)
-    replaced = {check.name for check in proved_checks(problem, None)} | {COMPUTED_MOTION}
-    checks = [
-        Check(line.check, Verdict(line.verdict), line.value, line.bound, line.when, line.quantity)
-        for line in stored_lines(result)
-        if line.check not in replaced
-    ]
+    replaced = GLOBAL_STABILITY, CERTIFIED_REGION, COMPUTED_MOTION
+    checks = [line for line in stored_lines(result) if line.check not in replaced]
     if samples is not None:
         bound = computed_audit_bound(problem)
         checks.append(computed_motion_check(samples, result.variables, bound))

@@ -269,7 +269,7 @@ class Proof(ProvedStates):
 
     id: str
     version: int = PROOF_VERSION
-    seconds: float
+    seconds: float = 0.0
     reduced_energy: ProvedEnergy | None = None
     unwrapped: UnwrappedStates | None = None
     brief: Literal[True] | None = None
@@ -438,7 +438,7 @@ SUPPLIES = "an input supplies power"
 """Why nothing is proved of a config with inputs."""
 
 
-def no_proof(identity: str, reason: str, seconds: float) -> Proof:
+def no_proof(identity: str, reason: str) -> Proof:
     """Return the record of a config that has no proof, with the reason."""
     return Proof(
         id=identity,
@@ -446,7 +446,6 @@ def no_proof(identity: str, reason: str, seconds: float) -> Proof:
         proved=False,
         unique=None,
         examined=0,
-        seconds=seconds,
         undecided=(),
         states=(),
         region=None,

@@ -126,7 +126,7 @@ def test_a_rise_of_v_is_caught_where_it_is_steepest():
         int(np.diff(v).argmax()),
         energy_scale(v, record.variables["energy_round_off"].data),
     )
-    assert found(record, "decrease", "time") == times[steepest]
+    assert found(record, "decrease", "when") == times[steepest]
     assert found(record, "decrease") == pytest.approx((v[steepest + 1] - v[steepest]) / scale)
 
 

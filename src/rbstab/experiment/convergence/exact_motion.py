@@ -24,9 +24,9 @@ from rbstab.experiment.convergence.decisions import (
     BY_REGION,
     LEAST_FALL,
     MAX_STEPS,
-    NO_REGION,
     NOT_ENCLOSED,
     PATIENCE,
+    no_region,
     refusal,
     start_in_region,
 )
@@ -222,7 +222,7 @@ def _at_start(problem: Problem, proof: Proof | None, refused: Convergence) -> Co
         return refused
     inside = start_in_region(problem, proof)
     if inside is None and proof is not None and not region_energies(proof):
-        why = NO_REGION if proof.proved else f"{NO_REGION} ({proof.ended})"
+        why = no_region(proof)
         if proof.has_energy:
             why = f"{why}. Only a region could decide: {refused.why}"
         return Convergence(None, why=why, reason=Undecided.NO_REGION)

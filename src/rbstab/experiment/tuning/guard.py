@@ -1,7 +1,7 @@
 """A barrier of θ2 with which every start in the range is proved to converge."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from rbstab.experiment.tuning.guarded_run import (
     RunOutcome,
     check_single,
     guard_name,
+    guards_of,
     outcome_of,
     with_guard,
 )
@@ -23,6 +24,9 @@ from rbstab.store.result import Result
 
 ANY_ANGLES = "with |θ2| < π/2 and any θ1, θ3"
 """Where a barrier must leave a single rest state: it keeps θ2, and neither θ1 nor θ3."""
+
+BARRIER = ("barrier",)
+"""The method of the guard that is found, and of one that it replaces."""
 
 LADDER = tuple(float(f"{digit}e{power}") for power in range(-2, 5) for digit in (1, 2, 5))
 """N m: the stiffnesses that are tried, ascending, until one is enough."""
@@ -82,7 +86,8 @@ def guard(config: Config, on_tried: Callable[[float, str], None] = lambda *_: No
         can_be_enough = bool(found) and not proof.needs_lengths
         if proof.every_start:
             runs[stiffness] = simulate(guarded)
-        stays = stiffness in runs and not _leaves_range(runs[stiffness])
+        left = RunStatus.RANGE_LEFT
+        stays = stiffness in runs and runs[stiffness].status != left
         if proof.every_start and not stays:
             tried[stiffness] += ", but the run leaves the range numerically (range_bound)"
         on_tried(stiffness, tried[stiffness])
@@ -91,7 +96,7 @@ def guard(config: Config, on_tried: Callable[[float, str], None] = lambda *_: No
     found = next((k for k in LADDER if can_be_enough and is_enough(k)), None)
     if found is not None and found != LADDER[0]:
         found = _refined(LADDER[LADDER.index(found) - 1], found, is_enough)
-    name = guard_name(config, _is_barrier)
+    name = guard_name(config, BARRIER)
     given = outcome_of(simulate(config), config, name)
     if found is None:
         return Guarded(None, None, tuple(tried.items()), given, None)
@@ -102,17 +107,14 @@ def guard(config: Config, on_tried: Callable[[float, str], None] = lambda *_: No
 
 def _check_barriers(config: Config) -> None:
     """Reject a config with barriers that one barrier of θ2 would not replace."""
-    check_single(config, _is_barrier, "barriers")
-    for name, section in config.elements.items():
-        if _is_barrier(section.model_dump()) and section.outer_stiffness:
+    check_single(config, BARRIER, "barriers")
+    for name in guards_of(config, BARRIER):
+        section = config.elements[name]
+        if section.outer_stiffness:
             raise UnsuitedConfigError(
                 f"elements.{name}.outer_stiffness: is {section.outer_stiffness:g}, and a barrier "
                 "on θ2 alone would take its place (expected 0)"
             )
-
-
-def _leaves_range(result: Result) -> bool:
-    return RunStatus(result.status) is RunStatus.RANGE_LEFT
 
 
 def _description(proof: Proof) -> str:
@@ -132,11 +134,7 @@ def _description(proof: Proof) -> str:
 def with_barrier(config: Config, stiffness: float) -> Config:
     """Return a config of schema version 2 with one barrier of this stiffness, N m."""
     barrier = {"kind": "guard", "method": "barrier", "stiffness": stiffness}
-    return with_guard(config, barrier, _is_barrier)
-
-
-def _is_barrier(element: dict[str, Any]) -> bool:
-    return element.get("method") == "barrier"
+    return with_guard(config, barrier, BARRIER)
 
 
 def _refined(low: float, high: float, is_enough: Callable[[float], bool]) -> float:

@@ -1,6 +1,6 @@
 """Configs with a guard of θ2, and what a guard does in a run."""
 
-from collections.abc import Callable
+from collections.abc import Collection
 from dataclasses import replace
 from itertools import chain, count
 from typing import Any, NamedTuple
@@ -21,9 +21,6 @@ from rbstab.store.result import Result
 
 USUAL_NAME = "range"
 """The name of a guard in a config that has none; with a number if another element has it."""
-
-Chosen = Callable[[dict[str, Any]], bool]
-"""Whether an element of a config, as plain data, is one to be replaced."""
 
 
 class RunOutcome(NamedTuple):
@@ -78,44 +75,43 @@ def couple_at(config: Config, name: str, pitch: float) -> float:
         return float(np.linalg.norm(element.wrench(motion, NO_STATE).couple))
 
 
-def with_guard(config: Config, guard: dict[str, Any], chosen: Chosen) -> Config:
-    """Return a config of schema version 2 with one guard in place of the chosen elements."""
-    name = guard_name(config, chosen)
-    data = plain_data(config) | {"schema_version": 2}
-    return changed_config(config, data | {"elements": _others(data, chosen) | {name: guard}})
+def with_guard(
+    config: Config, guard: dict[str, Any] | None, methods: Collection[str | None]
+) -> Config:
+    """Return a config of schema version 2 with one guard in place of those of some methods.
 
-
-def without_guard(config: Config, chosen: Chosen) -> Config:
-    """Return a config without the chosen elements; itself if it has none of them."""
+    Without a guard, only these are left out; a config that has none is returned as it is.
+    """
+    names = guards_of(config, methods)
+    if guard is None and not names:
+        return config
     data = plain_data(config)
-    others = _others(data, chosen)
-    return (
-        changed_config(config, data | {"elements": others})
-        if len(others) < len(config.elements)
-        else config
-    )
+    elements: dict[str, Any] = data.get("elements", {})
+    left = {name: element for name, element in elements.items() if name not in names}
+    if guard is not None:
+        left[guard_name(config, methods)] = guard
+    return changed_config(config, data | {"schema_version": 2, "elements": left})
 
 
-def guard_name(config: Config, chosen: Chosen) -> str:
-    """Return the name of the first chosen element of a config, or a free name for a new one."""
-    elements: dict[str, Any] = plain_data(config).get("elements", {})
-    names = [name for name, element in elements.items() if chosen(element)]
+def guards_of(config: Config, methods: Collection[str | None]) -> list[str]:
+    """Return the names of the guards of some methods in a config."""
+    elements = config.elements.items()
+    return [name for name, one in elements if getattr(one, "method", None) in methods]
+
+
+def guard_name(config: Config, methods: Collection[str | None]) -> str:
+    """Return the name of the first guard of some methods, or a free name for a new one."""
     possible = chain([USUAL_NAME], (f"{USUAL_NAME}_{number}" for number in count(2)))
-    return names[0] if names else next(name for name in possible if name not in elements)
+    free = (name for name in possible if name not in config.elements)
+    return next(chain(guards_of(config, methods), free))
 
 
-def check_single(config: Config, chosen: Chosen, what: str) -> None:
+def check_single(config: Config, methods: Collection[str | None], what: str) -> None:
     """Reject a config with several elements that one guard would replace.
 
     Raises:
         UnsuitedConfigError: The config has several.
     """
-    elements: dict[str, Any] = plain_data(config).get("elements", {})
-    names = [name for name, element in elements.items() if chosen(element)]
+    names = guards_of(config, methods)
     if len(names) > 1:
         raise UnsuitedConfigError(f"elements: has the {what} {', '.join(names)} (expected one)")
-
-
-def _others(data: dict[str, Any], chosen: Chosen) -> dict[str, Any]:
-    elements: dict[str, Any] = data.get("elements", {})
-    return {name: element for name, element in elements.items() if not chosen(element)}

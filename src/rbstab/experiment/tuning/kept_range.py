@@ -1,17 +1,15 @@
 """What is proved of a start with a soft guard of θ2: theorem 11, with its independent check."""
 
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.exact import in_balls
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.elements.registry import KINDS
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stored_proof.proof import Proof, ProvedState
-from rbstab.experiment.stored_proof.starts import OPEN_RANGE, enclosed_start
+from rbstab.experiment.stored_proof.starts import OPEN_RANGE, start_bounds
 from rbstab.proof.exact.expr import Expr
 from rbstab.proof.kept_range import (
     Border,
@@ -102,8 +100,7 @@ def unguarded(config: Config) -> Unguarded:
     border = border_of_pitch(energy)
     if border is None:
         raise NotDecidedError("θ1 and θ3 have no bound that is small enough for a proof")
-    assert problem.exact is not None
-    start = in_balls(partial(enclosed_start, problem.exact))
+    start = start_bounds(problem)
     if start is None:
         raise NotDecidedError("the energy at the start has no proved bound")
     pitch = float(max(-start.low[1], start.high[1]))
@@ -118,10 +115,19 @@ def guard_of(method: str, strength: float, soft_angle: float) -> Expr:
     return guard_energy(kind, strength, soft_angle)
 
 
+def energy_with(start: Unguarded, guard: Expr) -> float:
+    """Return an upper bound of the energy at a start with a guard, J."""
+    return float(np.nextafter(start.energy + energy_at_most(guard, start.pitch), np.inf))
+
+
 def keeps_range(start: Unguarded, guard: Expr) -> bool:
     """Return whether a motion with a guard is proved to keep the range."""
-    energy = np.nextafter(start.energy + energy_at_most(guard, start.pitch), np.inf)
-    return bool(energy < energy_bound(start.border, guard))
+    return energy_with(start, guard) < energy_bound(start.border, guard)
+
+
+def gains_of(method: str, strength: float, soft_angle: float) -> dict[str, float]:
+    """Return the gains of a guard by their names; the first is its strength, k or K."""
+    return {KINDS["guard"][method].gains[0].name: strength, "soft_angle": soft_angle}
 
 
 def kept(start: Unguarded, method: str, strength: float, soft_angle: float) -> Kept:
@@ -149,10 +155,9 @@ def kept(start: Unguarded, method: str, strength: float, soft_angle: float) -> K
     beyond = refused.pop("nothing at rest beyond", None)
     if refused:
         raise NotDecidedError(f"the checker refuses it: {' '.join(refused.values())}")
-    at_start = float(np.nextafter(start.energy + energy_at_most(guard, start.pitch), np.inf))
     nothing = nothing and beyond is None
     states, reason = _inner_states(start.proof, soft_angle, nothing_beyond=nothing)
-    return Kept(at_start, bound, nothing, states, reason)
+    return Kept(energy_with(start, guard), bound, nothing, states, reason)
 
 
 def _inner_states(
@@ -192,6 +197,6 @@ def _rest_states_confirmed(proof: Proof) -> bool:
 def couple_bound(method: str, strength: float, soft_angle: float) -> float:
     """Return a bound of the couple of a guard while |θ2| < π/2, N m."""
     kind: Any = KINDS["guard"][method]
-    gains = {kind.gains[0].name: strength, "soft_angle": soft_angle}
+    gains = gains_of(method, strength, soft_angle)
     guard = kind(name="guard", mode=np.array([1.0, 0.0]), **gains)
     return float(guard.slope(RANGE_END[1]))

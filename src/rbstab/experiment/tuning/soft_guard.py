@@ -11,15 +11,16 @@ from rbstab.experiment.tuning.guarded_run import (
     RunOutcome,
     check_single,
     guard_name,
+    guards_of,
     outcome_of,
     with_guard,
-    without_guard,
 )
 from rbstab.experiment.tuning.kept_range import (
     Kept,
     NotDecidedError,
     Unguarded,
     couple_bound,
+    gains_of,
     guard_of,
     keeps_range,
     kept,
@@ -87,27 +88,25 @@ def soft_guard(
     Raises:
         UnsuitedConfigError: The config has several soft guards, or a barrier.
     """
-    check_single(config, _is_soft, "soft guards")
-    for name, section in config.elements.items():
-        if getattr(section, "method", None) == "barrier":
-            raise UnsuitedConfigError(
-                f"elements.{name}: is a barrier, which keeps every motion in the range "
-                "(expected none beside a soft guard)"
-            )
-    name = guard_name(config, _is_soft)
+    check_single(config, METHODS, "soft guards")
+    for name in guards_of(config, ["barrier"]):
+        raise UnsuitedConfigError(
+            f"elements.{name}: is a barrier, which keeps every motion in the range "
+            "(expected none beside a soft guard)"
+        )
+    name = guard_name(config, METHODS)
     given = outcome_of(simulate(config), config, name)
     nothing = SoftlyGuarded(None, None, None, "", None, None, given, None)
     try:
-        start = unguarded(without_guard(config, _is_soft))
+        start = unguarded(with_guard(config, None, METHODS))
         if start.is_inside:
             return nothing._replace(strength=0.0)
         strength = _least_strength(start, method, soft_angle)
         found = kept(start, method, strength, soft_angle)
     except NotDecidedError as error:
         return nothing._replace(reason=str(error))
-    gains = {KINDS["guard"][method].gains[0].name: strength, "soft_angle": soft_angle}
-    guard = {"kind": "guard", "method": method, **gains}
-    guarded = with_guard(config, guard, _is_soft)
+    guard = {"kind": "guard", "method": method, **gains_of(method, strength, soft_angle)}
+    guarded = with_guard(config, guard, METHODS)
     outcome = outcome_of(simulate(guarded), guarded, name)
     bound = couple_bound(method, strength, soft_angle)
     reason = "the run leaves the range numerically (integration.range_bound)"
@@ -133,10 +132,6 @@ def _keeps(outcome: RunOutcome, bound: float, limit: float) -> bool:
     return bound <= limit or (outcome.pitch_resolved and outcome.largest_couple <= limit)
 
 
-def _is_soft(element: dict[str, Any]) -> bool:
-    return element.get("method") in METHODS
-
-
 def _least_strength(start: Unguarded, method: str, soft_angle: float) -> float:
     """Return the least number of `DIGITS` digits with which the motion is proved to keep the range.
 
@@ -144,7 +139,7 @@ def _least_strength(start: Unguarded, method: str, soft_angle: float) -> float:
         NotDecidedError: It is larger than `MOST_STRENGTH`.
     """
     kind: Any = KINDS["guard"][method]
-    one = {kind.gains[0].name: 1.0, "soft_angle": soft_angle}
+    one = gains_of(method, 1.0, soft_angle)
     inner, outer = (
         float(kind(name="guard", mode=[float(angle > soft_angle), 0.0], **one).energy(angle))
         for angle in (start.pitch, math.pi / 2)

@@ -14,7 +14,6 @@ from rbstab.config.load import load_config
 from rbstab.experiment import proof as module
 from rbstab.experiment.answers.run_answer import answer_of
 from rbstab.experiment.convergence.convergence import Enclose
-from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.proof_cache import cached_proof, proof_for
 from rbstab.experiment.run_to_file import prove_run, run_to_file
 from rbstab.experiment.stability import statements_of
@@ -23,9 +22,6 @@ from rbstab.experiment.stored_proof.proof import STOPPED, Proof, no_proof
 from rbstab.proof import limits
 from rbstab.proof.rest_states import Body
 from rbstab.proof.search import BATCH
-from rbstab.sweep.plan.load import load_plan
-from rbstab.sweep.proofs.columns import NO_PROOF, NOT_PROVED, PROVED
-from rbstab.sweep.proofs.convergence import ProvedConvergence, keep_proofs
 from rbstab_cli.main import cli
 
 TIED = CONTROLLER | {
@@ -33,10 +29,6 @@ TIED = CONTROLLER | {
     "K_c": [9000.0, 9000.0, 9000.0],
     "L_c": [90.0, 90.0, 90.0],
 }
-SPRING: dict[str, Any] = {"kind": "spring", "point": [0.02, 0.0, 0.3], "anchor": [0.6, 0.01, 0.9]}
-SPRING |= {"stiffness": 300.0, "rest_length": 0.5}
-BAND: dict[str, Any] = {"kind": "ligament", "point": [0.1, 0.2, 0.3], "anchor": [0.5, 0.1, 0.5]}
-BAND |= {"stiffness": 100.0, "slack_length": 0.3, "toe_strain": 0.2, "damping": 8.0}
 DATA = config_data({}, TIED, integration={"duration": 0.02, "samples": 3})
 GOES_ON = "rbstab run CONFIG --prove tries more"
 IN_RUN = "the same command with --prove tries more"
@@ -96,18 +88,6 @@ def test_a_brief_proof_with_boxes_to_spare_is_the_whole_one(monkeypatch):
     assert brief.model_copy(update={"seconds": full.seconds}) == full
 
 
-@pytest.mark.parametrize("element", [SPRING, BAND], ids=["spring", "ligament"])
-def test_smaller_limits_of_springs_and_ligaments(element, monkeypatch):
-    """Undecided boxes cover most of the range, so that no region is left."""
-    for name in ("BRIEF_WITH_SPRINGS", "BRIEF_WITH_LIGAMENTS"):
-        monkeypatch.setattr(limits, name, 100)
-    config = load_config(config_data({"one": element}, TIED))
-    short = module.prove(config, brief=True)
-    assert (short.brief, short.proved, short.region) == (True, False, None)
-    found = prove_convergence(config, problem_of(config), short, Enclose.BRIEFLY).convergence
-    assert (found.proved, GOES_ON in found.why) == (None, True)
-
-
 def test_a_brief_proof_does_not_replace_one_that_was_stored_in_the_meantime(tmp_path, monkeypatch):
     config = load_config(DATA)
     whole = no_proof(proof_id(config), "found elsewhere")
@@ -163,19 +143,4 @@ def test_the_command_that_is_named_goes_on(command, tmp_path, made, monkeypatch)
     assert made == [True, False]
     text = printed("run", "x.yaml", "-q")
     assert "not decided" not in text
-    assert made == [True, False]
-
-
-def test_members_that_share_a_brief_proof_are_proved_by_a_later_one(tmp_path, made):
-    plan = load_plan({"base": DATA, "vary": {"initial.angular_velocity[0]": {"values": [0.5, 90]}}})
-
-    def codes() -> list[int]:
-        found: list[int] = ProvedConvergence(plan, tmp_path).of(0, 2).codes.tolist()
-        return found
-
-    keep_proofs(plan, tmp_path, brief=True)
-    assert codes() == [NO_PROOF, NO_PROOF]
-    assert ProvedConvergence(plan, tmp_path).brief == 1
-    keep_proofs(plan, tmp_path)
-    assert codes() == [PROVED, NOT_PROVED]
     assert made == [True, False]

@@ -3,7 +3,6 @@
 import errno
 import os
 
-import numpy as np
 import pytest
 from support.paper_runs import paper_config
 
@@ -14,7 +13,7 @@ from rbstab.experiment.proof import prove
 from rbstab.experiment.proof_cache import cached_proof, proof_file, proof_for
 from rbstab.experiment.run_certificate import rest_state_check
 from rbstab.experiment.run_to_file import finished_run, run_to_file
-from rbstab.experiment.stability import kind_of, stability_of
+from rbstab.experiment.stability import stability_of
 from rbstab.experiment.stored_proof import identity
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.starts import start_level, start_state
@@ -46,18 +45,6 @@ def test_the_level_up_to_which_the_paper_s_cases_are_certified(variant, level):
     start = {"free": 5427.2, "permanent": 8893.5, "visco-elastic": 5427.2}[variant]
     assert start_level(problem_of(config), proof) == pytest.approx(start, abs=0.1)
     assert start_state(problem_of(config), proof) is None
-
-
-def test_where_there_are_more_rest_states():
-    proof = prove(config_of("permanent", scale=0.1))
-    assert proof.unique is False
-    assert kind_of(proof.states[0]) == "stable"
-    assert kind_of(proof.states[1]) == "unstable, index 2"
-    assert proof.states[1].orientation == pytest.approx((-1.330, 1.514, -2.447), abs=1e-3)
-    assert proof.states[2].orientation == pytest.approx((-2.682, 0.851, -1.382), abs=1e-3)
-    low, high = np.array(proof.states[1].enclosure)
-    assert (low < proof.states[1].orientation).all()
-    assert (high > proof.states[1].orientation).all()
 
 
 def test_a_search_alone_certifies_nothing():
@@ -93,24 +80,6 @@ def test_what_a_proof_depends_on():
         config_of("permanent"),
     ]
     assert len({first, *(proof_id(config) for config in others)}) == 5
-
-
-@pytest.mark.parametrize(
-    ("surface", "words"), [("position", "no gradient"), ({"slope": 20.0}, "no potential")]
-)
-def test_a_sliding_connector_has_no_proof(surface, words):
-    gains = {"K_s": [2000.0] * 3, "surface": surface}
-    data = paper_config(
-        "free", False, controller={"variant": "sliding", **gains}, duration=0.005, samples=3
-    )
-    config = rbstab.load_config(data)
-    proof = prove(config)
-    assert words in proof.outcome
-    assert (proof.states, proof.region, proof.unique) == ((), None, None)
-    assert start_level(problem_of(config), proof) is None
-    stability = stability_of(problem_of(config), proof)
-    assert words in stability.statements[0]
-    assert rbstab.simulate(config, proof=proof).attributes["verdict"] == "consistent"
 
 
 def certificate(result):
@@ -161,19 +130,6 @@ def test_the_verdict_on_an_inaccurate_run_is_not_that_of_the_proof():
     assert certificate(result)["computed motion"] == "violated"
 
 
-@pytest.fixture
-def proved_configs(monkeypatch):
-    """The configs of all proofs made by the cache, in order."""
-    configs = []
-
-    def record_and_prove(config, problem=None, *, brief=False):
-        configs.append(config)
-        return prove(config, problem, brief=brief)
-
-    monkeypatch.setattr("rbstab.experiment.proof.prove", record_and_prove)
-    return configs
-
-
 def test_a_proof_is_read_once_until_its_file_changes(tmp_path):
     config = config_of("free")
     proof_for(tmp_path, config)
@@ -195,17 +151,6 @@ def test_a_proof_is_read_once_until_its_file_changes(tmp_path):
     # A folder in its place counts as missing.
     file.mkdir()
     assert cached_proof(tmp_path, config) is None
-
-
-@pytest.mark.parametrize("damage", ["{", "[]", "{}"])
-def test_a_damaged_proof_is_made_again(tmp_path, proved_configs, damage):
-    config = config_of("free")
-    first = proof_for(tmp_path, config)
-    proof_file(tmp_path, config).write_text(damage)
-    assert cached_proof(tmp_path, config) is None
-    again = proof_for(tmp_path, config)
-    assert again.model_copy(update={"seconds": first.seconds}) == first
-    assert len(proved_configs) == 2
 
 
 def test_a_proof_is_added_to_a_finished_run(tmp_path):

@@ -24,7 +24,6 @@ from support.user_code import TIE as TIE_CODE
 
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of, system_of
-from rbstab.config.load import load_config
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import without_code
 from rbstab.experiment.proof import prove
@@ -51,16 +50,13 @@ TEXTS = {
     "clutch": CLUTCH,
 }
 Elements = dict[str, Any]
-BARRIER: Elements = {"kind": "guard", "method": "barrier", "stiffness": 1.0}
 POINT: Elements = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 0.1]}
 TIED: Elements = POINT | {
     "K_c": [[30.0, 2.0, 0.0], [2.0, 20.0, 1.0], [0.0, 1.0, 10.0]],
     "L_c": [[2.0, 1.0, 0.0], [1.0, 3.0, 0.5], [0.0, 0.5, 1.0]],
 }
 CREEP: Elements = TIED | {"K_d": [9.0, 8.0, 7.0], "L_d": [3.0, 2.0, 1.0]}
-UPRIGHT = {"kind": "attitude", "K": [6, 6, 4], "L": [0.5, 0.5, 0.4]}
 GAINS: Elements = {"K_t": [40, 40, 30], "L_t": [2, 2, 1], "L_r": [0.6, 0.6, 0.4]}
-EMBEDDED = {"K_c": [40, 30, 50], "L_c": [1, 1, 1], "K_d": [60, 50, 40], "L_d": [2, 3, 2]}
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -98,25 +94,8 @@ def tied(elements: Elements) -> Config:
     return loaded_with(elements, "visco-elastic")
 
 
-def embedded(elements: Elements) -> Config:
-    controller = {"variant": "embedded", **GAINS, **EMBEDDED, "K_r": [4, 4, 3]}
-    return loaded_with(elements, controller=controller)
-
-
 def stiff(elements: Elements) -> Config:
     return held(elements, (20, 20, 20))
-
-
-def loose(elements: Elements) -> Config:
-    """Return the config of a body without a controller."""
-    data = {
-        "schema_version": 2,
-        "body": {"mass": 2, "inertia": [1, 1.5, 2], "contact_point": [0.1, -0.1, -0.3]},
-        "gravity": [0.0, 0.5, -9.81],
-        "elements": elements,
-        "integration": {"duration": 1.0},
-    }
-    return load_config(data, allow_python=True)
 
 
 Of = Callable[[Elements], Config]
@@ -127,16 +106,6 @@ PAIRS: dict[str, tuple[Of, Elements, Elements]] = {
     "a clutch, which stores nothing at rest": (stiff, {"one": cord("clutch")}, {}),
     "a tie": (tied, {"one": code("tie", **TIED)}, {"one": OUR_TIE}),
     "a creeping tie": (held, {"one": code("creeping", **CREEP)}, {"one": OUR_CREEP}),
-    "a creeping tie, embedded": (
-        embedded,
-        {"one": code("creeping", **CREEP), "two": OUR_CREEP},
-        {"one": OUR_CREEP, "two": OUR_CREEP},
-    ),
-    "a creeping tie alone": (
-        loose,
-        {"one": code("creeping", **CREEP), "upright": UPRIGHT},
-        {"one": OUR_CREEP, "upright": UPRIGHT},
-    ),
     **{
         f"{method}, {soft} rad, {of.__name__}": (
             of,
@@ -146,11 +115,6 @@ PAIRS: dict[str, tuple[Of, Elements, Elements]] = {
         for method in ("stiff", "repelling")
         for soft, of in ((0.02, held), (0.3, held), (0.02, tied))
     },
-    "a guard beside a barrier": (
-        held,
-        {"range": BARRIER, "one": code("repelling", k=30.0, soft=0.02)},
-        {"range": BARRIER, "one": guard("repelling", 30.0, 0.02)},
-    ),
     **{
         f"{kind}{method} cord, {of.__name__}": (
             of,

@@ -80,10 +80,3 @@ def test_implicit_steps_say_that_they_damp():
     assert "damp the motion numerically" in result.attributes["warnings"]
     assert result["discarded_energy"][-1] > 100
     assert "damp" not in run(**LAWS["position"]).attributes["warnings"]
-
-
-def test_axes_are_numbered_as_everywhere_else():
-    """In the reference the second axis slides first, then the third, then the first."""
-    result = run(**LAWS["slope"])
-    assert result["switch_axis"].tolist() == [2, 3, 1]
-    assert result["transition_axis"].tolist() == [2, 3, 1]

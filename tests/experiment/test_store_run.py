@@ -56,7 +56,9 @@ def titled(result, title):
         (None, None, {"force": True}, True),
     ],
 )
-def test_the_better_of_two_results_is_kept(tmp_path, whole, first, second, options, written):
+def test_the_better_of_two_results_is_kept(  # noqa: PLR0917 (fixtures and one case)
+    tmp_path, whole, first, second, options, written
+):
     path = tmp_path / "a.h5"
     for title, samples in (("first", first), ("second", second)):
         result = whole if samples is None else cut(whole, samples)

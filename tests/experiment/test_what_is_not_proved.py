@@ -21,11 +21,9 @@ from rbstab.config.load import config_to_read, load_config, plain_data
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.convergence.convergence import Enclose
-from rbstab.experiment.convergence.decisions import not_enclosed
 from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.proof import CODE_NOT_RUN, prove
 from rbstab.experiment.simulate import simulate
-from rbstab.experiment.stability import stability_of
 from rbstab.experiment.stored_proof.proof import SUPPLIES
 from rbstab.experiment.verification.verify import verify
 from rbstab.proof.passive import passive, switches
@@ -362,14 +360,3 @@ def test_a_formula_of_an_angle_itself_has_no_wider_range():
     proof = prove(with_code(text, k=3.0))
     assert proof.proved
     assert proof.unwrapped is None
-
-
-def test_a_motion_that_slides_is_not_followed():
-    sliding = of({"tie": tie()})
-    refused = not_enclosed(problem_of(sliding))
-    assert refused is not None
-    assert "tie may slide on a surface" in refused.why
-    soft = {"kind": "guard", "method": "stiff", "stiffness": 40.0, "soft_angle": 0.3}
-    assert not_enclosed(problem_of(of({"range": soft}))) is None
-    stability = stability_of(problem_of(sliding), prove(sliding))
-    assert stability.statements[0].startswith("Rest states: not decided (an element switches")

@@ -85,20 +85,6 @@ def test_a_motion_that_was_followed_stays_proved(proof: Proof, config: Config) -
     assert now.attributes["convergence_time"] == followed.attributes["convergence_time"]
 
 
-def test_why_a_motion_was_followed_in_vain_stays(proof: Proof) -> None:
-    fast = rbstab.load_config(plain(PERMANENT), (*SHORT, "initial.angular_velocity=[16,32,-16]"))
-    run = rbstab.simulate(fast)
-    followed: dict[str, str | int | float] = {
-        "convergence_steps": 7,
-        "convergence_reason": "v is too large after 7 steps",
-    }
-    tried = dataclasses.replace(run, attributes=run.attributes | followed)
-    now = with_later_proof(tried, fast, proof)
-    assert now.attributes["convergence_reason"] == followed["convergence_reason"]
-    fresh = with_later_proof(run, fast, proof)
-    assert "outside of every certified region" in str(fresh.attributes["convergence_reason"])
-
-
 def test_a_search_that_found_all_replaces_one_that_did_not(config: Config, proof: Proof) -> None:
     early = proof.model_copy(
         update={"proved": False, "unique": None, "region": None, "regions": (), "unwrapped": None}

@@ -1,7 +1,6 @@
 """Motions that are enclosed together converge where single enclosures say so, and never falsely."""
 
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,11 +10,10 @@ from support.paper_runs import paper_config
 import rbstab
 from rbstab.config.build import start_of
 from rbstab.experiment.convergence import many_motions as module
-from rbstab.experiment.convergence.convergence import Convergence, Undecided
+from rbstab.experiment.convergence.convergence import Convergence
 from rbstab.experiment.convergence.decisions import PATIENCE
 from rbstab.experiment.convergence.enclosed_system import enclosed_system
 from rbstab.experiment.convergence.many_motions import Motions
-from rbstab.experiment.convergence.region_bounds import region_energies
 from rbstab.experiment.proof import prove
 
 MAX_STEPS = 400
@@ -106,51 +104,15 @@ def test_numbers_without_bounds_prove_nothing():
     assert {one.steps for one in found} == {0}
 
 
-def decisions_of(lows, highs, proof):
-    """Return what is decided of motions with some bounds on their energies, shape (times, m)."""
+def test_at_rest_where_the_energy_has_stopped_falling():
+    """Each motion by its own energies, relative to what it has lost."""
     _, many = many_of("free")
-    decide: Any = module.Decisions(proof, many.equations)
-
-    class Bounds:
-        @staticmethod
-        def energy_bounds(states):
-            return lows[states.k, states.numbers], highs[states.k, states.numbers]
-
-    decide.equations = Bounds
-
-    class States:
-        def __init__(self, k, numbers):
-            self.k, self.numbers = k, numbers
-
-        def angle_bounds(self):
-            return np.zeros((2, len(self.numbers), 3))
-
-    numbers, found = np.arange(lows.shape[1]), {}
-    for k in range(len(lows)):
-        states = States(k, numbers)
-        decided = decide(states, np.full(len(numbers), 0.1 * k), numbers)
-        for number, one in zip(numbers.tolist(), decided, strict=True):
-            if one is not None:
-                found[number] = (k, one)
-        numbers = np.array([n for n in numbers if n not in found], dtype=int)
-    return found
-
-
-def test_at_rest_outside_of_every_region():
-    """Each motion by its own energies, also after others have ended before it."""
-    _, many = many_of("free")
-    level = max(bound for _, bound in region_energies(many.proof))
-    k = np.arange(3 * PATIENCE)[:, np.newaxis]
-    falls = level + 2000.0 - 1.0 * k
-    stops = level + 1000.0 - np.minimum(k, 20)
-    inside = level - 5.0 + 0.0 * k
-    unknown = np.nan * k
-    lows = np.hstack([inside, falls, stops, unknown, falls + 1e4 * (k < 5), stops])
-    lows[0, 5] += 1e9  # so it has lost much more, and stops at the same time
-    found = decisions_of(lows, lows + 1e-6, many.proof)
-    assert sorted(found) == [0, 2, 5]
-    assert found[0][0] == 0
-    assert isinstance(found[0][1], Convergence)
-    assert found[2] == (20 + PATIENCE, Undecided.AT_REST)
+    decide = module.Decisions(many.proof, many.equations)
+    k = np.arange(3 * PATIENCE)
+    falls, stops = 2000.0 - k, 1000.0 - np.minimum(k, 20)
+    lost_more = np.where(k == 0, 1e9, stops)
+    motions = [falls, stops, np.nan * k, falls + 1e4 * (k < 5), lost_more]
+    found = [[decide._rests(n, low) for low in lows] for n, lows in enumerate(motions)]
+    firsts = [rests.index(True) if any(rests) else None for rests in found]
     # A fall of 1 J in 50 steps is nothing beside 1e9 J.
-    assert found[5] == (PATIENCE + 1, Undecided.AT_REST)
+    assert firsts == [None, 20 + PATIENCE, None, None, PATIENCE + 1]

@@ -188,24 +188,6 @@ def test_the_limit_of_parts_is_kept(monkeypatch):
         assert [now[0] for now in progress] == sorted(now[0] for now in progress)
 
 
-def test_what_is_left_is_never_rounded_away(monkeypatch):
-    """Of a corner that is never decided, 2⁻⁶³ of the volume is left: no double below 1 has that."""
-    last: dict[str, int] = {}
-
-    def decide(bounds):
-        if np.all(bounds[:, 0] <= np.array([0.0, 1.0, 2.0]) + 1e-13):
-            last["variable"] = (last.get("variable", 0) + 1) % 3
-            return Followed(1, 0.1, variable=last["variable"])
-        return Followed(1, 0.1, decided())
-
-    outcomes(monkeypatch, decide)
-    found = proved(free_config(), TEXT, max_parts=64)
-    assert len(found.parts) > 60
-    assert check_cover(found, 3) == 1 - Fraction(1, 2 ** len(found.parts))
-    assert found.fraction < 1.0
-    assert found.proved is None
-
-
 def test_parts_that_are_given_up_count(monkeypatch):
     """Nothing more is done for them, and the whole is not proved."""
 

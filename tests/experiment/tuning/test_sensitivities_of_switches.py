@@ -96,20 +96,6 @@ def pulse(force: float, begin: float, length: float) -> dict[str, Any]:
     }
 
 
-def test_a_pulse():
-    """Before a pulse the body is at rest, and after it its velocity is constant."""
-    end = 2.0
-
-    def closed(force, begin, length):
-        v = force * length / MASS
-        return [v * (end - begin) - 0.5 * v * length, v]
-
-    numbers = (3.0, 0.4, 0.3)
-    config = data({"it": pulse(*numbers)}, integration={"duration": end})
-    found = derivatives(config, PULSE_KEYS, "final.position[0]", "final.velocity[0]")
-    np.testing.assert_allclose(found, of_formula(closed, numbers), rtol=1e-11, atol=1e-14)
-
-
 def knocked(force, begin, length, stiffness, damping):
     """Return when an oscillator settles that was knocked at rest: v falls to 1/1000 of its largest.
 

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from support.paper_runs import paper_config
 
-from rbstab.config.load import load_config, resolved_yaml
+from rbstab.config.load import load_config
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.tuning import kept_range
-from rbstab.experiment.tuning import soft_guard as searching
-from rbstab.experiment.tuning.kept_range import guard_of, keeps_range
+from rbstab.experiment.tuning.kept_range import guard_of, keeps_range, unguarded
+from rbstab.experiment.tuning.soft_guard import soft_guard
 from rbstab.integrate.status import RunStatus
 
 SHORT: dict[str, Any] = {"duration": 0.4, "samples": 81, "rtol": 1e-8}
@@ -30,34 +30,6 @@ def config(
     data["controller"]["K_r"] = [soft * gain for gain in data["controller"]["K_r"]]
     data["initial"] = data["initial"] | initial
     return load_config(data | {"schema_version": 2, "elements": elements or {}})
-
-
-@pytest.fixture(autouse=True, scope="module")
-def once():
-    """Prove and check each config without a guard once: most tests ask for the same."""
-    proofs: dict[str, Any] = {}
-    confirmed: dict[str, bool] = {}
-    prove, confirm = kept_range.unguarded, kept_range._rest_states_confirmed
-
-    def unguarded(config):
-        key = resolved_yaml(config)
-        if key not in proofs:
-            proofs[key] = prove(config)
-        return proofs[key]
-
-    def rest_states_confirmed(proof):
-        if proof.id not in confirmed:
-            confirmed[proof.id] = confirm(proof)
-        return confirmed[proof.id]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(searching, "unguarded", unguarded)
-        patch.setattr(kept_range, "_rest_states_confirmed", rest_states_confirmed)
-        yield
-
-
-def soft_guard(*arguments: Any, **options: Any) -> Any:
-    return searching.soft_guard(*arguments, **options)
 
 
 ROOM: dict[str, Any] = {
@@ -80,7 +52,7 @@ def test_the_least_strength_has_three_digits_and_less_is_not_proved(method):
     assert least <= found.strength <= least + 1.0001 * unit
     added = found.strength * (ROOM[method](angle, 0.0) - ROOM[method](angle, abs(pitch)))
     assert found.kept.energy == pytest.approx(energy + added, rel=1e-12)
-    start = searching.unguarded(given)  # type: ignore[attr-defined]
+    start = unguarded(given)
     assert keeps_range(start, guard_of(method, found.strength, angle))
     assert not keeps_range(start, guard_of(method, 0.985 * found.strength, angle))
 

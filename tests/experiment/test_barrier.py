@@ -1,6 +1,6 @@
 """Protects what is proved with a barrier on θ2: where every start converges, and where it does not.
 
-The table of claims has searches that find no other states; `verification` has the checker's answers.
+The table of claims has searches that find no others; `verification` has the checker's answers.
 """
 
 from functools import cache

@@ -7,6 +7,7 @@ import numpy as np
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.elements.registry import KINDS
+from rbstab.experiment.answers.state_words import angles
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stored_proof.proof import Proof, ProvedState
 from rbstab.experiment.stored_proof.starts import OPEN_RANGE, start_bounds
@@ -73,10 +74,7 @@ class Kept(NamedTuple):
             return f"{NOT_DECIDED}: {self.reason}"
         if len(self.states) > 1:
             return f"to one of {len(self.states)} rest states: proved"
-        Theta = ", ".join(
-            f"{angle:.4g}" for angle in np.round(self.states[0].orientation, 12) + 0.0
-        )
-        return f"to the rest state at Θ = ({Theta}) rad: proved"
+        return f"to the rest state at Θ = {angles(self.states[0].orientation)} rad: proved"
 
 
 def unguarded(config: Config) -> Unguarded:

@@ -121,7 +121,7 @@ def test_a_start_belongs_to_the_initial_state_and_not_to_the_proof():
     assert "initial_state" not in acting_sections(config)["elements"]["left"]
     tolerances = tolerances_of(config, ["elements.left.initial_state=±0.001"])
     assert {one.section for one in tolerances} == {"initial"}
-    assert starts_id(config, tolerances, 8) != starts_id(other, tolerances, 8)
+    assert starts_id(config, tolerances) != starts_id(other, tolerances)
     assert {one.section for one in tolerances_of(config, ["elements.left.K_d=±1%"])} == {"elements"}
     assert unit_of("elements.left.initial_state", [("embedded", None)]) == "m"
     keys = [entry.key for entry in entries_of(config)]

@@ -11,6 +11,7 @@ from support.paper_runs import paper_config
 
 import rbstab
 from rbstab.config.build import problem_of
+from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.convergence import exact_motion
 from rbstab.experiment.convergence.convergence import (
     Convergence,
@@ -144,6 +145,11 @@ def test_what_is_stored_is_read_again(given):
 
 def test_older_results_and_wrong_words():
     assert stored_convergence({"verdict": "certified"}) is None
+    old = {
+        "convergence": "not decided",
+        "convergence_reason": "no region (no elements damp every motion)",
+    }
+    assert stored_convergence(old).why == f"no region ({NOT_DAMPED})"
     with pytest.raises(ValueError, match="convergence is 'perhaps'"):
         stored_convergence({"convergence": "perhaps"})
 

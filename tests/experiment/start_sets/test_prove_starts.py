@@ -177,9 +177,8 @@ def test_the_limit_of_parts_is_kept(monkeypatch):
     outcomes(monkeypatch, decide)
     for limit, least in ((0, 0), (3, 1), (9, 7)):
         progress.clear()
-        found = proved(
-            free_config(), TEXT, max_parts=limit, progress=lambda *now: progress.append(now)
-        )
+        monkeypatch.setattr(module, "MAX_PARTS", limit)
+        found = proved(free_config(), TEXT, progress=lambda *now: progress.append(now))
         assert found.proved is None
         assert least <= len(found.parts) <= limit
         assert found.why == f"more than {limit} parts would be needed"

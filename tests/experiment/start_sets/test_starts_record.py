@@ -9,7 +9,6 @@ from rbstab.experiment.robust import cache as robust_cache
 from rbstab.experiment.robust.record import bounds_of
 from rbstab.experiment.start_sets import cache, starts_record
 from rbstab.experiment.start_sets.cache import starts_for
-from rbstab.experiment.start_sets.prove_starts import MAX_PARTS
 from rbstab.experiment.start_sets.starts_record import (
     ProvedPart,
     StartsProof,
@@ -37,7 +36,7 @@ def proof(*parts, fraction=1.0, why=""):
     config = load_config(plain())
     tolerances = tolerances_of(config, [TEXT])
     return StartsProof(
-        id=starts_id(config, tolerances, 64),
+        id=starts_id(config, tolerances),
         version=1,
         tolerances=bounds_of(tolerances),
         parts=parts,
@@ -55,7 +54,7 @@ def test_what_is_proved_is_stored_and_found_again(tmp_path, monkeypatch):
 
     def prove(given, tolerances, rest_states, **options):
         asked.append(tolerances)
-        identity = starts_id(given, tolerances, MAX_PARTS)
+        identity = starts_id(given, tolerances)
         return proof(part()).model_copy(update={"id": identity, "steps": len(asked)})
 
     monkeypatch.setattr(cache, "prove_starts", prove)
@@ -84,10 +83,10 @@ def test_a_proof_that_cannot_be_stored_is_returned_with_the_error(tmp_path, monk
         assert not (tmp_path / "proofs").exists()
 
 
-def identity(text=TEXT, max_parts=64, **changes):
+def identity(text=TEXT, **changes):
     data = plain(BY_VARIANT["visco-elastic"])
     config = load_config({**data, **changes})
-    return starts_id(config, tolerances_of(config, [text]), max_parts)
+    return starts_id(config, tolerances_of(config, [text]))
 
 
 def test_the_identity_is_that_of_the_problem():
@@ -101,7 +100,6 @@ def test_the_identity_is_that_of_the_problem():
         identity("initial.angular_velocity=±0.2"),
         identity("initial.angular_velocity[0]=±0.1"),
         identity("initial.orientation=±0.1"),
-        identity(max_parts=32),
         identity(gravity=[0, 0, -9.81]),
         identity(initial=data["initial"] | {"angular_velocity": [16, 32, -16.5]}),
         identity(initial=data["initial"] | {"orientation": [0, 0.1, 0]}),
@@ -113,11 +111,10 @@ def test_the_identity_is_that_of_the_problem():
 
 def test_other_equations_or_another_method_have_another_identity(monkeypatch):
     given = identity()
-    monkeypatch.setattr(starts_record, "VERSION", 2)
-    assert identity() != given
-    monkeypatch.undo()
-    monkeypatch.setattr(starts_record, "fingerprint", lambda _: "other")
-    assert identity() != given
+    for name, other in (("VERSION", 2), ("MAX_PARTS", 32), ("fingerprint", lambda _: "other")):
+        with monkeypatch.context() as patch:
+            patch.setattr(starts_record, name, other)
+            assert identity() != given
 
 
 def test_the_sentence_of_a_whole_proof():

@@ -1,7 +1,6 @@
 """The answer of a run: does this start come to rest, and every motion that stays in the range?"""
 
 import math
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from rbstab.analysis.certificate.verdict import Check, Verdict
@@ -140,24 +139,18 @@ def answer_of(
     )
 
 
-def answer_beside(
-    result: Result,
-    config: Config | None,
-    proof: "Proof | None",
-    checks: Sequence[Check] | None = None,
-) -> RunAnswer:
+def answer_beside(result: Result, config: Config | None, proof: "Proof | None") -> RunAnswer:
     """Return the answers of a stored run, with a proof that may have been stored after it.
 
     Args:
         result: The result.
         config: Its config; None if this version cannot read it.
         proof: The proof that is stored in the same folder, if there is one.
-        checks: The checks that the proof decides, if they are known: those of `proved_checks`.
     """
     # Imported late: it reads proofs.
     from rbstab.experiment.convergence.later_proof import with_later_proof
 
-    return answer_of(with_later_proof(result, config, proof, checks), config, proof)
+    return answer_of(with_later_proof(result, config, proof), config, proof)
 
 
 def _this_start(result: Result, found: Convergence | None, lines: dict[str, Check]) -> Answer:

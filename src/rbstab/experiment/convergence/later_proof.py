@@ -64,12 +64,7 @@ def known_now(path: Path, result: Result, config: Config | None = None) -> Known
     return KnownNow(with_later_proof(result, config, proof), config, proof)
 
 
-def with_later_proof(
-    result: Result,
-    config: Config | None,
-    proof: "Proof | None",
-    checks: Sequence[Check] | None = None,
-) -> Result:
+def with_later_proof(result: Result, config: Config | None, proof: "Proof | None") -> Result:
     """Return a stored result with what a proof decides that was stored after it.
 
     What the result says itself stays, if the proof says no more. The verdict of the computed run
@@ -79,7 +74,6 @@ def with_later_proof(
         result: The result.
         config: Its config; None if this version cannot read it. Then nothing is added.
         proof: The proof in the folder of the result, if there is one.
-        checks: The checks that the proof decides, if they are known: those of `proved_checks`.
     """
     lines = stored_lines(result)
     if proof is None or config is None or not _says_more(proof, lines):
@@ -91,7 +85,7 @@ def with_later_proof(
     from rbstab.experiment.convergence.exact_motion import convergence_at_start
 
     problem = problem_of(config)
-    new = {one.check: one for one in (proved_checks(problem, proof) if checks is None else checks)}
+    new = {one.check: one for one in proved_checks(problem, proof)}
     found = stored_convergence(result.attributes)
     if found is None or found.proved is None:
         found = _further(found, convergence_at_start(config, problem, proof))

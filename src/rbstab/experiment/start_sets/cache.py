@@ -9,7 +9,6 @@ from rbstab.experiment.proof import prove
 from rbstab.experiment.proof_cache import proof_for
 from rbstab.experiment.robust.cache import keep, kept
 from rbstab.experiment.start_sets.prove_starts import (
-    MAX_PARTS,
     TIME_LIMIT,
     Progress,
     prove_starts,
@@ -41,7 +40,7 @@ def starts_for(  # noqa: PLR0913 (options by name)
         The proof, and the error if it could not be read or stored.
     """
     problem: StoreError | None = None
-    identity = starts_id(config, tolerances, MAX_PARTS)
+    identity = starts_id(config, tolerances)
     try:
         stored = kept(folder, StartsProof, identity)
         if stored is not None:

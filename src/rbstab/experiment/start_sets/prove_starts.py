@@ -17,6 +17,7 @@ from rbstab.experiment.convergence.many_motions import Motions
 from rbstab.experiment.robust.record import bounds_of
 from rbstab.experiment.start_sets.start_set import start_set_of
 from rbstab.experiment.start_sets.starts_record import (
+    MAX_PARTS,
     VERSION,
     ProvedPart,
     StartsProof,
@@ -33,9 +34,6 @@ from rbstab.proof.motion.motion import (
 )
 from rbstab.proof.motion.motion_set import MotionSet
 
-MAX_PARTS = 64
-"""The most parts into which the starts are divided: a limit that is the same on every machine."""
-
 TIME_LIMIT = "the time limit was reached"
 """Why a proof is not complete that is not stored: with more time, it may be."""
 
@@ -48,7 +46,6 @@ def prove_starts(  # noqa: PLR0913 (options by name)
     tolerances: Sequence[Tolerance],
     proof: Proof,
     *,
-    max_parts: int = MAX_PARTS,
     processes: int = 1,
     progress: Progress | None = None,
     is_late: Callable[[], bool] = lambda: False,
@@ -62,7 +59,6 @@ def prove_starts(  # noqa: PLR0913 (options by name)
         config: The config.
         tolerances: Tolerances of its initial state, and of nothing else.
         proof: The proof of its rest states and of their regions.
-        max_parts: The most parts.
         processes: The largest number of worker processes.
         progress: Called after each part that is decided.
         is_late: Returns whether no further part is to be followed.
@@ -73,7 +69,7 @@ def prove_starts(  # noqa: PLR0913 (options by name)
     parts: list[ProvedPart] = []
     examined, steps, given_up = 0, 0, 0
     waiting, why = ([], refused.why) if refused is not None else _all_starts(config, tolerances)
-    while waiting and len(parts) + len(waiting) + given_up <= max_parts and not is_late():
+    while waiting and len(parts) + len(waiting) + given_up <= MAX_PARTS and not is_late():
         halves: list[Part] = []
         for part, result in _all_followed(config, proof, waiting, processes, is_late):
             examined, steps = examined + 1, steps + result.steps
@@ -93,9 +89,9 @@ def prove_starts(  # noqa: PLR0913 (options by name)
     if is_late() and _fraction(parts) < 1.0:
         why = TIME_LIMIT
     elif waiting:
-        why = f"more than {max_parts} parts would be needed"
+        why = f"more than {MAX_PARTS} parts would be needed"
     return StartsProof(
-        id=starts_id(config, tolerances, max_parts),
+        id=starts_id(config, tolerances),
         version=VERSION,
         tolerances=bounds_of(tolerances),
         parts=tuple(parts),

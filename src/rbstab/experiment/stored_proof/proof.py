@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Literal, Self
 from pydantic import NonNegativeInt, PositiveInt, model_validator
 
 from rbstab.config.schema import Config
-from rbstab.experiment.answers.reasons import Reason
 from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF
 from rbstab.experiment.stored_proof.entries import (
     Entry,
@@ -137,7 +136,7 @@ class ProvedStates(Entry):
     stop. None: nothing was searched.
     """
 
-    outcome: Reason
+    outcome: str
     proved: bool
     unique: bool | None
     examined: NonNegativeInt

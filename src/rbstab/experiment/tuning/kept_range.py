@@ -56,14 +56,12 @@ class Kept(NamedTuple):
     Attributes:
         energy: An upper bound of the energy at the start, with that of the guard, J.
         energy_bound: Motions with less energy keep the range, J.
-        nothing_beyond: Whether no rest state has |θ2| >= θ_s.
         states: The rest states to one of which the motion converges; empty if it is not decided.
         reason: Why it is not decided.
     """
 
     energy: float
     energy_bound: float
-    nothing_beyond: bool
     states: tuple[ProvedState, ...]
     reason: str
 
@@ -155,7 +153,7 @@ def kept(start: Unguarded, method: str, strength: float, soft_angle: float) -> K
         raise NotDecidedError(f"the checker refuses it: {' '.join(refused.values())}")
     nothing = nothing and beyond is None
     states, reason = _inner_states(start.proof, soft_angle, nothing_beyond=nothing)
-    return Kept(energy_with(start, guard), bound, nothing, states, reason)
+    return Kept(energy_with(start, guard), bound, states, reason)
 
 
 def _inner_states(

@@ -1,8 +1,5 @@
 """Protects the proofs of a config: what is proved, what it depends on, and where it is stored."""
 
-import errno
-import os
-
 import pytest
 from support.paper_runs import paper_config
 
@@ -17,7 +14,6 @@ from rbstab.experiment.stability import stability_of
 from rbstab.experiment.stored_proof import identity
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.starts import start_level, start_state
-from rbstab.store.errors import StoreError
 
 SLOW_START = {"angular_velocity": [1.0, 2.0, -1.0]}
 
@@ -199,17 +195,3 @@ def test_one_rest_state_that_is_no_minimum_is_not_stable():
     assert verdicts == ["certified", "violated", "unknown"]
     stability = stability_of(problem_of(config_of("free")), saddle)
     assert any("not a minimum" in statement for statement in stability.statements)
-
-
-def test_a_proof_that_the_disk_cannot_read_now_is_not_taken_for_missing(tmp_path, monkeypatch):
-    """Otherwise a report would lack it without a word."""
-    config = config_of("free")
-    proof_for(tmp_path, config)
-
-    def fail(path, limit=None):
-        reason = os.strerror(errno.EIO)
-        raise StoreError(f"{path} cannot be read: {reason}") from OSError(errno.EIO, reason)
-
-    monkeypatch.setattr("rbstab.store.document.read_regular", fail)
-    with pytest.raises(StoreError, match="cannot be read"):
-        cached_proof(tmp_path, config)

@@ -82,27 +82,6 @@ def test_anchor_at_the_equilibrium_makes_level_the_rest_state(variant):
     )
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-@each_tied
-def test_body_put_down_at_rest_stays_there(variant, engine):
-    initial = {"angular_velocity": [0.0, 0.0, 0.0]}
-    if variant != "permanent":  # the anchor decides the position of a held body
-        initial["position"] = LOADED.tolist()
-    config = paper_config(
-        variant,
-        with_gravity=True,
-        controller={"anchor": "equilibrium"},
-        initial=initial,
-        samples=11,
-        engine=engine,
-    )
-    result = rbstab.simulate(config)
-    assert result["lyapunov"][0] == pytest.approx(0.0, abs=1e-12)
-    np.testing.assert_allclose(result["lyapunov"], 0.0, atol=1e-12)
-    np.testing.assert_allclose(result["orientation"], 0.0, atol=1e-12)
-    np.testing.assert_allclose(result["position"], LOADED[None, :].repeat(11, 0), atol=1e-12)
-
-
 SEVERAL: dict[str, Any] = {
     # A heavy body on soft springs, held below: it can hang to either side.
     "body": {"mass": 41, "inertia": [10, 9, 2], "contact_point": [0.15, 0.10, -0.42]},

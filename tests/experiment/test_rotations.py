@@ -7,7 +7,7 @@ body nothing is said of a range.
 
 import numpy as np
 import pytest
-from support.rotations import attitude, config_of, held, tie
+from support.rotations import attitude, config_of, tie
 
 import rbstab
 from rbstab.experiment.answers.run_answer import answer_beside
@@ -82,12 +82,6 @@ def test_no_separate_program_checks_it_yet():
     found = verify(prove(HALF_TURNS))
     assert not found.verified
     assert found.outcome.startswith("not decided: there is no checker")
-
-
-def test_a_body_that_keeps_its_spin_has_no_such_proof():
-    proof = prove(held({}, {"L_r": [0, 0, 0]}))
-    assert proof.on_rotations is None
-    assert not proof.almost_every_start.proved
 
 
 @pytest.mark.parametrize(

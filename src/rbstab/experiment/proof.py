@@ -13,7 +13,7 @@ from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
-from rbstab.config.user_code.permission import has_code, may_run_code, without_code
+from rbstab.config.user_code.permission import may_build, without_code
 from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import (
@@ -96,9 +96,8 @@ def _proof_of(config: Config, problem: Problem | None, *, search_only: bool, bri
     from rbstab.proof.rest_states import Body
 
     identity = proof_id(config)
-    may_build = may_run_code(config) or not has_code(config)
-    if not may_build or system_of(config).supplies:
-        return no_proof(identity, SUPPLIES if may_build else CODE_NOT_RUN)
+    if not may_build(config) or system_of(config).supplies:
+        return no_proof(identity, SUPPLIES if may_build(config) else CODE_NOT_RUN)
     system = smooth_rest_system(problem or problem_of(config))
     # Code of users is recorded in doubles; it need not accept other numbers.
     exact_system = partial(system_of, without_code(config))

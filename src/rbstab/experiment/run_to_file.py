@@ -87,19 +87,18 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
         is_current = found.config == text and _is_final(found, problem, proof)
         return is_current and _enclosed(found).covers(enclose)
 
-    if old is not None and identical and not force and old.config != text:
-        # The motion is the same; what is wanted of it has changed.
-        old = store_run(path, replace(old, config=text), is_final).result
-
-    if old is not None and identical and not force and is_final(old):
-        # Its writer may have been killed as soon as the result was complete.
-        remove_abandoned(path)
-        return FiledRun(path, old, computed=False, moved_aside=None)
-    needs_only_proof = old is not None and not depends_on_machine(old) and takes_proof(old)
-    if old is not None and identical and not force and needs_only_proof:
-        result = with_proof(old, config, problem, proof, enclose)
-        stored = store_run(path, result, is_final)
-        return FiledRun(path, stored.result, computed=False, moved_aside=None)
+    if old is not None and identical and not force:
+        if old.config != text:
+            # The motion is the same; what is wanted of it has changed.
+            old = store_run(path, replace(old, config=text), is_final).result
+        if is_final(old):
+            # Its writer may have been killed as soon as the result was complete.
+            remove_abandoned(path)
+            return FiledRun(path, old, computed=False, moved_aside=None)
+        if not depends_on_machine(old) and takes_proof(old):
+            result = with_proof(old, config, problem, proof, enclose)
+            stored = store_run(path, result, is_final)
+            return FiledRun(path, stored.result, computed=False, moved_aside=None)
     different = path_exists(path) and not identical
     if different and not force:
         refuse_different(path, old)

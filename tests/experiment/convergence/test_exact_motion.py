@@ -20,7 +20,7 @@ from rbstab.experiment.convergence.convergence import (
     stored_convergence,
 )
 from rbstab.experiment.convergence.enclosed_samples import computed_motion_check
-from rbstab.experiment.convergence.exact_motion import convergence_at_start, prove_convergence
+from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.proof import prove
 
 CONFIGS = Path(__file__).parents[3] / "configs"
@@ -64,16 +64,6 @@ def test_the_motions_of_the_paper_converge(name):
     assert samples.times[-1] <= found.time
     widths = [(samples.high[key] - samples.low[key]).max() for key in samples.low]
     assert max(widths) < 1e-7
-
-
-def test_a_start_inside_needs_no_step():
-    config = rbstab.load_config(paper_config("free", initial={"angular_velocity": [1, 0, 0]}))
-    found, samples = proved(config)
-    assert (found.proved, found.time, found.steps) == (True, 0.0, 0)
-    assert samples.times.tolist() == [0.0]
-    at_start = convergence_at_start(config, problem_of(config), prove(config))
-    assert (at_start.proved, at_start.energy) == (True, found.energy)
-    assert at_start.enclosed is Enclose.NOTHING
 
 
 @pytest.mark.parametrize("coordinates", ["manifold", "reduced"])

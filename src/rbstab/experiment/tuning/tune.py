@@ -126,12 +126,10 @@ def tune(
         best_sample = min(search.sample(), key=search.value)
         for x in (start, best_sample):
             search.descend(x)
-    if not search.best_value < given - MIN_IMPROVEMENT * abs(
-        given if math.isfinite(given) else 0.0
-    ):
-        ones = (1.0,) * len(scalings)
-        return Tuned(config, chosen, scalings, ones, given, given, search.runs, search.failures)
-    tuned = with_title_suffix(search.config_at(search.best), f", tuned for {chosen.name}")
-    factors = tuple(search.factors(search.best))
-    value = search.best_value
-    return Tuned(tuned, chosen, scalings, factors, given, value, search.runs, search.failures)
+    least = MIN_IMPROVEMENT * abs(given if math.isfinite(given) else 0.0)
+    factors, value = (1.0,) * len(scalings), given
+    if search.best_value < given - least:
+        tuned = search.config_at(search.best)
+        config = with_title_suffix(tuned, f", tuned for {chosen.name}")
+        factors, value = tuple(search.factors(search.best)), search.best_value
+    return Tuned(config, chosen, scalings, factors, given, value, search.runs, search.failures)

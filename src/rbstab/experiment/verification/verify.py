@@ -8,7 +8,7 @@ from rbstab.analysis.exact import decimals
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.schema import Config
-from rbstab.config.user_code.permission import has_code, may_run_code, without_code
+from rbstab.config.user_code.permission import may_build, without_code
 from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.experiment.stored_proof.identity import proof_id
@@ -110,7 +110,7 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     if not same_id:
         text = "The id of the proof is not that of the config: it was made for another one."
     yield Finding(CONFIG, "id", same_id, text)
-    if not _can_build(config):
+    if not may_build(config):
         return
     built = system_of(config)
     if built.supplies:
@@ -135,11 +135,6 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     yield Finding(CONFIG, "energy", other is None, text)
 
 
-def _can_build(config: Config) -> bool:
-    """Return whether the equations of a config can be built: code of users may not run."""
-    return may_run_code(config) or not has_code(config)
-
-
 def _other_energy(proof: Proof, config: Config) -> str | None:
     """Return in which way U of a proof is not that of a config; None if they are equal."""
     from rbstab.proof.reasons import NoReducedEnergy
@@ -158,7 +153,7 @@ def _other_energy(proof: Proof, config: Config) -> str | None:
 
 def _unchecked(proof: Proof, config: Config | None) -> Iterator[str]:
     """Yield what was not checked, as sentences."""
-    if config is not None and not _can_build(config):
+    if config is not None and not may_build(config):
         yield (
             "The energy of the proof and the hypotheses of its theorems were not compared with "
             f"the config: {CODE_NOT_RUN}."

@@ -10,9 +10,9 @@ from support.configs import PERMANENT, VISCO_ELASTIC, plain
 import rbstab
 from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.config.schema import Config
-from rbstab.experiment.convergence import later_proof
+from rbstab.experiment.convergence import with_proof
 from rbstab.experiment.convergence.convergence import Enclose
-from rbstab.experiment.convergence.later_proof import _knowing_more, with_later_proof
+from rbstab.experiment.convergence.with_proof import _knowing_more, with_later_proof
 from rbstab.experiment.proof import prove
 from rbstab.experiment.run_certificate import (
     CERTIFIED_REGION,
@@ -64,7 +64,7 @@ def test_code_of_users_is_not_run_for_it(
     config: Config, proof: Proof, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     without = rbstab.simulate(config)
-    monkeypatch.setattr(later_proof, "has_code", lambda _: True)
+    monkeypatch.setattr(with_proof, "has_code", lambda _: True)
     assert with_later_proof(without, config, proof) is without
 
 

@@ -148,7 +148,7 @@ def answer_beside(result: Result, config: Config | None, proof: "Proof | None") 
         proof: The proof that is stored in the same folder, if there is one.
     """
     # Imported late: it reads proofs.
-    from rbstab.experiment.convergence.later_proof import with_later_proof
+    from rbstab.experiment.convergence.with_proof import with_later_proof
 
     return answer_of(with_later_proof(result, config, proof), config, proof)
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
-from rbstab.config.section import Section
 from rbstab.experiment.tuning.gain_scaling import GainScaling, gain_scalings, with_title_suffix
 from rbstab.experiment.tuning.objective import OBJECTIVES, Objective
 from rbstab.experiment.tuning.sensitivities import (
@@ -89,7 +88,7 @@ def tune(
             ∫v dt, J s.
         over: Keys of gains, such as `controller.L_c` or `controller.L_c[0]`; or a single key.
         bounds: The smallest and the largest factor; 1 must be within the bounds.
-        allow_python: As for `load_config`, if the config is not loaded yet.
+        allow_python: As for `load_config`.
 
     Returns:
         The best config, its factors, and the objective before and after.
@@ -101,8 +100,7 @@ def tune(
         EngineMissingError: heyoka is not installed.
         ValueError: There is no such objective, or 1 is not within the bounds.
     """
-    if not isinstance(config, Section):
-        config = load_config(config, allow_python=allow_python)
+    config = load_config(config, allow_python=allow_python)
     check_suited(config)
     if objective not in OBJECTIVES:
         raise ValueError(f"objective: is '{objective}' (expected one of {', '.join(OBJECTIVES)})")

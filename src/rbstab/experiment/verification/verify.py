@@ -120,14 +120,15 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     system = system_of(without_code(config), decimals)
     indefinite, not_passive = indefinite_parameter(system), why_not_in_proofs(built)
     undamped = why_not_damped(system, damping_of_users(built))
-    text = "Mass, inertia and damping are positive definite."
+    text, hold = "Mass, inertia and damping are positive definite.", False
     if indefinite is not None:
         text = f"{indefinite} is not positive definite."
     elif not_passive is not None:
         text = f"No proof takes this code of a user into account: {not_passive}."
     elif undamped is not None:
         text = f"{NOT_DAMPED[:1].upper()}{NOT_DAMPED[1:]}: {undamped}."
-    hold = indefinite is None and not_passive is None and undamped is None
+    else:
+        hold = True
     yield Finding(CONFIG, "hypotheses", hold, text)
     other = _other_energy(proof, config)
     text = "The energy U of the proof is that of the config, as an exact expression."

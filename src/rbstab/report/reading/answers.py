@@ -8,7 +8,7 @@ from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.run_answer import RunAnswer, answer_of
 from rbstab.experiment.convergence.convergence import Convergence, stored_convergence
-from rbstab.experiment.convergence.later_proof import with_later_proof
+from rbstab.experiment.convergence.with_proof import with_later_proof
 from rbstab.experiment.run_certificate import CERTIFIED_REGION
 from rbstab.experiment.stored_certificate import certificate_lines
 from rbstab.experiment.stored_proof.proof import Proof

@@ -16,7 +16,7 @@ from rbstab.experiment.simulate import simulate
 from rbstab.experiment.stability import stability_of
 from rbstab.experiment.stored_proof.starts import reached_state, start_state
 from rbstab.experiment.tuning.guard import guard as guarded
-from rbstab.experiment.tuning.kept_range import NotDecidedError, unguarded
+from rbstab.experiment.tuning.soft_guard import NotDecidedError, unguarded
 
 HELD = CONTROLLER | {"variant": "permanent"}
 TIED = CONTROLLER | {"variant": "visco-elastic", "K_c": [9000.0] * 3, "L_c": [90.0] * 3}

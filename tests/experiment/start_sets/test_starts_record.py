@@ -7,8 +7,8 @@ from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment import proof_cache
 from rbstab.experiment.robust import cache as robust_cache
 from rbstab.experiment.robust.record import bounds_of
-from rbstab.experiment.start_sets import cache, starts_record
-from rbstab.experiment.start_sets.cache import starts_for
+from rbstab.experiment.start_sets import prove_starts, starts_record
+from rbstab.experiment.start_sets.prove_starts import starts_for
 from rbstab.experiment.start_sets.starts_record import (
     ProvedPart,
     StartsProof,
@@ -57,8 +57,8 @@ def test_what_is_proved_is_stored_and_found_again(tmp_path, monkeypatch):
         identity = starts_id(given, tolerances)
         return proof(part()).model_copy(update={"id": identity, "steps": len(asked)})
 
-    monkeypatch.setattr(cache, "prove_starts", prove)
-    monkeypatch.setattr(cache, "proof_for", lambda *_: None)
+    monkeypatch.setattr(prove_starts, "prove_starts", prove)
+    monkeypatch.setattr(prove_starts, "proof_for", lambda *_: None)
     one, other = (tolerances_of(config, [text]) for text in (TEXT, "initial.orientation=±0.1"))
     first = starts_for(tmp_path, config, one)
     assert first[1] is None
@@ -70,9 +70,9 @@ def test_a_proof_that_cannot_be_stored_is_returned_with_the_error(tmp_path, monk
     def fails(*_):
         raise StoreError("disk") from OSError(5, "input/output error")
 
-    monkeypatch.setattr(cache, "prove_starts", lambda *_, **__: proof(part()))
+    monkeypatch.setattr(prove_starts, "prove_starts", lambda *_, **__: proof(part()))
     for name in ("prove", "proof_for"):
-        monkeypatch.setattr(cache, name, lambda *_: None)
+        monkeypatch.setattr(prove_starts, name, lambda *_: None)
     config = load_config(plain())
     for room, broken in ((robust_cache, "write_document"), (proof_cache, "read_model")):
         with monkeypatch.context() as patch:

@@ -12,9 +12,8 @@ from support.paper_runs import paper_config
 
 from rbstab.config.load import load_config
 from rbstab.experiment.simulate import simulate
-from rbstab.experiment.tuning import kept_range
 from rbstab.experiment.tuning import soft_guard as searching
-from rbstab.experiment.tuning.kept_range import guard_of, keeps_range, unguarded
+from rbstab.experiment.tuning.soft_guard import guard_of, keeps_range, unguarded
 from rbstab.integrate.status import RunStatus
 
 SHORT: dict[str, Any] = {"duration": 0.4, "samples": 81, "rtol": 1e-8}
@@ -96,8 +95,8 @@ def test_what_is_not_decided_says_why():
 
 
 def test_a_refusal_of_the_checker_is_not_called_proved(monkeypatch):
-    true: Any = kept_range.energy_bound  # type: ignore[attr-defined]
-    monkeypatch.setattr(kept_range, "energy_bound", lambda *args: true(*args) + 1e-3)
+    true: Any = searching.energy_bound  # type: ignore[attr-defined]
+    monkeypatch.setattr(searching, "energy_bound", lambda *args: true(*args) + 1e-3)
     found = soft_guard(config(), "stiff")
     assert found.config is None
     assert found.reason.startswith("the checker refuses it: Every motion with an energy below")

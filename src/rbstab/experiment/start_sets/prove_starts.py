@@ -1,4 +1,4 @@
-"""Prove that the motions from all starts within tolerances converge."""
+"""Prove that the motions from all starts within tolerances converge; store the proof."""
 
 import math
 import time
@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from fractions import Fraction
+from pathlib import Path
 
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
@@ -14,6 +15,9 @@ from rbstab.experiment.convergence.convergence import Convergence
 from rbstab.experiment.convergence.decisions import refusal
 from rbstab.experiment.convergence.enclosed_system import state_scale
 from rbstab.experiment.convergence.many_motions import Motions
+from rbstab.experiment.proof import prove
+from rbstab.experiment.proof_cache import proof_for
+from rbstab.experiment.robust.cache import keep, kept
 from rbstab.experiment.robust.record import bounds_of
 from rbstab.experiment.start_sets.start_set import start_set_of
 from rbstab.experiment.start_sets.starts_record import (
@@ -33,6 +37,7 @@ from rbstab.proof.motion.motion import (
     whole,
 )
 from rbstab.proof.motion.motion_set import MotionSet
+from rbstab.store.errors import StoreError
 
 TIME_LIMIT = "the time limit was reached"
 """Why a proof is not complete that is not stored: with more time, it may be."""
@@ -183,3 +188,45 @@ def _followed(motions: Motions, start: MotionSet) -> Followed:
     """Follow one set; a wide one may seem to rest, and is followed further."""
     (found,) = motions.follow(start, rests=False)
     return found
+
+
+def starts_for(  # noqa: PLR0913 (options by name)
+    folder: Path,
+    config: Config,
+    tolerances: Sequence[Tolerance],
+    *,
+    processes: int = 1,
+    progress: Progress | None = None,
+    is_late: Callable[[], bool] = lambda: False,
+) -> tuple[StartsProof, StoreError | None]:
+    """Return the stored proof of all starts; if there is none, make it and store it.
+
+    Args:
+        folder: The folder of results.
+        config: The config.
+        tolerances: Tolerances of its initial state.
+        processes: The largest number of worker processes.
+        progress: Called after each part that is decided.
+        is_late: As for `prove_starts`. A proof that ended early is not stored.
+
+    Returns:
+        The proof, and the error if it could not be read or stored.
+    """
+    problem: StoreError | None = None
+    identity = starts_id(config, tolerances)
+    try:
+        stored = kept(folder, StartsProof, identity)
+        if stored is not None:
+            return stored, None
+        rest_states = proof_for(folder, config)
+    except StoreError as error:
+        problem, rest_states = error, prove(config)
+    found = prove_starts(
+        config, tolerances, rest_states, processes=processes, progress=progress, is_late=is_late
+    )
+    if problem is None and found.why != TIME_LIMIT:
+        try:
+            keep(folder, found)
+        except StoreError as error:
+            problem = error
+    return found, problem

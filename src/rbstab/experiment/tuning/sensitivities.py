@@ -158,7 +158,7 @@ def sensitivities(
 
 def _derivatives(base: "Baseline", config: Config, entry: Entry) -> Array:
     from rbstab.analysis.sensitivity import derivative_along
-    from rbstab.experiment.tuning.direction import shifted_along
+    from rbstab.experiment.tuning.search import shifted_along
 
     # The derivative with respect to entry / size is about as large as the motion itself.
     size = abs(entry.value) or 1.0

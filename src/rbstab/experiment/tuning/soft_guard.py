@@ -17,7 +17,7 @@ from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.stored_proof.proof import Proof, ProvedState
 from rbstab.experiment.stored_proof.starts import OPEN_RANGE, start_bounds
-from rbstab.experiment.tuning.guarded_run import (
+from rbstab.experiment.tuning.guard import (
     RunOutcome,
     check_single,
     guard_name,

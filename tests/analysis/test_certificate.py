@@ -26,7 +26,7 @@ def certified(system, *, engine="scipy", rtol=1e-10, duration=0.4, samples=21):
     times = np.linspace(0, duration, samples)
     given = problem(system, system.start(motion, own), times, rtol=rtol, atol=rtol)
     record = record_of(given, solve(engine, given))
-    return {check.name: check.verdict for check in record.checks}, record
+    return {check.check: check.verdict for check in record.checks}, record
 
 
 def with_connector(system, change):
@@ -50,7 +50,7 @@ def verdict(record):
 
 
 def found(record, name, column="value"):
-    (check,) = [check for check in record.checks if check.name == name]
+    (check,) = [check for check in record.checks if check.check == name]
     return getattr(check, column)
 
 
@@ -126,7 +126,7 @@ def test_a_rise_of_v_is_caught_where_it_is_steepest():
         int(np.diff(v).argmax()),
         energy_scale(v, record.variables["energy_round_off"].data),
     )
-    assert found(record, "decrease", "time") == times[steepest]
+    assert found(record, "decrease", "when") == times[steepest]
     assert found(record, "decrease") == pytest.approx((v[steepest + 1] - v[steepest]) / scale)
 
 

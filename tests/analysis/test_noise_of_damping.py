@@ -40,7 +40,7 @@ def adding(*, exact, stored):
 def test_a_dissipation_that_only_round_off_makes_negative_is_unknown():
     found = check(adding(exact=1e-2, stored=-1.0), "damping")
     assert found.verdict is UNKNOWN
-    assert (found.value, found.bound, found.time) == (-1.0, 0.0, 1.0)
+    assert (found.value, found.bound, found.when) == (-1.0, 0.0, 1.0)
     assert "connector" in found.quantity
 
 
@@ -68,7 +68,7 @@ def test_a_part_that_adds_a_little_energy_is_violated(kind, verdict):
     found = check(run, "damping")
     assert found.verdict is verdict
     assert found.value == pytest.approx(-1e-3, rel=1e-5)
-    assert found.time == run.times[int(run.dissipation[:, -1].argmin())]
+    assert found.when == run.times[int(run.dissipation[:, -1].argmin())]
 
 
 def test_a_run_is_no_better_than_its_worst_check():

@@ -58,7 +58,7 @@ def test_the_audit_bound_is_that_of_the_tolerance():
         found = check(replace(run, residual=residual), "audit")
         assert found.verdict is verdict
         assert found.value == pytest.approx(share * 1e-8, rel=1e-12)
-        assert (found.bound, found.time) == (1e-8, 1.0)
+        assert (found.bound, found.when) == (1e-8, 1.0)
 
 
 RISES = {
@@ -82,7 +82,7 @@ def test_a_rise_is_compared_with_the_residual(case, sign):
     found = check(changed, "decrease")
     assert found.verdict is verdict
     assert found.value == pytest.approx(max(rise, 0.0), rel=1e-6)
-    assert np.isnan(found.time) if rise < 0 else found.time == 0.0
+    assert np.isnan(found.when) if rise < 0 else found.when == 0.0
 
 
 @pytest.mark.parametrize(("share", "verdict"), [(1.0, CONSISTENT), (0.9, VIOLATED)])
@@ -106,4 +106,4 @@ def test_a_step_must_end_on_every_breakpoint(reached, missed, first):
     found = breakpoints(Supply(nothing, nothing, np.array([0.5, 1.5]), np.array(reached)))
     assert found.verdict is (VIOLATED if missed else CONSISTENT)
     assert found.value == missed
-    assert found.time == pytest.approx(first, nan_ok=True)
+    assert found.when == pytest.approx(first, nan_ok=True)

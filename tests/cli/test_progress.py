@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from cli.conftest import GOOD, Invoke
 
-from rbstab.experiment.start_sets.prove_starts import MAX_PARTS
+from rbstab.experiment.start_sets.starts_record import MAX_PARTS
 from rbstab_cli.output import progress as progress_module
 from rbstab_cli.output.progress import compiling, simulated_time, starts_proved
 

@@ -14,20 +14,14 @@ from rbstab.config.load import load_config
 from rbstab.experiment import proof as module
 from rbstab.experiment.answers.run_answer import answer_of
 from rbstab.experiment.convergence.convergence import Enclose
-from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.proof_cache import cached_proof, proof_for
 from rbstab.experiment.run_to_file import prove_run, run_to_file
 from rbstab.experiment.stability import statements_of
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import STOPPED, Proof, no_proof
 from rbstab.proof import limits
-from rbstab.proof.rest_points import SearchOutcome
 from rbstab.proof.rest_states import Body
 from rbstab.proof.search import BATCH
-from rbstab.sweep.plan.load import load_plan
-from rbstab.sweep.proofs.columns import NO_PROOF, NOT_PROVED, PROVED
-from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, keep_proofs
-from rbstab.sweep.proofs.prove_bodies import prove_bodies
 from rbstab_cli.main import cli
 
 TIED = CONTROLLER | {
@@ -35,10 +29,6 @@ TIED = CONTROLLER | {
     "K_c": [9000.0, 9000.0, 9000.0],
     "L_c": [90.0, 90.0, 90.0],
 }
-SPRING: dict[str, Any] = {"kind": "spring", "point": [0.02, 0.0, 0.3], "anchor": [0.6, 0.01, 0.9]}
-SPRING |= {"stiffness": 300.0, "rest_length": 0.5}
-BAND: dict[str, Any] = {"kind": "ligament", "point": [0.1, 0.2, 0.3], "anchor": [0.5, 0.1, 0.5]}
-BAND |= {"stiffness": 100.0, "slack_length": 0.3, "toe_strain": 0.2, "damping": 8.0}
 DATA = config_data({}, TIED, integration={"duration": 0.02, "samples": 3})
 GOES_ON = "rbstab run CONFIG --prove tries more"
 IN_RUN = "the same command with --prove tries more"
@@ -84,10 +74,6 @@ def test_a_brief_proof_is_not_repeated_and_blocks_no_other(tmp_path, made):
     assert made == [True, False]
 
 
-def test_the_outcome_is_that_of_a_search_that_stops():
-    assert SearchOutcome.BOX_LIMIT.value == STOPPED
-
-
 def test_a_brief_proof_with_boxes_to_spare_is_the_whole_one(monkeypatch):
     monkeypatch.undo()
     full = module.prove(DATA)
@@ -102,21 +88,9 @@ def test_a_brief_proof_with_boxes_to_spare_is_the_whole_one(monkeypatch):
     assert brief.model_copy(update={"seconds": full.seconds}) == full
 
 
-@pytest.mark.parametrize("element", [SPRING, BAND], ids=["spring", "ligament"])
-def test_smaller_limits_of_springs_and_ligaments(element, monkeypatch):
-    """Undecided boxes cover most of the range, so that no region is left."""
-    for name in ("BRIEF_WITH_SPRINGS", "BRIEF_WITH_LIGAMENTS"):
-        monkeypatch.setattr(limits, name, 100)
-    config = load_config(config_data({"one": element}, TIED))
-    short = module.prove(config, brief=True)
-    assert (short.brief, short.proved, short.region) == (True, False, None)
-    found = prove_convergence(config, problem_of(config), short, Enclose.BRIEFLY).convergence
-    assert (found.proved, GOES_ON in found.why) == (None, True)
-
-
 def test_a_brief_proof_does_not_replace_one_that_was_stored_in_the_meantime(tmp_path, monkeypatch):
     config = load_config(DATA)
-    whole = no_proof(proof_id(config), "found elsewhere", 0.0)
+    whole = no_proof(proof_id(config), "found elsewhere")
 
     def beside(config: Any, problem: Any, *, brief: bool, prove: Any = module.prove) -> Proof:
         found: Proof = prove(config, problem, brief=brief)
@@ -169,36 +143,4 @@ def test_the_command_that_is_named_goes_on(command, tmp_path, made, monkeypatch)
     assert made == [True, False]
     text = printed("run", "x.yaml", "-q")
     assert "not decided" not in text
-    assert made == [True, False]
-
-
-def test_members_that_share_a_brief_proof_are_proved_by_a_later_one(tmp_path, made):
-    plan = load_plan({"base": DATA, "vary": {"initial.angular_velocity[0]": {"values": [0.5, 90]}}})
-
-    def codes() -> list[int]:
-        found: list[int] = ProvedConvergence(plan, tmp_path).of(0, 2).codes.tolist()
-        return found
-
-    keep_proofs(plan, tmp_path, brief=True)
-    assert codes() == [NO_PROOF, NO_PROOF]
-    assert ProvedConvergence(plan, tmp_path).brief == 1
-    keep_proofs(plan, tmp_path)
-    assert codes() == [PROVED, NOT_PROVED]
-    assert made == [True, False]
-
-
-def test_bodies_with_brief_proofs_are_proved_by_a_later_one(tmp_path, made):
-    plan = load_plan({"base": DATA, "vary": {"body.mass": {"values": [41.0]}}})
-    nothing = MemberConvergence(*ProvedConvergence(plan, tmp_path).of(0, 1))
-    assert nothing.codes.tolist() == [NO_PROOF]
-    stored = nothing
-    for _ in range(2):
-        brief = prove_bodies(plan, tmp_path, stored, budget=30.0)
-        stored = brief.found
-        assert stored.codes.tolist() == [NO_PROOF]
-        assert (brief.brief, brief.reached_bodies) == (1, 1)
-    assert made == [True]
-    full = prove_bodies(plan, tmp_path, stored, budget=None)
-    assert full.found.codes.tolist() == [PROVED]
-    assert full.brief == 0
     assert made == [True, False]

@@ -5,7 +5,6 @@ does, `LIGAMENT` what a ligament does without its damper.
 """
 
 import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,29 +15,18 @@ from support.switching import data, ligament
 from support.user_code import CREEPING_TIE, CUBIC, MAXWELL, TIE, element_text, mine, write_template
 
 import rbstab
-from rbstab.config.build import problem_of
-from rbstab.config.entries import entries_of, is_of_initial_state
-from rbstab.config.errors import ConfigError
 from rbstab.config.load import (
-    acting_sections,
     config_to_read,
-    initial_sections,
     load_config,
     plain_data,
-    run_id,
 )
 from rbstab.config.tolerances import tolerances_of
-from rbstab.config.units import Kind, unit_of
 from rbstab.experiment.own_states import own_states_of
 from rbstab.experiment.robust.bodies import CODE_VARIES, prove_within
 from rbstab.experiment.stored_proof.identity import proof_id
-from rbstab.experiment.tuning.sensitivities import sensitivities
 from rbstab.report.reading.sources import read_sources
 from rbstab.report.runs.figures.curves import element_states
 from rbstab.store.run_file import write_result
-from rbstab.sweep.options import SweepOptions
-from rbstab.sweep.plan.load import load_plan
-from rbstab.sweep.sweep import sweep_to_folder
 from rbstab_cli.main import cli
 
 LIGAMENT = element_text(
@@ -202,78 +190,6 @@ def test_a_state_of_another_size_relaxes_is_stored_and_shown(folder):
     found = CliRunner().invoke(cli, ["show", "--json", "run.h5"])
     assert len(json.loads(found.stdout)["final"]["one.extension"]) == 1
     assert "final one.extension" in CliRunner().invoke(cli, ["show", "run.h5"]).stdout
-
-
-@pytest.mark.parametrize(("name", "duration"), [("creep", 0.5), ("cord", 3.0)])
-def test_sensitivities_are_those_of_ours(name, duration):
-    pytest.importorskip("heyoka")
-    start = FALLS if name == "cord" else None
-    theirs, ours = (
-        sensitivities(load({"one": of[name]}, "scipy", duration, start)) for of in (THEIRS, OURS)
-    )
-    keys = {entry.key.replace(".parameters", ""): row for row, entry in enumerate(theirs.entries)}
-    # A cord has no damper.
-    both = [row for row, entry in enumerate(ours.entries) if entry.key in keys]
-    assert len(both) == len(theirs.entries) == len(ours.entries) - (name == "cord")
-    rows = [keys[ours.entries[row].key] for row in both]
-    expected = ours.derivatives[both]
-    np.testing.assert_allclose(theirs.derivatives[rows], expected, rtol=1e-6, atol=1e-8)
-
-
-@pytest.mark.slow
-def test_a_sweep_is_that_of_the_embedded_tie(folder):
-    tables, traces = [], []
-    for name, of, inner in (("theirs", THEIRS, "parameters."), ("ours", OURS, "")):
-        vary = {
-            f"elements.one.{inner}initial_state[0]": {"uniform": [-0.05, 0.05]},
-            f"elements.one.{inner}K_d[1]": {"uniform": [5, 9]},
-        }
-        base = plain_data(load({"one": of["creep"]}, "heyoka", 0.5))
-        plan = {"title": name, "base": base, "vary": vary, "design": "random", "members": 5}
-        loaded = load_plan(plan | {"seed": 3, "keep": "traces"}, allow_python=True)
-        sweep_to_folder(loaded, folder / name, SweepOptions(threads=1))
-        tables.append(rbstab.open_sweep(folder / name))
-        traces.append(rbstab.open_traces(folder / name).of(2)["one.state"])
-    for column in ("lyapunov_end", "final_position", "final_one.state", "energy_at_rest"):
-        found, expected = (table[column] for table in tables)
-        assert np.isfinite(found).all()
-        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-10, err_msg=column)
-    assert traces[0][0, 0] == tables[0]["elements_one_parameters_initial_state_0"][2]
-    np.testing.assert_allclose(traces[0], traces[1], rtol=1e-9, atol=1e-10)
-
-
-def test_the_start_is_of_the_initial_state_and_the_rest_is_not():
-    config = load({"tie": THEIRS["creep"]})
-    moved = load({"tie": code("creep", **CREEP | {"initial_state": [0.0, 0.0, 0.5]})})
-    assert run_id(config) != run_id(moved)
-    assert proof_id(config) == proof_id(moved)
-    assert acting_sections(config) == acting_sections(moved)
-    assert initial_sections(config) != initial_sections(moved)
-    keys = [entry.key for entry in entries_of(config) if is_of_initial_state(entry.paths[0])]
-    assert keys[-3:] == [f"elements.tie.parameters.initial_state[{k}]" for k in range(3)]
-    assert problem_of(config).system.own_states == {"tie.state": slice(12, 15)}
-    assert run_id(load_config(plain_data(config), allow_python=True)) == run_id(config)
-    kind = Kind("python", None, Path("creep.py").read_text(encoding="utf-8"), "Mine")
-    assert unit_of("elements.tie.parameters.initial_state", [kind]) == "m"
-    assert unit_of("elements.tie.parameters.K_d", [kind]) == "N/m"
-    plain = load({"tie": code("creep", **{k: v for k, v in CREEP.items() if "state" not in k})})
-    assert plain.elements["tie"].parameters["initial_state"] == (0.0, 0.0, 0.0)
-
-
-@pytest.mark.parametrize(
-    ("parameters", "key", "text"),
-    [
-        ({"initial_state": [0, 0]}, "initial_state", "has 2 entries"),
-        ({"initial_state": [0, 0, "x"]}, "initial_state", "number"),
-        ({"initial_stat": [0, 0, 0]}, "initial_stat", "initial_state"),
-    ],
-)
-def test_wrong_initial_values(parameters, key, text):
-    with pytest.raises(ConfigError) as found:
-        load({"tie": code("creep", **CREEP | parameters)})
-    (problem,) = found.value.problems
-    assert problem.key.startswith(f"elements.tie.parameters.{key}")
-    assert text in f"{problem.problem} {problem.expected}"
 
 
 def test_proofs_for_all_bodies_are_those_of_the_same_element_of_ours():

@@ -12,7 +12,6 @@ from support.problems import ENGINES
 from support.systems import VARIANTS
 
 import rbstab
-from rbstab.config.load import run_id
 
 each_engine = pytest.mark.parametrize("engine", ENGINES)
 
@@ -33,34 +32,6 @@ def test_stored_config_gives_the_same_run_bit_for_bit(variant, engine):
     assert again.config == first.config
     assert_identical(again, first)
     assert again.attributes["steps"] == first.attributes["steps"]
-
-
-def test_config_may_be_given_in_four_ways(tmp_path):
-    mapping = paper_config("free", samples=2, duration=0.1)
-    path = tmp_path / "run.yaml"
-    path.write_text(yaml.safe_dump(mapping), encoding="utf-8")
-    config = rbstab.load_config(mapping)
-    results = [rbstab.simulate(given) for given in (mapping, path, str(path), config)]
-    assert {result.run_id for result in results} == {run_id(config)}
-    for result in results[1:]:
-        assert_identical(result, results[0])
-
-
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [
-        ("controller", {"L_t": [200.0, 200.0, 140.5]}),
-        ("initial", {"orientation": [0.0, 1e-9, 0.0]}),
-        ("rtol", 1e-11),
-        ("samples", 3),
-        ("duration", 0.1000001),
-    ],
-)
-def test_another_run_has_another_identity(key, value):
-    short: dict[str, Any] = {"samples": 2, "duration": 0.1}
-    plain = rbstab.simulate(paper_config("free", **short))
-    other = rbstab.simulate(paper_config("free", **(short | {key: value})))
-    assert other.run_id != plain.run_id
 
 
 @each_engine

@@ -13,7 +13,6 @@ from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.robust.bodies import prove_within
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.stored_proof.identity import proof_id
-from rbstab.experiment.tuning.sensitivities import sensitivities
 
 CONTROLLER = {
     "variant": "visco-elastic",
@@ -59,43 +58,6 @@ def test_inputs_have_no_effect_on_the_linearised_body():
         found.append(linearise(system, rest.motion, rest.own).eigenvalues)
     np.testing.assert_allclose(found[0], found[1], rtol=1e-12)
     assert proof_id(config_of({})) != proof_id(config_of(SMOOTH))
-
-
-KEYS = (
-    "elements.push.amplitude",
-    "elements.push.signal.frequency",
-    "elements.push.signal.phase",
-    "elements.push.direction[1]",
-    "elements.push.point[2]",
-    "elements.turn.amplitude",
-    "controller.K_r[1]",
-)
-
-
-@pytest.mark.heavy
-def test_sensitivities_are_the_differences_of_runs():
-    """Central differences of two runs, for every number of a smooth input."""
-    sections = {"initial": {"angular_velocity": [0.2, 0.1, -0.3]}, "controller": CONTROLLER}
-    config = load_config(driven(SMOOTH, "heyoka", **sections))
-    found = sensitivities(config)
-    keys = [entry.key for entry in found.entries]
-    columns = [
-        found.column(f"final.{name}[{axis}]")
-        for name in ("orientation", "velocity")
-        for axis in range(3)
-    ]
-    for key in KEYS:
-        value, step = found.entries[keys.index(key)].value, 1e-4
-        ends = []
-        for sign in (1, -1):
-            change = f"{key}={value + sign * step!r}"
-            changed = load_config(driven(SMOOTH, "heyoka", **sections), [change])
-            run = simulate(changed)
-            ends.append(np.concatenate([run["orientation"][-1], run["velocity"][-1]]))
-        expected = (ends[0] - ends[1]) / (2 * step)
-        given = found.derivatives[keys.index(key), columns]
-        np.testing.assert_allclose(given, expected, atol=1e-6 * max(1.0, np.abs(expected).max()))
-        assert np.abs(given).max() > 1e-6
 
 
 def test_a_driven_motion_may_end_below_another_rest_state():

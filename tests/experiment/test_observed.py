@@ -1,18 +1,15 @@
 """What is observed of the samples by code made from the equations is what numpy computes."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from rbstab.analysis.configuration import configurations, stored_energies
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.experiment import record
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
-from rbstab.systems.modes import with_modes_at
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -87,42 +84,3 @@ def test_samples_after_the_deadline_are_left_out():
     assert {len(array) for array in found.values()} == {11}
     for key, array in found.items():
         assert np.array_equal(array, whole[key][:11])
-
-
-STATES = 40
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_energies_at_rest_are_those_of_the_equations(name, rng):
-    """In the modes of each configuration, near and far from the unloaded one."""
-    at_rest = configurations(problem(name).system)
-    by_code = at_rest._fast_energies is not None
-    # A stop and ties that slide have modes that depend on the loads.
-    assert by_code == (name not in {"examples/stop", "examples/sliding_ties"})
-    modes = set()
-    for spread in np.geomspace(1e-3, 1.0, STATES):
-        q = at_rest.unloaded + spread * rng.normal(size=at_rest.size)
-        system = with_modes_at(at_rest.system, at_rest.state(q))
-        modes.add(tuple(str(getattr(one, "mode", "")) for one in system.elements))
-        expected = stored_energies(system, at_rest.motion(q), q[at_rest.pose_size :])
-        # That of a spring near its rest length has the round-off of its length.
-        size = max(0.1, np.abs(expected).max())
-        np.testing.assert_allclose(at_rest.energies(q), expected, rtol=0, atol=1e-12 * size)
-        assert at_rest.energy(q) == pytest.approx(sum(expected), rel=0, abs=1e-12 * size)
-    assert len(modes) > 1 or name != "examples/joint"
-
-
-def test_energies_where_numpy_has_to_help():
-    """Numbers that are not finite are those of numpy."""
-    at_rest = configurations(problem("examples/joint").system)
-    assert np.isnan(at_rest.energy(np.full(at_rest.size, np.nan)))
-
-
-def test_samples_in_the_same_modes_share_one_system():
-    """So code is made once for each of the modes, however often they switch."""
-    given = problem("examples/sliding/position_exact_2000", samples=201)
-    trajectory = engine("heyoka")(replace(given, diagnosed=False))
-    systems = {id(system) for system in trajectory.systems}
-    assert trajectory.switches is not None
-    modes = {tuple(row) for row in trajectory.switches.modes.tolist()}
-    assert 1 < len(systems) == len(modes)

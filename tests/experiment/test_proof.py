@@ -1,9 +1,5 @@
 """Protects the proofs of a config: what is proved, what it depends on, and where it is stored."""
 
-import errno
-import os
-
-import numpy as np
 import pytest
 from support.paper_runs import paper_config
 
@@ -14,12 +10,10 @@ from rbstab.experiment.proof import prove
 from rbstab.experiment.proof_cache import cached_proof, proof_file, proof_for
 from rbstab.experiment.run_certificate import rest_state_check
 from rbstab.experiment.run_to_file import finished_run, run_to_file
-from rbstab.experiment.stability import kind_of, stability_of
+from rbstab.experiment.stability import stability_of
 from rbstab.experiment.stored_proof import identity
 from rbstab.experiment.stored_proof.identity import proof_id
-from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import start_level, start_state
-from rbstab.store.errors import StoreError
 
 SLOW_START = {"angular_velocity": [1.0, 2.0, -1.0]}
 
@@ -47,30 +41,6 @@ def test_the_level_up_to_which_the_paper_s_cases_are_certified(variant, level):
     start = {"free": 5427.2, "permanent": 8893.5, "visco-elastic": 5427.2}[variant]
     assert start_level(problem_of(config), proof) == pytest.approx(start, abs=0.1)
     assert start_state(problem_of(config), proof) is None
-
-
-def test_inside_is_below_the_proved_level():
-    """Here only the spin stores energy at the start: v(0) = ½ Ω'JΩ."""
-    proof = prove(config_of("free"))
-    assert proof.region is not None
-    bound = proof.region.lower_bound
-    for factor, inside in ((0.999, True), (1.001, False)):
-        spin = np.sqrt(2 * factor * bound / 10.0)
-        config = config_of("free", initial={"angular_velocity": [spin, 0.0, 0.0]})
-        assert start_level(problem_of(config), proof) == pytest.approx(factor * bound, rel=1e-9)
-        assert (start_state(problem_of(config), proof) == 1) is inside
-
-
-def test_where_there_are_more_rest_states():
-    proof = prove(config_of("permanent", scale=0.1))
-    assert proof.unique is False
-    assert kind_of(proof.states[0]) == "stable"
-    assert kind_of(proof.states[1]) == "unstable, index 2"
-    assert proof.states[1].orientation == pytest.approx((-1.330, 1.514, -2.447), abs=1e-3)
-    assert proof.states[2].orientation == pytest.approx((-2.682, 0.851, -1.382), abs=1e-3)
-    low, high = np.array(proof.states[1].enclosure)
-    assert (low < proof.states[1].orientation).all()
-    assert (high > proof.states[1].orientation).all()
 
 
 def test_a_search_alone_certifies_nothing():
@@ -106,31 +76,6 @@ def test_what_a_proof_depends_on():
         config_of("permanent"),
     ]
     assert len({first, *(proof_id(config) for config in others)}) == 5
-
-
-def test_a_proof_is_plain_data():
-    proof = prove(config_of("embedded", with_gravity=True))
-    again = Proof.model_validate_json(proof.model_dump_json())
-    assert again == proof
-    assert len(proof.states[0].connector_state) == 3
-
-
-@pytest.mark.parametrize(
-    ("surface", "words"), [("position", "no gradient"), ({"slope": 20.0}, "no potential")]
-)
-def test_a_sliding_connector_has_no_proof(surface, words):
-    gains = {"K_s": [2000.0] * 3, "surface": surface}
-    data = paper_config(
-        "free", False, controller={"variant": "sliding", **gains}, duration=0.005, samples=3
-    )
-    config = rbstab.load_config(data)
-    proof = prove(config)
-    assert words in proof.outcome
-    assert (proof.states, proof.region, proof.unique) == ((), None, None)
-    assert start_level(problem_of(config), proof) is None
-    stability = stability_of(problem_of(config), proof)
-    assert words in stability.statements[0]
-    assert rbstab.simulate(config, proof=proof).attributes["verdict"] == "consistent"
 
 
 def certificate(result):
@@ -181,29 +126,6 @@ def test_the_verdict_on_an_inaccurate_run_is_not_that_of_the_proof():
     assert certificate(result)["computed motion"] == "violated"
 
 
-@pytest.fixture
-def proved_configs(monkeypatch):
-    """The configs of all proofs made by the cache, in order."""
-    configs = []
-
-    def record_and_prove(config, problem=None, *, brief=False):
-        configs.append(config)
-        return prove(config, problem, brief=brief)
-
-    monkeypatch.setattr("rbstab.experiment.proof.prove", record_and_prove)
-    return configs
-
-
-def test_a_proof_is_made_once_and_kept(tmp_path, proved_configs):
-    config = config_of("free")
-    assert cached_proof(tmp_path, config) is None
-    first = proof_for(tmp_path, config)
-    other_start = config_of("free", initial=SLOW_START)
-    assert proof_for(tmp_path, other_start) == first
-    assert cached_proof(tmp_path, other_start) == first
-    assert len(proved_configs) == 1
-
-
 def test_a_proof_is_read_once_until_its_file_changes(tmp_path):
     config = config_of("free")
     proof_for(tmp_path, config)
@@ -225,17 +147,6 @@ def test_a_proof_is_read_once_until_its_file_changes(tmp_path):
     # A folder in its place counts as missing.
     file.mkdir()
     assert cached_proof(tmp_path, config) is None
-
-
-@pytest.mark.parametrize("damage", ["{", "[]", "{}"])
-def test_a_damaged_proof_is_made_again(tmp_path, proved_configs, damage):
-    config = config_of("free")
-    first = proof_for(tmp_path, config)
-    proof_file(tmp_path, config).write_text(damage)
-    assert cached_proof(tmp_path, config) is None
-    again = proof_for(tmp_path, config)
-    assert again.model_copy(update={"seconds": first.seconds}) == first
-    assert len(proved_configs) == 2
 
 
 def test_a_proof_is_added_to_a_finished_run(tmp_path):
@@ -284,36 +195,3 @@ def test_one_rest_state_that_is_no_minimum_is_not_stable():
     assert verdicts == ["certified", "violated", "unknown"]
     stability = stability_of(problem_of(config_of("free")), saddle)
     assert any("not a minimum" in statement for statement in stability.statements)
-
-
-def config_of_large_energies():
-    """Return a config whose v(0) of 5e-6 J is the sum of energies of 1e9 J."""
-    start = {"position": [0.0, 0.0, -1250.0], "angular_velocity": [1e-3, 0.0, 0.0]}
-    plain = paper_config("free", initial=start) | {"gravity": [0.0, 0.0, -1e5]}
-    return rbstab.load_config(plain)
-
-
-def test_energy_at_the_start_is_enclosed():
-    """It is -(41e5 N)² / (2 · 3280 N/m) + ½ · 10 kg m² · (1e-3 rad/s)²."""
-    config = config_of_large_energies()
-    proof = prove(config)
-    assert proof.region is not None
-    for above, inside in ((1e-6, False), (4e-6, False), (6e-6, True)):
-        region = proof.region.model_copy(update={"energy_bound": -2562500000.0 + above})
-        changes = {"region": region, "regions": (), "unwrapped": None}
-        limited = proof.model_copy(update=changes)
-        assert (start_state(problem_of(config), limited) == 1) is inside
-
-
-def test_a_proof_that_the_disk_cannot_read_now_is_not_taken_for_missing(tmp_path, monkeypatch):
-    """Otherwise a report would lack it without a word."""
-    config = config_of("free")
-    proof_for(tmp_path, config)
-
-    def fail(path, limit=None):
-        reason = os.strerror(errno.EIO)
-        raise StoreError(f"{path} cannot be read: {reason}") from OSError(errno.EIO, reason)
-
-    monkeypatch.setattr("rbstab.store.document.read_regular", fail)
-    with pytest.raises(StoreError, match="cannot be read"):
-        cached_proof(tmp_path, config)

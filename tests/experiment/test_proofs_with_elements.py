@@ -6,33 +6,24 @@ Here are elements of users that it has not, and bodies that two configs describe
 
 from collections.abc import Callable
 from functools import partial
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import yaml
-from scipy.optimize import brentq, minimize, root
-from support.config_elements import CONTROLLER, config_data
-from support.proofs import energies_of, rest_states
+from scipy.optimize import brentq
 from support.proved_code import (
-    ALL_ANGLES,
     CUBIC_OF_CENTRE,
-    DETENT,
     REPELLING_GUARD,
     STIFF_GUARD,
-    TIP,
 )
-from support.ridges import OUTWARDS
 from support.switching_cords import CLUTCH, CORD, REPELLING, STIFF, linear, text_of
 from support.user_code import CREEPING_TIE, loaded_with, mine
 from support.user_code import TIE as TIE_CODE
 
-from rbstab.analysis.configuration import configurations
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of, system_of
-from rbstab.config.load import load_config
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import without_code
 from rbstab.experiment.proof import prove
@@ -47,11 +38,7 @@ RANGE_END = np.array([np.pi, np.pi / 2, np.pi])
 TEXTS = {
     "stiff": STIFF_GUARD,
     "repelling": REPELLING_GUARD,
-    "angles": ALL_ANGLES,
-    "detent": DETENT,
-    "tip": TIP,
     "cubic": CUBIC_OF_CENTRE,
-    "outwards": OUTWARDS,
     "tie": TIE_CODE,
     "creeping": CREEPING_TIE.read_text(encoding="utf-8").replace("CreepingTie", "Mine"),
     "cord": CORD,
@@ -63,16 +50,13 @@ TEXTS = {
     "clutch": CLUTCH,
 }
 Elements = dict[str, Any]
-BARRIER: Elements = {"kind": "guard", "method": "barrier", "stiffness": 1.0}
 POINT: Elements = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 0.1]}
 TIED: Elements = POINT | {
     "K_c": [[30.0, 2.0, 0.0], [2.0, 20.0, 1.0], [0.0, 1.0, 10.0]],
     "L_c": [[2.0, 1.0, 0.0], [1.0, 3.0, 0.5], [0.0, 0.5, 1.0]],
 }
 CREEP: Elements = TIED | {"K_d": [9.0, 8.0, 7.0], "L_d": [3.0, 2.0, 1.0]}
-UPRIGHT = {"kind": "attitude", "K": [6, 6, 4], "L": [0.5, 0.5, 0.4]}
 GAINS: Elements = {"K_t": [40, 40, 30], "L_t": [2, 2, 1], "L_r": [0.6, 0.6, 0.4]}
-EMBEDDED = {"K_c": [40, 30, 50], "L_c": [1, 1, 1], "K_d": [60, 50, 40], "L_d": [2, 3, 2]}
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -110,30 +94,8 @@ def tied(elements: Elements) -> Config:
     return loaded_with(elements, "visco-elastic")
 
 
-def embedded(elements: Elements) -> Config:
-    controller = {"variant": "embedded", **GAINS, **EMBEDDED, "K_r": [4, 4, 3]}
-    return loaded_with(elements, controller=controller)
-
-
 def stiff(elements: Elements) -> Config:
     return held(elements, (20, 20, 20))
-
-
-def loose(elements: Elements) -> Config:
-    """Return the config of a body without a controller."""
-    data = {
-        "schema_version": 2,
-        "body": {"mass": 2, "inertia": [1, 1.5, 2], "contact_point": [0.1, -0.1, -0.3]},
-        "gravity": [0.0, 0.5, -9.81],
-        "elements": elements,
-        "integration": {"duration": 1.0},
-    }
-    return load_config(data, allow_python=True)
-
-
-def level(elements: Elements) -> Config:
-    """Return the config of a held body under its weight."""
-    return held(elements, gravity=[0.0, 0.0, -9.81])
 
 
 Of = Callable[[Elements], Config]
@@ -144,16 +106,6 @@ PAIRS: dict[str, tuple[Of, Elements, Elements]] = {
     "a clutch, which stores nothing at rest": (stiff, {"one": cord("clutch")}, {}),
     "a tie": (tied, {"one": code("tie", **TIED)}, {"one": OUR_TIE}),
     "a creeping tie": (held, {"one": code("creeping", **CREEP)}, {"one": OUR_CREEP}),
-    "a creeping tie, embedded": (
-        embedded,
-        {"one": code("creeping", **CREEP), "two": OUR_CREEP},
-        {"one": OUR_CREEP, "two": OUR_CREEP},
-    ),
-    "a creeping tie alone": (
-        loose,
-        {"one": code("creeping", **CREEP), "upright": UPRIGHT},
-        {"one": OUR_CREEP, "upright": UPRIGHT},
-    ),
     **{
         f"{method}, {soft} rad, {of.__name__}": (
             of,
@@ -163,11 +115,6 @@ PAIRS: dict[str, tuple[Of, Elements, Elements]] = {
         for method in ("stiff", "repelling")
         for soft, of in ((0.02, held), (0.3, held), (0.02, tied))
     },
-    "a guard beside a barrier": (
-        held,
-        {"range": BARRIER, "one": code("repelling", k=30.0, soft=0.02)},
-        {"range": BARRIER, "one": guard("repelling", 30.0, 0.02)},
-    ),
     **{
         f"{kind}{method} cord, {of.__name__}": (
             of,
@@ -208,137 +155,6 @@ def test_two_descriptions_of_a_body_have_the_same_energy(name):
     points = np.random.default_rng(5).uniform(-1, 1, (50, 3)) * RANGE_END
     U, expected = (body.bounded.at(points.T)[0] for body in (one, other))
     np.testing.assert_allclose(U, expected, rtol=1e-12, atol=1e-12)
-
-
-def arm(*guards: Elements, soft: float) -> Config:
-    """Return the forearm of the example, which presses θ2 upwards, with guards and more K_r."""
-    data = yaml.safe_load((CONFIGS / "examples" / "stop.yaml").read_text(encoding="utf-8"))
-    data["controller"]["K_r"] = [soft * k for k in data["controller"]["K_r"]]
-    return load_config(data | {"elements": {f"guard_{n}": one for n, one in enumerate(guards)}})
-
-
-ROPE: Elements = {"kind": "ligament", "point": [0.2, 0.1, 0.0], "anchor": [0.9, 0.1, 0.0]}
-ROPE |= {"slack_length": 0.5, "stiffness": 5.0, "toe_strain": 0.1}
-
-SEARCHED: dict[str, Callable[[], Config]] = {
-    "one valley": lambda: level({"one": code("tip", k=0.1, soft=1.0)}),
-    "two valleys": lambda: level({"one": code("tip", k=1.5, soft=2.0)}),
-    "a guard on each angle": lambda: held({"one": code("angles", k=30.0, soft=0.1)}),
-    "a detent": lambda: held({"one": code("detent", k=1.0, soft=0.05)}),
-    "ridges": lambda: held({"range": BARRIER, "one": code("outwards", k=30.0, soft=0.3)}),
-    "an attitude and a rope": lambda: tied({"one": code("tip", k=3.0, soft=-1.0), "rope": ROPE}),
-    "three guards": lambda: arm(
-        guard("stiff", 0.5, 0.4), guard("repelling", 0.2, 0.5), guard("stop", 0.2, 0.6), soft=3.0
-    ),
-    "a soft arm": lambda: arm(guard("repelling", 5.0, 0.5), soft=1.0),
-}
-"""Bodies with one or more rest states, at kinks too."""
-
-SMOOTH = ("one valley", "two valleys", "a guard on each angle")
-"""Of these, searches for zeros of the slope find saddles."""
-
-
-def ends_of_searches(config: Config, end: np.ndarray, random: Any) -> list[np.ndarray]:
-    """Return where searches without slopes end in the range; they stay at kinks that hold."""
-    at_rest = configurations(problem_of(config).system)
-    limits = [*zip(-end, end, strict=True), *[(-1.0, 1.0)] * (at_rest.size - 3)]
-    options = {"xatol": 1e-7, "fatol": 1e-12, "maxfev": 1000}
-    how: Any = {"method": "Nelder-Mead", "bounds": limits}
-    found = []
-    for _ in range(10):
-        q = np.concatenate([0.95 * end * random.uniform(-1, 1, 3), np.zeros(at_rest.size - 3)])
-        for kick in (0.0, 0.1, 0.0):
-            # A simplex may have become flat, at the end of the range or at a kink.
-            near = np.clip(q + kick * random.normal(size=len(q)), *np.transpose(limits))
-            other = minimize(at_rest.energy, near, **how, options=options)
-            q = other.x if other.fun <= at_rest.energy(q) else q
-        if np.all(np.abs(q[[0, 2]]) < np.pi - 1e-3) and abs(q[1]) < np.pi / 2 - 1e-3:
-            found.append(q)
-    return found
-
-
-@pytest.mark.parametrize("name", SEARCHED)
-def test_the_minima_are_those_that_searches_find(name):
-    """The searches use the energy of the system in doubles, which is that of the proof."""
-    config, random = SEARCHED[name](), np.random.default_rng(5)
-    system = problem_of(config).system
-    rest = rest_states(system, partial(system_of, without_code(config)))
-    assert rest.proved
-    minima = [point for point in rest.states if point.index == 0]
-    ends = ends_of_searches(config, rest.end, random)
-    assert len(ends) > 5
-    distances = np.array([[np.abs(q[:3] - one.Theta).max() for one in minima] for q in ends])
-    assert distances.min(axis=1).max() < 1e-3
-    assert set(distances.argmin(axis=1)) == set(range(len(minima)))
-    at_rest = configurations(system)
-    for point in rest.states:
-        low, high = point.enclosure.lo, point.enclosure.hi
-        assert np.all((low <= point.Theta) & (point.Theta <= high))
-        q = np.concatenate([point.Theta, point.state.motion.X])[: at_rest.size]
-        assert float(at_rest.energy(q)) == pytest.approx(point.state.energy, abs=1e-9)
-    if at_rest.size == 3:
-        points = random.uniform(-1, 1, (60, 3)) * rest.end
-        expected = [float(at_rest.energy(q)) for q in points]
-        np.testing.assert_allclose(energies_of(rest, points), expected, atol=1e-9)
-    if name in SMOOTH:
-        for _ in range(20):
-            q = root(at_rest.gradient, random.uniform(-1, 1, 3) * RANGE_END, tol=1e-11).x
-            if np.abs(at_rest.gradient(q)).max() < 1e-8 and np.all(np.abs(q) < RANGE_END):
-                assert min(np.abs(q - one.Theta).max() for one in rest.states) < 1e-5
-
-
-def test_the_passes_are_the_least_energies_on_the_ridges():
-    """On θ2 = ±0.3 the plain body has them, found over θ1 and θ3; the couple pushes away there."""
-    plain = configurations(problem_of(held({})).system)
-    config = held({"one": code("outwards", k=30.0, soft=0.3)})
-    rest = rest_states(problem_of(config).system, partial(system_of, without_code(config)))
-    assert rest.proved
-    lowest, *passes = rest.states
-    alone = minimize(plain.energy, np.zeros(3), jac=plain.gradient, tol=1e-13).x
-    np.testing.assert_allclose(lowest.Theta, alone, atol=1e-6)
-    assert sorted(one.Theta[1] for one in passes) == pytest.approx([-0.3, 0.3], abs=1e-9)
-
-    def on_ridge(x, pitch):
-        return plain.energy(np.array([x[0], pitch, x[1]]))
-
-    for state in passes:
-        assert (state.index, state.index_proved, state.on_ridge) == (1, True, True)
-        pitch = float(state.Theta[1])
-        found = minimize(on_ridge, [0, 0], args=(pitch,), tol=1e-12)
-        np.testing.assert_allclose(state.Theta[[0, 2]], found.x, atol=1e-5)
-        assert state.state.energy == pytest.approx(found.fun, abs=1e-9)
-        assert 0 < np.sign(pitch) * plain.gradient(state.Theta)[1] < 30.0
-
-
-def pendulum(rest_length: float) -> Config:
-    """Return the config of a body in a plane: one spring, on the axis x of the contact point.
-
-    With p = R + [0, 0, 1] and an anchor at R + [0, 0, 3], the length is √(10 - 6 cos θ1 cos θ2).
-    """
-    ends = {"point": [0.0, 0.0, 0.5], "anchor": [0.0, 0.0, 2.5]}
-    spring = {"kind": "spring", **ends, "stiffness": 100.0, "rest_length": rest_length}
-    gains = {"K_r": [5.0, 500.0, 400.0], "K_t": [1e-9] * 3, "variant": "permanent"}
-    body = {"inertia": [1.0, 1.0, 1.0], "contact_point": [0.0, 0.0, -0.5]}
-    data = config_data({"line": spring}, CONTROLLER | gains, body=body, gravity=[0.0, 0.0, 0.0])
-    return load_config(data)
-
-
-@pytest.mark.parametrize("rest_length", [1.0, 3.5])
-def test_rest_states_of_a_spring_in_a_plane_are_those_of_its_closed_form(rest_length):
-    """5 θ + 300 (1 - ℓ₀/ℓ) sin θ = 0 with ℓ² = 10 - 6 cos θ, where θ2 = θ3 = 0."""
-
-    def slope(angle):
-        length = np.sqrt(10 - 6 * np.cos(angle))
-        return 5 * angle + 300 * (1 - rest_length / length) * np.sin(angle)
-
-    cells = pairwise(np.linspace(-np.pi, np.pi, 1002))
-    roots = [brentq(slope, a, b, xtol=1e-14) for a, b in cells if slope(a) * slope(b) < 0]
-    config = pendulum(rest_length)
-    rest = rest_states(problem_of(config).system, partial(system_of, config))
-    assert rest.proved
-    in_plane = [one.Theta[0] for one in rest.states if abs(one.Theta[1]) < 1e-6]
-    np.testing.assert_allclose(sorted(in_plane), roots, atol=1e-6)
-    assert len(roots) == (1 if rest_length == 1.0 else 3)
 
 
 def test_the_rest_state_of_a_spring_that_stiffens_is_that_of_a_cubic_equation():

@@ -11,9 +11,7 @@ from support.problems import ENGINES
 from support.systems import VARIANTS
 
 import rbstab
-from rbstab.config.build import problem_of
 from rbstab.experiment.proof import prove
-from rbstab.experiment.record import rest_state_of
 
 WEIGHT = np.array([0.0, 0.0, -410.0])
 TIED = ("permanent", "visco-elastic", "embedded")
@@ -52,33 +50,6 @@ def test_energy_at_rest_is_the_least_that_can_be_stored(variant):
     assert result["energy_at_rest"] == pytest.approx(expected, rel=1e-8)
 
 
-def test_loaded_free_body_hangs_by_its_weight_squared_over_the_stiffness():
-    result = rbstab.simulate(paper_config("free", with_gravity=True, duration=0.01, samples=2))
-    assert result["energy_at_rest"] == pytest.approx(-0.5 * 410.0**2 / 3280.0, rel=1e-14)
-
-
-@pytest.mark.parametrize("variant", VARIANTS)
-def test_without_gravity_nothing_is_stored_at_rest(variant):
-    result = rbstab.simulate(paper_config(variant, duration=0.01, samples=2))
-    assert result["energy_at_rest"] == 0
-
-
-@pytest.mark.parametrize(
-    ("engine", "variant"), [*(("heyoka", v) for v in VARIANTS), ("scipy", "permanent")]
-)
-def test_long_run_ends_at_rest(engine, variant):
-    config = paper_config(variant, with_gravity=True, duration=14.0, samples=15, engine=engine)
-    result = rbstab.simulate(config)
-    assert result.status == "completed"
-    v = result["lyapunov"]
-    # The slowest mode decays as exp(-2 t), and v as its square, so v ends in round-off of 9 kJ.
-    assert abs(v[-1]) < 1e-9
-    _, q = least_stored_energy(variant)
-    np.testing.assert_allclose(result["orientation"][-1], q[:3], rtol=0, atol=1e-6)
-    np.testing.assert_allclose(result["angular_velocity"][-1], 0.0, rtol=0, atol=1e-8)
-    np.testing.assert_allclose(result["velocity"][-1], 0.0, rtol=0, atol=1e-8)
-
-
 # Published values for these parameters, to the given digits.
 @pytest.mark.parametrize(
     ("variant", "expected", "error"),
@@ -109,34 +80,6 @@ def test_anchor_at_the_equilibrium_makes_level_the_rest_state(variant):
     np.testing.assert_allclose(
         result["contact_displacement"], result["position"] + A @ R - R - LOADED, rtol=0, atol=1e-13
     )
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-@each_tied
-def test_body_put_down_at_rest_stays_there(variant, engine):
-    initial = {"angular_velocity": [0.0, 0.0, 0.0]}
-    if variant != "permanent":  # the anchor decides the position of a held body
-        initial["position"] = LOADED.tolist()
-    config = paper_config(
-        variant,
-        with_gravity=True,
-        controller={"anchor": "equilibrium"},
-        initial=initial,
-        samples=11,
-        engine=engine,
-    )
-    result = rbstab.simulate(config)
-    assert result["lyapunov"][0] == pytest.approx(0.0, abs=1e-12)
-    np.testing.assert_allclose(result["lyapunov"], 0.0, atol=1e-12)
-    np.testing.assert_allclose(result["orientation"], 0.0, atol=1e-12)
-    np.testing.assert_allclose(result["position"], LOADED[None, :].repeat(11, 0), atol=1e-12)
-
-
-def test_free_body_put_down_at_rest_stays_there():
-    initial = {"angular_velocity": [0.0, 0.0, 0.0], "position": LOADED.tolist()}
-    result = rbstab.simulate(paper_config("free", with_gravity=True, initial=initial, samples=11))
-    np.testing.assert_allclose(result["lyapunov"], 0.0, atol=1e-12)
-    np.testing.assert_allclose(result["position"], LOADED[None, :].repeat(11, 0), atol=1e-12)
 
 
 SEVERAL: dict[str, Any] = {
@@ -177,21 +120,3 @@ def test_v_counts_from_the_rest_state_that_a_motion_approaches(engine, side):
     assert f"number {number} of the {len(proof.states)} in the range of eq. 5, the lowest" in str(
         named
     )
-
-
-def test_a_motion_that_ends_lower_than_the_nearest_rest_state_is_not_violated():
-    """v counted from the state nearest to Θ = 0, ended at -0.66 J, and was `violated`."""
-    changes = {
-        "gravity": [70, -134, -2000],
-        "controller": {**SEVERAL["controller"], "K_r": [8, 8, 8]},
-        "initial": {"orientation": [2.7, 0.2, 0.7]},
-        "integration": {"duration": 8.0, "samples": 81},
-    }
-    config = rbstab.load_config(SEVERAL | changes)
-    result = rbstab.simulate(config)
-    assert result["lyapunov"].min() >= 0
-    assert result.attributes["verdict"] == "consistent"
-    assert "a lower one" not in str(result.attributes["lyapunov_zero"])
-    nearest = rest_state_of(problem_of(config))
-    assert abs(nearest.motion.Theta[1]) > np.pi / 2
-    assert result["energy_at_rest"] < nearest.energy - 0.5

@@ -80,21 +80,3 @@ def test_implicit_steps_say_that_they_damp():
     assert "damp the motion numerically" in result.attributes["warnings"]
     assert result["discarded_energy"][-1] > 100
     assert "damp" not in run(**LAWS["position"]).attributes["warnings"]
-
-
-def test_a_result_with_switches_can_be_stored_and_reopened(tmp_path):
-    result = run(**LAWS["slope"])
-    rbstab.write_result(tmp_path / "a.h5", result)
-    again = rbstab.open_result(tmp_path / "a.h5")
-    for name in ("mode", "switch_time", "transition_kind", "trusted_until"):
-        assert again[name].tolist() == result[name].tolist()
-    dataset = again.to_xarray()
-    assert dataset.sizes["switch"] == 3
-    assert dataset["transition_kind"].dims == ("transition",)
-
-
-def test_axes_are_numbered_as_everywhere_else():
-    """In the reference the second axis slides first, then the third, then the first."""
-    result = run(**LAWS["slope"])
-    assert result["switch_axis"].tolist() == [2, 3, 1]
-    assert result["transition_axis"].tolist() == [2, 3, 1]

@@ -1,4 +1,4 @@
-"""A body that starts at rest is at rest from t = 0: in runs, in members of sweeps, in tuning."""
+"""A body that starts at rest is at rest from t = 0: in runs and in tuning."""
 
 import math
 from typing import Any
@@ -11,10 +11,6 @@ from rbstab.experiment.simulate import simulate
 from rbstab.experiment.summary import settling_time_of, summary_of
 from rbstab.experiment.tuning.sensitivities import sensitivities
 from rbstab.experiment.tuning.tune import tune
-from rbstab.sweep.members.ensemble import ensemble_engine
-from rbstab.sweep.members.scipy_comparison import compare
-from rbstab.sweep.members.single import SingleRuns
-from rbstab.sweep.plan.load import load_plan
 
 WEIGHT = 3.5 * 9.81
 """m g of the leg, N."""
@@ -89,63 +85,6 @@ def test_a_body_that_moves_is_not_at_rest_from_the_start(config: Config, settles
     time = settling_time_of(simulate(config))
     assert math.isnan(time) != settles
     assert not time < 0.05
-
-
-KNOCK = {
-    "schema_version": 2,
-    "body": {"mass": 2, "inertia": [1, 1, 1], "contact_point": [0, 0, 0]},
-    "elements": {
-        "mount": {
-            "kind": "visco-elastic",
-            "point": [0, 0, 0],
-            "anchor": [0, 0, 0],
-            "K_c": [200] * 3,
-            "L_c": [10] * 3,
-        },
-        "upright": {"kind": "attitude", "K": [1, 1, 1], "L": [1, 1, 1]},
-        "knock": {
-            "kind": "input",
-            "quantity": "force",
-            "point": [0, 0, 0],
-            "direction": [1, 0, 0],
-            "amplitude": 100,
-            "signal": {"kind": "pulse", "start": 1, "duration": 0.01},
-        },
-    },
-    "integration": {"duration": 10},
-}
-
-SETTLED_KNOCK = 1.01 + math.log(1000) / 5
-"""s: v falls as exp(-L t/m) after the knock, but for its waves."""
-
-PLANS: dict[str, Config] = {
-    "at rest": {"base": held(), "vary": {"initial.angular_velocity[1]": {"linspace": [-4, 4, 9]}}},
-    "knock": {"base": KNOCK, "vary": {"elements.knock.amplitude": {"values": [1, 10, 100]}}},
-    "loaded": {
-        "base": standing(),
-        "vary": {"initial.angular_velocity[1]": {"linspace": [-1, 1, 3]}},
-    },
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", PLANS)
-def test_members_are_measured_against_their_largest_energy(name: str) -> None:
-    plan = load_plan(PLANS[name])
-    ours = ensemble_engine(plan).compute(0, plan.members).outcome
-    theirs = SingleRuns(plan, "scipy", with_largest=True).compute(0, plan.members).outcome
-    for found in (ours, theirs):
-        assert (found["energy_residual"] / found["energy_scale"]).max() < 1e-9
-        settled = found["settling_time"]
-        assert np.isfinite(settled).all()
-        if name == "knock":
-            assert settled == pytest.approx(SETTLED_KNOCK, abs=0.1)
-        else:
-            assert settled.argmin() == len(settled) // 2
-            assert settled.min() == 0.0
-    unlike, differences = compare(ours, theirs)
-    assert unlike == 0
-    assert max(differences.values()) < 1e-6
 
 
 @pytest.mark.parametrize("objective", ["settling_time", "energy"])

@@ -19,11 +19,6 @@ def test_free_body_that_turns_over_leaves_the_range(engine):
     result = rbstab.simulate(paper_config("free", initial=spin, engine=engine))
     assert result.status == "range left"
     stop = result["time"][-1]
-    # J2 θ̈ + L θ̇ + K θ = 0 with 8, 60, 400: θ2 = 32/ω exp(-3.75 t) sin ωt, which is
-    # arccos(0.001) at the stop.
-    pace = np.sqrt(50.0 - 3.75**2)
-    theta2 = 32.0 / pace * np.exp(-3.75 * stop) * np.sin(pace * stop)
-    assert np.cos(theta2) == pytest.approx(1e-3, rel=0, abs=1e-9)
     assert np.cos(result["orientation"][-1, 1]) == pytest.approx(1e-3, rel=0, abs=1e-11)
     detail = f"cos θ2 fell to 0.001 at t = {stop:.9g} s"
     assert result.attributes["status_detail"] == detail
@@ -34,16 +29,6 @@ def test_free_body_that_turns_over_leaves_the_range(engine):
             assert len(variable.data) == rows, name
             assert np.isfinite(variable.data).all(), name
     np.testing.assert_array_equal(result["time"][:-1], np.linspace(0.0, 2.0, 401)[: rows - 1])
-    assert result["time"][-2] < stop < result["time"][-2] + 0.005
-    assert np.abs(result["energy_residual"]).max() < 1e-9 * result["lyapunov"][0]
-
-
-@each_engine
-def test_range_bound_of_the_config_is_the_one_that_counts(engine):
-    spin = {"angular_velocity": [0.0, 32.0, 0.0]}
-    result = rbstab.simulate(paper_config("free", initial=spin, engine=engine, range_bound=0.5))
-    assert result.status == "range left"
-    assert np.cos(result["orientation"][-1, 1]) == pytest.approx(0.5, rel=0, abs=1e-11)
 
 
 @each_engine
@@ -80,8 +65,3 @@ def test_missing_engine_is_said_before_anything_else(monkeypatch):
     monkeypatch.delitem(sys.modules, "rbstab.integrate.heyoka.engine", raising=False)
     with pytest.raises(EngineMissingError, match="heyoka"):
         rbstab.simulate(paper_config("free", engine="heyoka"))
-
-
-def test_wrong_config_is_refused():
-    with pytest.raises(rbstab.ConfigError, match=r"integration\.samples"):
-        rbstab.simulate(paper_config("free", samples=1))

@@ -12,10 +12,8 @@ import rbstab
 from rbstab.config.load import load_config
 from rbstab.experiment.summary import summary_of
 from rbstab.report.model.figure import Points
-from rbstab.report.reading.read_results import read_one
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.figures.stop import stop_figures
-from rbstab.systems.quantities import LAYOUT_VERSION
 
 ARRAYS = {
     "impact_count",
@@ -111,17 +109,6 @@ def test_certificate_of_a_run_that_ends_at_rest_on_its_stop(engine_name):
     assert (np.linalg.norm(couple[is_resting], axis=1) > 0.1).all()
     assert not result["energy"][:, -1].any()
     assert not result["dissipation"][:, -1].any()
-
-
-def test_file_holds_the_same(resting, tmp_path):
-    path = tmp_path / "stop.h5"
-    rbstab.write_result(path, resting)
-    again = rbstab.open_result(path)
-    for name in ARRAYS:
-        np.testing.assert_array_equal(again[name], resting[name])
-    read: Any = read_one(path)
-    assert read.result["stop_angle"] == ANGLE
-    assert again.attributes["layout_version"] == LAYOUT_VERSION
 
 
 def run_of(result):

@@ -25,13 +25,13 @@ def whole():
     return simulate(CONFIG)
 
 
-def cut(result, samples, title="cut"):
+def cut(result, samples):
     """Return a result that hit its time limit after some samples."""
     variables = {
         name: v._replace(data=v.data[:samples]) if v.dimensions[:1] == ("time",) else v
         for name, v in result.variables.items()
     }
-    attributes = result.attributes | {"status": "time limit", "title": title}
+    attributes = result.attributes | {"status": "time limit"}
     return replace(result, variables=variables, attributes=attributes)
 
 
@@ -43,55 +43,30 @@ def titled(result, title):
     return replace(result, attributes=result.attributes | {"title": title})
 
 
-def test_a_longer_motion_replaces_a_shorter_one(tmp_path, whole):
+@pytest.mark.parametrize(
+    ("first", "second", "options", "written"),
+    [
+        (2, 3, {}, True),
+        (3, 3, {}, True),
+        (3, 2, {}, False),
+        # All samples, but the status says that the time was used up.
+        (None, 6, {}, False),
+        # A finished result of another process is kept.
+        (None, None, {}, False),
+        (None, None, {"force": True}, True),
+    ],
+)
+def test_the_better_of_two_results_is_kept(  # noqa: PLR0917 (fixtures and one case)
+    tmp_path, whole, first, second, options, written
+):
     path = tmp_path / "a.h5"
-    for samples in (2, 3):
-        stored = store(path, cut(whole, samples))
-        assert (stored.written, stored.moved_aside) == (True, None)
-        assert len(open_result(path)["time"]) == samples
-
-
-def test_a_shorter_motion_does_not_replace_a_longer_one(tmp_path, whole):
-    path = tmp_path / "a.h5"
-    store(path, cut(whole, 3))
-    before = path.read_bytes()
-    stored = store(path, cut(whole, 2))
-    assert not stored.written
-    assert len(stored.result["time"]) == 3
-    assert path.read_bytes() == before
+    for title, samples in (("first", first), ("second", second)):
+        result = whole if samples is None else cut(whole, samples)
+        stored = store(path, titled(result, title), **(options if title == "second" else {}))
+    assert (stored.written, stored.moved_aside) == (written, None)
+    assert open_result(path).attributes["title"] == ("second" if written else "first")
+    assert stored.result.attributes["title"] == open_result(path).attributes["title"]
     assert list(tmp_path.iterdir()) == [path]
-
-
-def test_an_equal_motion_is_replaced(tmp_path, whole):
-    path = tmp_path / "a.h5"
-    store(path, cut(whole, 3, "first"))
-    assert store(path, cut(whole, 3, "second")).written
-    assert open_result(path).attributes["title"] == "second"
-
-
-def test_a_completed_run_is_not_replaced_by_one_that_hit_its_time_limit(tmp_path, whole):
-    path = tmp_path / "a.h5"
-    store(path, whole)
-    # All samples, but the status says that the time was used up.
-    stored = store(path, cut(whole, 6))
-    assert not stored.written
-    assert stored.result.status == "completed"
-    assert open_result(path).status == "completed"
-
-
-def test_a_finished_result_of_another_process_is_kept(tmp_path, whole):
-    path = tmp_path / "a.h5"
-    store(path, titled(whole, "first"))
-    assert not store(path, titled(whole, "second")).written
-    assert open_result(path).attributes["title"] == "first"
-
-
-def test_force_replaces_a_finished_result(tmp_path, whole):
-    path = tmp_path / "a.h5"
-    store(path, titled(whole, "first"))
-    stored = store(path, titled(whole, "second"), force=True)
-    assert (stored.written, stored.moved_aside) == (True, None)
-    assert open_result(path).attributes["title"] == "second"
 
 
 def test_force_moves_a_better_result_aside(tmp_path, whole):

@@ -16,9 +16,7 @@ from support.leg import BODY
 from rbstab.analysis.configuration import configurations
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
-from rbstab.elements.guards.soft_guards import StiffGuard
 from rbstab.elements.ligament import Ligament
-from rbstab.experiment.stored_proof.almost_every_start import _may_be_at
 from rbstab.experiment.stored_proof.strains import may_be_just_taut
 from rbstab.proof.model import energy_of
 
@@ -88,17 +86,3 @@ def test_the_ligament_of_a_tied_body(tied):
     # It is not known where another energy is least.
     other = SimpleNamespace(energy=SimpleNamespace(U=energy.energy.U + 1))
     assert may_be(tied, begin + (at + 0.01) * way, 1e-6, other)
-
-
-def test_a_stiff_guard_begins_at_its_exact_angle():
-    guard = StiffGuard(name="limit", stiffness=1.0, soft_angle=0.3)
-    for low, high, expected in (
-        (0.3 - 1e-9, 0.3 + 1e-9, True),
-        (-0.3 - 1e-9, -0.3 + 1e-9, True),
-        (0.3, np.nextafter(0.3, 1), True),  # the double 0.3 is below 3/10
-        (np.nextafter(0.3, 0), 0.3, False),
-        (0.3 + 1e-12, 0.4, False),
-        (-0.2, 0.29, False),
-    ):
-        state: Any = SimpleNamespace(enclosure=((0.0, low, 0.0), (0.0, high, 0.0)))
-        assert _may_be_at(guard, state) is expected

@@ -12,26 +12,19 @@ from support.config_elements import CONTROLLER, TIE, UPRIGHT, config_data
 from support.leg import BODY
 from support.proved_code import FLOOR, REPELLING_GUARD, STIFF_GUARD, WEIGHT
 from support.sliding_ties import tie
-from support.switching_cords import CLUTCH, CORD, REPELLING, STIFF, TIGHTER, text_of
+from support.switching_cords import CORD, REPELLING, TIGHTER, text_of
 from support.user_code import ROPE, SPRING, element_text, loaded_with, mine
 
-import rbstab
 from rbstab.analysis.configuration import configurations
 from rbstab.config.build import problem_of
 from rbstab.config.load import config_to_read, load_config, plain_data
 from rbstab.config.schema import Config
-from rbstab.elements.user_code.loaded import UserCode, element_class
 from rbstab.experiment.answers.reasons import NOT_DAMPED
-from rbstab.experiment.answers.run_answer import answer_of
 from rbstab.experiment.convergence.convergence import Enclose
-from rbstab.experiment.convergence.decisions import not_enclosed
 from rbstab.experiment.convergence.exact_motion import prove_convergence
-from rbstab.experiment.element_check.check import check_class
 from rbstab.experiment.proof import CODE_NOT_RUN, prove
 from rbstab.experiment.simulate import simulate
-from rbstab.experiment.stability import stability_of
 from rbstab.experiment.stored_proof.proof import SUPPLIES
-from rbstab.experiment.stored_proof.starts import has_no_rest_state
 from rbstab.experiment.verification.verify import verify
 from rbstab.proof.passive import passive, switches
 from rbstab.proof.passive.passive import why_not_in_proofs
@@ -101,14 +94,6 @@ CODES: dict[str, tuple[str, dict[str, Any], str]] = {
         SOFT,
         switches.NOT_CONTINUOUS,
     ),
-    "an energy that jumps beside a force that does": (
-        REPELLING_GUARD.replace(
-            "(self.mode @ self.guards(motion, own))",
-            "(self.mode @ self.guards(motion, own) + self.mode[0])",
-        ),
-        SOFT,
-        switches.NOT_CONTINUOUS,
-    ),
     "two modes at once": (
         STIFF_GUARD.replace(SQUARE, f"{SQUARE} + 0.0 * above + self.mode[0] * self.mode[1]"),
         SOFT,
@@ -122,20 +107,10 @@ CODES: dict[str, tuple[str, dict[str, Any], str]] = {
         SOFT,
         switches.NOT_CONTINUOUS,
     ),
-    "an event function of a velocity": (
-        STIFF_GUARD.replace(GUARDS, f"{GUARDS} + motion.V[:2]"),
-        SOFT,
-        passive.NO_FUNCTION_OF_POSE,
-    ),
     "an event function by its mode": (
         STIFF_GUARD.replace(GUARDS, f"{GUARDS} + self.mode"),
         SOFT,
         switches.NOT_OF_ANGLES,
-    ),
-    "a mode in a divisor": (
-        STIFF_GUARD.replace(SQUARE, "self.mode[0] * above * above / (2.0 - self.mode[0])"),
-        SOFT,
-        switches.NOT_CONTINUOUS,
     ),
     "a mode in an exponential": (
         STIFF_GUARD.replace("import power", "import exp, power")
@@ -150,11 +125,6 @@ CODES: dict[str, tuple[str, dict[str, Any], str]] = {
         passive.UNBALANCED,
     ),
     "a force with a sign that turns": (TURNING, {"k": 0.3, "soft": 0.3}, switches.SIGN_UNKNOWN),
-    "a switch by an own state": (
-        text_of(STIFF).replace("pitch - self.soft,", "pitch - self.soft + own[0],"),
-        CORDS,
-        "it is not shown",
-    ),
     "a switch at an own state": (
         TIGHTER.replace("np.array([self.longer(motion)])", "np.array([own[0]])"),
         CORDS,
@@ -273,12 +243,6 @@ CONFIGS: dict[str, tuple[Callable[[], Config], str]] = {
         lambda: with_code(SPRING.replace("0.5 * self.k", "0.6 * self.k"), k=3.0),
         "one: it is not shown that `wrench`",
     ),
-    "code that branches": (
-        lambda: with_code(
-            f"{SPRING}\n    def __post_init__(self):\n        float(self.k)\n", k=3.0
-        ),
-        "one: its code cannot be recorded",
-    ),
     "an energy without a value": (
         lambda: with_code(POLE, k=3.0, s=0.5),
         "`stored`, `wrench` and `dissipated` have values",
@@ -304,21 +268,9 @@ CONFIGS: dict[str, tuple[Callable[[], Config], str]] = {
         lambda: with_code(text_of(REPELLING), **CORDS),
         "its force jumps",
     ),
-    "a number that no double has": (
-        lambda: with_code(
-            STIFF_GUARD.replace(SQUARE, "2 * self.k * self.mode[0] * power(self.k * above, 3)"),
-            k=1e200,
-            soft=0.3,
-        ),
-        "",
-    ),
     "a spring that may have no length": (
         lambda: of({"s": STRUT | NEAR}, CONTROLLER | {"variant": "permanent"}),
         "no length",
-    ),
-    "a damped spring without a rest length": (
-        lambda: of({"s": STRUT | {"rest_length": 0.0, "damping": 3.0}}, CONTROLLER | TIE_OF_C),
-        "may have no length",
     ),
     "a stop beside a spring of a tied body": (
         lambda: of({"s": STRUT, "range": STOPPED}, CONTROLLER | TIE_OF_C),
@@ -334,23 +286,9 @@ CONFIGS: dict[str, tuple[Callable[[], Config], str]] = {
     },
     "a tie beside a ligament": (lambda: of({"tie": TIE, "cord": LIGAMENT}, None), NOT_DAMPED),
     "a held leg": (lambda: leg("permanent"), ALL),
-    "a held leg on springs": (lambda: leg("permanent", K_r=[10, 10, 5]), ALL),
-    "a held leg with two dampers": (
-        lambda: leg("permanent", L_r=[1, 0, 1]),
-        "no damper acts on a rotation about body y",
-    ),
-    "a free leg": (lambda: leg("free"), ALL),
-    "a free leg that turns": (
-        lambda: leg("free", **TURNS),
-        "no damper acts on a translation (L_t is 0)",
-    ),
     "a leg that may be anywhere": (
         lambda: leg("free", **TURNS, L_t=[1, 1, 1]),
         "nothing holds the position",
-    ),
-    "a tied leg without a damper": (
-        lambda: leg("visco-elastic"),
-        "no damper acts on a rotation about body x through (0, 0, -0.186) m",
     ),
     "a leg that may turn freely": (
         lambda: leg("permanent", L_r=[1, 1, 1], K_r=[10, 10, 0]),
@@ -402,16 +340,6 @@ def test_a_run_tells_of_a_class_that_does_not_declare_its_kinks(declared):
         assert (state.held, state.proved) == (True, False)
 
 
-@pytest.mark.parametrize(
-    ("text", "jumps"), [(text_of(REPELLING), True), (text_of(STIFF), False), (CLUTCH, False)]
-)
-def test_the_check_of_a_file_asks_for_kinked_if_the_energy_has_kinks(text, jumps):
-    code = UserCode(text, "mine.py")
-    found = check_class(element_class(code, "Mine"), code)
-    assert found.problems == ()
-    assert any("declare `kinked = True`" in note for note in found.notes) is jumps
-
-
 def test_without_permission_no_code_runs():
     config = with_code(SPRING, k=3.0)
     proof, read = prove(config), config_to_read(plain_data(config))
@@ -432,38 +360,3 @@ def test_a_formula_of_an_angle_itself_has_no_wider_range():
     proof = prove(with_code(text, k=3.0))
     assert proof.proved
     assert proof.unwrapped is None
-
-
-def test_a_limit_of_boxes_is_named(monkeypatch):
-    monkeypatch.setattr("rbstab.proof.limits.MOST_WITH_SPRINGS", 100)
-    found = prove(of({"strut": STRUT}, CONTROLLER | TIE_OF_C))
-    assert (found.proved, found.region, found.unwrapped) == (False, None, None)
-    assert found.outcome == "the limit on the number of boxes was reached"
-    assert found.undecided
-    assert not has_no_rest_state(found)
-
-
-def test_a_motion_that_slides_is_not_followed():
-    sliding = of({"tie": tie()})
-    refused = not_enclosed(problem_of(sliding))
-    assert refused is not None
-    assert "tie may slide on a surface" in refused.why
-    soft = {"kind": "guard", "method": "stiff", "stiffness": 40.0, "soft_angle": 0.3}
-    assert not_enclosed(problem_of(of({"range": soft}))) is None
-    stability = stability_of(problem_of(sliding), prove(sliding))
-    assert stability.statements[0].startswith("Rest states: not decided (an element switches")
-
-
-@pytest.mark.heavy
-@pytest.mark.parametrize("variant", ["free", "permanent", "visco-elastic"])
-def test_a_body_without_stabilizers_moves(variant):
-    """Its answers are never *proved*, and no number of them is NaN."""
-    config = leg(variant)
-    result = simulate(config, proof=rbstab.prove(config, brief=True))
-    assert result.status == "completed"
-    answer = answer_of(result)
-    assert "proved" not in {answer.this_start.sureness, answer.whole_range.sureness}
-    assert "nan" not in str(answer).split()
-    if variant != "visco-elastic":
-        energy = result["energy"].sum(axis=1)
-        np.testing.assert_allclose(energy, energy[0], rtol=1e-9, atol=1e-9)

@@ -57,7 +57,7 @@ def round_off(system, start):
 
 def check(run, name):
     """Return the check of a run with this name."""
-    (found,) = [line for line in checks_of(run) if line.name == name]
+    (found,) = [line for line in checks_of(run) if line.check == name]
     return found
 
 

@@ -41,61 +41,6 @@ REPELLING_GUARD = element_text(
 )
 """What `kind: guard` with `method: repelling` is; its class does not say that its force jumps."""
 
-ALL_ANGLES = element_text(
-    """
-    mode_count = 6
-
-    def guards(self, motion, own):
-        first, second, third = motion.Theta
-        return np.array([first, -first, second, -second, third, -third]) - self.soft
-
-    def wrench(self, motion, own):
-        g = self.mode * self.guards(motion, own)
-        slope = np.array([g[0] - g[1], g[2] - g[3], g[4] - g[5]])
-        return couple_on_body(-self.k * (slope @ motion.B))
-
-    def stored(self, motion, own):
-        return 0.5 * self.k * (self.mode @ power(self.guards(motion, own), 2))
-    """,
-    _NUMBERS,
-)
-"""A stiff guard on each angle."""
-
-DETENT = element_text(
-    """
-    mode_count = 2
-    kinked = True
-
-    def guards(self, motion, own):
-        turn = motion.A[0, 2] - self.soft
-        return np.array([turn, -turn])
-
-    def wrench(self, motion, own):
-        row = motion.A[0]
-        push = 2.0 * self.mode[0] - 3.0 * self.mode[1]
-        return couple_on_body(-self.k * push * np.array([-row[1], row[0], 0.0]))
-
-    def stored(self, motion, own):
-        turn = motion.A[0, 2] - self.soft
-        return self.k * (2.0 * self.mode[0] * turn - 3.0 * self.mode[1] * turn)
-    """,
-    _NUMBERS,
-)
-"""The energy 2 x or -3 x on the two sides of x = 0: it clicks into place there."""
-
-TIP = element_text(
-    """
-    def wrench(self, motion, own):
-        up = motion.A[2]
-        push = self.k * self.soft * exp(self.soft * up[2])
-        return couple_on_body(push * np.array([up[1], -up[0], 0.0 * up[2]]))
-
-    def stored(self, motion, own):
-        return self.k * exp(self.soft * motion.A[2][2])
-    """,
-    _NUMBERS,
-)
-"""k exp(b cos θ1 cos θ2): it pushes the body away from upright, or to it for b < 0. `soft` is b."""
 
 CUBIC_OF_CENTRE = element_text(
     """

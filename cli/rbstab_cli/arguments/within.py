@@ -192,7 +192,7 @@ def _proved_starts(
     progress: "Progress | None",
     is_late: "Callable[[], bool]",
 ) -> "StartsProof":
-    from rbstab.experiment.start_sets.cache import starts_for
+    from rbstab.experiment.start_sets.prove_starts import starts_for
     from rbstab.processes.processors import processor_count
 
     found, problem = starts_for(

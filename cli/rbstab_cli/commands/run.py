@@ -176,7 +176,7 @@ def _targets(names: Iterable[tuple[str, str]], output: Path) -> dict[tuple[str, 
 
 
 def _run_data(finished: Finished) -> dict[str, Any]:
-    from rbstab.experiment.convergence.later_proof import with_later_proof
+    from rbstab.experiment.convergence.with_proof import with_later_proof
     from rbstab_cli.output.facts import run_data
 
     run, proof = finished.run, finished.proof

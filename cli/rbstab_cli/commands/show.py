@@ -9,7 +9,7 @@ from rbstab_cli import exit_codes
 from rbstab_cli.output.stored.unread_proofs import print_unread_proofs
 
 if TYPE_CHECKING:
-    from rbstab.experiment.convergence.later_proof import KnownNow
+    from rbstab.experiment.convergence.with_proof import KnownNow
     from rbstab.experiment.summary import ReferenceValue
     from rbstab.mechanics.numbers import Array
     from rbstab.store.result import Result
@@ -90,7 +90,7 @@ def _print(path: Path, opened: "Result", *, as_json: bool, as_config: bool) -> N
         click.echo(exact(opened.config), nl=False)
         return
     # Imported late: --config needs none of it.
-    from rbstab.experiment.convergence.later_proof import known_now
+    from rbstab.experiment.convergence.with_proof import known_now
 
     # Every line is that of the result together with the proof that lies beside it now.
     print_unread_proofs([path.parent])

@@ -4,7 +4,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from rbstab.experiment.tuning.guarded_run import RunOutcome
+    from rbstab.experiment.tuning.guard import RunOutcome
 
 _ROWS = (
     ("status", "status"),

@@ -121,7 +121,7 @@ def starts_proved(name: str, *, wanted: bool) -> Iterator[Callable[[float, int],
 
     A line at the beginning says how much work there may be, and how to stop it.
     """
-    from rbstab.experiment.start_sets.prove_starts import MAX_PARTS
+    from rbstab.experiment.start_sets.starts_record import MAX_PARTS
 
     with working(name, wanted=wanted) as work:
         if wanted and sys.stderr.isatty():

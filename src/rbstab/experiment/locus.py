@@ -100,10 +100,10 @@ def stable_from(config: Config, number: NamedNumber, points: Sequence[LocusPoint
     """
     aim = wanted(config)
     reached = [point.orientation is not None and aim.holds(point.orientation) for point in points]
-    known = np.array([point.linearisation is not None for point in points])
-    largest = np.array([_largest_rate(point) for point in points])
+    linear = [point.linearisation for point in points]
+    largest = np.array([np.nan if one is None else one.eigenvalues.real.max() for one in linear])
     good = np.array(reached) & (largest < 0)
-    bad = known & (~np.array(reached) | (largest > 0))
+    bad = ~np.isnan(largest) & (~np.array(reached) | (largest > 0))
     values = number.value * np.array([point.factor for point in points])
     found = threshold_of(values, good, bad)
     if found is None or found.bad is None:
@@ -116,12 +116,6 @@ def stable_from(config: Config, number: NamedNumber, points: Sequence[LocusPoint
         f"{found.sign(good=True)} {text[found.good]}{unit}; {other} for "
         f"{found.sign(good=False)} {text[found.bad]} (by the eigenvalues)"
     )
-
-
-def _largest_rate(point: LocusPoint) -> float:
-    """Return the largest Re λ, 1/s; NaN without eigenvalues."""
-    linear = point.linearisation
-    return float("nan") if linear is None else float(linear.eigenvalues.real.max())
 
 
 def scaled(config: Config, key: str, factor: float) -> Config:

@@ -13,7 +13,7 @@ from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
-from rbstab.config.user_code.permission import has_code, may_run_code, without_code
+from rbstab.config.user_code.permission import may_build, without_code
 from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import (
@@ -31,7 +31,6 @@ from rbstab.systems.system import System
 
 if TYPE_CHECKING:
     from rbstab.proof.model import ExactSystem
-    from rbstab.proof.reasons import NoReducedEnergy
     from rbstab.proof.rest_points import RestStates
     from rbstab.proof.rest_states import Body
 
@@ -84,54 +83,48 @@ def prove(
         ConfigError: The config is invalid.
     """
     config = load_config(config)
-    return _proof_of(config, problem, search_only=search_only, brief=brief).of(config)
+    begin = time.perf_counter()
+    with np.errstate(all="ignore"):
+        found = _proof_of(config, problem, search_only=search_only, brief=brief)
+    return found.model_copy(update={"seconds": time.perf_counter() - begin}).of(config)
 
 
 def _proof_of(config: Config, problem: Problem | None, *, search_only: bool, brief: bool) -> Proof:
     """Return the proof of all configs with what acts on the body of this one."""
     # Imported late: a run usually reads a stored proof and makes none.
-    from rbstab.proof.reasons import NoReducedEnergy
+    from rbstab.proof.reasons import SEARCHED_INSTEAD, NoReducedEnergy
     from rbstab.proof.rest_states import Body
 
-    start_time = time.perf_counter()
     identity = proof_id(config)
-    why_not = _no_search(config)
-    if why_not is not None:
-        return no_proof(identity, why_not, time.perf_counter() - start_time)
-    with np.errstate(all="ignore"):
-        system = smooth_rest_system(problem or problem_of(config))
+    if not may_build(config) or system_of(config).supplies:
+        return no_proof(identity, SUPPLIES if may_build(config) else CODE_NOT_RUN)
+    system = smooth_rest_system(problem or problem_of(config))
     # Code of users is recorded in doubles; it need not accept other numbers.
     exact_system = partial(system_of, without_code(config))
-    options = {"search_only": search_only, "brief": brief}
     families = ""
     if not search_only:
-        found = _rotations_proof(identity, system, exact_system, start_time, brief=brief)
+        found = _rotations_proof(identity, system, exact_system, brief=brief)
         if isinstance(found, Proof):
             return found
         families = found
     why_not = _no_theorem(config)
+    if why_not is not None:
+        return _searched(identity, system, f"no proof was tried, as {why_not}")
     try:
-        with np.errstate(all="ignore"):
-            if why_not is not None:
-                why = f"no proof was tried, as {why_not}"
-                return _searched(identity, system, why, start_time)
-            body = Body(system, exact_system)
-            proof = _body_proof(identity, body, start_time, **options)
+        body = Body(system, exact_system)
+        proof = _body_proof(identity, body, search_only=search_only, brief=brief)
     except NoReducedEnergy as error:
-        return _no_energy(identity, system, error, start_time)
+        if error.reason in SEARCHED_INSTEAD:
+            return _searched(identity, system, str(error))
+        return no_proof(identity, str(error))
     if families and not proof.proved:
         proof = proof.model_copy(update={"outcome": families})
     return _with_near_model(config, system, proof)
 
 
 def _rotations_proof(
-    identity: str,
-    system: System,
-    exact_system: "ExactSystem",
-    start_time: float,
-    *,
-    brief: bool,
-) -> "Proof | str":
+    identity: str, system: System, exact_system: "ExactSystem", *, brief: bool
+) -> Proof | str:
     """Prove the rest states among all rotations of a body that is damped, and reads no angles.
 
     Returns:
@@ -146,66 +139,55 @@ def _rotations_proof(
     )
 
     try:
-        with np.errstate(all="ignore"):
-            energy = rotation_energy(system, exact_system)
-            exact = exact_system(decimals)
-            if why_indefinite(exact) or why_not_damped_on_rotations(exact):
-                return ""
-            limit = BRIEF_LIMIT if brief else FULL_LIMIT
-            found = rest_rotations(energy, limit // SLOWER if energy.free else limit)
-            if not (found.proved or found.families):
-                return found.why if found.is_family else ""
-            why = why_not_almost_every_start(energy, found, exact)
-            record = rotations_record(identity, system, energy, found, why)
-            return record.model_copy(update={"seconds": time.perf_counter() - start_time})
+        energy = rotation_energy(system, exact_system)
+        exact = exact_system(decimals)
+        if why_indefinite(exact) or why_not_damped_on_rotations(exact):
+            return ""
+        limit = BRIEF_LIMIT if brief else FULL_LIMIT
+        found = rest_rotations(energy, limit // SLOWER if energy.free else limit)
+        if not (found.proved or found.families):
+            return found.why if found.is_family else ""
+        why = why_not_almost_every_start(energy, found, exact)
+        return rotations_record(identity, system, energy, found, why)
     except NotOnRotationsError:
         return ""
 
 
-def _body_proof(
-    identity: str,
-    body: "Body",
-    start_time: float,
-    *,
-    search_only: bool,
-    brief: bool,
-) -> Proof:
+def _body_proof(identity: str, body: "Body", *, search_only: bool, brief: bool) -> Proof:
     """Prove the rest states of a body, and their regions."""
     from rbstab.proof.limits import search_limit
     from rbstab.proof.regions.regions import NO_REGIONS
     from rbstab.proof.rest_points import SearchOutcome
 
-    def seconds() -> float:
-        return time.perf_counter() - start_time
+    def stops(rest: "RestStates | None") -> bool:
+        return rest is not None and rest.outcome is SearchOutcome.BOX_LIMIT
 
     if search_only:
         rest = body.searched()
-        found = Found(rest, body.regions(rest))
-        return proof_record(identity, body.energy, found, None, seconds())
+        return proof_record(identity, body.energy, Found(rest, body.regions(rest)), None)
     limit = search_limit(body.energy, brief=brief)
     rest = body.proved(limit.boxes)
-    stopped = rest.outcome is SearchOutcome.BOX_LIMIT
+    stopped = stops(rest)
     rate_known = stopped and rest.examined >= MANY
     too_few = rate_known and rest.covered * limit.most < ENOUGH * rest.examined
     changes = {"outcome": _too_few(rest, limit.most)} if too_few else {}
+    left = limit.boxes - rest.examined
     if limit.slow and stopped:
         # Undecided boxes cover most of the range, so no region is left.
-        record = proof_record(identity, body.energy, Found(rest, NO_REGIONS), None, seconds())
-        return record.model_copy(update={**changes, "brief": brief or None})
-    left = limit.boxes - rest.examined
-    wide = body.wide(rest, left if brief else None)
-    # Where every start converges, no region is needed: it is all of the range.
-    needed = not (rest.every_start_of_range or (wide is not None and wide.every_start))
-    found = Found(rest, body.regions(rest) if needed else NO_REGIONS)
-    unwrapped = found if wide is rest else None
-    if wide is not None and wide is not rest:
-        # Where the search of the wide range stopped, undecided boxes cover most of it.
-        ended = wide.outcome is SearchOutcome.BOX_LIMIT
-        found_wide = body.regions(wide, confining=True) if needed and not ended else NO_REGIONS
-        unwrapped = Found(wide, found_wide)
-    record = proof_record(identity, body.energy, found, unwrapped, seconds())
-    wide_stopped = wide is not None and wide.outcome is SearchOutcome.BOX_LIMIT
-    by_limit = stopped or (left < body.wide_limit and wide_stopped)
+        found, unwrapped, by_limit = Found(rest, NO_REGIONS), None, True
+    else:
+        wide = body.wide(rest, left if brief else None)
+        # Where every start converges, no region is needed: it is all of the range.
+        needed = not (rest.every_start_of_range or (wide is not None and wide.every_start))
+        found = Found(rest, body.regions(rest) if needed else NO_REGIONS)
+        unwrapped = found if wide is rest else None
+        if wide is not None and wide is not rest:
+            # Where the search of the wide range stopped, undecided boxes cover most of it.
+            regions = needed and not stops(wide)
+            confined = body.regions(wide, confining=True) if regions else NO_REGIONS
+            unwrapped = Found(wide, confined)
+        by_limit = stopped or (left < body.wide_limit and stops(wide))
+    record = proof_record(identity, body.energy, found, unwrapped)
     return record.model_copy(update={**changes, "brief": True if brief and by_limit else None})
 
 
@@ -229,16 +211,7 @@ def _with_near_model(config: Config, system: System, proof: Proof) -> Proof:
     return proof
 
 
-def _no_energy(identity: str, system: System, error: "NoReducedEnergy", start_time: float) -> Proof:
-    """Return the rest states of a body whose energy is in no proof, with the reason."""
-    from rbstab.proof.reasons import SEARCHED_INSTEAD
-
-    if error.reason not in SEARCHED_INSTEAD:
-        return no_proof(identity, str(error), time.perf_counter() - start_time)
-    return _searched(identity, system, str(error), start_time)
-
-
-def _searched(identity: str, system: System, why_not: str, start_time: float) -> Proof:
+def _searched(identity: str, system: System, why_not: str) -> Proof:
     """Return the rest states that a search finds, and why nothing is proved of them."""
     from rbstab.analysis.descents.kinked import has_kinks
     from rbstab.analysis.descents.searched import searched_minima, searched_rest_states
@@ -249,14 +222,7 @@ def _searched(identity: str, system: System, why_not: str, start_time: float) ->
     switching = any(isinstance(element, (SoftGuard, Stop)) for element in system.elements)
     may_hold = switching or has_kinks(system)
     states = (searched_minima if may_hold else searched_rest_states)(system)
-    return searched_record(identity, states, time.perf_counter() - start_time, outcome=why_not)
-
-
-def _no_search(config: Config) -> str | None:
-    """Return why rest states are not searched for, or None; code of users only builds elements."""
-    if has_code(config) and not may_run_code(config):
-        return CODE_NOT_RUN
-    return SUPPLIES if system_of(config).supplies else None
+    return searched_record(identity, states, why_not)
 
 
 def _no_theorem(config: Config) -> str | None:

@@ -6,6 +6,7 @@ All runs with the same body, gravity and controller share one proof.
 import errno
 import json
 import os
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,9 +28,6 @@ WITHIN_TOLERANCES = ("within-", "starts-")
 
 MAX_KNOWN = 64
 """The most proofs that a process keeps."""
-
-_known: "dict[tuple[int, ...], Proof | None]" = {}
-"""The proofs that were read, by device, inode, size and times of their files."""
 
 NO_FILE_ERRORS = (
     *(errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EINVAL),
@@ -78,19 +76,20 @@ def _may_hold_proofs(folder: Path) -> bool:
 
 def _read(file: Path) -> "Proof | None":
     """Read a proof; None if it is missing or damaged. It is read once, until its file changes."""
+    try:
+        # A proof appears by a rename, so a new one is another file.
+        identity = identity_of(file.stat())
+    except (OSError, ValueError):
+        identity = ()  # reading it raises the error
+    return _known(file, identity) if identity else _known.__wrapped__(file, identity)
+
+
+@lru_cache(MAX_KNOWN)
+def _known(file: Path, _identity: tuple[int, ...]) -> "Proof | None":
+    """Read a proof, once for each device, inode, size and times of its file."""
     from rbstab.experiment.stored_proof.proof import Proof
 
-    try:
-        found = file.stat()
-    except (OSError, ValueError):
-        return stored_model(file, Proof)  # it raises the error
-    # A proof appears by a rename, so a new one is another file.
-    identity = identity_of(found)
-    if identity not in _known:
-        if len(_known) >= MAX_KNOWN:
-            _known.clear()
-        _known[identity] = stored_model(file, Proof)
-    return _known[identity]
+    return stored_model(file, Proof)
 
 
 def stored_model(file: Path, model: type[Model]) -> Model | None:

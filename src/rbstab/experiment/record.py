@@ -2,7 +2,6 @@
 
 import math
 import time
-from collections.abc import Callable
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -122,7 +121,7 @@ def zero_of(
 
 def recording_time(problem: Problem, only_outcome: bool = False) -> float:
     """Measure the time to record one sample of a problem, s; `only_outcome` as for `recorded`."""
-    observe = _Observer(_outcome_at if only_outcome else _all_at)
+    observe = _Observer(only_outcome)
     first = float(problem.times[0])
     with np.errstate(all="ignore"):
         # The first observation of a system takes longer than all others.
@@ -300,7 +299,7 @@ def _observed(
     ends = np.cumsum([0, *map(math.prod, shapes.values())]).tolist()
     count = len(trajectory.times)
     table = np.empty((count, ends[-1]))
-    observe = _Observer(_outcome_at if only_outcome else _all_at)
+    observe = _Observer(only_outcome)
     systems = trajectory.systems or (system,) * count
     samples = zip(systems, trajectory.states, trajectory.times.tolist(), strict=True)
     for row, (system_now, state, t) in enumerate(samples):
@@ -321,11 +320,11 @@ class _Observer:
     but systems that differ in their modes share one code.
 
     Args:
-        quantities: A function of a system, a state and a time.
+        only_outcome: As for `recorded`.
     """
 
-    def __init__(self, quantities: Callable[[System, Array, Number], Array]) -> None:
-        self._quantities = quantities
+    def __init__(self, only_outcome: bool) -> None:
+        self._quantities = _outcome_at if only_outcome else _all_at
         self._of: dict[int, EquationsInTime] = {}
 
     def __call__(self, system: System, state: Array, t: float) -> Array:

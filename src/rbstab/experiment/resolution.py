@@ -7,7 +7,6 @@ import numpy as np
 from rbstab.integrate.problem import Trajectory
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.algebra import inverse
-from rbstab.mechanics.numbers import Array
 from rbstab.store.variables import Variable
 from rbstab.systems.parameters import parameters
 from rbstab.systems.system import System
@@ -65,17 +64,16 @@ def inverse_warnings(system: System) -> list[str]:
     if "connector.L_d" in given:
         matrices["controller.L_d"] = given["connector.L_d"]
     with np.errstate(all="ignore"):
-        errors = {name: _inverse_error(matrix) for name, matrix in matrices.items()}
+        errors = {
+            name: float(np.abs(matrix @ inverse(matrix) - np.eye(3)).max())
+            for name, matrix in matrices.items()
+        }
     return [
         f"{name}: its inverse has a relative error of {error:.2g}, because its eigenvalues differ "
         f"too much for a matrix that is not diagonal: it guarantees {_digits(error)} digits"
         for name, error in errors.items()
         if error > LARGEST_INVERSE_ERROR
     ]
-
-
-def _inverse_error(matrix: Array) -> float:
-    return float(np.abs(matrix @ inverse(matrix) - np.eye(3)).max())
 
 
 def _digits(share: float) -> int:

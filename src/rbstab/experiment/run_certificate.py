@@ -1,6 +1,6 @@
 """The certificate of a run, as arrays of its result."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -145,21 +145,24 @@ def proved_checks(problem: Problem, proof: "Proof | None") -> list[Check]:
     return [stable, region]
 
 
+COLUMNS = {
+    "check": ("1", "what is checked"),
+    "verdict": ("1", "what was found"),
+    "value": ("1", "by what number"),
+    "bound": ("1", "what the number is compared with"),
+    "when": ("s", "time of the number; NaN: of no time"),
+    "quantity": ("1", "what the number is"),
+}
+"""The columns of a stored certificate, each with its unit and its meaning."""
+
+
 def certificate_variables(checks: list[Check]) -> dict[str, Variable]:
     """Return the checks as arrays of the group `certificate`."""
-    columns: dict[str, tuple[str, str, list[Any]]] = {
-        "check": ("1", "what is checked", [check.name for check in checks]),
-        "verdict": ("1", "what was found", [str(check.verdict) for check in checks]),
-        "value": ("1", "by what number", [check.value for check in checks]),
-        "bound": ("1", "what the number is compared with", [check.bound for check in checks]),
-        "when": ("s", "time of the number; NaN: of no time", [check.time for check in checks]),
-        "quantity": ("1", "what the number is", [check.quantity for check in checks]),
-    }
-    return {f"{GROUP}/{name}": _column(*column) for name, column in columns.items()}
-
-
-def _column(unit: str, meaning: str, entries: list[Any]) -> Variable:
-    is_text = isinstance(entries[0], str)
-    return Variable(
-        ("check",), np.array(entries, dtype=object if is_text else float), unit, meaning
-    )
+    variables = {}
+    for (name, described), entries in zip(COLUMNS.items(), zip(*checks, strict=True), strict=True):
+        texts = isinstance(entries[0], str)
+        data = np.array(
+            [*map(str, entries)] if texts else entries, dtype=object if texts else float
+        )
+        variables[f"{GROUP}/{name}"] = Variable(("check",), data, *described)
+    return variables

@@ -9,7 +9,7 @@ from rbstab.config.load import resolved_yaml, run_id
 from rbstab.config.schema import Config
 from rbstab.experiment.convergence.convergence import Enclose, stored_convergence
 from rbstab.experiment.convergence.with_proof import takes_proof, with_proof
-from rbstab.experiment.run_certificate import GROUP, proved_checks
+from rbstab.experiment.run_certificate import proved_checks
 from rbstab.experiment.simulate import simulate_problem
 from rbstab.experiment.store_run import (
     aside_path,
@@ -18,6 +18,7 @@ from rbstab.experiment.store_run import (
     refuse_different,
     store_run,
 )
+from rbstab.experiment.stored_certificate import stored_lines
 from rbstab.integrate.problem import Problem, Progress
 from rbstab.store.disk.atomic import remove_abandoned
 from rbstab.store.disk.existence import check_writable, path_exists
@@ -86,19 +87,18 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
         is_current = found.config == text and _is_final(found, problem, proof)
         return is_current and _enclosed(found).covers(enclose)
 
-    if old is not None and identical and not force and old.config != text:
-        # The motion is the same; what is wanted of it has changed.
-        old = store_run(path, replace(old, config=text), is_final).result
-
-    if old is not None and identical and not force and is_final(old):
-        # Its writer may have been killed as soon as the result was complete.
-        remove_abandoned(path)
-        return FiledRun(path, old, computed=False, moved_aside=None)
-    needs_only_proof = old is not None and not depends_on_machine(old) and takes_proof(old)
-    if old is not None and identical and not force and needs_only_proof:
-        result = with_proof(old, config, problem, proof, enclose)
-        stored = store_run(path, result, is_final)
-        return FiledRun(path, stored.result, computed=False, moved_aside=None)
+    if old is not None and identical and not force:
+        if old.config != text:
+            # The motion is the same; what is wanted of it has changed.
+            old = store_run(path, replace(old, config=text), is_final).result
+        if is_final(old):
+            # Its writer may have been killed as soon as the result was complete.
+            remove_abandoned(path)
+            return FiledRun(path, old, computed=False, moved_aside=None)
+        if not depends_on_machine(old) and takes_proof(old):
+            result = with_proof(old, config, problem, proof, enclose)
+            stored = store_run(path, result, is_final)
+            return FiledRun(path, stored.result, computed=False, moved_aside=None)
     different = path_exists(path) and not identical
     if different and not force:
         refuse_different(path, old)
@@ -168,8 +168,5 @@ def _has_proof(result: Result, problem: Problem, proof: "Proof | None") -> bool:
     """Return whether the certificate of a result has the checks that a proof decides."""
     if proof is None:
         return True
-    names = [f"{GROUP}/{column}" for column in ("check", "verdict")]
-    if any(name not in result for name in names):
-        return False
-    stored = dict(zip(*(result[name].tolist() for name in names), strict=True))
-    return all(stored.get(c.name) == c.verdict for c in proved_checks(problem, proof))
+    stored = {line.check: line.verdict for line in stored_lines(result)}
+    return all(stored.get(c.check) == c.verdict for c in proved_checks(problem, proof))

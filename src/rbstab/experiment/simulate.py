@@ -10,7 +10,6 @@ from rbstab.config.build import problem_of
 from rbstab.config.load import load_config, resolved_yaml, run_id
 from rbstab.config.messages import describe
 from rbstab.config.schema import Config
-from rbstab.config.section import Section
 from rbstab.config.warnings import config_warnings
 from rbstab.experiment.answers.result import Result
 from rbstab.experiment.convergence.convergence import Enclose
@@ -52,7 +51,7 @@ def simulate(
         progress: Called after every step with the time reached, s.
         proof: The proof of the rest states, from `prove`; without one, convergence is not decided.
         enclose: How far to enclose the exact motion in proved bounds; this needs the proof.
-        allow_python: As for `load_config`, if the config is not loaded yet.
+        allow_python: As for `load_config`.
 
     Returns:
         The result. If the run stops early, `Result.status` is the reason and the arrays hold the
@@ -65,8 +64,7 @@ def simulate(
         ValueError: The exact motion is to be enclosed, but no proof is given.
     """
     _check_proof(proof, enclose)
-    if not isinstance(config, Section):
-        config = load_config(config, allow_python=allow_python)
+    config = load_config(config, allow_python=allow_python)
     return simulate_problem(
         config, problem_of(config), progress=progress, proof=proof, enclose=enclose
     )

@@ -1,5 +1,6 @@
 """Stability of one config, and sentences that describe it."""
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,9 +30,7 @@ from rbstab.experiment.stored_proof.starts import start_level, start_state
 from rbstab.files.counts import grouped
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.algebra import ZERO
-from rbstab.mechanics.motion import Motion, motion_from_centre
-from rbstab.mechanics.numbers import Array
-from rbstab.systems.system import System
+from rbstab.mechanics.motion import motion_from_centre
 
 UNWRAPPED = "For all real θ1 and θ3"
 """Beginning of the sentences on the range |θ2| < π/2, in which θ1 and θ3 have no bounds."""
@@ -74,12 +73,7 @@ class Stability:
     @property
     def statements(self) -> list[str]:
         """Sentences on the rest states, global stability, the certified region and this start."""
-        return [
-            *_rest_state_sentences(self.proof),
-            *_region_sentences(self),
-            *_unwrapped_sentences(self.proof),
-            *_start_sentences(self),
-        ]
+        return [*statements_of(self.proof), *_start_sentences(self)]
 
 
 def stability_of(
@@ -97,29 +91,22 @@ def stability_of(
     with np.errstate(all="ignore"):
         for state in proof.states:
             Z = np.concatenate([state.orientation, ZERO, state.position, ZERO])
-            if state.held or abs(np.cos(state.orientation[1])) < POLE:
-                linearisations.append(None)
-                continue
-            rest = motion_from_centre(system.body, system.anchor, Z)
-            linearisations.append(_linearised(system, rest, np.array(state.connector_state)))
+            found = None
+            if not state.held and abs(np.cos(state.orientation[1])) >= POLE:
+                rest = motion_from_centre(system.body, system.anchor, Z)
+                with suppress(NoDerivativesError):
+                    found = linearise(system, rest, np.array(state.connector_state))
+            linearisations.append(found)
         start = start_level(problem, proof)
     reached = start_state(problem, proof)
     return Stability(proof, tuple(linearisations), start, reached, convergence)
 
 
-def _linearised(system: System, rest: Motion, own: Array) -> Linearisation | None:
-    try:
-        return linearise(system, rest, own)
-    except NoDerivativesError:
-        return None
-
-
 def statements_of(proof: Proof) -> list[str]:
     """Return sentences on a proof by itself, without a start."""
-    no_start = Stability(proof, (), 0.0, None)
     return [
         *_rest_state_sentences(proof),
-        *_region_sentences(no_start),
+        *_region_sentences(proof),
         *_unwrapped_sentences(proof),
     ]
 
@@ -213,16 +200,16 @@ def and_lengths(proof: Proof) -> str:
     return " and each spring from a length of 0" if proof.needs_lengths else ""
 
 
-def _region_sentences(stability: Stability) -> list[str]:
-    region = stability.proof.region
-    if stability.proof.every_start and stability.proof.states:
+def _region_sentences(proof: Proof) -> list[str]:
+    region = proof.region
+    if proof.every_start and proof.states:
         return ["Certified region: all of the range; c* is infinite."]
-    if region is None or stability.start is None:
+    if region is None:
         return ["Certified region: none."]
     where = f"on {region.face}" if region.face else "at another rest state"
     if region.face == NO_LENGTH:
         where = f"at {NO_LENGTH}"
-    goes_on = f"; {GOES_ON}" if stability.proof.goes_on else ""
+    goes_on = f"; {GOES_ON}" if proof.goes_on else ""
     if region.lower_bound > 0:
         sentences = [
             f"Certified region: every motion that starts less than "
@@ -234,14 +221,14 @@ def _region_sentences(stability: Stability) -> list[str]:
             f"Certified region: less than {region.level:.6g} J above the lowest rest state, from a "
             f"search, not proved (c* is attained {where}){goes_on}."
         ]
-    elif stability.proof.regions:
+    elif proof.regions:
         sentences = [
             "Certified region: no level above the lowest rest state is enough, as others lie as "
             "low. Each has a region of its own."
         ]
     else:
         sentences = ["Certified region: empty."]
-    return [*sentences, *_minimum_sentences(stability.proof)]
+    return [*sentences, *_minimum_sentences(proof)]
 
 
 def _minimum_sentences(proof: ProvedStates, what: str = "Region") -> list[str]:

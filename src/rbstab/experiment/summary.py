@@ -15,7 +15,7 @@ from rbstab.analysis.peak_search import (
     peaks_of_cubics,
 )
 from rbstab.analysis.settling import moves_on, settling_times
-from rbstab.experiment.answers.rounded import rounded_up
+from rbstab.experiment.answers.rounded import TIME_DIGITS, rounded_up
 from rbstab.experiment.convergence.enclosed_samples import GROUP
 from rbstab.mechanics.attitude import angle_rates
 from rbstab.mechanics.numbers import Array
@@ -175,7 +175,7 @@ def settling_time_of(result: Result) -> float:
     return np.nan if moves_on_in(result) else float(found[0])
 
 
-def at_rest_from(result: Result, digits: int = 4) -> str:
+def at_rest_from(result: Result) -> str:
     """Return the settling time as text, s: with ≤ if the samples do not resolve it; "" without one.
 
     The bound is the first sample from which v stays below its level.
@@ -183,21 +183,21 @@ def at_rest_from(result: Result, digits: int = 4) -> str:
     settled = settling_time_of(result)
     if np.isnan(settled):
         return ""
-    if _settling_resolved(result, settled, digits):
-        return f"{settled:.{digits}g}"
+    if _settling_resolved(result, settled):
+        return f"{settled:.{TIME_DIGITS}g}"
     times = result["time"]
-    return f"≤ {rounded_up(float(times[np.searchsorted(times, settled)]), digits)}"
+    return f"≤ {rounded_up(float(times[np.searchsorted(times, settled)]))}"
 
 
-def _settling_resolved(result: Result, settled: float, digits: int) -> bool:
-    """Return whether the samples show a settling time to some digits.
+def _settling_resolved(result: Result, settled: float) -> bool:
+    """Return whether the samples show a settling time to `TIME_DIGITS` digits.
 
     Either the samples beside it are so close, or the motion is not faster than they are and two
     interpolants of v between them agree.
     """
     times, v = result["time"], lyapunov_function_of(result)
     after = int(np.searchsorted(times, settled))
-    error = 0.5 * 10.0 ** (1 - digits) * settled
+    error = 0.5 * 10.0 ** (1 - TIME_DIGITS) * settled
     if after == 0 or times[after] - times[after - 1] <= error:
         return True
     if stores_v_minus_work(result) or is_driven(result) or _has_fast_steps(result):

@@ -9,7 +9,7 @@ from rbstab.config.errors import ConfigError
 from rbstab.config.source import parse_source
 from rbstab.experiment.answers.run_answer import answer_of
 from rbstab.experiment.answers.words import word_of
-from rbstab.experiment.convergence.later_proof import known_now
+from rbstab.experiment.convergence.with_proof import known_now
 from rbstab.experiment.summary import at_least, at_rest_from, lyapunov_function_of
 from rbstab.listing.folder import only_result
 from rbstab.report.model.words import NO_VALUE, number, untrusted

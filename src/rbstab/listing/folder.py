@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rbstab.experiment.answers.run_answer import answer_of
-from rbstab.experiment.convergence.later_proof import known_now
+from rbstab.experiment.convergence.with_proof import known_now
 from rbstab.experiment.proof_cache import PROOFS, why_unreadable
 from rbstab.files.counts import grouped
 from rbstab.files.shell_words import shell_word

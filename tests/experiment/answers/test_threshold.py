@@ -37,17 +37,6 @@ def test_a_threshold_separates_good_members_from_bad_ones(members, expected):
     assert (found and (found.good, found.bad, found.upward)) == expected
 
 
-def test_members_of_one_value_must_agree():
-    values, good = np.array([1.0, 2.0, 2.0, 3.0]), np.array([False, True, False, True])
-    assert threshold_of(values, good, ~good) is None
-    assert threshold_of(values, good, np.array([True, False, False, False])) == (
-        3.0,
-        1.0,
-        2.0,
-        True,
-    )
-
-
 @pytest.mark.parametrize(
     ("values", "texts"),
     [

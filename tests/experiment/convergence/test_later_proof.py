@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,11 +10,10 @@ from support.configs import PERMANENT, VISCO_ELASTIC, plain
 import rbstab
 from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.config.schema import Config
-from rbstab.experiment.convergence import later_proof
+from rbstab.experiment.convergence import with_proof
 from rbstab.experiment.convergence.convergence import Enclose
-from rbstab.experiment.convergence.later_proof import _knowing_more, known_now, with_later_proof
+from rbstab.experiment.convergence.with_proof import _knowing_more, with_later_proof
 from rbstab.experiment.proof import prove
-from rbstab.experiment.proof_cache import proof_file
 from rbstab.experiment.run_certificate import (
     CERTIFIED_REGION,
     GLOBAL_STABILITY,
@@ -25,7 +23,6 @@ from rbstab.experiment.run_certificate import (
 )
 from rbstab.experiment.stored_certificate import certificate_lines, stored_lines
 from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.store.document import write_document
 from rbstab.store.result import Result
 
 SHORT = ("integration.duration=0.2", "integration.samples=11")
@@ -63,17 +60,11 @@ def test_it_is_the_run_with_this_proof(config: Config, proof: Proof) -> None:
     assert with_later_proof(with_proof, config, proof) is with_proof
 
 
-def test_without_a_proof_or_a_config_it_stays(config: Config, proof: Proof) -> None:
-    without = rbstab.simulate(config)
-    assert with_later_proof(without, config, None) is without
-    assert with_later_proof(without, None, proof) is without
-
-
 def test_code_of_users_is_not_run_for_it(
     config: Config, proof: Proof, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     without = rbstab.simulate(config)
-    monkeypatch.setattr(later_proof, "has_code", lambda _: True)
+    monkeypatch.setattr(with_proof, "has_code", lambda _: True)
     assert with_later_proof(without, config, proof) is without
 
 
@@ -92,30 +83,6 @@ def test_a_motion_that_was_followed_stays_proved(proof: Proof, config: Config) -
     now = with_later_proof(forgotten, fast, proof)
     assert now is not forgotten
     assert now.attributes["convergence_time"] == followed.attributes["convergence_time"]
-
-
-def test_why_a_motion_was_followed_in_vain_stays(proof: Proof) -> None:
-    fast = rbstab.load_config(plain(PERMANENT), (*SHORT, "initial.angular_velocity=[16,32,-16]"))
-    run = rbstab.simulate(fast)
-    followed: dict[str, str | int | float] = {
-        "convergence_steps": 7,
-        "convergence_reason": "v is too large after 7 steps",
-    }
-    tried = dataclasses.replace(run, attributes=run.attributes | followed)
-    now = with_later_proof(tried, fast, proof)
-    assert now.attributes["convergence_reason"] == followed["convergence_reason"]
-    fresh = with_later_proof(run, fast, proof)
-    assert "outside of every certified region" in str(fresh.attributes["convergence_reason"])
-
-
-def test_it_is_found_beside_the_file(tmp_path: Path, config: Config, proof: Proof) -> None:
-    result = rbstab.simulate(config)
-    path = tmp_path / "run.h5"
-    assert known_now(path, result).proof is None
-    write_document(proof_file(tmp_path, config), proof.model_dump(mode="json"))
-    known = known_now(path, result)
-    assert known.proof is not None
-    assert known.result.attributes["convergence"] == "proved"
 
 
 def test_a_search_that_found_all_replaces_one_that_did_not(config: Config, proof: Proof) -> None:

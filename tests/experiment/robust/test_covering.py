@@ -11,8 +11,7 @@ from rbstab.config.schema import Config
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.robust import covering
 from rbstab.experiment.robust.cache import bodies_for, keep
-from rbstab.experiment.robust.covering import counterexample_between, one_state_of, valid_proofs
-from rbstab.experiment.robust.record import BodiesRecord
+from rbstab.experiment.robust.covering import one_state_of, valid_proofs
 
 K_T = ("controller", "K_t", 0)
 K_R = ("controller", "K_r", 0)
@@ -97,52 +96,3 @@ def test_an_entry_and_its_mirror_image_have_the_same_bounds(tmp_path: Path) -> N
     varied = {("controller", "K_t", 0, 1): values, ("controller", "K_t", 1, 0): mirrored}
     levels = robust_levels(tmp_path, config, varied, 4)
     assert (levels > 0).tolist() == [True, True, False, False]
-
-
-def heavy(K_r: float) -> Config:
-    found: Config = config_of(
-        "permanent", controller={"K_r": [K_r, 80, 64]}, gravity=[0.0, 0.0, -9.81]
-    )
-    return found
-
-
-@pytest.fixture(scope="module")
-def several(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, BodiesRecord]:
-    """A folder with bodies that have several rest states, in boxes of weak stiffnesses."""
-    folder, config = tmp_path_factory.mktemp("several"), heavy(80.0)
-    for radius in (1, 7):
-        text = f"controller.K_r[0]=±{radius}"
-        record = bodies_for(folder, config, tolerances_of(config, [text]))
-        assert record.proved is False
-        assert len(record.rest_states) > 1
-    return folder, record
-
-
-def test_a_counterexample_is_one_body_of_its_box(several: tuple[Path, BodiesRecord]) -> None:
-    folder, record = several
-    (number,) = (record.body or {}).values()
-    records = valid_proofs(folder, heavy(200.0))
-    values = {K_R: np.array([float(number), 76.0, np.nextafter(float(number), 0)])}
-    assert one_state_of(records, heavy(200.0), values, 3).tolist() == [-1, 0, 0]
-    assert not robust_levels(folder, heavy(200.0), values, 3).any()
-
-
-@pytest.mark.parametrize(
-    ("least", "most", "inside"), [(0, 1, True), (-1, 0, True), (1, 9, False), (-9, -1, False)]
-)
-def test_a_counterexample_lies_between_the_ends_of_all_numbers(
-    several: tuple[Path, BodiesRecord], least: int, most: int, *, inside: bool
-) -> None:
-    """Of several, that of the widest box is named."""
-    folder, record = several
-    number = float((record.body or {})["controller.K_r[0]"])
-    config = heavy(200.0)
-    records = valid_proofs(folder, config)
-    ends = {K_R: np.array([number + least, number + most])}
-    expected = record if inside else None
-    assert counterexample_between(records, config, ends) == expected
-    assert counterexample_between(records[::-1], config, ends) == expected
-    # The numbers that are not varied must be those of the body.
-    assert counterexample_between(records, heavy(200.0), {}) is None
-    other = ends | {("controller", "K_r", 1): np.array([81.0, 90.0])}
-    assert counterexample_between(records, config, other) is None

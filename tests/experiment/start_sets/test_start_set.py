@@ -13,7 +13,7 @@ from rbstab.config.build import problem_of, start_of
 from rbstab.config.entries import replaced
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
-from rbstab.experiment.start_sets.start_set import MAX_MONOMIALS, monomials_of, start_set_of
+from rbstab.experiment.start_sets.start_set import start_set_of
 
 
 def start_set(config, *texts):
@@ -94,23 +94,6 @@ def test_ends_of_tolerances_are_exact_decimals():
     assert states.error[0, 3] < 1e-15
     exactly = np.delete(states.polynomial[0], 3, axis=0)
     assert not exactly[:, 1:].any()
-
-
-@pytest.mark.parametrize(
-    ("variables", "degree"), [(1, 6), (3, 6), (4, 6), (6, 4), (12, 2), (30, 1), (200, 1)]
-)
-def test_more_tolerances_have_a_lower_degree(variables, degree):
-    space = monomials_of(variables)
-    assert (space.variables, space.degree) == (variables, degree)
-    assert len(space) <= MAX_MONOMIALS or degree == 1
-
-
-def test_tolerances_of_all_numbers_of_a_free_start():
-    config = random_config("free", "Z")
-    tolerances, states = start_set(config, "initial=±0.01")
-    assert len(tolerances) == 12
-    assert states.space.degree == 2
-    assert np.abs(states.polynomial[0, :, 1:13]) == pytest.approx(0.01 * np.eye(12))
 
 
 def test_starts_without_bounds_are_none():

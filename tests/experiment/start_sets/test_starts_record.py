@@ -1,19 +1,14 @@
 """What is proved of starts: its file, its identity and its sentence."""
 
-import json
-
-import pytest
 from support.configs import BY_VARIANT, plain
 
 from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment import proof_cache
 from rbstab.experiment.robust import cache as robust_cache
-from rbstab.experiment.robust.cache import keep, kept
 from rbstab.experiment.robust.record import bounds_of
-from rbstab.experiment.start_sets import cache, starts_record
-from rbstab.experiment.start_sets.cache import starts_for
-from rbstab.experiment.start_sets.prove_starts import MAX_PARTS
+from rbstab.experiment.start_sets import prove_starts, starts_record
+from rbstab.experiment.start_sets.prove_starts import starts_for
 from rbstab.experiment.start_sets.starts_record import (
     ProvedPart,
     StartsProof,
@@ -41,7 +36,7 @@ def proof(*parts, fraction=1.0, why=""):
     config = load_config(plain())
     tolerances = tolerances_of(config, [TEXT])
     return StartsProof(
-        id=starts_id(config, tolerances, 64),
+        id=starts_id(config, tolerances),
         version=1,
         tolerances=bounds_of(tolerances),
         parts=parts,
@@ -53,36 +48,17 @@ def proof(*parts, fraction=1.0, why=""):
     )
 
 
-@pytest.mark.parametrize("found", [proof(), proof(part(), part(rest_state=3), fraction=0.1 + 0.2)])
-def test_what_is_stored_is_read_again(tmp_path, found):
-    assert kept(tmp_path, StartsProof, found.id) is None
-    keep(tmp_path, found)
-    assert kept(tmp_path, StartsProof, found.id) == found
-    assert (tmp_path / "proofs" / f"starts-{found.id}.json").exists()
-
-
-def test_an_error_of_the_disk_is_no_missing_file(tmp_path, monkeypatch):
-    """The proof may be whole; it is not to be made again and written over."""
-
-    def fails(*_):
-        raise StoreError("disk") from OSError(5, "input/output error")
-
-    monkeypatch.setattr(proof_cache, "read_model", fails)
-    with pytest.raises(StoreError):
-        kept(tmp_path, StartsProof, "0" * 32)
-
-
 def test_what_is_proved_is_stored_and_found_again(tmp_path, monkeypatch):
     """One proof serves all later calls; those of other tolerances are not mixed up."""
     config, asked = load_config(plain()), []
 
     def prove(given, tolerances, rest_states, **options):
         asked.append(tolerances)
-        identity = starts_id(given, tolerances, MAX_PARTS)
+        identity = starts_id(given, tolerances)
         return proof(part()).model_copy(update={"id": identity, "steps": len(asked)})
 
-    monkeypatch.setattr(cache, "prove_starts", prove)
-    monkeypatch.setattr(cache, "proof_for", lambda *_: None)
+    monkeypatch.setattr(prove_starts, "prove_starts", prove)
+    monkeypatch.setattr(prove_starts, "proof_for", lambda *_: None)
     one, other = (tolerances_of(config, [text]) for text in (TEXT, "initial.orientation=±0.1"))
     first = starts_for(tmp_path, config, one)
     assert first[1] is None
@@ -94,9 +70,9 @@ def test_a_proof_that_cannot_be_stored_is_returned_with_the_error(tmp_path, monk
     def fails(*_):
         raise StoreError("disk") from OSError(5, "input/output error")
 
-    monkeypatch.setattr(cache, "prove_starts", lambda *_, **__: proof(part()))
+    monkeypatch.setattr(prove_starts, "prove_starts", lambda *_, **__: proof(part()))
     for name in ("prove", "proof_for"):
-        monkeypatch.setattr(cache, name, lambda *_: None)
+        monkeypatch.setattr(prove_starts, name, lambda *_: None)
     config = load_config(plain())
     for room, broken in ((robust_cache, "write_document"), (proof_cache, "read_model")):
         with monkeypatch.context() as patch:
@@ -107,10 +83,10 @@ def test_a_proof_that_cannot_be_stored_is_returned_with_the_error(tmp_path, monk
         assert not (tmp_path / "proofs").exists()
 
 
-def identity(text=TEXT, max_parts=64, **changes):
+def identity(text=TEXT, **changes):
     data = plain(BY_VARIANT["visco-elastic"])
     config = load_config({**data, **changes})
-    return starts_id(config, tolerances_of(config, [text]), max_parts)
+    return starts_id(config, tolerances_of(config, [text]))
 
 
 def test_the_identity_is_that_of_the_problem():
@@ -124,7 +100,6 @@ def test_the_identity_is_that_of_the_problem():
         identity("initial.angular_velocity=±0.2"),
         identity("initial.angular_velocity[0]=±0.1"),
         identity("initial.orientation=±0.1"),
-        identity(max_parts=32),
         identity(gravity=[0, 0, -9.81]),
         identity(initial=data["initial"] | {"angular_velocity": [16, 32, -16.5]}),
         identity(initial=data["initial"] | {"orientation": [0, 0.1, 0]}),
@@ -136,11 +111,10 @@ def test_the_identity_is_that_of_the_problem():
 
 def test_other_equations_or_another_method_have_another_identity(monkeypatch):
     given = identity()
-    monkeypatch.setattr(starts_record, "VERSION", 2)
-    assert identity() != given
-    monkeypatch.undo()
-    monkeypatch.setattr(starts_record, "fingerprint", lambda _: "other")
-    assert identity() != given
+    for name, other in (("VERSION", 2), ("MAX_PARTS", 32), ("fingerprint", lambda _: "other")):
+        with monkeypatch.context() as patch:
+            patch.setattr(starts_record, name, other)
+            assert identity() != given
 
 
 def test_the_sentence_of_a_whole_proof():
@@ -176,16 +150,3 @@ def test_the_sentence_of_a_part_never_claims_the_whole():
     nothing = proof(fraction=0.0, why="no region")
     assert nothing.sentence == "convergence is not decided; no region"
     assert nothing.time == 0.0
-
-
-def test_plain_data():
-    data = proof(part(), fraction=0.5, why="why").as_data()
-    assert data["proved"] is None
-    assert data["rest_states"] == [1]
-    assert data["tolerances"][2] == {
-        "key": "initial.angular_velocity[2]",
-        "low": "-16.1",
-        "high": "-15.9",
-    }
-    assert json.loads(json.dumps(data)) == data
-    assert not {"id", "version", "seconds"} & set(data)

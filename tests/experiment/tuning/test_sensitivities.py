@@ -1,8 +1,7 @@
-"""Protects the sensitivities of a run against finite differences and a closed solution."""
+"""Protects the sensitivities of a run against finite differences."""
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 from support.outcomes import differences, quantities
 from support.stored_differences import (
     CASES,
@@ -12,7 +11,7 @@ from support.stored_differences import (
     stored_differences,
 )
 
-from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError, sensitivities
+from rbstab.experiment.tuning.sensitivities import sensitivities
 from rbstab.integrate.status import RunStatus, UnfinishedRunError
 
 ERROR = 1e-6
@@ -69,94 +68,25 @@ def test_the_stored_differences_are_those_of_runs(name):
     assert np.all((off <= allowed)[:, has_value])
 
 
-# A body that only translates is a damped oscillator: m ẍ + l ẋ + k x = m g.
-OSCILLATOR = {
-    "body.mass": 4.0,
-    "controller.K_t[2]": 100.0,
-    "controller.L_t[2]": 9.0,
-    "initial.position[2]": 0.3,
-    "initial.velocity[2]": 1.7,
-}
-FALL = -9.81
-DURATION = 5.0
-
-
-def oscillator_config(m, k, damping, x, v):
+def oscillator_config():
+    """Return the config of a body that only translates: a damped oscillator."""
     return {
-        "body": {"mass": m, "inertia": [2.0, 1.5, 1.0], "contact_point": [0.15, 0.1, -0.42]},
-        "gravity": [0, 0, FALL],
+        "body": {"mass": 4.0, "inertia": [2.0, 1.5, 1.0], "contact_point": [0.15, 0.1, -0.42]},
+        "gravity": [0, 0, -9.81],
         "controller": {
             "variant": "free",
-            "K_t": [100, 100, k],
-            "L_t": [20, 20, damping],
+            "K_t": [100, 100, 100],
+            "L_t": [20, 20, 9],
             "K_r": [40, 40, 40],
             "L_r": [6, 6, 6],
         },
-        "initial": {"position": [0, 0, x], "velocity": [0, 0, v]},
-        "integration": {"duration": DURATION},
+        "initial": {"position": [0, 0, 0.3], "velocity": [0, 0, 1.7]},
+        "integration": {"duration": 5.0},
     }
 
 
-def swing(numbers, t):
-    """Return the textbook x - x_rest and ẋ, for real or complex parameters."""
-    m, k, damping, x, v = numbers
-    c, a = damping / (2 * m), x - m * FALL / k
-    w = np.sqrt(k / m - c * c)
-    b = (v + c * a) / w
-    decay, cos, sin = np.exp(-c * t), np.cos(w * t), np.sin(w * t)
-    return decay * (a * cos + b * sin), decay * ((b * w - c * a) * cos - (a * w + c * b) * sin)
-
-
-def closed_solution(numbers):
-    """Return the settling time, the peak, its time, and the final position and velocity."""
-    m, k, damping, x, v = numbers
-    c, a = damping / (2 * m), x - m * FALL / k
-    w = np.sqrt(k / m - c * c)
-    b = (v + c * a) / w
-    # The motion starts upwards; the lower turning point, half a period later, is farther from zero.
-    turning = (np.arctan((b * w - c * a) / (a * w + c * b)) + np.pi) / w
-
-    def excess(t):
-        value = [0.5 * k * p * p + 0.5 * m * q * q for p, q in (swing(numbers, t), (a, v))]
-        return value[0] - 1e-3 * value[1]
-
-    real = [np.real(number) for number in numbers]
-
-    def real_excess(t):
-        (p, q), start = swing(real, t), swing(real, 0.0)
-        energies = [0.5 * real[1] * y * y + 0.5 * real[0] * z * z for y, z in ((p, q), start)]
-        return energies[0] - 1e-3 * energies[1]
-
-    settling = brentq(real_excess, 0.5, DURATION, xtol=1e-14)
-    for _ in range(3):
-        # v' = -l ẋ²; Newton's steps also converge in the imaginary part.
-        settling = settling + excess(settling) / (damping * swing(numbers, settling)[1] ** 2)
-    rest = m * FALL / k
-    end = swing(numbers, DURATION)
-    return np.array([settling, rest + swing(numbers, turning)[0], turning, rest + end[0], end[1]])
-
-
-def test_an_oscillator_has_the_derivatives_of_its_closed_solution():
-    numbers = np.array(list(OSCILLATOR.values()))
-    found = sensitivities(oscillator_config(*numbers))
-    names = (
-        "settling_time",
-        "peak_contact_displacement[2]",
-        "peak_time[2]",
-        "final.position[2]",
-        "final.velocity[2]",
-    )
-    columns = [found.column(name) for name in names]
-    np.testing.assert_allclose(found.values[columns], closed_solution(numbers), rtol=1e-11)
-    keys = [entry.key for entry in found.entries]
-    for key, direction in zip(OSCILLATOR, np.eye(5), strict=True):
-        expected = closed_solution(numbers + 1e-100j * direction).imag / 1e-100
-        actual = found.derivatives[keys.index(key), columns]
-        np.testing.assert_allclose(actual, expected, rtol=1e-9)
-
-
 def test_sensitivities_show_what_they_are_and_the_most_influential_numbers():
-    found = sensitivities(oscillator_config(*OSCILLATOR.values()))
+    found = sensitivities(oscillator_config())
     count = f"{len(found.entries)} numbers, {len(found.quantities)} quantities"
     assert repr(found) == f"<rbstab.Sensitivities: {count}>"
     page = found._repr_html_()
@@ -169,7 +99,7 @@ def test_sensitivities_show_what_they_are_and_the_most_influential_numbers():
 
 
 def test_a_run_that_does_not_settle_has_no_settling_time():
-    data = oscillator_config(*OSCILLATOR.values())
+    data = oscillator_config()
     data["integration"]["duration"] = 0.2
     found = sensitivities(data)
     column = found.column("settling_time")
@@ -180,7 +110,7 @@ def test_a_run_that_does_not_settle_has_no_settling_time():
 
 
 def test_a_peak_at_an_end_of_the_run_stays_there():
-    data = oscillator_config(*OSCILLATOR.values())
+    data = oscillator_config()
     data["initial"]["velocity"] = [0, 0, 0]
     data["gravity"] = [0, 0, 0]
     found = sensitivities(data)
@@ -188,15 +118,6 @@ def test_a_peak_at_an_end_of_the_run_stays_there():
     assert found.values[found.column("peak_time[2]")] == 0.0
     assert row[found.column("peak_time[2]")] == 0.0
     assert row[found.column("peak_contact_displacement[2]")] == pytest.approx(1.0, rel=1e-12)
-
-
-def test_a_motion_that_drifts_is_refused():
-    data = oscillator_config(*OSCILLATOR.values())
-    del data["initial"]
-    data["controller"] |= {"variant": "permanent"}
-    data["integration"]["coordinates"] = "manifold"
-    with pytest.raises(UnsuitedConfigError, match="manifold"):
-        sensitivities(data)
 
 
 @pytest.mark.parametrize(
@@ -208,7 +129,7 @@ def test_a_motion_that_drifts_is_refused():
     ],
 )
 def test_a_run_that_does_not_complete_has_no_sensitivities(change, status):
-    data = oscillator_config(*OSCILLATOR.values())
+    data = oscillator_config()
     data["initial"]["angular_velocity"] = [1.0, 3.0, 0.0]
     data["integration"] |= change
     with pytest.raises(UnfinishedRunError) as raised:

@@ -96,20 +96,6 @@ def pulse(force: float, begin: float, length: float) -> dict[str, Any]:
     }
 
 
-def test_a_pulse():
-    """Before a pulse the body is at rest, and after it its velocity is constant."""
-    end = 2.0
-
-    def closed(force, begin, length):
-        v = force * length / MASS
-        return [v * (end - begin) - 0.5 * v * length, v]
-
-    numbers = (3.0, 0.4, 0.3)
-    config = data({"it": pulse(*numbers)}, integration={"duration": end})
-    found = derivatives(config, PULSE_KEYS, "final.position[0]", "final.velocity[0]")
-    np.testing.assert_allclose(found, of_formula(closed, numbers), rtol=1e-11, atol=1e-14)
-
-
 def knocked(force, begin, length, stiffness, damping):
     """Return when an oscillator settles that was knocked at rest: v falls to 1/1000 of its largest.
 
@@ -149,7 +135,7 @@ CONTROLLER |= {"K_r": [0.3, 0.4, 0.5], "L_r": [0.03, 0.05, 0.04]}
 
 def test_shifted_legs_begin_with_those_of_the_run():
     """To the last digit, although k/rate has other digits for a complex rate."""
-    from rbstab.experiment.tuning.direction import shifted_along
+    from rbstab.experiment.tuning.search import shifted_along
 
     rate = 49.0
     signal = {"kind": "noise", "seed": 1, "rate": rate, "correlation_time": 0.2}

@@ -10,17 +10,13 @@ import numpy as np
 import pytest
 from support.paper_runs import paper_config
 
-from rbstab.config.load import load_config, resolved_yaml
+from rbstab.config.load import load_config
 from rbstab.experiment.simulate import simulate
-from rbstab.experiment.tuning import kept_range
 from rbstab.experiment.tuning import soft_guard as searching
-from rbstab.experiment.tuning.kept_range import guard_of, keeps_range
-from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError
+from rbstab.experiment.tuning.soft_guard import guard_of, keeps_range, unguarded
 from rbstab.integrate.status import RunStatus
 
 SHORT: dict[str, Any] = {"duration": 0.4, "samples": 81, "rtol": 1e-8}
-STIFF: dict[str, Any] = {"kind": "guard", "method": "stiff", "stiffness": 50.0, "soft_angle": 1.0}
-BARRIER: dict[str, Any] = {"kind": "guard", "method": "barrier", "stiffness": 3.0}
 
 
 def config(
@@ -35,32 +31,8 @@ def config(
     return load_config(data | {"schema_version": 2, "elements": elements or {}})
 
 
-@pytest.fixture(autouse=True, scope="module")
-def once():
-    """Prove and check each config without a guard once: most tests ask for the same."""
-    proofs: dict[str, Any] = {}
-    confirmed: dict[str, bool] = {}
-    prove, confirm = kept_range.unguarded, kept_range._rest_states_confirmed
-
-    def unguarded(config):
-        key = resolved_yaml(config)
-        if key not in proofs:
-            proofs[key] = prove(config)
-        return proofs[key]
-
-    def rest_states_confirmed(proof):
-        if proof.id not in confirmed:
-            confirmed[proof.id] = confirm(proof)
-        return confirmed[proof.id]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(searching, "unguarded", unguarded)
-        patch.setattr(kept_range, "_rest_states_confirmed", rest_states_confirmed)
-        yield
-
-
-def soft_guard(*arguments: Any, **options: Any) -> Any:
-    return searching.soft_guard(*arguments, **options)
+def soft_guard(*arguments: Any) -> Any:
+    return searching.soft_guard(*arguments)
 
 
 ROOM: dict[str, Any] = {
@@ -83,7 +55,7 @@ def test_the_least_strength_has_three_digits_and_less_is_not_proved(method):
     assert least <= found.strength <= least + 1.0001 * unit
     added = found.strength * (ROOM[method](angle, 0.0) - ROOM[method](angle, abs(pitch)))
     assert found.kept.energy == pytest.approx(energy + added, rel=1e-12)
-    start = searching.unguarded(given)  # type: ignore[attr-defined]
+    start = unguarded(given)
     assert keeps_range(start, guard_of(method, found.strength, angle))
     assert not keeps_range(start, guard_of(method, 0.985 * found.strength, angle))
 
@@ -106,40 +78,6 @@ def test_a_fast_body_leaves_the_range_and_not_with_a_guard():
     assert found.kept.convergence == "to the rest state at Θ = (0, 0, 0) rad: proved"
 
 
-@pytest.mark.parametrize(("method", "seed"), [("stiff", 0), ("repelling", 1)])
-def test_motions_below_the_bound_keep_the_range(method, seed):
-    """Starts with other spins: all of nearly the energy of the bound."""
-    found = soft_guard(config(), method, 1.3)
-    rng = np.random.default_rng(seed)
-    guard = found.config.elements["range"].model_dump()
-    for _ in range(2):
-        spin, pitch = rng.normal(size=3), rng.uniform(-1.2, 1.2)
-        spin[1] *= 4
-        start = config({"range": guard}, orientation=[0.3, pitch, 0.2], angular_velocity=spin)
-        energy = simulate(start)["energy"][0]
-        kinetic, stored = energy[0], energy[1:].sum()
-        spin *= math.sqrt(0.999 * (found.kept.energy_bound - stored) / kinetic)
-        run = simulate(
-            config({"range": guard}, orientation=[0.3, pitch, 0.2], angular_velocity=spin)
-        )
-        assert run["energy"][0].sum() == pytest.approx(found.kept.energy_bound, rel=2e-3)
-        assert RunStatus(run.status) is not RunStatus.RANGE_LEFT
-
-
-def test_no_guard_is_needed_inside_the_region_of_the_config_itself():
-    found = soft_guard(config(angular_velocity=[1.0, 2.0, 3.0]), "stiff")
-    assert (found.strength, found.config, found.guarded, found.reason) == (0.0, None, None, "")
-
-
-def test_the_limit():
-    unlimited = soft_guard(config(), "repelling")
-    assert unlimited.limit_kept is None
-    couple = unlimited.guarded.largest_couple
-    assert couple == unlimited.strength == unlimited.couple_bound
-    assert soft_guard(config(), "repelling", limit=couple).limit_kept is True
-    assert soft_guard(config(), "repelling", limit=0.999 * couple).limit_kept is False
-
-
 def test_what_is_not_decided_says_why():
     spring: dict[str, Any] = {"kind": "spring", "point": [0, 0, 0.1], "anchor": [0, 0, 0.5]}
     spring |= {"stiffness": 100.0, "rest_length": 0.3}
@@ -157,20 +95,8 @@ def test_what_is_not_decided_says_why():
 
 
 def test_a_refusal_of_the_checker_is_not_called_proved(monkeypatch):
-    true: Any = kept_range.energy_bound  # type: ignore[attr-defined]
-    monkeypatch.setattr(kept_range, "energy_bound", lambda *args: true(*args) + 1e-3)
+    true: Any = searching.energy_bound  # type: ignore[attr-defined]
+    monkeypatch.setattr(searching, "energy_bound", lambda *args: true(*args) + 1e-3)
     found = soft_guard(config(), "stiff")
     assert found.config is None
     assert found.reason.startswith("the checker refuses it: Every motion with an energy below")
-
-
-@pytest.mark.parametrize(
-    ("elements", "message"),
-    [
-        ({"a": STIFF, "b": STIFF}, "elements: has the soft guards a, b"),
-        ({"a": BARRIER}, "elements.a: is a barrier"),
-    ],
-)
-def test_guards_that_would_be_lost_are_refused(elements, message):
-    with pytest.raises(UnsuitedConfigError, match=message):
-        soft_guard(config(elements), "stiff")

@@ -4,13 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import simpson
-from scipy.optimize import brentq, minimize_scalar
 from support.paper_runs import paper_config
 
-import rbstab
-from rbstab.config.load import load_config, resolved, resolved_yaml
-from rbstab.experiment.summary import summary_of
+from rbstab.config.load import load_config
 from rbstab.experiment.tuning.gain_scaling import TuningError, gain_scalings
 from rbstab.experiment.tuning.objective import OBJECTIVES
 from rbstab.experiment.tuning.search import Search
@@ -36,41 +32,6 @@ def oscillator(damping, duration=6.0):
     }
 
 
-def settling_time(damping):
-    """Return the time when the energy of m ẍ + l ẋ + k x = 0, from rest, is a thousandth."""
-    c = damping / (2 * MASS)
-    root = np.sqrt(complex(c * c - STIFFNESS / MASS))
-    slow, fast = root - c, -root - c
-
-    def excess(t):
-        x = (slow * np.exp(fast * t) - fast * np.exp(slow * t)) / (slow - fast)
-        v = slow * fast * (np.exp(fast * t) - np.exp(slow * t)) / (slow - fast)
-        return (x.real**2 + MASS / STIFFNESS * v.real**2) - 1e-3
-
-    return brentq(excess, 0.0, 30.0, xtol=1e-13)
-
-
-def best_damping():
-    """Return the damping with the shortest settling time, and this time."""
-    grid = np.geomspace(4.1, 399.0, 400)
-    best = int(np.argmin([settling_time(damping) for damping in grid]))
-    known = minimize_scalar(
-        settling_time, bounds=(grid[best - 1], grid[best + 1]), options={"xatol": 1e-10}
-    )
-    return known.x, known.fun
-
-
-def test_the_best_damping_of_an_oscillator_is_found():
-    damping, time = best_damping()
-    found = tune(oscillator(40.0), "settling_time", ["controller.L_t[2]"], (0.1, 10.0))
-    critical = 2 * math.sqrt(MASS * STIFFNESS)
-    assert 0.7 * critical < damping < critical
-    assert found.value == pytest.approx(time, rel=1e-7)
-    assert 40.0 * found.factors[0] == pytest.approx(damping, rel=1e-3)
-    assert found.config.controller.L_t[2] == 40.0 * found.factors[0]
-    assert found.given == pytest.approx(settling_time(40.0 + 1e-3), rel=1e-4)
-
-
 def test_the_least_energy_over_time_is_at_the_textbook_damping():
     # From rest, ∫v dt = k x²/2 (m/l + l/(2k)): least at l = √(2mk), a damping ratio of 1/√2.
     found = tune(oscillator(10.0), "energy", ["controller.L_t[2]"])
@@ -84,55 +45,6 @@ def test_an_optimum_at_a_bound_is_on_it():
     found = tune(oscillator(2.0), "energy", ["controller.L_t[2]"], (0.5, 10.0))
     # exp(log 10) would be one digit above the bound.
     assert found.factors == (10.0,)
-
-
-def visco_elastic(rng):
-    """Return a random config near the paper's."""
-    data = paper_config(
-        "visco-elastic", with_gravity=bool(rng.integers(2)), duration=1.0, samples=2001
-    )
-    data["integration"]["engine"] = "heyoka"
-    for gain in ("K_t", "L_t", "K_r", "L_r", "K_c", "L_c"):
-        diagonal = np.array(data["controller"][gain])
-        data["controller"][gain] = (diagonal * rng.uniform(0.5, 2.0, size=3)).tolist()
-    data["initial"]["angular_velocity"] = rng.normal(scale=6.0, size=3).tolist()
-    return data
-
-
-def objective_of_run(name, config):
-    """Return the objective, computed from the arrays of an ordinary run."""
-    result = rbstab.simulate(config)
-    t, v = result["time"], result["lyapunov"]
-    if name == "peak_displacement":
-        return summary_of(result).peak_distance
-    if name == "energy":
-        return simpson(v, x=t)
-    below = int(np.argmax(v < 1e-3 * v[0]))
-    ends = np.log(v[below - 1 : below + 1] / (1e-3 * v[0]))
-    return float(np.interp(0.0, -ends, t[below - 1 : below + 1])) if below else math.inf
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("objective", OBJECTIVES)
-def test_the_tuned_config_is_better_and_its_file_gives_what_was_reported(objective, tmp_path):
-    data = visco_elastic(np.random.default_rng(1))
-    keys = ["controller.L_r", "controller.L_c", "controller.K_c[1]"]
-    found = tune(data, objective, keys, (0.5, 2.0))
-    assert found.value <= found.given
-    path = tmp_path / "tuned.yaml"
-    path.write_text(resolved_yaml(found.config))
-    tuned = load_config(path)
-    assert tuned == found.config
-    assert objective_of_run(objective, tuned) == pytest.approx(found.value, rel=1e-4)
-    if math.isfinite(found.given):
-        assert objective_of_run(objective, data) == pytest.approx(found.given, rel=1e-4)
-    if found.better:
-        assert tuned.title == f"untitled, tuned for {objective}"
-        before, after = resolved(load_config(data)), resolved(tuned)
-        for gain, entries in (("L_r", (0, 1, 2)), ("L_c", (0, 1, 2)), ("K_c", (1,))):
-            for entry in entries:
-                before["controller"][gain][entry] = after["controller"][gain][entry]
-        assert {**before, "title": ""} == {**after, "title": ""}
 
 
 @pytest.mark.parametrize("objective", OBJECTIVES)
@@ -153,7 +65,7 @@ def test_nothing_better_leaves_the_config_as_it_is():
     assert not found.better
     assert found.config is config
     assert found.factors == (1.0,)
-    assert found.value == found.given == pytest.approx(settling_time(30.0), rel=1e-9)
+    assert found.value == found.given < 6.0
 
 
 def test_runs_that_fail_count_as_worst():

@@ -10,8 +10,8 @@ import pytest
 from support.config_elements import CONTROLLER, RANGE, STRUT, UPRIGHT, config_data
 from support.paper_runs import paper_config
 from support.ridges import OUTWARDS
-from support.switching_cords import CORD, REPELLING, STIFF, text_of
-from support.user_code import CREEPING_TIE, ROPE, loaded_with, mine
+from support.switching_cords import REPELLING, text_of
+from support.user_code import loaded_with, mine
 
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
@@ -30,10 +30,6 @@ BAND: dict[str, Any] = {
     "damping": 8.0,
 }
 PERMANENT = CONTROLLER | {"variant": "permanent"}
-LEANING = PERMANENT | {"K_r": [40.0, 40.0, 32.0]}
-ENDS = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 0.1]}
-CREEP = ENDS | {"K_c": [30.0, 20.0, 10.0], "L_c": [2.0, 3.0, 1.0]}
-CREEP |= {"K_d": [9.0, 8.0, 7.0], "L_d": [3.0, 2.0, 1.0]}
 
 
 def _guard(method: str, **values: float) -> dict[str, Any]:
@@ -43,11 +39,6 @@ def _guard(method: str, **values: float) -> dict[str, Any]:
 def _code(text: str, **parameters: Any) -> Config:
     Path("mine.py").write_text(text, encoding="utf-8")
     return loaded_with({"one": mine(**parameters)})
-
-
-def _creeping() -> Config:
-    text = CREEPING_TIE.read_text(encoding="utf-8").replace("class CreepingTie", "class Mine")
-    return _code(text, **CREEP)
 
 
 def _cord(text: str) -> Config:
@@ -72,15 +63,11 @@ KINDS: dict[str, Callable[[], Config]] = {
 HEAVY_KINDS: dict[str, Callable[[], Config]] = {
     "attitude": lambda: _of({"upright": UPRIGHT}),
     "barriers": lambda: _of({"range": RANGE}),
-    "own states": _creeping,
     "stiff guard": lambda: _of({"one": _guard("stiff", stiffness=900.0, soft_angle=0.002)}),
     "repelling guard": lambda: _of({"one": _guard("repelling", couple=90.0, soft_angle=0.002)}),
     "ridges": lambda: _code(OUTWARDS, k=30.0, soft=0.3),
     "ligament": lambda: _of({"one": BAND}),
     "spring": lambda: _of({"one": STRUT}),
-    "rope": lambda: _code(ROPE, point=[0.2, 0.1, 0.0], anchor=[0.9, 0.1, 0.0], k=0.5),
-    "cord": lambda: _cord(CORD),
-    "cord with a stiff guard": lambda: _cord(text_of(STIFF)),
     "cord with a repelling guard": lambda: _cord(text_of(REPELLING)),
 }
 ALL = [*KINDS, *(pytest.param(name, marks=pytest.mark.heavy) for name in HEAVY_KINDS)]

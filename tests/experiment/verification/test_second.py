@@ -191,7 +191,7 @@ def test_code_that_may_not_run_is_not_asked_about(
     proof: Proof, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     config = config_of("examples/magnet")
-    monkeypatch.setattr(opinion, "may_run_code", lambda _: False)
+    monkeypatch.setattr(opinion, "may_build", lambda _: False)
     ((_, claim, _, text),) = second_opinion(proof, config)
     assert claim == UNDECIDED
     assert "--allow-python" in text

@@ -86,7 +86,7 @@ def test_what_was_not_checked_is_listed(proof: Proof, monkeypatch: pytest.Monkey
 
 
 def test_a_file_without_a_proof_is_refused(proof: Proof) -> None:
-    none = no_proof("id", "the mass is not positive definite", 0.0)
+    none = no_proof("id", "the mass is not positive definite")
     (finding,) = verify(none).findings
     assert not finding.verified
     assert finding.text == "There is no proof: the mass is not positive definite."

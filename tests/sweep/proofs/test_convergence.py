@@ -143,6 +143,6 @@ def test_at_a_switch_nothing_is_said_of_a_member():
     """Bounds on numbers do not tell in which mode it is."""
     base = with_band()
     plan = load_plan({"base": base, "vary": {"initial.position[0]": {"values": [0.1, 0.125, 0.2]}}})
-    starts = ProvedStarts(plan.base_of("visco-elastic"), plan.varied_keys, no_proof("", "", 0.0))
+    starts = ProvedStarts(plan.base_of("visco-elastic"), plan.varied_keys, no_proof("", ""))
     found = starts.starts(plan.values(0, plan.members), plan.members)
     assert np.isfinite(found.energy).tolist() == [True, False, True]

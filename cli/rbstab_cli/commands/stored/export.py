@@ -99,7 +99,7 @@ def _of_run(run: "Run", *, traces: bool) -> "FlatColumns":
     """Return the samples of a run, or one row about it, below the name of its file."""
     import numpy as np
 
-    from rbstab.experiment.convergence.later_proof import known_now
+    from rbstab.experiment.convergence.with_proof import known_now
     from rbstab.experiment.own_states import final_state
     from rbstab.store.variables import FlatColumns, flat_columns
     from rbstab_cli.output.facts import run_data

@@ -33,25 +33,25 @@ SEVERITY = (Verdict.CONSISTENT, Verdict.DRIVEN, Verdict.UNKNOWN, Verdict.VIOLATE
 class Check(NamedTuple):
     """One line of a certificate.
 
-    `value` is compared with `bound`; `quantity` is a description of both. `time`, s, is the time at
-    which the value occurs, or NaN if the value has no time.
+    `check` is its name, `verdict` a `Verdict`. `value` is compared with `bound`; `quantity` is a
+    description of both. `when`, s, is the time at which the value occurs, or NaN if it has no time.
     """
 
-    name: str
-    verdict: Verdict
+    check: str
+    verdict: str
     value: float
     bound: float
-    time: float
+    when: float
     quantity: str
 
 
-def overall(checks: Sequence[Check]) -> Verdict:
+def overall(checks: Sequence[Check]) -> str:
     """Return the verdict of a computed run: the worst verdict of its checks.
 
     What is proved of the exact motion has no part in it: the run may have stopped early, or have
     been computed with a large tolerance.
     """
-    return max((check.verdict for check in checks), key=SEVERITY.index, default=SEVERITY[0])
+    return max((one.verdict for one in checks), key=SEVERITY.index, default=SEVERITY[0])
 
 
 def verdict_of(holds: bool) -> Verdict:

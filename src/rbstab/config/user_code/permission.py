@@ -42,6 +42,11 @@ def may_run_code(config: Any) -> bool:
     return any(element.may_run for element in _of_users(config).values())
 
 
+def may_build(config: Any) -> bool:
+    """Return whether the equations of a config can be built: it has no code, or this may run."""
+    return may_run_code(config) or not has_code(config)
+
+
 def has_code(config: Any) -> bool:
     """Return whether a config has elements of users."""
     return bool(_of_users(config))

@@ -2,14 +2,14 @@
 
 import math
 
-from rbstab.analysis.certificate.verdict import Verdict
+from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.experiment.answers.words import Sureness, word_of
 from rbstab.experiment.run_certificate import (
     CERTIFIED_REGION,
     GLOBAL_STABILITY,
     LEAST_REST_STATES,
 )
-from rbstab.experiment.stored_certificate import CertificateLine, compares_v_minus_work
+from rbstab.experiment.stored_certificate import compares_v_minus_work
 
 RELATIONS = {
     "audit": ("≤", ">"),
@@ -33,7 +33,7 @@ NOTHING_STATED = "-"
 """The word of a check that states nothing."""
 
 
-def word_of_check(line: CertificateLine) -> str:
+def word_of_check(line: Check) -> str:
     """Return how sure the statement of a check is.
 
     A start outside of the certified region is no counterexample: nothing follows from it. Nothing
@@ -46,7 +46,7 @@ def word_of_check(line: CertificateLine) -> str:
     return word_of(line.verdict)
 
 
-def comparison(line: CertificateLine) -> str:
+def comparison(line: Check) -> str:
     """Return the value of a check beside its bound, such as "1.4e-14 ≤ 1e-08"."""
     if math.isnan(line.value):
         return NO_PROOF if line.check in {GLOBAL_STABILITY, CERTIFIED_REGION} else "no number"
@@ -65,7 +65,7 @@ def comparison(line: CertificateLine) -> str:
     return f"{value} {holds if _holds(line, holds) else fails} {line.bound:.4g}"
 
 
-def _holds(line: CertificateLine, relation: str) -> bool:
+def _holds(line: Check, relation: str) -> bool:
     """Whether a relation holds between the stored numbers."""
     value, bound = line.value, line.bound
     return {

@@ -13,7 +13,7 @@ from rbstab.config.schema import Config
 from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.experiment.answers.wanted import in_degrees, one_in_degrees, wanted
 from rbstab.experiment.answers.words import Sureness
-from rbstab.experiment.convergence.convergence import stored_convergence
+from rbstab.experiment.convergence.convergence import Convergence, stored_convergence
 from rbstab.experiment.summary import settling_time_of
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
@@ -143,7 +143,8 @@ def outcome_of(
     at_rest = status == RunStatus.COMPLETED and not math.isnan(settled)
     known = at_rest and "rest_orientation" in result
     end = result["rest_orientation"] if known else result["orientation"][-1]
-    rest_state, exact = _proved_state(result, proof)
+    found = stored_convergence(result.attributes)
+    rest_state, exact = _proved_state(found, proof)
     if at_rest and exact is not None:
         end = np.array(exact)
     aim = wanted(config)
@@ -159,7 +160,7 @@ def outcome_of(
         rest_state = _number_of(proof, end)
     return Outcome(
         kind=KINDS[int(code[0])],
-        sureness=_sureness(result, at_rest=at_rest),
+        sureness=_sureness(result, found, at_rest=at_rest),
         time=settled if at_rest else float(result["time"][-1]),
         orientation=Theta,
         tilt=away,
@@ -169,10 +170,9 @@ def outcome_of(
 
 
 def _proved_state(
-    result: Result, proof: "Proof | None"
+    found: Convergence | None, proof: "Proof | None"
 ) -> tuple[int | None, tuple[float, ...] | None]:
     """Return the rest state to which the exact motion is proved to converge, and its Θ."""
-    found = stored_convergence(result.attributes)
     if found is None or not found.proved or found.rest_state is None:
         return None, None
     if proof is None or found.rest_state > len(proof.states):
@@ -190,8 +190,7 @@ def _number_of(proof: "Proof | None", Theta: Array) -> int | None:
     return number_of(proof, Theta)
 
 
-def _sureness(result: Result, *, at_rest: bool) -> Sureness:
-    found = stored_convergence(result.attributes)
+def _sureness(result: Result, found: Convergence | None, *, at_rest: bool) -> Sureness:
     proved = None if found is None else found.proved
     if (proved and at_rest) or (proved is False and not at_rest):
         return Sureness.PROVED
@@ -212,8 +211,7 @@ def _addition(
         return printable(result.status)
     if not at_rest:
         there = "its rest state" if exact is None else in_degrees(exact)
-        found = stored_convergence(result.attributes)
-        goes = found is not None and found.proved and rest_state is not None
+        goes = rest_state is not None  # only a proof knows it
         return f"the exact motion is proved to converge to {there}" if goes else ""
     if proof is None or rest_state is None or rest_state > len(proof.states):
         return ""

@@ -4,26 +4,16 @@ from typing import Annotated
 
 from pydantic import AfterValidator
 
-UNDECIDED = "in some small parts of the range it could not be decided whether there is a rest state"
-"""The outcome of a search with boxes left: `SearchOutcome.UNDECIDED`, without its slow import."""
-
 NOT_DAMPED = "it could not be shown that every motion loses energy"
 """Why nothing is proved of a body that may move without losing energy; `why_not_damped` follows."""
 
-
-_NEW_WORDS = {
-    "some boxes could be neither emptied nor shown to hold one zero": UNDECIDED,
-    "no elements damp every motion": NOT_DAMPED,
-    "some motions may lose no energy, because no damper acts on them": NOT_DAMPED,
-}
-"""The reasons that older files have in other words."""
+IN_0_2_0RC1 = "some motions may lose no energy, because no damper acts on them"
+"""The same in files of version 0.2.0rc1."""
 
 
 def in_new_words(text: str) -> str:
     """Return a stored reason, or a sentence with one, in the words of this version."""
-    for old, new in _NEW_WORDS.items():
-        text = text.replace(old, new)
-    return text
+    return text.replace(IN_0_2_0RC1, NOT_DAMPED)
 
 
 Reason = Annotated[str, AfterValidator(in_new_words)]

@@ -1,7 +1,6 @@
 """The answer of a run: does this start come to rest, and every motion that stays in the range?"""
 
 import math
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from rbstab.analysis.certificate.verdict import Check, Verdict
@@ -33,7 +32,7 @@ from rbstab.experiment.run_certificate import (
     GLOBAL_STABILITY,
     LEAST_REST_STATES,
 )
-from rbstab.experiment.stored_certificate import CertificateLine, certificate_lines
+from rbstab.experiment.stored_certificate import certificate_lines
 from rbstab.experiment.summary import at_rest_from, lyapunov_function_of, moves_on_in
 from rbstab.integrate.status import RunStatus
 from rbstab.store.result import Result
@@ -140,29 +139,21 @@ def answer_of(
     )
 
 
-def answer_beside(
-    result: Result,
-    config: Config | None,
-    proof: "Proof | None",
-    checks: Sequence[Check] | None = None,
-) -> RunAnswer:
+def answer_beside(result: Result, config: Config | None, proof: "Proof | None") -> RunAnswer:
     """Return the answers of a stored run, with a proof that may have been stored after it.
 
     Args:
         result: The result.
         config: Its config; None if this version cannot read it.
         proof: The proof that is stored in the same folder, if there is one.
-        checks: The checks that the proof decides, if they are known: those of `proved_checks`.
     """
     # Imported late: it reads proofs.
-    from rbstab.experiment.convergence.later_proof import with_later_proof
+    from rbstab.experiment.convergence.with_proof import with_later_proof
 
-    return answer_of(with_later_proof(result, config, proof, checks), config, proof)
+    return answer_of(with_later_proof(result, config, proof), config, proof)
 
 
-def _this_start(
-    result: Result, found: Convergence | None, lines: dict[str, CertificateLine]
-) -> Answer:
+def _this_start(result: Result, found: Convergence | None, lines: dict[str, Check]) -> Answer:
     if found is not None and found.proved is not None:
         if not found.proved:
             return Answer(Sureness.FALSE, f"the exact motion never comes to rest: {found.why}")
@@ -221,7 +212,7 @@ def _fall_of(result: Result) -> str:
     return f"{text}; it is not at rest by t = {end:.4g} s"
 
 
-def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
+def _seen(result: Result, lines: dict[str, Check]) -> Answer:
     """Return what was seen of the computed motion: only one at rest was seen to come to rest."""
     status, end = result.status, float(result["time"][-1])
     failed = [line for line in lines.values() if line.verdict == Verdict.VIOLATED]
@@ -256,7 +247,7 @@ def _seen(result: Result, lines: dict[str, CertificateLine]) -> Answer:
     return Answer(Sureness.NOT_DECIDED, why)
 
 
-def _why_not_proved(found: Convergence | None, region: CertificateLine | None) -> str:
+def _why_not_proved(found: Convergence | None, region: Check | None) -> str:
     """Return why nothing is proved of a start."""
     if found is None:
         return f"there is no proof; {ASK_FOR_PROOF} tries to make it"
@@ -273,7 +264,7 @@ def _why_not_proved(found: Convergence | None, region: CertificateLine | None) -
 def _whole_range(
     result: Result,
     found: Convergence | None,
-    line: CertificateLine | None,
+    line: Check | None,
     proof: "Proof | None",
 ) -> Answer:
     if result.attributes.get("verdict") == Verdict.DRIVEN:
@@ -314,7 +305,7 @@ def _every_start(found: Convergence | None, proof: "Proof | None") -> str:
     return f"every motion {keeps} converges to {where}"
 
 
-def _not_every_start(line: CertificateLine, proof: "Proof | None", own: int | None) -> Answer:
+def _not_every_start(line: Check, proof: "Proof | None", own: int | None) -> Answer:
     """Return what is known of almost every start, or else a counterexample."""
     if proof is not None:
         almost = proof.almost_every_start
@@ -325,7 +316,7 @@ def _not_every_start(line: CertificateLine, proof: "Proof | None", own: int | No
     return Answer(Sureness.FALSE, _counterexample(line, proof, own))
 
 
-def _counterexample(line: CertificateLine, proof: "Proof | None", own: int | None) -> str:
+def _counterexample(line: Check, proof: "Proof | None", own: int | None) -> str:
     """Return why not all motions end in one rest state; `own` is the one of this start."""
     count = int(line.value)
     if count == 0:
@@ -347,7 +338,7 @@ def _counterexample(line: CertificateLine, proof: "Proof | None", own: int | Non
     return f"{rests}it has {least}{counted_states(count)} {place}{kinds}{more}"
 
 
-def _rest_states(lines: dict[str, CertificateLine]) -> int | None:
+def _rest_states(lines: dict[str, Check]) -> int | None:
     """Return the number of rest states in the range, if it is known."""
     line = lines.get(GLOBAL_STABILITY)
     if line is None or line.quantity == LEAST_REST_STATES:

@@ -1,7 +1,6 @@
 """When the convergence of exact motions is decided: by a region of a proof, or never."""
 
 import math
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -64,11 +63,16 @@ def refusal(problem: Problem, proof: "Proof | None") -> Convergence | None:
         why = "the range of eq. 5 has no rest state"
         return Convergence(None, why=why, reason=Undecided.NO_REGION)
     if not region_energies(proof):
-        why = NO_REGION if proof.proved else f"{NO_REGION} ({proof.ended})"
+        why = no_region(proof)
         if proof.proved and proof.goes_on:
             why = f"{NO_REGION}; {GOES_ON}"
         return Convergence(None, why=why, reason=Undecided.NO_REGION)
     return None
+
+
+def no_region(proof: "Proof") -> str:
+    """Return that no region is proved, and why, if the list of rest states is not complete."""
+    return NO_REGION if proof.proved else f"{NO_REGION} ({proof.ended})"
 
 
 def not_enclosed(problem: Problem) -> Convergence | None:
@@ -123,12 +127,11 @@ def start_in_region(problem: Problem, proof: "Proof | None") -> Convergence | No
 
     No motion is enclosed then. But there may be a region, and this start in it.
     """
-    from rbstab.analysis.exact import in_balls
-    from rbstab.experiment.stored_proof.starts import enclosed_start
+    from rbstab.experiment.stored_proof.starts import start_bounds
 
-    if proof is None or not proof.has_energy or problem.exact is None:
+    if proof is None or not proof.has_energy:
         return None
-    start = in_balls(partial(enclosed_start, problem.exact))
+    start = start_bounds(problem)
     if start is None:
         return None
     return convergence_in(proof, (start.least, start.energy), (start.low, start.high), 0.0)

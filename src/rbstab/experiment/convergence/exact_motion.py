@@ -24,9 +24,9 @@ from rbstab.experiment.convergence.decisions import (
     BY_REGION,
     LEAST_FALL,
     MAX_STEPS,
-    NO_REGION,
     NOT_ENCLOSED,
     PATIENCE,
+    no_region,
     refusal,
     start_in_region,
 )
@@ -149,42 +149,29 @@ def _followed(  # noqa: PLR0913, PLR0917 (one motion, its limits and its proof)
     """
     equations, scale = Equations(partial(enclosed_system, config)), state_scale(problem)
     start = exact_start(config, scale)
-    motion = _Motion(Decisions(proof, equations), refused, last)
+    decisions, found = Decisions(proof, equations), refused
     low, high = (side[:, 0] for side in start.models.range())
     samples = [_Sample(0.0, low, high)]
 
     def watch(begin: float, step: SetSteps) -> None:
         samples.extend(_samples_in(begin, step, problem.times))
 
-    (end,) = followed(equations, start, scale, motion.decide, max_steps, watch)
-    if end.decision is not None and motion.found is not None:
-        return motion.found, samples, end.steps
-    reason, why = _undecided(end, motion.found)
-    return _ended(motion.found, why, reason), samples, end.steps
-
-
-class _Motion:
-    """One motion that is followed until it is decided, and at least to a time.
-
-    Args:
-        decisions: Decides on it.
-        found: What is known of its convergence.
-        last: The time, s.
-    """
-
-    def __init__(self, decisions: Decisions, found: Convergence | None, last: float) -> None:
-        self.decisions, self.found, self.last = decisions, found, last
-
     def decide(
-        self, states: MotionSet, times: Array, numbers: Array
+        states: MotionSet, times: Array, numbers: Array
     ) -> list[Convergence | Undecided | None]:
-        """Return what ends the enclosure."""
-        if self.found is None:
-            (found,) = self.decisions(states, times, numbers)
-            if isinstance(found, Undecided):
-                return [found]
-            self.found = found
-        return [self.found if times[0] >= self.last else None]
+        nonlocal found
+        if found is None:
+            (now,) = decisions(states, times, numbers)
+            if isinstance(now, Undecided):
+                return [now]
+            found = now
+        return [found if times[0] >= last else None]
+
+    (end,) = followed(equations, start, scale, decide, max_steps, watch)
+    if end.decision is None or found is None:
+        reason, why = _undecided(end, found)
+        found = _ended(found, why, reason)
+    return found, samples, end.steps
 
 
 def _undecided(end: Followed, found: Convergence | None) -> tuple[Undecided, str]:
@@ -222,7 +209,7 @@ def _at_start(problem: Problem, proof: Proof | None, refused: Convergence) -> Co
         return refused
     inside = start_in_region(problem, proof)
     if inside is None and proof is not None and not region_energies(proof):
-        why = NO_REGION if proof.proved else f"{NO_REGION} ({proof.ended})"
+        why = no_region(proof)
         if proof.has_energy:
             why = f"{why}. Only a region could decide: {refused.why}"
         return Convergence(None, why=why, reason=Undecided.NO_REGION)

@@ -1,6 +1,7 @@
 """The check of a file with elements of a user: each class, statement by statement."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -17,7 +18,6 @@ from rbstab.elements.user_code.loaded import (
     element_classes,
     failure,
 )
-from rbstab.experiment.element_check.in_proofs import in_which_proofs
 from rbstab.experiment.element_check.kinds_of_number import (
     ball_problems,
     complex_problems,
@@ -38,6 +38,9 @@ from rbstab.experiment.element_check.switches import (
     kink_problems,
     untested_switches,
 )
+from rbstab.proof.passive.passive import in_proofs, why_not_in_proofs
+from rbstab.systems.coordinates import CentreCoordinates, Coordinates, ReducedCoordinates
+from rbstab.systems.system import System
 
 STATES = 100
 """The number of random states."""
@@ -203,6 +206,41 @@ def _notes(samples: list[Sample]) -> Iterator[str]:
     yield in_which_proofs(sample.system, sample.element)
     if not has_heyoka():
         yield "heyoka is not installed, so its expressions were not tried"
+
+
+CONTACT_POINT = np.array([0.1, 0.2, 0.3])
+"""m, body coordinates."""
+
+
+def in_which_proofs(system: System, element: Element) -> str:
+    """Return whether proofs take an element into account, as a sentence.
+
+    Args:
+        system: A system in which the element acts.
+        element: The element.
+    """
+    why = _why_never(element) or _why_not(system, element, ReducedCoordinates())
+    if why is not None:
+        return f"no proof takes it into account: {why}"
+    why = _why_not(system, element, CentreCoordinates())
+    if why is not None:
+        return f"proofs of a held body take it into account, those of other bodies do not: {why}"
+    return "proofs take it into account"
+
+
+def _why_never(element: Element) -> str | None:
+    if element.supplies:
+        return "it supplies power"
+    return None if in_proofs(element) else "it has own states beside switches, or too many switches"
+
+
+def _why_not(system: System, element: Element, coordinates: Coordinates) -> str | None:
+    """Return why no proof takes an element into account in some coordinates."""
+    # Away from the contact point, so that the centre moves.
+    body = replace(system.body, contact_point=CONTACT_POINT)
+    alone = replace(system, body=body, elements=(element,), coordinates=coordinates)
+    why = why_not_in_proofs(alone)
+    return None if why is None else why.partition(": ")[2]
 
 
 __all__ = ["Checked", "DeclarationError", "ElementFileError", "check_class", "check_file"]

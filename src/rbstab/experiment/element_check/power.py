@@ -12,7 +12,7 @@ import numpy as np
 
 from rbstab.experiment.element_check.states import Sample, own_in
 from rbstab.mechanics.derivatives import jacobian
-from rbstab.mechanics.motion import Motion, Wrench
+from rbstab.mechanics.motion import Wrench
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import OMEGA, THETA, V_OF_Z, X_OF_Z
 
@@ -61,7 +61,7 @@ def problems_at_rest(sample: Sample) -> Iterator[str]:
     """Yield where the wrench on a body at rest is not the slope of the stored energy."""
     resting = sample.y.copy()
     resting[OMEGA] = resting[V_OF_Z] = 0.0
-    wrench, slopes = _wrench(sample, resting), _slopes(sample, resting)
+    wrench, slopes = wrench_at(sample, resting), stored_slopes(sample, resting)
     found: dict[str, Powers] = {}
     for words, place, index in DIRECTIONS:
         moving = resting.copy()
@@ -79,7 +79,7 @@ def problems_at_rest(sample: Sample) -> Iterator[str]:
 def problems_in_motion(sample: Sample) -> Iterator[str]:
     """Yield where the power balance of a moving body fails, or the dissipation is negative."""
     dissipated = float(sample.element.dissipated(sample.motion, sample.own))
-    wrench, slopes = _wrench(sample, sample.y), _slopes(sample, sample.y)
+    wrench, slopes = wrench_at(sample, sample.y), stored_slopes(sample, sample.y)
     rates = sample.element.rates(sample.motion, sample.own)
     found = _powers(sample, sample.y, wrench, slopes, dissipated, rates)
     if not found.balances:
@@ -96,7 +96,7 @@ def problems_in_motion(sample: Sample) -> Iterator[str]:
 
 def problems_of_velocities(sample: Sample) -> Iterator[str]:
     """Yield where the stored energy depends on velocities."""
-    slopes = _slopes(sample, sample.y)
+    slopes = stored_slopes(sample, sample.y)
     for name, place in (("Ω", OMEGA), ("V", V_OF_Z)):
         if np.any(slopes[place] != 0.0):
             yield f"`stored` depends on the velocity {name}; only the body has kinetic energy"
@@ -136,13 +136,13 @@ def _powers(  # noqa: PLR0913, PLR0917 (all that the powers depend on)
     return Powers(stored, dissipated, float(terms.sum()), float(size) + np.finfo(float).tiny)
 
 
-def _slopes(sample: Sample, y: Array) -> Array:
+def stored_slopes(sample: Sample, y: Array) -> Array:
     """Return the derivatives of the stored energy by the entries of y, by complex steps."""
     system = sample.system
     return jacobian(lambda z: sample.element.stored(system.motion(z), own_in(system, z)), y)
 
 
-def _wrench(sample: Sample, y: Array) -> Wrench:
-    motion: Motion = sample.system.motion(y)
-    found: Wrench = sample.element.wrench(motion, own_in(sample.system, y))
+def wrench_at(sample: Sample, y: Array) -> Wrench:
+    """Return the wrench of the element at a state, in the modes of the sample."""
+    found: Wrench = sample.element.wrench(sample.system.motion(y), own_in(sample.system, y))
     return found

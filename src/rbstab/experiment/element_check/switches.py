@@ -1,14 +1,13 @@
 """The switches of an element: its event functions, and what it stores on both sides."""
 
-from collections.abc import Iterator, Sequence
-from functools import partial
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from rbstab.experiment.element_check.power import TOLERANCE
+from rbstab.experiment.element_check.power import TOLERANCE, stored_slopes, wrench_at
 from rbstab.experiment.element_check.states import Sample, own_in, with_modes
 from rbstab.mechanics.derivatives import jacobian
-from rbstab.mechanics.numbers import Array, Number
+from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import OMEGA, THETA, V_OF_Z, X_OF_Z
 from rbstab.systems.modes import guards_at, modes_of
 
@@ -38,8 +37,8 @@ def kink_problems(sample: Sample) -> Iterator[str]:
     if sample.element.kinked is not True:
         yield f"`kinked` is {sample.element.kinked!r} (expected True or False)"
     for index in range(sample.element.mode_count):
-        found = [_stored_with(sample, sample.y, index, mode) for mode in (0.0, 0.5, 1.0)]
-        size = sum(map(abs, found)) + TOLERANCE
+        found = [_stored(sample, sample.y, index, mode) for mode in (0.0, 0.5, 1.0)]
+        size = np.abs(found).sum() + TOLERANCE
         if not abs(found[1] - 0.5 * (found[0] + found[2])) <= CONTINUOUS * size:
             yield f"`stored` is not linear in `mode[{index}]`, as `kinked = True` requires"
 
@@ -50,17 +49,16 @@ def force_jumps(one: Sample, other: Sample) -> bool:
     With own states, it is the slope of the stored energy by the pose: the wrench may also jump
     while own states are on their way to where they rest.
     """
-    for index in range(one.element.mode_count):
-        y = _switch_between(one, one.y, other.y, index)
-        if y is None:
-            continue
-        sides = _forces_at_rest(one, y, index)
-        # At the switch both may be zero to round-off, so what counts is their size on both ways.
-        ends = [_forces_at_rest(one, z, index) for z in (one.y, other.y)]
-        size = np.abs([sides, *ends]).max() + TOLERANCE
-        if not np.abs(sides[1] - sides[0]).max() <= JUMP * size:
-            return True
-    return False
+    return any(_jumps(one, other, _force_at_rest, JUMP))
+
+
+def jump_problems(one: Sample, other: Sample) -> Iterator[str]:
+    """Yield where the stored energy jumps at a switch between two states of one element."""
+    for number, (first, second) in _jumps(one, other, _stored, CONTINUOUS):
+        yield (
+            f"`stored` jumps where event function {number} is 0: {first:.6g} J with mode 0, "
+            f"{second:.6g} J with mode 1"
+        )
 
 
 def untested_switches(pairs: Sequence[tuple[Sample, Sample]]) -> list[int]:
@@ -69,66 +67,61 @@ def untested_switches(pairs: Sequence[tuple[Sample, Sample]]) -> list[int]:
     return [
         index + 1
         for index in range(count)
-        if all(_switch_between(one, one.y, other.y, index) is None for one, other in pairs)
+        if all(_switch_between(one, other, index) is None for one, other in pairs)
     ]
 
 
-def jump_problems(one: Sample, other: Sample) -> Iterator[str]:
-    """Yield where the stored energy jumps at a switch between two states of one element."""
+def _jumps(
+    one: Sample, other: Sample, of: Callable[[Sample, Array, int, float], Array], most: float
+) -> Iterator[tuple[int, Array]]:
+    """Yield the number of each event function at whose zero between two states a value jumps.
+
+    With it come the values with mode 0 and with mode 1. A jump is larger than `most` relative to
+    the size of the value on both ways: at the switch itself it may be zero to round-off.
+    """
     for index in range(one.element.mode_count):
-        y = _switch_between(one, one.y, other.y, index)
+        y = _switch_between(one, other, index)
         if y is None:
             continue
-        energies = [_stored_with(one, y, index, mode) for mode in (0.0, 1.0)]
-        # At the switch it may be zero to round-off, so what counts is its size on both ways to it.
-        ends = [_stored_with(one, z, index, mode) for z in (one.y, other.y) for mode in (0.0, 1.0)]
-        size = sum(map(abs, [*energies, *ends])) + TOLERANCE
-        if not abs(energies[1] - energies[0]) <= CONTINUOUS * size:
-            yield (
-                f"`stored` jumps where event function {index + 1} is 0: {energies[0]:.6g} J with "
-                f"mode 0, {energies[1]:.6g} J with mode 1"
-            )
+        sides, *ends = (
+            np.array([of(one, z, index, mode) for mode in (0.0, 1.0)]) for z in (y, one.y, other.y)
+        )
+        size = np.abs([sides, *ends]).max() + TOLERANCE
+        if not np.abs(sides[1] - sides[0]).max() <= most * size:
+            yield index + 1, sides
 
 
-def _forces_at_rest(sample: Sample, y: Array, index: int) -> Array:
-    """Return the forces on a body at rest in a pose, with mode 0 and with mode 1, one in a row."""
-    y = y.copy()
-    y[OMEGA], y[V_OF_Z] = 0.0, 0.0
-    modes = (guards_at(sample.system, y) > 0).astype(float)
-    found = []
-    for mode in (0.0, 1.0):
-        modes[index] = mode
-        fixed = with_modes(sample, modes.copy())
-        if sample.element.state_size:
-            slopes = jacobian(partial(_stored_at, fixed), y)
-            found.append(np.concatenate([slopes[THETA], slopes[X_OF_Z]]))
-        else:
-            motion, own = sample.system.motion(y), own_in(sample.system, y)
-            found.append(np.concatenate(fixed.element.wrench(motion, own)))
-    return np.array(found)
-
-
-def _stored_at(sample: Sample, y: Array) -> Number:
-    """Return the stored energy in a state, with the modes of the sample."""
-    found: Number = sample.element.stored(sample.system.motion(y), own_in(sample.system, y))
-    return found
-
-
-def _stored_with(sample: Sample, y: Array, index: int, mode: float) -> float:
-    """Return the stored energy in a state with one mode of another value."""
+def _with_mode(sample: Sample, y: Array, index: int, mode: float) -> Sample:
+    """Return a sample in the modes of a state, but for one of them."""
     modes = (guards_at(sample.system, y) > 0).astype(float)
     modes[index] = mode
-    element = with_modes(sample, modes).element
-    return float(element.stored(sample.system.motion(y), own_in(sample.system, y)))
+    return with_modes(sample, modes)
 
 
-def _switch_between(sample: Sample, one: Array, other: Array, index: int) -> Array | None:
+def _force_at_rest(sample: Sample, y: Array, index: int, mode: float) -> Array:
+    """Return the force on a body at rest in the pose of a state, with one mode of a value."""
+    y = y.copy()
+    y[OMEGA], y[V_OF_Z] = 0.0, 0.0
+    fixed = _with_mode(sample, y, index, mode)
+    if not sample.element.state_size:
+        return np.concatenate(wrench_at(fixed, y))
+    slopes = stored_slopes(fixed, y)
+    return np.concatenate([slopes[THETA], slopes[X_OF_Z]])
+
+
+def _stored(sample: Sample, y: Array, index: int, mode: float) -> Array:
+    """Return the stored energy in a state with one mode of a value."""
+    element = _with_mode(sample, y, index, mode).element
+    return np.array(element.stored(sample.system.motion(y), own_in(sample.system, y)))
+
+
+def _switch_between(one: Sample, other: Sample, index: int) -> Array | None:
     """Return a state between two others where an event function is zero; None if there is none."""
 
     def guard(y: Array) -> float:
-        return float(guards_at(sample.system, y)[index])
+        return float(guards_at(one.system, y)[index])
 
-    low, high = (one, other) if guard(one) <= guard(other) else (other, one)
+    low, high = sorted((one.y, other.y), key=guard)
     if not guard(low) < 0 < guard(high):
         return None
     for _ in range(BISECTIONS):

@@ -5,6 +5,7 @@ from fractions import Fraction
 
 from rbstab.config.tolerances import decimal_text
 from rbstab.experiment.answers.rounded import rounded_down
+from rbstab.experiment.answers.state_words import angles
 from rbstab.experiment.robust.largest import Largest
 from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.files.counts import grouped
@@ -32,7 +33,7 @@ def sentences_of(bodies: str, record: BodiesRecord) -> list[str]:
         return [f"{bodies}: not decided{_why_undecided(record)} [{effort}]."]
     if not record.proved:
         numbers = _body(record)
-        rest = " and ".join(vector(Theta) for Theta in record.rest_states)
+        rest = " and ".join(angles(Theta) for Theta in record.rest_states)
         if len(record.rest_states) > 1:
             return [
                 f"{bodies}: one rest state: false, proved. A body in the box can rest at "
@@ -70,7 +71,7 @@ def named_body(record: BodiesRecord) -> str:
             numbers.append(f"{name} = [{', '.join(left.pop(axis) for axis in axes)}]")
         else:
             numbers.append(f"{key} = {left.pop(key)}")
-    states = " and ".join(vector(Theta) for Theta in record.rest_states)
+    states = " and ".join(angles(Theta) for Theta in record.rest_states)
     what = "can rest at" if len(record.rest_states) > 1 else "has a rest state that is no minimum,"
     return f"The body with {', '.join(numbers)} {what} Θ = {states} rad"
 
@@ -128,8 +129,3 @@ def tolerance_names(texts: Sequence[str]) -> str:
 
 def _count(number: int, one: str, many: str = "") -> str:
     return f"{grouped(number)} {one if number == 1 else many or f'{one}s'}"
-
-
-def vector(Theta: Sequence[float]) -> str:
-    """Return angles as text, without round-off: `(0.1, 0, 1.5)`."""
-    return "(" + ", ".join(f"{round(angle, 9) + 0.0:.4g}" for angle in Theta) + ")"

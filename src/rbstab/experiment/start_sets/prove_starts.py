@@ -1,4 +1,4 @@
-"""Prove that the motions from all starts within tolerances converge."""
+"""Prove that the motions from all starts within tolerances converge; store the proof."""
 
 import math
 import time
@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from fractions import Fraction
+from pathlib import Path
 
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
@@ -14,9 +15,13 @@ from rbstab.experiment.convergence.convergence import Convergence
 from rbstab.experiment.convergence.decisions import refusal
 from rbstab.experiment.convergence.enclosed_system import state_scale
 from rbstab.experiment.convergence.many_motions import Motions
+from rbstab.experiment.proof import prove
+from rbstab.experiment.proof_cache import proof_for
+from rbstab.experiment.robust.cache import keep, kept
 from rbstab.experiment.robust.record import bounds_of
 from rbstab.experiment.start_sets.start_set import start_set_of
 from rbstab.experiment.start_sets.starts_record import (
+    MAX_PARTS,
     VERSION,
     ProvedPart,
     StartsProof,
@@ -32,9 +37,7 @@ from rbstab.proof.motion.motion import (
     whole,
 )
 from rbstab.proof.motion.motion_set import MotionSet
-
-MAX_PARTS = 64
-"""The most parts into which the starts are divided: a limit that is the same on every machine."""
+from rbstab.store.errors import StoreError
 
 TIME_LIMIT = "the time limit was reached"
 """Why a proof is not complete that is not stored: with more time, it may be."""
@@ -48,7 +51,6 @@ def prove_starts(  # noqa: PLR0913 (options by name)
     tolerances: Sequence[Tolerance],
     proof: Proof,
     *,
-    max_parts: int = MAX_PARTS,
     processes: int = 1,
     progress: Progress | None = None,
     is_late: Callable[[], bool] = lambda: False,
@@ -62,7 +64,6 @@ def prove_starts(  # noqa: PLR0913 (options by name)
         config: The config.
         tolerances: Tolerances of its initial state, and of nothing else.
         proof: The proof of its rest states and of their regions.
-        max_parts: The most parts.
         processes: The largest number of worker processes.
         progress: Called after each part that is decided.
         is_late: Returns whether no further part is to be followed.
@@ -73,7 +74,7 @@ def prove_starts(  # noqa: PLR0913 (options by name)
     parts: list[ProvedPart] = []
     examined, steps, given_up = 0, 0, 0
     waiting, why = ([], refused.why) if refused is not None else _all_starts(config, tolerances)
-    while waiting and len(parts) + len(waiting) + given_up <= max_parts and not is_late():
+    while waiting and len(parts) + len(waiting) + given_up <= MAX_PARTS and not is_late():
         halves: list[Part] = []
         for part, result in _all_followed(config, proof, waiting, processes, is_late):
             examined, steps = examined + 1, steps + result.steps
@@ -93,9 +94,9 @@ def prove_starts(  # noqa: PLR0913 (options by name)
     if is_late() and _fraction(parts) < 1.0:
         why = TIME_LIMIT
     elif waiting:
-        why = f"more than {max_parts} parts would be needed"
+        why = f"more than {MAX_PARTS} parts would be needed"
     return StartsProof(
-        id=starts_id(config, tolerances, max_parts),
+        id=starts_id(config, tolerances),
         version=VERSION,
         tolerances=bounds_of(tolerances),
         parts=tuple(parts),
@@ -187,3 +188,45 @@ def _followed(motions: Motions, start: MotionSet) -> Followed:
     """Follow one set; a wide one may seem to rest, and is followed further."""
     (found,) = motions.follow(start, rests=False)
     return found
+
+
+def starts_for(  # noqa: PLR0913 (options by name)
+    folder: Path,
+    config: Config,
+    tolerances: Sequence[Tolerance],
+    *,
+    processes: int = 1,
+    progress: Progress | None = None,
+    is_late: Callable[[], bool] = lambda: False,
+) -> tuple[StartsProof, StoreError | None]:
+    """Return the stored proof of all starts; if there is none, make it and store it.
+
+    Args:
+        folder: The folder of results.
+        config: The config.
+        tolerances: Tolerances of its initial state.
+        processes: The largest number of worker processes.
+        progress: Called after each part that is decided.
+        is_late: As for `prove_starts`. A proof that ended early is not stored.
+
+    Returns:
+        The proof, and the error if it could not be read or stored.
+    """
+    problem: StoreError | None = None
+    identity = starts_id(config, tolerances)
+    try:
+        stored = kept(folder, StartsProof, identity)
+        if stored is not None:
+            return stored, None
+        rest_states = proof_for(folder, config)
+    except StoreError as error:
+        problem, rest_states = error, prove(config)
+    found = prove_starts(
+        config, tolerances, rest_states, processes=processes, progress=progress, is_late=is_late
+    )
+    if problem is None and found.why != TIME_LIMIT:
+        try:
+            keep(folder, found)
+        except StoreError as error:
+            problem = error
+    return found, problem

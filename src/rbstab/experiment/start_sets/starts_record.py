@@ -19,6 +19,9 @@ from rbstab.experiment.convergence.convergence import EVERY_START, PROVED
 from rbstab.experiment.robust.record import Model, WithinRecord, bounds_of, digest_of
 from rbstab.experiment.stored_proof.identity import proof_id
 
+MAX_PARTS = 64
+"""The most parts into which the starts are divided: a limit that is the same on every machine."""
+
 VERSION = 1
 """To be increased when a change of the method changes its results. Older files are not used."""
 
@@ -113,7 +116,7 @@ class StartsProof(WithinRecord):
         return {"proved": self.proved, "rest_states": list(self.rest_states), **found}
 
 
-def starts_id(config: Config, tolerances: Sequence[Tolerance], max_parts: int) -> str:
+def starts_id(config: Config, tolerances: Sequence[Tolerance]) -> str:
     """Return the identity of a proof of all starts within tolerances.
 
     It is a digest of the body, the gravity, the controller, the initial state, the tolerances, the
@@ -121,7 +124,7 @@ def starts_id(config: Config, tolerances: Sequence[Tolerance], max_parts: int) -
     """
     return digest_of(
         VERSION,
-        max_parts,
+        MAX_PARTS,
         proof_id(config),
         *initial_sections(config),
         [one.model_dump() for one in bounds_of(tolerances)],

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Literal, Self
 from pydantic import NonNegativeInt, PositiveInt, model_validator
 
 from rbstab.config.schema import Config
-from rbstab.experiment.answers.reasons import Reason
 from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF
 from rbstab.experiment.stored_proof.entries import (
     Entry,
@@ -137,7 +136,7 @@ class ProvedStates(Entry):
     stop. None: nothing was searched.
     """
 
-    outcome: Reason
+    outcome: str
     proved: bool
     unique: bool | None
     examined: NonNegativeInt
@@ -269,7 +268,7 @@ class Proof(ProvedStates):
 
     id: str
     version: int = PROOF_VERSION
-    seconds: float
+    seconds: float = 0.0
     reduced_energy: ProvedEnergy | None = None
     unwrapped: UnwrappedStates | None = None
     brief: Literal[True] | None = None
@@ -438,7 +437,7 @@ SUPPLIES = "an input supplies power"
 """Why nothing is proved of a config with inputs."""
 
 
-def no_proof(identity: str, reason: str, seconds: float) -> Proof:
+def no_proof(identity: str, reason: str) -> Proof:
     """Return the record of a config that has no proof, with the reason."""
     return Proof(
         id=identity,
@@ -446,7 +445,6 @@ def no_proof(identity: str, reason: str, seconds: float) -> Proof:
         proved=False,
         unique=None,
         examined=0,
-        seconds=seconds,
         undecided=(),
         states=(),
         region=None,

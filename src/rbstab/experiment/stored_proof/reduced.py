@@ -19,15 +19,12 @@ if TYPE_CHECKING:
     from rbstab.proof.rest_points import RestPoint, RestStates
 
 
-def searched_record(
-    identity: str, states: "list[SearchedState]", seconds: float, outcome: str
-) -> Proof:
+def searched_record(identity: str, states: "list[SearchedState]", outcome: str) -> Proof:
     """Return the record of rest states that were looked for, where no energy of Θ alone exists.
 
     Args:
         identity: The id.
         states: The rest states.
-        seconds: The time that it took.
         outcome: Why nothing is proved of them.
     """
     from rbstab.proof.rest_points import RestPoint
@@ -37,7 +34,7 @@ def searched_record(
         Theta = one.state.motion.Theta
         return _state(RestPoint(one.state, one.index, Box(Theta, Theta), False, False))
 
-    nothing = no_proof(identity, outcome, seconds)
+    nothing = no_proof(identity, outcome)
     return nothing.model_copy(update={"states": tuple(map(state, states))})
 
 
@@ -48,9 +45,7 @@ class Found(NamedTuple):
     regions: "Regions"
 
 
-def proof_record(
-    identity: str, energy: "Energy", found: Found, unwrapped: Found | None, seconds: float
-) -> Proof:
+def proof_record(identity: str, energy: "Energy", found: Found, unwrapped: Found | None) -> Proof:
     """Return what was proved as plain data.
 
     Args:
@@ -58,7 +53,6 @@ def proof_record(
         energy: The energy.
         found: What was proved in the range of eq. 5.
         unwrapped: The same for all real θ1 and θ3, or None.
-        seconds: The time that it took.
     """
     from rbstab.proof.record import energy_record
 
@@ -69,7 +63,6 @@ def proof_record(
     return Proof.model_validate(
         {
             "id": identity,
-            "seconds": seconds,
             "reduced_energy": energy_record(energy),
             "unwrapped": wide,
             "closed": found.rest.every_start_of_range or None,

@@ -32,7 +32,7 @@ def rotations_record(
     found: "Rotations",
     why_not: str,
 ) -> Proof:
-    """Return what was proved as plain data, but for the time that it took.
+    """Return what was proved as plain data.
 
     Args:
         identity: The id of the proof.
@@ -63,7 +63,6 @@ def rotations_record(
             "region": _region(found, states),
             "regions": _regions(found),
             "on_rotations": on_rotations,
-            "seconds": 0.0,
         }
     )
 

@@ -44,7 +44,7 @@ def start_level(problem: Problem, proof: Proof) -> float | None:
     """
     if not proof.states:
         return None
-    return float(_start_energies(problem).sum()) - proof.states[0].energy
+    return _start_energy(problem) - proof.states[0].energy
 
 
 def number_of(proof: Proof, Theta: Array) -> int | None:
@@ -78,14 +78,10 @@ def start_state(problem: Problem, proof: Proof) -> int | None:
     Returns:
         The number, from 1 for the lowest; None if it is not proved.
     """
-    if not np.isfinite(_start_energies(problem).sum()):
+    if not np.isfinite(_start_energy(problem)) or not proof.has_energy:
         return None
-    if not proof.has_energy or problem.exact is None:
-        return None
-    start = in_balls(partial(enclosed_start, problem.exact))
-    if start is None:
-        return None
-    return reached_state(proof, start.energy, start.low, start.high)
+    start = start_bounds(problem)
+    return start and reached_state(proof, start.energy, start.low, start.high)
 
 
 def reached_state(proof: Proof, energy: float, low: Array, high: Array) -> int | None:
@@ -231,6 +227,14 @@ class EnclosedStart(NamedTuple):
     high: Array
 
 
+def start_bounds(problem: Problem) -> EnclosedStart | None:
+    """Return bounds on the start of a problem; None if there are none."""
+    if problem.exact is None:
+        return None
+    found: EnclosedStart | None = in_balls(partial(enclosed_start, problem.exact))
+    return found
+
+
 def enclosed_start(
     exact: Callable[[Callable[[Array], Array]], tuple[System, Array]],
 ) -> EnclosedStart:
@@ -261,7 +265,7 @@ def _in_modes(system: System, start: Array) -> list[System]:
     return [with_modes(system, modes) for modes in product(*choices)]
 
 
-def _start_energies(problem: Problem) -> Array:
-    """Return the energy at the start by part, shape (parts,), J."""
+def _start_energy(problem: Problem) -> float:
+    """Return the sum of all energies at the start, J."""
     with np.errstate(all="ignore"):
-        return problem.system.observe(problem.start).energy
+        return float(problem.system.observe(problem.start).energy.sum())

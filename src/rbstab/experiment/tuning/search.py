@@ -1,17 +1,20 @@
-"""Search for the factors of a tuning."""
+"""Search for the factors of a tuning; the numbers of a run, shifted along a direction."""
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
-from rbstab.analysis.sensitivity import baseline, derivative_along
-from rbstab.config.build import problem_of
+from rbstab.analysis.sensitivity import Shifted, baseline, derivative_along
+from rbstab.config.build import input_legs, problem_of, system_and_start
+from rbstab.config.entries import shifted
 from rbstab.config.schema import Config
-from rbstab.experiment.tuning.direction import shifted_along
+from rbstab.config.source import Path
 from rbstab.experiment.tuning.gain_scaling import GainScaling, scaled
 from rbstab.experiment.tuning.objective import Objective
 from rbstab.integrate.status import UnfinishedRunError
 from rbstab.integrate.switching.saltation import NotDifferentiableError
+from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
 
 SAMPLES = 32
@@ -129,3 +132,18 @@ class Search:
             outcome = derivative_along(base, shifted_along(config, directions))
             slope[index] = self.objective.of(outcome)
         return self.objective.of(base.outcome), slope
+
+
+def shifted_along(config: Config, directions: Iterable[tuple[Path, float]]) -> Shifted:
+    """Return the numbers of a run, shifted by ih along a direction, with h = `derivatives.STEP`.
+
+    Args:
+        config: The config of the run.
+        directions: The paths of numbers of the config, and by how much the direction changes each.
+    """
+    changed = shifted(config, {path: 1j * STEP * change for path, change in directions})
+    # Complex arithmetic may change the last digit of a breakpoint, which tells when a leg begins.
+    # So the real parts are those of the given config.
+    moved = input_legs(changed)
+    legs = {name: legs + 1j * moved[name].imag for name, legs in input_legs(config).items()}
+    return Shifted(*system_and_start(changed), legs)

@@ -15,7 +15,6 @@ from rbstab.config.controllers import Implicit
 from rbstab.config.entries import Entry, entries_of
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
-from rbstab.config.section import Section
 from rbstab.integrate.engines import INSTALL_HEYOKA, EngineMissingError, engine
 from rbstab.mechanics.numbers import Array
 from rbstab.store.cards import card, line
@@ -132,7 +131,7 @@ def sensitivities(
 
     Args:
         config: A config, or any argument that `load_config` takes.
-        allow_python: As for `load_config`, if the config is not loaded yet.
+        allow_python: As for `load_config`.
 
     Returns:
         The quantities and their derivatives, with units.
@@ -144,8 +143,7 @@ def sensitivities(
         EngineMissingError: heyoka is not installed.
         UnfinishedRunError: The run did not complete.
     """
-    if not isinstance(config, Section):
-        config = load_config(config, allow_python=allow_python)
+    config = load_config(config, allow_python=allow_python)
     check_suited(config)
     # Imported late: the engine must be installed, which was checked above.
     from rbstab.analysis.sensitivity import baseline
@@ -160,7 +158,7 @@ def sensitivities(
 
 def _derivatives(base: "Baseline", config: Config, entry: Entry) -> Array:
     from rbstab.analysis.sensitivity import derivative_along
-    from rbstab.experiment.tuning.direction import shifted_along
+    from rbstab.experiment.tuning.search import shifted_along
 
     # The derivative with respect to entry / size is about as large as the motion itself.
     size = abs(entry.value) or 1.0

@@ -10,7 +10,6 @@ import numpy as np
 
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
-from rbstab.config.section import Section
 from rbstab.experiment.tuning.gain_scaling import GainScaling, gain_scalings, with_title_suffix
 from rbstab.experiment.tuning.objective import OBJECTIVES, Objective
 from rbstab.experiment.tuning.sensitivities import (
@@ -89,7 +88,7 @@ def tune(
             ∫v dt, J s.
         over: Keys of gains, such as `controller.L_c` or `controller.L_c[0]`; or a single key.
         bounds: The smallest and the largest factor; 1 must be within the bounds.
-        allow_python: As for `load_config`, if the config is not loaded yet.
+        allow_python: As for `load_config`.
 
     Returns:
         The best config, its factors, and the objective before and after.
@@ -101,8 +100,7 @@ def tune(
         EngineMissingError: heyoka is not installed.
         ValueError: There is no such objective, or 1 is not within the bounds.
     """
-    if not isinstance(config, Section):
-        config = load_config(config, allow_python=allow_python)
+    config = load_config(config, allow_python=allow_python)
     check_suited(config)
     if objective not in OBJECTIVES:
         raise ValueError(f"objective: is '{objective}' (expected one of {', '.join(OBJECTIVES)})")
@@ -126,12 +124,10 @@ def tune(
         best_sample = min(search.sample(), key=search.value)
         for x in (start, best_sample):
             search.descend(x)
-    if not search.best_value < given - MIN_IMPROVEMENT * abs(
-        given if math.isfinite(given) else 0.0
-    ):
-        ones = (1.0,) * len(scalings)
-        return Tuned(config, chosen, scalings, ones, given, given, search.runs, search.failures)
-    tuned = with_title_suffix(search.config_at(search.best), f", tuned for {chosen.name}")
-    factors = tuple(search.factors(search.best))
-    value = search.best_value
-    return Tuned(tuned, chosen, scalings, factors, given, value, search.runs, search.failures)
+    least = MIN_IMPROVEMENT * abs(given if math.isfinite(given) else 0.0)
+    factors, value = (1.0,) * len(scalings), given
+    if search.best_value < given - least:
+        tuned = search.config_at(search.best)
+        config = with_title_suffix(tuned, f", tuned for {chosen.name}")
+        factors, value = tuple(search.factors(search.best)), search.best_value
+    return Tuned(config, chosen, scalings, factors, given, value, search.runs, search.failures)

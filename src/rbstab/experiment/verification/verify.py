@@ -8,7 +8,7 @@ from rbstab.analysis.exact import decimals
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.schema import Config
-from rbstab.config.user_code.permission import has_code, may_run_code, without_code
+from rbstab.config.user_code.permission import may_build, without_code
 from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.experiment.stored_proof.identity import proof_id
@@ -110,7 +110,7 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     if not same_id:
         text = "The id of the proof is not that of the config: it was made for another one."
     yield Finding(CONFIG, "id", same_id, text)
-    if not _can_build(config):
+    if not may_build(config):
         return
     built = system_of(config)
     if built.supplies:
@@ -120,24 +120,20 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     system = system_of(without_code(config), decimals)
     indefinite, not_passive = indefinite_parameter(system), why_not_in_proofs(built)
     undamped = why_not_damped(system, damping_of_users(built))
-    text = "Mass, inertia and damping are positive definite."
+    text, hold = "Mass, inertia and damping are positive definite.", False
     if indefinite is not None:
         text = f"{indefinite} is not positive definite."
     elif not_passive is not None:
         text = f"No proof takes this code of a user into account: {not_passive}."
     elif undamped is not None:
         text = f"{NOT_DAMPED[:1].upper()}{NOT_DAMPED[1:]}: {undamped}."
-    hold = indefinite is None and not_passive is None and undamped is None
+    else:
+        hold = True
     yield Finding(CONFIG, "hypotheses", hold, text)
     other = _other_energy(proof, config)
     text = "The energy U of the proof is that of the config, as an exact expression."
     text = text if other is None else f"The energy U is not that of the config: {other}."
     yield Finding(CONFIG, "energy", other is None, text)
-
-
-def _can_build(config: Config) -> bool:
-    """Return whether the equations of a config can be built: code of users may not run."""
-    return may_run_code(config) or not has_code(config)
 
 
 def _other_energy(proof: Proof, config: Config) -> str | None:
@@ -158,7 +154,7 @@ def _other_energy(proof: Proof, config: Config) -> str | None:
 
 def _unchecked(proof: Proof, config: Config | None) -> Iterator[str]:
     """Yield what was not checked, as sentences."""
-    if config is not None and not _can_build(config):
+    if config is not None and not may_build(config):
         yield (
             "The energy of the proof and the hypotheses of its theorems were not compared with "
             f"the config: {CODE_NOT_RUN}."

@@ -4,13 +4,13 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from rbstab.analysis.certificate.verdict import Verdict
+from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.run_answer import RunAnswer, answer_of
 from rbstab.experiment.convergence.convergence import Convergence, stored_convergence
-from rbstab.experiment.convergence.later_proof import with_later_proof
+from rbstab.experiment.convergence.with_proof import with_later_proof
 from rbstab.experiment.run_certificate import CERTIFIED_REGION
-from rbstab.experiment.stored_certificate import CertificateLine, certificate_lines
+from rbstab.experiment.stored_certificate import certificate_lines
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.store.result import Result
 
@@ -41,7 +41,7 @@ class Answers(NamedTuple):
     """
 
     answer: RunAnswer
-    lines: tuple[CertificateLine, ...]
+    lines: tuple[Check, ...]
     convergence: Convergence | None
     region: RegionCheck | None
 
@@ -61,7 +61,7 @@ def answers_of(result: Result, config: Config | None, proof: Proof | None) -> An
     )
 
 
-def _region(lines: Sequence[CertificateLine]) -> RegionCheck | None:
+def _region(lines: Sequence[Check]) -> RegionCheck | None:
     for line in lines:
         if line.check == CERTIFIED_REGION and not math.isnan(line.value):
             return RegionCheck(line.verdict == Verdict.CERTIFIED, line.value, line.bound)

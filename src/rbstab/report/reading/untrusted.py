@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from rbstab.analysis.certificate.verdict import Check
 from rbstab.experiment.own_states import own_states_of
-from rbstab.experiment.stored_certificate import CertificateLine
 from rbstab.files.shell_words import shell_word
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.element_states import state_in_file
@@ -141,7 +141,7 @@ def _check_arrays(file: Path, result: Result) -> None:
 
 def _check_certificate(file: Path, result: Result) -> None:
     """Check that the columns of a certificate have the right types and equal lengths."""
-    columns = [result.variables.get(f"certificate/{name}") for name in CertificateLine._fields]
+    columns = [result.variables.get(f"certificate/{name}") for name in Check._fields]
     present = [column.data for column in columns if column is not None]
     kinds = "".join("O" if data.dtype.kind in "OUT" else "f" for data in present)
     if present and (kinds != "OOfffO" or len({data.shape for data in present}) > 1):

@@ -2,11 +2,10 @@
 
 from collections.abc import Sequence
 
-from rbstab.analysis.certificate.verdict import Verdict
+from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.analysis.lyapunov import ENERGY_SCALE_NOTE
 from rbstab.experiment.answers.check_words import comparison, word_of_check
 from rbstab.experiment.answers.words import word_of
-from rbstab.experiment.stored_certificate import CertificateLine
 from rbstab.report.model.document import Block, Cell, Head, Section, Table
 from rbstab.report.model.words import NO_VALUE, counted
 from rbstab.report.runs.facts import RunFacts
@@ -80,13 +79,13 @@ def _matrix(facts: Sequence[RunFacts]) -> Table:
     return Table("certificate-matrix", "Checks of each run", heads, tuple(rows), note)
 
 
-def check_cell(line: CertificateLine) -> Cell:
+def check_cell(line: Check) -> Cell:
     """Return a cell with the word for a check."""
     word = word_of_check(line)
     return Cell(word, tone=TONES.get(line.verdict, "") if word == word_of(line.verdict) else "")
 
 
-def _line(label: str, line: CertificateLine) -> tuple[Cell, ...]:
+def _line(label: str, line: Check) -> tuple[Cell, ...]:
     return (
         Cell(label),
         Cell(line.check),

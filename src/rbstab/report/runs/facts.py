@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from rbstab.analysis.certificate.verdict import Check
 from rbstab.experiment.answers.run_answer import RunAnswer
 from rbstab.experiment.convergence.convergence import Convergence
 from rbstab.experiment.proof_cache import cached_proof
-from rbstab.experiment.stored_certificate import CertificateLine
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.summary import ReferenceValue, reference_values_of
 from rbstab.report.reading.answers import RegionCheck, answers_of
@@ -28,7 +28,7 @@ class RunFacts:
     """
 
     run: Run
-    lines: tuple[CertificateLine, ...]
+    lines: tuple[Check, ...]
     proof: Proof | None
     region: RegionCheck | None
     convergence: Convergence | None

@@ -178,7 +178,7 @@ class MotionProver:
             proof = prove(base, self.plan.initial_value_problems[variant])
         except Exception as error:
             # The members can be integrated all the same; none of them is decided.
-            proof = no_proof("", f"{type(error).__name__}: {error}", 0.0)
+            proof = no_proof("", f"{type(error).__name__}: {error}")
         if not proof.states:
             return _Shared(proof, None, None)
         refused = refusal(self.plan.initial_value_problems[variant], proof)

@@ -15,7 +15,7 @@ from rbstab.analysis.configuration import configurations
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.schema import Config
-from rbstab.config.user_code.permission import has_code, may_run_code, without_code
+from rbstab.config.user_code.permission import may_build, without_code
 from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics.numbers import Array
@@ -95,7 +95,7 @@ def question(proof: Proof, config: Config) -> dict[str, Any] | str:
     from rbstab.proof.record import energy_record
     from rbstab.proof.rest_states import reduced_energy
 
-    if has_code(config) and not may_run_code(config):
+    if not may_build(config):
         return CODE_NOT_RUN
     system = smooth_rest_system(problem_of(config))
     try:

@@ -274,13 +274,3 @@ def _poles(U: Expr) -> set[int]:
 
 def _divisors(e: Expr) -> set[Atom]:
     return {a for m in e.terms for a, p in m if p < 0}
-
-
-def value_at(e: Expr, q: Array) -> float:
-    """Return the value of an expression at numbers of its variables, to round-off."""
-    from rbstab.proof.enclosures.intervals import Intervals
-    from rbstab.proof.enclosures.taylor import Compiled
-
-    compiled = Compiled([e], 0, {}, 0)
-    values = compiled(lambda k: Intervals(np.full((1, 1), q[k]), np.full((1, 1), q[k])))
-    return float(values.dense(0, 1).mid[0, 0])

@@ -11,10 +11,11 @@ from rbstab.mechanics.numbers import Array
 from rbstab.proof.confine import confined, end_of_pitch
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.levels import Ranges, least_values
+from rbstab.proof.enclosures.points import value_at
 from rbstab.proof.enclosures.tied import TiedBounds, bounds_of
 from rbstab.proof.exact.expr import COS, SIN, VAR
 from rbstab.proof.held import held_zeros, jumps, out_of_balance, zeros_at_stop
-from rbstab.proof.model import RANGE_END, Energy, ExactSystem, NoMinimumError, energy_of, value_at
+from rbstab.proof.model import RANGE_END, Energy, ExactSystem, NoMinimumError, energy_of
 from rbstab.proof.passive.passive import first_jump
 from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy, reject
 from rbstab.proof.regions.regions import Regions, regions_of

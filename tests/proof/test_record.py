@@ -6,6 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from rbstab.proof.boxes import Box, Boxes
 from rbstab.proof.exact.expr import Expr, variable
 from rbstab.proof.model import Energy
 from rbstab.proof.record import (
@@ -19,7 +20,8 @@ from rbstab.proof.record import (
     read_claims,
     read_energy,
 )
-from rbstab.proof.search import Box, Boxes, Zero, Zeros
+from rbstab.proof.search import Zeros
+from rbstab.proof.zeros import Zero
 
 X, Y, Z = variable(0), variable(1), variable(2)
 

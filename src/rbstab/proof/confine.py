@@ -15,13 +15,13 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box, Boxes, joined, one_box
 from rbstab.proof.enclosures.bounds import UP, BoundedEnergy
 from rbstab.proof.enclosures.intervals import constant
 from rbstab.proof.enclosures.tied import bounds_of
 from rbstab.proof.exact.expr import COS, SIN, VAR, Atom, Expr, Monomial, atom
 from rbstab.proof.exact.rewriting import inverse_of_definite
 from rbstab.proof.model import RANGE_END, Energy
-from rbstab.proof.search import Box, Boxes, joined, one_box
 
 OUTER = (0, 2)
 """The angles θ1 and θ3, which are never wrapped."""

@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box, Boxes, joined, one_box
 from rbstab.proof.exact.expr import (
     FUNCTIONS,
     LET,
@@ -41,7 +42,8 @@ from rbstab.proof.exact.expr import (
 )
 from rbstab.proof.exact.rewriting import with_outlined_steps
 from rbstab.proof.model import Energy
-from rbstab.proof.search import Box, Boxes, Zero, Zeros, joined, one_box
+from rbstab.proof.search import Zeros
+from rbstab.proof.zeros import Zero
 
 FORMAT = 1
 """The number of this format."""

@@ -8,6 +8,7 @@ from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.rest_state import held_at_kink, rest_state_at
 from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box, Boxes, joined, one_box
 from rbstab.proof.confine import confined, end_of_pitch
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.levels import Ranges, least_values
@@ -20,18 +21,8 @@ from rbstab.proof.passive.passive import first_jump
 from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy, reject
 from rbstab.proof.regions.regions import Regions, regions_of
 from rbstab.proof.rest_points import RestPoint, RestStates, SearchOutcome
-from rbstab.proof.search import (
-    FAMILY_TRIES,
-    SINGULAR,
-    Box,
-    Boxes,
-    Search,
-    Zero,
-    Zeros,
-    joined,
-    newton,
-    one_box,
-)
+from rbstab.proof.search import FAMILY_TRIES, SINGULAR, Search, Zeros
+from rbstab.proof.zeros import Zero, newton
 from rbstab.systems.system import System
 
 STARTS = 256

@@ -30,8 +30,8 @@ def searched_record(
         seconds: The time that it took.
         outcome: Why nothing is proved of them.
     """
+    from rbstab.proof.boxes import Box
     from rbstab.proof.rest_points import RestPoint
-    from rbstab.proof.search import Box
 
     def state(one: "SearchedState") -> ProvedState:
         Theta = one.state.motion.Theta
@@ -80,7 +80,7 @@ def proof_record(
 
 def _entries(found: Found) -> dict[str, Any]:
     """Return the fields of `ProvedStates`."""
-    from rbstab.proof.search import hulls
+    from rbstab.proof.boxes import hulls
 
     rest, certified = found.rest, found.regions.certified
     undecided = hulls(rest.zeros.undecided)

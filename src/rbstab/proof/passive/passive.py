@@ -18,6 +18,7 @@ import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.elements.element import Element
+from rbstab.proof.boxes import Box, one_box
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.exact.expr import (
     COS,
@@ -51,7 +52,6 @@ from rbstab.proof.passive.statements import (
     statements_of,
 )
 from rbstab.proof.passive.switches import MOST_MODES, force_is_continuous, why_not_continuous
-from rbstab.proof.search import Box, one_box
 from rbstab.systems.system import System
 
 TIMED = "a statement depends on the time"

@@ -8,12 +8,14 @@ from itertools import product
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box, Boxes, joined, one_box
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.levels import Ranges, least_values
 from rbstab.proof.enclosures.tied import without_lengths
 from rbstab.proof.model import Energy
 from rbstab.proof.regions.passes import Complex, Land
-from rbstab.proof.search import Box, Boxes, Zero, Zeros, joined, one_box
+from rbstab.proof.search import Zeros
+from rbstab.proof.zeros import Zero
 
 LIMIT = 16_000
 """Cells of one range."""

@@ -25,9 +25,9 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box, Boxes, joined
 from rbstab.proof.enclosures.levels import Ranges
 from rbstab.proof.regions.cells import DEEPEST, Cells
-from rbstab.proof.search import Box, Boxes, joined
 
 WET = 1e-7
 """The length of a cell below the level, if one that may be above it too has the length 1."""

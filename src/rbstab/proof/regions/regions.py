@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box, Boxes, joined
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.levels import LOOSE, Ranges
 from rbstab.proof.model import Energy
@@ -29,7 +30,7 @@ from rbstab.proof.regions.landscape import (
     is_minimum,
 )
 from rbstab.proof.regions.passes import Complex, Pass
-from rbstab.proof.search import Box, Boxes, Zeros, joined
+from rbstab.proof.search import Zeros
 
 TIE = 1e-10
 """Energies with a smaller relative difference count as equal; the first place is reported."""

@@ -10,11 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.model import NoMinimumError, energy_of
 from rbstab.proof.robust.family import Family
 from rbstab.proof.robust.numbers import Members, Part
-from rbstab.proof.search import Box, Search, Zero
+from rbstab.proof.search import Search
+from rbstab.proof.zeros import Zero
 
 STEPS = 16
 """A body is chosen from as many steps between the middle and an end of each number."""

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box, Boxes, joined, one_box
 from rbstab.proof.enclosures.bounds import inverses
+from rbstab.proof.model import RANGE_END
 from rbstab.proof.robust.family import Family, Over
 from rbstab.proof.robust.heights import border_height
 from rbstab.proof.robust.minimum import Minimum, minimum_near
-from rbstab.proof.search import Box, Boxes, joined, one_box
+from rbstab.proof.zeros import followed
 
 BOX_LIMIT = 20_000
 """The number of boxes of Θ at which the proof of one box of bodies stops."""
@@ -19,6 +21,9 @@ MOST_DOUBTFUL = 16
 """The largest number of doubtful points that are kept."""
 
 NEWTON_STEPS = 40
+
+ARRIVED = 1e-12
+"""A shorter step of Newton's method has arrived."""
 
 IsLate = Callable[[], bool]
 
@@ -44,9 +49,8 @@ class PartProof:
 
 def range_of(family: Family) -> Box:
     """Return the closed range of eq. 5, or what a stop leaves of it, rounded outwards."""
-    end = np.nextafter(np.array([np.pi, np.pi / 2, np.pi]), 4)
-    if family.forms.stop is not None:
-        end[1] = min(end[1], family.forms.stop)
+    stop = family.forms.stop
+    end = RANGE_END if stop is None else np.minimum(RANGE_END, [np.inf, stop, np.inf])
     return Box(-end, end)
 
 
@@ -96,17 +100,10 @@ def _inside(inner: Box, outer: Box) -> bool:
 
 def lowest_near(family: Family, near: Array) -> Array | None:
     """Follow Newton's method for the body in the middle to a minimum; None if it finds none."""
-    x = near.copy()
-    with np.errstate(all="ignore"):
-        for _ in range(NEWTON_STEPS):
-            g, H = family.at(x[:, None])
-            step = np.einsum("ijm,jm->im", inverses(H), g)[:, 0]
-            if not np.all(np.isfinite(step)):
-                return None
-            x = x - step * min(1.0, 0.5 / max(float(np.abs(step).max()), 1e-300))
-            if np.abs(step).max() < 1e-12:
-                return x if np.linalg.eigvalsh(H[..., 0]).min() > 0 else None
-    return None
+    x, last = followed(family.at, near[:, None], NEWTON_STEPS, lambda x: np.zeros(x.shape[1], bool))
+    if not last[0] < ARRIVED or np.linalg.eigvalsh(family.at(x)[1][..., 0]).min() <= 0:
+        return None
+    return x[:, 0]
 
 
 class _Search:

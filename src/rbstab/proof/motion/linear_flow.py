@@ -139,26 +139,6 @@ def _product(first: Array, second: Array) -> Array:
     return found
 
 
-def moved_frames(
-    flow: LinearFlow, frame: Frame, W: Array, apart: Array, scale: Array
-) -> tuple[Array, Array]:
-    """Return new frames, and radii in them, of all Φ(1)Qw + r with |w| <= W and |r| <= `apart`.
-
-    A radius that is not finite is no bound.
-
-    Args:
-        flow: Φ.
-        frame: Q.
-        W: Shape (..., n).
-        apart: Shape (..., n).
-        scale: The size of each state, shape (n,).
-    """
-    Phi_size = np.abs(flow.forward).sum(axis=-3)
-    return turned_frames(
-        flow.forward.sum(axis=-3), error_of_products(Phi_size), frame, (W, apart), scale
-    )
-
-
 def turned_frames(
     matrix: Array, error: Array, frame: Frame, radii: tuple[Array, Array], scale: Array
 ) -> tuple[Array, Array]:

@@ -178,7 +178,7 @@ def _along(normal: Array, g: Intervals) -> Intervals:
     return Intervals(mid - rad, mid + rad)
 
 
-def zeros_at_stop(energy: Energy, box: Box, limit: int = FACE_LIMIT) -> list[Zeros]:
+def zeros_at_stop(energy: Energy, box: Box) -> list[Zeros]:
     """Return the rest states at each end of θ2 that a stop holds, proved or not.
 
     They are the zeros of ∂U/∂θ1 and ∂U/∂θ3 on the face at which U falls outwards. Their boxes have
@@ -186,10 +186,10 @@ def zeros_at_stop(energy: Energy, box: Box, limit: int = FACE_LIMIT) -> list[Zer
     """
     if energy.stop is None:
         return []
-    return [_zeros_on_face(energy, box, side, limit) for side in (-1, 1)]
+    return [_zeros_on_face(energy, box, side) for side in (-1, 1)]
 
 
-def _zeros_on_face(energy: Energy, box: Box, side: int, limit: int) -> Zeros:
+def _zeros_on_face(energy: Energy, box: Box, side: int) -> Zeros:
     assert energy.stop is not None
     angle = constant(side * energy.stop)
     ends = np.array([[float(angle.lo)], [float(angle.hi)]])
@@ -212,7 +212,7 @@ def _zeros_on_face(energy: Energy, box: Box, side: int, limit: int) -> Zeros:
         return outwards(boxes).lo > 0
 
     flat = Box(box.lo[[0, 2]], box.hi[[0, 2]])
-    found = Search(on_face, flat, also=leaves).run(limit)
+    found = Search(on_face, flat, also=leaves).run(FACE_LIMIT)
     zeros, undecided = list[Zero](), [whole_boxes(found.undecided)]
     for zero in found.zeros:
         place = one_box(zero.enclosure)

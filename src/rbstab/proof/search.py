@@ -19,7 +19,7 @@ BATCH = 1024
 """Boxes that are bounded at once; a quarter of it with free variables, whose series are longer."""
 
 SMALLEST = 2e-7
-"""The size of a box, relative to the scale of each variable, that is not halved any more."""
+"""The size of a box that is not halved any more."""
 
 LONGEST_PAUSE = 15
 """After so many batches of boxes at most, Newton's method is tried again."""
@@ -84,24 +84,21 @@ class Search:
     Args:
         energy: V.
         box: The box.
-        scale: The size of each variable; the widest relative to it is halved.
         known: Zeros that are proved already.
         also: One more reason why boxes contain no zero.
         across: Whether a zero that may lie on the border counts too, and is not left undecided.
     """
 
-    def __init__(  # noqa: PLR0913 (what a search may be given besides V)
+    def __init__(
         self,
         energy: BoundedEnergy,
         box: Box,
         *,
-        scale: Array | None = None,
         known: Sequence[Zero] = (),
         also: Test | None = None,
         across: bool = False,
     ) -> None:
         self.energy, self.box, self.also, self.across = energy, box, also, across
-        self.scale = np.ones(len(box.lo)) if scale is None else scale
         self.zeros: list[Zero] = list(known)
         self.failed: list[Array] = []
         self.ambiguous: list[Box] = []
@@ -268,7 +265,7 @@ class Search:
 
     def _split(self, boxes: Boxes, mean: Array, radius: Array) -> tuple[Boxes, Boxes]:
         """Halve boxes along the axis that spoils Krawczyk's operator most, if it is not narrow."""
-        width = (boxes.hi - boxes.lo) / self.scale[:, None]
+        width = boxes.hi - boxes.lo
         tiny = width.max(axis=0, initial=0.0) < SMALLEST
         small, boxes, width = boxes[tiny], boxes[~tiny], width[:, ~tiny]
         if not boxes.count:

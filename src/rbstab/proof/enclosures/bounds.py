@@ -30,6 +30,8 @@ ROUND_OFF = 1e-14
 """That of the entries of a product of two small matrices, relative to the sum of its terms."""
 
 
+NEWTON_STEPS = 60
+
 NEAR = 1e-8
 """Relative size of the last Newton step: the next would be round-off. What is left of it counts in
 the bounds."""
@@ -164,13 +166,13 @@ class BoundedEnergy:
         values = self._values(compiled, centre, centre, least, Z)
         return values.derivatives(0, centre.shape[1]), values if self.boxes.tightened else None
 
-    def minimiser(self, points: Array, steps: int = 60) -> Minimiser:
+    def minimiser(self, points: Array) -> Minimiser:
         """Return z near the lowest point at some points of shape (n, points), to round-off."""
         count = points.shape[1]
         z = np.zeros((self.k, count))
         with np.errstate(all="ignore"):
             known = None
-            for _ in range(steps):
+            for _ in range(NEWTON_STEPS):
                 known = AtPoints(self.of_free, self._at_points(points, z, 0), known)
                 f, places = known.derivatives(0, count), derivatives(self.k, 2)
                 step = np.einsum("ijm,jm->im", inverses(f[places.second]), f[places.first])

@@ -397,6 +397,11 @@ def variable(number: int) -> Expr:
     return only(atom(VAR, number))
 
 
+def variables(places: Iterable[int]) -> np.ndarray[Any, Any]:
+    """Return variables as an array."""
+    return np.array([variable(k) for k in places], dtype=object)
+
+
 def as_factor(e: Expr) -> Expr:
     """Return an expression as one monomial: a sum becomes an atom of its own."""
     return e if len(e.terms) == 1 else only(atom(LET, e))

@@ -432,15 +432,20 @@ def monomial(factors: Iterable[tuple[Atom, int]]) -> Monomial:
     return tuple(sorted(((a, p) for a, p in factors if p), key=lambda one: one[0].order))
 
 
+def times(one: Monomial, two: Monomial) -> Monomial:
+    """Return the product of two products of powers."""
+    powers = dict(one)
+    for a, p in two:
+        powers[a] = powers.get(a, 0) + p
+    return monomial(powers.items())
+
+
 def product(one: Expr, two: Expr) -> Expr:
     """Return the product of two sums, multiplied out."""
     terms: dict[Monomial, Fraction] = {}
     for m1, c1 in one.terms.items():
         for m2, c2 in two.terms.items():
-            powers = dict(m1)
-            for a, p in m2:
-                powers[a] = powers.get(a, 0) + p
-            m = monomial(powers.items())
+            m = times(m1, m2)
             terms[m] = terms.get(m, Fraction(0)) + c1 * c2
     return _reduced(terms)
 

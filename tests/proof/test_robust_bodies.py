@@ -249,7 +249,7 @@ def test_what_is_proved_by_a_limit_of_time_is_told(monkeypatch):
 
 def test_a_box_of_inertias_is_not_halved(monkeypatch):
     """All bodies of a held point have the same energy, and so have those of halves."""
-    undecided = PartProof(False, 0.0, 1, None, np.zeros((1, 3)))
+    undecided = PartProof(False, 0.0, 1, np.zeros((1, 3)))
     monkeypatch.setattr(bodies, "prove_part", lambda *_: undecided)
     monkeypatch.setattr(bodies, "counterexample", lambda *_: None)
     members, box = box_of(config_of("permanent"), "body.inertia=±10%", "controller.L_r=±10%")
@@ -262,7 +262,7 @@ def test_a_box_is_halved_along_the_number_that_disturbs_most(monkeypatch):
     members, box = box_of(
         config_of("permanent", scale=0.2), "controller.K_r[0]=±20%", "controller.K_r[1]=±0.2%"
     )
-    undecided = PartProof(False, 0.0, 1, None, np.array([[2.0, 0.5, 1.0]]))
+    undecided = PartProof(False, 0.0, 1, np.array([[2.0, 0.5, 1.0]]))
     monkeypatch.setattr(bodies, "prove_part", lambda *_: undecided)
     monkeypatch.setattr(bodies, "counterexample", lambda *_: None)
     proof = prove_bodies(members, box, part_limit=2)

@@ -33,7 +33,7 @@ class Counterexample(NamedTuple):
 
 
 def counterexample(
-    members: Members, part: Part, starts: Array, family: Family | None = None
+    members: Members, part: Part, starts: Array, family: Family
 ) -> Counterexample | None:
     """Look for a counterexample in a box: its middle, and the body that is flattest at some points.
 
@@ -41,10 +41,10 @@ def counterexample(
         members: Builds the system of a member.
         part: The box of bodies.
         starts: Points at which the gradient of some body may be zero, shape (n, 3), rad.
-        family: The energies of the box, if they are known.
+        family: The energies of the box.
     """
     found = _shown_by(members, part.middle, starts)
-    if found is None and len(starts) and family is not None:
+    if found is None and len(starts):
         found = _shown_by(members, _flattest(family, part, starts), starts)
     return found
 

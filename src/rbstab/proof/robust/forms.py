@@ -85,9 +85,15 @@ def forms_of(members: Members, part: Part) -> Forms:
     if end is not None and end.constant is None:
         raise NoReducedEnergy(NoEnergyReason.STOP_VARIES)
     left = eliminated(weighted(total), size)
-    stop = None if end is None else float(np.nextafter(float(end.constant or 0), np.inf))
     used = frozenset(v - FIRST for v in total.variables if v >= FIRST)
+    stop = None if end is None or end.constant is None else _next_above(end.constant)
     return _collected(left, len(part.middle), used, stop)
+
+
+def _next_above(angle: Fraction) -> float:
+    """Return the least double above an angle: a face as thick as one double contains it."""
+    x = float(angle)
+    return x if Fraction(x) > angle else float(np.nextafter(x, np.inf))
 
 
 def _check_lengths(exact: System) -> None:

@@ -9,6 +9,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.proof.boxes import Box, Boxes, joined, one_box
 from rbstab.proof.enclosures.bounds import inverses
 from rbstab.proof.model import RANGE_END
+from rbstab.proof.regions.landscape import open_faces
 from rbstab.proof.robust.family import Family, Over
 from rbstab.proof.robust.heights import border_height
 from rbstab.proof.robust.minimum import Minimum, minimum_near
@@ -32,9 +33,8 @@ IsLate = Callable[[], bool]
 class PartProof:
     """What is proved for all bodies in one box.
 
-    If `proved`, each of them has exactly one rest state in the range of eq. 5. It is a minimum and
-    is in the enclosure of `minimum`, and U on the border is higher by at least `level`, J (0: not
-    proved).
+    If `proved`, each of them has exactly one rest state in the range of eq. 5. It is a minimum, and
+    U on the border is higher by at least `level`, J (0: not proved).
 
     doubtful are points at which the gradient of some energy of the family may be zero, shape
     (n, 3), rad; they show where to look for a second rest state.
@@ -43,7 +43,6 @@ class PartProof:
     proved: bool
     level: float
     examined: int
-    minimum: Minimum | None
     doubtful: Array
 
 
@@ -67,31 +66,24 @@ def prove_part(family: Family, near: Array, is_late: IsLate = lambda: False) -> 
     minimum = minimum_near(family, point)
     box = range_of(family)
     if minimum is None or not _inside(minimum.enclosure, box):
-        return PartProof(False, 0.0, 0, None, point[None])
+        return PartProof(False, 0.0, 0, point[None])
     examined = 0
-    for boxes, side in _regions(box, stopped=family.forms.stop is not None):
+    for boxes, side in _regions(family, box):
         search = _Search(family, minimum, side)
         search.run(boxes, is_late)
         examined += search.examined
         if len(search.doubtful):
-            return PartProof(
-                False, 0.0, examined, None, np.concatenate([point[None], search.doubtful])
-            )
+            doubtful = np.concatenate([point[None], search.doubtful])
+            return PartProof(False, 0.0, examined, doubtful)
     height = border_height(family, minimum.point, box, is_late)
-    return PartProof(
-        True, height.lower_bound, examined + height.examined, minimum, np.zeros((0, 3))
-    )
+    return PartProof(True, height.lower_bound, examined + height.examined, np.zeros((0, 3)))
 
 
-def _regions(box: Box, *, stopped: bool) -> Iterator[tuple[Boxes, int]]:
+def _regions(family: Family, box: Box) -> Iterator[tuple[Boxes, int]]:
     """Yield the range, and the faces at a stop, which can hold a body that would move on."""
     yield one_box(box), 0
-    for side in (-1, 1) if stopped else ():
-        face = one_box(box)
-        (face.lo if side > 0 else face.hi)[1] = side * box.hi[1]
-        # The stop lies between two doubles.
-        (face.lo if side > 0 else face.hi)[1] = np.nextafter(np.nextafter(side * box.hi[1], 0), 0)
-        yield face, side
+    for face, boxes in open_faces(box, [1]) if family.forms.stop is not None else ():
+        yield boxes, face[1]
 
 
 def _inside(inner: Box, outer: Box) -> bool:

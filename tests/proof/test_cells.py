@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from rbstab.proof.boxes import Box
 from rbstab.proof.regions.cells import DEEPEST, Cells
-from rbstab.proof.search import Box
 
 END = np.array([np.nextafter(np.pi, 4), np.nextafter(np.pi / 2, 2), np.nextafter(np.pi, 4)])
 RANGE = Box(-END, END)

@@ -9,13 +9,15 @@ from scipy.optimize import brentq
 from support.proofs import body_of, rest_states, unwrapped_rest_states
 from support.rest import HEAVY, inverted_pendulum, paper_system, random_rest_system
 
+from rbstab.proof.boxes import Box
 from rbstab.proof.confine import confined, parts_of
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.exact.expr import expr, variable
 from rbstab.proof.model import RANGE_END, Energy
 from rbstab.proof.regions.regions import regions_of
 from rbstab.proof.rest_points import SearchOutcome
-from rbstab.proof.search import Box, Search, newton
+from rbstab.proof.search import Search
+from rbstab.proof.zeros import newton
 
 X, Y, Z, W = (variable(k) for k in range(4))
 HALF = Fraction(1, 2)

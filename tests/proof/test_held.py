@@ -8,11 +8,12 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from rbstab.proof.boxes import Box
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.exact.expr import STEP, expr, variable
 from rbstab.proof.held import held_zeros, jumps, out_of_balance, zeros_at_stop
 from rbstab.proof.model import Energy
-from rbstab.proof.search import Box, Search
+from rbstab.proof.search import Search
 
 V = [variable(k) for k in range(3)]
 F = Fraction

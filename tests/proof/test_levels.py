@@ -8,11 +8,11 @@ from flint import arb, ctx
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rbstab.proof.boxes import Boxes
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.levels import Ranges, least_values, quadratic_range
 from rbstab.proof.exact.expr import expr, variable
 from rbstab.proof.model import Energy
-from rbstab.proof.search import Boxes
 
 FINITE = st.floats(-10, 10, allow_nan=False)
 PLACES = st.floats(0, 1)

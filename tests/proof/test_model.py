@@ -13,6 +13,7 @@ from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
 from rbstab.config.user_code.permission import without_code
 from rbstab.proof.enclosures.bounds import BoundedEnergy
+from rbstab.proof.enclosures.points import value_at
 from rbstab.proof.exact.expr import COS, STEP, atom, variable
 from rbstab.proof.exact.rewriting import with_known_steps
 from rbstab.proof.held import jumps
@@ -22,7 +23,6 @@ from rbstab.proof.model import (
     _with_one_step,
     eliminated,
     energy_of,
-    value_at,
 )
 from rbstab.proof.reasons import NoReducedEnergy
 from rbstab.proof.rest_states import Body

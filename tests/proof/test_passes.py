@@ -6,6 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from rbstab.proof.boxes import Box
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.levels import Ranges
 from rbstab.proof.exact.expr import variable
@@ -14,7 +15,7 @@ from rbstab.proof.regions.cells import Cells
 from rbstab.proof.regions.passes import Complex, Land
 from rbstab.proof.regions.regions import regions_of
 from rbstab.proof.regions.starts import RegionLevel, StartRegions
-from rbstab.proof.search import Box, Search
+from rbstab.proof.search import Search
 
 PI = np.nextafter(np.pi, 4)
 END = np.array([PI, np.nextafter(np.pi / 2, 2), PI])

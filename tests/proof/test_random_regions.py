@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from rbstab.proof.boxes import Box
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.exact.expr import variable
 from rbstab.proof.model import Energy
 from rbstab.proof.regions.landscape import is_minimum
 from rbstab.proof.regions.regions import regions_of
 from rbstab.proof.regions.starts import RegionLevel, StartRegions
-from rbstab.proof.search import Box, Search
+from rbstab.proof.search import Search
 
 END = np.array([np.nextafter(np.pi, 4), np.nextafter(np.pi / 2, 2), np.nextafter(np.pi, 4)])
 RANGE = Box(-END, END)

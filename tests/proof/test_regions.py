@@ -12,11 +12,12 @@ from support.rest import HEAVY, inverted_pendulum, paper_system, random_rest_sys
 
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
+from rbstab.proof.boxes import Box, Boxes
 from rbstab.proof.model import RANGE_END
 from rbstab.proof.regions.regions import regions_of as regions_in
 from rbstab.proof.regions.starts import RegionLevel, StartRegions
 from rbstab.proof.rest_points import SearchOutcome
-from rbstab.proof.search import Box, Boxes, Zeros
+from rbstab.proof.search import Zeros
 
 # Bodies with several minima, or whose lowest border point lies behind a saddle: variant, seed.
 SOFT = [("permanent", 4), ("visco-elastic", 4), ("visco-elastic", 8), ("visco-elastic", 10)]

@@ -10,9 +10,11 @@ import pytest
 from scipy.optimize import brentq
 
 from rbstab.proof import search
+from rbstab.proof.boxes import Box, Boxes
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.exact.expr import expr, variable
-from rbstab.proof.search import Box, Boxes, Search, isolated, newton
+from rbstab.proof.search import Search
+from rbstab.proof.zeros import isolated, newton
 
 X, Y, Z, W = (variable(k) for k in range(4))
 HALF = Fraction(1, 2)

@@ -2,10 +2,11 @@
 
 import numpy as np
 
+from rbstab.proof.boxes import Box
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.exact.expr import variable
 from rbstab.proof.model import COSINE
-from rbstab.proof.search import Box, Search
+from rbstab.proof.search import Search
 
 X, Y, Z = variable(0), variable(1), variable(2)
 END = np.nextafter(np.pi / 2, 4)

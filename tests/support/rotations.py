@@ -12,9 +12,10 @@ from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
 from rbstab.config.user_code.permission import without_code
+from rbstab.proof.boxes import Box
 from rbstab.proof.rotations.energy import RotationEnergy, rotation_energy
 from rbstab.proof.rotations.states import RestRotation
-from rbstab.proof.search import Box, Zero
+from rbstab.proof.zeros import Zero
 from rbstab.systems.system import System
 
 BODY = {"mass": 2, "inertia": [0.02, 0.03, 0.025], "contact_point": [0, 0, 0]}

@@ -15,13 +15,13 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box, joined, one_box
 from rbstab.proof.enclosures.bounds import UP, BoundedEnergy
 from rbstab.proof.enclosures.intervals import constant
 from rbstab.proof.enclosures.tied import bounds_of
 from rbstab.proof.exact.expr import COS, SIN, VAR, Atom, Expr, Monomial, atom
 from rbstab.proof.exact.rewriting import inverse_of_definite
 from rbstab.proof.model import RANGE_END, Energy
-from rbstab.proof.search import Box, Boxes, joined, one_box
 
 OUTER = (0, 2)
 """The angles θ1 and θ3, which are never wrapped."""
@@ -149,28 +149,17 @@ def _steepest(energy: Energy, end: float, enough: Array) -> Array:
         for _ in range(times):
             pending = pending.halved(np.full(pending.count, axis))
     reached, settled, examined = np.zeros(2), np.zeros(2), 0
-    while pending.count and examined < LIMIT:
+    while pending.count:
         boxes, pending = pending[slice(1024)], pending[slice(1024, None)]
-        examined += boxes.count
+        late, examined = examined >= LIMIT, examined + boxes.count
         b = p.over(boxes.lo, boxes.hi)
         with np.errstate(invalid="ignore"):
             at = np.abs(b.gradient.mid[places])
             reached = np.maximum(reached, np.where(np.isfinite(at), at, 0.0).max(axis=1))
         size = b.slopes.mag[places]
         wanted = np.maximum(enough, reached * (1 + TIGHT) + 1e-12)
-        done = np.all(size <= wanted[:, None], axis=0)
+        done = np.all(size <= wanted[:, None], axis=0) | late
         settled = np.maximum(settled, size[:, done].max(axis=1, initial=0.0))
         left = boxes[~done]
         pending = joined([left.halved((left.hi - left.lo).argmax(axis=0)), pending], 3)
-    if pending.count:
-        settled = np.maximum(settled, _over(p, pending)[places].max(axis=1))
     return np.asarray(settled * UP)
-
-
-def _over(p: BoundedEnergy, boxes: Boxes) -> Array:
-    """Bound the magnitudes of ∇p over boxes, shape (3, boxes)."""
-    found = [
-        p.over(boxes.lo[:, k : k + 1024], boxes.hi[:, k : k + 1024]).slopes.mag
-        for k in range(0, boxes.count, 1024)
-    ]
-    return np.concatenate(found, axis=1)

@@ -13,12 +13,14 @@ from dataclasses import replace
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box, Boxes, joined, one_box
 from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds, preconditioned
 from rbstab.proof.enclosures.intervals import Intervals, constant, product
 from rbstab.proof.exact.expr import STEP, VAR, Atom, atom, expr, variable
 from rbstab.proof.exact.rewriting import substituted
 from rbstab.proof.model import Energy
-from rbstab.proof.search import Box, Boxes, Search, Test, Zero, Zeros, index_of, newton
+from rbstab.proof.search import Search, Test, Zeros
+from rbstab.proof.zeros import Zero, have_zeros, index_of, newton
 
 LAMBDA = 1000
 """The number of the variable λ."""
@@ -111,7 +113,8 @@ class _Surface:
         """Prove that the body rests at exactly one point near this one."""
         lo, hi = x[:3, None] - RADII, x[:3, None] + RADII
         near = x[3] - 10 * RADII, x[3] + 10 * RADII
-        small = self.energy.over(np.vstack([lo, near[0]]), np.vstack([hi, near[1]]))
+        ends = np.vstack([lo, near[0]]), np.vstack([hi, near[1]])
+        small = self.energy.over(*ends)
         normal = self.argument.at(x[:3, None])[1][:, 0]
         with np.errstate(all="ignore"):
             # On both sides of the surface U has slopes across it, of opposite signs.
@@ -125,12 +128,7 @@ class _Surface:
             wide = self.energy.over(np.vstack([lo, low]), np.vstack([hi, high]))
             _, _, _, hessian = preconditioned(wide)
             unique = np.all(np.einsum("ijm,jm->im", hessian, wide.radius) * UP < wide.radius, 0)
-            step, error, mean, _ = preconditioned(small)
-            image = np.abs(step) + error + np.einsum("ijm,jm->im", mean, small.radius)
-            ends = np.vstack([lo, near[0]]), np.vstack([hi, near[1]])
-            inner = np.minimum(ends[1] - small.centre, small.centre - ends[0])
-            exists = np.all(image * UP < np.nextafter(inner, -np.inf), axis=0)
-            exists &= (near[0] > 0) & (near[1] < 1)
+            exists = have_zeros(small, *ends) & (near[0] > 0) & (near[1] < 1)
         domains = unique & (pulls | pushes)
         good = np.flatnonzero(domains & exists)
         if not len(good):
@@ -180,7 +178,7 @@ def _along(normal: Array, g: Intervals) -> Intervals:
     return Intervals(mid - rad, mid + rad)
 
 
-def zeros_at_stop(energy: Energy, box: Box, limit: int = FACE_LIMIT) -> list[Zeros]:
+def zeros_at_stop(energy: Energy, box: Box) -> list[Zeros]:
     """Return the rest states at each end of θ2 that a stop holds, proved or not.
 
     They are the zeros of ∂U/∂θ1 and ∂U/∂θ3 on the face at which U falls outwards. Their boxes have
@@ -188,10 +186,10 @@ def zeros_at_stop(energy: Energy, box: Box, limit: int = FACE_LIMIT) -> list[Zer
     """
     if energy.stop is None:
         return []
-    return [_zeros_on_face(energy, box, side, limit) for side in (-1, 1)]
+    return [_zeros_on_face(energy, box, side) for side in (-1, 1)]
 
 
-def _zeros_on_face(energy: Energy, box: Box, side: int, limit: int) -> Zeros:
+def _zeros_on_face(energy: Energy, box: Box, side: int) -> Zeros:
     assert energy.stop is not None
     angle = constant(side * energy.stop)
     ends = np.array([[float(angle.lo)], [float(angle.hi)]])
@@ -214,10 +212,10 @@ def _zeros_on_face(energy: Energy, box: Box, side: int, limit: int) -> Zeros:
         return outwards(boxes).lo > 0
 
     flat = Box(box.lo[[0, 2]], box.hi[[0, 2]])
-    found = Search(on_face, flat, also=leaves).run(limit)
+    found = Search(on_face, flat, also=leaves).run(FACE_LIMIT)
     zeros, undecided = list[Zero](), [whole_boxes(found.undecided)]
     for zero in found.zeros:
-        place = Boxes(zero.enclosure.lo[:, None], zero.enclosure.hi[:, None])
+        place = one_box(zero.enclosure)
         slope, at = outwards(place), whole_boxes(place)
         if slope.hi[0] < 0:
             point = np.array([zero.point[0], side * float(energy.stop), zero.point[1]])
@@ -227,7 +225,4 @@ def _zeros_on_face(energy: Energy, box: Box, side: int, limit: int) -> Zeros:
             )
         elif not slope.lo[0] > 0:
             undecided.append(at)
-    left = Boxes(
-        np.concatenate([u.lo for u in undecided], 1), np.concatenate([u.hi for u in undecided], 1)
-    )
-    return Zeros(tuple(zeros), left, found.examined, found.family)
+    return Zeros(tuple(zeros), joined(undecided, 3), found.examined, found.family)

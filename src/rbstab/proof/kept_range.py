@@ -15,6 +15,7 @@ import numpy as np
 from rbstab.elements.guards.soft_guards import SoftGuard
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import PITCH
+from rbstab.proof.boxes import Box, joined
 from rbstab.proof.confine import confined, end_of_pitch
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.intervals import Intervals
@@ -22,7 +23,7 @@ from rbstab.proof.enclosures.levels import Ranges, least_values
 from rbstab.proof.exact.expr import Expr, expr, variable
 from rbstab.proof.model import RANGE_END, Energy
 from rbstab.proof.regions.landscape import open_faces
-from rbstab.proof.search import Box, Search, joined
+from rbstab.proof.search import Search
 
 LIMIT = 60_000
 """Boxes beyond the soft angle at which the search stops."""

@@ -15,6 +15,7 @@ import numpy as np
 from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.elements.element import Element
 from rbstab.elements.ligament import Ligament
+from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.exact.expr import (
     COS,
@@ -30,6 +31,7 @@ from rbstab.proof.exact.expr import (
     only,
     summed,
     variable,
+    variables,
 )
 from rbstab.proof.exact.lengths import with_lengths_apart, with_squares
 from rbstab.proof.exact.rewriting import (
@@ -42,6 +44,7 @@ from rbstab.proof.exact.rewriting import (
     with_outlined_steps,
 )
 from rbstab.proof.passive.passive import first_jump
+from rbstab.proof.passive.statements import own_numbers
 from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
 
@@ -131,25 +134,27 @@ def stored_energy(system: System, exact_system: ExactSystem) -> Stored:
     """Return the stored energy of a system as one expression; arguments as for `energy_of`."""
     at_rest = configurations(system)
     exact = configurations(_exact(system, exact_system))
-    q = np.array([variable(k) for k in range(at_rest.size)], dtype=object)
-    motion, own = exact.motion(q), q[at_rest.pose_size :]
-    total, begin, stop = expr(0), 0, None
+    q = variables(range(at_rest.size))
+    motion, total, stop = exact.motion(q), expr(0), None
     elements: list[Any] = list(exact.system.elements)
-    for given, element in zip(system.elements, elements, strict=True):
-        mine = own[begin : begin + element.state_size]
-        begin += element.state_size
+    for given, element in zip(at_rest.system.elements, elements, strict=True):
+        mine = q[own_numbers(at_rest, given)]
         if element.holds:  # a stop: it stores nothing, and ends the range
             at_stop: Any = element
             stop = expr(at_stop.angle)
             continue
         acting = element
         if element.mode_count:
-            smooth = _first_jump(at_rest, given)
-            modes = [expr(g).step(smooth) for g in element.guards(motion, mine)]
-            acting = replace(acting, mode=np.array(modes, dtype=object))
+            acting = with_steps(element, motion, mine, _first_jump(at_rest, given))
         total = total + acting.stored(motion, mine)
     total = with_known_steps(_with_one_step(total))
     return Stored(_by_half_angles(total), at_rest.size, stop)
+
+
+def with_steps(element: Any, motion: Motion, own: Array, smooth: int) -> Any:
+    """Return an element with steps of its event functions as its modes; `smooth` as for `step`."""
+    steps = [expr(g).step(smooth) for g in element.guards(motion, own)]
+    return replace(element, mode=np.array(steps, dtype=object))
 
 
 def _first_jump(at_rest: Configurations, element: Element) -> int:
@@ -277,13 +282,3 @@ def _poles(U: Expr) -> set[int]:
 
 def _divisors(e: Expr) -> set[Atom]:
     return {a for m in e.terms for a, p in m if p < 0}
-
-
-def value_at(e: Expr, q: Array) -> float:
-    """Return the value of an expression at numbers of its variables, to round-off."""
-    from rbstab.proof.enclosures.intervals import Intervals
-    from rbstab.proof.enclosures.taylor import Compiled
-
-    compiled = Compiled([e], 0, {}, 0)
-    values = compiled(lambda k: Intervals(np.full((1, 1), q[k]), np.full((1, 1), q[k])))
-    return float(values.dense(0, 1).mid[0, 0])

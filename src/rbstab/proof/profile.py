@@ -8,8 +8,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import PITCH
 from rbstab.proof.confine import OUTER
 from rbstab.proof.enclosures.bounds import BoundedEnergy
-from rbstab.proof.enclosures.intervals import Intervals
-from rbstab.proof.enclosures.taylor import Compiled
+from rbstab.proof.enclosures.points import values_at
 from rbstab.proof.exact.expr import Expr, only
 from rbstab.proof.model import COSINE, HALVES, Energy
 
@@ -70,16 +69,9 @@ def _line(end: float) -> Array:
 
 def _values(U: Expr, Theta: Array) -> Array:
     """Return U at points, J, with 0 for all variables but Θ: U is near its least there."""
-    compiled = Compiled([U], 0, {}, 0)
-
-    def at(points: Array) -> Array:
-        def leaf(k: int) -> Intervals:
-            x = points[k][None] if k < len(points) else np.zeros_like(points[:1])
-            return Intervals(x, x)
-
-        return compiled(leaf).dense(0, points.shape[1]).mid[0]
-
-    parts = [at(Theta[:, k : k + BATCH]) for k in range(0, Theta.shape[1], BATCH)]
+    q = np.zeros((1 + max(U.variables | {2}), Theta.shape[1]))
+    q[:3] = Theta
+    parts = [values_at(U, q[:, k : k + BATCH]) for k in range(0, Theta.shape[1], BATCH)]
     return np.concatenate(parts)
 
 

@@ -46,6 +46,12 @@ class NoEnergyReason(Enum):
     NO_LENGTH = (
         "the line of a spring may have no length at some attitude, and then its force no direction"
     )
+    # The following are about all bodies within tolerances.
+    CODE = "the code of a user is not made of formulas that a proof can follow"
+    NOT_QUADRATIC = "the energy is not a quadratic function of X and D with constant stiffness"
+    DIVISOR = "a divisor may be zero for some body"
+    STOP_VARIES = "the angle of a stop has a tolerance"
+    NO_LENGTH_OF_SOME = "a spring of some body may have no length at some attitude"
 
 
 SEARCHED_INSTEAD = frozenset(
@@ -78,15 +84,21 @@ def reject(system: System) -> None:
         raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, why)
 
 
-def _reasons(system: System) -> Iterator[NoEnergyReason]:
-    if not all(in_proofs(one) for one in system.elements if one.from_user):
-        yield NoEnergyReason.USER_CODE
+def without_potential(system: System) -> Iterator[NoEnergyReason]:
+    """Yield why elements of the program have no potential: they slide, or supply power."""
     if system.supplies:
         yield NoEnergyReason.SUPPLIES
     for element in system.elements:
         if isinstance(element, SlidingConnector):
             on_position = element.rate_weight == 0
             yield NoEnergyReason.NOT_SMOOTH if on_position else NoEnergyReason.NO_POTENTIAL
+
+
+def _reasons(system: System) -> Iterator[NoEnergyReason]:
+    if not all(in_proofs(one) for one in system.elements if one.from_user):
+        yield NoEnergyReason.USER_CODE
+    yield from without_potential(system)
+    for element in system.elements:
         if element.mode_count and not (element.from_user or isinstance(element, SWITCHING)):
             yield NoEnergyReason.SWITCHES
         # Without a rest length, nothing in the energy shows that the force of the damper has no

@@ -25,7 +25,6 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.mechanics.numbers import Array
 from rbstab.proof.exact.expr import (
     FUNCTIONS,
     LET,
@@ -42,7 +41,8 @@ from rbstab.proof.exact.expr import (
 )
 from rbstab.proof.exact.rewriting import with_outlined_steps
 from rbstab.proof.model import Energy
-from rbstab.proof.search import Box, Boxes, Zero, Zeros, joined, one_box
+from rbstab.proof.search import Zeros
+from rbstab.proof.zeros import Zero
 
 FORMAT = 1
 """The number of this format."""
@@ -281,50 +281,6 @@ def _state(zero: Zero) -> Record:
     if zero.ridge:
         found["ridge"] = True
     return found
-
-
-def read_claims(record: Mapping[str, Any]) -> Claims:
-    """Return the claims of one range of a record; what is not stored of a zero is not known.
-
-    Its domain is its enclosure then, its point the middle of that, and its energy not a number.
-
-    Raises:
-        WrongRecordError: It is no record of claims.
-    """
-    try:
-        boxes = [one_box(_box(one)) for one in record.get("undecided", [])]
-        undecided: Boxes = joined(boxes, 3)
-        zeros = Zeros(tuple(_zero(one) for one in record["states"]), undecided, 0)
-        if record["complete"] != zeros.proved:
-            raise ValueError("a list is complete exactly if it has no undecided boxes")
-        first, second, third = record["end"]
-        return Claims(
-            zeros,
-            (first, second, third),
-            bool(record.get("everywhere", False)),
-            record.get("level"),
-            {int(k): float(level) for k, level in record.get("regions", [])},
-            bool(record.get("every_start", False)),
-        )
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise WrongRecordError(f"the claims cannot be read: {error}") from error
-
-
-def _box(corners: Sequence[Sequence[float]]) -> Box:
-    low, high = (np.array(one, dtype=float) for one in corners)
-    if low.shape != (3,) or high.shape != (3,):
-        raise ValueError("a box has another number of angles")
-    return Box(low, high)
-
-
-def _zero(record: Mapping[str, Any]) -> Zero:
-    box = _box(record["enclosure"])
-    point: Array = 0.5 * box.lo + 0.5 * box.hi
-    # Of the surface on which the body is held, nothing more is stored.
-    normal = np.full(3, np.nan) if record.get("held") else None
-    return Zero(
-        point, box, box, record["index"], float("nan"), normal, ridge=bool(record.get("ridge"))
-    )
 
 
 def record_of(energy: Energy, claims: Sequence[Claims]) -> Record:

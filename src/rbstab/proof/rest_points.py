@@ -5,7 +5,9 @@ from enum import Enum
 
 from rbstab.analysis.rest_state import RestState
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.search import Box, Zero, Zeros
+from rbstab.proof.boxes import Box
+from rbstab.proof.search import Zeros
+from rbstab.proof.zeros import Zero
 
 
 class SearchOutcome(Enum):

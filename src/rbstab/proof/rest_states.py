@@ -8,29 +8,21 @@ from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.rest_state import held_at_kink, rest_state_at
 from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box, Boxes, joined, one_box
 from rbstab.proof.confine import confined, end_of_pitch
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.levels import Ranges, least_values
+from rbstab.proof.enclosures.points import value_at
 from rbstab.proof.enclosures.tied import TiedBounds, bounds_of
 from rbstab.proof.exact.expr import COS, SIN, VAR
 from rbstab.proof.held import held_zeros, jumps, out_of_balance, zeros_at_stop
-from rbstab.proof.model import RANGE_END, Energy, ExactSystem, NoMinimumError, energy_of, value_at
+from rbstab.proof.model import RANGE_END, Energy, ExactSystem, NoMinimumError, energy_of
 from rbstab.proof.passive.passive import first_jump
 from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy, reject
 from rbstab.proof.regions.regions import Regions, regions_of
 from rbstab.proof.rest_points import RestPoint, RestStates, SearchOutcome
-from rbstab.proof.search import (
-    FAMILY_TRIES,
-    SINGULAR,
-    Box,
-    Boxes,
-    Search,
-    Zero,
-    Zeros,
-    joined,
-    newton,
-    one_box,
-)
+from rbstab.proof.search import FAMILY_TRIES, SINGULAR, Search, Zeros
+from rbstab.proof.zeros import Zero, newton
 from rbstab.systems.system import System
 
 STARTS = 256

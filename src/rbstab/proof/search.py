@@ -5,31 +5,21 @@ or if it lies where a proved zero is the only one. All others are cut down to th
 operator, and halved.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.enclosures.bounds import (
-    UP,
-    BoundedEnergy,
-    Bounds,
-    Matrices,
-    inverses,
-    preconditioned,
-)
-from rbstab.proof.enclosures.index import proved_index
-
-RADII = np.geomspace(1e-15, 2.0, 160)
-"""The radii of the boxes about a point, of which one is proved to have a single zero."""
+from rbstab.proof.boxes import Box, Boxes, joined, one_box
+from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds, preconditioned
+from rbstab.proof.zeros import Zero, isolated, newton
 
 BATCH = 1024
 """Boxes that are bounded at once; a quarter of it with free variables, whose series are longer."""
 
 SMALLEST = 2e-7
-"""The size of a box, relative to the scale of each variable, that is not halved any more."""
+"""The size of a box that is not halved any more."""
 
 LONGEST_PAUSE = 15
 """After so many batches of boxes at most, Newton's method is tried again."""
@@ -58,132 +48,6 @@ AT_BORDER = 1e-6
 """At the ends of the range the angles themselves may be singular."""
 
 
-class Box(NamedTuple):
-    """A box from lo to hi, both of shape (n,)."""
-
-    lo: Array
-    hi: Array
-
-    def contains(self, x: Array) -> bool:
-        """Return whether a point lies in it."""
-        return bool(np.all((x >= self.lo) & (x <= self.hi)))
-
-
-@dataclass(frozen=True, eq=False)
-class Boxes:
-    """Boxes from lo to hi, both of shape (n, boxes)."""
-
-    lo: Array
-    hi: Array
-
-    def __iter__(self) -> Iterator[Array]:
-        """Yield lo and hi."""
-        return iter((self.lo, self.hi))
-
-    @property
-    def count(self) -> int:
-        """Their number."""
-        return int(self.lo.shape[1])
-
-    def __getitem__(self, place: Array | slice) -> "Boxes":
-        """Return some of them."""
-        return Boxes(self.lo[:, place], self.hi[:, place])
-
-    def within(self, outer: Box) -> Array:
-        """Return which of them lie in a box."""
-        return np.asarray(
-            np.all((self.lo >= outer.lo[:, None]) & (self.hi <= outer.hi[:, None]), axis=0)
-        )
-
-    def touch(self, other: Box) -> Array:
-        """Return which of them have a point in common with a box."""
-        return np.asarray(
-            np.all((self.lo <= other.hi[:, None]) & (self.hi >= other.lo[:, None]), axis=0)
-        )
-
-    def halved(self, axis: Array) -> "Boxes":
-        """Return both halves of each, along its axis."""
-        columns = np.arange(self.count)
-        middle = 0.5 * self.lo[axis, columns] + 0.5 * self.hi[axis, columns]
-        below, above = self.hi.copy(), self.lo.copy()
-        below[axis, columns] = above[axis, columns] = middle
-        return joined([Boxes(self.lo, below), Boxes(above, self.hi)], len(self.lo))
-
-
-def joined(parts: Sequence[Boxes], n: int) -> Boxes:
-    """Return the boxes of all parts, of n axes."""
-    none = np.zeros((n, 0))
-    return Boxes(
-        np.concatenate([none, *(part.lo for part in parts)], 1),
-        np.concatenate([none, *(part.hi for part in parts)], 1),
-    )
-
-
-def hulls(boxes: Boxes) -> Boxes:
-    """Merge boxes that touch into their hulls, which cover all of them; they have three axes."""
-    for axis in range(3):
-        boxes = _rows_joined(boxes, axis)
-    found = list[Boxes]()
-    while boxes.count:
-        hull, members = boxes[slice(1)], boxes.touch(Box(boxes.lo[:, 0], boxes.hi[:, 0]))
-        while members.any():
-            taken = joined([hull, boxes[members]], 3)
-            lo, hi = taken.lo.min(axis=1), taken.hi.max(axis=1)
-            hull, boxes = one_box(Box(lo, hi)), boxes[~members]
-            members = boxes.touch(Box(lo, hi))
-        found.append(hull)
-    return joined(found, 3)
-
-
-def _rows_joined(boxes: Boxes, axis: int) -> Boxes:
-    """Return one box for each row of boxes along an axis that touch and are equal in the others.
-
-    A search leaves thousands of boxes that fill a part of the range; few remain.
-    """
-    others = [k for k in range(3) if k != axis]
-    across = np.concatenate([boxes.lo[others], boxes.hi[others]])
-    order = np.lexsort([boxes.lo[axis], *across])
-    lo, hi, across = boxes.lo[:, order], boxes.hi[:, order], across[:, order]
-    goes_on = np.all(across[:, 1:] == across[:, :-1], axis=0) & (lo[axis, 1:] <= hi[axis, :-1])
-    starts = np.flatnonzero(np.concatenate([[True], ~goes_on])[: boxes.count])
-    if not len(starts):
-        return boxes
-    return Boxes(lo[:, starts], np.maximum.reduceat(hi, starts, axis=1))
-
-
-def one_box(box: Box) -> Boxes:
-    """Return one box as boxes."""
-    return Boxes(box.lo[:, None].astype(float), box.hi[:, None].astype(float))
-
-
-@dataclass(frozen=True, eq=False)
-class Zero:
-    """A zero of ∇V.
-
-    Args:
-        point: A point near it, shape (n,).
-        enclosure: A box that contains exactly this zero.
-        domain: A wider box in which there is no other.
-        index: The number of negative eigenvalues of ∇²V there; None if it is not proved.
-        energy: V near it, J.
-        normal: Across the surface at which a force that jumps holds the body; None elsewhere.
-        ridge: Whether this force pushes away.
-    """
-
-    point: Array
-    enclosure: Box
-    domain: Box
-    index: int | None
-    energy: float
-    normal: Array | None = None
-    ridge: bool = False
-
-    @property
-    def held(self) -> bool:
-        """Whether a force that jumps holds the body there."""
-        return self.normal is not None
-
-
 @dataclass(frozen=True, eq=False)
 class Zeros:
     """The zeros of ∇V in a box, in the order of V.
@@ -210,72 +74,6 @@ class Zeros:
         return self.undecided.count == 0
 
 
-def newton(
-    energy: BoundedEnergy,
-    starts: Array,
-    steps: int = 30,
-    known: Callable[[Array], Array] | None = None,
-) -> tuple[Array, Array]:
-    """Follow Newton's method from points of shape (n, points); return the ends and last steps.
-
-    It moves in all variables at once, from where U is least over z. It ends when each point is at
-    a zero, or where `known` says so.
-    """
-    z = energy.minimiser(starts).z if energy.k else np.zeros((0, starts.shape[1]))
-    x, last = np.concatenate([starts, z]), np.full(starts.shape[1], np.inf)
-    with np.errstate(all="ignore"):
-        for _ in range(steps):
-            _, g, H = energy.at_all(x[: energy.n], x[energy.n :])
-            step, error = _newton_steps(H, g)
-            last = np.maximum(np.abs(step).max(axis=0), error)
-            step = step * np.minimum(1.0, 0.5 / np.maximum(last, 1e-300))
-            x = x - np.where(np.isfinite(step), step, 0.0)
-            left = last > 1e-13
-            if not np.any(left if known is None else left & ~known(x[: energy.n])):
-                break
-    return x[: energy.n], last
-
-
-def _newton_steps(H: Array, g: Array) -> tuple[Array, Array]:
-    """Return H⁻¹g for each point, and 0; for a singular H the shortest step, and what it leaves."""
-    step, left = np.einsum("ijm,jm->im", inverses(H), g), np.zeros(g.shape[1])
-    known = np.all(np.isfinite(H), axis=(0, 1)) & np.all(np.isfinite(g), axis=0)
-    for k in np.flatnonzero(known & ~np.all(np.isfinite(step), axis=0)):  # as in a family
-        step[:, k] = np.linalg.pinv(H[:, :, k], hermitian=True) @ g[:, k]
-        size = max(np.abs(H[:, :, k]).max(), 1e-300)
-        left[k] = np.abs(H[:, :, k] @ step[:, k] - g[:, k]).max() / size
-    return step, left
-
-
-def isolated(energy: BoundedEnergy, point: Array) -> Zero | None:
-    """Prove that there is exactly one zero near a point; None if no box about it shows this."""
-    lo = np.nextafter(point[:, None] - RADII, -np.inf)
-    hi = np.nextafter(point[:, None] + RADII, np.inf)
-    b = energy.over(lo, hi)
-    step, error, mean, hessian = preconditioned(b)
-    with np.errstate(all="ignore"):
-        unique = hessian.sum(axis=1).max(axis=0) * UP < 1
-        image = np.abs(step) + error + np.einsum("ijm,jm->im", mean, b.radius)
-        inner = np.minimum(hi - b.centre, b.centre - lo)
-        exists = np.all(image * UP < np.nextafter(inner, -np.inf), axis=0)
-    both = np.flatnonzero(unique & exists)
-    if not len(both):
-        return None
-    e, d = int(both[0]), int(np.flatnonzero(unique)[-1])
-    return Zero(
-        point,
-        Box(lo[:, e], hi[:, e]),
-        Box(lo[:, d], hi[:, d]),
-        index_of(b.hessian, e),
-        float(b.value.mid[e]),
-    )
-
-
-def index_of(hessian: Matrices, k: int) -> int | None:
-    """Return the proved number of negative eigenvalues of the k-th matrix, or None."""
-    return proved_index(hessian.mid[:, :, k], hessian.rad[:, :, k] * UP)
-
-
 Test = Callable[[Boxes, Bounds], Array]
 """One more reason why boxes contain no zero: returns which."""
 
@@ -286,24 +84,21 @@ class Search:
     Args:
         energy: V.
         box: The box.
-        scale: The size of each variable; the widest relative to it is halved.
         known: Zeros that are proved already.
         also: One more reason why boxes contain no zero.
         across: Whether a zero that may lie on the border counts too, and is not left undecided.
     """
 
-    def __init__(  # noqa: PLR0913 (what a search may be given besides V)
+    def __init__(
         self,
         energy: BoundedEnergy,
         box: Box,
         *,
-        scale: Array | None = None,
         known: Sequence[Zero] = (),
         also: Test | None = None,
         across: bool = False,
     ) -> None:
         self.energy, self.box, self.also, self.across = energy, box, also, across
-        self.scale = np.ones(len(box.lo)) if scale is None else scale
         self.zeros: list[Zero] = list(known)
         self.failed: list[Array] = []
         self.ambiguous: list[Box] = []
@@ -470,7 +265,7 @@ class Search:
 
     def _split(self, boxes: Boxes, mean: Array, radius: Array) -> tuple[Boxes, Boxes]:
         """Halve boxes along the axis that spoils Krawczyk's operator most, if it is not narrow."""
-        width = (boxes.hi - boxes.lo) / self.scale[:, None]
+        width = boxes.hi - boxes.lo
         tiny = width.max(axis=0, initial=0.0) < SMALLEST
         small, boxes, width = boxes[tiny], boxes[~tiny], width[:, ~tiny]
         if not boxes.count:

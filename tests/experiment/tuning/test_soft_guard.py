@@ -88,7 +88,9 @@ def test_what_is_not_decided_says_why():
     soft = soft_guard(config(soft=0.15), "stiff")
     assert soft.config is not None
     assert soft.kept.states == ()
-    assert soft.kept.convergence == "not decided: a rest state beyond the soft angle is not excluded"
+    assert (
+        soft.kept.convergence == "not decided: a rest state beyond the soft angle is not excluded"
+    )
     start = ["initial.orientation=[0, 1.5707963267, 0]", "integration.range_bound=1e-12"]
     close = soft_guard(load_config(config(), start), "stiff")
     assert close.reason == "the start is too close to θ2 = ±π/2 for a soft guard"

@@ -10,8 +10,8 @@ from rbstab.analysis.configuration import configurations
 from rbstab.experiment.stored_proof.rotations import angles_of
 from rbstab.mechanics.attitude import rotation
 from rbstab.proof.enclosures.bounds import BoundedEnergy
+from rbstab.proof.enclosures.points import value_at
 from rbstab.proof.exact.expr import expr, variable
-from rbstab.proof.model import value_at
 from rbstab.proof.rotations.energy import ENTRIES
 from rbstab.proof.rotations.forms import in_chart, parts, rotation_form
 from rbstab.proof.rotations.lists import configuration_at

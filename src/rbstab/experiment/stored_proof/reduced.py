@@ -14,7 +14,7 @@ from rbstab.mechanics.numbers import Array
 if TYPE_CHECKING:
     from rbstab.analysis.descents.searched import SearchedState
     from rbstab.proof.model import Energy
-    from rbstab.proof.regions.landscape import Face
+    from rbstab.proof.regions.passes import Face
     from rbstab.proof.regions.regions import Certified, Region, Regions
     from rbstab.proof.rest_points import RestPoint, RestStates
 
@@ -27,8 +27,8 @@ def searched_record(identity: str, states: "list[SearchedState]", outcome: str) 
         states: The rest states.
         outcome: Why nothing is proved of them.
     """
+    from rbstab.proof.boxes import Box
     from rbstab.proof.rest_points import RestPoint
-    from rbstab.proof.search import Box
 
     def state(one: "SearchedState") -> ProvedState:
         Theta = one.state.motion.Theta
@@ -73,7 +73,7 @@ def proof_record(identity: str, energy: "Energy", found: Found, unwrapped: Found
 
 def _entries(found: Found) -> dict[str, Any]:
     """Return the fields of `ProvedStates`."""
-    from rbstab.proof.search import hulls
+    from rbstab.proof.boxes import hulls
 
     rest, certified = found.rest, found.regions.certified
     undecided = hulls(rest.zeros.undecided)

@@ -187,8 +187,10 @@ def start_regions(proof: Proof, states: ProvedStates) -> "StartRegions | None":
 
 
 def _made_regions(stored: ProvedEnergy, states: ProvedStates, end: Array) -> "StartRegions":
+    from rbstab.proof.boxes import Box, joined, one_box
     from rbstab.proof.regions.starts import RegionLevel, StartRegions
-    from rbstab.proof.search import Box, Zero, Zeros, joined, one_box
+    from rbstab.proof.search import Zeros
+    from rbstab.proof.zeros import Zero
 
     zeros = []
     for state in states.states:

@@ -17,9 +17,10 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.enclosures.compiled import Compiled, derivatives
 from rbstab.proof.enclosures.intervals import Intervals, met, outward
 from rbstab.proof.enclosures.points import AtPoints, Point
-from rbstab.proof.enclosures.taylor import Compiled, Values, exponents
+from rbstab.proof.enclosures.taylor import Values, variables_over
 from rbstab.proof.exact.expr import Atom, Expr
 
 UP = 1 + 1e-12
@@ -28,6 +29,8 @@ UP = 1 + 1e-12
 ROUND_OFF = 1e-14
 """That of the entries of a product of two small matrices, relative to the sum of its terms."""
 
+
+NEWTON_STEPS = 60
 
 NEAR = 1e-8
 """Relative size of the last Newton step: the next would be round-off. What is left of it counts in
@@ -122,20 +125,7 @@ class BoundedEnergy:
         alone = {v: (j,) for j, v in enumerate(self.free)}
         self.of_free = Compiled([Expr(with_z)], self.k, alone, 2, self.least, self.free)
         self.evaluated = 0
-        _, place = exponents(total, order)
-        unit = np.eye(total, dtype=int)
-        self.first = [place[tuple(row.tolist())] for row in unit]
-        self.second = np.array([[place[tuple((a + b).tolist())] for b in unit] for a in unit])
-        self.first_of_free, self.second_of_free = _places(self.k)
-        self.twice = np.where(np.eye(total, dtype=bool), 2.0, 1.0)[:, :, None]
-        if order >= 3:
-            triples = np.array([[[a + b + c for c in unit] for b in unit] for a in unit])
-            flat = triples.reshape(-1, total)
-            self.third = np.array([place[tuple(row.tolist())] for row in flat]).reshape(
-                (total,) * 3
-            )
-            most = triples.max(axis=-1)
-            self.thrice = np.array([0.0, 1.0, 2.0, 6.0])[most][..., None]
+        self.first, self.second, self.third, _ = derivatives(total, order)
 
     # -- coefficients --------------------------------------------------------------------------
 
@@ -150,16 +140,14 @@ class BoundedEnergy:
         reach: Array | None = None,
         known: Values | None = None,
     ) -> Values:
-        boxes = lo.shape[1]
-        self.evaluated += boxes
+        self.evaluated += lo.shape[1]
         centre = 0.5 * lo + 0.5 * hi
         wide = np.maximum(hi - centre, centre - lo)
+        one, angles = np.ones(lo.shape[1]), variables_over(self.variables, lo, hi)
 
         def leaf(v: int) -> Intervals:
-            one = np.ones(boxes)
             if v in self.variables:
-                i = self.variables.index(v)
-                return Intervals(np.stack([lo[i], one]), np.stack([hi[i], one]))
+                return angles(v)
             j = self.free.index(v)
             assert least is not None
             assert Z is not None
@@ -168,30 +156,26 @@ class BoundedEnergy:
             slopes = np.stack([*least.C[j], one])
             return Intervals(np.concatenate([whole.lo, slopes]), np.concatenate([whole.hi, slopes]))
 
-        return compiled(leaf, about, reach, known)
+        return Values(compiled, leaf, about, reach, known)
 
     def _at(
         self, centre: Array, least: Minimiser | None = None, Z: Array | None = None
     ) -> tuple[Intervals, Values | None]:
-        """Return the coefficients at points, and all values there if bounds over boxes use them."""
+        """Return the derivatives at points, and all values there if bounds over boxes use them."""
         compiled = self.boxes if self.boxes.tightened else self.points
         values = self._values(compiled, centre, centre, least, Z)
-        return values.dense(0, centre.shape[1]), values if self.boxes.tightened else None
+        return values.derivatives(0, centre.shape[1]), values if self.boxes.tightened else None
 
-    def minimiser(self, points: Array, steps: int = 60) -> Minimiser:
+    def minimiser(self, points: Array) -> Minimiser:
         """Return z near the lowest point at some points of shape (n, points), to round-off."""
         count = points.shape[1]
         z = np.zeros((self.k, count))
         with np.errstate(all="ignore"):
             known = None
-            for _ in range(steps):
+            for _ in range(NEWTON_STEPS):
                 known = AtPoints(self.of_free, self._at_points(points, z, 0), known)
-                f = known.dense(0, count)
-                H = (
-                    f[self.second_of_free]
-                    * np.where(np.eye(self.k, dtype=bool), 2.0, 1.0)[..., None]
-                )
-                step = np.einsum("ijm,jm->im", inverses(H), f[self.first_of_free])
+                f, places = known.derivatives(0, count), derivatives(self.k, 2)
+                step = np.einsum("ijm,jm->im", inverses(f[places.second]), f[places.first])
                 step = np.where(np.isfinite(step), step, 0.0)
                 z = z - np.clip(step, -0.5, 0.5)
                 if np.abs(step).max(initial=0.0) < NEAR * (1 + np.abs(z).max(initial=0.0)):
@@ -215,8 +199,9 @@ class BoundedEnergy:
     def at_all(self, points: Array, z: Array) -> tuple[Array, Array, Array]:
         """Return U, ∇U and ∇²U by Θ and z at points (n, points) and z (free, points)."""
         with np.errstate(all="ignore"):
-            f = AtPoints(self.points, self._at_points(points, z, 1)).dense(0, points.shape[1])
-        return f[0], f[self.first], f[self.second] * self.twice
+            at = AtPoints(self.points, self._at_points(points, z, 1))
+            f = at.derivatives(0, points.shape[1])
+        return f[0], f[self.first], f[self.second]
 
     # -- bounds --------------------------------------------------------------------------------
 
@@ -229,16 +214,16 @@ class BoundedEnergy:
                 return self._reduced(lo, hi, centre, radius)
             at, about = self._at(centre)
             values = self._values(self.boxes, lo, hi, about=about, reach=radius)
-            return self._bounds(centre, radius, at, values.dense(0, lo.shape[1]), radius)
+            return self._bounds(centre, radius, at, values.derivatives(0, lo.shape[1]), radius)
 
     def _bounds(
         self, centre: Array, radius: Array, at: Intervals, over: Intervals, reach: Array
     ) -> Bounds:
         """Return bounds on U and its derivatives by all variables."""
-        H, at_centre = _times(over[self.second], self.twice), _times(at[self.second], self.twice)
+        H, at_centre = over[self.second], at[self.second]
         hessian, slope = Matrices(H.mid, H.rad), Matrices(H.mid, H.rad)
         if self.order >= 3:
-            T = over.mag[self.third] * self.thrice
+            T = over.mag[self.third]
             wide = np.einsum("ijkm,km->ijm", T, reach) * UP
             # Along the way from the centre, third derivatives by Θ count half in the mean.
             half = (wide - 0.5 * np.einsum("ijkm,km->ijm", T[:, :, : self.n], radius)) * UP
@@ -275,11 +260,11 @@ class BoundedEnergy:
         g = at[self.first]
         at_zero = 2 * np.einsum("ijm,jm->im", magnitude, g.mag[b]) * UP + 1e-18
         count, first = lo.shape[1], box(nothing)
-        drift = self._slopes_along(at, first.dense(0, count), radius)
+        drift = self._slopes_along(at, first.derivatives(0, count), radius)
         Z = 2 * np.einsum("ijm,jm->im", magnitude, drift) * UP + 2 * at_zero
         values = box(Z, first)
-        over = values.dense(0, count)
-        H = _times(over[self.second], self.twice)
+        over = values.derivatives(0, count)
+        H = over[self.second]
         E = _residual(least.inverse, Matrices(H.mid[b, b], H.rad[b, b]))
         image = np.einsum("ijm,jm->im", magnitude, self._slopes_along(at, over, radius))
         image = image + np.einsum("ijm,jm->im", E, Z)
@@ -312,8 +297,7 @@ class BoundedEnergy:
         )
         g = whole.gradient
         fall = (g.mag[b] * at_zero).sum(axis=0) * UP + unknown
-        H = _times(at[self.second], self.twice)
-        off = np.einsum("ijm,jm->im", H.mag[a, b], at_zero) * UP + unknown
+        off = np.einsum("ijm,jm->im", at.mag[self.second][a, b], at_zero) * UP + unknown
         # Over the way from ẑ to the minimiser the mixed derivatives are those of the box.
         off = np.maximum(off, np.einsum("ijm,jm->im", cross, at_zero) * UP)
         natural = whole.gradient_over
@@ -331,13 +315,12 @@ class BoundedEnergy:
     def _slopes_along(self, at: Intervals, over: Intervals, radius: Array) -> Array:
         """Bound |U_ζ(δ, 0)| over the boxes: at the centre, plus U_ζδ δ, plus ½ U_ζδδ δδ."""
         a, b = slice(0, self.n), slice(self.n, None)
-        wide = _times(over[self.second], self.twice).mag[b, a]
+        wide = over.mag[self.second][b, a]
         centre = at.mag[self.first][b]
         found = centre + np.einsum("ijm,jm->im", wide, radius)
         if self.order >= 3:
-            H = _times(at[self.second], self.twice).mag[b, a]
-            T = (over.mag[self.third] * self.thrice)[b, a, a]
-            by_third = centre + np.einsum("ijm,jm->im", H, radius)
+            T = over.mag[self.third][b, a, a]
+            by_third = centre + np.einsum("ijm,jm->im", at.mag[self.second][b, a], radius)
             by_third = by_third + 0.5 * np.einsum("ijkm,jm,km->im", T, radius, radius)
             found = np.fmin(found, by_third)
         return np.asarray(found * UP)
@@ -355,14 +338,6 @@ class BoundedEnergy:
         """Return the eigenvalues of ∇²V at one point of shape (n,), to round-off."""
         found: Array = np.linalg.eigvalsh(self.at(x[:, None])[2][:, :, 0])
         return found
-
-
-def _places(n: int) -> tuple[list[int], Array]:
-    """Return the places of the first and second derivatives among coefficients of order 2."""
-    _, place = exponents(n, 2)
-    unit = np.eye(n, dtype=int)
-    second = [[place[tuple((a + b).tolist())] for b in unit] for a in unit]
-    return [place[tuple(row.tolist())] for row in unit], np.array(second, dtype=int).reshape(n, n)
 
 
 def inverses(M: Array) -> Array:
@@ -394,11 +369,6 @@ def _sharper(natural: Matrices, at: Intervals, spread: Array) -> Matrices:
     radius = at.rad + spread * UP
     better = radius < natural.rad
     return Matrices(np.where(better, at.mid, natural.mid), np.where(better, radius, natural.rad))
-
-
-def _times(x: Intervals, factor: Array) -> Intervals:
-    """Return the product with 1 or 2, which is exact."""
-    return Intervals(x.lo * factor, x.hi * factor)
 
 
 def preconditioned(b: Bounds) -> tuple[Array, Array, Array, Array]:

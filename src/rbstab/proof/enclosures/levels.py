@@ -14,13 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Boxes, joined
 from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds
 from rbstab.proof.enclosures.intervals import TINY, Intervals
 from rbstab.proof.enclosures.tied import bounds_of
 from rbstab.proof.exact.expr import STEP, expr
 from rbstab.proof.exact.rewriting import substituted
 from rbstab.proof.model import Energy
-from rbstab.proof.search import Boxes, joined
 
 BATCH = 1024
 """Boxes that are bounded at once."""

@@ -4,16 +4,23 @@ They are those of `taylor` over boxes of no width. Newton's method and searches 
 them; what is proved afterwards does not depend on them.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import factorial
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.enclosures.compiled import (
+    Compiled,
+    Function,
+    Operation,
+    Sum,
+    Table,
+    derivatives,
+)
 from rbstab.proof.enclosures.intervals import Intervals
-from rbstab.proof.enclosures.taylor import Compiled, Function, Operation, Sum, Table
 from rbstab.proof.enclosures.univariate import coefficients
-from rbstab.proof.exact.expr import COS, OF, POSITIVE, SIN, STEP
+from rbstab.proof.exact.expr import COS, INNER, OF, POSITIVE, SIN, STEP, Expr
 
 Point = Callable[[int], Array]
 """A function that returns a variable at the points: its value and its slopes."""
@@ -45,6 +52,29 @@ class AtPoints:
         found = np.zeros((len(self.compiled.exponents), points))
         found[self.compiled.operations[k].support] = self.values[k]
         return found
+
+    def derivatives(self, number: int, points: int) -> Array:
+        """Return the derivatives α! f_α."""
+        factors = derivatives(self.compiled.n, self.compiled.order).factors
+        return np.asarray(self.dense(number, points) * factors)
+
+
+def variables_at(variables: Sequence[int], x: Array) -> Point:
+    """Return variables at points x, shape (variables, points), with slopes of 1."""
+    one = np.ones(x.shape[1])
+    return lambda v: np.stack([x[variables.index(v)], one])
+
+
+def values_at(e: Expr, q: Array) -> Array:
+    """Return an expression at points q of all its variables, shape (variables, points)."""
+    with np.errstate(all="ignore"):
+        at = AtPoints(Compiled([e], 0, {}, 0), lambda v: q[v][None])
+    return np.asarray(at.dense(0, q.shape[1])[0])
+
+
+def value_at(e: Expr, q: Array) -> float:
+    """Return an expression at one point q of all its variables."""
+    return float(values_at(e, q[:, None])[0])
 
 
 def _number(_: Compiled, one: Operation, __: list[Array]) -> Array:
@@ -85,20 +115,18 @@ def _function(compiled: Compiled, one: Operation, given: list[Array]) -> Array:
     g = _coefficients(detail, x[0], compiled.order)
     found = np.zeros((len(one.support), x.shape[1]))
     found[0] = g[0]
-    if len(detail.inner):
-        p = u = x[1:]
-        found[detail.inner] += g[1] * u
-        for k, (table, rows) in enumerate(zip(detail.tables, detail.rows, strict=True), start=2):
-            p = _times(table, p, u)
-            found[rows] += g[k] * p
+    u = p = x[1:]
+    for k, rows in enumerate(detail.rows, start=1):
+        if k > 1:
+            p = _times(detail.tables[k - 2], p, u)
+        found[rows] += g[k] * p
     return found
 
 
 def _coefficients(function: Function, x: Array, order: int) -> list[Array]:
     """Return g^(k)(x)/k! for k up to an order."""
     if function.kind == OF:
-        inner, variable = function.extra.compiled, np.stack([x, np.ones_like(x)])
-        return list(AtPoints(inner, lambda _: variable).dense(0, len(x)))
+        return list(AtPoints(function.extra, variables_at((INNER,), x[None])).dense(0, len(x)))
     if function.kind in {SIN, COS}:
         first = int(function.kind == COS)
         quarters = [x + (first + k) * np.pi / 2 for k in range(order + 1)]

@@ -128,7 +128,29 @@ def as_decimal(value: object) -> Fraction:
     raise TypeError(f"an expression takes no {type(value).__name__}")
 
 
-class Expr:
+class Functions:
+    """Functions of exact numbers that are made of sine, cosine and the exponential function."""
+
+    __slots__ = ()
+
+    def tan(self: Any) -> Any:
+        """Return its tangent."""
+        return self.sin() / self.cos()
+
+    def sinh(self: Any) -> Any:
+        """Return its hyperbolic sine."""
+        return (self.exp() - (-self).exp()) / 2
+
+    def cosh(self: Any) -> Any:
+        """Return its hyperbolic cosine."""
+        return (self.exp() + (-self).exp()) / 2
+
+    def tanh(self: Any) -> Any:
+        """Return its hyperbolic tangent."""
+        return 1 - 2 / ((2 * self).exp() + 1)
+
+
+class Expr(Functions):
     """Σ c Π atom^power.
 
     Args:
@@ -333,10 +355,6 @@ class Expr:
         """Return its cosine."""
         return self.function(COS)
 
-    def tan(self) -> "Expr":
-        """Return its tangent."""
-        return self.sin() / self.cos()
-
     def sqrt(self) -> "Expr":
         """Return its square root."""
         return self.function("sqrt")
@@ -352,18 +370,6 @@ class Expr:
     def atan(self) -> "Expr":
         """Return its arc tangent."""
         return self.function("atan")
-
-    def sinh(self) -> "Expr":
-        """Return its hyperbolic sine."""
-        return (self.exp() - (-self).exp()).scaled(Fraction(1, 2))
-
-    def cosh(self) -> "Expr":
-        """Return its hyperbolic cosine."""
-        return (self.exp() + (-self).exp()).scaled(Fraction(1, 2))
-
-    def tanh(self) -> "Expr":
-        """Return its hyperbolic tangent."""
-        return 1 - 2 / ((2 * self).exp() + 1)
 
     def step(self, smooth: int) -> "Expr":
         """Return 1 where it is positive, else 0.
@@ -392,6 +398,11 @@ def only(a: Atom) -> Expr:
 def variable(number: int) -> Expr:
     """Return the variable with a number."""
     return only(atom(VAR, number))
+
+
+def variables(places: Iterable[int]) -> np.ndarray[Any, Any]:
+    """Return variables as an array."""
+    return np.array([variable(k) for k in places], dtype=object)
 
 
 def as_factor(e: Expr) -> Expr:

@@ -19,7 +19,7 @@ import numpy as np
 
 from rbstab.analysis.exact import decimals
 from rbstab.mechanics.numbers import Array, power
-from rbstab.proof.exact.expr import meant
+from rbstab.proof.exact.expr import Functions, meant
 
 VARIABLE, PRODUCT, INVERSE = "variable", "product", "inverse"
 SINE, COSINE, EXPONENTIAL = "sin", "cos", "exp"
@@ -48,7 +48,7 @@ class Node:
     operands: tuple["Form", ...]
 
 
-class Form:
+class Form(Functions):
     """A number: a constant plus nodes with constant factors.
 
     Args:
@@ -130,22 +130,6 @@ class Form:
             return Form(self.graph, {}, 1 / self.constant)
         whole, factor = self._without_factor()
         return self.graph.node(INVERSE, whole)._scaled(1 / factor)
-
-    def tan(self) -> Any:
-        """Return the tangent."""
-        return self._function(SINE) / self._function(COSINE)
-
-    def sinh(self) -> Any:
-        """Return the hyperbolic sine."""
-        return (self._function(EXPONENTIAL) - (-self)._function(EXPONENTIAL)) * 0.5
-
-    def cosh(self) -> Any:
-        """Return the hyperbolic cosine."""
-        return (self._function(EXPONENTIAL) + (-self)._function(EXPONENTIAL)) * 0.5
-
-    def tanh(self) -> Any:
-        """Return the hyperbolic tangent."""
-        return 1.0 - 2.0 / ((self * 2.0)._function(EXPONENTIAL) + 1.0)
 
     def _function(self, kind: str) -> "Form":
         from flint import arb

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.enclosures.bounds import inverses
 from rbstab.proof.motion.rounding import error_of_inverse, error_of_products, rounded_up
 
 
@@ -33,17 +34,10 @@ def frames_of(matrices: Array) -> Frame:
     """Return frames, shape (..., n, n); errors are infinite where no inverse is proved."""
     identity = np.eye(matrices.shape[-1])
     usable = np.where(np.isfinite(matrices).all(axis=(-2, -1), keepdims=True), matrices, identity)
-    flat = usable.reshape(-1, *identity.shape)
-    inverse = np.array([_inverse(one) for one in flat]).reshape(matrices.shape)
+    # Without an inverse, zeros: then none is proved.
+    flat = np.nan_to_num(inverses(np.moveaxis(usable.reshape(-1, *identity.shape), 0, 2)))
+    inverse = np.moveaxis(flat, 2, 0).reshape(matrices.shape)
     return Frame(matrices, inverse, error_of_inverse(matrices, inverse))
-
-
-def _inverse(matrix: Array) -> Array:
-    try:
-        found: Array = np.linalg.inv(matrix)
-    except np.linalg.LinAlgError:  # the error of this is infinite
-        found = np.zeros_like(matrix)
-    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,26 +131,6 @@ def _product(first: Array, second: Array) -> Array:
     for k in range(terms):
         found[..., k : k + more, :, :] += first[..., k : k + 1, :, :] @ second
     return found
-
-
-def moved_frames(
-    flow: LinearFlow, frame: Frame, W: Array, apart: Array, scale: Array
-) -> tuple[Array, Array]:
-    """Return new frames, and radii in them, of all Φ(1)Qw + r with |w| <= W and |r| <= `apart`.
-
-    A radius that is not finite is no bound.
-
-    Args:
-        flow: Φ.
-        frame: Q.
-        W: Shape (..., n).
-        apart: Shape (..., n).
-        scale: The size of each state, shape (n,).
-    """
-    Phi_size = np.abs(flow.forward).sum(axis=-3)
-    return turned_frames(
-        flow.forward.sum(axis=-3), error_of_products(Phi_size), frame, (W, apart), scale
-    )
 
 
 def turned_frames(

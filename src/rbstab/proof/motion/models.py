@@ -139,13 +139,7 @@ class Models:
         c, u = self.polynomial[0, ..., 0], self._without_constant()
         sign = np.array([[1.0 if kind == EXPONENTIAL else -1.0] for kind in kinds])
         square = (u * u).scaled(sign)
-        both = Models(self.space, *(_twice(part, axis) for part, axis in _parts(square)))
-        half = np.repeat([0.0, 1.0], len(kinds))[:, np.newaxis]
-        found = both.scaled(0.0).plus(1.0)
-        for k in range(FUNCTION_TERMS, 0, -1):
-            n = 2 * k + half
-            found = (both * found).scaled(1.0 / (n * (n - 1))).plus(1.0)
-        even, odd = found[: len(kinds)], found[len(kinds) :] * u
+        even, odd = square.series(0), square.series(1) * u
         by_even, by_odd = _factors(kinds, c)
         # The rest of both series; and the factors, which are sines and cosines to `UNIT`.
         B, power = u.bound, 2 * FUNCTION_TERMS + 2
@@ -153,6 +147,13 @@ class Models:
         rest = (rest + 2 * UNIT * (even.bound + odd.bound)) * (np.abs(by_even) + np.abs(by_odd))
         total = even.scaled(by_even) + odd.scaled(by_odd)
         return Models(self.space, total.polynomial, rounded_up(total.remainder + rest))
+
+    def series(self, odd: int) -> "Models":
+        """Return Σ gᵏ/(2k)! for k up to `FUNCTION_TERMS`, or with `odd` = 1 Σ gᵏ/(2k + 1)!."""
+        found = self.scaled(0.0).plus(1.0)
+        for n in range(2 * FUNCTION_TERMS + odd, odd, -2):
+            found = (self * found).scaled(1.0 / (n * (n - 1))).plus(1.0)
+        return found
 
     def from_guess(self, kind: str, guess: Array) -> "Models":
         """Return 1/x, √x, log x or atan x of each model, near polynomials that need not be good.
@@ -253,14 +254,6 @@ def _quotient(above: Array, below: Array) -> Array:
     least = np.nextafter(below, -np.inf)
     found: Array = np.where(least > 0.0, rounded_up(above / least), np.inf)
     return found
-
-
-def _parts(models: Models) -> tuple[tuple[Array, int], tuple[Array, int]]:
-    return (models.polynomial, 1), (models.remainder, 0)
-
-
-def _twice(part: Array, axis: int) -> Array:
-    return np.concatenate([part, part], axis=axis)
 
 
 def _factors(kinds: list[str], c: Array) -> tuple[Array, Array]:

@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 from functools import cache, cached_property
-from itertools import combinations_with_replacement
 from math import comb
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.enclosures.compiled import exponents
 
 
 @dataclass(frozen=True)
@@ -27,17 +27,12 @@ class Monomials:
     @cached_property
     def exponents(self) -> tuple[tuple[int, ...], ...]:
         """The exponents of each monomial; those of a lower degree are the first ones."""
-        numbers = range(self.variables)
-        return tuple(
-            tuple(map(factors.count, numbers))
-            for degree in range(self.degree + 1)
-            for factors in combinations_with_replacement(numbers, degree)
-        )
+        return tuple(exponents(self.variables, self.degree)[0])
 
     @cached_property
     def place(self) -> dict[tuple[int, ...], int]:
         """The place of each monomial."""
-        return {exponents: index for index, exponents in enumerate(self.exponents)}
+        return exponents(self.variables, self.degree)[1]
 
     @cached_property
     def degrees(self) -> Array:
@@ -86,10 +81,10 @@ class Monomials:
             side: -1 or 1.
         """
         matrix = np.zeros((len(self), len(self)))
-        for column, exponents in enumerate(self.exponents):
-            n = exponents[variable]
+        for column, powers in enumerate(self.exponents):
+            n = powers[variable]
             for k in range(n + 1):
-                target = list(exponents)
+                target = list(powers)
                 target[variable] = k
                 row = self.place[tuple(target)]
                 matrix[row, column] = comb(n, k) * float(side) ** (n - k) / 2.0**n

@@ -34,12 +34,12 @@ from rbstab.proof.motion.linear_flow import (
     frames_of,
     linear_bounds,
     linear_flow,
-    moved_frames,
+    turned_frames,
 )
 from rbstab.proof.motion.models import UNIT, Models, evaluated
 from rbstab.proof.motion.monomials import Monomials, monomials_up_to
 from rbstab.proof.motion.motion_set import MotionSet
-from rbstab.proof.motion.rounding import LARGEST, rounded_up
+from rbstab.proof.motion.rounding import LARGEST, error_of_products, rounded_up
 from rbstab.proof.motion.series import node_series, summed
 
 ORDER = 16
@@ -167,7 +167,8 @@ def set_steps(
         b, W, found = _error_bounds(linear, start.radius, d, G, step.margin, share)
         size = rounded_up(np.abs(step.p).sum(axis=0).sum(axis=-1)).T
         beside = rounded_up(_times(linear.mismatch, b) + (len(step.p) + 1) * UNIT * size)
-        end = moved_frames(flow, frame, W, beside, scale)
+        Phi, error = flow.forward.sum(axis=-3), error_of_products(np.abs(flow.forward).sum(axis=-3))
+        end = turned_frames(Phi, error, frame, (W, beside), scale)
         entries = (frame.matrix, frame.inverse, flow.forward, flow.backward, J, G, *end)
         usable = np.all([_are_moderate(part) for part in entries], axis=0)
         usable = usable & found & (h > 0) & (size <= LARGEST).all(axis=-1)

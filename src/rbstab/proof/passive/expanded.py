@@ -11,7 +11,19 @@ from functools import cached_property
 from math import gcd, lcm
 from typing import TYPE_CHECKING
 
-from rbstab.proof.exact.expr import COS, LET, SIN, STEP, VAR, Atom, Expr, Monomial, atom, monomial
+from rbstab.proof.exact.expr import (
+    COS,
+    LET,
+    SIN,
+    STEP,
+    VAR,
+    Atom,
+    Expr,
+    Monomial,
+    atom,
+    monomial,
+    times,
+)
 from rbstab.proof.exact.rewriting import substituted
 
 if TYPE_CHECKING:
@@ -219,11 +231,8 @@ def _multiplied(e: Expr, factor: Monomial, kept: frozenset[Atom]) -> Expr:
     """Multiply a sum by a product, and multiply out the sums that stand as factors."""
     groups: dict[Monomial, dict[Monomial, Fraction]] = {}
     for m, c in e.terms.items():
-        powers = dict(m)
-        for a, p in factor:
-            powers[a] = powers.get(a, 0) + p
         sums, rest = dict[Atom, int](), dict[Atom, int]()
-        for a, p in powers.items():
+        for a, p in times(m, factor):
             if p > 0 and a.kind == LET and a not in kept:
                 sums[a] = p
             elif p > 1 and a.kind == "sqrt":

@@ -18,10 +18,8 @@ import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.elements.element import Element
-from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box, one_box
 from rbstab.proof.enclosures.bounds import BoundedEnergy
-from rbstab.proof.enclosures.intervals import Intervals
-from rbstab.proof.enclosures.taylor import Compiled
 from rbstab.proof.exact.expr import (
     COS,
     LET,
@@ -115,7 +113,7 @@ BOX_LIMIT = 20_000
 TAGS = 5000
 """The number of the first variable that stands for another expression."""
 
-END = np.nextafter([np.pi, np.pi / 2, np.pi], np.inf)[:, None]
+END = np.nextafter([np.pi, np.pi / 2, np.pi], np.inf)
 
 SOME_ATTITUDES = np.stack(
     [one.ravel() for one in np.meshgrid([-2.4, -0.8, 0.8, 2.4], [-1, 0, 1], [-2.4, -0.8, 0.8, 2.4])]
@@ -235,31 +233,15 @@ def _by_boxes(e: Expr, *, either: bool) -> bool:
     """Return whether an expression of Θ is above zero at all |θ2| <= π/2, or has one sign."""
     if not (e.variables <= {0, 1, 2} and _is_periodic(e)):
         return False
-    compiled = Compiled([e], 0, dict.fromkeys(range(3), ()), 0, {PITCH: 0.0})
-
-    def over(lo: Array, hi: Array) -> Intervals:
-        leaves = [Intervals(lo[None, k], hi[None, k]) for k in range(3)]
-        return compiled(lambda k: leaves[k]).dense(0, lo.shape[1])[0]
-
-    lo, hi, examined = -END, END, 0
-    while lo.shape[1]:
-        examined += lo.shape[1]
+    V, boxes, examined = BoundedEnergy(e, least={PITCH: 0.0}, order=2), one_box(Box(-END, END)), 0
+    while boxes.count:
+        examined += boxes.count
         if examined > BOX_LIMIT:
             return False
-        with np.errstate(all="ignore"):
-            value = over(lo, hi)
-        left = ~(value.lo > 0)
-        if either:
-            left &= ~(value.hi < 0)
-        lo, hi = _halves(lo[:, left], hi[:, left])
+        value = V.over(*boxes).value_over
+        boxes = boxes[~((value.lo > 0) | (either & (value.hi < 0)))]
+        boxes = boxes.halved((boxes.hi - boxes.lo).argmax(axis=0))
     return True
-
-
-def _halves(lo: Array, hi: Array) -> tuple[Array, Array]:
-    place = (hi - lo).argmax(axis=0), np.arange(lo.shape[1])
-    middle, low, high = 0.5 * (lo + hi)[place], lo.copy(), hi.copy()
-    high[place] = low[place] = middle
-    return np.concatenate([lo, low], axis=1), np.concatenate([high, hi], axis=1)
 
 
 def _is_periodic(e: Expr) -> bool:

@@ -26,9 +26,9 @@ from rbstab.proof.exact.expr import (
     as_factor,
     atom,
     expr,
-    monomial,
     only,
     product,
+    times,
     variable,
 )
 from rbstab.proof.exact.rewriting import derivative, inverse_of_definite, quadratic_in
@@ -251,7 +251,7 @@ def _weighted_squares(e: Expr) -> list[Expr] | None:
         if all(_positive(a) for a, _ in weight):
             forms += found
         elif all(_alone(m, c) for m, c in terms.items()):
-            forms += _zeros(Expr({_times(weight, m): c for m, c in terms.items()}))
+            forms += _zeros(Expr({times(weight, m): c for m, c in terms.items()}))
     return forms
 
 
@@ -300,7 +300,7 @@ def _completed(e: Expr, signs: Mapping[Monomial, bool]) -> tuple[Expr, Expr] | N
     for root in sorted(roots, key=lambda m: (fixed[m], order_of(m))):
         if all(other(m, root) is None for m in crossed):
             continue
-        c, square = roots[root], _times(root, root)
+        c, square = roots[root], times(root, root)
         shares = ((other(m, root), x) for m, x in e.terms.items() if m != square)
         q = Expr({m: x for m, x in shares if m is not None})
         form = Expr({root: Fraction(1)}) + q.scaled(1 / (2 * c))
@@ -310,21 +310,11 @@ def _completed(e: Expr, signs: Mapping[Monomial, bool]) -> tuple[Expr, Expr] | N
     return None
 
 
-def _times(m: Monomial, other: Monomial) -> Monomial:
-    powers = dict(m)
-    for a, p in other:
-        powers[a] = powers.get(a, 0) + p
-    return monomial(powers.items())
-
-
 def divided(m: Monomial, root: Monomial) -> Monomial | None:
     """Return a monomial divided by another one; None if that does not divide it."""
-    powers = dict(m)
-    for a, p in root:
-        powers[a] = powers.get(a, 0) - p
-        if powers[a] < 0 <= p:
-            return None
-    return monomial(powers.items())
+    found = times(m, tuple((a, -p) for a, p in root))
+    powers = dict(found)
+    return None if any(powers.get(a, 0) < 0 <= p for a, p in root) else found
 
 
 def _zeros(e: Expr) -> list[Expr]:

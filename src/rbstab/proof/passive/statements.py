@@ -17,7 +17,7 @@ from rbstab.mechanics import contact
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.exact.expr import Atom, Expr, expr, numbers, variable
+from rbstab.proof.exact.expr import Atom, Expr, expr, numbers, variable, variables
 from rbstab.proof.exact.rewriting import substituted
 from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
@@ -149,13 +149,13 @@ def _statements(at_rest: Configurations, element: Element) -> Statements:
         switched: Any = mine
         mine = replace(switched, mode=np.array(steps, dtype=object))
     entries, places = own_numbers(at_rest, element), count(ENTRIES)
-    own, time = _variables(entries), variable(TIME)
-    motion = _motion(system, at_rest, _variables(VELOCITIES), time)
+    own, time = variables(entries), variable(TIME)
+    motion = _motion(system, at_rest, variables(VELOCITIES), time)
     parts = {name: _opaque(getattr(motion, name), places) for name in PARTS}
     opaque = Motion(**parts, time=time)
     still = None
     if not at_rest.held:
-        velocities = np.array([*ZERO, *_variables(VELOCITIES[3:])], dtype=object)
+        velocities = np.array([*ZERO, *variables(VELOCITIES[3:])], dtype=object)
         moved = _motion(system, at_rest, velocities, time)
         moved = _with_any_rotation(system, moved, places)
         still = moved, expr(mine.dissipated(moved, own))
@@ -184,7 +184,7 @@ def _stated(element: Element, motion: Motion, own: Array) -> Stated:
 
 
 def _motion(system: System, at_rest: Configurations, velocities: Array, time: Expr) -> Motion:
-    Theta, X = _variables(range(3)), _variables(range(3, 6))
+    Theta, X = variables(range(3)), variables(range(3, 6))
     Omega, V = velocities[:3], velocities[3:]
     parts = [Theta, Omega] if at_rest.held else [Theta, Omega, X, V]
     return system.motion(np.concatenate(parts), time)
@@ -205,7 +205,3 @@ def _opaque(part: Array, places: Iterator[int]) -> Array:
         if expr(found[index]).constant is None:
             found[index] = variable(place)
     return found
-
-
-def _variables(places: range) -> Array:
-    return np.array([variable(k) for k in places], dtype=object)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.search import Box, Boxes
+from rbstab.proof.boxes import Box, Boxes
 
 FIRST_DEPTH = 1
 """Cells are halved so often along the shortest side at first."""

@@ -3,17 +3,18 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box, Boxes, joined, one_box
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.levels import Ranges, least_values
 from rbstab.proof.enclosures.tied import without_lengths
 from rbstab.proof.model import Energy
-from rbstab.proof.regions.passes import Complex, Land
-from rbstab.proof.search import Box, Boxes, Zero, Zeros, joined, one_box
+from rbstab.proof.regions.passes import Complex, Face, Land, parts_of
+from rbstab.proof.search import Zeros
+from rbstab.proof.zeros import Zero
 
 LIMIT = 16_000
 """Cells of one range."""
@@ -23,9 +24,6 @@ AT_ONCE = 300
 
 PITCH = 1
 """The axis of θ2."""
-
-Face = tuple[int, int]
-"""An axis and the sign of its angle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,14 +39,7 @@ class Level:
 
 def open_faces(box: Box, open_axes: Sequence[int]) -> list[tuple[Face, Boxes]]:
     """Return the faces of a range as boxes, as thick as one double: π and π/2 are none."""
-    found = []
-    for axis, sign in product(open_axes, (-1, 1)):
-        lo, hi = box.lo.astype(float).copy(), box.hi.astype(float).copy()
-        end = (lo if sign < 0 else hi)[axis]
-        inner = np.nextafter(end, -sign * np.inf)
-        lo[axis], hi[axis] = min(end, inner), max(end, inner)
-        found.append(((axis, sign), one_box(Box(lo, hi))))
-    return found
+    return [(one.face, one.boxes) for one in parts_of(box, open_axes, one_box(box))]
 
 
 def is_minimum(zero: Zero) -> bool:

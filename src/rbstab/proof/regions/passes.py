@@ -20,14 +20,14 @@ from the minimum to something else (`Complex.ways`).
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box, Boxes, joined
 from rbstab.proof.enclosures.levels import Ranges
 from rbstab.proof.regions.cells import DEEPEST, Cells
-from rbstab.proof.search import Box, Boxes, joined
 
 WET = 1e-7
 """The length of a cell below the level, if one that may be above it too has the length 1."""
@@ -80,6 +80,35 @@ class Heights:
         )
 
 
+Face = tuple[int, int]
+"""An axis and the sign of its angle."""
+
+
+class Parts(NamedTuple):
+    """The parts of a face of a range that some boxes have: the face, which boxes, and the parts."""
+
+    face: Face
+    places: Array
+    boxes: Boxes
+
+
+def parts_of(box: Box, axes: Sequence[int], boxes: Boxes) -> Iterator[Parts]:
+    """Yield the parts of faces that boxes have, as thick as one double: π and π/2 are none.
+
+    Args:
+        box: The range.
+        axes: The axes of the faces.
+        boxes: Boxes in the range.
+    """
+    for axis in axes:
+        for sign, end in ((-1, box.lo[axis]), (1, box.hi[axis])):
+            mine = np.flatnonzero((boxes.lo if sign < 0 else boxes.hi)[axis] == end)
+            lo, hi = boxes.lo[:, mine], boxes.hi[:, mine]
+            inner = np.nextafter(end, -sign * np.inf)
+            lo[axis], hi[axis] = min(end, inner), max(end, inner)
+            yield Parts((axis, sign), mine, Boxes(lo, hi))
+
+
 class Land:
     """V over a range with its rest states.
 
@@ -105,29 +134,18 @@ class Land:
     def over(self, cells: Cells) -> Heights:
         """Return bounds on V over cells, and over their parts of open faces."""
         boxes, n = cells.boxes, cells.count
-        at_ends = list(self.faces(boxes))
-        found = self.ranges.values(joined([boxes, *(one[-1] for one in at_ends)], 3))
+        at_ends = self.faces(boxes)
+        found = self.ranges.values(joined([boxes, *(one.boxes for one in at_ends)], 3))
         ends, begin = np.full(n, np.inf), n
-        for _, _, mine, parts in at_ends:
-            low = found.lo[begin : begin + parts.count]
-            ends[mine] = np.minimum(ends[mine], low)
-            begin += parts.count
+        for one in at_ends:
+            low = found.lo[begin : begin + one.boxes.count]
+            ends[one.places] = np.minimum(ends[one.places], low)
+            begin += one.boxes.count
         return Heights(found.lo[:n], found.hi[:n], ends)
 
-    def faces(self, boxes: Boxes) -> Iterator[tuple[int, int, Array, Boxes]]:
-        """Yield the parts of open faces that boxes have: axis, sign, which boxes, and the parts.
-
-        π and π/2 are no doubles, so a face is as thick as one.
-        """
-        for axis in self.open_axes:
-            for sign, end in ((-1, self.box.lo[axis]), (1, self.box.hi[axis])):
-                mine = (boxes.lo if sign < 0 else boxes.hi)[axis] == end
-                if mine.any():
-                    part = boxes[mine]
-                    lo, hi = part.lo.copy(), part.hi.copy()
-                    inner = np.nextafter(end, -sign * np.inf)
-                    lo[axis], hi[axis] = min(end, inner), max(end, inner)
-                    yield axis, sign, np.flatnonzero(mine), Boxes(lo, hi)
+    def faces(self, boxes: Boxes) -> "list[Parts]":
+        """Return the parts of open faces that boxes have."""
+        return [part for part in parts_of(self.box, self.open_axes, boxes) if part.boxes.count]
 
     def touching(self, boxes: Boxes) -> tuple[Array, Array]:
         """Return the pairs of a box and a rest state whose enclosure it touches."""
@@ -235,14 +253,12 @@ class Complex:
             minima: The numbers of the rest states.
             cap: The level at which all end; they have no pass if they meet nothing below.
         """
-        from scipy.sparse import coo_array  # imported late: few commands make proofs
-        from scipy.sparse.csgraph import minimum_spanning_tree
+        from scipy.sparse.csgraph import minimum_spanning_tree  # imported late, as in `_graph`
 
         one, two, weight = self.edges(cap)
         n, nodes = self.cells.count, self.border + 1
         _, rank = np.unique(weight, return_inverse=True)
-        graph = coo_array((rank + 1.0, (one, two)), shape=(nodes, nodes))
-        tree = minimum_spanning_tree(graph.tocsr()).tocoo()
+        tree = minimum_spanning_tree(_graph(rank + 1.0, one, two, nodes)).tocoo()
         order = np.argsort(tree.data, kind="stable")
         value = np.unique(weight)[tree.data.astype(np.int64) - 1] if len(weight) else weight
         root, owner = list(range(nodes)), [NOBODY] * n + list(range(nodes - n))
@@ -262,8 +278,7 @@ class Complex:
 
     def ways(self, minimum: int, level: float) -> "Ways":
         """Return where the component of a minimum may leave below a level."""
-        from scipy.sparse import coo_array  # imported late: few commands make proofs
-        from scipy.sparse.csgraph import dijkstra
+        from scipy.sparse.csgraph import dijkstra  # imported late, as in `_graph`
 
         low_enough, n = self.heights.high < level, self.cells.count
         one, two, _ = self.edges(level)
@@ -275,8 +290,8 @@ class Complex:
         begins, stops = np.full(len(start), n), np.full(len(end), n + 1)
         rows = np.concatenate([one, two, begins, stops])
         columns = np.concatenate([two, one, start, end])
-        graph = coo_array((length[columns], (rows, columns)), shape=(n + 2, n + 2))
-        here, there = dijkstra(graph.tocsr(), indices=[n, n + 1])[:, :n]
+        graph = _graph(length[columns], rows, columns, n + 2)
+        here, there = dijkstra(graph, indices=[n, n + 1])[:, :n]
         shortest = here[end].min(initial=np.inf)
         if shortest < HALF:
             sure = end[(here[end] < HALF) & (self.heights.ends[end] < level)]
@@ -287,12 +302,10 @@ class Complex:
 
     def component(self, minimum: int, level: float) -> "Component":
         """Return what the component of a minimum may reach below a level."""
-        from scipy.sparse import coo_array  # imported late: few commands make proofs
-        from scipy.sparse.csgraph import connected_components
+        from scipy.sparse.csgraph import connected_components  # imported late, as in `_graph`
 
-        n, nodes = self.cells.count, self.border + 1
-        one, two, _ = self.edges(level)
-        graph = coo_array((np.ones(len(one)), (one, two)), shape=(nodes, nodes))
+        n, (one, two, _) = self.cells.count, self.edges(level)
+        graph = _graph(np.ones(len(one)), one, two, self.border + 1)
         _, label = connected_components(graph, directed=False)
         mine = label == label[n + minimum]
         alone = int(mine[n:].sum()) == 1 and bool(mine[:n].any())
@@ -355,6 +368,12 @@ class Component:
         for k in mine[~narrow]:
             found[k] = not boxes[self.apart].touch(Box(lo[:, k], hi[:, k])).any()
         return found
+
+
+def _graph(lengths: Array, one: Array, two: Array, nodes: int) -> Any:
+    from scipy.sparse import coo_array  # imported late: few commands make proofs
+
+    return coo_array((lengths, (one, two)), shape=(nodes, nodes)).tocsr()
 
 
 def _root(root: list[int], k: int) -> int:

@@ -16,20 +16,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box, Boxes, joined
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.levels import LOOSE, Ranges
 from rbstab.proof.model import Energy
 from rbstab.proof.regions.landscape import (
     AT_ONCE,
     LIMIT,
-    Face,
     Landscape,
     Level,
     divided,
     is_minimum,
 )
-from rbstab.proof.regions.passes import Complex, Pass
-from rbstab.proof.search import Box, Boxes, Zeros, joined
+from rbstab.proof.regions.passes import Complex, Face, Pass
+from rbstab.proof.search import Zeros
 
 TIE = 1e-10
 """Energies with a smaller relative difference count as equal; the first place is reported."""
@@ -292,13 +292,13 @@ class _Search:
     def _outlet(self, cells: Complex, some: Array) -> Level:
         """Return a level near the least one on the parts of open faces of some cells."""
         some = some[np.argsort(cells.heights.ends[some], kind="stable")][:AT_ONCE]
-        rows = list(cells.land.faces(cells.cells.boxes[some]))
-        parts = joined([boxes for *_, boxes in rows], 3)
+        rows = cells.land.faces(cells.cells.boxes[some])
+        parts = joined([one.boxes for one in rows], 3)
         _, _, near = self.land.V.over(parts)
         near = np.clip(near, parts.lo, parts.hi)
         value = self.land.V.values(Boxes(near, near)).hi
         k = int(np.argmin(value))
-        faces = [(axis, sign) for axis, sign, mine, _ in rows for _ in mine]
+        faces = [one.face for one in rows for _ in one.places]
         return Level(float(value[k]), float(value[k]), near[:, k], face=faces[k])
 
     def end(self, cells: Complex) -> Level | None:

@@ -10,11 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box
 from rbstab.proof.enclosures.levels import Ranges
 from rbstab.proof.model import Energy
 from rbstab.proof.regions.landscape import Landscape
 from rbstab.proof.regions.passes import Component
-from rbstab.proof.search import Box, Zeros
+from rbstab.proof.search import Zeros
 
 
 class RegionLevel(NamedTuple):

@@ -4,7 +4,7 @@ Where the bounds of a box of bodies decide nothing, it is halved along the numbe
 most. The proof is complete when it holds for all parts.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
 from functools import cached_property
@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy
 from rbstab.proof.robust.counterexample import (
     Counterexample,
     counterexample,
@@ -19,15 +20,15 @@ from rbstab.proof.robust.counterexample import (
 )
 from rbstab.proof.robust.family import Family
 from rbstab.proof.robust.forms import forms_of
-from rbstab.proof.robust.numbers import Members, NoFamilyError, NoFamilyReason, Part
+from rbstab.proof.robust.numbers import Members, Part
 from rbstab.proof.robust.part import IsLate, PartProof, lowest_near, prove_part
-from rbstab.proof.search import Zero
+from rbstab.proof.zeros import Zero
 
 PART_LIMIT = 32
 """The number of parts that are examined at most."""
 
 
-OF_WIDE_BOXES = frozenset({NoFamilyReason.NOT_HELD, NoFamilyReason.NOT_FINITE})
+OF_WIDE_BOXES = frozenset({NoEnergyReason.NOT_HELD, NoEnergyReason.DIVISOR})
 """The reasons that may not hold for the halves of a box."""
 
 
@@ -79,19 +80,9 @@ def prove_bodies(
     """
     try:
         search = _Search(members, box)
-    except NoFamilyError as error:
+    except NoReducedEnergy as error:
         return BodiesProof(BodiesOutcome.NO_ENERGY, 0.0, 0, 0, str(error))
     return search.run(part_limit, is_late)
-
-
-def relevant(members: Members, part: Part) -> Part:
-    """Return a box without the widths of the numbers that have no effect on U.
-
-    These are inertia and damping, and the mass of a body without weight.
-    """
-    used = forms_of(members, part).used
-    radius = [r if k in used else Fraction(0) for k, r in enumerate(part.radius)]
-    return replace(part, radius=tuple(radius))
 
 
 class _Search:
@@ -137,7 +128,7 @@ class _Search:
         """Prove a part, or halve it; return a result if this ends the proof."""
         try:
             family = Family(forms_of(self.members, part))
-        except NoFamilyError as error:
+        except NoReducedEnergy as error:
             if error.reason not in OF_WIDE_BOXES:
                 return BodiesProof(
                     BodiesOutcome.NO_ENERGY, 0.0, self.examined, self.boxes, str(error)

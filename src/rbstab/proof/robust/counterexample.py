@@ -10,11 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.model import NoMinimumError, energy_of
 from rbstab.proof.robust.family import Family
 from rbstab.proof.robust.numbers import Members, Part
-from rbstab.proof.search import Box, Search, Zero
+from rbstab.proof.search import Search
+from rbstab.proof.zeros import Zero
 
 STEPS = 16
 """A body is chosen from as many steps between the middle and an end of each number."""
@@ -31,7 +33,7 @@ class Counterexample(NamedTuple):
 
 
 def counterexample(
-    members: Members, part: Part, starts: Array, family: Family | None = None
+    members: Members, part: Part, starts: Array, family: Family
 ) -> Counterexample | None:
     """Look for a counterexample in a box: its middle, and the body that is flattest at some points.
 
@@ -39,10 +41,10 @@ def counterexample(
         members: Builds the system of a member.
         part: The box of bodies.
         starts: Points at which the gradient of some body may be zero, shape (n, 3), rad.
-        family: The energies of the box, if they are known.
+        family: The energies of the box.
     """
     found = _shown_by(members, part.middle, starts)
-    if found is None and len(starts) and family is not None:
+    if found is None and len(starts):
         found = _shown_by(members, _flattest(family, part, starts), starts)
     return found
 

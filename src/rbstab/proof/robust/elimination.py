@@ -19,11 +19,10 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.exact.expr import VAR, Expr, Monomial, atom
 from rbstab.proof.exact.rewriting import inverse_of_definite, quadratic_in
+from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy
 from rbstab.proof.robust.majorants import lower_bound
 from rbstab.proof.robust.numbers import (
     ONE,
-    NoFamilyError,
-    NoFamilyReason,
     Powers,
     Weighted,
     add,
@@ -75,7 +74,7 @@ def eliminated(energy: Weighted, size: int) -> Eliminated:
         size: The number of entries of a configuration.
 
     Raises:
-        NoFamilyError: Π is not quadratic in x with a stiffness that is constant in Θ, or that is
+        NoReducedEnergy: Π is not quadratic in x with a stiffness that is constant in Θ, or that is
             not proved to be positive definite for all z (`majorants.lower_bound`).
     """
     rows, quadratic = _taken_apart(energy, list(range(3, size)))
@@ -104,9 +103,9 @@ def _taken_apart(energy: Weighted, numbers: list[int]) -> tuple[Rows, _Quadratic
     for powers, e in energy.items():
         parts = quadratic_in(e, numbers)
         if any(a in variables for a in parts.rest.all_atoms):
-            raise NoFamilyError(NoFamilyReason.NOT_QUADRATIC)
+            raise NoReducedEnergy(NoEnergyReason.NOT_QUADRATIC)
         if any(a in variables for one in parts.b for a in one.all_atoms):
-            raise NoFamilyError(NoFamilyReason.NOT_QUADRATIC)
+            raise NoReducedEnergy(NoEnergyReason.NOT_QUADRATIC)
         rows[powers] = {m: _fmpq(c) for m, c in parts.rest.terms.items()}
         if any(c for row in parts.H for c in row):
             H[powers] = fmpq_mat([[_fmpq(c) for c in row] for row in parts.H])
@@ -146,7 +145,7 @@ def _inverse(of: _Quadratic) -> "fmpq_mat":
     if middle is not None:
         exact = inverse_of_definite([[_fraction(c) for c in row] for row in middle.tolist()])
     if exact is None:
-        raise NoFamilyError(NoFamilyReason.NOT_HELD)
+        raise NoReducedEnergy(NoEnergyReason.NOT_HELD)
     return fmpq_mat([[_fmpq(c) for c in row] for row in exact])
 
 
@@ -214,7 +213,7 @@ def _bounded(of: _Quadratic, q: "Mapping[Powers, fmpq_mat]") -> tuple[Array, Arr
     error = 2.0**-52 * (np.abs(middle) + np.abs(others).sum(axis=0))
     bound = lower_bound(middle, others, error)
     if bound is None:
-        raise NoFamilyError(NoFamilyReason.NOT_HELD)
+        raise NoReducedEnergy(NoEnergyReason.NOT_HELD)
     F, n = bound.factor / np.sqrt(bound.least), len(middle)
     columns = max(1, len(of.entries))
     matrices = np.array([_doubles(matrix) for matrix in q.values()]).reshape(-1, n, columns)

@@ -10,14 +10,15 @@ same weight w_j in all components. Whatever is proved from these bounds holds fo
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import factorial, prod
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.bounds import UP
+from rbstab.proof.enclosures.compiled import Compiled, derivatives
 from rbstab.proof.enclosures.intervals import Intervals, product
-from rbstab.proof.enclosures.taylor import Compiled, Values, exponents
+from rbstab.proof.enclosures.points import AtPoints, variables_at
+from rbstab.proof.enclosures.taylor import Values, variables_over
 from rbstab.proof.exact.expr import Expr
 from rbstab.proof.model import COSINE, HALVES, THETA
 from rbstab.proof.robust.forms import Forms
@@ -54,20 +55,12 @@ class Family:
         self.forms, self.n = forms, 3 + len(forms.inner)
         self.count = len(forms.functions)
         results = [*forms.functions, *(Expr({m: ONE}) for m in forms.left.entries)]
-        leaves = {v: (i,) for i, v in enumerate((*THETA, *forms.inner))}
+        self.variables = (*THETA, *forms.inner)
+        leaves = {v: (i,) for i, v in enumerate(self.variables)}
         self.compiled = Compiled(results, self.n, leaves, 3, LEAST)
         self.points = Compiled(results, self.n, leaves, 2, LEAST)
-        rows, place = exponents(self.n, 3)
-        unit = np.eye(self.n, dtype=int)
-
-        def places(a: Array) -> Array:
-            flat = [place[tuple(row)] for row in a.reshape(-1, self.n).tolist()]
-            return np.array(flat).reshape(a.shape[:-1])
-
-        self.first = places(unit)
-        self.second = places(unit[:, None] + unit)
-        self.third = places(unit[:3, None, None] + unit[:, None] + unit)
-        self.factors = np.array([float(prod(factorial(p) for p in row)) for row in rows])[:, None]
+        places = derivatives(self.n, 3)
+        self.first, self.second, self.third = places.first, places.second, places.third[:3]
         self.size = np.abs(forms.middle) + np.abs(forms.others).sum(axis=0)
         # Coefficients are rounded, and then sums over functions, forms and axes.
         self.epsilon = (2 * self.count + 60) * ROUNDING
@@ -77,24 +70,12 @@ class Family:
         """How many boxes are worth bounding at once."""
         return int(min(1024, max(64, 200_000 // max(1, len(self.forms.others)))))
 
-    def _values(
-        self, compiled: Compiled, lo: Array, hi: Array, *about: Values | Array
-    ) -> tuple[Intervals, Values]:
+    def _derivatives(self, values: Values, boxes: int) -> Intervals:
         """Return the derivatives of all functions, shape (functions, coefficients, boxes)."""
-        variables = (*THETA, *self.forms.inner)
-        one = np.ones(lo.shape[1])
-
-        def leaf(v: int) -> Intervals:
-            i = variables.index(v)
-            return Intervals(np.stack([lo[i], one]), np.stack([hi[i], one]))
-
+        places = range(len(values.compiled.results))
         with np.errstate(all="ignore"):
-            found = compiled(leaf, *about)  # type: ignore[arg-type]
-            dense = [found.dense(k, lo.shape[1]) for k in range(len(compiled.results))]
-            factors = self.factors[: len(compiled.exponents)]
-            low = np.stack([one.lo for one in dense]) * factors
-            high = np.stack([one.hi for one in dense]) * factors
-        return Intervals(low, high), found
+            each = [values.derivatives(k, boxes) for k in places]
+        return Intervals(np.stack([one.lo for one in each]), np.stack([one.hi for one in each]))
 
     def sums(self, of: Intervals, places: Array) -> Sums:
         """Return Σ C_0 μ and all Σ C_j μ of the derivatives at some places."""
@@ -118,10 +99,13 @@ class Family:
         middle = np.vstack([centre, 0 * ends])
         wide = np.nextafter(np.maximum(hi - centre, centre - lo), np.inf)
         radius = np.vstack([wide, ends])
-        tightened = bool(self.compiled.tightened)
-        c, about = self._values(self.compiled if tightened else self.points, middle, middle)
         low, high = np.vstack([lo, -ends]), np.vstack([hi, ends])
-        o, _ = self._values(self.compiled, low, high, *((about, radius) if tightened else ()))
+        tightened = bool(self.compiled.tightened)
+        compiled = self.compiled if tightened else self.points
+        at = Values(compiled, variables_over(self.variables, middle, middle))
+        of_boxes = variables_over(self.variables, low, high)
+        over = Values(self.compiled, of_boxes, at if tightened else None, radius)
+        c, o = (self._derivatives(one, lo.shape[1]) for one in (at, over))
         return Over(self, centre, radius, c, o)
 
     def remainder(self, o: Intervals) -> tuple[Array, Array, Array]:
@@ -162,8 +146,12 @@ class Family:
 
     def _at_points(self, points: Array) -> tuple[Array, Array, Array]:
         """Return the derivatives of all functions, ∇U, and the rows of ∇²U by Θ."""
-        middle = np.vstack([points, np.zeros((self.n - 3, points.shape[1]))])
-        mid = self._values(self.points, middle, middle)[0].mid[: self.count]
+        count = points.shape[1]
+        middle = np.vstack([points, np.zeros((self.n - 3, count))])
+        with np.errstate(all="ignore"):
+            at = AtPoints(self.points, variables_at(self.variables, middle))
+            each = [at.derivatives(k, count) for k in range(self.count)]
+        mid = np.array(each).reshape(self.count, -1, count)
         f = np.tensordot(self.forms.middle, mid, 1)
         return mid, f[self.first[:3]], f[self.second[:3]]
 

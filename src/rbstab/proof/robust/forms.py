@@ -14,20 +14,18 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.bounds import UP
 from rbstab.proof.exact.expr import STEP, Expr, Monomial, as_factor, expr, monomial, numbers
 from rbstab.proof.model import stored_energy
+from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy, without_potential
 from rbstab.proof.robust.elimination import Eliminated, Rows, eliminated
 from rbstab.proof.robust.numbers import (
     FIRST,
     ONE,
     REMAINDERS,
     Members,
-    NoFamilyError,
-    NoFamilyReason,
     Part,
     Powers,
     chebyshev,
@@ -73,38 +71,33 @@ def forms_of(members: Members, part: Part) -> Forms:
         part: The box of bodies.
 
     Raises:
-        NoFamilyError: They cannot be bounded, or the box is too wide for the series.
+        NoReducedEnergy: They cannot be bounded, or the box is too wide for the series.
     """
     middle = members.own([float(number) for number in part.middle])
-    reject_unsuited(middle)
+    for reason in without_potential(middle):
+        raise NoReducedEnergy(reason)
     try:
         exact = partial(members.exact, part.expressions())
         total, size, end = stored_energy(middle, exact)
         _check_lengths(exact(numbers))
     except TypeError as error:
-        raise NoFamilyError(NoFamilyReason.CODE) from error
+        raise NoReducedEnergy(NoEnergyReason.CODE) from error
     if end is not None and end.constant is None:
-        raise NoFamilyError(NoFamilyReason.STOP_VARIES)
+        raise NoReducedEnergy(NoEnergyReason.STOP_VARIES)
     left = eliminated(weighted(total), size)
-    stop = None if end is None else float(np.nextafter(float(end.constant or 0), np.inf))
     used = frozenset(v - FIRST for v in total.variables if v >= FIRST)
+    stop = None if end is None or end.constant is None else _next_above(end.constant)
     return _collected(left, len(part.middle), used, stop)
 
 
-def reject_unsuited(system: System) -> None:
-    """Raise `NoFamilyError` if an element slides, or supplies power."""
-    if system.supplies:
-        raise NoFamilyError(NoFamilyReason.SUPPLIES)
-    for element in system.elements:
-        if isinstance(element, SlidingConnector):
-            on_position = element.rate_weight == 0
-            raise NoFamilyError(
-                NoFamilyReason.NOT_SMOOTH if on_position else NoFamilyReason.NO_POTENTIAL
-            )
+def _next_above(angle: Fraction) -> float:
+    """Return the least double above an angle: a face as thick as one double contains it."""
+    x = float(angle)
+    return x if Fraction(x) > angle else float(np.nextafter(x, np.inf))
 
 
 def _check_lengths(exact: System) -> None:
-    """Raise `NoFamilyError` if a spring of a held body may have no length at some attitude.
+    """Raise `NoReducedEnergy` if a spring of a held body may have no length at some attitude.
 
     Its ends are then at the same distance from the contact point, of a body in the box.
     """
@@ -118,7 +111,7 @@ def _check_lengths(exact: System) -> None:
             sizes = {powers: abs(x.constant or Fraction(0)) for powers, x in of.items()}
             apart = sizes.pop((), Fraction(0))
             if apart <= sum(sizes.values(), Fraction(0)):
-                raise NoFamilyError(NoFamilyReason.NO_LENGTH)
+                raise NoReducedEnergy(NoEnergyReason.NO_LENGTH_OF_SOME)
 
 
 def _collected(left: Eliminated, count: int, used: frozenset[int], stop: float | None) -> Forms:

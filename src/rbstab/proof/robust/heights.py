@@ -1,14 +1,17 @@
 """A lower bound of how high the border of the range lies above the rest state, for all bodies."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box, Boxes, joined
+from rbstab.proof.confine import OUTER
 from rbstab.proof.enclosures.bounds import UP
+from rbstab.proof.model import THETA
+from rbstab.proof.regions.landscape import open_faces
 from rbstab.proof.robust.family import Family, Over
-from rbstab.proof.search import Box, Boxes, joined
 
 BOX_LIMIT = 20_000
 """The number of boxes at which the search stops; the bound is then weak."""
@@ -41,7 +44,7 @@ def border_height(
         The bound; 0 if it is not positive.
     """
     at_point = family.over(point[:, None], point[:, None])
-    pending, proved, reachable, examined = joined(list(_faces(family, box)), 3), np.inf, np.inf, 0
+    pending, proved, reachable, examined = _border(family, box), np.inf, np.inf, 0
     bounds = np.full(pending.count, -np.inf)
     while pending.count and examined < BOX_LIMIT and reachable > 0 and not is_late():
         # Those with the lowest bounds first: the least of all bounds is that of the border.
@@ -63,13 +66,9 @@ def border_height(
     return Height(max(0.0, proved) if np.isfinite(proved) else 0.0, examined)
 
 
-def _faces(family: Family, box: Box) -> Iterator[Boxes]:
-    for axis in range(3):
-        for end in (box.lo, box.hi):
-            if axis != 1 or family.forms.stop is None:
-                lo, hi = box.lo[:, None].copy(), box.hi[:, None].copy()
-                lo[axis], hi[axis] = end[axis], end[axis]
-                yield Boxes(lo, hi)
+def _border(family: Family, box: Box) -> Boxes:
+    open_axes = THETA if family.forms.stop is None else OUTER
+    return joined([one for _, one in open_faces(box, open_axes)], 3)
 
 
 def _bounds(over: Over, at_point: Over) -> tuple[Array, Array]:

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box
 from rbstab.proof.enclosures.bounds import UP
 from rbstab.proof.robust.family import Family
 from rbstab.proof.robust.majorants import lower_bound
-from rbstab.proof.search import Box
 
 RADII = np.geomspace(1e-12, 2.0, 120)
 """The radii of the boxes about a point on which convexity is tried."""

@@ -7,7 +7,6 @@ traced expressions. Where z stands in a polynomial, it is a *weight*; inside a f
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from enum import Enum
 from fractions import Fraction
 from itertools import product
 from typing import Any, NamedTuple
@@ -28,6 +27,7 @@ from rbstab.proof.exact.expr import (
     only,
     variable,
 )
+from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy
 from rbstab.systems.system import System
 
 ONE = Fraction(1)
@@ -52,28 +52,6 @@ Powers = tuple[tuple[int, int], ...]
 
 Weighted = dict[Powers, Expr]
 """A polynomial in z whose coefficients are expressions."""
-
-
-class NoFamilyReason(Enum):
-    """Why the energies of all bodies in a box cannot be bounded; the value is the text to show."""
-
-    NO_POTENTIAL = "the connector's force on the surface s = F + κE has no potential"
-    NOT_SMOOTH = "the energy K_s|E| of the sliding connector has no gradient at E = 0"
-    SUPPLIES = "an input supplies power"
-    CODE = "the code of a user is not made of formulas that a proof can follow"
-    NOT_HELD = "nothing holds the position: the energy has no single minimum over X and D"
-    NOT_QUADRATIC = "the energy is not a quadratic function of X and D with constant stiffness"
-    NOT_FINITE = "a divisor may be zero for some body"
-    STOP_VARIES = "the angle of a stop has a tolerance"
-    NO_LENGTH = "a spring of some body may have no length at some attitude"
-
-
-class NoFamilyError(Exception):
-    """The energies of all bodies in a box cannot be bounded; `reason` names the reason."""
-
-    def __init__(self, reason: NoFamilyReason) -> None:
-        super().__init__(reason.value)
-        self.reason = reason
 
 
 class Members(NamedTuple):
@@ -132,7 +110,7 @@ def weighted(e: Expr) -> Weighted:
     another number a in its second factor.
 
     Raises:
-        NoFamilyError: A divisor may be zero for some body.
+        NoReducedEnergy: A divisor may be zero for some body.
     """
     steps = [a for a in e.all_atoms if a.kind in STEPS]
     placing = frozenset(v for a in steps for v in a.variables if v >= FIRST)
@@ -168,7 +146,7 @@ class _Splitting:
     def _power(self, a: Atom, p: int, fixed: frozenset[int]) -> Weighted:
         if a.kind == VAR:
             if p < 0:
-                raise NoFamilyError(NoFamilyReason.NOT_FINITE)
+                raise NoReducedEnergy(NoEnergyReason.DIVISOR)
             assert isinstance(a.argument, int)
             return {((a.argument, p),): expr(1)}
         alone = min(a.variables) >= FIRST and not a.variables & fixed
@@ -190,12 +168,12 @@ class _Splitting:
         if q not in self.reciprocals:
             of = self.split(q, frozenset())
             if any(x.constant is None for x in of.values()):
-                raise NoFamilyError(NoFamilyReason.NOT_FINITE)
+                raise NoReducedEnergy(NoEnergyReason.DIVISOR)
             sizes = {powers: x.constant or Fraction(0) for powers, x in of.items()}
             middle = sizes.pop((), Fraction(0))
             spread = sum((abs(c) for c in sizes.values()), Fraction(0))
             if spread >= abs(middle):
-                raise NoFamilyError(NoFamilyReason.NOT_FINITE)
+                raise NoReducedEnergy(NoEnergyReason.DIVISOR)
             delta = spread / abs(middle)
             deviation = joined({powers: expr(c / middle) for powers, c in sizes.items()})
             series, power, n = expr(1), expr(1), 1

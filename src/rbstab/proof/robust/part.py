@@ -6,11 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box, Boxes, joined, one_box
 from rbstab.proof.enclosures.bounds import inverses
+from rbstab.proof.model import RANGE_END
+from rbstab.proof.regions.landscape import open_faces
 from rbstab.proof.robust.family import Family, Over
 from rbstab.proof.robust.heights import border_height
 from rbstab.proof.robust.minimum import Minimum, minimum_near
-from rbstab.proof.search import Box, Boxes, joined, one_box
+from rbstab.proof.zeros import followed
 
 BOX_LIMIT = 20_000
 """The number of boxes of Θ at which the proof of one box of bodies stops."""
@@ -20,6 +23,9 @@ MOST_DOUBTFUL = 16
 
 NEWTON_STEPS = 40
 
+ARRIVED = 1e-12
+"""A shorter step of Newton's method has arrived."""
+
 IsLate = Callable[[], bool]
 
 
@@ -27,9 +33,8 @@ IsLate = Callable[[], bool]
 class PartProof:
     """What is proved for all bodies in one box.
 
-    If `proved`, each of them has exactly one rest state in the range of eq. 5. It is a minimum and
-    is in the enclosure of `minimum`, and U on the border is higher by at least `level`, J (0: not
-    proved).
+    If `proved`, each of them has exactly one rest state in the range of eq. 5. It is a minimum, and
+    U on the border is higher by at least `level`, J (0: not proved).
 
     doubtful are points at which the gradient of some energy of the family may be zero, shape
     (n, 3), rad; they show where to look for a second rest state.
@@ -38,15 +43,13 @@ class PartProof:
     proved: bool
     level: float
     examined: int
-    minimum: Minimum | None
     doubtful: Array
 
 
 def range_of(family: Family) -> Box:
     """Return the closed range of eq. 5, or what a stop leaves of it, rounded outwards."""
-    end = np.nextafter(np.array([np.pi, np.pi / 2, np.pi]), 4)
-    if family.forms.stop is not None:
-        end[1] = min(end[1], family.forms.stop)
+    stop = family.forms.stop
+    end = RANGE_END if stop is None else np.minimum(RANGE_END, [np.inf, stop, np.inf])
     return Box(-end, end)
 
 
@@ -63,31 +66,24 @@ def prove_part(family: Family, near: Array, is_late: IsLate = lambda: False) -> 
     minimum = minimum_near(family, point)
     box = range_of(family)
     if minimum is None or not _inside(minimum.enclosure, box):
-        return PartProof(False, 0.0, 0, None, point[None])
+        return PartProof(False, 0.0, 0, point[None])
     examined = 0
-    for boxes, side in _regions(box, stopped=family.forms.stop is not None):
+    for boxes, side in _regions(family, box):
         search = _Search(family, minimum, side)
         search.run(boxes, is_late)
         examined += search.examined
         if len(search.doubtful):
-            return PartProof(
-                False, 0.0, examined, None, np.concatenate([point[None], search.doubtful])
-            )
+            doubtful = np.concatenate([point[None], search.doubtful])
+            return PartProof(False, 0.0, examined, doubtful)
     height = border_height(family, minimum.point, box, is_late)
-    return PartProof(
-        True, height.lower_bound, examined + height.examined, minimum, np.zeros((0, 3))
-    )
+    return PartProof(True, height.lower_bound, examined + height.examined, np.zeros((0, 3)))
 
 
-def _regions(box: Box, *, stopped: bool) -> Iterator[tuple[Boxes, int]]:
+def _regions(family: Family, box: Box) -> Iterator[tuple[Boxes, int]]:
     """Yield the range, and the faces at a stop, which can hold a body that would move on."""
     yield one_box(box), 0
-    for side in (-1, 1) if stopped else ():
-        face = one_box(box)
-        (face.lo if side > 0 else face.hi)[1] = side * box.hi[1]
-        # The stop lies between two doubles.
-        (face.lo if side > 0 else face.hi)[1] = np.nextafter(np.nextafter(side * box.hi[1], 0), 0)
-        yield face, side
+    for face, boxes in open_faces(box, [1]) if family.forms.stop is not None else ():
+        yield boxes, face[1]
 
 
 def _inside(inner: Box, outer: Box) -> bool:
@@ -96,17 +92,10 @@ def _inside(inner: Box, outer: Box) -> bool:
 
 def lowest_near(family: Family, near: Array) -> Array | None:
     """Follow Newton's method for the body in the middle to a minimum; None if it finds none."""
-    x = near.copy()
-    with np.errstate(all="ignore"):
-        for _ in range(NEWTON_STEPS):
-            g, H = family.at(x[:, None])
-            step = np.einsum("ijm,jm->im", inverses(H), g)[:, 0]
-            if not np.all(np.isfinite(step)):
-                return None
-            x = x - step * min(1.0, 0.5 / max(float(np.abs(step).max()), 1e-300))
-            if np.abs(step).max() < 1e-12:
-                return x if np.linalg.eigvalsh(H[..., 0]).min() > 0 else None
-    return None
+    x, last = followed(family.at, near[:, None], NEWTON_STEPS, lambda x: np.zeros(x.shape[1], bool))
+    if not last[0] < ARRIVED or np.linalg.eigvalsh(family.at(x)[1][..., 0]).min() <= 0:
+        return None
+    return x[:, 0]
 
 
 class _Search:

@@ -7,11 +7,13 @@ zero, or lies where a proved zero, which may be beyond the border, is the only o
 
 import numpy as np
 
+from rbstab.proof.boxes import Box
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.rotations.energy import RotationEnergy
 from rbstab.proof.rotations.forms import in_chart
 from rbstab.proof.rotations.states import FAMILY, RestRotation, Rotations, against_morse
-from rbstab.proof.search import Box, Search, Zero
+from rbstab.proof.search import Search
+from rbstab.proof.zeros import Zero
 
 CHARTS = range(4)
 

@@ -4,7 +4,7 @@ The nine entries of A are variables. Θ, B and the time are None, with which no 
 so an element that depends on Euler angles is noticed where it does.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
@@ -24,9 +24,10 @@ from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.mechanics import contact
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.exact.expr import Expr, expr, numbers, variable
+from rbstab.proof.exact.expr import Expr, expr, numbers, variables
 from rbstab.proof.exact.rewriting import with_known_steps
-from rbstab.proof.model import ExactSystem, NoMinimumError, eliminated
+from rbstab.proof.model import ExactSystem, NoMinimumError, eliminated, with_steps
+from rbstab.proof.passive.statements import own_numbers
 from rbstab.systems.system import System
 
 ENTRIES = 1000
@@ -99,22 +100,19 @@ def rotation_energy(system: System, exact_system: ExactSystem) -> RotationEnergy
     exact = replace(exact, elements=tuple(map(_without_angles, exact.elements)))
     held = system.coordinates.holds_contact
     _check_lines(exact, held=held)
-    motion, own = _motion(exact, held=held), _own_states(system)
-    total, begin, taut = expr(0), 0, dict[str, Expr | None]()
-    for element in exact.elements:
-        mine = own[begin : begin + element.state_size]
-        begin += element.state_size
+    at_rest, motion = configurations(system), _motion(exact, held=held)
+    total, taut = expr(0), dict[str, Expr | None]()
+    for given, element in zip(at_rest.system.elements, exact.elements, strict=True):
+        mine = variables(own_numbers(at_rest, given))
         acting: Any = element
         if isinstance(element, Ligament):
-            guards = element.guards(motion, mine)
-            steps = [expr(g).step(3) for g in guards]
-            acting = replace(element, mode=np.array(steps, dtype=object))
+            acting = with_steps(element, motion, mine, 3)
             if element.damping > 0:
-                taut[element.name] = expr(guards[0]) if held else None
+                taut[element.name] = expr(element.guards(motion, mine)[0]) if held else None
         _read_rotations_only(acting, motion, mine)
         total = total + acting.stored(motion, mine)
     try:
-        found = eliminated(with_known_steps(total), range(3, configurations(system).size))
+        found = eliminated(with_known_steps(total), range(3, at_rest.size))
     except NoMinimumError as error:
         raise NotOnRotationsError(NO_POSITION) from error
     if found.free and not found.shift:
@@ -131,30 +129,21 @@ def _without_angles(element: Element) -> Element:
     return AttitudeSpring(name=element.name, K=element.K_r, L=element.L_r)
 
 
-def _own_states(system: System) -> Array:
-    at_rest = configurations(system)
-    return np.array([variable(k) for k in range(at_rest.pose_size, at_rest.size)], dtype=object)
-
-
 def _motion(exact: System, *, held: bool) -> Motion:
     """Return a motion in variables, without Θ, B and a time."""
-    A = np.array([[variable(ENTRIES + 3 * i + j) for j in range(3)] for i in range(3)])
-    Omega, V = (_variables(range(RATES + 3 * k, RATES + 3 * k + 3)) for k in range(2))
+    A = variables(range(ENTRIES, ENTRIES + 9)).reshape(3, 3)
+    Omega, V = (variables(range(RATES + 3 * k, RATES + 3 * k + 3)) for k in range(2))
     zero = np.array([expr(0)] * 3, dtype=object)
     if held:
         X = contact.centre_position(exact.body, A, zero, exact.anchor)
         V = contact.centre_velocity(exact.body, A, Omega, zero)
         E, F = zero, zero
     else:
-        X = _variables(range(3, 6))
+        X = variables(range(3, 6))
         E = contact.displacement(exact.body, A, X, exact.anchor)
         F = contact.velocity(exact.body, A, Omega, V)
     unread: Any = None
     return Motion(unread, Omega, X, V, A, unread, E, F, unread)
-
-
-def _variables(places: Iterable[int]) -> Array:
-    return np.array([variable(k) for k in places], dtype=object)
 
 
 def _read_rotations_only(element: Element, motion: Motion, own: Array) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.search import Zero
+from rbstab.proof.zeros import Zero
 
 FAMILY = "rest states seem to form a family"
 

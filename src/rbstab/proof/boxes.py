@@ -1,0 +1,107 @@
+"""Boxes of angles and other variables, and many of them at once."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+
+
+class Box(NamedTuple):
+    """A box from lo to hi, both of shape (n,)."""
+
+    lo: Array
+    hi: Array
+
+    def contains(self, x: Array) -> bool:
+        """Return whether a point lies in it."""
+        return bool(np.all((x >= self.lo) & (x <= self.hi)))
+
+
+@dataclass(frozen=True, eq=False)
+class Boxes:
+    """Boxes from lo to hi, both of shape (n, boxes)."""
+
+    lo: Array
+    hi: Array
+
+    def __iter__(self) -> Iterator[Array]:
+        """Yield lo and hi."""
+        return iter((self.lo, self.hi))
+
+    @property
+    def count(self) -> int:
+        """Their number."""
+        return int(self.lo.shape[1])
+
+    def __getitem__(self, place: Array | slice) -> "Boxes":
+        """Return some of them."""
+        return Boxes(self.lo[:, place], self.hi[:, place])
+
+    def within(self, outer: Box) -> Array:
+        """Return which of them lie in a box."""
+        return np.asarray(
+            np.all((self.lo >= outer.lo[:, None]) & (self.hi <= outer.hi[:, None]), axis=0)
+        )
+
+    def touch(self, other: Box) -> Array:
+        """Return which of them have a point in common with a box."""
+        return np.asarray(
+            np.all((self.lo <= other.hi[:, None]) & (self.hi >= other.lo[:, None]), axis=0)
+        )
+
+    def halved(self, axis: Array) -> "Boxes":
+        """Return both halves of each, along its axis."""
+        columns = np.arange(self.count)
+        middle = 0.5 * self.lo[axis, columns] + 0.5 * self.hi[axis, columns]
+        below, above = self.hi.copy(), self.lo.copy()
+        below[axis, columns] = above[axis, columns] = middle
+        return joined([Boxes(self.lo, below), Boxes(above, self.hi)], len(self.lo))
+
+
+def joined(parts: Sequence[Boxes], n: int) -> Boxes:
+    """Return the boxes of all parts, of n axes."""
+    none = np.zeros((n, 0))
+    return Boxes(
+        np.concatenate([none, *(part.lo for part in parts)], 1),
+        np.concatenate([none, *(part.hi for part in parts)], 1),
+    )
+
+
+def hulls(boxes: Boxes) -> Boxes:
+    """Merge boxes that touch into their hulls, which cover all of them; they have three axes."""
+    for axis in range(3):
+        boxes = _rows_joined(boxes, axis)
+    found = list[Boxes]()
+    while boxes.count:
+        hull, members = boxes[slice(1)], boxes.touch(Box(boxes.lo[:, 0], boxes.hi[:, 0]))
+        while members.any():
+            taken = joined([hull, boxes[members]], 3)
+            lo, hi = taken.lo.min(axis=1), taken.hi.max(axis=1)
+            hull, boxes = one_box(Box(lo, hi)), boxes[~members]
+            members = boxes.touch(Box(lo, hi))
+        found.append(hull)
+    return joined(found, 3)
+
+
+def _rows_joined(boxes: Boxes, axis: int) -> Boxes:
+    """Return one box for each row of boxes along an axis that touch and are equal in the others.
+
+    A search leaves thousands of boxes that fill a part of the range; few remain.
+    """
+    others = [k for k in range(3) if k != axis]
+    across = np.concatenate([boxes.lo[others], boxes.hi[others]])
+    order = np.lexsort([boxes.lo[axis], *across])
+    lo, hi, across = boxes.lo[:, order], boxes.hi[:, order], across[:, order]
+    goes_on = np.all(across[:, 1:] == across[:, :-1], axis=0) & (lo[axis, 1:] <= hi[axis, :-1])
+    starts = np.flatnonzero(np.concatenate([[True], ~goes_on])[: boxes.count])
+    if not len(starts):
+        return boxes
+    return Boxes(lo[:, starts], np.maximum.reduceat(hi, starts, axis=1))
+
+
+def one_box(box: Box) -> Boxes:
+    """Return one box as boxes."""
+    return Boxes(box.lo[:, None].astype(float), box.hi[:, None].astype(float))

@@ -1,0 +1,382 @@
+"""Expressions compiled into operations on Taylor coefficients of several variables.
+
+Each operation knows which coefficients of its result can be different from zero (sin θ1 has 4 of
+the 20 of order 3), and which pairs of coefficients a product needs. `taylor` evaluates them in
+intervals over boxes, and `points` in doubles at points.
+"""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from functools import cache
+from itertools import product as all_pairs
+from math import comb, factorial, prod
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.enclosures.intervals import Intervals, constant
+from rbstab.proof.exact.expr import (
+    COS,
+    INNER,
+    LET,
+    OF,
+    POSITIVE,
+    SIN,
+    STEP,
+    VAR,
+    Atom,
+    Expr,
+    monomial,
+)
+
+Exponents = tuple[int, ...]
+
+SMALLEST = Fraction(1, 2**1000)
+"""Doubles above it have a relative error of an ulp."""
+
+
+@cache
+def exponents(n: int, order: int) -> tuple[list[Exponents], dict[Exponents, int]]:
+    """Return all multi-indices of n variables up to an order, lower first; and their places."""
+    rows = [a for a in all_pairs(range(order + 1), repeat=n) if sum(a) <= order]
+    rows.sort(key=lambda a: (sum(a), tuple(-x for x in a)))
+    return rows, {a: k for k, a in enumerate(rows)}
+
+
+class Derivatives(NamedTuple):
+    """Where derivatives are among the coefficients ∂^α f/α! of n variables.
+
+    Attributes:
+        first: The places of the first derivatives, shape (n,).
+        second: Those of the second, shape (n, n).
+        third: Those of the third, shape (n, n, n); empty for coefficients of a lower order.
+        factors: α! of all coefficients, shape (coefficients, 1).
+    """
+
+    first: Array
+    second: Array
+    third: Array
+    factors: Array
+
+
+@cache
+def derivatives(n: int, order: int) -> Derivatives:
+    """Return where derivatives are among coefficients up to an order of at least 2."""
+    rows, place = exponents(n, order)
+    unit = np.eye(n, dtype=int)
+    second = unit[:, None] + unit
+
+    def places(a: Array) -> Array:
+        shape = a.shape[:-1]
+        found = [place[tuple(row)] for row in a.reshape(prod(shape), n).tolist()]
+        return np.array(found, dtype=int).reshape(shape)
+
+    third = unit[:, None, None] + second if order > 2 else np.zeros((0, 0, 0, n), dtype=int)
+    factors = np.array([[float(prod(map(factorial, row)))] for row in rows])
+    return Derivatives(places(unit), places(second), places(third), factors)
+
+
+class Table(NamedTuple):
+    """The pairs of coefficients whose products are summed for each coefficient of a product.
+
+    Attributes:
+        rows: The coefficients of the product, as places in `exponents`.
+        left: For each pair the place among the coefficients of the first factor.
+        right: The same of the second factor.
+        begins: Where the pairs of each coefficient begin.
+    """
+
+    rows: list[int]
+    left: Array
+    right: Array
+    begins: Array
+
+
+class Operation(NamedTuple):
+    """One operation of a compiled expression.
+
+    Attributes:
+        kind: "variable", "number", "sum", "product", "function", `STEP` or `POSITIVE`.
+        places: The operations whose results it takes.
+        support: Its coefficients that can be different from zero, as places in `exponents`.
+        detail: What else it needs: a `Sum`, a `Table`, a `Function`, or a number.
+    """
+
+    kind: str
+    places: tuple[int, ...]
+    support: Array
+    detail: Any
+
+
+Term = tuple[int, bool, float, Exponents]
+"""A coefficient, whether its order is the highest, a factor, and the powers of the steps."""
+
+
+class Sum(NamedTuple):
+    """A sum c0 + Σ c x: c0, doubles near each c (None: 1), where each x goes; its bounds."""
+
+    c0: Intervals | None
+    factors: tuple[float | None, ...]
+    rows: tuple[Array | slice, ...]
+    bounds: tuple[float, float] | None
+
+
+class Function(NamedTuple):
+    """A function g(x): its kind and a number; where the powers of x go, and their tables.
+
+    For `OF` the number is the expression of one variable, compiled. With u for x without its value,
+    the k-th of `rows` has the places of u^k, and the k-th of `tables` gives u^(k + 1) from it.
+    """
+
+    kind: str
+    extra: Any
+    atom: Atom | None
+    rows: tuple[Array, ...]
+    tables: tuple[Table, ...]
+
+
+class Compiled:
+    """Expressions compiled for some Taylor variables up to an order.
+
+    Args:
+        results: The expressions.
+        n: The number of Taylor variables.
+        leaves: For each variable of the expressions the Taylor variables on which it depends.
+        order: The highest order of a coefficient.
+        least: Known lower bounds of atoms, such as 0 of cos θ2 where |θ2| <= π/2.
+        moving: Variables of which several values are taken for the same values of the others.
+    """
+
+    def __init__(  # noqa: PLR0913, PLR0917 (what is known when it is compiled)
+        self,
+        results: Sequence[Expr],
+        n: int,
+        leaves: Mapping[int, Sequence[int]],
+        order: int,
+        least: Mapping[Atom, float] | None = None,
+        moving: Sequence[int] = (),
+    ) -> None:
+        self.n, self.order, self.leaves, self.least = n, order, leaves, least or {}
+        self.exponents, self.place = exponents(n, order)
+        self.orders = np.array([sum(row) for row in self.exponents])
+        self.operations: list[Operation] = []
+        self._known: dict[Any, int] = {}
+        self._expansions: dict[int, list[list[Term]]] = {}
+        self.results = [self._expression(e) for e in results]
+        self.tightened = self._arguments()
+        self.positive = [k for k, one in enumerate(self.operations) if one.kind == POSITIVE]
+        self.above_positive = self._above(self.positive)
+        moved = (k for k, one in enumerate(self.operations) if one.kind == "variable")
+        self.above_moving = self._above([k for k in moved if self.operations[k].detail in moving])
+
+    def _arguments(self) -> frozenset[int]:
+        """Return the arguments of functions but sines, which Taylor's theorem makes sharper."""
+        kinds = {STEP, POSITIVE, "function"}
+        of = (one for one in self.operations if one.kind in kinds and not _is_sine(one))
+        found = {one.places[0]: self.operations[one.places[0]] for one in of}
+        # 1/cos θ and the like need no more.
+        plain = {"variable", "number"}
+        return frozenset(k for k, one in found.items() if not (one.kind in plain or _is_sine(one)))
+
+    def _above(self, places: Sequence[int]) -> frozenset[int]:
+        """Return the operations that depend on some others, with these."""
+        found = set(places)
+        for k, one in enumerate(self.operations):
+            if found.intersection(one.places):
+                found.add(k)
+        return frozenset(found)
+
+    def _add(
+        self, key: Any, kind: str, places: Sequence[int], support: Sequence[int], detail: Any
+    ) -> int:
+        if key not in self._known:
+            self._known[key] = len(self.operations)
+            entries = np.array(support, dtype=int)
+            self.operations.append(Operation(kind, tuple(places), entries, detail))
+        return self._known[key]
+
+    def _support(self, k: int) -> list[int]:
+        return [int(row) for row in self.operations[k].support]
+
+    def _expression(self, e: Expr) -> int:
+        """Add an expression by Horner's scheme: take out the atom that most monomials share."""
+        key = ("expression", e.digest)
+        if key in self._known:
+            return self._known[key]
+        parts, left = list[tuple[Fraction, int]](), dict(e.terms)
+        c0 = left.pop((), Fraction(0))
+        while (shared := _shared(left)) is not None:
+            a, sign = shared
+            inner = {}
+            for m in [m for m in left if dict(m).get(a, 0) * sign > 0]:
+                powers = dict(m)
+                powers[a] -= sign
+                inner[monomial(powers.items())] = left.pop(m)
+            factor = self._power(a, sign)
+            parts.append((Fraction(1), self._product(factor, self._expression(Expr(inner)))))
+        for m, c in left.items():
+            places = [self._power(a, p) for a, p in m]
+            found = places[0]
+            for other in places[1:]:
+                found = self._product(found, other)
+            # As a double, a smaller number may be far from c.
+            small = abs(c) < SMALLEST
+            parts.append(
+                (Fraction(1), self._product(found, self._number(c))) if small else (c, found)
+            )
+        if not parts:
+            node = self._number(c0)
+        elif not c0 and len(parts) == 1 and parts[0][0] == 1:
+            node = parts[0][1]
+        else:
+            node = self._sum(e, c0, parts)
+        self._known[key] = node
+        return node
+
+    def _number(self, c: Fraction) -> int:
+        return self._add(("number", c), "number", (), [0], constant(c))
+
+    def _sum(self, e: Expr, c0: Fraction, parts: Sequence[tuple[Fraction, int]]) -> int:
+        support = sorted({0}.union(*(self._support(k) for _, k in parts)))
+        index = {row: i for i, row in enumerate(support)}
+        detail = Sum(
+            constant(c0) if c0 else None,
+            tuple(None if c == 1 else float(c) for c, _ in parts),
+            tuple(_rows([index[row] for row in self._support(k)], len(support)) for _, k in parts),
+            _bounds_of_sum(e),
+        )
+        return self._add(("sum", e.digest), "sum", [k for _, k in parts], support, detail)
+
+    def _power(self, a: Atom, p: int) -> int:
+        base = self._atom(a)
+        return base if p == 1 else self._function("power", p, None, base)
+
+    def _atom(self, a: Atom) -> int:
+        key = ("atom", a)
+        if key in self._known:
+            return self._known[key]
+        if a.kind == VAR:
+            assert isinstance(a.argument, int)
+            places = [self.place[_unit(i, self.n)] for i in self.leaves.get(a.argument, ())]
+            return self._add(key, "variable", (), [0, *places], a.argument)
+        x = self._expression(a.inner)
+        if a.kind == LET:
+            node = x
+        elif a.kind == POSITIVE:
+            node = self._add(key, POSITIVE, [x], self._support(x), None)
+        elif a.kind == STEP:
+            node = self._step(key, a, x)
+        else:
+            node = self._function(a.kind, a.extra, a, x)
+        self._known[key] = node
+        return node
+
+    def _step(self, key: Any, a: Atom, x: int) -> int:
+        """Add a step: where its value is not known, rows of a higher order have no bound."""
+        assert a.extra is not None
+        touched = {i for row in self._support(x) for i, p in enumerate(self.exponents[row]) if p}
+        above = [
+            k
+            for k, row in enumerate(self.exponents)
+            if sum(row) > a.extra and all(i in touched for i, p in enumerate(row) if p)
+        ]
+        return self._add(key, STEP, [x], [0, *above], None)
+
+    def _function(self, kind: str, extra: Any, a: Atom | None, x: int) -> int:
+        if kind == OF:
+            extra = Compiled([extra], 1, {INNER: (0,)}, max(self.order, 1))
+        key = ("function", kind, a if kind == OF else extra, x)
+        inner = [row for row in self._support(x) if row]
+        powers, tables = [inner] if inner else [], list[Table]()
+        while powers and len(powers) < self.order:
+            table = self._table(powers[-1], inner)
+            if not table.rows:
+                break
+            tables.append(table)
+            powers.append(table.rows)
+        ordered = sorted({0}.union(*powers))
+        index = {row: i for i, row in enumerate(ordered)}
+        rows = tuple(np.array([index[row] for row in one], dtype=int) for one in powers)
+        detail = Function(kind, extra, a, rows, tuple(tables))
+        return self._add(key, "function", [x], ordered, detail)
+
+    def _table(self, left: Sequence[int], right: Sequence[int]) -> Table:
+        found: dict[int, list[tuple[int, int]]] = {}
+        for i, a in enumerate(left):
+            for j, b in enumerate(right):
+                row = tuple(
+                    x + y for x, y in zip(self.exponents[a], self.exponents[b], strict=True)
+                )
+                if sum(row) <= self.order:
+                    found.setdefault(self.place[row], []).append((i, j))
+        rows = sorted(found)
+        pairs = [pair for row in rows for pair in found[row]]
+        begins = np.cumsum([0, *(len(found[row]) for row in rows)])[:-1]
+        one, two = np.array(pairs, dtype=int).reshape(-1, 2).T
+        return Table(rows, one, two, begins.astype(int))
+
+    def _product(self, one: int, two: int) -> int:
+        if one == two:
+            return self._function("power", 2, None, one)
+        one, two = sorted((one, two))
+        table = self._table(self._support(one), self._support(two))
+        return self._add(("product", one, two), "product", [one, two], table.rows, table)
+
+    def expanded(self, k: int) -> list[list[Term]]:
+        """Return for each coefficient of an operation which others give it, and how."""
+        if k not in self._expansions:
+            rows = [self.exponents[row] for row in self._support(k)]
+            plan = []
+            for a in rows:
+                terms = []
+                for j, b in enumerate(rows):
+                    h = tuple(y - x for x, y in zip(a, b, strict=True))
+                    if min(h) >= 0 and sum(h) > 0:
+                        factor = prod(comb(y, x) for x, y in zip(a, b, strict=True))
+                        terms.append((j, sum(b) == self.order, float(factor), h))
+                plan.append(terms)
+            self._expansions[k] = plan
+        return self._expansions[k]
+
+
+def _shared(terms: Mapping[Any, Fraction]) -> tuple[Atom, int] | None:
+    """Return the atom, with the sign of its power, that most monomials share; None if none do.
+
+    Steps come last: where they are known, A³(step - step·step') is then exactly zero.
+    """
+    counts = Counter((a, 1 if p > 0 else -1) for m in terms for a, p in m)
+    found = [one for one, count in counts.items() if count > 1]
+    return min(
+        found,
+        key=lambda one: (one[0].kind == STEP, -counts[one], one[0].order, one[1]),
+        default=None,
+    )
+
+
+def _bounds_of_sum(e: Expr) -> tuple[float, float] | None:
+    """Bound a sum of a number and of sines and cosines with numbers, such as 1 + cos θ."""
+    c0, size = Fraction(0), Fraction(0)
+    for m, c in e.terms.items():
+        if not m:
+            c0 = c
+        elif len(m) == 1 and m[0][1] > 0 and m[0][0].kind in {SIN, COS}:
+            size += abs(c)
+        else:
+            return None
+    low, high = constant(c0 - size), constant(c0 + size)
+    return float(low.lo), float(high.hi)
+
+
+def _is_sine(one: Operation) -> bool:
+    return one.kind == "function" and one.detail.kind in {SIN, COS}
+
+
+def _rows(places: list[int], count: int) -> Array | slice:
+    """Return the places as an index, which is faster if it is of all rows."""
+    return slice(None) if len(places) == count else np.array(places)
+
+
+def _unit(i: int, n: int) -> Exponents:
+    return tuple(int(i == j) for j in range(n))

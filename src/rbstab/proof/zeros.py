@@ -1,0 +1,138 @@
+"""One zero of ∇V: Newton's method, and a proof that a box about its end has exactly one."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box
+from rbstab.proof.enclosures.bounds import (
+    UP,
+    BoundedEnergy,
+    Bounds,
+    Matrices,
+    inverses,
+    preconditioned,
+)
+from rbstab.proof.enclosures.index import proved_index
+
+RADII = np.geomspace(1e-15, 2.0, 160)
+"""The radii of the boxes about a point, of which one is proved to have a single zero."""
+
+
+@dataclass(frozen=True, eq=False)
+class Zero:
+    """A zero of ∇V.
+
+    Args:
+        point: A point near it, shape (n,).
+        enclosure: A box that contains exactly this zero.
+        domain: A wider box in which there is no other.
+        index: The number of negative eigenvalues of ∇²V there; None if it is not proved.
+        energy: V near it, J.
+        normal: Across the surface at which a force that jumps holds the body; None elsewhere.
+        ridge: Whether this force pushes away.
+    """
+
+    point: Array
+    enclosure: Box
+    domain: Box
+    index: int | None
+    energy: float
+    normal: Array | None = None
+    ridge: bool = False
+
+    @property
+    def held(self) -> bool:
+        """Whether a force that jumps holds the body there."""
+        return self.normal is not None
+
+
+def newton(
+    energy: BoundedEnergy,
+    starts: Array,
+    steps: int = 30,
+    known: Callable[[Array], Array] | None = None,
+) -> tuple[Array, Array]:
+    """Follow Newton's method from points of shape (n, points); return the ends and last steps.
+
+    It moves in all variables at once, from where U is least over z. It ends when each point is at
+    a zero, or where `known` says so.
+    """
+    z = energy.minimiser(starts).z if energy.k else np.zeros((0, starts.shape[1]))
+
+    def slopes(x: Array) -> tuple[Array, Array]:
+        return energy.at_all(x[: energy.n], x[energy.n :])[1:]
+
+    def done(x: Array) -> Array:
+        return known(x[: energy.n]) if known is not None else np.zeros(x.shape[1], dtype=bool)
+
+    ends, last = followed(slopes, np.concatenate([starts, z]), steps, done)
+    return ends[: energy.n], last
+
+
+def followed(
+    slopes: Callable[[Array], tuple[Array, Array]],
+    x: Array,
+    steps: int,
+    done: Callable[[Array], Array],
+) -> tuple[Array, Array]:
+    """Follow Newton's method from points x with some slopes and second derivatives there."""
+    last = np.full(x.shape[1], np.inf)
+    with np.errstate(all="ignore"):
+        for _ in range(steps):
+            g, H = slopes(x)
+            step, error = _newton_steps(H, g)
+            last = np.maximum(np.abs(step).max(axis=0), error)
+            step = step * np.minimum(1.0, 0.5 / np.maximum(last, 1e-300))
+            x = x - np.where(np.isfinite(step), step, 0.0)
+            left = last > 1e-13
+            if not np.any(left) or not np.any(left & ~done(x)):
+                break
+    return x, last
+
+
+def _newton_steps(H: Array, g: Array) -> tuple[Array, Array]:
+    """Return H⁻¹g for each point, and 0; for a singular H the shortest step, and what it leaves."""
+    step, left = np.einsum("ijm,jm->im", inverses(H), g), np.zeros(g.shape[1])
+    known = np.all(np.isfinite(H), axis=(0, 1)) & np.all(np.isfinite(g), axis=0)
+    for k in np.flatnonzero(known & ~np.all(np.isfinite(step), axis=0)):  # as in a family
+        step[:, k] = np.linalg.pinv(H[:, :, k], hermitian=True) @ g[:, k]
+        size = max(np.abs(H[:, :, k]).max(), 1e-300)
+        left[k] = np.abs(H[:, :, k] @ step[:, k] - g[:, k]).max() / size
+    return step, left
+
+
+def isolated(energy: BoundedEnergy, point: Array) -> Zero | None:
+    """Prove that there is exactly one zero near a point; None if no box about it shows this."""
+    lo = np.nextafter(point[:, None] - RADII, -np.inf)
+    hi = np.nextafter(point[:, None] + RADII, np.inf)
+    b = energy.over(lo, hi)
+    unique = preconditioned(b)[3].sum(axis=1).max(axis=0) * UP < 1
+    exists = have_zeros(b, lo, hi)
+    both = np.flatnonzero(unique & exists)
+    if not len(both):
+        return None
+    e, d = int(both[0]), int(np.flatnonzero(unique)[-1])
+    return Zero(
+        point,
+        Box(lo[:, e], hi[:, e]),
+        Box(lo[:, d], hi[:, d]),
+        index_of(b.hessian, e),
+        float(b.value.mid[e]),
+    )
+
+
+def have_zeros(b: Bounds, lo: Array, hi: Array) -> Array:
+    """Return which boxes Krawczyk's operator maps into their inside: each has a zero of ∇V."""
+    step, error, mean, _ = preconditioned(b)
+    with np.errstate(all="ignore"):
+        image = np.abs(step) + error + np.einsum("ijm,jm->im", mean, b.radius)
+        inner = np.minimum(hi - b.centre, b.centre - lo)
+        return np.asarray(np.all(image * UP < np.nextafter(inner, -np.inf), axis=0))
+
+
+def index_of(hessian: Matrices, k: int) -> int | None:
+    """Return the proved number of negative eigenvalues of the k-th matrix, or None."""
+    return proved_index(hessian.mid[:, :, k], hessian.rad[:, :, k] * UP)

@@ -213,6 +213,16 @@ def test_a_driven_run_speaks_of_the_largest_v() -> None:
     assert "v(0)/1000; where inputs supply power, v stays below 0.001 of its largest" in both
 
 
+def test_a_driven_sweep_speaks_of_the_largest_v() -> None:
+    """A knock on a body at rest: v(0) is 0, so no v stays below a share of it."""
+    vary = {"elements.knock.amplitude": {"values": [1, 100]}}
+    Path("knocks.yaml").write_text(json.dumps({"base": "knock.yaml", "vary": vary}))
+    largest = "v stays below 0.001 of its largest value to the end"
+    for found in (printed("sweep", "knocks.yaml"), printed("show", "results/knocks")):
+        assert largest in found
+        assert "v(0)/1000" not in found
+
+
 def test_v_of_the_start_has_one_value_under_one_name() -> None:
     """`stability` counts from the lowest rest state, and does not call this v(0)."""
     found = printed("stability", "leg.yaml")

@@ -129,6 +129,19 @@ def test_each_half_turn_is_one_rest_state_and_a_family_is_none(K, energies, indi
     assert proof.region.lower_bound < least + 1e-15
 
 
+def test_an_unstable_family_is_called_unstable():
+    """Half turns of a spring (1, 1, 1) are its highest poses."""
+    sentences = " ".join(statements_of(prove(EQUAL)))
+    assert "the body can also rest at an unstable surface of rest states at 2 J" in sentences
+
+
+def test_a_family_is_no_other_rest_state_where_no_state_is_isolated():
+    """A pendulum without a spring hangs at any θ3."""
+    weight = {"gravity": [0, 0, -9.81], "body": BODY | {"contact_point": [0, 0, 0.186]}}
+    sentences = " ".join(statements_of(prove(held({}, {"L_r": [1, 1, 1]}) | weight)))
+    assert "the body can rest at a curve of rest states at 0 J (index 0)" in sentences
+
+
 @pytest.mark.heavy
 def test_a_degenerate_rest_state_is_neither_stable_nor_unstable():
     """K_r + K_t l² = m g l about the first axis: there the leg is about to fall over."""

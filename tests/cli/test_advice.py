@@ -16,7 +16,6 @@ from support.leg import LIGAMENTS, leg
 import rbstab
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
-from rbstab.experiment import proof as proofs
 from rbstab.experiment.convergence.exact_motion import convergence_at_start
 from rbstab.experiment.stability import stability_of
 from rbstab.experiment.summary import at_rest_from, settling_time_of
@@ -166,7 +165,7 @@ def test_a_rest_state_is_approached_only_if_the_run_comes_to_rest() -> None:
 @pytest.mark.heavy
 def test_whether_more_boxes_help_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     """With ligaments on a tied body the bounds decide so little that no limit is enough."""
-    monkeypatch.setattr(proofs, "MANY", 1000)
+    monkeypatch.setattr(limits, "TELLING", 1000)
     monkeypatch.setattr(limits, "BRIEF_WITH_LIGAMENTS", 10000)
     monkeypatch.setattr(limits, "MOST", 16000)
     config = load_config(LEG | {"elements": LIGAMENTS})
@@ -185,6 +184,26 @@ def test_whether_more_boxes_help_is_said(monkeypatch: pytest.MonkeyPatch) -> Non
         assert "outside" not in found.why
 
 
+@pytest.mark.heavy
+def test_the_brief_proof_of_a_tied_leg_with_two_ligaments_recommends_no_longer_one() -> None:
+    """It decides 2.4 % of the range in 5119 boxes: at this rate, 200,000 are not enough."""
+    proof = rbstab.prove(LEG | {"elements": LIGAMENTS}, brief=True)
+    assert (proof.brief, proof.goes_on) == (True, False)
+    assert proof.ended.startswith("more boxes will not help")
+    assert "--prove" not in proof.ended
+    assert "(variant: permanent)" in proof.ended
+
+
+@pytest.mark.heavy
+def test_the_held_body_is_named_also_where_more_boxes_may_help(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(limits, "BRIEF_WITH_LIGAMENTS", 4000)
+    proof = rbstab.prove(LEG | {"elements": LIGAMENTS}, brief=True)
+    assert proof.goes_on
+    assert "--prove tries more; the same body held at C (variant: permanent)" in proof.ended
+
+
 def test_a_driven_run_speaks_of_the_largest_v() -> None:
     found = printed("run", "knock.yaml")
     assert "v(0)/1000" not in found
@@ -192,6 +211,16 @@ def test_a_driven_run_speaks_of_the_largest_v() -> None:
     printed("run", "leg.yaml", "--no-prove")
     both = printed("run", "leg.yaml", "knock.yaml", "--no-prove")
     assert "v(0)/1000; where inputs supply power, v stays below 0.001 of its largest" in both
+
+
+def test_a_driven_sweep_speaks_of_the_largest_v() -> None:
+    """A knock on a body at rest: v(0) is 0, so no v stays below a share of it."""
+    vary = {"elements.knock.amplitude": {"values": [1, 100]}}
+    Path("knocks.yaml").write_text(json.dumps({"base": "knock.yaml", "vary": vary}))
+    largest = "v stays below 0.001 of its largest value to the end"
+    for found in (printed("sweep", "knocks.yaml"), printed("show", "results/knocks")):
+        assert largest in found
+        assert "v(0)/1000" not in found
 
 
 def test_v_of_the_start_has_one_value_under_one_name() -> None:

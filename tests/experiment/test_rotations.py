@@ -7,7 +7,8 @@ body nothing is said of a range.
 
 import numpy as np
 import pytest
-from support.rotations import attitude, config_of, tie
+from support.leg import BODY
+from support.rotations import attitude, config_of, held, tie
 
 import rbstab
 from rbstab.experiment.answers.run_answer import answer_beside
@@ -111,3 +112,42 @@ def test_each_half_turn_is_one_rest_state_and_a_family_is_none(K, energies, indi
     least = min([*energies[1:], *(energy for energy, _, _ in families)])
     assert proof.region.lower_bound == pytest.approx(least, abs=1e-9)
     assert proof.region.lower_bound < least + 1e-15
+
+
+def test_an_unstable_family_is_called_unstable():
+    """Half turns of a spring (1, 1, 1) are its highest poses."""
+    sentences = " ".join(statements_of(prove(EQUAL)))
+    assert "the body can also rest at an unstable surface of rest states at 2 J" in sentences
+
+
+def test_a_family_is_no_other_rest_state_where_no_state_is_isolated():
+    """A pendulum without a spring hangs at any θ3."""
+    weight = {"gravity": [0, 0, -9.81], "body": BODY | {"contact_point": [0, 0, 0.186]}}
+    sentences = " ".join(statements_of(prove(held({}, {"L_r": [1, 1, 1]}) | weight)))
+    assert "the body can rest at a curve of rest states at 0 J (index 0)" in sentences
+
+
+@pytest.mark.heavy
+def test_a_degenerate_rest_state_is_neither_stable_nor_unstable():
+    """K_r + K_t l² = m g l about the first axis: there the leg is about to fall over."""
+    m, g, h, K_t = 3.5, 9.81, 0.186, 1e-6
+    config = {
+        "schema_version": 2,
+        "body": BODY,
+        "gravity": [0, 0, -g],
+        "controller": {
+            "variant": "permanent",
+            "K_t": [K_t] * 3,
+            "L_t": [1e-6] * 3,
+            "K_r": [6.386309965404, 7, 5],
+            "L_r": [0.8, 0.8, 0.3],
+        },
+        "integration": {"duration": 1},
+    }
+    assert m * g * h - K_t * h**2 == pytest.approx(6.386309965404, abs=1e-12)
+    proof = prove(rbstab.load_config(config))
+    (upright,) = proof.states
+    assert np.abs(upright.orientation).max() < 1e-4
+    assert (upright.stable, proof.stable_count, proof.proved) == (None, 0, False)
+    assert "1 rest state found: 1 not known to be stable" in statements_of(proof)[0]
+    assert not proof.almost_every_start.proved

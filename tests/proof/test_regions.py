@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from support.hang_guard import within
 from support.landscapes import end_of_flow, flooded
 from support.problems import problem, solve
 from support.proofs import body_of, energies_of, regions_of, rest_states, slopes_of
@@ -64,6 +65,17 @@ def test_two_valleys_end_at_the_half_turn_if_it_is_lower_than_the_top():
         assert region.energy_bound == pytest.approx(half_turn, abs=2e-6 * depth)
     # Each valley ends at its own half turn, which does not lead to the other valley.
     assert {region.pass_face for region in regions.values()} == {(0, -1), (0, 1)}
+
+
+def test_a_valley_so_shallow_that_round_off_hides_its_pass_ends_the_search():
+    """With springs of 1e-6 N m/rad, the valleys of the hanging top differ by 1e-14 J."""
+    rest = rest_states(inverted_pendulum([1e-6, 1e-6, 1e-6], 0.2943))
+    regions = within(120, regions_of, rest)
+    # A lean by π stores ½ 1e-6 π² J, and hangs 2 · 0.2943 J lower than upright.
+    lowest = 0.5e-6 * np.pi**2 - 2 * 0.2943
+    assert rest.states[0].state.energy == pytest.approx(lowest, abs=1e-9)
+    for region in regions.minima:
+        assert 0 < region.lower_bound <= region.level < 1e-5
 
 
 @pytest.mark.parametrize("variant", ["free", "permanent", "visco-elastic", "embedded"])

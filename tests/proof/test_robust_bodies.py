@@ -91,13 +91,17 @@ def test_several_rest_states_are_never_proved(scale, percent):
         assert abs(number - middle) <= radius
 
 
-def pendulum(low, high):
-    """Return the box of pendulums that stand if k > 100, with k from low to high."""
+def pendulum(low, high, second=False):
+    """Return the box of pendulums that stand if k > 100, with k from low to high.
+
+    The spring about the second angle has 250 N m/rad, or the same range.
+    """
 
     def exact(numbers, convert):
         system = inverted_pendulum([100.0, 250, 70], 100.0)
         gravity, rotational = system.elements
-        K_r = np.array([[numbers[0], 0, 0], [0, 250, 0], [0, 0, 70]], dtype=object)
+        k2 = numbers[-1] if second else 250
+        K_r = np.array([[numbers[0], 0, 0], [0, k2, 0], [0, 0, 70]], dtype=object)
         body = replace(
             system.body,
             mass=convert(np.array(1.0))[()],
@@ -111,7 +115,8 @@ def pendulum(low, high):
         return exact(numbers, lambda a: np.asarray(a, dtype=float))
 
     low, high = Fraction(low), Fraction(high)
-    return Members(exact, own), Part(((low + high) / 2,), ((high - low) / 2,))
+    count = 2 if second else 1
+    return Members(exact, own), Part(((low + high) / 2,) * count, ((high - low) / 2,) * count)
 
 
 @pytest.mark.parametrize(
@@ -130,6 +135,16 @@ def test_pendulum_is_proved_where_its_equation_says(low, high, outcome):
     members, part = pendulum(low, high)
     limit = 4 if outcome is BodiesOutcome.PART_LIMIT else 12
     assert prove_bodies(members, part, limit).outcome is outcome
+
+
+def test_a_body_of_two_springs_that_falls_over_is_found_in_a_wide_box():
+    """Below 100 N m/rad about either angle, upright is a saddle, at rest with all other bodies."""
+    members, part = pendulum("92", "230", second=True)
+    proof = prove_bodies(members, part)
+    assert proof.outcome is BodiesOutcome.NO_MINIMUM
+    assert proof.false is not None
+    assert min(proof.false.numbers) < 100
+    assert all(92 <= number <= 230 for number in proof.false.numbers)
 
 
 def sliding():

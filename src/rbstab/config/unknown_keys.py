@@ -36,6 +36,9 @@ FOREIGN: dict[str, tuple[str, ...]] = {
     "springlength": _LENGTH,
     "timestep": ("samples",),
     # MATLAB and others
+    "attitude": ("orientation",),
+    "tilt": ("within",),
+    "tolerance": ("rtol", "within"),
     "naturallength": _LENGTH,
     "freelength": _LENGTH,
     "springconstant": ("stiffness",),

@@ -14,6 +14,7 @@ from rbstab.config.build import problem_of, system_of
 from rbstab.config.controllers import Implicit
 from rbstab.config.entries import entries_of, unit_at, unit_problem
 from rbstab.config.schema import Config
+from rbstab.config.sections.angles import NumberInDegrees
 from rbstab.config.units import NumberKey, number_key
 from rbstab.config.user_code.permission import without_code
 from rbstab.mechanics.body import triangle_violation
@@ -45,6 +46,9 @@ STRONGEST_GRAVITY = 100.0
 
 FASTEST = 180.0
 """A faster rate, rad/s (29 turns a second), is most likely one in degrees per second."""
+
+WIDEST = 1.0
+"""A larger tilt, rad (57°), with which a body counts as returned, is most likely one in degrees."""
 
 
 def config_warnings(config: Config) -> list[str]:
@@ -115,6 +119,10 @@ def _angles(config: Config) -> Iterator[str]:
                 turns = f"{size / (2 * math.pi):.3g} turns" + " a second" * (unit == "rad/s")
                 degrees = "[...]" if len(numbers) > 1 else f"{numbers[0]:g}"
                 yield f"{key}: {size:g} {unit} is {turns}; in degrees: {{deg: {degrees}}}"
+    within = 0.0 if config.desired is None else config.desired.within
+    if within >= WIDEST and not isinstance(within, NumberInDegrees):
+        angle = f"{within:g} rad is {math.degrees(within):.4g}°"
+        yield f"desired.within: {angle}; in degrees: {{deg: {within:g}}}"
 
 
 def _far_anchor(config: Config) -> Iterator[str]:

@@ -35,12 +35,9 @@ if TYPE_CHECKING:
     from rbstab.proof.rest_states import Body
 
 
-ENOUGH = 0.5
+ENOUGH = 1.0
 """The share of the range that a search would decide with the most boxes of any proof, at its rate
 so far: with less, more boxes will not help."""
-
-MANY = 8_000
-"""The boxes after which this rate is known well enough."""
 
 BRIEF_LIMIT, FULL_LIMIT = 15_000, 100_000
 """The most boxes in each of the four charts of rotations, of a proof for which nobody asked."""
@@ -168,7 +165,7 @@ def _body_proof(identity: str, body: "Body", *, search_only: bool, brief: bool) 
     limit = search_limit(body.energy, brief=brief)
     rest = body.proved(limit.boxes)
     stopped = stops(rest)
-    rate_known = stopped and rest.examined >= MANY
+    rate_known = stopped and rest.examined >= limit.telling
     too_few = rate_known and rest.covered * limit.most < ENOUGH * rest.examined
     changes = {"outcome": _too_few(rest, limit.most)} if too_few else {}
     left = limit.boxes - rest.examined
@@ -198,12 +195,11 @@ def _too_few(rest: "RestStates", most: int) -> str:
 
 
 def _with_near_model(config: Config, system: System, proof: Proof) -> Proof:
-    """Return a proof that names the held body, if no number of boxes is enough for a tied one."""
+    """Return a proof that names the held body, if the boxes were not enough for a tied one."""
     from rbstab.elements.ligament import Ligament
 
-    stopped = proof.outcome.startswith((STOPPED, TOO_FEW)) and not proof.goes_on
     if (
-        stopped
+        proof.outcome.startswith((STOPPED, TOO_FEW))
         and config.controller.variant in TIES_OF_C
         and any(isinstance(one, Ligament) for one in system.elements)
     ):

@@ -14,6 +14,7 @@ from rbstab.experiment.answers.state_words import (
     counterexample,
     families_of,
     kinds_of,
+    other_family,
 )
 from rbstab.experiment.convergence.convergence import Convergence
 from rbstab.experiment.stored_proof.proof import (
@@ -168,10 +169,11 @@ def _global_sentence(proof: Proof) -> str:
         return "Globally stable: false; no motion that stays in the range comes to rest."
     if proof.unique and proof.globally_stable is False:
         return "Globally stable: false; the only rest state in the range is not a minimum."
-    other = counterexample(proof) if proof.unique is False else families_of(proof) or None
+    other = counterexample(proof) if proof.unique is False else other_family(proof)
     if other is not None:
         not_all = "not every start" if proof.stable_count == 1 else "false"
-        return f"Globally stable: {not_all}; the body can also rest at {other}."
+        also = "also " if count else ""
+        return f"Globally stable: {not_all}; the body can {also}rest at {other}."
     if count > 1:
         return "Globally stable: not decided; false if two of these are rest states."
     return "Globally stable: not decided."

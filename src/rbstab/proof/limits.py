@@ -22,6 +22,10 @@ BRIEF_WITH_FUNCTIONS, FEWEST = 48_000, 12_000
 """The same with one function of several angles, such as a length; with many of them."""
 
 
+TELLING = 8_000
+"""The boxes after which the rate of a search is known; of several ligaments a brief one tells."""
+
+
 @dataclass(frozen=True)
 class Limit:
     """The end of a search.
@@ -30,11 +34,13 @@ class Limit:
         boxes: The number of boxes at which it stops.
         most: The same of a search that is asked for.
         slow: Whether each box takes long, so that little is left to do when it has stopped.
+        telling: The number of boxes after which it is known whether `most` can be enough.
     """
 
     boxes: int
     most: int
     slow: bool
+    telling: int
 
 
 def search_limit(energy: Energy, *, brief: bool) -> Limit:
@@ -44,6 +50,7 @@ def search_limit(energy: Energy, *, brief: bool) -> Limit:
         energy: The energy.
         brief: Whether nobody asked for the proof.
     """
+    telling = TELLING
     if energy.free and springs_of(energy.U, energy.free).lines:
         most, less = MOST_WITH_SPRINGS, BRIEF_WITH_SPRINGS
     elif energy.free:
@@ -52,6 +59,7 @@ def search_limit(energy: Energy, *, brief: bool) -> Limit:
         longer = 1 + len(energy.U.terms) // TERMS
         most = MOST // (ligaments * longer)
         less = BRIEF_WITH_LIGAMENTS // (ligaments**2 * longer)
+        telling = min(TELLING, less)
     else:
         count = sum(
             a.kind not in {VAR, STEP} and (len(a.variables) > 1 or a.kind not in {SIN, COS})
@@ -59,4 +67,4 @@ def search_limit(energy: Energy, *, brief: bool) -> Limit:
         )
         most, less = MOST, max(FEWEST, BRIEF_WITH_FUNCTIONS // count) if count else BRIEF
     slow = bool(energy.free) or less < BRIEF
-    return Limit(less if brief else most, most, slow)
+    return Limit(less if brief else most, most, slow, telling)

@@ -103,6 +103,12 @@ WRONG = [
     ("contact_point", "com", "body.com: is unknown (did you mean contact_point?", "to C)"),
     ("orientation", "rpy", "initial.rpy: is unknown (did you mean orientation?", "then the new y"),
     ("mass: 41", "mas: 41", "body.mas: is unknown", "(did you mean mass?)"),
+    (
+        "samples: 11",
+        "samples: 11\ndesired: {tilt: 0.1}",
+        "desired.tilt: is unknown (did you mean within?",
+        "largest tilt, rad",
+    ),
     # Indentation, colons and brackets.
     (K_T, K_T[1:], "8:2: is indented by 1 space", "expected 2 spaces, as line 7 has, or 0"),
     (K_T, f" {K_T}", "8:4: is indented by 3 spaces, but the line above", "2 spaces, as line 7 has"),

@@ -56,6 +56,7 @@ FIRES = [
     (["body.inertia=[59e-6,59e-6,6e-6]"], "body.mass: a ball with", "the inertia in kg m²?"),
     (["gravity=[0,0,-9810]"], "gravity: 9810 m/s²", "in m/s² (not mm/s²)?"),
     (["gravity=[0,0,9.81]"], "gravity: it points up", "down is [0, 0, -9.81]"),
+    (["desired.within=3"], "desired.within: 3 rad is 171.9°", "in degrees: {deg: 3}"),
     (["initial.angular_velocity=[0,0,200]"], "initial.angular_velocity: 200 rad/s is 31.8", "deg:"),
     (["elements.hum.signal.phase=90"], "elements.hum.signal.phase: 90 rad is 14.3", "{deg: 90}"),
 ]
@@ -75,6 +76,8 @@ def test_a_likely_wrong_unit_is_named(changes: list[str], begin: str, part: str)
     "changes",
     [
         [],
+        ["desired.within={deg: 90}"],
+        ["desired.within=0.2"],
         ["initial.angular_velocity={deg: [0, 0, 11459]}"],
         ["elements.hum.signal.phase={deg: 900}"],
         ["initial.angular_velocity=[0,0,160]"],

@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -156,3 +157,37 @@ def test_modes_of_an_unstable_rest_state_grow(stiffness: float, growing: int) ->
     assert modes is not None
     assert modes.growing == growing
     assert ("2 modes grow: this rest state is unstable" in str(modes)) == (growing == 2)
+
+
+def modes_of(**controller: Any) -> str:
+    """Return what is said of the modes of a body of 12 kg that is tied at (0, 0, -0.25)."""
+    config = rbstab.load_config(
+        {
+            "body": {"mass": 12, "inertia": [0.29, 0.34, 0.13], "contact_point": [0, 0, -0.25]},
+            "controller": controller,
+            "integration": {"duration": 0.1},
+        }
+    )
+    modes = rest_modes(rbstab.simulate(config), config)
+    return "" if modes is None else str(modes)
+
+
+def test_modes_without_damping_are_said_not_to_decay() -> None:
+    """Free, with a spring on the angles: sqrt(60/0.34), sqrt(60/0.29), sqrt(30/0.13), 3 drifts."""
+    found = modes_of(variant="free", K_r=[60, 60, 30])
+    assert found.startswith("natural frequencies 13.28, 14.38, 15.19 rad/s; 6 modes do not osc")
+    assert "no mode decays" in found
+    held = modes_of(variant="permanent", K_r=[60, 60, 30])
+    assert "no mode decays" in held
+    assert "τ" not in held
+
+
+def test_turns_without_a_spring_have_no_frequency() -> None:
+    """A tie leaves the turns about C free: they neither oscillate nor decay."""
+    tie = {"K_c": [400] * 3, "L_c": [8] * 3}
+    found = modes_of(variant="visco-elastic", **tie)
+    # Along z: sqrt(400/12). Across: 400 (1/12 + 0.25²/J), for J = 0.34 and 0.29.
+    assert found.startswith("natural frequencies 5.774, 10.34, 10.93 rad/s; 6 modes do not osc")
+    assert "6 modes do not decay; of the others, the slowest mode decays with τ = 3 s" in found
+    one = modes_of(variant="visco-elastic", K_r=[60, 60, 30], **tie)
+    assert "1 mode does not decay" in one

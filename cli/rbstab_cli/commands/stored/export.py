@@ -70,7 +70,7 @@ def command(results: tuple[Path, ...], output: Path, traces: bool, force: bool) 
         click.echo(f"error: a result has wrong content ({reason})", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
     rows = len(next(iter(columns.arrays.values())))
-    click.echo(f"-> {output}: {rows} rows, {len(columns.arrays)} columns")
+    click.echo(f"-> {output}: {rows} row{'s' * (rows != 1)}, {len(columns.arrays)} columns")
 
 
 def _columns(sources: "Sources", *, traces: bool) -> "FlatColumns":

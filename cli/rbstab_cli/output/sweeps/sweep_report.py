@@ -63,12 +63,12 @@ def report_sweep(
     if summary is None or found is None:
         return
     from rbstab.analysis.lyapunov import ENERGY_SCALE
-    from rbstab.experiment.answers.run_answer import SETTLED
     from rbstab_cli.output.tables import number
 
     completed = by_status.get("completed", 0)
+    share = f"{grouped(summary.settled)} of {grouped(completed)}"
     rows = {
-        "settled": f"{grouped(summary.settled)} of {grouped(completed)} ({SETTLED} to the end)",
+        "settled": f"{share} ({found.outcomes.at_rest} to the end)",
         "settling time, median": (
             f"{number(summary.settling_median)} s, of those settled" if summary.settled else "-"
         ),
@@ -111,8 +111,6 @@ def print_outcomes(outcomes: "SweepOutcomes") -> None:
 
 def print_member_answers(found: "MemberAnswers") -> None:
     """Print the answers about the members of a sweep: their outcomes, and how sure they are."""
-    from rbstab.experiment.answers.run_answer import SETTLED
-
     print_outcomes(found.outcomes)
     meanings = {
         "proved": "they converge to a rest state",
@@ -128,7 +126,7 @@ def print_member_answers(found: "MemberAnswers") -> None:
     for sentence in found.one_state.sentences:
         click.echo(f"  {'rest states:':<13}{sentence}.")
     which = f"{grouped(found.settled)} of the {grouped(found.completed)} that completed"
-    click.echo(f"  {'settled:':<13}{which}: {SETTLED} to the end.")
+    click.echo(f"  {'settled:':<13}{which}: {found.outcomes.at_rest} to the end.")
     for why, count in found.without_proof.items():
         click.echo(f"  {'no proof:':<13}{grouped(count)} of {members} members: {why}.")
     if found.as_gathered:

@@ -6,7 +6,7 @@ import numpy as np
 
 from rbstab.analysis.configuration import ORIENTATION, POSITION, as_at_rest, configurations
 from rbstab.analysis.descents.descent import numerical_hessian
-from rbstab.analysis.linearisation import NoDerivativesError, are_real, linearise
+from rbstab.analysis.linearisation import ROUND_OFF, NoDerivativesError, are_real, linearise
 from rbstab.analysis.rest_state import rest_state_at
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of
@@ -17,6 +17,13 @@ from rbstab.store.result import Result
 GROWS = 1e-6
 """A mode grows if Re λ is larger than this, relative to the largest |λ|; less may be round-off."""
 
+STAYS = 1e-12
+"""A mode decays if Re λ is below minus this, on the same scale."""
+
+ZERO = 10 * ROUND_OFF
+"""An eigenvalue is 0 if |λ| is smaller, on the same scale: a double one is split by the root of the
+errors of the matrix."""
+
 
 class RestModes(NamedTuple):
     """The modes of the motion, linearised at rest.
@@ -24,27 +31,35 @@ class RestModes(NamedTuple):
     Attributes:
         frequencies: |λ| of each mode that oscillates, lowest first, rad/s.
         others: The number of modes that do not oscillate.
-        slowest: The time constant of the slowest mode, s; infinite if one does not decay.
+        slowest: The time constant of the slowest mode that decays, s; infinite if there is none.
+        staying: The number of modes that neither decay nor grow.
         growing: The number of modes that grow: the rest state is unstable if there is one.
     """
 
     frequencies: list[float]
     others: int
     slowest: float
+    staying: int = 0
     growing: int = 0
 
     def __str__(self) -> str:
         shown = ", ".join(f"{value:.4g}" for value in self.frequencies)
         parts = [f"natural frequencies {shown} rad/s"] if self.frequencies else []
         if self.others:
-            parts.append(f"{self.others} modes do not oscillate")
-        slowest = "one mode does not decay"
-        if np.isfinite(self.slowest):
-            slowest = f"the slowest mode decays with τ = {self.slowest:.4g} s"
+            one = self.others == 1
+            parts.append(f"{self.others} {'mode does' if one else 'modes do'} not oscillate")
         if self.growing:
             modes = "1 mode grows" if self.growing == 1 else f"{self.growing} modes grow"
-            slowest = f"{modes}: this rest state is unstable"
-        return f"{'; '.join([*parts, slowest])}; at the rest state where v = 0"
+            parts.append(f"{modes}: this rest state is unstable")
+        elif self.staying == len(self.frequencies) + self.others:
+            parts.append("no mode decays")
+        else:
+            if self.staying:
+                one = self.staying == 1
+                parts.append(f"{self.staying} {'mode does' if one else 'modes do'} not decay")
+            others = "of the others, " if self.staying else ""
+            parts.append(f"{others}the slowest mode decays with τ = {self.slowest:.4g} s")
+        return f"{'; '.join(parts)}; at the rest state where v = 0"
 
 
 @np.errstate(all="ignore")
@@ -75,11 +90,16 @@ def rest_modes(result: Result, config: Config | None) -> RestModes | None:
         return None
     if found is None:
         return None
-    values, real = found.eigenvalues, are_real(found.eigenvalues)
+    values = found.eigenvalues
+    size = np.abs(values).max()
+    zero = np.abs(values) <= ZERO * size
+    real = are_real(values) | zero
+    grow, decay = values.real > GROWS * size, (values.real < -STAYS * size) & ~zero
+    # Of a conjugate pair, one is counted.
+    stay = (real | (values.imag > 0)) & ~grow & ~decay
     frequencies = sorted(np.abs(values[(values.imag > 0) & ~real]).tolist())
-    slowest = -float(values.real.max())
-    if not frequencies and not slowest > 0:
+    if not frequencies and not decay.any():
         return None  # such a body has no rest state of its own
-    # Re λ of a mode without damping is round-off.
-    growing = int((values.real > GROWS * np.abs(values).max()).sum())
-    return RestModes(frequencies, int(real.sum()), 1 / slowest if slowest > 0 else np.inf, growing)
+    slowest = -1 / float(values.real[decay].max()) if decay.any() else np.inf
+    counts = int(real.sum()), slowest, int(stay.sum()), int(grow.sum())
+    return RestModes(frequencies, *counts)

@@ -48,6 +48,17 @@ def families_of(proof: "Proof") -> str:
     return " and ".join(parts)
 
 
+def other_family(proof: "Proof") -> str | None:
+    """Return a family of rest states as text: one without an unstable direction if there is one."""
+    shapes = {1: "curve of rest states", 2: "surface of rest states", 3: "family of all rotations"}
+    families = sorted(proof.families, key=lambda one: (one.index > 0, one.energy))
+    if not families:
+        return None
+    first = families[0]
+    kind = "an unstable" if first.index else "a"
+    return f"{kind} {shapes[first.dimension]} at {first.energy:.6g} J (index {first.index})"
+
+
 def counterexample(proof: "Proof", own: int | None = None) -> str | None:
     """Return a rest state at which a body can stay while another start ends elsewhere.
 

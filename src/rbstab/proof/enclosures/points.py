@@ -128,9 +128,10 @@ def _coefficients(function: Function, x: Array, order: int) -> list[Array]:
     if function.kind == OF:
         return list(AtPoints(function.extra, variables_at((INNER,), x[None])).dense(0, len(x)))
     if function.kind in {SIN, COS}:
-        first = int(function.kind == COS)
-        quarters = [x + (first + k) * np.pi / 2 for k in range(order + 1)]
-        return [np.sin(one) / factorial(k) for k, one in enumerate(quarters)]
+        # Shifts of x by quarter turns would lose the relative accuracy of small sines.
+        sine, cosine, first = np.sin(x), np.cos(x), int(function.kind == COS)
+        turns = [sine, cosine, -sine, -cosine]
+        return [turns[(first + k) % 4] / factorial(k) for k in range(order + 1)]
     return [one.mid for one in coefficients(function.kind, function.extra, Intervals(x, x), order)]
 
 

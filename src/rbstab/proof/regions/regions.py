@@ -275,8 +275,10 @@ class _Search:
         """Return the level that is tried next: just below the next pass, if one is known."""
         for one in sorted(self.levels, key=lambda one: one.bound):
             margin = self._margin(one)
-            if one.bound <= self.top and self.proved < one.bound - margin:
-                return one.bound - 0.5 * margin
+            aim = one.bound - 0.5 * margin
+            # The margin of a very shallow region may be lost in round-off.
+            if one.bound <= self.top and aim < self.top and self.proved < one.bound - margin:
+                return aim
         known = max(self.proved, self.floor)
         if self.top == np.inf or self.top - known <= MARGIN * (self.top - self.floor):
             return None

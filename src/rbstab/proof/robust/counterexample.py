@@ -35,7 +35,7 @@ class Counterexample(NamedTuple):
 def counterexample(
     members: Members, part: Part, starts: Array, family: Family
 ) -> Counterexample | None:
-    """Look for a counterexample in a box: its middle, and the body that is flattest at some points.
+    """Look for a counterexample in a box: its middle, and the flattest and the softest body.
 
     Args:
         members: Builds the system of a member.
@@ -46,6 +46,8 @@ def counterexample(
     found = _shown_by(members, part.middle, starts)
     if found is None and len(starts):
         found = _shown_by(members, _flattest(family, part, starts), starts)
+    if found is None and len(starts) and family is not None:
+        found = _shown_by(members, _softest(family, part, starts[0]), starts)
     return found
 
 
@@ -97,3 +99,15 @@ def _flattest(family: Family, part: Part, points: Array) -> tuple[Fraction, ...]
     for k, z in zip(moved, chosen, strict=True):
         numbers[k] += Fraction(round(float(z) * STEPS), STEPS) * part.radius[k]
     return tuple(numbers)
+
+
+def _softest(family: Family, part: Part, point: Array) -> tuple[Fraction, ...]:
+    """Return the body at an end of the box whose ∇²U at a point falls most, where it is least."""
+    _, _, bent = family.gradients(point[:, np.newaxis])
+    _, axes = np.linalg.eigh(family.at(point[:, np.newaxis])[1][..., 0])
+    changes = axes[:, 0] @ bent[..., 0].reshape(-1, 3, 3) @ axes[:, 0]
+    ends = np.sign(np.nan_to_num(changes)).astype(int).tolist()
+    return tuple(
+        middle - end * radius
+        for middle, end, radius in zip(part.middle, ends, part.radius, strict=True)
+    )

@@ -8,6 +8,7 @@ import numpy as np
 
 from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.experiment.answers.run_answer import SETTLED as SETTLED_V
+from rbstab.experiment.answers.run_answer import SETTLED_DRIVEN
 from rbstab.experiment.answers.words import Sureness, words_with_meanings
 from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
@@ -25,7 +26,10 @@ from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, PROVED
 from rbstab.sweep.proofs.one_state import OneState
 
 SYMBOLS = (
-    ("at rest", f"{SETTLED_V} to the end of the run"),
+    (
+        "at rest",
+        f"{SETTLED_V} to the end of the run; where inputs supply power, {SETTLED_DRIVEN}",
+    ),
     ("tilt", "the angle of the rotation between the attitude of the body and the desired one"),
     ("E1, E2, E3", "the displacement of the contact point from its anchor, by axis"),
     ("v", "the Lyapunov function, an energy: 0 at rest; v(0) is its value at the start"),

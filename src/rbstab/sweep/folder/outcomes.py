@@ -5,9 +5,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rbstab.analysis.approached_state import SAME_STATE
+from rbstab.config.build import supplies_power
 from rbstab.config.errors import ConfigError
 from rbstab.config.source import parse_source
 from rbstab.experiment.answers.outcome import KIND_OF_STATUS, KINDS, OutcomeKind, outcome_codes
+from rbstab.experiment.answers.run_answer import SETTLED, SETTLED_DRIVEN
 from rbstab.experiment.answers.wanted import Wanted, wanted
 from rbstab.files.counts import grouped
 from rbstab.integrate.status import RunStatus
@@ -133,6 +135,7 @@ class SweepOutcomes(NamedTuple):
         end: When their runs end, as text.
         aim: What is wanted of the bodies.
         deciding: From which value of one parameter on they return; "" if none decides.
+        at_rest: What "at rest" means for their runs.
     """
 
     counts: dict[OutcomeKind, int]
@@ -142,6 +145,7 @@ class SweepOutcomes(NamedTuple):
     end: str
     aim: Wanted
     deciding: str
+    at_rest: str = SETTLED
 
     @property
     def all_return(self) -> bool:
@@ -199,6 +203,7 @@ def outcomes_of(table: Table, plan: Plan | None, proved: Array) -> SweepOutcomes
     returns = table["outcome"] == KINDS.index(OutcomeKind.RETURNS)
     moving = table["outcome"] == KINDS.index(OutcomeKind.MOVING)
     numbers = table["rest_state"]
+    driven = plan is not None and any(map(supplies_power, plan.bases.values()))
     return SweepOutcomes(
         counts=dict(zip(KINDS, counts, strict=True)),
         proved=int(np.count_nonzero(returns & proved)),
@@ -207,4 +212,5 @@ def outcomes_of(table: Table, plan: Plan | None, proved: Array) -> SweepOutcomes
         end=end_of(table),
         aim=wanted_of(plan),
         deciding="" if plan is None else deciding_sentence(plan, table),
+        at_rest=SETTLED_DRIVEN if driven else SETTLED,
     )

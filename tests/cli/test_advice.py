@@ -16,6 +16,7 @@ from support.leg import LIGAMENTS, leg
 import rbstab
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
+from rbstab.experiment import proof as proofs
 from rbstab.experiment.convergence.exact_motion import convergence_at_start
 from rbstab.experiment.stability import stability_of
 from rbstab.experiment.summary import at_rest_from, settling_time_of
@@ -199,6 +200,7 @@ def test_the_held_body_is_named_also_where_more_boxes_may_help(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(limits, "BRIEF_WITH_LIGAMENTS", 4000)
+    monkeypatch.setattr(proofs, "ENOUGH", 0.1)
     proof = rbstab.prove(LEG | {"elements": LIGAMENTS}, brief=True)
     assert proof.goes_on
     assert "--prove tries more; the same body held at C (variant: permanent)" in proof.ended

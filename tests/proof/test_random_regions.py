@@ -89,28 +89,6 @@ def test_descents_end_at_the_minimum_of_their_region(found):
             )
 
 
-def test_balls_with_less_energy_than_the_pass_stay(found):
-    """A rolling ball with little friction, and almost all the energy of the region."""
-    landscape, zeros, regions = found
-    x, which = starts_of(landscape, zeros, regions)
-    rng = np.random.default_rng(3)
-    for k, region in enumerate(regions.minima):
-        inside = np.flatnonzero(which == k)
-        for start in x[inside[:: max(1, len(inside) // 2)]][:2]:
-            speed = rng.normal(size=3)
-            kinetic = region.energy_bound - 1e-6 - landscape.value(start)
-            speed *= np.sqrt(2 * max(kinetic, 0)) / np.linalg.norm(speed)
-            motion = solve_ivp(
-                lambda _, z: np.concatenate([z[3:], -landscape.slope(z[:3]) - 0.1 * z[3:]]),
-                (0, 200),
-                np.concatenate([start, speed]),
-                method="LSODA",
-                rtol=1e-8,
-            )
-            end = zeros.zeros[region.state].point
-            np.testing.assert_allclose(motion.y[:3, -1], end, atol=1e-2, rtol=0)
-
-
 def test_no_region_ends_above_a_way_on_a_grid(found):
     """Each way on the grid from a minimum to another or the border is a way."""
     landscape, zeros, regions = found

@@ -18,8 +18,8 @@ SHAPES = [(0, 0, 1), (0, 0, 4), (2, 3, 1), (2, 2, 3)]
 """Variables and degree in z, and terms in τ."""
 
 FUNCTIONS = [
-    *product(["inverse", "sqrt", "log", "atan", "sin", "cos", "exp"], SHAPES),
-    *product(["tan", "sinh", "cosh", "tanh"], SHAPES[1:2]),
+    *product(["inverse", "sqrt", "log", "atan", "sin", "cos", "exp"], SHAPES[::2]),
+    *product(["tan", "sinh", "cosh", "tanh"], SHAPES[3:]),
 ]
 
 
@@ -94,7 +94,7 @@ def test_sums_and_products(shape):
 
     seen = [
         assert_holds(some, shape, seed, **given)[1]
-        for seed in range(9)
+        for seed in range(4)
         for given in ({}, {"remainder": 1e-2})
     ]
     assert max(seen) > 0.05
@@ -113,7 +113,6 @@ def test_ranges_hold_and_are_reached():
     ("name", "constant", "size"),
     [
         ("inverse", 0.1, 0.2),
-        ("sqrt", 0.1, 0.2),
         ("log", 0.1, 0.2),
         ("exp", 0.0, 2.5),
         ("inverse", np.nan, 0.1),

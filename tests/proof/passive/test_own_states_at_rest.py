@@ -69,22 +69,16 @@ SINGULAR = np.array([[1.0, 2.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 """M + M' has an eigenvalue 0."""
 
 RATES = {
-    "diagonal": (lambda s, *_: np.diag([0.5, 1e-6, 2.0]) @ s, True),
-    "symmetric": (lambda s, *_: K @ s, True),
     "with a skew part": (lambda s, *_: (np.eye(3) + SKEW) @ s, True),
     "nearly singular": (lambda s, *_: (SINGULAR * [[1, 0.999, 1], [1, 1, 1], [1, 1, 1]]) @ s, True),
     "a zero over what varies": (lambda s, Theta, *_: s + 0.0 / numbers.exp_of(Theta[0]), True),
     "a cube": (lambda s, *_: s * s * s, True),
-    "a power": (lambda s, *_: np.array([one**3 / 7.0 for one in s]), True),
     "a root": (lambda s, Theta, *_: root(s, Theta), True),
     "Eyring": (lambda s, Theta, *_: eyring(s, Theta), True),
-    "upward": (lambda s, *_: -s, False),
     "upward by a root": (lambda s, Theta, *_: -root(s, Theta), False),
-    "indefinite": (lambda s, *_: np.diag([1.0, -1.0, 1.0]) @ s, False),
     "one is kept": (lambda s, *_: np.diag([1.0, 0.0, 1.0]) @ s, False),
     "singular": (lambda s, *_: SINGULAR @ s, False),
     "of another energy": (lambda s, *q: s + 0.001 * q[1], False),
-    "with a constant": (lambda s, *_: s + 1e-6, False),
     "of a sign that is not seen": (lambda s, Theta, *_: turned(s, Theta), False),
     # -diag(s) M ∂W/∂D may go up if M is not diagonal.
     "signs with a matrix": (lambda s, *q: ((np.eye(3) + SKEW) @ s) / (1.0 + q[2] ** 2), False),
@@ -101,10 +95,3 @@ def test_own_states_that_move_down_their_energy(name, energy):
 
 def test_an_energy_that_does_not_depend_on_the_own_state():
     assert not relaxes(lambda _, X, __: X @ X, lambda _, __, D: -D)
-
-
-def test_many_own_states():
-    D = np.array([variable(20 + k) for k in range(12)], dtype=object)
-    own = range(20, 32)
-    assert moves_down(D @ D, own, list(-3.0 * D))
-    assert not moves_down(D @ D, own, list(-3.0 * D[[*range(1, 12), 0]]))

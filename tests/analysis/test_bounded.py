@@ -2,23 +2,17 @@
 
 import operator
 from fractions import Fraction
-from functools import partial
 
 import mpmath
 import numpy as np
 import pytest
-from support.paper_runs import CASES, paper_config
 
-import rbstab
 from rbstab.analysis.bounded import (
     MANY_ANGLES,
     STEP,
     UNIT,
     Bounded,
-    bounded_decimals,
 )
-from rbstab.analysis.exact import decimal_balls, in_balls
-from rbstab.config.build import start_of, system_of
 from rbstab.mechanics.numbers import FUNCTIONS
 
 RANDOM = np.random.default_rng(7)
@@ -40,26 +34,6 @@ def test_all_values_within_the_errors_are_held(formula):
         assert Fraction(float(found.low)) <= min(ends)
         assert max(ends) <= Fraction(float(found.high))
         assert found.high - found.low <= 4 * float(max(ends) - min(ends)) + 1e-14
-
-
-@pytest.mark.parametrize(("variant", "with_gravity"), CASES[:3])
-def test_energy_holds_the_exact_one(variant, with_gravity):
-    spin, angles = (RANDOM.normal(size=3).tolist() for _ in range(2))
-    initial = {"angular_velocity": spin, "orientation": [0.3 * angle for angle in angles]}
-    config = rbstab.load_config(paper_config(variant, with_gravity, initial=initial))
-    system = system_of(config, bounded_decimals)
-    state = start_of(config, system, bounded_decimals)
-    motion = system.motion(state)
-    energy = system.body.kinetic_energy(motion.Omega, motion.V) + system.potential_energy(state)
-
-    def exact():
-        ours = system_of(config, decimal_balls)
-        start = start_of(config, ours, decimal_balls)
-        return sum(ours.observe(start).energy.tolist())
-
-    ball = in_balls(partial(exact))
-    assert float(energy.low) <= float(ball.mid()) <= float(energy.high)
-    assert 0 < energy.error < 1e-11 * abs(float(energy.value))
 
 
 @pytest.mark.parametrize("size", [1e-9, 0.02, 4.0, 60.0, 1e6])

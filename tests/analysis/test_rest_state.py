@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.rest import DAMPING, HEAVY, K_C
+from support.rest import HEAVY
 from support.rest import paper_system as paper_variant
 from support.systems import VARIANTS, random_system
 
@@ -13,8 +13,6 @@ from rbstab.analysis.rest_state import (
     RestState,
     nearest_rest_state,
 )
-from rbstab.elements.embedded import EmbeddedConnector
-from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.mechanics.motion import motion_from_centre
 from rbstab.systems.coordinates import (
     CentreCoordinates,
@@ -40,23 +38,6 @@ def paper_system(coordinates, *connector, weight=HEAVY, anchor=(0.0, 0.0, 0.0)):
 def loaded(request, rng):
     """Return a random system whose weight turns it, but not out of the range of eq. 5."""
     return random_system(rng, request.param, LOADED[request.param])
-
-
-@pytest.mark.parametrize(
-    ("coordinates", "connector"),
-    [
-        (ReducedCoordinates(), ()),
-        (CentreCoordinates(), (ViscoElasticConnector(K_C, DAMPING),)),
-        (CentreCoordinates(), (EmbeddedConnector(K_C, DAMPING, K_C, 2 * DAMPING),)),
-    ],
-    ids=["permanent", "visco-elastic", "embedded"],
-)
-def test_body_anchored_where_the_free_body_hangs_rests_upright(coordinates, connector):
-    rest = nearest_rest_state(paper_system(coordinates, *connector, anchor=(0.0, 0.0, -0.125)))
-    assert rest.found
-    np.testing.assert_array_equal(rest.motion.Theta, 0)
-    np.testing.assert_array_equal(rest.own, 0)
-    assert rest.energy == pytest.approx(-25.625, rel=1e-14)
 
 
 def test_rest_state_does_not_move_and_is_a_minimum_of_the_stored_energy(loaded, rng):

@@ -177,26 +177,6 @@ def test_a_box_without_ends_gives_bounds_or_none(name):
             np.testing.assert_allclose(b.gradient_over.mid[:, 0], [2, -1, 0], atol=1e-14)
 
 
-def test_values_at_a_point_are_those_of_the_balls():
-    """V, ∇V and ∇²V of `at`, to round-off."""
-    U = (X * Y).sin() + HALF * W * W + W * X + (1 + W * W).sqrt()
-    energy, point = BoundedEnergy(U, (0, 1), (3,)), np.array([0.7, -0.4])
-    exact = reduced(U, dict(enumerate(point.tolist())), (0, 1), (3,))
-    V, g, H = energy.at(point[:, None])
-    assert V[0] == pytest.approx(float(exact[0]), abs=1e-14)
-    np.testing.assert_allclose(g[:, 0], [float(v) for v in exact[1]], atol=1e-13)
-    hessian = np.array([[float(v) for v in row] for row in exact[2]])
-    np.testing.assert_allclose(H[:, :, 0], hessian, atol=1e-13)
-    np.testing.assert_allclose(energy.curvatures(point), np.linalg.eigvalsh(hessian), atol=1e-13)
-
-
-def test_slopes_use_the_better_of_both_bounds():
-    """From the terms near a pole, and by the mean value theorem in a small box."""
-    b = BoundedEnergy((X - Y) * (X + Y)).over(np.zeros((3, 1)), np.ones((3, 1)))
-    np.testing.assert_allclose(b.slopes.lo[:, 0], [0, -2, 0], atol=1e-11)
-    np.testing.assert_allclose(b.slopes.hi[:, 0], [2, 0, 0], atol=1e-11)
-
-
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_a_derivative_that_jumps_is_not_known_from_the_centre(order):
     """x^k step(x) from -1 to 2: at the centre all derivatives are those of x^k, before 0 none."""

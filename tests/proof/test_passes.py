@@ -10,7 +10,6 @@ from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.levels import Ranges
 from rbstab.proof.exact.expr import variable
 from rbstab.proof.model import Energy
-from rbstab.proof.regions.cells import Cells
 from rbstab.proof.regions.passes import Complex, Land
 from rbstab.proof.regions.regions import regions_of
 from rbstab.proof.regions.starts import RegionLevel, StartRegions
@@ -213,23 +212,3 @@ def test_neighbours_are_kept_when_cells_are_divided():
         assert pairs == {frozenset(pair) for pair in whole}
         touching = cells.cells.boxes.touch(around(0.1, 0.1, 0.1))
         np.testing.assert_array_equal(np.sort(cells.touching[0]), np.flatnonzero(touching))
-
-
-@pytest.mark.parametrize("axis", [0, 1, 2])
-def test_a_skipped_neighbour_would_be_seen(monkeypatch, axis):
-    """Without pairs across one side of cells a component stays in a half of a plain bowl."""
-    U, start = BOWL + 10 * X * X, (around(0.1, 0.1, 0.1), 0.0)
-    opposite = -np.full((3, 1), 0.3)
-    right = refined(complex_of(U, [start]), 0, 5.0).component(0, 5.0)
-    assert right.contains(opposite, opposite)[0]
-    whole = Cells.neighbours
-
-    def skipping(self, some=None):
-        one, two = whole(self, some)
-        apart = self.boxes.lo[axis, one] == self.boxes.hi[axis, two]
-        apart |= self.boxes.hi[axis, one] == self.boxes.lo[axis, two]
-        return one[~apart], two[~apart]
-
-    monkeypatch.setattr(Cells, "neighbours", skipping)
-    wrong = refined(complex_of(U, [start]), 0, 5.0).component(0, 5.0)
-    assert not wrong.contains(opposite, opposite)[0]

@@ -68,19 +68,6 @@ def test_the_level_of_many_bodies_and_of_one():
     assert 0.995 * lowest < prove_bodies(members, part).level <= lowest
 
 
-def test_several_rest_states_are_never_proved():
-    members, part = box_of(config_of("permanent", scale=0.3), "controller=±20%")
-    proof = prove_bodies(members, part, part_limit=6)
-    assert proof.outcome is BodiesOutcome.SEVERAL
-    assert proof.false is not None
-    at_rest = configurations(member(members, proof.false.numbers))
-    assert len(proof.false.rest_states) >= 2
-    for Theta in proof.false.rest_states:
-        assert np.abs(at_rest.gradient(Theta)).max() < 1e-9
-    for number, middle, radius in zip(proof.false.numbers, part.middle, part.radius, strict=True):
-        assert abs(number - middle) <= radius
-
-
 def pendulum(low, high):
     """Return the box of pendulums that stand if k > 100, with k from low to high."""
 
@@ -118,7 +105,14 @@ def test_pendulum_is_proved_where_its_equation_says(low, high, outcome):
     """K θ1 = 100 sin θ1 has one root if k >= 100, a threefold one at 100, else three."""
     members, part = pendulum(low, high)
     limit = 4 if outcome is BodiesOutcome.PART_LIMIT else 12
-    assert prove_bodies(members, part, limit).outcome is outcome
+    proof = prove_bodies(members, part, limit)
+    assert proof.outcome is outcome
+    if outcome is BodiesOutcome.SEVERAL:
+        assert proof.false is not None
+        at_rest = configurations(member(members, proof.false.numbers))
+        assert len(proof.false.rest_states) >= 2
+        assert max(np.abs(at_rest.gradient(x)).max() for x in proof.false.rest_states) < 1e-9
+        assert Fraction(low) <= proof.false.numbers[0] <= Fraction(high)
 
 
 def sliding():

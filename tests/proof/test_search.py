@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 from rbstab.proof import search
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.exact.expr import expr, variable
+from rbstab.proof.model import COSINE
 from rbstab.proof.search import Box, Search, isolated, newton
 
 X, Y, Z, W = (variable(k) for k in range(4))
@@ -64,15 +65,24 @@ def test_a_product_of_wells_has_all_indices():
         assert zero.index == int(np.sum(np.abs(zero.point) < 0.1))
         exact = 0.25 * sum((v * v - float(s) ** 2) ** 2 for v, s in zip(zero.point, a, strict=True))
         assert zero.energy == pytest.approx(exact, abs=1e-12)
+        assert (zero.enclosure.hi - zero.enclosure.lo).max() < 1e-12
     energies = [zero.energy for zero in found.zeros]
     assert energies == sorted(energies)
 
 
-@pytest.mark.parametrize("ratio", [0.02, 0.9, 1 - 1e-6, 1 + 1e-6, 5.0])
+@pytest.mark.parametrize(
+    "ratio", ["0.02", "0.9", "0.999999", "1", "1.0000000000001", "5"]
+)
 def test_a_pendulum_stands_where_its_one_equation_says(ratio):
-    """kθ = sin θ: three zeros for k < 1 in (-π, π), else one."""
-    k = Fraction(str(ratio))
+    """kθ = sin θ: three zeros for k < 1 in (-π, π), else one; about to part they are not proved."""
+    k, ratio = Fraction(ratio), float(ratio)
     found = proved(X.cos() + HALF * (k * X * X + Y * Y + Z * Z))
+    if abs(ratio - 1) < 1e-12:
+        assert not found.proved
+        assert found.zeros == ()
+        assert found.undecided.touch(cube(0.0)).any()
+        assert 0.999 < found.share <= 1.0
+        return
     assert found.proved
     expected = [(0.0, 0, 0)]
     if ratio < 1:
@@ -82,18 +92,6 @@ def test_a_pendulum_stands_where_its_one_equation_says(ratio):
         same_points(found, expected)
     assert len(found.zeros) == len(expected)
     assert {zero.index for zero in found.zeros} == ({0, 1} if ratio < 1 else {0})
-
-
-@pytest.mark.parametrize("k", [Fraction(1), 1 - Fraction(1, 10**13), 1 + Fraction(1, 10**13)])
-def test_zeros_about_to_part_are_never_called_proved(k):
-    found = proved(X.cos() + HALF * (k * X * X + Y * Y + Z * Z))
-    assert not found.proved
-    assert found.zeros == ()
-    low, high = found.undecided.lo.min(axis=1), found.undecided.hi.max(axis=1)
-    assert np.all(low < 0)
-    assert np.all(high > 0)
-    assert np.all(np.abs([low, high]) < 1e-3)
-    assert 0.999 < found.share <= 1.0
 
 
 @pytest.mark.parametrize("gap", ["1e-3", "1e-7", "0", "-1e-9", "-1e-3"])
@@ -167,22 +165,6 @@ def test_a_limit_leaves_every_zero_proved_or_undecided(limit):
             assert known or found.undecided.touch(Box(point, point)).any()
 
 
-def test_a_zero_is_enclosed_to_round_off_and_alone_in_its_domain():
-    """θ = 2 sin θ; the root by iteration, whose slope there is -0.64."""
-    root = 1.9
-    for _ in range(200):
-        root = 2 * np.sin(root)
-    energy = BoundedEnergy(2 * X.cos() + HALF * (X * X + 3 * Y * Y + Z * Z))
-    zeros = [isolated(energy, np.array([x, 0.0, 0.0])) for x in (-root, 0.0, root)]
-    for zero in zeros:
-        assert zero is not None
-        assert (zero.enclosure.hi - zero.enclosure.lo).max() < 2e-13
-        assert sum(zero.domain.contains(other.point) for other in zeros if other) == 1
-        assert (zero.domain.hi - zero.domain.lo).max() > 0.1
-        assert zero.index == int(zero.point[0] == 0)
-    assert isolated(energy, np.array([0.9, 0.0, 0.0])) is None
-
-
 def test_newton_says_where_it_does_not_arrive():
     straight = BoundedEnergy(X + Y + Z)
     start = np.array([[0.3], [0.2], [0.1]])
@@ -225,36 +207,12 @@ def test_zeros_of_the_least_energy_over_further_variables():
     assert [zero.index for zero in found.zeros] == [0, 0, 1]
 
 
-@pytest.mark.parametrize(
-    "seed", [pytest.param(s, marks=[pytest.mark.heavy] * (s > 0)) for s in range(4)]
-)
-def test_a_wild_energy_has_the_zeros_that_many_starts_find(seed):
-    """Newton's method of SciPy from 400 points, on the gradient in closed form."""
-    from scipy.optimize import root
-
-    rng = np.random.default_rng(seed)
-    K = rng.integers(-2, 3, (4, 3))
-    c, phase = rng.integers(1, 4, 4), rng.integers(0, 6, 4)
-    U = HALF * (X * X + Y * Y + Z * Z)
-    for row, factor, shift in zip(K.tolist(), c.tolist(), phase.tolist(), strict=True):
-        U = U + factor * HALF * (row[0] * X + row[1] * Y + row[2] * Z + shift).cos()
-
-    def gradient(x):
-        return x - 0.5 * K.T @ (c * np.sin(K @ x + phase))
-
-    found = Search(BoundedEnergy(U), cube(2.0)).run(100_000)
-    assert found.proved
-    seen: list[Any] = []
-    for start in rng.uniform(-2, 2, (400, 3)):
-        ended = root(gradient, start, tol=1e-13)
-        x = ended.x
-        fresh = all(np.abs(x - other).max() > 1e-6 for other in seen)
-        if ended.success and np.abs(gradient(x)).max() < 1e-10 and np.all(np.abs(x) < 2) and fresh:
-            seen.append(x)
-            assert any(zero.domain.contains(x) for zero in found.zeros)
-    # A proved zero is one, whether a start came there or not.
-    for zero in found.zeros:
-        assert np.abs(gradient(zero.point)).max() < 1e-10
-        H = np.eye(3) - 0.5 * (K.T * (c * np.cos(K @ zero.point + phase))) @ K
-        assert zero.index == int(np.sum(np.linalg.eigvalsh(H) < 0))
-    assert len(seen) <= len(found.zeros)
+def test_a_zero_on_the_end_of_the_pitch_stays_undecided():
+    """It is not hidden by a zero beyond it, where cos θ2 >= 0 is wrong."""
+    U = -15 * X.cos() * Y.cos() - 25 * X.cos() * Z.cos() - 20 * Y.cos() * Z.cos()
+    U = U + 25 * X.sin() * Y.sin() * Z.sin()
+    corner = -np.full(3, np.nextafter(np.pi / 2, 4))  # ∇U is zero at θ1 = θ2 = θ3 = -π/2
+    box = Box(corner - np.array([0.3, 0.0, 0.3]), corner + 0.2)
+    found = Search(BoundedEnergy(U, least={COSINE: 0.0}), box).run(5000)
+    assert not found.proved
+    assert found.undecided.touch(Box(corner - 1e-9, corner + 1e-9)).any()

@@ -19,8 +19,7 @@ from support.tied_springs import (
 )
 
 from rbstab.elements.guards.stop import Stop
-from rbstab.proof.exact.expr import variable
-from rbstab.proof.exact.lengths import springs_of, with_lengths_apart, with_squares
+from rbstab.proof.exact.lengths import springs_of
 from rbstab.proof.reasons import NoReducedEnergy
 from rbstab.proof.rest_states import Body
 from rbstab.proof.search import Box
@@ -145,16 +144,3 @@ def test_ligaments_beside_springs_are_part_of_what_is_convex():
     assert body.bounded.rest is not None
     with pytest.raises(NoReducedEnergy, match="beside a stop"):
         body_of([spring_of()], 1.0, Stop(name="stop", angle=1.2, restitution=0.0))
-
-
-def test_a_spring_is_a_quadratic_part_and_its_length():
-    x, y, z = (variable(k) for k in (3, 4, 5))
-    r = variable(0).cos()
-    length = ((x + r) ** 2 + y**2 + (z - 1) ** 2).sqrt()
-    U = 3 * (length - 2) ** 2
-    apart = with_squares(with_lengths_apart(U, (3, 4, 5)), (3, 4, 5))
-    springs = springs_of(apart + 5 * (x**2 + y**2 + z**2) - 6 * r * x + 6 * z, (3, 4, 5))
-    (line,) = springs.lines
-    assert line.weight == 12
-    assert [str(one) for one in line.offset] == [str(one) for one in (r, 0 * r, 0 * r - 1)]
-    assert abs(float(springs.stiffness) - 16) < 1e-6

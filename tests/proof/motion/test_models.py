@@ -18,8 +18,8 @@ SHAPES = [(0, 0, 1), (0, 0, 4), (2, 3, 1), (2, 2, 3)]
 """Variables and degree in z, and terms in τ."""
 
 FUNCTIONS = [
-    *product(["inverse", "sqrt", "log", "atan", "sin", "cos", "exp"], SHAPES[::2]),
-    *product(["tan", "sinh", "cosh", "tanh"], SHAPES[3:]),
+    *product(["inverse", "sqrt", "log", "atan", "sin", "cos", "exp"], SHAPES),
+    *product(["tan", "sinh", "cosh", "tanh"], SHAPES[1:2]),
 ]
 
 
@@ -94,7 +94,7 @@ def test_sums_and_products(shape):
 
     seen = [
         assert_holds(some, shape, seed, **given)[1]
-        for seed in range(4)
+        for seed in range(9)
         for given in ({}, {"remainder": 1e-2})
     ]
     assert max(seen) > 0.05

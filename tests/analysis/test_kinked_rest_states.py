@@ -92,17 +92,16 @@ def test_a_guard_of_constant_couple_holds_a_body_at_its_soft_angle(couple):
     assert rest.energy == pytest.approx(value(rest.motion.Theta[1]), abs=1e-8)
 
 
-@pytest.mark.parametrize("angle", [0.05, 0.6])
-def test_a_tie_beside_a_stop(angle):
+def test_a_tie_beside_a_stop():
     """SciPy finds no lower energy within the stop, from another start."""
+    angle = 0.05
     elements = {"grip": tie(point=(0.4, 0.0, 0.1)), "end": stop(0.5, angle)}
     system = problem(loaded((2.0, 1.0, -19.6), elements)).system
     rest = nearest_rest_state(system)
     assert rest.found
     found = configurations(system)
     q = found.configuration(rest.motion, rest.own)
-    assert abs(q[1]) <= angle
-    assert (abs(q[1]) == angle) == (angle == 0.05)
+    assert abs(q[1]) == angle
     bounds = [(None, None), (-angle, angle), *[(None, None)] * 4]
     options = {"xatol": 1e-9, "fatol": 1e-12, "maxiter": 2000, "maxfev": 2000}
     moved = np.clip(q + 0.01, [-9, -angle] + [-9] * 4, [9, angle] + [9] * 4)

@@ -114,15 +114,6 @@ def test_a_barrier_closes_the_range_only_where_the_energy_rises_to_infinity():
     assert stopped.least[atom(COS, y)] == 0.0
 
 
-def test_what_is_quadratic_with_constant_stiffness_is_eliminated():
-    """½ (2X² + 2XY + 2Y²) - X sin θ1 has X = 2/3 sin θ1, Y = -1/3 sin θ1, and -1/3 sin² θ1."""
-    s, X, Y = V[0].sin(), V[3], V[4]
-    found = eliminated(X * X + X * Y + Y * Y - X * s, range(3, 5))
-    assert found.free == ()
-    assert found.minimiser == {3: s * Fraction(2, 3), 4: s * Fraction(-1, 3)}
-    assert s * s * Fraction(-1, 3) == found.U
-
-
 def test_what_is_not_quadratic_stays():
     """Y has a fourth power, Z a stiffness that depends on θ1; counted from their centre."""
     s, X, Y, Z = V[0].sin(), V[3], V[4], V[5]

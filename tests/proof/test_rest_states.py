@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from support.proofs import rest_states, slopes_of
 from support.rest import (
-    HEAVY,
     SADDLES,
     inverted_pendulum,
     paper_system,
@@ -29,16 +28,6 @@ def test_saddles_of_the_paper_body(proof):
     assert [point.proved for point in found.states] == [proof] * 3
     assert found.unique is (False if proof else None)
     assert found.outcome is (SearchOutcome.PROVED if proof else SearchOutcome.SEARCHED)
-
-
-@pytest.mark.parametrize("variant", ["free", "embedded"])
-def test_body_under_gravity_whose_anchor_is_where_it_hangs_rests_upright(variant):
-    found = rest_states(paper_system(variant, weight=HEAVY, anchor=(0.0, 0.0, -0.125)))
-    (point,) = found.states
-    assert found.unique is True
-    np.testing.assert_allclose(point.Theta, 0, atol=1e-14)
-    np.testing.assert_allclose(point.state.motion.X, [0, 0, -0.125], rtol=0, atol=1e-14)
-    np.testing.assert_allclose(point.state.own, 0, atol=1e-14)
 
 
 @pytest.mark.parametrize("variant", VARIANTS)

@@ -101,15 +101,6 @@ def test_in_a_term_with_a_step_its_argument_is_positive():
     assert POSITIVE not in {a.kind for a in falling.all_atoms}
 
 
-def test_a_step_times_a_function_of_it_takes_the_step_as_one():
-    g = X - 1
-    e = with_known_steps(g.step(1) * (Y + g.step(1)).sin())
-    assert e == g.step(1) * (Y + 1).sin()
-    # A step alone inside a function is no factor, and stays.
-    alone = (Y + g.step(1)).sin()
-    assert with_known_steps(alone) == alone
-
-
 def test_terms_of_one_argument_become_one_function():
     """F(ℓ) = step(ℓ - 1) (ℓ - 1)² + step(ℓ - 2) (ℓ - 2)³ of a length; jumps and guards stay."""
     length = (X * X + Y.sin() + 2).sqrt()

@@ -75,8 +75,8 @@ def _random(rng, depth):
         lambda: one * two,
         lambda: c * one,
         lambda: one**n,
-        lambda: (1 + one * one).sqrt(),
-        lambda: (0.3 * one).exp(),
+        lambda: c * (1 + one * one).sqrt(),
+        lambda: c * (0.3 * one).exp(),
         # For some c and n this is never negative, for others it is.
         lambda: one * one + 2 * c * one * two + n * two * two / 2,
     ]

@@ -86,6 +86,7 @@ SET = ("permanent", "reduced", {"variables": 2, "degree": 3, "width": 1e-4, "err
     ("kind", "variant", "coordinates", "shape", "widest"),
     [
         ("ligament", *NARROW),
+        ("repelling", *NARROW),
         ("stiff", *WIDE),
         ("repelling", *WIDE),
         ("repelling", *SET),

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from flint import arb
+from flint import arb, ctx
 from support.exact_motions import state_after
 from support.motion_steps import (
     LONGEST,
@@ -16,12 +16,17 @@ from support.motion_steps import (
     stepped,
     tried,
 )
-from support.polynomial_sets import place_in_frame, state_of
+from support.polynomial_sets import BITS, place_in_frame, state_of, value_at
 from support.start_sets import VARIANTS, random_config, random_set, together
 
+from rbstab.proof.motion.linear_flow import LinearBounds
 from rbstab.proof.motion.step import (
+    MARGIN,
     TIME_GRID,
     Disturbance,
+    _error_bounds,
+    _series,
+    _Steps,
     set_steps,
 )
 
@@ -59,6 +64,59 @@ def test_points_over_several_steps(variant, coordinates):
         y, states = there, step.end
         assert np.all(np.abs(place_in_frame(states, [], y)) <= states.radius[0])
     assert np.all(states.error < 3e-12 * scale)
+
+
+def test_what_a_polynomial_misses_is_in_the_defect():
+    """p' beside hf(p), at points of τ and z, in 220 bits; also where p is no motion."""
+    config = random_config("embedded", "W", 5)
+    states, scale = random_set(config, 7, width=3e-2)
+    field, rng = equations(config).field(), np.random.default_rng(1)
+    h, series = _series(field, states, scale, np.array([2 * LONGEST]))
+    seen = []
+    for spoilt in (0.0, 1e-3):
+        series[3, : len(scale)] += spoilt * scale[:, np.newaxis, np.newaxis]
+        step = _Steps(field, states.space, h, series, 2 * states.error + MARGIN * scale)
+        d = step.defect()[0]
+        for _ in range(6):
+            z, tau = rng.choice([-1.0, 1.0, 0.4], 2).tolist(), float(rng.choice([0.0, 0.9, 1.0]))
+            with ctx.workprec(BITS):
+                rows = [
+                    [value_at(states.space, row, z) for row in one]
+                    for one in step.p[:, :, 0].tolist()
+                ]
+                y = sum(np.array(row, dtype=object) * arb(tau) ** k for k, row in enumerate(rows))
+                rate = sum(
+                    np.array(row, dtype=object) * (k * arb(tau) ** (k - 1))
+                    for k, row in enumerate(rows)
+                    if k
+                )
+                missed = exact_system(config).rates(y) * arb(float(h[0])) - rate
+            apart = np.abs(missed.astype(float))
+            assert np.all(apart <= d)
+            seen.append((apart / d).max())
+    assert max(seen[:6]) > 1e-4
+    assert max(seen[6:]) > 0.15
+
+
+def test_the_bounds_of_a_step_satisfy_their_inequality():
+    """And are within the margin; of several steps at once, one of them hopeless."""
+    rng, n = np.random.default_rng(11), 4
+    sizes = np.array([0.1, 0.3, 9.0, 0.5, 0.2])[:, np.newaxis, np.newaxis]
+    shape = (len(sizes), n, n)
+    eye, some = np.eye(n), [sizes * rng.uniform(0, 1, shape) for _ in range(4)]
+    linear = LinearBounds(1e-4 * some[0], eye + some[1], eye + some[2], 0.1 * some[3])
+    radius, d = rng.uniform(0, 1e-9, (2, len(sizes), n))
+    G, margin = rng.uniform(0, 1e-3, shape), np.full((len(sizes), n), 1e-7)
+    b, W, found = _error_bounds(linear, radius, d, G, margin)
+    assert found.tolist() == [True, True, False, True, True]
+    for k in np.flatnonzero(found):
+        assert np.all(b[k] <= margin[k])
+        by_b = linear.residual[k] @ b[k] + linear.backward[k] @ (G[k] @ b[k])
+        assert np.all(radius[k] + by_b + linear.backward[k] @ d[k] <= W[k])
+        assert np.all(linear.forward[k] @ W[k] + linear.mismatch[k] @ b[k] < b[k])
+    assert not _error_bounds(linear, radius, d, G, 0.5 * np.minimum(b, margin))[2].any()
+    # A step that would widen the set by its own estimates is refused.
+    assert not _error_bounds(linear, radius, d, 100 * G, 1e9 * margin)[2][1]
 
 
 @pytest.mark.parametrize("shape", [{"variables": 2, "degree": 4}, POINT])

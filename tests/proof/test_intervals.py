@@ -18,6 +18,7 @@ PLAIN = st.floats(-50, 50) | st.sampled_from([0.0, 1.0, -1.0, 0.5, np.pi, 1e-9])
 WILD = st.floats(allow_nan=False, allow_infinity=False) | PLAIN
 ENDLESS = WILD | st.sampled_from([np.inf, -np.inf])
 SHARES = st.fractions(0, 1, max_denominator=64)
+FACTORS = st.fractions(-100, 100)
 QUARTER = st.integers(-9, 9).map(lambda k: k * np.pi / 2)
 NEAR = st.tuples(QUARTER, st.floats(-1e-6, 1e-6)).map(sum)
 
@@ -97,7 +98,7 @@ def sines(x, a):
 PAIRS, TWO = pairs(), st.tuples(pairs(), pairs())
 OPERATIONS = {
     "product": (lambda p, q: [(intervals.product(p[0], q[0]), p[1] * q[1])], pairs(), pairs()),
-    "multiple": (lambda p, c: [(y, p[1] * f) for y, f in multiples(p[0], c)], PAIRS, SHARES),
+    "multiple": (lambda p, c: [(y, p[1] * f) for y, f in multiples(p[0], c)], PAIRS, FACTORS),
     "constant": (constants, st.fractions()),
     "parts": (lambda p: parts(*p), PAIRS),
     "power": (lambda p: powers(*p), PAIRS),

@@ -1,6 +1,7 @@
 """Arrays of intervals contain what they stand for: exact fractions, or balls of 300 bits."""
 
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
@@ -96,7 +97,7 @@ def sines(x, a):
 
 
 PAIRS, TWO = pairs(), st.tuples(pairs(), pairs())
-OPERATIONS = {
+OPERATIONS: dict[str, tuple[Any, ...]] = {
     "product": (lambda p, q: [(intervals.product(p[0], q[0]), p[1] * q[1])], pairs(), pairs()),
     "multiple": (lambda p, c: [(y, p[1] * f) for y, f in multiples(p[0], c)], PAIRS, FACTORS),
     "constant": (constants, st.fractions()),

@@ -13,7 +13,9 @@ from rbstab.proof.enclosures.univariate import coefficients
 from rbstab.proof.exact.expr import COS, SIN
 
 ENDS = st.floats(-20, 20) | st.sampled_from([0.0, 0.5, -0.5, 1.0, np.inf, -np.inf])
-KINDS = [(name, None) for name in (SIN, COS, "exp", "sqrt", "log", "atan")]
+KINDS: list[tuple[str, int | None]] = [
+    (name, None) for name in (SIN, COS, "exp", "sqrt", "log", "atan")
+]
 KINDS += [("power", n) for n in (-3, -1, 2, 3, 5)]
 
 

@@ -85,8 +85,8 @@ SET = ("permanent", "reduced", {"variables": 2, "degree": 3, "width": 1e-4, "err
 @pytest.mark.parametrize(
     ("kind", "variant", "coordinates", "shape", "widest"),
     [
-        ("ligament", *NARROW),
         ("repelling", *NARROW),
+        ("ligament", *NARROW),
         ("stiff", *WIDE),
         ("repelling", *WIDE),
         ("repelling", *SET),

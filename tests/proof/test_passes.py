@@ -131,6 +131,15 @@ def test_an_undecided_box_ends_all_regions(two_wells, x):
         assert value - 0.01 < after.certified.energy_bound <= value
 
 
+def test_the_face_by_which_a_component_leaves_is_the_pass():
+    """x² - x⁴/12 has its top at √6 in [-π, π]; here the range ends before it, at 2."""
+    end = np.array([2.0, 1.0, 1.0])
+    _, regions = found(X * X - X**4 / 12 + BOWL, Box(-end, end))
+    (region,) = regions.minima
+    assert region.pass_face == (0, -1)
+    assert region.lower_bound == pytest.approx(4 - 16 / 12, rel=1e-6)
+
+
 def test_a_minimum_above_all_faces_has_a_region():
     """(x² - 1)² + 2x and the face x = -1.9 below the upper minimum: it ends at the saddle."""
     end = np.array([1.9, 1.0, 1.0])

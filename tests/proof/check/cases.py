@@ -103,6 +103,12 @@ def stop() -> Record:
     return record(energy, *held, state((0, 0, 0), 1), regions=[[0, -0.2], [1, -0.2]])
 
 
+def inside() -> Record:
+    """U rises toward both stops: nothing is held there."""
+    energy = Energy(BOWL + 5 * Y**2, stop=Fraction(9, 10), closed=frozenset({1}))
+    return record(energy, state((0, 0, 0), 0))
+
+
 def coupled() -> Record:
     """4 θ1 + θ2 = 0 and θ1 + 4 θ2 = 4: the rest state has θ2 = 16/15 and θ1 = -4/15."""
     U = BOWL + 2 * Y**2 + X * Y - 4 * Y
@@ -212,7 +218,7 @@ def own_at_stop() -> Record:
 
 
 SMOOTH = wells, lean, barrier, outer, coupled, own
-SWITCHING = stop, held, plane, sphere, ridge, ligament, own_at_stop
+SWITCHING = stop, inside, held, plane, sphere, ridge, ligament, own_at_stop
 CASES = *SMOOTH, *SWITCHING, flat, unfinished
 
 TRUE: dict[str, Callable[[], Record]] = {one.__name__: one for one in CASES}

@@ -102,6 +102,11 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
         _factor("-5", "5"),
         "rest states",
     ),
+    "held at a stop, where U rises": (
+        "inside",
+        _at(*STATES, to=[state((0, 0, 0), 0), state((0, 0.9, 0), 0, held=True)]),
+        "rest states",
+    ),
     "the index on a sphere": ("sphere", _at(*STATES, 0, "index", to=1), "rest states"),
     # the list
     "an undecided box beside": ("unfinished", _at("ranges", 0, "undecided", to=[BOX]), "no other"),

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.rest import inverted_pendulum, paper_system
+from support.rest import inverted_pendulum
 
 from rbstab.analysis.approached_state import lyapunov_zero
 from rbstab.analysis.configuration import configurations
@@ -19,16 +19,6 @@ def zero_from(system, q):
     q = np.asarray(q, dtype=float)
     own = q[at_rest.pose_size :]
     return lyapunov_zero(system, at_rest.motion(q), own, nearest_rest_state(system))
-
-
-def test_the_nearest_state_itself_is_returned_where_the_motion_approaches_it():
-    system = paper_system("visco-elastic", weight=(0.0, 0.0, -410.0))
-    at_rest, nearest = configurations(system), nearest_rest_state(system)
-    q = at_rest.configuration(nearest.motion, nearest.own) + 0.05
-    zero = lyapunov_zero(system, at_rest.motion(q), q[6:], nearest)
-    assert zero.rest is nearest
-    assert zero.approached
-    assert zero.is_lowest
 
 
 @pytest.mark.parametrize("side", [1, -1])

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 from flint import arb
-from support.rest import HEAVY, paper_system, system_of
+from support.rest import system_of
 from support.systems import VARIANTS, random_Z
 
 from rbstab.analysis.exact import (
@@ -14,11 +14,9 @@ from rbstab.analysis.exact import (
     balls,
     decimals,
     exact_powers,
-    exact_rest_energy,
     in_balls,
     is_positive_definite,
 )
-from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.mechanics.derivatives import derivative_along, jacobian
 from rbstab.mechanics.motion import motion_from_centre
 
@@ -45,22 +43,11 @@ def test_powers_are_those_in_double_precision(system, y):
     by_state = jacobian(lambda z: system.observe(z).energy, y) * system.rates(y)
     assert powers.terms == pytest.approx(np.abs(by_state).sum(), rel=1e-12)
 
-
-def test_powers_balance_far_below_round_off(system, y):
     def imbalance():
         powers = exact_powers(system, y)
         return abs(sum(powers.by_part, ball(0.0)) - powers.rate)
 
-    assert float(in_balls(imbalance)) < 1e-200
-
-
-@pytest.mark.parametrize("variant", VARIANTS)
-def test_energy_at_rest_is_that_in_double_precision(variant):
-    system = paper_system(variant, weight=HEAVY)
-    rest = nearest_rest_state(system)
-    assert rest.energy < -1
-    energy = in_balls(lambda: exact_rest_energy(system, rest))
-    assert float(energy) == pytest.approx(rest.energy, rel=1e-13)
+    assert float(in_balls(imbalance)) < 1e-200  # far below round-off
 
 
 def test_what_does_not_accept_balls_gives_nothing():
@@ -73,11 +60,7 @@ def test_what_does_not_accept_balls_gives_nothing():
     [
         (np.eye(3), True),
         (np.diag([1.0, 1.0, 0.0]), False),
-        (np.diag([1.0, 0.0, 1.0]), False),
-        (np.diag([0.0, 1.0, 1.0]), False),
         (np.diag([-1.0, -1.0, 1.0]), False),
-        (np.diag([1.0, -1.0, -1.0]), False),
-        (np.diag([-0.5, -0.5, 1.0]), False),
         (np.diag([5e-324, 1e300, 1.0]), True),
         ([[1, 1, 0], [1, 1 + 2.0**-52, 0], [0, 0, 1]], True),
         ([[1, 1, 0], [1, 1, 0], [0, 0, 1]], False),

@@ -42,11 +42,6 @@ def scaled(method: Any) -> Any:
     ("element", "method"),
     [
         (Gravity, "stored"),
-        (Gravity, "wrench"),
-        (RotationalStabilizer, "stored"),
-        (RotationalStabilizer, "wrench"),
-        (RotationalStabilizer, "dissipated"),
-        (EmbeddedConnector, "stored"),
         (EmbeddedConnector, "wrench"),
         (EmbeddedConnector, "dissipated"),
         (EmbeddedConnector, "rates"),

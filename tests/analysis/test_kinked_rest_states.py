@@ -41,30 +41,28 @@ def at_rest(force):
     return np.sign(force) * np.maximum(np.abs(force) - K_S, 0.0) / K_T
 
 
-def energy(x, force):
-    return 0.5 * K_T @ x**2 - np.array(force) @ x + K_S @ np.abs(x)
-
-
 FORCES = {
     "held": (1.0, -4.9, 7.9),
     "one axis is free": (1.0, 4.0, -20.0),
     "free": (4.0, -6.0, 30.0),
-    "no load": (0.0, 0.0, 0.0),
     "just held": (3.0 - 1e-6, -5.0 + 1e-6, 8.0 - 1e-6),
     "just free": (3.0 + 1e-4, 5.0 + 1e-4, -8.0 - 1e-4),
 }
 
 
+@pytest.mark.parametrize("surface", ["position", {"slope": 5.0}], ids=["position", "slope"])
 @pytest.mark.parametrize("case", FORCES)
-def test_a_mass_rests_where_the_force_of_its_tie_ends(case):
+def test_a_mass_rests_where_the_force_of_its_tie_ends(case, surface):
+    """On s = E the tie stores K_s |x|; on a slope it holds its point too, and stores nothing."""
     force = FORCES[case]
-    rest = nearest_rest_state(problem(loaded(force, {"tie": tie()})).system)
-    expected = at_rest(force)
+    rest = nearest_rest_state(problem(loaded(force, {"tie": tie(surface)})).system)
+    x, stores = at_rest(force), surface == "position"
     assert rest.found
-    assert rest.on_kink == (case not in {"free", "just free"})
-    np.testing.assert_allclose(rest.motion.X, expected, atol=1e-9)
+    assert not stores or rest.on_kink == (case not in {"free", "just free"})
+    np.testing.assert_allclose(rest.motion.X, x, atol=1e-9)
     np.testing.assert_allclose(rest.motion.Theta, 0.0, atol=1e-9)
-    assert rest.energy == pytest.approx(energy(expected, force), abs=1e-8)
+    stored = 0.5 * K_T @ x**2 - np.array(force) @ x + stores * K_S @ np.abs(x)
+    assert rest.energy == pytest.approx(stored, abs=1e-7)
 
 
 @pytest.mark.parametrize("couple", [0.5, 5.0, 30.0])
@@ -94,39 +92,21 @@ def test_a_guard_of_constant_couple_holds_a_body_at_its_soft_angle(couple):
     assert rest.energy == pytest.approx(value(rest.motion.Theta[1]), abs=1e-8)
 
 
-@pytest.mark.parametrize("angle", [0.05, 0.6])
-def test_a_tie_beside_a_stop(angle):
-    """SciPy finds no lower energy within the stop, from the rest state and from other starts."""
+def test_a_tie_beside_a_stop():
+    """SciPy finds no lower energy within the stop, from another start."""
+    angle = 0.05
     elements = {"grip": tie(point=(0.4, 0.0, 0.1)), "end": stop(0.5, angle)}
     system = problem(loaded((2.0, 1.0, -19.6), elements)).system
     rest = nearest_rest_state(system)
     assert rest.found
     found = configurations(system)
     q = found.configuration(rest.motion, rest.own)
-    assert abs(q[1]) <= angle
-    assert (abs(q[1]) == angle) == (angle == 0.05)
+    assert abs(q[1]) == angle
     bounds = [(None, None), (-angle, angle), *[(None, None)] * 4]
-    rng = np.random.default_rng(5)
-    for start in (q, *(q + 0.02 * rng.normal(size=(1, 6)))):
-        options = {"xatol": 1e-9, "fatol": 1e-12, "maxiter": 4000, "maxfev": 4000}
-        first = np.clip(start, [-9, -angle] + [-9] * 4, [9, angle] + [9] * 4)
-        low = minimize(
-            lambda x: float(found.energy(x)), first, method="Nelder-Mead", bounds=bounds,
-            options=options,
-        )  # fmt: skip
-        assert low.fun >= rest.energy - 1e-9
-
-
-@pytest.mark.parametrize("case", FORCES)
-def test_a_tie_on_a_slope_holds_its_point_too(case):
-    """It stores nothing: the energy at rest is that of the springs and the load alone."""
-    force = FORCES[case]
-    elements = {"tie": tie({"slope": 5.0})}
-    rest = nearest_rest_state(problem(loaded(force, elements)).system)
-    x = at_rest(force)
-    assert rest.found
-    np.testing.assert_allclose(rest.motion.X, x, atol=1e-9)
-    assert rest.energy == pytest.approx(0.5 * K_T @ x**2 - np.array(force) @ x, abs=1e-7)
+    options = {"xatol": 1e-9, "fatol": 1e-12, "maxiter": 2000, "maxfev": 2000}
+    moved = np.clip(q + 0.01, [-9, -angle] + [-9] * 4, [9, angle] + [9] * 4)
+    low = minimize(found.energy, moved, method="Nelder-Mead", bounds=bounds, options=options)
+    assert low.fun >= rest.energy - 1e-9
 
 
 def test_the_forces_of_elements_at_rest_are_those_of_their_energies():

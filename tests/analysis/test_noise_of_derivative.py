@@ -1,6 +1,6 @@
 """Round-off violates no derivative of v, and excuses none that is wrong."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,9 +15,8 @@ from support.evidence import (
     stretched,
 )
 from support.problems import bare_system
-from support.rest import DAMPING, K_R, K_T, paper_system, system_of
+from support.rest import DAMPING, K_R, K_T, paper_system
 
-from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.derivatives import derivative_along
 
@@ -29,7 +28,7 @@ def error_in_doubles(system, y):
     return abs(parts.sum() - rate) / (np.abs(parts).sum() + abs(rate))
 
 
-@pytest.mark.parametrize("variant", ["free", "permanent", "visco-elastic", "embedded"])
+@pytest.mark.parametrize("variant", ["free", "embedded"])
 def test_terms_that_cancel_do_not_violate_the_derivative(variant):
     system = stretched(variant)
     states = states_of(system)
@@ -37,29 +36,10 @@ def test_terms_that_cancel_do_not_violate_the_derivative(variant):
     found = check(evidence(system, states), "derivative")
     assert found.verdict is CONSISTENT
     assert found.value <= found.bound == 1e-9
-
-
-@dataclass(frozen=True, eq=False)
-class SlightlyWrong(RotationalStabilizer):
-    """A stabilizer that reports a little more than it dissipates."""
-
-    excess: float
-
-    def dissipated(self, motion, own):
-        return (1.0 + self.excess) * super().dissipated(motion, own)
-
-
-def with_wrong_stabilizer(system, excess=1e-6):
-    gravity, holding, turning, *rest = system.elements
-    wrong = SlightlyWrong(turning.K_r, turning.L_r, excess)
-    return replace(system, elements=(gravity, holding, wrong, *rest))
-
-
-def test_a_millionth_is_violated_among_terms_that_cancel():
-    system = with_wrong_stabilizer(stretched("free"))
-    found = check(evidence(system, states_of(system)), "derivative")
-    assert found.verdict is VIOLATED
-    assert found.bound < found.value < 1e-6
+    run = evidence(system, states)
+    wrong = check(replace(run, rate=run.rate * (1.0 + 1e-6)), "derivative")
+    assert wrong.verdict is VIOLATED
+    assert wrong.bound < wrong.value <= 1e-6
 
 
 def test_a_body_that_nothing_damps_is_consistent():
@@ -114,11 +94,3 @@ def test_lost_digits_do_not_excuse_a_stored_rate_of_another_state(error, verdict
     dissipated = np.abs(run.dissipation).sum(axis=1)
     wrong = replace(run, rate=run.rate + error * dissipated)
     assert check(wrong, "derivative").verdict is verdict
-
-
-def test_a_stored_rate_of_another_state_is_violated():
-    system = system_of("free")
-    run = evidence(system, states_of(system))
-    assert check(run, "derivative").verdict is CONSISTENT
-    wrong = replace(run, rate=run.rate * (1.0 + 1e-6))
-    assert check(wrong, "derivative").verdict is VIOLATED

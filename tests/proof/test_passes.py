@@ -11,7 +11,6 @@ from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.levels import Ranges
 from rbstab.proof.exact.expr import variable
 from rbstab.proof.model import Energy
-from rbstab.proof.regions.cells import Cells
 from rbstab.proof.regions.passes import Complex, Land
 from rbstab.proof.regions.regions import regions_of
 from rbstab.proof.regions.starts import RegionLevel, StartRegions
@@ -60,10 +59,10 @@ def test_a_closed_axis_has_no_faces():
     assert regions.certified.face == (1, -1)
 
 
-def test_two_wells_end_at_the_saddle_between_them():
+def test_two_wells_end_at_the_saddle_between_them(two_wells):
     """Both regions have its energy; c* is that of the other minimum."""
     low, top, high = wells_at(0.25)
-    zeros, regions = found(wells(0.25))
+    zeros, regions = two_wells
     assert [zero.index for zero in zeros.zeros] == [0, 0, 1]
     assert regions.certified.energy_bound == pytest.approx(high, abs=1e-9)
     assert regions.certified.energy_bound <= high + 1e-12
@@ -74,47 +73,66 @@ def test_two_wells_end_at_the_saddle_between_them():
     assert {region.pass_state for region in regions.minima} == {2}
 
 
-def starts_of(U, zeros, regions, box=RANGE):
-    """Return the regions for starts."""
-    levels = [RegionLevel(one.state, one.energy_bound) for one in regions.minima]
-    return StartRegions(Energy(U), zeros, box, levels)
+@pytest.fixture(scope="module")
+def two_wells():
+    return found(wells(0.25))
 
 
-def test_starts_belong_to_the_well_in_which_they_are():
+def starts_of(zeros, regions, higher=0.0):
+    """Return the regions for starts, up to their levels or higher."""
+    levels = [RegionLevel(one.state, one.energy_bound + higher) for one in regions.minima]
+    return StartRegions(Energy(wells(0.25)), zeros, RANGE, levels)
+
+
+def test_starts_belong_to_the_well_in_which_they_are(two_wells):
     """Of points with less energy than the saddle: those on its side of it."""
-    zeros, regions = found(wells(0.25))
-    starts = starts_of(wells(0.25), zeros, regions)
+    zeros, regions = two_wells
     middle = zeros.zeros[2].point[0]
-    rng = np.random.default_rng(3)
-    x = rng.uniform([-1.5, -0.3, -0.3], [1.5, 0.3, 0.3], size=(4000, 3))
+    x = np.random.default_rng(3).uniform([-1.5, -0.3, -0.3], [1.5, 0.3, 0.3], size=(4000, 3))
     x[::7, 2] = 0.0  # on faces of cells
     value = (x[:, 0] ** 2 - 1) ** 2 + 0.25 * x[:, 0] + 10 * (x[:, 1] ** 2 + x[:, 2] ** 2)
     below = value < regions.minima[0].energy_bound - 1e-9
     x, value = x[below], value[below]
+    starts = starts_of(zeros, regions)
     inside = starts.find(value, x - 1e-12, x + 1e-12)
     np.testing.assert_array_equal(inside, np.where(x[:, 0] < middle, 0, 1))
     assert 0 < inside.sum() < len(inside)
     np.testing.assert_array_equal(starts.find(value + 9, x, x), -1)
 
 
-def test_a_start_partly_outside_of_a_region_is_not_in_it():
+@pytest.mark.parametrize(
+    ("low", "high", "expected"), [(0, 0, 0), (0, 0.01, 0), (0, 1.8, -1), (-10, 0, -1)]
+)
+def test_a_start_partly_outside_of_a_region_is_not_in_it(two_wells, low, high, expected):
     """Nor one that is outside the range, or is too wide."""
-    zeros, regions = found(wells(0.25))
-    starts = starts_of(wells(0.25), zeros, regions)
     at, zero = np.array([[-1.0, 0.0, 0.0]]), np.zeros(1)
-    assert starts.find(zero, at, at) == [0]
-    assert starts.find(zero, at, at + np.array([0.2, 0.01, 0.01])) == [0]
-    assert starts.find(zero, at, at + np.array([1.8, 0.0, 0.0])) == [-1]
-    assert starts.find(zero, at - 10, at) == [-1]
+    assert starts_of(*two_wells).find(zero, at + low, at + high) == [expected]
 
 
-def test_a_level_above_the_pass_proves_nothing_of_starts():
+def test_a_level_above_the_pass_proves_nothing_of_starts(two_wells):
     """The cells do not show that the component ends."""
-    zeros, regions = found(wells(0.25))
-    wrong = [RegionLevel(0, regions.minima[0].energy_bound + 1e-2)]
-    starts = StartRegions(Energy(wells(0.25)), zeros, RANGE, wrong)
     at = np.array([[-1.0, 0.0, 0.0]])
-    assert starts.find(np.zeros(1), at, at) == [-1]
+    zeros, regions = two_wells
+    assert starts_of(zeros, regions, 1e-2).find(np.zeros(1), at, at) == [-1]
+
+
+@pytest.mark.parametrize("x", [0.4, -0.9])
+def test_an_undecided_box_ends_all_regions(two_wells, x):
+    """No level is above the least energy in it; in a well it may contain a lower rest state."""
+    zeros, before = two_wells
+    place = np.array([[x], [0.0], [0.0]])
+    undecided = type(zeros.undecided)(place, place + 1e-3)
+    after = regions_of(Energy(wells(0.25)), replace(zeros, undecided=undecided), RANGE)
+    value = (x**2 - 1) ** 2 + 0.25 * x
+    assert after.minima or x < 0
+    for region in after.minima:
+        assert value - 0.01 < region.energy_bound <= value + 2e-5
+        assert region.pass_at is None
+    if x < 0:
+        assert before.certified is not None
+        assert after.certified is not None
+        assert before.certified.energy_bound > value + 0.1
+        assert value - 0.01 < after.certified.energy_bound <= value
 
 
 def test_the_face_by_which_a_component_leaves_is_the_pass():
@@ -155,28 +173,9 @@ def around(*x):
     return Box(np.array(x) - 1e-9, np.array(x) + 1e-9)
 
 
-def wells_with_cells(level):
-    """Return the cells of two wells up to a level above or below the saddle, and its V."""
-    zeros, _ = found(wells(0.25))
-    states = [(zero.enclosure, zero.energy) for zero in zeros.zeros]
-    saddle = wells_at(0.25)[1]
-    return refined(complex_of(wells(0.25), states), 1, saddle + level), saddle
-
-
-def test_a_component_above_the_saddle_reaches_the_other_well():
-    """Just below it does not."""
-    below, saddle = wells_with_cells(-1e-4)
-    assert below.component(1, saddle - 1e-4).holds
-    (end,) = below.passes([1])
-    assert saddle - 1e-4 <= end.level <= saddle
-    above, _ = wells_with_cells(1e-2)
-    assert above.ways(1, saddle + 1e-2).leaves
-    assert not above.component(1, saddle + 1e-2).holds
-
-
-def test_no_cells_prove_more_than_the_pass():
+def test_no_cells_prove_more_than_the_pass(two_wells):
     """With cells of any size: those at first, and those after each step."""
-    zeros, _ = found(wells(0.25))
+    zeros, _ = two_wells
     states = [(zero.enclosure, zero.energy) for zero in zeros.zeros]
     cells, saddle = complex_of(wells(0.25), states), wells_at(0.25)[1]
     known = [-np.inf, -np.inf]
@@ -226,80 +225,3 @@ def test_neighbours_are_kept_when_cells_are_divided():
         assert pairs == {frozenset(pair) for pair in whole}
         touching = cells.cells.boxes.touch(around(0.1, 0.1, 0.1))
         np.testing.assert_array_equal(np.sort(cells.touching[0]), np.flatnonzero(touching))
-
-
-def smallest_way(cells, minimum):
-    """Return the least weight at which a state meets others: edges are added one by one."""
-    one, two, weight = cells.edges(np.inf)
-    joined_to = {minimum + cells.count}
-    for level in np.unique(weight):
-        below = weight <= level
-        while True:
-            a, b = (np.isin(nodes[below], list(joined_to)) for nodes in (one, two))
-            new = {*one[below][b & ~a].tolist(), *two[below][a & ~b].tolist()}
-            if not new:
-                break
-            joined_to |= new
-        if any(k >= cells.count for k in joined_to - {minimum + cells.count}):
-            return level
-    raise AssertionError("the border is always reached")
-
-
-def test_passes_are_those_of_a_slow_search():
-    """For the cells at first and some smaller ones, with ties between their bounds."""
-    U = (X * X - 1) ** 2 + (Y * Y - Fraction(1, 4)) ** 2 * 9 + Z * Z + X / 7
-    states = [(around(x, y, 0.0), 0.1) for x in (-1.0, 1.0) for y in (-0.5, 0.5)]
-    cells = complex_of(U, states)
-    for _ in range(3):
-        expected = [smallest_way(cells, k) for k in range(4)]
-        assert [one.level for one in cells.passes(range(4))] == expected
-        cells = cells.divided(cells.ways(0, 0.9).open)
-
-
-@pytest.mark.parametrize("axis", [0, 1, 2])
-def test_a_skipped_neighbour_would_be_seen(monkeypatch, axis):
-    """Without pairs across one side of cells a component stays in a half of a plain bowl."""
-    U, start = BOWL + 10 * X * X, (around(0.1, 0.1, 0.1), 0.0)
-    opposite = -np.full((3, 1), 0.3)
-    right = refined(complex_of(U, [start]), 0, 5.0).component(0, 5.0)
-    assert right.contains(opposite, opposite)[0]
-    whole = Cells.neighbours
-
-    def skipping(self, some=None):
-        one, two = whole(self, some)
-        apart = self.boxes.lo[axis, one] == self.boxes.hi[axis, two]
-        apart |= self.boxes.hi[axis, one] == self.boxes.lo[axis, two]
-        return one[~apart], two[~apart]
-
-    monkeypatch.setattr(Cells, "neighbours", skipping)
-    wrong = refined(complex_of(U, [start]), 0, 5.0).component(0, 5.0)
-    assert not wrong.contains(opposite, opposite)[0]
-
-
-def test_an_undecided_box_ends_all_regions():
-    """No level is above the least energy in it."""
-    zeros, before = found(wells(0.25))
-    place = np.array([[0.4], [0.0], [0.0]])
-    undecided = type(zeros.undecided)(place, place + 1e-3)
-    regions = regions_of(Energy(wells(0.25)), replace(zeros, undecided=undecided), RANGE)
-    value = (0.401**2 - 1) ** 2 + 0.25 * 0.401 + 2e-5
-    assert before.minima[0].energy_bound > value
-    for region in regions.minima:
-        assert region.energy_bound <= value
-        assert region.pass_at is None
-
-
-def test_an_undecided_box_bounds_c_star():
-    """It may contain a rest state that is lower than all others but the lowest."""
-    zeros, before = found(wells(0.25))
-    place = np.array([[-0.9], [0.0], [0.0]])
-    undecided = type(zeros.undecided)(place, place + 1e-3)
-    regions = regions_of(Energy(wells(0.25)), replace(zeros, undecided=undecided), RANGE)
-    value = (0.81 - 1) ** 2 - 0.25 * 0.9
-    bounds = [
-        one.certified.energy_bound
-        for one in (before, regions)
-        if one.certified is not None and one.certified.energy_bound is not None
-    ]
-    assert bounds[0] > value + 0.1
-    assert value - 0.01 < bounds[1] <= value

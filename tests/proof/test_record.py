@@ -26,12 +26,9 @@ X, Y, Z = variable(0), variable(1), variable(2)
 
 EXPRESSIONS = [
     Expr({}),
-    X * 0 + 3,
     X**2 * Y.sin() ** 3 - Fraction(2, 7) * Z.cos() ** -2,
-    (1 + X).exp() * (1 + X),
     ((X.cos() + 2).sqrt() - 1) ** 3 * (X - Y).step(3),
     (2 * (1 + X * Y).sqrt() + 1) ** -1,
-    (1 + X.cos()) ** -1 * 5,
     (2 + (Y + 3).log()).atan() * (3 + X.sin()).sqrt(),
 ]
 
@@ -42,17 +39,11 @@ def test_expressions_are_read_as_written(e: Expr) -> None:
     assert expression_of(operations) == e
 
 
-def test_one_expression_is_written_in_one_way() -> None:
-    one, other = (1 + X) * (Y.sin() + Z), Y.sin() + Z + X * Z + X * Y.sin()
-    assert operations_of(one) == operations_of(other)
-
-
 @pytest.mark.parametrize(
     "operations",
     [
         [],
         [["tan", 0]],
-        [["sin", 0]],
         [["var", 0], ["times", 0, -1]],
         [["var", 0], ["sum", "0", "1"]],
         [["sum", "a half"]],
@@ -77,11 +68,6 @@ def test_each_part_of_an_energy_is_compared() -> None:
         Energy(energy.U, (3,), stop=Fraction(9, 10)),
     ]
     assert all(difference_from(record, other) for other in others)
-
-
-def test_a_changed_operation_has_another_digest() -> None:
-    record = energy_record(Energy(X**2 + Y.cos() * 3))
-    assert record["operations"][-1][1:3] == ["0", "1"]
     record["operations"][-1][2] = "-1"
     with pytest.raises(WrongRecordError, match="digest"):
         read_energy(record)
@@ -112,9 +98,3 @@ def test_a_record_of_claims_has_all_of_them() -> None:
         "regions": [[1, 2.5]],
         "every_start": True,
     }
-
-
-def test_a_list_with_undecided_boxes_is_not_complete() -> None:
-    left = Boxes(np.array([[1.0], [1.0], [1.0]]), np.array([[2.0], [1.5], [3.0]]))
-    record = claims_record(Claims(Zeros((), left, 7)))
-    assert record["complete"] is False

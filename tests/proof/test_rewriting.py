@@ -2,7 +2,6 @@
 
 from fractions import Fraction
 
-import pytest
 from flint import arb_series, ctx
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
@@ -10,12 +9,10 @@ from support.balls import BITS, series, value
 from support.expressions import RATIONAL, energies, steps, terms
 
 from rbstab.proof.exact.expr import (
-    COS,
     INNER,
     LET,
     OF,
     POSITIVE,
-    SIN,
     STEP,
     VAR,
     atom,
@@ -49,7 +46,7 @@ def same_value(one, two, point):
 
 
 patient = settings(
-    deadline=None, max_examples=40, suppress_health_check=[HealthCheck.filter_too_much]
+    deadline=None, max_examples=25, suppress_health_check=[HealthCheck.filter_too_much]
 )
 
 
@@ -104,15 +101,6 @@ def test_in_a_term_with_a_step_its_argument_is_positive():
     assert POSITIVE not in {a.kind for a in falling.all_atoms}
 
 
-def test_a_step_times_a_function_of_it_takes_the_step_as_one():
-    g = X - 1
-    e = with_known_steps(g.step(1) * (Y + g.step(1)).sin())
-    assert e == g.step(1) * (Y + 1).sin()
-    # A step alone inside a function is no factor, and stays.
-    alone = (Y + g.step(1)).sin()
-    assert with_known_steps(alone) == alone
-
-
 def test_terms_of_one_argument_become_one_function():
     """F(ℓ) = step(ℓ - 1) (ℓ - 1)² + step(ℓ - 2) (ℓ - 2)³ of a length; jumps and guards stay."""
     length = (X * X + Y.sin() + 2).sqrt()
@@ -135,12 +123,9 @@ def test_a_quadratic_function_is_taken_apart():
     assert parts.H == [[2, 1], [1, 3]]
     assert parts.b == [Z.sin(), expr(5)]
     assert parts.rest == X**3 + X.exp()
-    kinds = quadratic_in(X * Z.sin() + X * Z.exp(), [0], constant=(VAR, SIN, COS))
-    assert kinds.b == [Z.sin()]
-    assert kinds.rest == X * Z.exp()
 
 
-@patient
+@settings(deadline=None, max_examples=20)
 @given(st.lists(RATIONAL, min_size=9, max_size=9))
 def test_an_inverse_is_one_exactly_or_the_matrix_is_not_definite(entries):
     A = [entries[:3], entries[3:6], entries[6:]]
@@ -150,21 +135,13 @@ def test_an_inverse_is_one_exactly_or_the_matrix_is_not_definite(entries):
             for i in range(3)
         ]
         found = inverse_of_definite(G)
+        assert found is not None or shift == 0
         if found is None:
-            det = A[0][0] * (A[1][1] * A[2][2] - A[1][2] * A[2][1])
-            det -= A[0][1] * (A[1][0] * A[2][2] - A[1][2] * A[2][0])
-            det += A[0][2] * (A[1][0] * A[2][1] - A[1][1] * A[2][0])
-            assert shift == 0
-            assert det == 0
             continue
         for i in range(3):
             for j in range(3):
                 assert sum(G[i][k] * found[k][j] for k in range(3)) == (i == j)
-
-
-@pytest.mark.parametrize("H", [[[1, 2], [2, 1]], [[-1, 0], [0, 1]], [[0, 0], [0, 1]]])
-def test_other_matrices_have_no_such_inverse(H):
-    assert inverse_of_definite([[Fraction(x) for x in row] for row in H]) is None
+        assert inverse_of_definite([[-x for x in row] for row in G]) is None
 
 
 def test_sums_beside_poles_are_multiplied_out():

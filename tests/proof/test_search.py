@@ -10,9 +10,10 @@ import pytest
 from scipy.optimize import brentq
 
 from rbstab.proof import search
-from rbstab.proof.boxes import Box, Boxes
+from rbstab.proof.boxes import Box
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.exact.expr import expr, variable
+from rbstab.proof.model import COSINE
 from rbstab.proof.search import Search
 from rbstab.proof.zeros import isolated, newton
 
@@ -66,28 +67,22 @@ def test_a_product_of_wells_has_all_indices():
         assert zero.index == int(np.sum(np.abs(zero.point) < 0.1))
         exact = 0.25 * sum((v * v - float(s) ** 2) ** 2 for v, s in zip(zero.point, a, strict=True))
         assert zero.energy == pytest.approx(exact, abs=1e-12)
+        assert (zero.enclosure.hi - zero.enclosure.lo).max() < 1e-12
     energies = [zero.energy for zero in found.zeros]
     assert energies == sorted(energies)
 
 
-def test_a_product_of_sines_has_its_lattice_of_zeros():
-    """sin θ1 sin θ2 with ½ θ3², in [-2, 2]² × [-1, 1]: ±π/2 each, and the saddle at 0."""
-    found = proved(X.sin() * Y.sin() + HALF * Z * Z, cube([2.0, 2.0, 1.0]))
-    assert found.proved
-    q = np.pi / 2
-    expected = [(0, 0, 0), *((a * q, b * q, 0) for a in (-1, 1) for b in (-1, 1))]
-    same_points(found, expected)
-    for zero in found.zeros:
-        x, y, _ = zero.point
-        saddle = abs(x) < 1e-9
-        assert zero.index == (1 if saddle else 2 if x * y > 0 else 0)
-
-
-@pytest.mark.parametrize("ratio", [0.02, 0.3, 0.9, 0.999, 1 - 1e-6, 1 + 1e-6, 1.001, 5.0])
+@pytest.mark.parametrize("ratio", ["0.02", "0.9", "0.999999", "1", "1.0000000000001", "5"])
 def test_a_pendulum_stands_where_its_one_equation_says(ratio):
-    """kθ = sin θ: three zeros for k < 1 in (-π, π), else one."""
-    k = Fraction(str(ratio))
+    """kθ = sin θ: three zeros for k < 1 in (-π, π), else one; about to part they are not proved."""
+    k, ratio = Fraction(ratio), float(ratio)
     found = proved(X.cos() + HALF * (k * X * X + Y * Y + Z * Z))
+    if abs(ratio - 1) < 1e-12:
+        assert not found.proved
+        assert found.zeros == ()
+        assert found.undecided.touch(cube(0.0)).any()
+        assert 0.999 < found.share <= 1.0
+        return
     assert found.proved
     expected = [(0.0, 0, 0)]
     if ratio < 1:
@@ -99,19 +94,7 @@ def test_a_pendulum_stands_where_its_one_equation_says(ratio):
     assert {zero.index for zero in found.zeros} == ({0, 1} if ratio < 1 else {0})
 
 
-@pytest.mark.parametrize("k", [Fraction(1), 1 - Fraction(1, 10**13), 1 + Fraction(1, 10**13)])
-def test_zeros_about_to_part_are_never_called_proved(k):
-    found = proved(X.cos() + HALF * (k * X * X + Y * Y + Z * Z))
-    assert not found.proved
-    assert found.zeros == ()
-    low, high = found.undecided.lo.min(axis=1), found.undecided.hi.max(axis=1)
-    assert np.all(low < 0)
-    assert np.all(high > 0)
-    assert np.all(np.abs([low, high]) < 1e-3)
-    assert 0.999 < found.share <= 1.0
-
-
-@pytest.mark.parametrize("gap", ["1e-3", "1e-5", "1e-7", "1e-9", "0", "-1e-9", "-1e-5", "-1e-3"])
+@pytest.mark.parametrize("gap", ["1e-3", "1e-7", "0", "-1e-9", "-1e-3"])
 def test_a_fold_is_counted_right_or_not_at_all(gap):
     """∂U/∂θ1 = 1 - gap - cos(θ1 - 1): two zeros for a gap above 0, none below."""
     c = Fraction(gap)
@@ -126,7 +109,7 @@ def test_a_fold_is_counted_right_or_not_at_all(gap):
         same_points(found, [(1 - half, 0, 0), (1 + half, 0, 0)], 1e-6)
 
 
-@pytest.mark.parametrize("soft", ["0", "1e-7", "1e-4"])
+@pytest.mark.parametrize("soft", ["0", "1e-7"])
 def test_one_angle_without_stiffness_is_a_family(soft):
     """U = 5 θ1² + 5 θ2² + ½ soft θ3²: without stiffness all (0, 0, θ3) are at rest."""
     c = Fraction(soft)
@@ -144,17 +127,16 @@ def test_one_angle_without_stiffness_is_a_family(soft):
         assert found.undecided.hi[2].max() >= 3
 
 
-@pytest.mark.parametrize("axis", range(3))
-@pytest.mark.parametrize("sign", [-1, 1])
+@pytest.mark.parametrize(("axis", "sign"), [(0, -1), (1, 1), (2, 1)])
 def test_a_zero_on_the_border_is_undecided(axis, sign):
     """U = ½ |Θ - c|²: c just inside counts, just outside does not, upon it is not known."""
     box = WIDE
 
-    def at(end: Fraction) -> Any:
+    def at(end: Fraction, **more: Any) -> Any:
         centre = [Fraction(3, 10), Fraction(1, 5), Fraction(1, 10)]
         centre[axis] = sign * end
         U = sum((HALF * (v - c) ** 2 for v, c in zip((X, Y, Z), centre, strict=True)), expr(0))
-        return proved(U, box)
+        return proved(U, box, **more)
 
     end = Fraction(box.hi[axis])
     little = Fraction(1, 10**10)
@@ -165,20 +147,8 @@ def test_a_zero_on_the_border_is_undecided(axis, sign):
     for upon in (at(end), at(end * (1 - Fraction(1, 10**16)))):
         assert not upon.proved
         assert upon.zeros == ()
-        across = proved_across(upon, box, sign, axis)
-        assert len(across) == 1
-
-
-def proved_across(upon, box, sign, axis):
-    """Return the zeros on the border of a search that counts them."""
-    centre = np.array([0.3, 0.2, 0.1])
-    centre[axis] = sign * box.hi[axis]
-    exact = [Fraction(float(c)) for c in centre]
-    U = sum((HALF * (v - c) ** 2 for v, c in zip((X, Y, Z), exact, strict=True)), expr(0))
-    found = proved(U, box, across=True)
-    assert found.proved
-    assert upon.undecided.touch(Box(centre - 1e-9, centre + 1e-9)).any()
-    return found.zeros
+        (across,) = at(end, across=True).zeros
+        assert upon.undecided.touch(across.enclosure).any()
 
 
 @pytest.mark.parametrize("limit", [0, 1, 10])
@@ -195,25 +165,6 @@ def test_a_limit_leaves_every_zero_proved_or_undecided(limit):
             assert known or found.undecided.touch(Box(point, point)).any()
 
 
-def test_a_zero_is_enclosed_to_round_off_and_alone_in_its_domain():
-    """θ = 2 sin θ; the root by iteration, whose slope there is -0.64."""
-    root = 1.9
-    for _ in range(200):
-        root = 2 * np.sin(root)
-    energy = BoundedEnergy(2 * X.cos() + HALF * (X * X + 3 * Y * Y + Z * Z))
-    zeros = [isolated(energy, np.array([x, 0.0, 0.0])) for x in (-root, 0.0, root)]
-    for zero in zeros:
-        assert zero is not None
-        assert (zero.enclosure.hi - zero.enclosure.lo).max() < 2e-13
-        assert sum(zero.domain.contains(other.point) for other in zeros if other) == 1
-        assert (zero.domain.hi - zero.domain.lo).max() > 0.1
-        assert zero.index == int(zero.point[0] == 0)
-    near = isolated(energy, np.array([1e-3, 0, 0]))
-    assert near is not None
-    assert 1e-3 < near.enclosure.hi[0] - 1e-3 < 2.5e-3
-    assert isolated(energy, np.array([0.9, 0.0, 0.0])) is None
-
-
 def test_newton_says_where_it_does_not_arrive():
     straight = BoundedEnergy(X + Y + Z)
     start = np.array([[0.3], [0.2], [0.1]])
@@ -221,46 +172,16 @@ def test_newton_says_where_it_does_not_arrive():
     np.testing.assert_array_equal(ends, start)
     assert not last[0] < 1
     # Along θ1 it arrives, along θ2 there is nothing to arrive at.
-    ends, last = newton(BoundedEnergy((X - 1) ** 2 + Y), start)
-    np.testing.assert_allclose(ends[:, 0], [1, 0.2, 0.1], atol=1e-15)
-    assert not last[0] < 0.1
-    ends, last = newton(BoundedEnergy((X - 1) ** 2), start)
-    np.testing.assert_allclose(ends[:, 0], [1, 0.2, 0.1], atol=1e-15)
-    assert last[0] < 1e-9
+    for more, arrives in ((Y, False), (0 * Y, True)):
+        ends, last = newton(BoundedEnergy((X - 1) ** 2 + more), start)
+        np.testing.assert_allclose(ends[:, 0], [1, 0.2, 0.1], atol=1e-15)
+        assert (last[0] < 1e-9) == arrives
     # At 1.05 the slope 1 - 2 cos θ1 is nearly zero: the step would go far, and is cut to 0.5.
     pendulum = BoundedEnergy(2 * X.cos() + HALF * (X * X + Y * Y + Z * Z))
     start = np.array([[1.05], [0.01], [0.0]])
     ends, last = newton(pendulum, start, steps=1)
     assert last[0] > 10
     assert np.abs(ends - start).max() == pytest.approx(0.5, rel=1e-12)
-
-
-def shrunk(monkeypatch, shrink):
-    """Replace the domain of the first zero that is isolated by `shrink` of it."""
-    first: list[Any] = []
-
-    def narrowed(energy, point):
-        zero = isolated(energy, point)
-        if zero is None or first:
-            return zero
-        first.append(zero)
-        return replace(zero, domain=shrink(zero))
-
-    monkeypatch.setattr(search, "isolated", narrowed)
-
-
-def test_two_proofs_of_one_zero_count_once(monkeypatch):
-    """The second point lies outside of the domain of the first, whose enclosure is wider."""
-    shrunk(monkeypatch, lambda zero: zero.enclosure)
-    run = Search(BoundedEnergy(HALF * (X * X + Y * Y + Z * Z)), cube(1.0))
-    first = isolated(run.energy, np.full(3, 1e-4))
-    again = isolated(run.energy, np.zeros(3))
-    assert first is not None
-    assert again is not None
-    run._add(replace(first, domain=first.enclosure))
-    run._add(again)
-    found = run.run(LIMIT)
-    assert len(found.zeros) + found.undecided.count == 1
 
 
 def test_proofs_that_cannot_be_told_apart_leave_it_undecided():
@@ -275,40 +196,6 @@ def test_proofs_that_cannot_be_told_apart_leave_it_undecided():
     assert found.undecided.count >= 1
 
 
-def test_known_zeros_are_kept_and_another_reason_ends_boxes():
-    """A further test says of all boxes that there is nothing else."""
-    energy = BoundedEnergy((X * X - 1) ** 2 * Fraction(1, 4) + HALF * (Y * Y + Z * Z))
-    left = isolated(energy, np.array([-1.0, 0, 0]))
-    assert left is not None
-    found = Search(energy, WIDE, known=[left], also=lambda b, _: b.lo[0] > -9).run(LIMIT)
-    assert found.proved
-    assert found.zeros == (left,)
-    assert found.examined == 1
-
-
-def test_starts_save_boxes_and_are_not_believed():
-    """From zeros themselves, from random points, and from the same points twice."""
-    energy = BoundedEnergy((X * X - 1) ** 2 * Fraction(1, 4) + HALF * (Y * Y + Z * Z))
-    alone = Search(energy, WIDE).run(LIMIT)
-    places = np.array([zero.point for zero in alone.zeros]).T
-    random = np.random.default_rng(0).uniform(-1.5, 1.5, (3, 20))
-    for starts in (places, random, np.concatenate([places, places], 1)):
-        found = Search(energy, WIDE).run(LIMIT, starts)
-        assert found.proved
-        same_points(found, [(x, 0, 0) for x in (-1, 0, 1)])
-        assert found.examined <= alone.examined
-
-
-def test_zeros_may_be_added_after_a_search_that_ended_early():
-    energy = BoundedEnergy((X * X - 1) ** 2 * Fraction(1, 4) + HALF * (Y * Y + Z * Z))
-    run = Search(energy, WIDE)
-    first = run.run(0)
-    assert (first.zeros, first.undecided.count) == ((), 1)
-    more = run.with_zeros_near(np.array([[0.9, -1.1], [0.1, 0.0], [0.0, 0.1]]))
-    assert len(more.zeros) == 2
-    assert not more.proved
-
-
 def test_zeros_of_the_least_energy_over_further_variables():
     """min over z of ½ z² - z sin θ1 + ¼ sin² θ1 is -¼ sin² θ1: zeros at multiples of π/2."""
     U = HALF * W * W - W * X.sin() + Fraction(1, 4) * X.sin() ** 2 + HALF * (Y * Y + Z * Z)
@@ -320,45 +207,12 @@ def test_zeros_of_the_least_energy_over_further_variables():
     assert [zero.index for zero in found.zeros] == [0, 0, 1]
 
 
-def test_halves_cover_a_box_and_boxes_know_what_they_touch():
-    boxes = Boxes(np.array([[0.0, 2.0]] * 2), np.array([[1.0, 4.0]] * 2))
-    halves = boxes.halved(np.array([0, 1]))
-    np.testing.assert_array_equal(halves.lo, [[0, 2, 0.5, 2], [0, 2, 0, 3]])
-    np.testing.assert_array_equal(halves.hi, [[0.5, 4, 1, 4], [1, 3, 1, 4]])
-    assert boxes.touch(Box(np.full(2, 1.0), np.full(2, 1.5))).tolist() == [True, False]
-    assert boxes.within(Box(np.full(2, 0.0), np.full(2, 1.0))).tolist() == [True, False]
-
-
-@pytest.mark.parametrize(
-    "seed", [pytest.param(s, marks=[pytest.mark.heavy] * (s > 0)) for s in range(6)]
-)
-def test_a_wild_energy_has_the_zeros_that_many_starts_find(seed):
-    """Newton's method of SciPy from 400 points, on the gradient in closed form."""
-    from scipy.optimize import root
-
-    rng = np.random.default_rng(seed)
-    K = rng.integers(-2, 3, (4, 3))
-    c, phase = rng.integers(1, 4, 4), rng.integers(0, 6, 4)
-    U = HALF * (X * X + Y * Y + Z * Z)
-    for row, factor, shift in zip(K.tolist(), c.tolist(), phase.tolist(), strict=True):
-        U = U + factor * HALF * (row[0] * X + row[1] * Y + row[2] * Z + shift).cos()
-
-    def gradient(x):
-        return x - 0.5 * K.T @ (c * np.sin(K @ x + phase))
-
-    found = Search(BoundedEnergy(U), cube(2.0)).run(100_000)
-    assert found.proved
-    seen: list[Any] = []
-    for start in rng.uniform(-2, 2, (400, 3)):
-        ended = root(gradient, start, tol=1e-13)
-        x = ended.x
-        fresh = all(np.abs(x - other).max() > 1e-6 for other in seen)
-        if ended.success and np.abs(gradient(x)).max() < 1e-10 and np.all(np.abs(x) < 2) and fresh:
-            seen.append(x)
-            assert any(zero.domain.contains(x) for zero in found.zeros)
-    # A proved zero is one, whether a start came there or not.
-    for zero in found.zeros:
-        assert np.abs(gradient(zero.point)).max() < 1e-10
-        H = np.eye(3) - 0.5 * (K.T * (c * np.cos(K @ zero.point + phase))) @ K
-        assert zero.index == int(np.sum(np.linalg.eigvalsh(H) < 0))
-    assert len(seen) <= len(found.zeros)
+def test_a_zero_on_the_end_of_the_pitch_stays_undecided():
+    """It is not hidden by a zero beyond it, where cos θ2 >= 0 is wrong."""
+    U = -15 * X.cos() * Y.cos() - 25 * X.cos() * Z.cos() - 20 * Y.cos() * Z.cos()
+    U = U + 25 * X.sin() * Y.sin() * Z.sin()
+    corner = -np.full(3, np.nextafter(np.pi / 2, 4))  # ∇U is zero at θ1 = θ2 = θ3 = -π/2
+    box = Box(corner - np.array([0.3, 0.0, 0.3]), corner + 0.2)
+    found = Search(BoundedEnergy(U, least={COSINE: 0.0}), box).run(5000)
+    assert not found.proved
+    assert found.undecided.touch(Box(corner - 1e-9, corner + 1e-9)).any()

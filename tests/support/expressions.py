@@ -3,7 +3,8 @@
 from fractions import Fraction
 
 import numpy as np
-from hypothesis import assume
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from rbstab.proof.exact.expr import INNER, OF, Expr, atom, expr, only, variable
@@ -103,3 +104,19 @@ def convex(theta: Expr, z: Expr, c: Fraction, kind: int) -> Expr:
         x.step(2) * x**2 * c,
         x.step(3) * x**3 * c,
     ][kind]
+
+
+COUNTS = [
+    pytest.param(15, id="some"),
+    pytest.param(150, id="many", marks=pytest.mark.heavy),
+]
+"""How many examples `fuzz` tries: the same few for every change, and others in heavy tests."""
+
+
+def fuzz(test, *strategies, count):
+    """Run a test for so many examples."""
+    quiet = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large]
+    with np.errstate(all="ignore"):
+        settings(
+            deadline=None, max_examples=count, derandomize=count < 100, suppress_health_check=quiet
+        )(given(*strategies)(test))()

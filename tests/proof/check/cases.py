@@ -150,22 +150,6 @@ def sphere() -> Record:
     return record(Energy(U), *held, state((0, 0, 0), 3))
 
 
-def pushed() -> Record:
-    """A force that jumps at θ2 = 0 pushes away, to minima at θ2 = ±½ with U = -1."""
-    U = BOWL + 4 * Y**2 + 4 * Y - 8 * Y * Y.step(1)
-    minima = state((0, -0.5, 0), 0), state((0, 0.5, 0), 0)
-    top = state((0, 0, 0), 1, held=True, ridge=True)
-    return record(Energy(U), *minima, top, regions=[[1, -0.6]])
-
-
-def diagonal() -> Record:
-    """As `wells`, along the line θ1 = θ2 = θ3 = t: minima at t = ±½ and a pass with U = 1."""
-    t = (X + Y + Z) / 3
-    U = 16 * (t**2 - Fraction(1, 4)) ** 2 + 2 * (X**2 + Y**2 + Z**2 - 3 * t**2)
-    minima = state((-0.5, -0.5, -0.5), 0), state((0.5, 0.5, 0.5), 0)
-    return record(Energy(U), *minima, state((0, 0, 0), 1), regions=[[1, 0.6]])
-
-
 ANGLE = float(np.arctan2(4, 3))
 """Where the line of `SQUARE` is shortest."""
 
@@ -175,16 +159,6 @@ SQUARE = 10 - (Fraction(18, 5) * X.cos() + Fraction(24, 5) * X.sin()) * Y.cos()
 
 def _length(angle: float) -> float:
     return float(np.sqrt(10 - 6 * np.cos(angle - ANGLE)))
-
-
-def spring() -> Record:
-    """A spring ½ (ℓ - 1)² pulls θ1 to `ANGLE`; its force is too small for more rest states."""
-    U = BOWL + 2 * Y**2 + SQUARE / 2 - SQUARE.sqrt()
-
-    def slope(t: float) -> float:
-        return 4 * t + 3 * (1 - 1 / _length(t)) * float(np.sin(t - ANGLE))
-
-    return record(Energy(U), state((float(brentq(slope, 0, 1, xtol=1e-15)), 0, 0), 0))
 
 
 def ligament() -> Record:
@@ -205,11 +179,6 @@ def ligament() -> Record:
     return record(Energy(U), state((float(brentq(slope, -2, -0.5, xtol=1e-15)), 0, 0), 0))
 
 
-def outside() -> Record:
-    """The only zero of the slope is beyond the range, at θ2 = 2."""
-    return record(Energy(BOWL + 2 * Y**2 - 8 * Y))
-
-
 def flat() -> Record:
     """At θ2 = 0 the second derivative is zero too: this rest state is left undecided."""
     box = [[-0.01, -0.01, -0.01], [0.01, 0.01, 0.01]]
@@ -223,13 +192,6 @@ def unfinished() -> Record:
     found["ranges"][0].update(complete=False, undecided=[[[-0.01] * 3, [0.01] * 3]])
     del found["ranges"][0]["states"][2]
     return found
-
-
-def guard() -> Record:
-    """A stiff guard adds 5 (θ2 - 0.3)² beyond 0.3: the rest state has 14 θ2 = 6 + 3."""
-    h = Y - Fraction(3, 10)
-    U = BOWL + 2 * Y**2 - 6 * Y + 5 * h**2 * h.step(2)
-    return record(Energy(U), state((0, 9 / 14, 0), 0))
 
 
 def own() -> Record:
@@ -255,8 +217,8 @@ def own_at_stop() -> Record:
     return record(energy, state((0, 0.9, 0), 0, held=True))
 
 
-SMOOTH = wells, diagonal, lean, barrier, outer, coupled, outside, spring, own
-SWITCHING = stop, inside, held, plane, sphere, ridge, pushed, guard, ligament, own_at_stop
+SMOOTH = wells, lean, barrier, outer, coupled, own
+SWITCHING = stop, inside, held, plane, sphere, ridge, ligament, own_at_stop
 CASES = *SMOOTH, *SWITCHING, flat, unfinished
 
 TRUE: dict[str, Callable[[], Record]] = {one.__name__: one for one in CASES}

@@ -46,6 +46,7 @@ def test_true_claims(claim):
     assert refused(claim) == []
     claims = [finding.claim for finding in check_soft_guard(record(), claim)]
     assert claims == ["ends", "range", "nothing at rest beyond"]
+    assert refused(claim, k=0.0) == ["ends"]  # it does not grow with θ1
 
 
 @pytest.mark.parametrize(
@@ -54,11 +55,9 @@ def test_true_claims(claim):
         ({"energy_bound": CLAIM["energy_bound"] + 1e-8}, "range"),
         ({"method": "repelling", "energy_bound": REPELLING["energy_bound"] + 1e-8}, "range"),
         ({"strength": 19.9}, "range"),
-        ({"soft_angle": 1.21}, "range"),
         ({"method": "barrier"}, "soft guard"),
         ({"strength": -20.0}, "soft guard"),
         ({"soft_angle": 1.6}, "soft guard"),
-        ({"end": [-1.0, 1.0, 3.0]}, "soft guard"),
         ({"end": [300.0, 1.0, 3.0]}, "soft guard"),
     ],
 )
@@ -79,7 +78,6 @@ def test_both_ends_count(load):
     [
         (-3.3, CLAIM, True),
         (-3.7, CLAIM, False),
-        (3.7, CLAIM, False),
         (-3.7, REPELLING, False),
         (-30.0, REPELLING, True),
     ],
@@ -88,10 +86,6 @@ def test_a_load_that_the_guard_balances(load, claim, stands):
     """At θ2 = 1.2 the spring pulls by 3.6 N m, at π/2 by 4.7; the guard adds up to 7.4 or 20."""
     found = refused(claim | {"energy_bound": -99.0}, load=load)
     assert found == ([] if stands else ["nothing at rest beyond"])
-
-
-def test_an_energy_that_does_not_grow_with_theta1_has_no_border():
-    assert refused(CLAIM, k=0.0) == ["ends"]
 
 
 def test_a_point_of_the_border_beyond_the_ends_is_refused():

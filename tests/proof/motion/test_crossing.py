@@ -12,7 +12,6 @@ from support.start_sets import random_config, random_set
 
 from rbstab.elements.spring import squared_length
 from rbstab.experiment.convergence.enclosed_system import enclosed_system
-from rbstab.proof.motion import crossing
 from rbstab.proof.motion.crossing import safe_time, switching_step
 from rbstab.proof.motion.models import evaluated
 from rbstab.proof.motion.motion_set import MotionSet
@@ -86,11 +85,10 @@ SET = ("permanent", "reduced", {"variables": 2, "degree": 3, "width": 1e-4, "err
 @pytest.mark.parametrize(
     ("kind", "variant", "coordinates", "shape", "widest"),
     [
-        ("ligament", *NARROW),
         ("repelling", *NARROW),
+        ("ligament", *NARROW),
         ("stiff", *WIDE),
         ("repelling", *WIDE),
-        ("stiff", *SET),
         ("repelling", *SET),
     ],
 )
@@ -109,21 +107,6 @@ def test_every_start_of_a_set_is_in_it_after_a_switch(kind, variant, coordinates
         worst = max(worst, np.abs(place).max())
         assert worst <= 1
     assert worst > 1e-3
-
-
-def test_a_hull_holds_the_motion_and_the_saltation_makes_it_narrow(monkeypatch):
-    """Without the saltation, a jump of the force costs its size times the time of crossing."""
-    config, states, scale = about_to_switch("repelling", **POINT, error=1e-7)
-    narrow, *_ = followed_through(config, states, scale)
-    monkeypatch.setattr(
-        crossing, "_cut_down", lambda _equations, _switch, _states, step, _scale: step
-    )
-    wide, other, *_ = followed_through(config, states, scale)
-    assert np.max(wide.error / scale) > 1.3 * np.max(narrow.error / scale)
-    for z, w in some_starts(states, 2):
-        y = state_of(states, z.tolist(), w.tolist())
-        there, _ = state_through(exact_system(config), y, other)
-        assert np.all(np.abs(place_in_frame(wide, z.tolist(), there)) <= wide.radius[0])
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
@@ -158,41 +141,30 @@ def test_grazing(sign):
     assert np.all(np.abs(place) <= end.radius[0] + 1e-9)
 
 
-def test_a_start_on_a_surface():
-    """It leaves it with its speed."""
-    config, states, scale = about_to_switch("repelling", **POINT, error=1e-12)
-    y = states.polynomial[0, :, 0].copy()
+@pytest.mark.parametrize("rests", [False, True])
+def test_a_start_on_a_surface(rests):
+    """It leaves it with its speed; but where a repelling guard holds a load, nothing is proved."""
+    _, states, scale = about_to_switch("repelling", **POINT, error=1e-12)
+    y = states.polynomial[0, :, 0]
+    if rests:
+        y[3:6] = 0.0
+        base = moved("repelling", 1.5, "visco-elastic", "Z")
+        pushed = enclosed_system(base, lambda values: values).rates(y)[4]
+        y[1] = abs(y[1]) * np.sign(pushed)
     angle = round(float(abs(y[1])), 9)
     y[1] = np.sign(y[1]) * angle
     config = moved("repelling", angle, "visco-elastic", "Z")
-    states = MotionSet(states.space, y[np.newaxis, :, np.newaxis], states.frame, states.radius)
-    end, *_ = followed_through(config, states, scale, 1e-3)
-    assert np.all(end.error < 1e-9 * scale)
-    assert sorted(map(len, equations(config).possible(end.models))) == [1, 1]
-
-
-def test_resting_on_a_kink_is_not_proved():
-    """A load presses the body against a repelling guard, which is stronger: it stays there."""
-    config, states, scale = about_to_switch("repelling", **POINT, error=1e-12)
-    y = states.polynomial[0, :, 0].copy()
-    y[3:6] = 0.0
-    states = MotionSet(states.space, y[np.newaxis, :, np.newaxis], states.frame, states.radius)
-    base = moved("repelling", 1.5, "visco-elastic", "Z")
-    rates = enclosed_system(base, lambda values: values).rates(y)
-    y[1] = abs(y[1]) * np.sign(rates[4])
-    config = moved("repelling", round(float(abs(y[1])), 12), "visco-elastic", "Z")
-    states.polynomial[0, :, 0] = y
-    longest, width, name = np.array([0.01]), [], ""
-    for _ in range(200):
+    longest, time, name, until = np.array([0.002]), 0.0, "", 0.1 if rests else 1e-3
+    while time < until and states.error.max() < 1e-2 and longest[0] > 1e-8:
         step, longest, name = switching_step(equations(config), states, scale, longest)
-        if not step.proved[0]:
-            break
-        states = step.end
-        width.append((states.error / scale).max())
-        if width[-1] > 1e-2:
-            break
-    assert name == "it"
-    assert not step.proved[0] or width[-1] > 1e-2
+        if step.proved[0]:
+            time, states = time + float(step.h[0]), step.end
+    if rests:
+        assert name == "it"
+        assert time < until
+    else:
+        assert np.all(states.error < 1e-9 * scale)
+        assert sorted(map(len, equations(config).possible(states.models))) == [1, 1]
 
 
 def test_the_time_up_to_a_surface():

@@ -113,7 +113,6 @@ def test_ranges_hold_and_are_reached():
     ("name", "constant", "size"),
     [
         ("inverse", 0.1, 0.2),
-        ("sqrt", 0.1, 0.2),
         ("log", 0.1, 0.2),
         ("exp", 0.0, 2.5),
         ("inverse", np.nan, 0.1),

@@ -13,7 +13,7 @@ from support.polynomial_sets import BITS, place_in_frame, state_of
 from support.start_sets import VARIANTS, random_config, random_set, together
 
 from rbstab.proof.motion import motion
-from rbstab.proof.motion.motion import FIRST_STEP, MAX_STEPS, NARROWEST, followed, whole
+from rbstab.proof.motion.motion import MAX_STEPS, NARROWEST, followed, whole
 from rbstab.proof.motion.motion_set import MotionSet
 from rbstab.proof.motion.step import SetSteps
 
@@ -37,25 +37,6 @@ def steps_of(monkeypatch, length_of):
 
 def undecided(states, _times, _numbers):
     return [None] * len(states)
-
-
-def test_shorter_steps_are_tried_before_a_set_is_halved(monkeypatch):
-    asked = []
-
-    def none(_, longest):
-        asked.append(longest[0])
-        return longest * np.nan
-
-    steps_of(monkeypatch, none)
-    for options, least in (({}, 1e-5), ({"variables": 0, "degree": 0}, 1e-7)):
-        asked.clear()
-        states, scale = any_set(**options)
-        (found,) = followed(SMOOTH, states, scale, undecided)
-        assert (found.steps, found.decision, found.lost) == (0, None, True)
-        nonlinear = states.nonlinearity(scale)[0]
-        assert found.variable == (nonlinear.argmax() if len(nonlinear) else None)
-        assert asked == [FIRST_STEP / 2**k for k in range(len(asked))]
-        assert asked[-1] / 2 < least <= asked[-1]
 
 
 def test_the_limits_of_a_set(monkeypatch):

@@ -76,7 +76,7 @@ def test_motions_follow_the_code(folder, name, variant):
     system = enclosed_system(config, lambda values: values)
     random, n = np.random.default_rng(8), system.size
     assert equations.size == n
-    states = random.uniform(-0.7, 0.7, (20, n))
+    states = random.uniform(-0.7, 0.7, (5, n))
     at = point_sets(states, np.zeros_like(states), np.ones(n))
     rates = evaluated(equations.field().rates, at.models)
     low, high = rates.range()
@@ -92,13 +92,10 @@ def test_constants_are_what_they_mean():
     """A third and a tenth in code are no doubles."""
     graph = Graph()
     assert [graph.form(x).constant for x in (1 / 3, 0.1)] == [fmpq(1, 3), fmpq(1, 10)]
-
-
-@pytest.mark.parametrize("use", [bool, float, lambda x: x == 0, lambda x: x < 1, lambda x: x**0.5])
-def test_forms_have_no_value(use):
-    (x,) = Graph().variables(1)
-    with pytest.raises(TypeError):
-        use(x)
+    (x,) = graph.variables(1)
+    for use in (bool, float, lambda x: x == 0, lambda x: x < 1, lambda x: x**0.5):
+        with pytest.raises(TypeError):  # a form has no value
+            use(x)
 
 
 FACTOR = "return f @ self.L_c @ f"

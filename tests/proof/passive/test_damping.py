@@ -69,18 +69,12 @@ AT_C = tie(0, 0, -0.15)
 HELD = {"variant": "permanent", "K_t": [1] * 3, "L_t": [1] * 3, "K_r": [1] * 3, "L_r": [1] * 3}
 
 DAMPERS = {
-    "four mounts": (MOUNTS, None),
     "three points": ([*MOUNTS[:2], AT_C], None),
     "an embedded tie": ([*MOUNTS[:2], tie(0.1, 0, 0, kind="embedded")], None),
     "an attitude damper and a tie": ([attitude([1, 2, 3]), AT_C], None),
-    "nothing": ([], "the body"),
     "a spring without a damper": ([SPRING], "the body"),
-    "one point": ([AT_C], "a rotation about body x through (0, 0, -0.15) m"),
     "two points": (MOUNTS[:2], "a rotation about body y through (0.3, 0, -0.15) m"),
-    "two points, decimals": (
-        [tie(0.1, 0.2, 0.3), tie(0.3, 0.6, 0.9)],
-        "a rotation about body (0.3333, 0.6667, 1)",
-    ),
+    "one point": ([AT_C], "a rotation about body x through (0, 0, -0.15) m"),
     "three points on a line": (
         [tie(0.1, 0.2, 0.3), tie(0.2, 0.4, 0.6), tie(0.3, 0.6, 0.9)],
         "a rotation about body (0.3333, 0.6667, 1)",
@@ -164,7 +158,6 @@ LEFT = (
 @pytest.mark.parametrize(
     ("matrices", "expected"),
     [
-        ({"L_r": [1, 1, 0]}, "no damper acts on a rotation about body z (L_r is singular)"),
         ({"L_r": [0, 0, 1]}, None),
         (
             {"L_t": [0, 0, 0], "L_r": [["0.1", "0.3", 0], ["0.3", "0.9", 0], [0, 0, 1]]},
@@ -172,10 +165,6 @@ LEFT = (
             "(L_t is 0 and L_r is singular)",
         ),
         ({"L_t": [0, 1, 1], "L_r": [1, 0, 1]}, LEFT),
-        (
-            {"L_t": [0, 0, 0], "L_r": [0, 0, 0]},
-            "no damper acts on the body (L_t is 0 and L_r is 0)",
-        ),
     ],
 )
 def test_what_damps_a_held_body(matrices, expected):

@@ -67,8 +67,6 @@ def folder(tmp_path, monkeypatch):
 
 PASSIVE = {
     "a root of a constant": ("-e / sqrt(self.k)", "0.5 / sqrt(self.k) * (e @ e)"),
-    "linear": ("-self.k * e - self.c * f", "0.5 * self.k * (e @ e)", "self.c * (f @ f)"),
-    "a third": ("-self.k * power(e, 2)", "(1 / 3) * self.k * power(e, 3).sum()"),
     "a root": (
         "-self.k * e / sqrt(1 + e @ e)",
         "self.k * sqrt(1 + e @ e)",
@@ -76,10 +74,6 @@ PASSIVE = {
     "other functions": (
         "-self.k * (sinh(e) + cosh(e) - sin(e) + cos(e))",
         "self.k * (cosh(e) + sinh(e) + cos(e) + sin(e)).sum()",
-    ),
-    "tanh by its exponentials": (
-        "-self.k * tanh(e)",
-        "self.k * log(cosh(e)).sum()",
     ),
     "inverse functions": (
         "-self.k * (1 / (1 + e * e) + (1 + tan(e) * tan(e)))",
@@ -90,10 +84,8 @@ PASSIVE = {
 
 WRONG = {
     "a root of a constant": ("sqrt(self.k * self.k) * e", "0.5 * self.k * (e @ e)"),
-    "the sign": ("self.k * e", "0.5 * self.k * (e @ e)"),
     "the factor": ("-self.k * e", "0.499999 * self.k * (e @ e)"),
     "the damping": ("-self.k * e - self.c * f", "0.5 * self.k * (e @ e)", "2 * self.c * f @ f"),
-    "no potential": ("-self.k * e[[1, 2, 0]]", "0.5 * self.k * (e @ e)"),
     "a root of the other sign": (
         "-self.k * e",
         "0.5 * self.k * (e @ e) + sqrt(e[0] * e[0]) - e[0]",
@@ -111,14 +103,15 @@ def test_wrong_balances(folder, name):
     assert why_not_passive(found(folder, statements(*WRONG[name]))) == passive.UNBALANCED
 
 
-def test_negative_dissipation(folder):
-    text = statements("-self.k * e + self.c * f", "0.5 * self.k * (e @ e)", "-self.c * (f @ f)")
-    assert why_not_passive(found(folder, text)) == passive.GAINS_ENERGY
-
-
-def test_an_indefinite_gain(folder):
-    text = statements("-self.k * e - self.c * f", "0.5 * self.k * (e @ e)", "self.c * (f @ f)")
-    assert why_not_passive(found(folder, text, **AT_POINT | {"c": -0.01})) == passive.GAINS_ENERGY
+@pytest.mark.parametrize(("sign", "c"), [(1, 2.0), (-1, -0.01)])
+def test_negative_dissipation(folder, sign, c):
+    """By its formula, or by an indefinite gain."""
+    text = statements(
+        f"-self.k * e + {sign} * self.c * f",
+        "0.5 * self.k * (e @ e)",
+        f"{-sign} * self.c * (f @ f)",
+    )
+    assert why_not_passive(found(folder, text, **AT_POINT | {"c": c})) == passive.GAINS_ENERGY
 
 
 def test_energies_that_are_no_functions_of_the_angles(folder):
@@ -130,17 +123,13 @@ def test_energies_that_are_no_functions_of_the_angles(folder):
 
 SMOOTH = {
     "a saturating damper": "self.c * f / sqrt(0.01 + f @ f)",
-    "a root of the position": "self.c * f / sqrt(1 + e @ e)",
     "a quotient by the attitude": "self.c * f / (2 + motion.A[0][0])",
     "a logarithm": "self.c * f * log(2 + f @ f)",
-    "a negative power": "self.c * f * (1 + f @ f) ** -2",
 }
 
 NOT_SMOOTH = {
     "dry friction": "self.c * f / sqrt(f @ f)",
-    "an attitude at which it ends": "self.c * f / (1 + motion.A[0][0])",
     "a length that may be zero": "self.c * f / (e @ e)",
-    "an angle": "self.c * f / (20 + motion.Theta[0])",
     "a tangent of a rate": "self.c * f * tan(motion.Omega[0]) * tan(motion.Omega[0])",
 }
 
@@ -179,7 +168,6 @@ def stored(self, motion, own):
 
 FACTORS = {
     "both sides": ("self.mode[0]", None),
-    "a mode in a function": ("exp(self.mode[0])", None),
     "a divisor that is zero with one of its values": ("1 / self.mode[0]", passive.WITHOUT_VALUES),
 }
 

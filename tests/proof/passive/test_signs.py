@@ -9,43 +9,24 @@ from rbstab.proof.passive.signs import never_negative, positive, spanned, vanish
 
 INDEFINITE = np.array([[1.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 SEMIDEFINITE = np.array([[1.0, 2.0, 0.0], [2.0, 4.0, 0.0], [0.0, 0.0, 0.0]])
-DEFINITE = np.array([[3.0, 1.0, 0.0], [1.0, 3.0, -1.0], [0.0, -1.0, 4.0]])
 SKEW = np.array([[1.0, 5.0, 0.0], [-5.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
+DEFINITE = np.array([[3.0, 1.0, 0.0], [1.0, 3.0, -1.0], [0.0, -1.0, 4.0]])
 
 NEVER = {
-    "a square": lambda v: v[0] * v[0],
-    "a sum of squares": lambda v: 2.0 * v[0] * v[0] + 0.5 * (v[1] * v[1]),
-    "a square of a sum": lambda v: (v[0] - v[1]) * (v[0] - v[1]),
-    "diagonal": lambda v: v @ (np.array([1.0, 2.0, 0.5]) * v),
+    "skewed": lambda v: v @ SKEW @ v,
     "definite": lambda v: v @ DEFINITE @ v,
-    "semidefinite": lambda v: v @ SEMIDEFINITE @ v,
-    "a skew part does no work": lambda v: v @ SKEW @ v,
     "definite times what is positive": lambda v: (v @ DEFINITE @ v) * numbers.exp_of(v[0]),
     "cubic damping": lambda v: (v @ v) * (v @ v) * 0.3,
     "saturating": lambda v: v[0] * v[0] / numbers.sqrt_of(1.0 + v[0] * v[0]),
-    "a function of a square": lambda v: numbers.tanh_of(v[0] * v[0]),
     "x tanh x": lambda v: v[0] * numbers.tanh_of(v[0]) + 2.0 * v[1] * numbers.atan_of(v[1] / 0.1),
-    "x sinh -x": lambda v: -(v[0] * numbers.sinh_of(-3.0 * v[0])),
     "sums in products": lambda v: (1.0 + v[0] * v[0]) * (2.0 + numbers.cosh_of(v[1])),
     "a quotient": lambda v: v[0] * v[0] / (v[1] * v[1]),
-    "terms that cancel": lambda v: v[0] * v[1] + v[2] * v[2] - v[1] * v[0],
 }
 
 TURN = np.array([[0.0, 2.0, -1.0], [-2.0, 0.0, 0.5], [1.0, -0.5, 0.0]])
 
 
-def _of_sums(matrix):
-    """Return the form of a point's velocity: V + ω × p, say."""
-
-    def formula(v):
-        f = v + TURN @ v
-        return f @ matrix @ f
-
-    return formula
-
-
 NEVER |= {
-    "definite, of sums": _of_sums(DEFINITE),
     "x tanh x, of sums": lambda v: (v + TURN @ v) @ numbers.tanh(3.0 * (v + TURN @ v)),
     "of a sum that is a term": lambda v: (v[0] + v[1]) * (v[0] + v[1] + v[2]) + 2.0 * v[2] * v[2],
 }
@@ -53,40 +34,23 @@ NEVER |= {
 NOT_SHOWN = {
     # x⁰ is 1, also of a zero.
     "a power 0 of zero": lambda v: -(v[0] * v[0]) * (0.0 / numbers.exp_of(v[1])) ** 0,
-    "indefinite, of sums": _of_sums(INDEFINITE),
     "a product": lambda v: v[0] * v[1],
-    "a negative square": lambda v: -(v[0] * v[0]),
-    "a negative constant": lambda v: v[0] * v[0] - 1e-9,
-    "indefinite": lambda v: v @ INDEFINITE @ v,
     "x tanh y": lambda v: v[0] * numbers.tanh_of(v[1]),
-    "x tanh x, and another": lambda v: v[1] * v[0] * numbers.tanh_of(v[0]),
     "x tanh of a sum": lambda v: v[0] * numbers.tanh_of(v[0] + v[1]),
-    "a tanh": lambda v: numbers.tanh_of(v[0]),
     "a logarithm": lambda v: numbers.log_of(v[0] * v[0]),
     "over what may be negative": lambda v: v[0] * v[0] / v[1],
     "times what may be negative": lambda v: (v @ DEFINITE @ v) * v[0],
     "almost semidefinite": lambda v: v @ (SEMIDEFINITE - np.diag([1e-9, 0, 0])) @ v,
-    "crossed without squares": lambda v: v[0] * v[1] + v[2] * v[2],
 }
 
 
 V = np.array([variable(k) for k in range(3)], dtype=object)
 
 
-@pytest.mark.parametrize("name", NEVER)
+@pytest.mark.parametrize("name", NEVER | NOT_SHOWN)
 def test_never_negative(name):
-    assert never_negative(expr(NEVER[name](V)))
-
-
-@pytest.mark.parametrize("name", NOT_SHOWN)
-def test_not_shown(name):
-    assert not never_negative(expr(NOT_SHOWN[name](V)))
-
-
-@pytest.mark.parametrize("name", NEVER)
-def test_the_formulas_are_as_they_are_called(name):
-    points = np.random.default_rng(1).normal(size=(200, 3))
-    assert all(NEVER[name](point) >= -1e-12 for point in points)
+    formula = (NEVER | NOT_SHOWN)[name]
+    assert never_negative(expr(formula(V))) == (name in NEVER)
 
 
 @pytest.mark.parametrize(
@@ -94,18 +58,12 @@ def test_the_formulas_are_as_they_are_called(name):
     [
         (lambda v: 1.0 + v[0] * v[0], True),
         (lambda v: v @ v + numbers.exp_of(v[0]), True),
-        (lambda v: numbers.sqrt_of(2.0 + v @ v), True),
         (lambda v: (1.0 + v[0] ** 2) / (2.0 + v[1] ** 2), True),
-        (lambda v: (1.0 + v[0] ** 2) ** -3, True),
         (lambda v: numbers.cos_of(v[1]), True),
         (lambda v: numbers.cos_of(v[0]), False),
         (lambda v: v @ v, False),
-        (lambda v: v[0] * v[0] - 1.0, False),
         (lambda v: 1.0 + v[0], False),
         (lambda v: numbers.sqrt_of(v[0] * v[0]), False),
-        (lambda v: (1.0 + v[0] * v[0]) * v[1], False),
-        (lambda v: v[0] ** 2, False),
-        (lambda v: -1.0 - v[0] ** 2, False),
     ],
 )
 def test_above_zero(formula, expected):
@@ -114,13 +72,10 @@ def test_above_zero(formula, expected):
 
 VANISHING = {
     "a square": (lambda v: v[0] * v[0], {0}),
-    "all": (lambda v: v @ v, {0, 1, 2}),
     "definite": (lambda v: v @ DEFINITE @ v, {0, 1, 2}),
-    "fourth powers": (lambda v: (v @ v) * (v @ v) + v[2] ** 6, {0, 1, 2}),
     "saturating": (lambda v: (v @ v) / numbers.sqrt_of(1.0 + v @ v), {0, 1, 2}),
     "x tanh x": (lambda v: v[0] * numbers.tanh_of(v[0] / 0.1) + v[1] * v[1], {0, 1}),
     "semidefinite": (lambda v: v @ SEMIDEFINITE @ v, set()),
-    "one of two": (lambda v: v[0] * v[0] * v[1] * v[1], set()),
     "a product of different signs": (lambda v: v[0] * v[0] * numbers.tanh_of(v[1] * v[1]), set()),
     "over what grows": (lambda v: v[0] * v[0] / (v[1] * v[1]), set()),
     "not shown to be never negative": (lambda v: v[0] * v[0] + v[1], set()),

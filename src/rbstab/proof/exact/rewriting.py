@@ -41,7 +41,7 @@ def substituted(e: Expr, given: Mapping[Atom, Expr]) -> Expr:
     @cache
     def change(a: Atom, p: int) -> Expr:
         if a in given:
-            return (given[a] if p <= 1 else as_factor(given[a])) ** p
+            return (given[a] if p <= 2 else as_factor(given[a])) ** p
         inside = a.kind != VAR and a.variables & numbers
         return (same_function(a, substituted(a.inner, given)) if inside else only(a)) ** p
 

@@ -81,12 +81,12 @@ def test_a_derivative_is_that_of_the_series_along_a_line(one, two, point, rates)
     U = one * two + one / (2 + two * two)
     with ctx.workprec(BITS):
         line = {k: arb_series([x, v], 2) for k, (x, v) in enumerate(zip(point, rates, strict=True))}
-        try:
+        found = derivative(U, {k: expr(Fraction(v)) for k, v in enumerate(rates)})
+        try:  # √x has no derivative at 0
             expected = series(U, line, 2)[1]
+            difference = value(found, dict(enumerate(point))) - expected
         except ValueError:
             assume(False)
-        found = derivative(U, {k: expr(Fraction(v)) for k, v in enumerate(rates)})
-        difference = value(found, dict(enumerate(point))) - expected
     assert abs(float(difference)) <= 1e-50 * (1 + abs(float(expected)))
 
 

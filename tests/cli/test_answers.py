@@ -22,12 +22,13 @@ def done(folder: Path, rbstab: Invoke) -> Result:
 
 def test_the_answers_come_last(done: Result) -> None:
     assert done.exit_code == 0, done.output
-    head, *_, outcome, desired, this_start, whole_range, pushes = done.stdout.rstrip().splitlines()
+    head, *_, outcome, desired, this_start, whole_range, pushes, modes = done.stdout.splitlines()
     assert head.split()[:2] == ["file", "outcome"]
     assert outcome.startswith("  Outcome:     still moving at t = 0.1 s: at (")
     assert outcome.endswith("(the exact motion is proved to converge to (0°, 0°, 0°)): seen.")
     assert desired == "  Desired:     upright (default), within 10°."
     assert pushes.startswith("  Pushes:      proved: ")
+    assert modes.startswith("  Modes:       natural frequencies ")
     assert this_start.startswith("  This start:  proved: ")
     assert whole_range.startswith("  Whole range: proved: ")
 

@@ -38,7 +38,7 @@ def test_a_plan_without_proofs_prints_nothing_of_them(rbstab, statuses):
     Path("plan.yaml").write_text(text[: text.index("prove:")])
     done = rbstab(*SWEEP, "--threads", "1", "--no-prove")
     assert "proved" not in done.stdout + done.stderr + "".join(statuses)
-    assert json.loads(rbstab(*SWEEP, "--json").stdout)["convergence"] == {}
+    assert json.loads(rbstab(*SWEEP, "--no-prove", "--json").stdout)["convergence"] == {}
 
 
 def test_a_wrong_value_is_reported_with_its_place(rbstab, plan):

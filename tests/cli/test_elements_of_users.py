@@ -175,7 +175,10 @@ def test_run_answers_for_a_body_with_code(rbstab: Invoke) -> None:
     assert "Whole range: proved" in done.stdout
     Path("mine.py").write_text(SPRING.replace("0.5 *", "0.6 *"))
     done = rbstab("stability", "free.yaml", "--allow-python", "--no-run")
-    assert "1 rest state found: 1 stable; not proved to be all: no proof takes this code" in done.stdout
+    assert (
+        "1 rest state found: 1 stable; not proved to be all: no proof takes this code"
+        in done.stdout
+    )
 
 
 @pytest.mark.usefixtures("folder")

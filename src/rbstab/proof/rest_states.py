@@ -46,7 +46,9 @@ WIDE_LIMIT = 16_000
 WIDE_LIMIT_WITH_FUNCTIONS = 100_000
 """The same for an energy with lengths, or other functions of Θ, whose boxes are smaller."""
 
-KINKED = "its force jumps, and no proof takes such a force into account where X is not known"
+KINKED = (
+    "its force jumps, and no proof takes such a force into account where X or own states are free"
+)
 
 
 def reduced_energy(system: System, exact_system: ExactSystem) -> Energy:
@@ -97,7 +99,7 @@ class Body:
         """Raise `NoReducedEnergy` for what needs an energy that is convex in X, if it is not.
 
         On the faces of a stop the energy is taken to be convex in X, which springs are not. A force
-        that jumps may hold the body where X is not known.
+        that jumps may hold the body, where X or own states are free.
         """
         if isinstance(self.bounded, TiedBounds) and self.energy.stop is not None:
             raise NoReducedEnergy(NoEnergyReason.STOP_BESIDE_SPRINGS)

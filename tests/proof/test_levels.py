@@ -63,7 +63,7 @@ KINDS = {
 @settings(deadline=None, max_examples=30)
 @given(boxes(reach=0.5))
 def test_v_is_between_its_bounds(kind, box):
-    """At points of boxes of all sizes with |θ2| < π/2; across the place of a jump the sides are told apart."""
+    """With |θ2| < π/2; across the place of a jump the sides are told apart."""
     (lo, hi, point), energy = box, KINDS[kind]
     ranges = Ranges.of(energy)
     assert bool(ranges.sides) == (kind == "a force that jumps")

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 ENOUGH = 1.0
 """The share of the range that a search would decide with the most boxes of any proof, at its rate
-so far: with less, more boxes will not help."""
+so far: with less, more boxes are not expected to help."""
 
 BRIEF_LIMIT, FULL_LIMIT = 15_000, 100_000
 """The most boxes in each of the four charts of rotations, of a proof for which nobody asked."""
@@ -191,7 +191,7 @@ def _body_proof(identity: str, body: "Body", *, search_only: bool, brief: bool) 
 def _too_few(rest: "RestStates", most: int) -> str:
     """Return how a search ended that needs far more boxes than any proof tries."""
     share = f"{grouped(rest.examined)} of them decide {100 * rest.covered:.2g} % of the range"
-    return f"{TOO_FEW}: {share}, so the {grouped(most)} that a proof tries at most are too few"
+    return f"{TOO_FEW}: {share}; at this rate, the {grouped(most)} of the longest proof are too few"
 
 
 def _with_near_model(config: Config, system: System, proof: Proof) -> Proof:

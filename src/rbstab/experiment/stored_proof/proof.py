@@ -32,7 +32,7 @@ BARRIER, STOP = "a barrier", "a stop"
 STOPPED = "the limit on the number of boxes was reached"
 """The outcome of a search that stopped at its limit (`SearchOutcome.BOX_LIMIT`)."""
 
-TOO_FEW = "more boxes will not help"
+TOO_FEW = "more boxes are not expected to help"
 """The begin of the outcome of such a search that would need far more boxes than any proof tries."""
 
 CONFIG = "config"

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cache
-from itertools import product as all_pairs
+from itertools import combinations_with_replacement
 from math import comb, factorial, prod
 from typing import Any, NamedTuple
 
@@ -40,8 +40,12 @@ SMALLEST = Fraction(1, 2**1000)
 @cache
 def exponents(n: int, order: int) -> tuple[list[Exponents], dict[Exponents, int]]:
     """Return all multi-indices of n variables up to an order, lower first; and their places."""
-    rows = [a for a in all_pairs(range(order + 1), repeat=n) if sum(a) <= order]
-    rows.sort(key=lambda a: (sum(a), tuple(-x for x in a)))
+    numbers = range(n)
+    rows = [
+        tuple(map(factors.count, numbers))
+        for degree in range(order + 1)
+        for factors in combinations_with_replacement(numbers, degree)
+    ]
     return rows, {a: k for k, a in enumerate(rows)}
 
 

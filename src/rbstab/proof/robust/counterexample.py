@@ -46,7 +46,7 @@ def counterexample(
     found = _shown_by(members, part.middle, starts)
     if found is None and len(starts):
         found = _shown_by(members, _flattest(family, part, starts), starts)
-    if found is None and len(starts) and family is not None:
+    if found is None and len(starts):
         found = _shown_by(members, _softest(family, part, starts[0]), starts)
     return found
 

@@ -43,15 +43,13 @@ def command(result: Path, as_json: bool, as_config: bool) -> None:
     or a folder of results. Of a sweep it prints first how many members are proved, or seen, to come
     to rest.
     """
-    from rbstab.store.disk.isolated_reading import IsolatedReader
     from rbstab.store.errors import StoreError
     from rbstab.store.run_file import open_result
 
     if as_json and as_config:
         raise click.UsageError("--json cannot be combined with --config")
     try:
-        # Anybody may have written the file, with a right seal too.
-        opened = IsolatedReader(open_result)(result)
+        opened = open_result(result)
     except StoreError as error:
         if _shown_as_other(result, as_json=as_json, as_config=as_config):
             return

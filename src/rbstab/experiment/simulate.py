@@ -27,7 +27,6 @@ from rbstab.experiment.run_certificate import certificate_variables
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem, Progress
-from rbstab.systems.quantities import LAYOUT_VERSION
 
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.proof import Proof
@@ -120,7 +119,6 @@ def simulate_problem(
         "lyapunov_zero": zero_description(record.zero, arrays),
         "verdict": str(overall(record.checks)),
         "run_id": run_id(config),
-        "layout_version": LAYOUT_VERSION,
         "engine": config.integration.engine,
         "steps": trajectory.steps,
         "evaluations": trajectory.evaluations,

@@ -16,9 +16,9 @@ from rbstab.report.model.words import NO_VALUE, number, untrusted
 from rbstab.report.reading.sources import Run, SweepFile, read_sources
 from rbstab.report.runs.config_tables import flat, value_text, with_unit
 from rbstab.store.errors import StoreError
-from rbstab.store.table_file import read_table
 from rbstab.sweep.folder.gather import sweep_summary
 from rbstab.sweep.folder.member_answers import member_answers
+from rbstab.sweep.folder.sweep_table import read_sweep
 
 Outcome = dict[str, float | str]
 """What came out of a run or a sweep: numbers or texts by their names with units."""
@@ -179,7 +179,7 @@ def _of_sweep(sweep: SweepFile) -> Outcome:
 
 def _plan_of(sweep: SweepFile) -> dict[str, Any]:
     """Return the plan in the file of a sweep; empty if it cannot be read."""
-    extras = read_table(sweep.path, ()).extras
+    extras = read_sweep(sweep.path, ()).extras
     try:
         data = parse_source(str(extras["plan"].data.item()), "plan").data
     except (ConfigError, KeyError):

@@ -1,8 +1,10 @@
 """The runs and sweeps in a folder of results, each with what it says of itself."""
 
-from collections.abc import Callable
+from collections import Counter
 from pathlib import Path
 from typing import NamedTuple
+
+import numpy as np
 
 from rbstab.experiment.answers.run_answer import answer_of
 from rbstab.experiment.convergence.with_proof import known_now
@@ -11,13 +13,13 @@ from rbstab.files.counts import grouped
 from rbstab.files.shell_words import shell_word
 from rbstab.integrate.status import RunStatus
 from rbstab.listing.kinds import Kind, kind_of
+from rbstab.processes.mapped import mapped
 from rbstab.store.disk.existence import path_exists, path_is_file
-from rbstab.store.disk.isolated_reading import IsolatedReader, IsolatedReaders
 from rbstab.store.errors import StoreError
 from rbstab.store.run_file import open_result
-from rbstab.store.table_file import count_flags
-from rbstab.sweep.folder.member_answers import MemberAnswers, member_answers, read_answers
+from rbstab.sweep.folder.member_answers import MemberAnswers, member_answers
 from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, SweepFolder, read_folder
+from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.proofs.columns import CONVERGENCE, NO_PROOF
 
 NOT_KNOWN = "-"
@@ -170,7 +172,7 @@ def entries_of(folder: Path) -> list[Entry]:
         )
     kinds = {path: _kind(path) for path in results_in(folder)}
     runs = [path for path, kind in kinds.items() if kind is Kind.RUN]
-    found = list(_runs.map(lambda path, read: _entry(path, Kind.RUN, read), runs))
+    found = list(mapped(_entry, runs))
     found += [_entry(path, Kind.SWEEP) for path, kind in kinds.items() if kind is Kind.SWEEP]
     return sorted(found, key=lambda entry: (-entry.modified, entry.path.name))
 
@@ -183,12 +185,11 @@ def proofs_in(folder: Path) -> list[Path]:
         return []
 
 
-def _entry(path: Path, kind: Kind, read: Callable[[Path], _Said] | None = None) -> Entry:
+def _entry(path: Path, kind: Kind = Kind.RUN) -> Entry:
     file = path / SWEEP_FILE if kind is Kind.SWEEP else path
     try:
         modified = (file if path_exists(file) else path).stat().st_mtime
-        # Anybody may have written a file, with a right seal too.
-        said = _sweep(path) if read is None else read(path)
+        said = _sweep(path) if kind is Kind.SWEEP else _read_run(path)
     except (StoreError, OSError) as error:
         nothing = _Said("", *[NOT_KNOWN] * 6)
         return Entry(path, kind, **nothing._asdict(), modified=0.0, problem=str(error))
@@ -211,16 +212,6 @@ def _read_run(path: Path) -> _Said:
     return _Said(title, outcome, status, *words, *answered)
 
 
-_runs = IsolatedReaders(_read_run)
-
-
-def _read_counts(path: Path) -> dict[str, dict[str, int]]:
-    return count_flags(path, ("status", "convergence"))
-
-
-_counts, _columns = IsolatedReader(_read_counts), IsolatedReader(read_answers)
-
-
 def _sweep(path: Path) -> _Said:
     folder = read_folder(path)
     manifest = folder.manifest
@@ -229,12 +220,13 @@ def _sweep(path: Path) -> _Said:
             f"{grouped(len(folder.stored_shards()))} of {grouped(folder.shards)} shards are stored"
         )
         return _Said(manifest.title, NOT_KNOWN, shards, *[NOT_KNOWN] * 4)
-    counts = _counts(folder.sweep_file)
-    completed = counts.get("status", {}).get(str(RunStatus.COMPLETED), 0)
+    table = read_sweep(folder.sweep_file, ("status", "convergence"))
+    counts = Counter(table.words("convergence").tolist())
+    completed = int(np.count_nonzero(table.words("status") == str(RunStatus.COMPLETED)))
     found = None
     if manifest.members <= MAX_COUNTED:
-        found = member_answers(folder.sweep_file, _columns)
-    proved = _proved_of(folder, counts.get("convergence", {}), found)
+        found = member_answers(folder.sweep_file)
+    proved = _proved_of(folder, counts, found)
     converges = NOT_KNOWN if proved == NOT_PROVED else proved
     return _Said(
         manifest.title,

@@ -9,9 +9,9 @@ from rbstab.experiment.stored_config import stored_config
 from rbstab.listing.folder import proofs_in, results_in
 from rbstab.listing.kinds import Kind, kind_of, sweep_folder_of
 from rbstab.listing.proofs import what_it_says
+from rbstab.processes.mapped import mapped
 from rbstab.report.model.words import listed
 from rbstab.store.disk.existence import path_is_file
-from rbstab.store.disk.isolated_reading import IsolatedReader, IsolatedReaders
 from rbstab.store.errors import StoreError
 from rbstab.store.run_file import open_result
 from rbstab.sweep.folder.manifest import MANIFEST
@@ -70,30 +70,23 @@ def _titles_by_proof(folder: Path) -> dict[str, list[str]]:
     """Return the titles of the runs in a folder by the names of the files of their proofs."""
     found: defaultdict[str, dict[str, None]] = defaultdict(dict)
 
-    def used(path: Path, read: IsolatedReader) -> tuple[str, list[str]]:
-        try:
-            known: tuple[str, list[str]] = read(path)
-        except StoreError:
-            return "", []
-        return known
-
     runs = [path for path in results_in(folder) if kind_of(path) is Kind.RUN]
-    for title, names in _proofs_of_runs.map(used, runs):
+    for title, names in mapped(_proofs_of_run, runs):
         for name in names:
             found[name][title] = None
     return defaultdict(list, {name: list(titles) for name, titles in found.items()})
 
 
-def _read_proofs_of_run(path: Path) -> tuple[str, list[str]]:
+def _proofs_of_run(path: Path) -> tuple[str, list[str]]:
     """Return the title of a run, and the name that the file of its proof has, or none."""
-    result = open_result(path)
+    try:
+        result = open_result(path)
+    except StoreError:
+        return "", []
     config = stored_config(result).config
     return str(result.attributes["title"]), [] if config is None else [
         proof_file(path.parent, config).name
     ]
-
-
-_proofs_of_runs = IsolatedReaders(_read_proofs_of_run)
 
 
 def sweep_rows(path: Path) -> list[dict[str, str]]:

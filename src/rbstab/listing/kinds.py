@@ -6,9 +6,8 @@ from pathlib import Path
 from rbstab.config.source import YAML
 from rbstab.experiment.proof_cache import PROOFS
 from rbstab.store.disk.existence import path_is_dir, path_is_file
-from rbstab.store.shard_file import SHARD_SUFFIX
 from rbstab.sweep.folder.manifest import MANIFEST
-from rbstab.sweep.folder.sweep_folder import SHARDS, SWEEP_FILE, TRACES
+from rbstab.sweep.folder.sweep_folder import FILE_SUFFIX, SHARDS, SWEEP_FILE, TRACES
 
 
 class Kind(StrEnum):
@@ -35,7 +34,7 @@ def kind_of(path: Path) -> Kind:
     in_sweep = path_is_file(folder.parent / MANIFEST)
     if path.name == SWEEP_FILE and path_is_file(folder / MANIFEST):
         return Kind.SWEEP
-    if in_sweep and folder.name == SHARDS and path.suffix == SHARD_SUFFIX:
+    if in_sweep and folder.name == SHARDS and path.suffix == FILE_SUFFIX:
         return Kind.SHARD
     if in_sweep and folder.name == TRACES:
         return Kind.TRACES

@@ -44,7 +44,7 @@ def open_sweep(path: str | Path) -> "Table":
     """Read a finished sweep: the values of the varied keys and the results of all members.
 
     Args:
-        path: The folder of the sweep, or its file.
+        path: The folder of the sweep.
 
     Returns:
         A table with one row for each member.
@@ -54,9 +54,9 @@ def open_sweep(path: str | Path) -> "Table":
         NewerSchemaError: The file was written by a newer rbstab.
         StoreError: The file cannot be opened, or the sweep is not finished.
     """
-    from rbstab.sweep.folder import sweep_folder
+    from rbstab.sweep.folder import sweep_table
 
-    return _opened(sweep_folder.open_sweep, path, "a sweep")
+    return _opened(sweep_table.open_sweep, path, "a sweep")
 
 
 def open_proof(path: str | Path) -> "Proof":
@@ -115,7 +115,7 @@ def _other(path: Path) -> tuple[str, str] | None:
 
     what = what_it_is(path)
     if what is None:
-        return _sweep(path) if _is_table(path) else _run(path)
+        return _run(path)
     hints = {
         CONFIG: _open_it("simulate", path, "Run it"),
         PLAN: f"{_open_it('load_plan', path, 'Load it')}; `rbstab sweep` runs it",
@@ -126,28 +126,6 @@ def _other(path: Path) -> tuple[str, str] | None:
 
 def _sweep(path: Path) -> tuple[str, str]:
     return "a sweep", _open_it("open_sweep", path)
-
-
-def _is_table(path: Path) -> bool:
-    """Whether a file has the table of a sweep; `sweep.h5` may be outside of its folder."""
-    from rbstab.store.disk.isolated_reading import IsolatedReader
-
-    with suppress(StoreError):
-        # The file may be damaged, and HDF5 hang on it.
-        IsolatedReader(_read_no_column)(path)
-        return True
-    return False
-
-
-def _read_no_column(path: Path) -> None:
-    """Read of the table of a sweep only that it is one.
-
-    Raises:
-        StoreError: It is none.
-    """
-    from rbstab.store.table_file import count_flags
-
-    count_flags(path, ())
 
 
 def _run(path: Path) -> tuple[str, str] | None:

@@ -14,6 +14,8 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+TEXT = h5py.string_dtype("utf-8")
+
 _PAGE = 4096
 
 
@@ -70,26 +72,14 @@ class Layout:
             self._arrays[name] = dataset.get_offset(), size
         return h5py.Dataset(dataset)
 
-    def take_over(self, dataset: h5py.Dataset, name: str) -> None:
-        """Let the caller write the data of an array that HDF5 has written.
-
-        So the layout serves for other data, too.
-
-        Args:
-            dataset: The array, contiguous in the open file.
-            name: The name of the array.
-        """
-        if dataset.size:
-            self._arrays[name] = dataset.id.get_offset(), dataset.size * dataset.dtype.itemsize
-
     @property
     def size(self) -> int:
         """The size of the file, bytes; known when the file is closed."""
         return self._memory.size
 
     def offset(self, name: str) -> int:
-        """Return the offset of a reserved array in the file."""
-        return self._arrays[name][0]
+        """Return the offset of a reserved array in the file; 0 if it is empty."""
+        return self._arrays.get(name, (0, 0))[0]
 
     def pieces(self) -> Iterator[Piece]:
         """Yield all pieces of the file, ascending and without gaps."""
@@ -99,10 +89,6 @@ class Layout:
             yield Piece(offset, size, name, b"")
             end = offset + size
         yield from self._written(end, self.size)
-
-    def has_same_places(self, other: "Layout") -> bool:
-        """Whether all pieces of another layout are in the same places."""
-        return [piece[:3] for piece in self.pieces()] == [piece[:3] for piece in other.pieces()]
 
     def _written(self, start: int, stop: int) -> Iterator[Piece]:
         if stop > start:

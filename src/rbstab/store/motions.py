@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from rbstab.store.array_names import no_such_array
 from rbstab.store.cards import line
-from rbstab.store.table import RUN
-from rbstab.store.variables import Variable, dataset_of, make_read_only
+from rbstab.store.variables import RUN, Variable, dataset_of, make_read_only
 
 if TYPE_CHECKING:
     import xarray

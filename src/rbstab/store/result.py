@@ -20,10 +20,6 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-SCHEMA_VERSION = 1
-"""The format version that this program writes, and the newest that it reads."""
-
-
 SHOWN = {
     "status": "status",
     "verdict": "checks",

@@ -1,10 +1,7 @@
 """Tables of runs in memory: columns along the dimension `run`, with their units and meanings."""
 
-import hashlib
-import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -13,6 +10,7 @@ from numpy.typing import NDArray
 from rbstab.store.array_names import no_such_array, safe_name
 from rbstab.store.cards import bar, card, line
 from rbstab.store.variables import (
+    RUN,
     FlatColumns,
     Variable,
     check_shape,
@@ -26,9 +24,6 @@ from rbstab.store.variables import (
 if TYPE_CHECKING:
     import pandas
     import xarray
-
-RUN = "run"
-"""The dimension of runs, and its coordinate, the numbers of the runs."""
 
 AXES = 3
 """The length of the dimension `axis` of vectors."""
@@ -65,38 +60,12 @@ class Column(NamedTuple):
         """The size of the entry of one run, bytes."""
         return int(np.dtype(self.dtype).itemsize * np.prod(self.shape, dtype=int))
 
-    @property
-    def digest_text(self) -> str:
-        """The text of the column for digests. Never change it, or old digests become invalid."""
-        fields = self._asdict()
-        if not self.lengths:
-            del fields["lengths"]
-        return f"Column({', '.join(f'{name}={value!r}' for name, value in fields.items())})"
-
 
 Layout = Mapping[str, Column]
 """Columns by name."""
 
 Arrays = Mapping[str, NDArray[Any]]
 """Data of columns by name; the first axis is along runs."""
-
-
-class TableHeader(NamedTuple):
-    """A table without the data of its columns; see `Table`.
-
-    Attributes:
-        layout: The columns.
-        first: The number of the first run.
-        length: The number of runs.
-        attributes: Further texts and numbers.
-        extras: Arrays without the dimension `run`.
-    """
-
-    layout: Layout
-    first: int
-    length: int
-    attributes: Mapping[str, str | int | float]
-    extras: Mapping[str, Variable] = MappingProxyType({})
 
 
 VARIED = "varied"
@@ -362,21 +331,3 @@ def attributes_of(column: Column) -> dict[str, Any]:
     if column.flags:
         attributes |= flag_attributes(column.flags, column.dtype)
     return attributes
-
-
-class TableDigest:
-    """The SHA-256 of the columns of a table, independent of how its runs are split into batches."""
-
-    def __init__(self, layout: Layout) -> None:
-        self._columns = {
-            name: hashlib.sha256(column.digest_text.encode()) for name, column in layout.items()
-        }
-
-    def add(self, name: str, content: bytes | memoryview) -> None:
-        """Add the data of a column for the next runs, in the byte order of files."""
-        self._columns[name].update(content)
-
-    def result(self) -> str:
-        """Return the digest of all runs so far, in hexadecimal."""
-        digests = {name: digest.hexdigest() for name, digest in self._columns.items()}
-        return hashlib.sha256(json.dumps(digests, sort_keys=True).encode()).hexdigest()

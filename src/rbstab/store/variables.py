@@ -15,13 +15,18 @@ if TYPE_CHECKING:
     import xarray
 
 
+RUN = "run"
+"""The dimension of runs, and its coordinate, the numbers of the runs."""
+
+
 class Variable(NamedTuple):
-    """An array with the names of its dimensions, its unit and its meaning."""
+    """An array with the names of its dimensions, its unit, its meaning, and words for its codes."""
 
     dimensions: tuple[str, ...]
     data: NDArray[Any]
     unit: str
     long_name: str
+    flags: tuple[str, ...] = ()
 
     @property
     def is_text(self) -> bool:

@@ -15,7 +15,6 @@ from rbstab.config.user_code.permission import REFUSED, CodeNotAllowedError, has
 from rbstab.processes.processors import processor_count
 from rbstab.store.disk.existence import check_writable
 from rbstab.store.errors import NotAResultError
-from rbstab.store.table_file import read_table
 from rbstab.sweep.execution.compare_with_scipy import (
     compare_with_scipy,
     comparison_runs,
@@ -45,6 +44,7 @@ from rbstab.sweep.folder.open_folder import (
 from rbstab.sweep.folder.parts import Part, remove_part_locks
 from rbstab.sweep.folder.shard_inventory import ShardInventory, shard_inventory
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SweepFolder, read_folder
+from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.members.scipy_comparison import ENGINE, ScipyComparison
 from rbstab.sweep.options import SweepOptions
@@ -226,7 +226,7 @@ def prove_members(  # noqa: PLR0913 (options by name)
         bodies, known = bodies_of(plan), stored
         boxes = prove_boxes(plan, results, stop=stop) if len(bodies) > FEW else []
         if any(box.record.proved for box in boxes):
-            table = read_table(folder.sweep_file, PROOF_COLUMNS)
+            table = read_sweep(folder.sweep_file, PROOF_COLUMNS)
             known = convergence_now(table, ProvedConvergence(plan, results))
         proofs = prove_bodies(
             *(plan, results, known),

@@ -17,7 +17,6 @@ class Quantity(NamedTuple):
         dimensions: The dimensions of its array.
         meaning: The meaning, with frame and equation.
         optional: Whether only some variants or coordinates have it.
-        since: The first layout version with this quantity (`LAYOUT_VERSION`).
     """
 
     name: str
@@ -26,12 +25,6 @@ class Quantity(NamedTuple):
     dimensions: tuple[str, ...]
     meaning: str
     optional: bool = False
-    since: int = 1
-
-
-LAYOUT_VERSION = 4
-"""The newest layout version. Increase it for each new quantity, and set its `since` to the new
-version. Then older files without the quantity stay valid."""
 
 
 _TIME = ("time",)
@@ -115,7 +108,6 @@ QUANTITIES = (
         _BY_PART,
         "power that each part supplies from outside",
         optional=True,
-        since=3,
     ),
     Quantity(
         "supplied_energy",
@@ -124,7 +116,6 @@ QUANTITIES = (
         _TIME,
         "sum of supplied_power, integrated together with the motion",
         optional=True,
-        since=3,
     ),
     Quantity(
         "energy_residual", "r", "J", _TIME, "v(t) - v(0) - ∫v'dt, zero but for integration errors"
@@ -204,9 +195,7 @@ QUANTITIES = (
         optional=True,
     ),
     Quantity("transition_kind", "-", "1", ("transition",), "stick or release", optional=True),
-    Quantity(
-        "impact_count", "-", "1", _TIME, "impacts against the stop so far", optional=True, since=3
-    ),
+    Quantity("impact_count", "-", "1", _TIME, "impacts against the stop so far", optional=True),
     Quantity(
         "impact_loss",
         "-",
@@ -214,7 +203,6 @@ QUANTITIES = (
         _TIME,
         "energy that impacts took away so far",
         optional=True,
-        since=3,
     ),
     Quantity(
         "stop_contact",
@@ -223,9 +211,8 @@ QUANTITIES = (
         _TIME,
         "side of the stop against which the body rests, 0 where it does not",
         optional=True,
-        since=3,
     ),
-    Quantity("stop_angle", "θ_e", "rad", (), "largest |θ2|", optional=True, since=3),
+    Quantity("stop_angle", "θ_e", "rad", (), "largest |θ2|", optional=True),
     Quantity(
         "impact_time",
         "-",
@@ -233,7 +220,6 @@ QUANTITIES = (
         ("impact",),
         "time of each of the first impacts",
         optional=True,
-        since=3,
     ),
     Quantity(
         "impact_rate",
@@ -242,7 +228,6 @@ QUANTITIES = (
         ("impact",),
         "rate of θ2 just before each of the first impacts",
         optional=True,
-        since=3,
     ),
     Quantity(
         "rest_begin",
@@ -251,7 +236,6 @@ QUANTITIES = (
         ("rest",),
         "time at which each rest against the stop begins",
         optional=True,
-        since=3,
     ),
     Quantity(
         "rest_end",
@@ -260,17 +244,15 @@ QUANTITIES = (
         ("rest",),
         "time at which each rest against the stop ends, NaN if it does not",
         optional=True,
-        since=3,
     ),
     Quantity("energy_at_rest", "-h", "J", (), "stored energy of the rest state (eq. 28)"),
-    Quantity("energy_round_off", "-", "J", (), "v below this energy is round-off", since=4),
+    Quantity("energy_round_off", "-", "J", (), "v below this energy is round-off"),
     Quantity(
         "rest_orientation",
         "Θ*",
         "rad",
         ("axis",),
         "Θ of the rest state at which v is zero",
-        since=2,
     ),
     Quantity(
         "rest_position",
@@ -278,7 +260,6 @@ QUANTITIES = (
         "m",
         ("axis",),
         "X of the rest state at which v is zero, inertial",
-        since=2,
     ),
 )
 

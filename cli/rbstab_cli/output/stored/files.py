@@ -106,15 +106,13 @@ def _shard_facts(path: Path) -> Facts:
 
 
 def _traces_facts(path: Path) -> Facts:
+
     from rbstab.listing.kinds import sweep_folder_of
-    from rbstab.store.disk.isolated_reading import IsolatedReader
-    from rbstab.store.held_files import check_unchanged
     from rbstab.store.motions_file import read_motions
     from rbstab.sweep.folder.sweep_folder import read_folder
 
     folder = read_folder(sweep_folder_of(path))
-    check_unchanged(path)
-    motions = IsolatedReader(read_motions)(path)
+    motions = read_motions(path)
     members = motions["run"].tolist()
     return {
         "sweep": folder.manifest.title,

@@ -1,4 +1,4 @@
-"""Read the results of a report in worker processes.
+"""Read the results of a report.
 
 A result that cannot be read raises no error: it is returned as `Unread`.
 """
@@ -10,18 +10,15 @@ from typing import NamedTuple
 from rbstab.experiment.proof_cache import cached_proof
 from rbstab.experiment.stored_config import StoredConfig, stored_config
 from rbstab.experiment.summary import Summary, summary_of
+from rbstab.processes.mapped import PER_WORKER, mapped
 from rbstab.report.model.document import Unread
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.answers import Answers, answers_of
-from rbstab.report.reading.untrusted import content_of, file_of
-from rbstab.store.disk.identity import Identity
-from rbstab.store.disk.isolated_reading import FILES_PER_WORKER, IsolatedReaders
+from rbstab.report.reading.untrusted import file_of, result_of
 from rbstab.store.errors import StoreError
-from rbstab.store.reading.known_places import use_known_places
 from rbstab.store.result import Result
-from rbstab.store.table_file import CheckedTable
 
-MANY = 2 * FILES_PER_WORKER
+MANY = 2 * PER_WORKER
 """From this many results on there are several workers, so that they save time."""
 
 
@@ -39,13 +36,9 @@ class ReadRun(NamedTuple):
 
 
 class ReadSweep(NamedTuple):
-    """A sweep that was checked: its file, whose content is read later.
-
-    identity is None if the file must be checked again (`rbstab.store.table_file.CheckedTable`).
-    """
+    """A sweep that was checked, and its members file; its columns are read later."""
 
     file: Path
-    identity: Identity | None
 
 
 Read = ReadRun | ReadSweep
@@ -57,10 +50,10 @@ def read_file(file: Path) -> Read:
     Raises:
         StoreError: The file holds neither, or cannot be read.
     """
-    content = content_of(file)
-    if isinstance(content, CheckedTable):
-        return ReadSweep(file, content.identity)
-    return ReadRun(file, content, stored_config(content), _summary_of(content))
+    result = result_of(file)
+    if result is None:
+        return ReadSweep(file)
+    return ReadRun(file, result, stored_config(result), _summary_of(result))
 
 
 def _summary_of(content: Result) -> Summary | None:
@@ -81,7 +74,6 @@ def read_with_answers(file: Path) -> Read:
     Raises:
         StoreError: As `read_file`.
     """
-    use_known_places()
     read = read_file(file)
     if isinstance(read, ReadSweep):
         return read
@@ -108,17 +100,14 @@ def read_one(path: Path, reader: Callable[[Path], Read] = read_file) -> Read | U
         return Unread(untrusted(path), _reason(path, error))
 
 
+def read_with_answers_one(path: Path) -> Read | Unread:
+    """Read one of many results."""
+    return read_one(path, read_with_answers)
+
+
 def read_all(paths: Sequence[Path]) -> Iterator[Read | Unread]:
-    """Read results, and return them in the same order.
-
-    Worker processes read them, with limits of time and memory: anybody may have written the files,
-    and HDF5 may hang or crash on them.
-    """
-    readers = _readers if len(paths) < MANY else _readers_with_answers
-    yield from readers.map(read_one, paths)
-
-
-_readers, _readers_with_answers = IsolatedReaders(read_file), IsolatedReaders(read_with_answers)
+    """Read results, and return them in the same order; many are read by several processes."""
+    yield from mapped(read_one if len(paths) < MANY else read_with_answers_one, paths)
 
 
 def _reason(path: Path, error: Exception) -> str:

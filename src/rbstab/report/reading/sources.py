@@ -22,7 +22,6 @@ from rbstab.report.reading.read_results import ReadRun, ReadSweep, read_all
 from rbstab.report.reading.untrusted import file_of
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
-from rbstab.store.table_file import count_as_checked
 
 MAX_LABEL_LENGTH = 48
 """Maximum number of characters of a label; labels must fit in legends."""
@@ -79,13 +78,13 @@ class Run:
 
 @dataclass(frozen=True)
 class SweepFile:
-    """A sweep; the report reads only the columns that it needs (`rbstab.store.read_table`).
+    """A sweep; the report reads only the columns that it needs (`read_sweep`).
 
     Args:
         number: Its number among the sweeps, from 0.
         name: Its anchor, unique in a report: "sweep-1".
         label: Its name in tables, unique among the sweeps; from the name of its folder.
-        path: Its gathered file.
+        path: Its members file.
     """
 
     number: int
@@ -113,7 +112,7 @@ def read_sources(paths: Iterable[str | Path]) -> Sources:
     """Read results; those that cannot be read are listed with the reasons.
 
     Args:
-        paths: Files of runs, folders of sweeps, or gathered files of sweeps. Duplicates are
+        paths: Files of runs, folders of sweeps, or members files of sweeps. Duplicates are
             ignored.
     """
     unique: dict[str, Path] = {}
@@ -127,8 +126,6 @@ def read_sources(paths: Iterable[str | Path]) -> Sources:
             unread.append(found)
         elif isinstance(found, ReadSweep):
             sweeps.append(found.file)
-            if found.identity is not None:
-                count_as_checked(found.identity)
         else:
             runs.append(found)
     return Sources(_runs(runs), _sweeps(sweeps), tuple(unread))

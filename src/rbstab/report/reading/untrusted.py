@@ -1,6 +1,5 @@
 """Read a result that the user named; its content is checked, since it may be damaged or hostile."""
 
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,12 +16,10 @@ from rbstab.store.disk.existence import path_exists, path_is_dir, path_is_file
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.result import Result
 from rbstab.store.run_file import open_result
-from rbstab.store.table_file import CheckedTable, check_table
 from rbstab.store.variables import Variable
 from rbstab.sweep.folder.manifest import MANIFEST
 from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, read_folder, unfinished_error
-from rbstab.sweep.members.outcome import known_columns
-from rbstab.sweep.proofs.columns import GATHERED_COLUMNS
+from rbstab.sweep.folder.sweep_table import check_sweep
 from rbstab.systems.quantities import QUANTITIES, RUN_DIMENSIONS
 
 TEXT_QUANTITY = "transition_kind"
@@ -30,7 +27,7 @@ TEXT_QUANTITY = "transition_kind"
 
 
 def file_of(path: Path) -> Path:
-    """Return the file to read: the given file, or the gathered file of a sweep folder.
+    """Return the file to read: the given file, or the members file of a sweep folder.
 
     Raises:
         StoreError: The folder is not a sweep, the sweep is not finished, or the file is a config.
@@ -51,77 +48,35 @@ def file_of(path: Path) -> Path:
     raise unfinished_error(read_folder(path))
 
 
-def content_of(file: Path) -> Result | CheckedTable:
-    """Return the content of a file with a run, or the columns of a sweep, which are read later.
+def result_of(file: Path) -> Result | None:
+    """Return the result of a run; None if the file is that of a sweep, which is read later.
 
     Raises:
         StoreError: The file holds neither a run nor a sweep, or cannot be read.
     """
-    not_a_sweep: NotAResultError | None = None
-    if file.name == SWEEP_FILE:
-        # It may be large, so it is not tried first whether it is a run.
-        try:
-            return _table_of(file)
-        except NotAResultError as error:
-            not_a_sweep = error
+    folder = file.absolute().parent
+    if file.name == SWEEP_FILE and path_is_file(folder / MANIFEST):
+        check_sweep(file)
+        return None
     try:
         result = open_result(file)
     except NotAResultError as error:
-        if not_a_sweep is not None:
-            raise not_a_sweep from error
-        table = None
-        with suppress(NotAResultError):
-            table = check_table(file)
-        if table is not None:
-            _check_columns(file, table)
-            return table
-        folder = file.absolute().parent.parent
-        if path_is_file(folder / MANIFEST):
+        if path_is_file(folder.parent / MANIFEST):
             raise StoreError(
-                f"{file} is a shard of a sweep. Name the folder of the sweep: {folder}"
+                f"{file} is a part of a sweep. Name the folder of the sweep: {folder.parent}"
             ) from error
         raise
     _check_arrays(file, result)
     return _printable(result)
 
 
-def _table_of(file: Path) -> CheckedTable:
-    """Return the columns of a sweep.
-
-    Raises:
-        NotAResultError: The file is not a sweep, or is damaged.
-        StoreError: The file cannot be read.
-    """
-    table = check_table(file)
-    _check_columns(file, table)
-    return table
-
-
-def _check_columns(file: Path, table: CheckedTable) -> None:
-    """Check that the columns of a sweep are declared as in this version, or an older one.
-
-    Raises:
-        NotAResultError: A column has a wrong type or shape.
-    """
-    for name, declared in (known_columns() | GATHERED_COLUMNS).items():
-        found = table.layout.get(name)
-        if found is None:
-            continue
-        same = (found.dtype, found.shape) == (declared.dtype, declared.shape)
-        # A newer version may have more flags at the end.
-        if not same or found.flags != declared.flags[: len(found.flags) or None]:
-            raise NotAResultError(f"{file} is damaged: its column {name} has a wrong type or shape")
-
-
 def _check_arrays(file: Path, result: Result) -> None:
     """Check that a result has the arrays of a run, with the right types and shapes."""
     lengths = dict(RUN_DIMENSIONS)
-    layout_version = result.attributes.get("layout_version", 1)
     own = [state_in_file(name, result.variables[name]) for name in own_states_of(result)]
     for quantity in (*QUANTITIES, *own):
         variable = result.variables.get(quantity.name)
-        newer = isinstance(layout_version, int) and quantity.since > layout_version
-        if variable is None and (quantity.optional or newer):
+        if variable is None and quantity.optional:
             continue
         if variable is None:
             raise NotAResultError(f"{file} is damaged: it has no array {quantity.name}")
@@ -161,8 +116,9 @@ def _printable(result: Result) -> Result:
 
 
 def _printable_variable(variable: Variable) -> Variable:
-    dimensions, data, unit, long_name = variable
+    data = variable.data
     if data.dtype.kind in "OUT":
         words = [untrusted(word) for word in data.ravel().tolist()]
         data = np.array(words, dtype=object).reshape(data.shape)
-    return Variable(dimensions, data, untrusted(unit), untrusted(long_name))
+    unit, long_name = untrusted(variable.unit), untrusted(variable.long_name)
+    return variable._replace(data=data, unit=unit, long_name=long_name)

@@ -15,8 +15,8 @@ from rbstab.report.sweeps.parameters import Parameter, parameters_of
 from rbstab.store.array_names import safe_name
 from rbstab.store.errors import NotAResultError
 from rbstab.store.table import Table
-from rbstab.store.table_file import read_table
 from rbstab.sweep.folder.outcomes import SweepOutcomes, outcomes_of, plan_of, with_outcomes
+from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import PROVED
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence
@@ -226,9 +226,9 @@ def read_members(path: Path) -> Members:
         NotAResultError: The file is damaged, or is not a sweep.
         StoreError: The file cannot be read.
     """
-    plan = plan_of(read_table(path, ()))
+    plan = plan_of(read_sweep(path, ()))
     varied = [safe_name(column.key) for column in plan.varied_keys] if plan is not None else []
-    table = read_table(path, (*varied, *COLUMNS))
+    table = read_sweep(path, (*varied, *COLUMNS))
     missing = [name for name in COLUMNS if name not in {*table.layout, *OPTIONAL}]
     if missing:
         raise NotAResultError(f"{path} has no column {missing[0]}")

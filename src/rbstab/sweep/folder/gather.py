@@ -13,13 +13,13 @@ from rbstab.mechanics.numbers import Array
 from rbstab.store.disk.existence import path_exists
 from rbstab.store.disk.regular_file import read_regular
 from rbstab.store.errors import NotAResultError
-from rbstab.store.table import VARIED, Column, Table, TableHeader
-from rbstab.store.table_file import read_table
-from rbstab.store.table_writer import write_table
-from rbstab.store.variables import Variable
+from rbstab.store.table import VARIED, Column, Table
+from rbstab.store.table_file import read_table, write_table
+from rbstab.store.variables import RUN, Variable
 from rbstab.sweep.folder.layout import grid_extras, varied_arrays, varied_layout
 from rbstab.sweep.folder.shard_inventory import ShardInventory
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SweepFolder
+from rbstab.sweep.folder.sweep_table import MEMBERS, read_sweep
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.members.scipy_comparison import ScipyComparison
 from rbstab.sweep.plan.dump import plan_yaml
@@ -61,7 +61,7 @@ def _gathered(folder: SweepFolder, shards_digest: str) -> Table | None:
     if not path_exists(folder.sweep_file):
         return None
     try:
-        table = read_table(folder.sweep_file, ())
+        table = read_table(folder.sweep_file, MEMBERS, ())
     except NotAResultError:
         return None
     return table if table.attributes.get("shards_digest") == shards_digest else None
@@ -110,11 +110,12 @@ def gather(
     extras["plan"] = Variable((), text, "", "resolved plan, YAML")
     varied = varied_layout(plan)
     attributes[VARIED] = " ".join(varied)
-    layout = varied | folder.columns | GATHERED_COLUMNS
+    layout = varied | GATHERED_COLUMNS
     if plan.keep.count(plan.members):
         layout["traces"] = HAS_TRACE
-    header = TableHeader(layout, 0, manifest.members, attributes, extras)
-    write_table(folder.sweep_file, header, _shards(plan, folder, known))
+    shards = list(_shards(plan, folder, known))
+    arrays = {name: np.concatenate([shard[name] for shard in shards]) for name in (RUN, *layout)}
+    write_table(folder.sweep_file, MEMBERS, layout, arrays, attributes, extras)
 
 
 def stored_convergence(folder: SweepFolder) -> MemberConvergence:
@@ -123,7 +124,7 @@ def stored_convergence(folder: SweepFolder) -> MemberConvergence:
     Raises:
         StoreError: The file cannot be read, or is damaged.
     """
-    return stored_in(read_table(folder.sweep_file, GATHERED_COLUMNS))
+    return stored_in(read_table(folder.sweep_file, MEMBERS, GATHERED_COLUMNS))
 
 
 def _shards(
@@ -139,9 +140,12 @@ def _shards(
         if known is not None:
             own = MemberConvergence(*(column[slice(*bounds)] for column in known))
             proved = own.beside(proved)
-        arrays |= proved_columns(proved, arrays)
-        arrays["traces"] = plan.keep.selected(*bounds).astype("i1")
-        yield varied_arrays(plan, *bounds) | arrays
+        yield {
+            RUN: table[RUN],
+            "traces": plan.keep.selected(*bounds).astype("i1"),
+            **varied_arrays(plan, *bounds),
+            **proved_columns(proved, arrays),
+        }
 
 
 def _comparison_extras(comparison: ScipyComparison) -> dict[str, Variable]:
@@ -183,7 +187,7 @@ def sweep_summary(path: Path) -> SweepSummary:
     Raises:
         StoreError: The file cannot be read, or is damaged.
     """
-    table = read_table(path, ("status", "settling_time", *RELATIVE_RESIDUAL, "convergence"))
+    table = read_sweep(path, ("status", "settling_time", *RELATIVE_RESIDUAL, "convergence"))
     status, settling = table["status"], table["settling_time"]
     completed = status == STATUSES.index(RunStatus.COMPLETED)
     settled = settling[completed & np.isfinite(settling)]

@@ -12,10 +12,11 @@ from rbstab.experiment.convergence.decisions import not_enclosed
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.array_names import safe_name
-from rbstab.store.table import RUN, Table
-from rbstab.store.table_file import read_table
+from rbstab.store.table import Table
+from rbstab.store.variables import RUN
 from rbstab.sweep.folder.outcomes import READ, SweepOutcomes, outcomes_of, plan_of, with_outcomes
 from rbstab.sweep.folder.sweep_folder import resuming_command
+from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, NOT_PROVED, PROVED
@@ -89,9 +90,9 @@ def read_answers(file: Path) -> Table:
     Raises:
         StoreError: The file cannot be read, or is damaged.
     """
-    plan = plan_of(read_table(file, ()))
+    plan = plan_of(read_sweep(file, ()))
     varied = [] if plan is None else [safe_name(varied.key) for varied in plan.varied_keys]
-    return with_outcomes(read_table(file, (*READ, *PROOF_COLUMNS, *varied)), plan)
+    return with_outcomes(read_sweep(file, (*READ, *PROOF_COLUMNS, *varied)), plan)
 
 
 def member_answers(file: Path, read: Callable[[Path], Table] = read_answers) -> MemberAnswers:

@@ -15,7 +15,8 @@ from rbstab.files.counts import grouped
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.attitude import tilt
 from rbstab.mechanics.numbers import Array
-from rbstab.store.table import RUN, Column, Table
+from rbstab.store.table import Column, Table
+from rbstab.store.variables import RUN
 from rbstab.sweep.folder.deciding import deciding_sentence, end_of
 from rbstab.sweep.members.outcome import COLUMNS, STATUSES
 from rbstab.sweep.plan.load import plan_to_read

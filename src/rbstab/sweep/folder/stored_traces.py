@@ -13,12 +13,11 @@ from rbstab.store.cards import line
 from rbstab.store.disk.existence import path_exists
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.motions import Motions, stack_motions
-from rbstab.store.motions_file import check_motions, read_motions
-from rbstab.store.shard_file import read_shard
-from rbstab.store.table import RUN
+from rbstab.store.motions_file import read_motions
 from rbstab.store.table_file import read_table
-from rbstab.store.variables import Variable, dataset_of, make_read_only
+from rbstab.store.variables import RUN, Variable, dataset_of, make_read_only
 from rbstab.sweep.folder.sweep_folder import SweepFolder, read_folder, traces_checksum
+from rbstab.sweep.folder.sweep_table import MEMBERS
 from rbstab.sweep.members.traces import TIME
 
 if TYPE_CHECKING:
@@ -68,7 +67,7 @@ class SweepTraces:
         row = int(np.searchsorted(numbers, member))
         if row == len(numbers) or numbers[row] != member:
             raise KeyError(f"member {member} has no trace in {self.folder.path}")
-        return read_motions(self._file(shard), row)
+        return read_motions(self._file(shard), row, checked=True)
 
     def __repr__(self) -> str:
         """Return one line: title, folder, how many members have a trace."""
@@ -80,7 +79,7 @@ class SweepTraces:
 
     def __iter__(self) -> Iterator[Motions]:
         """Yield the traces of each shard, as arrays along `run`, with one shard in memory."""
-        return (read_motions(self._file(shard)) for shard in self.shards)
+        return (read_motions(self._file(shard), checked=True) for shard in self.shards)
 
     def to_xarray(self, members: Iterable[int]) -> "xarray.Dataset":
         """Return some traces as an `xarray.Dataset` along `run`, `time` and `axis` (needs xarray).
@@ -107,7 +106,7 @@ class SweepTraces:
         file = self.folder.sweep_file
         if not path_exists(file):
             return {}
-        table = read_table(file, read_table(file, ()).varied)
+        table = read_table(file, MEMBERS, read_table(file, MEMBERS, ()).varied)
         values = {name: table.varied_values(name) for name in table.varied}
         return {name: v._replace(data=v.data[members]) for name, v in values.items()}
 
@@ -120,12 +119,11 @@ class SweepTraces:
         path = self.folder.traces_file(shard)
         if shard not in self._checked:
             try:
-                checksum = traces_checksum(
-                    read_shard(self.folder.shard_file(shard), self.folder.columns)
-                )
+                checksum = traces_checksum(self.folder.columns_of(shard, ()))
                 if checksum is None:
                     raise NotAResultError(f"{self.folder.shard_file(shard)} has no traces")
-                check_motions(path, checksum)
+                if not self.folder.has_whole_traces(shard, checksum, read=True):
+                    raise NotAResultError(f"{path} is damaged: it is not the file of its shard")
             except NotAResultError as error:
                 raise NotAResultError(
                     f"{error}. Remove {path} and run `rbstab sweep` again to recompute its members"

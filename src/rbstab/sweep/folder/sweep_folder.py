@@ -12,12 +12,13 @@ import numpy as np
 
 from rbstab.files.shell_words import shell_word
 from rbstab.mechanics.numbers import Array
-from rbstab.store.disk.existence import path_exists, path_is_dir, path_is_file
+from rbstab.store.dataset_file import Checksum, checksum_of
+from rbstab.store.disk.existence import path_exists, path_is_file
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.motions_file import FileChecksum, check_motions, read_checksum, write_motions
-from rbstab.store.shard_file import DIGEST, SHARD_SUFFIX, read_shard, write_shard
-from rbstab.store.table import RUN, Column, Table, TableHeader
-from rbstab.store.table_file import read_table
+from rbstab.store.motions_file import write_motions
+from rbstab.store.table import Column, Table
+from rbstab.store.table_file import DIGEST, SHARD, read_table, write_table
+from rbstab.store.variables import RUN
 from rbstab.sweep.folder.manifest import Manifest, read_manifest
 from rbstab.sweep.members.engine import FAILED_CODES
 from rbstab.sweep.members.outcome import COLUMNS, STATUSES, final_columns, known_columns
@@ -26,10 +27,11 @@ from rbstab.sweep.members.traces import motions_of
 PLAN_FILE = "plan.yaml"
 SHARDS = "shards"
 TRACES = "traces"
-SWEEP_FILE = "sweep.h5"
+SWEEP_FILE = "members.h5"
 COMPARISON_FILE = "check.json"
+FILE_SUFFIX = ".h5"
 
-_SHARD_NAME = re.compile(r"([0-9]{8})" + re.escape(SHARD_SUFFIX))
+_SHARD_NAME = re.compile(r"([0-9]{8})" + re.escape(FILE_SUFFIX))
 
 
 class ShardFacts(NamedTuple):
@@ -88,11 +90,11 @@ class SweepFolder:
 
     def shard_file(self, number: int) -> Path:
         """Return the file of a shard."""
-        return self.path / SHARDS / f"{number:08d}{SHARD_SUFFIX}"
+        return self.path / SHARDS / f"{number:08d}{FILE_SUFFIX}"
 
     def traces_file(self, number: int) -> Path:
         """Return the file of the traces of a shard, if it has any."""
-        return self.path / TRACES / f"{number:08d}.h5"
+        return self.path / TRACES / f"{number:08d}{FILE_SUFFIX}"
 
     def has_traces(self, number: int) -> bool:
         """Return whether any member of a shard has a trace."""
@@ -162,9 +164,9 @@ class SweepFolder:
             motions = motions_of(traces, numbers, plan_id, self.manifest.states)
             checksum = write_motions(self.traces_file(number), motions)
             attributes |= {"traces_digest": checksum.digest, "traces_bytes": checksum.size}
-        head = TableHeader(self.columns, start, stop - start, attributes)
-        attributes[DIGEST] = write_shard(self.shard_file(number), head, outcome)
-        return shard_facts(outcome, start, attributes)
+        arrays, path = {RUN: np.arange(start, stop), **outcome}, self.shard_file(number)
+        digest = write_table(path, SHARD, self.columns, arrays, attributes)
+        return shard_facts(outcome, start, digest)
 
     def read(self, number: int, *, read_traces: bool = False) -> Table | None:
         """Read a shard; None if it is missing, damaged, of another sweep, or lacks its traces.
@@ -181,26 +183,52 @@ class SweepFolder:
         if not path_exists(path):
             return None
         try:
-            table = read_shard(path, self.columns)
+            table = self.columns_of(number)
         except NotAResultError:
-            return None
-        start, stop = self.bounds(number)
-        ours = table.attributes.get("plan_id") == self.manifest.plan_id
-        # The length is compared first: the manifest may be damaged, and shards be said to be huge.
-        if not ours or len(table[RUN]) != stop - start or table[RUN][0] != start:
             return None
         if self.has_traces(number):
             checksum = traces_checksum(table)
-            if checksum is None or checksum != read_checksum(self.traces_file(number)):
-                return None
-            if read_traces and not self._traces_intact(number, checksum):
+            if checksum is None or not self.has_whole_traces(number, checksum, read=read_traces):
                 return None
         return table
 
-    def _traces_intact(self, number: int, checksum: FileChecksum) -> bool:
+    def columns_of(self, number: int, names: Iterable[str] | None = None) -> Table:
+        """Read columns of a stored shard.
+
+        Args:
+            number: From 0.
+            names: The columns; default all.
+
+        Raises:
+            NotAResultError: The shard is damaged, or is one of another sweep.
+            StoreError: The shard cannot be read, or was written by a newer rbstab.
+        """
+        path, (start, stop) = self.shard_file(number), self.bounds(number)
+        table, wanted = (
+            read_table(path, SHARD, names),
+            set(self.columns if names is None else names),
+        )
+        ours = table.attributes.get("plan_id") == self.manifest.plan_id
+        # The length is compared first: the manifest may be damaged, and shards be said to be huge.
+        ours = ours and len(table[RUN]) == stop - start and table[RUN][0] == start
+        if not ours or {n: self.columns[n] for n in wanted} != {**table.layout}:
+            raise NotAResultError(f"{path} is not a shard of this sweep")
+        return table
+
+    def has_whole_traces(self, number: int, checksum: Checksum, *, read: bool) -> bool:
+        """Return whether the traces of a shard are those of a checksum; False if none are stored.
+
+        Args:
+            number: The shard.
+            checksum: The digest and the size.
+            read: Whether to read the whole file. Otherwise only its end is compared.
+
+        Raises:
+            StoreError: The file cannot be read.
+        """
+        path = self.traces_file(number)
         with suppress(NotAResultError):
-            check_motions(self.traces_file(number), checksum)
-            return True
+            return path_exists(path) and checksum_of(path, check=read) == checksum
         return False
 
     def facts(self, number: int, *, read_traces: bool = False) -> ShardFacts | None:
@@ -208,31 +236,29 @@ class SweepFolder:
         table = self.read(number, read_traces=read_traces)
         if table is None:
             return None
-        return shard_facts(table.arrays, int(table[RUN][0]), table.attributes)
+        return shard_facts(table.arrays, int(table[RUN][0]), str(table.attributes[DIGEST]))
 
 
-def traces_checksum(shard: Table) -> FileChecksum | None:
+def traces_checksum(shard: Table) -> Checksum | None:
     """Return the digest and the size of the traces of a shard, if it has any."""
     digest, size = (shard.attributes.get(f"traces_{name}") for name in ("digest", "bytes"))
-    return FileChecksum(digest, size) if isinstance(digest, str) and type(size) is int else None
+    return Checksum(digest, size) if isinstance(digest, str) and type(size) is int else None
 
 
-def shard_facts(
-    arrays: Mapping[str, Array], first: int, attributes: Mapping[str, str | int | float]
-) -> ShardFacts:
+def shard_facts(arrays: Mapping[str, Array], first: int, digest: str) -> ShardFacts:
     """Return the facts of a shard.
 
     Args:
         arrays: The columns of the shard.
         first: The number of the first member.
-        attributes: The attributes of the file, with its digest.
+        digest: The digest of its file.
     """
     status, proved = arrays["status"], arrays.get("proved_rest_state")
     failed = np.flatnonzero(np.isin(status, FAILED_CODES))
     counts = np.bincount(status, minlength=len(STATUSES))
     first_failed = int(first + failed[0]) if len(failed) else None
     count = 0 if proved is None else int(np.count_nonzero(proved > 0))
-    return ShardFacts(counts, first_failed, str(attributes[DIGEST]), count)
+    return ShardFacts(counts, first_failed, digest, count)
 
 
 def read_folder(path: Path) -> SweepFolder:
@@ -243,25 +269,6 @@ def read_folder(path: Path) -> SweepFolder:
         StoreError: It cannot be read, or was written by a newer rbstab.
     """
     return SweepFolder(path, read_manifest(path))
-
-
-def open_sweep(path: str | Path) -> Table:
-    """Read a finished sweep from its folder or its file; see `rbstab.open_sweep`.
-
-    Raises:
-        NotAResultError: The file is damaged, or is not a sweep.
-        NewerSchemaError: The file was written by a newer rbstab.
-        StoreError: The file cannot be opened, or the sweep is not finished.
-    """
-    # Imported late: it needs the plan, and much of the program.
-    from rbstab.sweep.folder.outcomes import plan_of, with_outcomes
-
-    path = Path(path)
-    file = path / SWEEP_FILE if path_is_dir(path) else path
-    if file != path and not path_exists(file):
-        raise unfinished_error(read_folder(path))
-    table = read_table(file)
-    return with_outcomes(table, plan_of(table))
 
 
 def unfinished_error(folder: SweepFolder) -> StoreError:

@@ -9,8 +9,7 @@ from rbstab.elements.declarations import OwnState
 from rbstab.elements.registry import OWN_STATES
 from rbstab.mechanics.numbers import Array
 from rbstab.store.motions import Motions
-from rbstab.store.table import RUN
-from rbstab.store.variables import Variable
+from rbstab.store.variables import RUN, Variable
 from rbstab.sweep.members.outcome import element_states
 from rbstab.sweep.plan.plan import Plan
 from rbstab.systems.quantities import RUN_DIMENSIONS, quantities_with, run_dimensions

@@ -5,7 +5,8 @@ import numpy as np
 from rbstab.config.source import key_of
 from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.mechanics.numbers import Array
-from rbstab.store.table import RUN, Table
+from rbstab.store.table import Table
+from rbstab.store.variables import RUN
 from rbstab.sweep.plan.axes import VARIANT
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import GATHERED_COLUMNS, NO_PROOF, PROVED

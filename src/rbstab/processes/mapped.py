@@ -1,0 +1,29 @@
+"""A function applied to many files: in this process, or to very many side by side."""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import TypeVar
+
+from rbstab.processes.processors import processor_count
+
+S = TypeVar("S")
+T = TypeVar("T")
+
+PER_WORKER = 100
+"""Reading this many files takes as long as starting another worker."""
+
+
+def mapped(function: Callable[[S], T], items: Sequence[S]) -> Iterator[T]:
+    """Yield what a function makes of each item, in order.
+
+    Args:
+        function: At the top level of a module; what it takes and returns must be picklable.
+        items: Its arguments.
+    """
+    workers = min(processor_count(), len(items) // PER_WORKER)
+    if workers < 2:
+        yield from map(function, items)
+        return
+    from rbstab.processes.workers import worker_pool  # imported late: few need workers
+
+    with worker_pool(workers) as pool:
+        yield from pool.map(function, items, chunksize=PER_WORKER // 10)

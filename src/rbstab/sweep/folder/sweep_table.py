@@ -1,0 +1,70 @@
+"""The table of all members of a finished sweep, read from its shards and its members file."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from rbstab.store.disk.existence import path_exists, path_is_dir
+from rbstab.store.table import Layout, Table
+from rbstab.store.table_file import read_table
+from rbstab.sweep.folder.sweep_folder import read_folder, unfinished_error
+
+MEMBERS = "what is known of the members of a sweep"
+"""The kind of the members file: the varied values, what is proved of each member, the plan."""
+
+
+def read_sweep(path: Path, names: Iterable[str] | None = None) -> Table:
+    """Read columns of all members of a finished sweep.
+
+    Args:
+        path: The folder of the sweep, or its members file.
+        names: The columns; default all.
+
+    Raises:
+        NotAResultError: A file is damaged, or is not of a sweep.
+        NewerSchemaError: A file was written by a newer rbstab.
+        StoreError: A file cannot be opened, or the sweep is not finished.
+    """
+    folder = read_folder(path if path_is_dir(path) else path.parent)
+    if not path_exists(folder.sweep_file):
+        raise unfinished_error(folder)
+    wanted = None if names is None else set(names)
+    known = read_table(folder.sweep_file, MEMBERS, wanted)
+    columns = [name for name in folder.columns if wanted is None or name in wanted]
+    if not columns:
+        return known
+    shards = [folder.columns_of(number, columns) for number in range(folder.shards)]
+    arrays = {name: np.concatenate([shard[name] for shard in shards]) for name in columns}
+    layout: Layout = {**known.layout, **{name: folder.columns[name] for name in columns}}
+    return Table(layout, {**known.arrays, **arrays}, known.attributes, known.extras)
+
+
+def check_sweep(file: Path) -> None:
+    """Read all files of a finished sweep, but its traces, and compare them with their seals.
+
+    Args:
+        file: Its members file.
+
+    Raises:
+        StoreError: As `read_sweep`.
+    """
+    folder = read_folder(file.parent)
+    read_table(file, MEMBERS)
+    for number in range(folder.shards):
+        folder.columns_of(number)
+
+
+def open_sweep(path: str | Path) -> Table:
+    """Read a finished sweep from its folder; see `rbstab.open_sweep`.
+
+    Raises:
+        NotAResultError: The file is damaged, or is not a sweep.
+        NewerSchemaError: The file was written by a newer rbstab.
+        StoreError: The file cannot be opened, or the sweep is not finished.
+    """
+    # Imported late: it needs the plan, and much of the program.
+    from rbstab.sweep.folder.outcomes import plan_of, with_outcomes
+
+    table = read_sweep(Path(path))
+    return with_outcomes(table, plan_of(table))

@@ -8,7 +8,6 @@ EXAMPLES = {
     "examples": "rbstab examples real_body",
     "run": "rbstab run experiment.yaml --set body.mass=50",
     "sweep": "rbstab sweep sweep.yaml",
-    "gather": "rbstab gather results/sweep",
     "check": "rbstab check experiment.yaml sweep.yaml",
     "show": "rbstab show results/experiment.h5",
     "list": "rbstab list results",

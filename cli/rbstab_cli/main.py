@@ -26,7 +26,6 @@ COMMANDS = {
     "examples": "List the configs and plans that come with the program, or copy them.",
     "run": "Integrate configs and store their results.",
     "sweep": "Run all members of a plan and store their outcomes.",
-    "gather": "Gather the shards of a sweep into one file.",
     "check": "Check configs and plans and list their errors, or test elements of your own.",
     "show": "Show the content of a result.",
     "list": "List the runs and sweeps in a folder of results, the newest first.",

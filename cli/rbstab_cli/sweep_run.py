@@ -1,4 +1,4 @@
-"""Common code of the commands that run or gather a sweep: progress, interrupts, exit codes."""
+"""Common code of the commands that run a sweep: progress, interrupts, exit codes."""
 
 import os
 import sys
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rbstab_cli.output.sweeps.sweep_progress import ProgressPrinter
 
 SweepTask = Callable[["ProgressPrinter", Event], "Sweep"]
-"""Runs or gathers a sweep. It calls the printer with each event, and stops once `Event` is set."""
+"""Runs a sweep. It calls the printer with each event, and stops once `Event` is set."""
 
 
 def run_task(
@@ -28,10 +28,10 @@ def run_task(
     quiet: bool,
     after: "Callable[[Sweep], Answers] | None" = None,
 ) -> None:
-    """Run or gather a sweep, print the results, and end the command with its exit code.
+    """Run a sweep, print the results, and end the command with its exit code.
 
     Args:
-        task: Runs or gathers the sweep.
+        task: Runs the sweep.
         fail_fast: Whether the task stops at the first member that failed.
         as_json: Whether to print JSON.
         quiet: Whether to leave out progress and hints.
@@ -141,8 +141,10 @@ def _stored_of_part(sweep: "Sweep") -> str:
 
 
 def _part_done(sweep: "Sweep") -> str:
-    next_command = f"When all parts are done, run: rbstab gather {_folder_word(sweep)}"
-    return f"{_stored_of_part(sweep)} {next_command}"
+    from rbstab.sweep.folder.sweep_folder import resuming_command
+
+    command = resuming_command(sweep.folder.path)
+    return f"{_stored_of_part(sweep)} When all parts are done, run: {command}"
 
 
 def _folder_word(sweep: "Sweep") -> str:

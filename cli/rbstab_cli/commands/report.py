@@ -69,7 +69,7 @@ def command(
 ) -> None:
     """Make a report of runs and sweeps.
 
-    Each RESULT is the file of a run, the folder of a sweep, its sweep.h5, or a folder of results:
+    Each RESULT is the file of a run, the folder of a sweep, or a folder of results:
     then the runs and sweeps in it are taken, in the order of their names. Proofs, reports, figures
     and notes beside them are left out, so results/* may be named. If a result cannot be read, the
     report gives the reason and shows the others; the exit code is then 4.

@@ -77,7 +77,7 @@ def _part_by_old_name(
     "part",
     metavar="I/N",
     callback=_part,
-    help="Compute only part I of N. When all parts are done, run `rbstab gather`.",
+    help="Compute only part I of N. When all parts are done, run it without this option.",
 )
 @click.option("--shard", "old_part", metavar="I/N", callback=_part_by_old_name, hidden=True)
 @click.option(
@@ -104,7 +104,7 @@ def _part_by_old_name(
     "--prove/--no-prove",
     default=None,
     help="When the results are stored, the rest states of each distinct body are proved for at "
-    "most 30 seconds, and the members that start where convergence is proved are counted. "
+    "most 10 seconds, and the members that start where convergence is proved are counted. "
     "--prove: without a limit of time, and with more boxes for tied bodies with springs. "
     "--no-prove: nothing is proved.",
 )

@@ -9,6 +9,9 @@ from rbstab.store.cards import optional_module
 from rbstab.store.disk.atomic import atomic_file, write_all
 from rbstab.store.variables import FlatColumns, frame_of
 
+NETCDF = "nc"
+"""The ending of a file of a whole sweep, whose arrays are not flat."""
+
 _BLOCK = 4096
 """Rows of a CSV file that are made at once."""
 
@@ -16,7 +19,7 @@ _BLOCK = 4096
 def form_of(path: Path) -> str | None:
     """Return the form of a file by its ending, one of `FORMS`; None for another ending."""
     ending = path.suffix.lower().removeprefix(".")
-    return ending if ending in FORMS else None
+    return ending if ending in (*FORMS, NETCDF) else None
 
 
 def check_packages(form: str) -> None:

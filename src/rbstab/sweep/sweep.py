@@ -10,11 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.config.errors import ConfigError
-from rbstab.config.user_code.permission import REFUSED, CodeNotAllowedError, has_code
 from rbstab.processes.processors import processor_count
 from rbstab.store.disk.existence import check_writable
-from rbstab.store.errors import NotAResultError
 from rbstab.sweep.execution.compare_with_scipy import (
     compare_with_scipy,
     comparison_runs,
@@ -33,24 +30,21 @@ from rbstab.sweep.folder.gather import (
     is_gathered,
     stored_convergence,
 )
-from rbstab.sweep.folder.manifest import MANIFEST
 from rbstab.sweep.folder.open_folder import (
     OpenFolder,
     locked_folder,
     open_for_part,
     open_for_sweep,
-    remove_old_partial_files,
 )
 from rbstab.sweep.folder.parts import Part, remove_part_locks
 from rbstab.sweep.folder.shard_inventory import ShardInventory, shard_inventory
-from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SweepFolder, read_folder
+from rbstab.sweep.folder.sweep_folder import SweepFolder
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.members.scipy_comparison import ENGINE, ScipyComparison
 from rbstab.sweep.options import SweepOptions
-from rbstab.sweep.plan.load import load_plan, plan_to_read
-from rbstab.sweep.plan.plan import Plan, plan_id
-from rbstab.sweep.proofs.bodies import bodies_of
+from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.proofs.bodies import Bodies, bodies_of
 from rbstab.sweep.proofs.boxes import prove_boxes
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, keep_proofs
 from rbstab.sweep.proofs.gathered import PROOF_COLUMNS, convergence_now
@@ -147,54 +141,11 @@ def _comparison_runs(
     )
 
 
-def gather_folder(
-    path: Path,
-    on_event: EventCallback = lambda _: None,
-    stop: Event | None = None,
-    *,
-    allow_python: bool = False,
-) -> Sweep:
-    """Gather the shards of a folder in one file, if all are stored.
-
-    Args:
-        path: The folder of a sweep.
-        on_event: Called in this thread with each event.
-        stop: Any thread may set it to end early.
-        allow_python: Whether the code of users in the plan may be run, for the comparison with
-            SciPy. Without it, the sweep of such a plan is not gathered.
-
-    Returns:
-        The sweep. It is not finished if shards are missing, or if `stop` was set.
-
-    Raises:
-        NotAResultError: It is not the folder of a sweep, or its plan is damaged.
-        CodeNotAllowedError: Its plan has code of a user, which may not be run.
-        FolderInUseError: Another process is writing to the folder.
-        StoreError: A file cannot be written or read.
-        EngineMissingError: The engine is not installed; the gathered file states its version.
-    """
-    # Read before locking: the lock would make a missing folder.
-    read_folder(path)
-    with locked_folder(path) as locks_supported:
-        folder = read_folder(path)
-        plan = _stored_plan(folder, allow_python=allow_python)
-        inventory = shard_inventory(folder, read_traces=True)
-        on_event(Started(folder, inventory, None, (), folder.manifest.members))
-        if inventory.missing:
-            return Sweep(folder, inventory, None, finished=False)
-        factory_for(plan.engine)
-        if locks_supported:
-            remove_old_partial_files(path)
-        with comparison_runs(
-            plan, folder, None, complete=True, processes=processor_count()
-        ) as runs:
-            return _finish(plan, folder, inventory, runs, _Control(on_event, stop or Event()))
-
-
 def prove_members(  # noqa: PLR0913 (options by name)
     plan: Plan,
     sweep: Sweep,
     *,
+    bodies: Bodies | None = None,
     budget: float | None = BUDGET,
     processes: int = 1,
     progress: Progress = lambda _reached, _all: None,
@@ -211,6 +162,7 @@ def prove_members(  # noqa: PLR0913 (options by name)
     Args:
         plan: The plan.
         sweep: The sweep.
+        bodies: Its distinct bodies, if they are known.
         budget: The time for all proofs, s; None: no limit.
         processes: The largest number of worker processes.
         progress: Called after each body with the number of those that were reached, and of all.
@@ -223,7 +175,7 @@ def prove_members(  # noqa: PLR0913 (options by name)
     folder = sweep.folder
     stored, results, begin = stored_convergence(folder), folder.path.parent, monotonic()
     with locked_folder(folder.path):
-        bodies, known = bodies_of(plan), stored
+        bodies, known = bodies_of(plan) if bodies is None else bodies, stored
         boxes = prove_boxes(plan, results, stop=stop) if len(bodies) > FEW else []
         if any(box.record.proved for box in boxes):
             table = read_sweep(folder.sweep_file, PROOF_COLUMNS)
@@ -286,26 +238,6 @@ def _open_folder(
     if options.part is not None:
         return open_for_part(path, plan, options.shard_size, options.part)
     return open_for_sweep(path, plan, options.shard_size, force=options.force)
-
-
-def _stored_plan(folder: SweepFolder, *, allow_python: bool) -> Plan:
-    """Load the plan that is stored in a folder; it needs no other file."""
-    path = folder.path / PLAN_FILE
-    try:
-        plan = plan_to_read(path)
-        if any(map(has_code, plan.bases.values())):
-            if not allow_python:
-                raise CodeNotAllowedError(
-                    f"{path} has elements that are code of a user ({REFUSED})"
-                )
-            plan = load_plan(path, allow_python=True)
-    except ConfigError as error:
-        raise NotAResultError(f"{path} is damaged: {error.problems[0]}") from error
-    if plan_id(plan) != folder.manifest.plan_id:
-        raise NotAResultError(f"{path} is not the plan of this folder's shards")
-    if not folder.manifest.fits(plan):
-        raise NotAResultError(f"{folder.path / MANIFEST} is damaged: it does not fit its plan")
-    return plan
 
 
 class _Control(NamedTuple):

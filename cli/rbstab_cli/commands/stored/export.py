@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     required=True,
     metavar="FILE",
     type=click.Path(path_type=Path),
-    help="File of the table: .csv, .mat (MATLAB), or .parquet, which needs pandas and pyarrow.",
+    help="File of the table: .csv, .mat (MATLAB), .parquet, which needs pandas and pyarrow, or, "
+    "of a sweep, .nc (netCDF-4).",
 )
 @click.option("--traces", is_flag=True, help="Write the motions: one row a sample.")
 @click.option("--force", is_flag=True, help="Replace FILE if it exists.")
@@ -39,14 +40,14 @@ def command(results: tuple[Path, ...], output: Path, traces: bool, force: bool) 
     radians. What is not known is nan. With --traces, the table has one row a sample: of all runs,
     or of the members of the sweep whose traces are stored.
     """
-    from rbstab.listing.table_files import FORMS, check_packages, form_of, write_columns
+    from rbstab.listing.table_files import FORMS, NETCDF, check_packages, form_of, write_columns
     from rbstab.report.reading.sources import read_sources
     from rbstab.store.errors import StoreError
     from rbstab_cli.output.text_file import check_target
 
     form = form_of(output)
     if form is None:
-        endings = ", ".join(f".{ending}" for ending in FORMS)
+        endings = ", ".join(f".{ending}" for ending in (*FORMS, NETCDF))
         raise click.UsageError(f"-o {output}: expected a file name that ends in {endings}")
     try:
         check_packages(form)
@@ -59,8 +60,12 @@ def command(results: tuple[Path, ...], output: Path, traces: bool, force: bool) 
     if sources.unread:
         raise click.exceptions.Exit(exit_codes.STORAGE)
     try:
-        columns = _columns(sources, traces=traces)
-        write_columns(output, columns, form, replace=force)
+        if form == NETCDF:
+            rows, count = _write_netcdf(output, sources, traces=traces)
+        else:
+            columns = _columns(sources, traces=traces)
+            write_columns(output, columns, form, replace=force)
+            rows, count = len(next(iter(columns.arrays.values()))), len(columns.arrays)
     except (OSError, StoreError) as error:
         click.echo(f"error: {getattr(error, 'strerror', None) or error}", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
@@ -69,8 +74,27 @@ def command(results: tuple[Path, ...], output: Path, traces: bool, force: bool) 
         reason = f"{type(error).__name__}: {error}"
         click.echo(f"error: a result has wrong content ({reason})", err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
-    rows = len(next(iter(columns.arrays.values())))
-    click.echo(f"-> {output}: {rows} row{'s' * (rows != 1)}, {len(columns.arrays)} columns")
+    click.echo(f"-> {output}: {rows} row{'s' * (rows != 1)}, {count} columns")
+
+
+def _write_netcdf(output: Path, sources: "Sources", *, traces: bool) -> tuple[int, int]:
+    """Write a sweep as one netCDF-4 file, with the arrays as `open_sweep` returns them.
+
+    Returns:
+        The numbers of members and of columns.
+    """
+    from rbstab.listing.opening import open_sweep
+    from rbstab.store.table_file import write_table
+
+    if traces or sources.runs or len(sources.sweeps) != 1:
+        raise click.UsageError(
+            f"-o {output}: expected one sweep, without --traces. The files of runs, and those in "
+            "the folder `traces` of a sweep, are netCDF-4 as they are"
+        )
+    table = open_sweep(sources.sweeps[0].path)
+    kind = "the exported table of a sweep"
+    write_table(output, kind, table.layout, table.arrays, table.attributes, table.extras)
+    return len(table["run"]), len(table.layout)
 
 
 def _columns(sources: "Sources", *, traces: bool) -> "FlatColumns":

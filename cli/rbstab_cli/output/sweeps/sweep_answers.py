@@ -93,26 +93,32 @@ def _of_bodies(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) ->
     import numpy as np
 
     from rbstab.processes.processors import processor_count
-    from rbstab.sweep.proofs.bodies import named_members, ranges_of
+    from rbstab.sweep.proofs.bodies import bodies_of, named_members, ranges_of
     from rbstab.sweep.proofs.columns import NO_PROOF
     from rbstab.sweep.proofs.prove_bodies import BUDGET
     from rbstab.sweep.sweep import prove_members
     from rbstab_cli.interrupts import graceful_interrupts
     from rbstab_cli.output.progress import counting
 
-    budget = None if unlimited else BUDGET
+    budget, bodies = None if unlimited else BUDGET, bodies_of(plan)
     if not quiet:
         limit = "without a limit of time"
         if budget is not None:
             limit = f"for at most {budget:g} s; those begun by then are finished"
-        click.echo(f"Proving the rest states of the bodies, {limit} ...", err=True)
+        count = _number(len(bodies), "distinct body", "distinct bodies")
+        click.echo(f"Proving the rest states of {count}, {limit} ...", err=True)
     stop = Event()
     with (
         graceful_interrupts(stop, stop),
         counting("proofs of rest states", wanted=not quiet) as progress,
     ):
         proofs = prove_members(
-            plan, sweep, budget=budget, processes=processor_count(), progress=progress, stop=stop
+            *(plan, sweep),
+            bodies=bodies,
+            budget=budget,
+            processes=processor_count(),
+            progress=progress,
+            stop=stop,
         )
     left = np.flatnonzero(~proofs.reached & (proofs.found.codes == NO_PROOF))
     counts = Counter(proofs.found.codes.tolist())

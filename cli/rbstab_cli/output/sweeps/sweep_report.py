@@ -83,7 +83,7 @@ def report_sweep(
 
 def counts_of(found: "MemberAnswers") -> str:
     """Return for how many members each answer holds: "3143 proved, 857 seen"."""
-    note = " (without proofs made after gathering)" if found.as_gathered else ""
+    note = " (without proofs made later)" if found.as_gathered else ""
     counts = (f"{grouped(count)} {word}" for word, count in found.by_word.items() if count)
     return ", ".join(counts) + note
 
@@ -130,7 +130,7 @@ def print_member_answers(found: "MemberAnswers") -> None:
     for why, count in found.without_proof.items():
         click.echo(f"  {'no proof:':<13}{grouped(count)} of {members} members: {why}.")
     if found.as_gathered:
-        click.echo("  Proofs made after the sweep was gathered are not counted.")
+        click.echo("  Proofs made after the sweep was finished are not counted.")
 
 
 def member_count(sweep: "Sweep") -> int:
@@ -192,7 +192,7 @@ def report_status(path: Path, *, as_json: bool, answers: "MemberAnswers | None" 
         "shards": f"{len(inventory.done)} of {folder.shards}, {len(damaged)} damaged",
         "traces": f"of {grouped(kept)} members when all are done" if kept else "none",
         "running": ", ".join(f"part {part}" for part in parts) or ("yes" if running else "no"),
-        "gathered": f"{folder.sweep_file}" if gathered else "no",
+        "finished": "yes" if gathered else "no",
     }
     _print_rows(rows)
     _print_statuses(by_status, manifest.members)

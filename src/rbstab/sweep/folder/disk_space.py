@@ -9,15 +9,16 @@ from rbstab.sweep.folder.sweep_folder import SweepFolder
 from rbstab.sweep.members.outcome import columns_of
 from rbstab.sweep.members.traces import layout_of
 from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.proofs.columns import GATHERED_COLUMNS
 
 _MEMBER_NUMBER_BYTES = 8
 
 
 def sweep_bytes(plan: Plan) -> int:
-    """Return the size of a sweep in bytes: its shards, their traces, and the gathered file."""
+    """Return the size of a sweep in bytes: its shards, their traces, and the members file."""
     traces = plan.keep.count(plan.members)
     return plan.members * (
-        _shard_bytes_per_member(plan) + _gathered_bytes_per_member(plan)
+        _shard_bytes_per_member(plan) + _members_file_bytes(plan)
     ) + traces * trace_size(plan)
 
 
@@ -27,7 +28,7 @@ def trace_size(plan: Plan) -> int:
 
 
 def check_disk_space(plan: Plan, folder: SweepFolder, missing: Iterable[int]) -> None:
-    """Check that the disk has room for the missing shards and the gathered file.
+    """Check that the disk has room for the missing shards and the members file.
 
     Args:
         plan: The plan.
@@ -40,7 +41,7 @@ def check_disk_space(plan: Plan, folder: SweepFolder, missing: Iterable[int]) ->
     bounds = [folder.bounds(number) for number in missing]
     if not bounds:
         return
-    needed = plan.members * _gathered_bytes_per_member(plan) + sum(
+    needed = plan.members * _members_file_bytes(plan) + sum(
         b - a for a, b in bounds
     ) * _shard_bytes_per_member(plan)
     trace_bytes = trace_size(plan)
@@ -58,7 +59,7 @@ def _shard_bytes_per_member(plan: Plan) -> int:
     return sum(column.size for column in columns_of(plan).values()) + _MEMBER_NUMBER_BYTES
 
 
-def _gathered_bytes_per_member(plan: Plan) -> int:
-    return _shard_bytes_per_member(plan) + sum(
-        column.size for column in varied_layout(plan).values()
-    )
+def _members_file_bytes(plan: Plan) -> int:
+    """Return the size of the members file, per member."""
+    columns = varied_layout(plan) | GATHERED_COLUMNS
+    return sum(column.size for column in columns.values()) + _MEMBER_NUMBER_BYTES

@@ -1,4 +1,4 @@
-"""The folder of a sweep: its plan, manifest, shards, traces, and the file of all shards."""
+"""The folder of a sweep: its plan, manifest, shards, traces, and members file."""
 
 import re
 from bisect import bisect_left
@@ -69,7 +69,7 @@ class SweepFolder:
 
     @property
     def sweep_file(self) -> Path:
-        """The file with all gathered shards."""
+        """The members file; it is there when all shards are stored."""
         return self.path / SWEEP_FILE
 
     @property
@@ -272,7 +272,7 @@ def read_folder(path: Path) -> SweepFolder:
 
 
 def unfinished_error(folder: SweepFolder) -> StoreError:
-    """Return the error to raise when the shards of a sweep are not gathered yet."""
+    """Return the error to raise when a sweep is not finished."""
     stored = len(folder.stored_shards())
     return StoreError(
         f"{folder.path} is a sweep that is not finished: {stored} of {folder.shards} shards are "

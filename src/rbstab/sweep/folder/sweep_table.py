@@ -36,7 +36,9 @@ def read_sweep(path: Path, names: Iterable[str] | None = None) -> Table:
         return known
     shards = [folder.columns_of(number, columns) for number in range(folder.shards)]
     arrays = {name: np.concatenate([shard[name] for shard in shards]) for name in columns}
-    layout: Layout = {**known.layout, **{name: folder.columns[name] for name in columns}}
+    varied = {name: known.layout[name] for name in known.varied if name in known.layout}
+    outcomes = {name: folder.columns[name] for name in columns}
+    layout: Layout = {**varied, **outcomes, **known.layout}
     return Table(layout, {**known.arrays, **arrays}, known.attributes, known.extras)
 
 

@@ -36,7 +36,7 @@ from rbstab.sweep.proofs.convergence import (
 from rbstab.sweep.proofs.one_state import OneState
 from rbstab.sweep.proofs.starts import ProvedStarts
 
-BUDGET = 30.0
+BUDGET = 10.0
 """The time for the proofs of all bodies of a sweep, s, if nobody asks for more."""
 
 ALONE = 2

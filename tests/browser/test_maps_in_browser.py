@@ -48,7 +48,7 @@ def columns(a):
 @pytest.fixture
 def sweep(tmp_path: Path) -> Report:
     """The report of a sweep of 5 by 4 members, with its plan beside it."""
-    made = write_sweep(tmp_path / "the sweep" / "sweep.h5", GRID, columns)
+    made = write_sweep(tmp_path / "the sweep" / "members.h5", GRID, columns)
     (made.path.parent / "plan.yaml").write_text("")
     return Report("Maps", "2026-01-02", "rbstab report", sweep_sections(made))
 

@@ -38,7 +38,7 @@ def compared(tmp_path: Path) -> Report:
 
     design = {"design": "random", "members": 400, "seed": 1}
     made = write_sweep(
-        tmp_path / "a_sweep_with_a_rather_long_name" / "sweep.h5", vary, columns, **design
+        tmp_path / "a_sweep_with_a_rather_long_name" / "members.h5", vary, columns, **design
     )
     return Report("Widths", "2026-01-02", "rbstab report", sweep_sections(made))
 

@@ -298,4 +298,4 @@ def test_a_sweep_needs_no_streams(folder: Path, closed: str) -> None:
     ]
     shell = ["/bin/sh", "-c", f'exec "$@" {closed}', "sh", *command, "--threads", "2"]
     assert subprocess.run(shell, capture_output=True, check=False).returncode == 0
-    assert (folder / "results/plan/sweep.h5").exists()
+    assert (folder / "results/plan/members.h5").exists()

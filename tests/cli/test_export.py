@@ -96,7 +96,7 @@ def test_awkward_numbers_and_texts_come_back(form: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("form", FORMS)
 def test_the_traces_of_a_sweep(form: str, sweep: Path, rbstab: Invoke) -> None:
-    done = rbstab("export", "swept/sweep.h5", "--traces", "-o", f"motion.{form}")
+    done = rbstab("export", "swept/members.h5", "--traces", "-o", f"motion.{form}")
     assert done.exit_code == 0, done.output
     traces = open_traces(sweep)
     parts = [flat_columns(motions.variables, ("run", "time")) for motions in traces]

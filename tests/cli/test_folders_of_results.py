@@ -11,7 +11,7 @@ from cli.conftest import Invoke
 from support.printed_paths import printed
 from support.stored_proofs import store_proof_of
 
-STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
+STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
 
 @pytest.fixture

@@ -40,14 +40,14 @@ def test_parts_and_what_joins_them(rbstab):
         assert "rbstab gather results/plan" in done.stderr.replace("\\", "/")
         words = [line.split() for line in done.stdout.splitlines()]
         assert ["completed", str(4 * shards), "100.00%"] in words
-        assert not Path("results/plan/sweep.h5").exists()
+        assert not Path("results/plan/members.h5").exists()
     gathered = rbstab("gather", "results/plan")
     assert gathered.exit_code == 0
     assert gathered.stdout == whole.stdout
-    assert "-> results/plan/sweep.h5" in gathered.stderr.replace("\\", "/")
+    assert "-> results/plan/members.h5" in gathered.stderr.replace("\\", "/")
     assert shard_files(Path("results/plan")) == shard_files(Path("whole/plan"))
     digests = {
-        read_table(Path(name) / "plan" / "sweep.h5").attributes["arrays_digest"]
+        read_table(Path(name) / "plan" / "members.h5").attributes["arrays_digest"]
         for name in ("results", "whole")
     }
     assert len(digests) == 1
@@ -129,7 +129,7 @@ def test_missing_shards(rbstab):
 @pytest.mark.usefixtures("use_fake_engine")
 def test_the_command_that_resumes_a_sweep_works_as_typed(place, sweep, rbstab, monkeypatch):
     rbstab(*SWEEP, "--part", "1/3", "-o", "other place")
-    file = Path("other place/plan/sweep.h5").absolute()
+    file = Path("other place/plan/members.h5").absolute()
     monkeypatch.chdir(place)
     program, *words = words_of(rbstab("show", sweep).stderr.removeprefix("Next: "))
     assert program == "rbstab"
@@ -263,7 +263,7 @@ def test_gathering_without_the_engine(rbstab, monkeypatch):
     refused = rbstab("gather", "results/plan")
     assert refused.exit_code == 2
     assert "the engine 'heyoka' cannot be used here" in refused.stderr
-    assert not Path("results/plan/sweep.h5").exists()
+    assert not Path("results/plan/members.h5").exists()
 
 
 @pytest.mark.usefixtures("plan")

@@ -11,7 +11,7 @@ from cli.conftest import GOOD
 from support.printed_paths import printed
 
 from rbstab import open_result
-from rbstab.store.table_file import read_table
+from rbstab.sweep.folder.sweep_table import read_sweep
 
 pytestmark = pytest.mark.skipif(
     sys.platform == "win32", reason="SIGINT cannot be sent to one process"
@@ -97,12 +97,12 @@ def test_proofs_of_bodies(folder: Path, number: int) -> None:
     prove = "rbstab.sweep.proofs.prove_bodies._prove"
     code, stdout, stderr = interrupted(prove, 2, number, *words)
     assert code == CODES[signal.Signals(number)]
-    stored = "all 5 members are stored in results/bodies/sweep.h5"
+    stored = "all 5 members are stored in results/bodies/members.h5"
     lost = "the proofs of 3 of 5 distinct bodies: those of members 1 to 2, 4"
     assert f"Interrupted: {stored}; missing: {lost}.\n" in stderr
     assert stderr.endswith("Run the same command again to resume.\n")
     assert "Convergence: proved for 2 of the members" in stdout
-    table = read_table(Path("results/bodies/sweep.h5"))
+    table = read_sweep(Path("results/bodies/members.h5"))
     known = table["proved_rest_state"].tolist()
     assert known == [1, 0, 0, 1, 0]
     # The next call goes on.
@@ -132,7 +132,7 @@ def test_a_proof_that_all_members_share(folder: Path, number: int) -> None:
         *("sweep", "starts.yaml", "--threads", "1"),
     )
     assert code == CODES[signal.Signals(number)]
-    stored = "all 2 members are stored in results/starts/sweep.h5"
+    stored = "all 2 members are stored in results/starts/members.h5"
     assert f"Interrupted: {stored}; missing: 1 proof of rest states.\n" in stderr
     assert "completed" in stdout
-    assert len(read_table(Path("results/starts/sweep.h5"))["status"]) == 2
+    assert len(read_sweep(Path("results/starts/members.h5"))["status"]) == 2

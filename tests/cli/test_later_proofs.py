@@ -84,7 +84,7 @@ def test_a_sweep_counts_later_proofs_everywhere(folder: Path, rbstab: Invoke) ->
     shown = words(rbstab("show", "results/plan").stdout)
     assert shown.index("proved: 2 of 3 members: they") < shown.index("quantity value")
     assert "settled: " in shown
-    data = json.loads(rbstab("show", "results/plan/sweep.h5", "--json").stdout)["answers"]
+    data = json.loads(rbstab("show", "results/plan/members.h5", "--json").stdout)["answers"]
     assert (data["members"], data["proved"], data["without_proof"]) == (3, 2, {})
     assert data["proved"] + data["false"] + data["seen"] + data["not_decided"] == 3
     row = rbstab("compare", "results/plan", "results/plan").stdout
@@ -123,8 +123,8 @@ def test_the_command_that_proves_them_works_wherever_the_sweep_is_now(
     assert advised(str(Path("results/varied").absolute()))[2] == "-o"
     # Without the copy of the plan, the plan of the user is needed.
     Path("alone").mkdir()
-    shutil.copy("results/varied/sweep.h5", "alone/sweep.h5")
-    (reason,) = member_answers(Path("alone/sweep.h5")).without_proof
+    shutil.copy("results/varied/members.h5", "alone/members.h5")
+    (reason,) = member_answers(Path("alone/members.h5")).without_proof
     assert reason.endswith("rbstab sweep PLAN.yaml --prove")
     Path("my results").mkdir()
     kept = Path("results/varied").rename("my results/kept one")

@@ -20,7 +20,7 @@ BESIDE = (
 @pytest.fixture
 def mixed(folder: Path) -> Path:
     """A folder with two runs, a sweep, and files that stand beside them."""
-    for name in (*BESIDE, "light.h5", "heavy.h5", "plan/manifest.json", "plan/sweep.h5"):
+    for name in (*BESIDE, "light.h5", "heavy.h5", "plan/manifest.json", "plan/members.h5"):
         path = folder / "mixed" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("text")
@@ -47,7 +47,7 @@ def test_the_parts_of_a_sweep_are_left_out(mixed: Path) -> None:
     sweep = mixed / "plan"
     (sweep / "plan.yaml").write_text("base: good.yaml\nvary: {}\n")
     (sweep / "shards").mkdir()
-    assert results_among(named(sweep), quiet=True) == (sweep / "sweep.h5",)
+    assert results_among(named(sweep), quiet=True) == (sweep / "members.h5",)
 
 
 @pytest.mark.parametrize("name", ["wrong.h5", "folder", "missing.h5", "mine.txt", "mine.yaml"])

@@ -159,7 +159,7 @@ def test_a_pipe_with_the_name_of_a_result(
     assert stat.S_ISFIFO(Path("results/good.h5").lstat().st_mode)
 
 
-FILES_OF_A_SWEEP = ["shards/00000000.npy", "sweep.h5", "manifest.json", "plan.yaml"]
+FILES_OF_A_SWEEP = ["shards/00000000.npy", "members.h5", "manifest.json", "plan.yaml"]
 
 
 @pytest.mark.parametrize("name", FILES_OF_A_SWEEP)

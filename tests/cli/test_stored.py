@@ -14,7 +14,7 @@ from support.stored_proofs import store_proof_of
 from rbstab.listing.folder import FIRST
 from rbstab_cli.output.listing import age
 
-STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
+STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
 
 @pytest.fixture(autouse=True)
@@ -119,7 +119,7 @@ def test_compare_a_run_and_a_sweep(rbstab: Invoke) -> None:
     ("path", "expected"),
     [
         ("finished_map", ["done 30 (100.0%)"]),
-        ("finished_map/sweep.h5", ["done 30 (100.0%)"]),
+        ("finished_map/members.h5", ["done 30 (100.0%)"]),
         ("begun_map", ["not done 14 46.67%"]),
         ("finished_variants/shards/00000001.npy", ["members 4 to 7", "members completed 4"]),
         ("finished_variants/traces/00000000.h5", ["members 0, 3", "motions 2"]),

@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 import xarray
 from cli.conftest import GOOD, start
+from rbstab.store.shard_file import read_shard
 from support.sweeps import shard_files
 
 from rbstab import load_plan, open_sweep, open_traces, simulate
 from rbstab.integrate.engines import EngineMissingError, engine
 from rbstab.store.disk.lock import locked
-from rbstab.store.shard_file import read_shard
 from rbstab.sweep.execution.estimate import Estimate
 from rbstab.sweep.members.outcome import COLUMNS
 from rbstab_cli.output.sweeps.sweep_progress import RATE_WINDOW, Rate, duration
@@ -38,12 +38,12 @@ def test_a_sweep(rbstab, name):
     done = rbstab(*SWEEP, "--engine", name, "--shard-size", "8")
     assert done.exit_code == 0, done.output
     assert "completed       20  100.00%" in done.stdout
-    assert "-> results/plan/sweep.h5" in done.stderr.replace("\\", "/")
+    assert "-> results/plan/members.h5" in done.stderr.replace("\\", "/")
     names = sorted(path.name for path in Path("results/plan").iterdir())
-    expected = [".lock", "check.json", "manifest.json", "plan.yaml", "shards", "sweep.h5"]
+    expected = [".lock", "check.json", "manifest.json", "plan.yaml", "shards", "members.h5"]
     assert names == [n for n in expected if name == "heyoka" or n != "check.json"]
     assert ("4 members, largest relative difference" in done.stdout) == (name == "heyoka")
-    with xarray.open_dataset("results/plan/sweep.h5", engine="h5netcdf") as data:
+    with xarray.open_dataset("results/plan/members.h5", engine="h5netcdf") as data:
         assert data.sizes["run"] == 20
         assert data["controller_K_r"].attrs["long_name"] == "factor on controller.K_r"
     again = rbstab(*SWEEP)

@@ -8,7 +8,7 @@ import pytest
 from cli.conftest import GOOD, Invoke
 from support.closed_folders import close
 
-STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
+STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
 PROOFS = Path("results", "proofs")
 

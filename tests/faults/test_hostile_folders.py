@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from faults.hostile.reader import reading
+from rbstab.store.shard_file import read_shard, write_shard
 from support.configs import VISCO_ELASTIC, plain
 from support.sweeping import Listener, run_sweep
 from support.sweeps import plan_of, plan_with_traces, shard_files
@@ -19,7 +20,6 @@ from rbstab.experiment.proof_cache import cached_proof, proof_file, proof_for
 from rbstab.store.disk.seal import SEAL_SIZE, add_seal
 from rbstab.store.document import read_document, write_document
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.shard_file import read_shard, write_shard
 from rbstab.store.table import TableHeader
 from rbstab.sweep.execution.compare_with_scipy import read_comparison
 from rbstab.sweep.folder.shard_inventory import shard_inventory

@@ -181,7 +181,7 @@ def test_python(marker: Path) -> None:
 def test_a_sweep_is_resumed_with_permission_only(marker: Path, rbstab: Invoke) -> None:
     for shard in Path("results/plan/shards").iterdir():
         shard.unlink()
-    Path("results/plan/sweep.h5").unlink()
+    Path("results/plan/members.h5").unlink()
     assert rbstab("sweep", "plan.yaml", "--engine", "scipy").exit_code == 2
     assert not marker.exists()
     done = rbstab(

@@ -8,7 +8,7 @@ from support.results import assert_equal
 
 from rbstab.store.run_file import open_result
 
-FILE_ONLY = ("schema_version", "digest")
+FILE_ONLY = ("format", "kind")
 """Attributes of the file, not of the run."""
 
 

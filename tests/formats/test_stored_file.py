@@ -12,7 +12,7 @@ import xarray
 from rbstab.config.load import load_config, run_id
 from rbstab.store.run_file import open_result
 
-STORED = Path(__file__).parent / "data" / "run_v1_permanent.h5"
+STORED = Path(__file__).parent / "data" / "run_format_1.h5"
 
 REFERENCE = Path(__file__).parents[1] / "data" / "paper_state.json"
 

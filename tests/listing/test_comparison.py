@@ -18,9 +18,9 @@ from rbstab.experiment.summary import summary_of
 from rbstab.listing.comparison import Row, compare
 from rbstab.store.errors import StoreError
 from rbstab.store.run_file import open_result, write_result
-from rbstab.sweep.folder.sweep_folder import open_sweep
+from rbstab.sweep.folder.sweep_table import open_sweep
 
-STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
+STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
 SHORT = ("integration.duration=0.02", "integration.samples=5", "initial.angular_velocity=[1,2,3]")
 

@@ -15,9 +15,9 @@ from rbstab.listing.folder import UNKNOWN, Entry, entries_of, proofs_in
 from rbstab.listing.kinds import Kind
 from rbstab.store.errors import StoreError
 from rbstab.store.run_file import open_result, write_result
-from rbstab.store.table_file import count_flags, read_table
+from rbstab.sweep.folder.sweep_table import read_sweep
 
-STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
+STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
 
 @pytest.fixture
@@ -110,7 +110,7 @@ def test_of_very_many_members_only_what_is_listed_is_read(
     """So a long list is fast. Damage elsewhere is found by the commands that read it."""
     monkeypatch.setattr("rbstab.listing.folder.MAX_COUNTED", 19)
     shutil.rmtree(folder / "proofs")
-    file = folder / "finished_variants/sweep.h5"
+    file = folder / "finished_variants/members.h5"
     changed(file, "end_time", b"damaged!")
     entry = by_name(folder)["finished_variants"]
     assert (entry.outcome, entry.status, entry.converges, entry.problem) == (
@@ -120,23 +120,23 @@ def test_of_very_many_members_only_what_is_listed_is_read(
         "",
     )
     with pytest.raises(StoreError, match="does not match its digest"):
-        read_table(file)
+        read_sweep(file)
 
 
 def test_what_is_listed_is_checked(folder: Path) -> None:
-    changed(folder / "finished_variants/sweep.h5", "status", b"\x63")
+    changed(folder / "finished_variants/members.h5", "status", b"\x63")
     problem = by_name(folder)["finished_variants"].problem
     assert problem.endswith("is damaged: status has a flag without a meaning")
 
 
 def test_a_run_in_place_of_the_file_of_a_sweep(folder: Path) -> None:
-    shutil.copy(folder / "embedded.h5", folder / "finished_variants/sweep.h5")
+    shutil.copy(folder / "embedded.h5", folder / "finished_variants/members.h5")
     assert "but not of a sweep" in by_name(folder)["finished_variants"].problem
 
 
 def test_the_counts_are_those_of_the_columns() -> None:
-    file = STORED / "sweeps/finished_variants/sweep.h5"
-    table = read_table(file)
+    file = STORED / "sweeps/finished_variants/members.h5"
+    table = read_sweep(file)
     counts = count_flags(file, ["status", "convergence", "no_such_column"])
     assert set(counts) == {"status", "convergence"}
     for name, by_word in counts.items():

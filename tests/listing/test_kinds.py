@@ -7,7 +7,7 @@ from support.stored_proofs import store_proof_of
 
 from rbstab.listing.kinds import Kind, kind_of, sweep_folder_of
 
-STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
+STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
 SWEEP = STORED / "sweeps/finished_variants"
 
@@ -17,7 +17,7 @@ KINDS = [
     (STORED / "runs/embedded.h5", Kind.RUN),
     (STORED / "runs/missing.h5", Kind.RUN),
     (SWEEP, Kind.SWEEP),
-    (SWEEP / "sweep.h5", Kind.SWEEP),
+    (SWEEP / "members.h5", Kind.SWEEP),
     (SWEEP / "plan.yaml", Kind.CONFIG),
     (SWEEP / "shards/00000000.npy", Kind.SHARD),
     (SWEEP / "traces/00000000.h5", Kind.TRACES),
@@ -42,13 +42,13 @@ def test_the_kind_of_a_proof(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_names_alone_make_no_sweep(tmp_path: Path) -> None:
-    for name in ("sweep.h5", "shards/00000000.npy", "traces/00000000.h5", "other/proof.json"):
+    for name in ("members.h5", "shards/00000000.npy", "traces/00000000.h5", "other/proof.json"):
         path = tmp_path / name
         path.parent.mkdir(exist_ok=True)
         path.touch()
         assert kind_of(path) is Kind.RUN
 
 
-@pytest.mark.parametrize("name", ["", "sweep.h5", "shards/00000000.npy", "traces/00000000.h5"])
+@pytest.mark.parametrize("name", ["", "members.h5", "shards/00000000.npy", "traces/00000000.h5"])
 def test_the_folder_of_a_sweep(name: str) -> None:
     assert sweep_folder_of(SWEEP / name) == SWEEP

@@ -10,7 +10,7 @@ from support.stored_proofs import store_proof_of
 import rbstab
 from rbstab.store.errors import NotAResultError, StoreError
 
-STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
+STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
 SWEEP = STORED / "sweeps/finished_variants"
 
@@ -30,7 +30,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     shutil.copytree(SWEEP, "sweep")
     store_proof_of(STORED / "runs/range_left.h5", tmp_path)
-    shutil.copy(SWEEP / "sweep.h5", "alone.h5")
+    shutil.copy(SWEEP / "members.h5", "alone.h5")
     shutil.copy(STORED / "runs/embedded.h5", "run.h5")
     Path("sweep/check.json").write_text("{}")
     Path("a.yaml").write_text(CONFIG)
@@ -41,7 +41,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 OTHERS = [
     ("sweep", "a sweep", "rbstab.open_sweep('sweep')"),
-    ("sweep/sweep.h5", "a sweep", "rbstab.open_sweep('sweep/sweep.h5')"),
+    ("sweep/members.h5", "a sweep", "rbstab.open_sweep('sweep/members.h5')"),
     ("alone.h5", "a sweep", "rbstab.open_sweep('alone.h5')"),
     ("sweep/shards/00000000.npy", "a shard of a sweep", "rbstab.open_sweep('sweep')"),
     ("sweep/traces/00000000.h5", "a file of traces of a sweep", "rbstab.open_traces('sweep')"),
@@ -106,7 +106,7 @@ def test_damaged_and_missing_files_keep_their_errors(place: Path, function: obje
 
 
 def test_an_unfinished_sweep_is_called_so(place: Path) -> None:
-    Path("sweep/sweep.h5").unlink()
+    Path("sweep/members.h5").unlink()
     with pytest.raises(StoreError, match="is a sweep that is not finished"):
         rbstab.open_sweep("sweep")
 

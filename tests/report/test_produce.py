@@ -63,7 +63,7 @@ def test_no_report_of_wrong_results_only(files, tmp_path):
 
 
 def test_wrong_sweep_beside_a_run(files, tmp_path):
-    sweep = write_sweep(tmp_path / "swept" / "sweep.h5", GRID)
+    sweep = write_sweep(tmp_path / "swept" / "members.h5", GRID)
     sources = read_sources([files[0], sweep.path])
     assert len(sources.sweeps) == 1
     # After it was read, another program wrote something else to the file.
@@ -71,7 +71,7 @@ def test_wrong_sweep_beside_a_run(files, tmp_path):
     written: list[object] = []
     found = produce(sources, "a command", None, "text", written.append)
     assert (len(found.runs), len(found.sweeps), len(written)) == (1, 0, 1)
-    assert "sweep.h5" in found.unread[0].path
+    assert "members.h5" in found.unread[0].path
 
 
 def test_error_of_a_writer_shows_the_result_that_causes_it(files, tmp_path, monkeypatch):

@@ -15,7 +15,7 @@ import rbstab
 from rbstab.store.cards import MAX_POINTS, bar, card, curve, optional_module
 from rbstab.store.result import Result
 
-STORED = Path(__file__).parents[1] / "formats/data/0.1.0"
+STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
 EVIL = '<script>alert("x")</script>\n\x1b[31m' + "y" * 1000
 

@@ -8,43 +8,33 @@ import pytest
 from support.results import result
 
 from rbstab.store.disk.regular_file import open_regular, read_regular
-from rbstab.store.disk.seal import check_seal, has_seal, read_seal, read_sealed
 from rbstab.store.document import read_document, write_document
 from rbstab.store.errors import StoreError
 from rbstab.store.motions import Motions
 from rbstab.store.motions_file import read_motions, write_motions
 from rbstab.store.run_file import open_result, write_result
-from rbstab.store.shard_file import read_shard, write_shard
-from rbstab.store.table import Column, TableHeader
-from rbstab.store.table_file import read_table
-from rbstab.store.table_writer import write_table
+from rbstab.store.table import Column
+from rbstab.store.table_file import SHARD, read_table, write_table
 from rbstab.store.variables import Variable
 
 LAYOUT = {"steps": Column((), "i4", "1", "steps")}
-STEPS = {"steps": np.array([1, 2], "i4")}
-HEADER = TableHeader(LAYOUT, 0, 2, {})
+STEPS = {"run": np.arange(2), "steps": np.array([1, 2], "i4")}
 MOTIONS = Motions({"run": Variable(("run",), np.array([0]), "1", "number")}, {})
 
 READERS: dict[str, Callable[[Path], object]] = {
     "bytes": read_regular,
     "file": open_regular,
-    "seal": read_seal,
-    "sealed": read_sealed,
-    "has seal": has_seal,
-    "check seal": check_seal,
     "document": read_document,
     "motions": read_motions,
     "run": open_result,
-    "shard": lambda path: read_shard(path, LAYOUT),
-    "table": read_table,
+    "table": lambda path: read_table(path, SHARD),
 }
 
 WRITERS: dict[str, Callable[[Path], object]] = {
     "document": lambda path: write_document(path, {}),
     "motions": lambda path: write_motions(path, MOTIONS),
     "run": lambda path: write_result(path, result(), replace=True),
-    "shard": lambda path: write_shard(path, HEADER, STEPS),
-    "table": lambda path: write_table(path, HEADER, [STEPS]),
+    "table": lambda path: write_table(path, SHARD, LAYOUT, STEPS, {}),
 }
 
 

@@ -16,7 +16,7 @@ from rbstab.store.disk.atomic import PARTIAL_SUFFIX
 from rbstab.store.disk.lock import is_locked
 from rbstab.store.document import read_document
 from rbstab.store.run_file import open_result
-from rbstab.store.table_file import read_table
+from rbstab.sweep.folder.sweep_table import read_sweep
 from support.configs import VISCO_ELASTIC, plain
 from support.forked_commands import Command, CommandServer, Ended
 from support.sweeping import run_sweep
@@ -109,7 +109,7 @@ class Undisturbed:
         if case.fake_members:
             path = self.template / "results" / "fake"
             run_sweep(path, plan_of(case.fake_members), shard_size=1000)
-            (path / "sweep.h5").unlink()
+            (path / "members.h5").unlink()
         self.before = contents(self.template)
         self.first: dict[str, Content] = {}
         if case.first:
@@ -236,8 +236,8 @@ def content_of(path: Path) -> Content:
         return json.dumps(proof, sort_keys=True).encode()
     if path.suffix != ".h5" or path.parent.name == "traces":
         return path.read_bytes()
-    if path.name == "sweep.h5":
-        digest = str(read_table(path).attributes["arrays_digest"])
+    if path.name == "members.h5":
+        digest = str(read_sweep(path).attributes["arrays_digest"])
     else:
         digest = open_result(path).run_id
     return digest, *_arrays(path)

@@ -1,6 +1,6 @@
-"""Sweep files with made up members, written by the store from a real plan."""
+"""Sweeps with made up members, written by the store from a real plan."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -8,10 +8,11 @@ import numpy as np
 
 from rbstab.integrate.status import RunStatus
 from rbstab.report.reading.sources import SweepFile
-from rbstab.store.table import TableHeader
-from rbstab.store.table_writer import write_table
-from rbstab.store.variables import Variable
+from rbstab.store.table_file import write_table
+from rbstab.store.variables import RUN, Variable
 from rbstab.sweep.folder.layout import grid_extras, varied_arrays, varied_layout
+from rbstab.sweep.folder.open_folder import open_for_sweep
+from rbstab.sweep.folder.sweep_table import MEMBERS
 from rbstab.sweep.members.outcome import STATUSES, columns_of
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.load import load_plan
@@ -26,8 +27,6 @@ GRID = {f"{SPIN}[0]": {"linspace": [-2, 2, 5]}, f"{SPIN}[1]": {"linspace": [0, 3
 
 Columns = Callable[[dict[str, Any]], dict[str, Any]]
 
-BATCH_SIZE = 1 << 16
-
 
 def code(status: str) -> int:
     """Return the code of a status in a file."""
@@ -37,18 +36,18 @@ def code(status: str) -> int:
 def write_sweep(
     path: Path, vary: dict[str, Any], columns: Columns = lambda _: {}, **plan_keys: Any
 ) -> SweepFile:
-    """Write a sweep file and return it as a source of a report.
+    """Write a sweep and return it as a source of a report.
 
     Args:
-        path: The file.
+        path: Its members file.
         vary: The key `vary` of the plan.
-        columns: Returns replaced columns of a batch of members from all its columns. Unreplaced
+        columns: Returns replaced columns of a shard from all its columns. Unreplaced
             columns are 1 (`status`, `convergence` and the orientations at rest and at the end: 0);
             `run` has the numbers of the members.
         plan_keys: Other keys of the plan.
     """
     plan = load_plan({"title": "Made up", "base": plain(VISCO_ELASTIC), "vary": vary} | plan_keys)
-    layout = varied_layout(plan) | columns_of(plan) | GATHERED_COLUMNS
+    known = varied_layout(plan) | GATHERED_COLUMNS
     attributes: dict[str, str | int | float] = {
         "title": plan.title,
         "plan_id": "0" * 32,
@@ -61,23 +60,26 @@ def write_sweep(
     }
     text = np.array(plan_yaml(plan), dtype=object)
     extras = grid_extras(plan) | {"plan": Variable((), text, "", "plan")}
-    path.parent.mkdir(parents=True, exist_ok=True)
-    head = TableHeader(layout, 0, plan.members, attributes, extras)
-    write_table(path, head, _batches(plan, columns))
+    parts = []
+    with open_for_sweep(path.parent, plan, None, force=True) as opened:
+        for number in range(opened.folder.shards):
+            parts.append(_arrays(plan, columns, *opened.folder.bounds(number)))
+            outcome = {name: parts[-1][name] for name in opened.folder.columns}
+            opened.folder.write(number, outcome)
+    arrays = {name: np.concatenate([part[name] for part in parts]) for name in (RUN, *known)}
+    write_table(path, MEMBERS, known, arrays, attributes, extras)
     return SweepFile(0, "sweep-1", path.parent.name, path)
 
 
-def _batches(plan: Plan, columns: Columns) -> Iterator[dict[str, Any]]:
-    for start in range(0, plan.members, BATCH_SIZE):
-        stop = min(start + BATCH_SIZE, plan.members)
-        arrays = varied_arrays(plan, start, stop)
-        for name, column in columns_of(plan).items():
-            arrays[name] = np.ones((stop - start, *column.shape), dtype=column.dtype)
-        arrays["run_id"][:] = b"0123456789abcdef" * 2
-        for name in ("status", "rest_orientation", "final_orientation"):
-            if name in arrays:
-                arrays[name][:] = 0
-        for name, column in GATHERED_COLUMNS.items():
-            arrays[name] = np.zeros(stop - start, column.dtype)
-        given = columns(arrays | {"run": np.arange(start, stop)})
-        yield arrays | {k: np.asarray(v).astype(arrays[k].dtype) for k, v in given.items()}
+def _arrays(plan: Plan, columns: Columns, start: int, stop: int) -> dict[str, Any]:
+    arrays = varied_arrays(plan, start, stop) | {RUN: np.arange(start, stop)}
+    for name, column in columns_of(plan).items():
+        arrays[name] = np.ones((stop - start, *column.shape), dtype=column.dtype)
+    arrays["run_id"][:] = b"0123456789abcdef" * 2
+    for name in ("status", "rest_orientation", "final_orientation"):
+        if name in arrays:
+            arrays[name][:] = 0
+    for name, column in GATHERED_COLUMNS.items():
+        arrays[name] = np.zeros(stop - start, column.dtype)
+    given = columns(arrays)
+    return arrays | {k: np.asarray(v).astype(arrays[k].dtype) for k, v in given.items()}

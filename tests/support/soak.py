@@ -17,7 +17,7 @@ from typing import NamedTuple
 import psutil
 import yaml
 
-from rbstab.store.table_file import read_table
+from rbstab.sweep.folder.sweep_table import read_sweep
 from support.clusters import LocalProcesses
 from support.configs import VISCO_ELASTIC, plain
 from support.sweeps import shard_files
@@ -154,7 +154,7 @@ def soak(folder: Path, members: int, kill_interval: float, say: Say = print) -> 
         kills,
         {memory.name: memory.growth for memory in memories},
         {memory.name: memory.needed_for_gathering for memory in memories},
-        (folder / "killed/plan/sweep.h5").stat().st_size,
+        (folder / "killed/plan/members.h5").stat().st_size,
         _equal(folder / "plain/plan", folder / "killed/plan"),
     )
 
@@ -212,7 +212,7 @@ def shard_files_of(folder: Path) -> list[Path]:
 
 
 def _equal(one: Path, other: Path) -> bool:
-    digests = {read_table(path / "sweep.h5").attributes["arrays_digest"] for path in (one, other)}
+    digests = {read_sweep(path / "members.h5").attributes["arrays_digest"] for path in (one, other)}
     return len(digests) == 1 and shard_files(one) == shard_files(other)
 
 

@@ -3,8 +3,8 @@
 import threading
 from typing import Any
 
-from rbstab.store.table_file import read_table
 from rbstab.sweep.execution.events import ShardDone
+from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.sweep import sweep_to_folder
 from support.sweeps import FakeEngine, plan_of
@@ -53,4 +53,4 @@ def run_sweep(path, plan=None, listener=None, factory=FakeEngine, **changes: Any
 
 
 def digest_of(path):
-    return read_table(path / "sweep.h5").attributes["arrays_digest"]
+    return read_sweep(path / "members.h5").attributes["arrays_digest"]

@@ -1,6 +1,7 @@
 """A function applied to many files: in this process, or to very many side by side."""
 
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor
 from typing import TypeVar
 
 from rbstab.processes.processors import processor_count
@@ -25,5 +26,12 @@ def mapped(function: Callable[[S], T], items: Sequence[S]) -> Iterator[T]:
         return
     from rbstab.processes.workers import worker_pool  # imported late: few need workers
 
-    with worker_pool(workers) as pool:
-        yield from pool.map(function, items, chunksize=PER_WORKER // 10)
+    done = 0
+    try:
+        with worker_pool(workers) as pool:
+            for found in pool.map(function, items, chunksize=PER_WORKER // 10):
+                yield found
+                done += 1
+    except BrokenExecutor:
+        # A worker was killed, perhaps because memory ran out.
+        yield from map(function, items[done:])

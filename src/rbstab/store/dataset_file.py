@@ -224,11 +224,12 @@ def _laid_out(dataset: Dataset) -> "tuple[Layout, dict[str, NDArray[Any]]]":
     texts = [v.data.tolist() for _, v in variables if v.is_text]
     # As a text: the numbers 1 and 1.0 are equal, but are stored differently.
     key = repr((dataset.kind, list(dataset.attributes.items()), described, texts))
-    if key not in _last:
+    layout = _last.get(key)
+    if layout is None:
         layout = _new_layout(dataset)
-        _last.clear()
+        _last.clear()  # several threads may write
         _last[key] = layout
-    return _last[key], {name: _in_file(v.data) for name, v in variables if not v.is_text}
+    return layout, {name: _in_file(v.data) for name, v in variables if not v.is_text}
 
 
 def _in_file(data: NDArray[Any]) -> NDArray[Any]:
@@ -240,9 +241,9 @@ def _new_layout(dataset: Dataset) -> "Layout":
 
     scales, layout = _scales(dataset), Layout()
     with layout.file() as file:
-        for name in dataset.variables:
-            if "/" in name:
-                file.require_group(name.rpartition("/")[0])
+        for group in dict.fromkeys(name.rpartition("/")[0] for name in dataset.variables):
+            if group:
+                file.create_group(group, track_order=True)
         # The scales come first, because netCDF readers number dimensions in this order.
         for name, v in {**scales, **dataset.variables}.items():
             if v.is_text:

@@ -21,7 +21,7 @@ import rbstab
 from rbstab.experiment.proof_cache import cached_proof
 from rbstab.experiment.stored_config import stored_config
 from rbstab.report.reading.sources import read_sources
-from rbstab.store.digest import digest_of
+from rbstab.store.result import Result
 from rbstab.sweep.folder.shard_inventory import shard_inventory
 from rbstab.sweep.folder.sweep_folder import read_folder
 from rbstab_cli.main import cli
@@ -48,7 +48,13 @@ class Attempt(NamedTuple):
 
 
 def run(path: Path) -> str:
-    return digest_of(rbstab.open_result(path))
+    return content_of(rbstab.open_result(path))
+
+
+def content_of(result: Result) -> str:
+    """Return all numbers and texts of a result."""
+    arrays = {name: (v.data.tolist(), *v[2:]) for name, v in result.variables.items()}
+    return repr((result.attributes, result.config, arrays))
 
 
 def sweep(path: Path) -> str:
@@ -64,7 +70,7 @@ def sources(path: Path) -> str:
     """Read a file for a report, and return what it lists; it is never unlisted."""
     found = read_sources([path])
     assert len(found.runs) + len(found.sweeps) + len(found.unread) == 1
-    return repr([*(digest_of(one.result) for one in found.runs), *found.sweeps, *found.unread])
+    return repr([*(content_of(one.result) for one in found.runs), *found.sweeps, *found.unread])
 
 
 def inventory(path: Path) -> str:

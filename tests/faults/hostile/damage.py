@@ -3,8 +3,9 @@
 from collections.abc import Callable
 
 import numpy as np
+from support.results import sealed
 
-from rbstab.store.disk.seal import SEAL_SIZE, add_seal
+from rbstab.store.disk.seal import SEAL_SIZE
 
 
 def flip(content: bytearray, rng: np.random.Generator) -> bytearray:
@@ -78,10 +79,15 @@ def without_seal(content: bytes) -> bytes:
 
 def sealed_again(content: bytes) -> bytes:
     """Return damaged content with a right seal."""
-    return add_seal(content[:-SEAL_SIZE])
+    return sealed(content[:-SEAL_SIZE])
 
 
 SEALS = (as_it_is, without_seal, sealed_again)
+
+
+def is_sealed_again(seed: int) -> bool:
+    """Return whether `damaged_and_sealed` gives damaged content a right seal."""
+    return SEALS[seed // len(DAMAGES) % len(SEALS)] is sealed_again
 
 
 def damaged(content: bytes, seed: int) -> bytes:

@@ -5,14 +5,11 @@ import shutil
 import psutil
 import pytest
 
-import rbstab.processes.isolated
-from rbstab.processes.workers import WorkerDiedError
+from rbstab.processes import mapped
 from rbstab.report.model.document import Unread
 from rbstab.report.reading import read_results as reading
 from rbstab.report.reading.answers import answers_of
 from rbstab.report.reading.read_results import ReadRun, read_all, read_one
-from rbstab.store.disk import isolated_reading
-from rbstab.store.disk.isolated_reading import IsolatedReaders
 
 pytestmark = pytest.mark.slow
 
@@ -51,8 +48,8 @@ def summary(found):
 @pytest.fixture
 def two_workers(monkeypatch):
     """Make two workers read even a few files."""
-    monkeypatch.setattr(isolated_reading, "FILES_PER_WORKER", 10)
-    monkeypatch.setattr(isolated_reading, "processor_count", lambda: 2)
+    monkeypatch.setattr(mapped, "PER_WORKER", 10)
+    monkeypatch.setattr(mapped, "processor_count", lambda: 2)
 
 
 def workers():
@@ -77,15 +74,6 @@ def test_no_file_is_lost_with_a_worker_that_is_killed(paths):
         child.kill()
     found += results
     assert summary(found) == summary(map(read_one, paths))
-
-
-def test_where_no_worker_can_be_started_this_process_reads(paths, monkeypatch):
-    def no_process(*_):
-        raise WorkerDiedError("no process")
-
-    monkeypatch.setattr(rbstab.processes.isolated, "Worker", no_process)
-    monkeypatch.setattr(reading, "_readers", IsolatedReaders(reading.read_file))
-    assert summary(read_all(paths)) == summary(map(read_one, paths))
 
 
 @pytest.mark.usefixtures("two_workers")

@@ -6,6 +6,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from rbstab.store.table_writer import write_table
 from support.made_runs import made_file, made_result
 from support.results import result
 from support.sweeps import FakeEngine, plan_of
@@ -15,8 +16,7 @@ from rbstab.report.reading import read_results, sources
 from rbstab.report.reading.sources import MAX_LABEL_LENGTH, read_sources, unique_labels
 from rbstab.store.run_file import write_result
 from rbstab.store.table import TableHeader
-from rbstab.store.table_file import read_table
-from rbstab.store.table_writer import write_table
+from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.sweep import sweep_to_folder
 
@@ -53,15 +53,15 @@ def test_runs_and_sweeps_in_their_order(tmp_path, sweep):
         (2, "run-3", "b"),
     ]
     assert [(s.number, s.name, s.label) for s in found.sweeps] == [(0, "sweep-1", "plan")]
-    assert found.sweeps[0].path == sweep / "sweep.h5"
+    assert found.sweeps[0].path == sweep / "members.h5"
     assert found.unread == ()
 
 
 def test_a_sweep_by_its_file_or_in_a_folder_without_shards(tmp_path, sweep):
     copy = tmp_path / "copy"
     copy.mkdir()
-    shutil.copy(sweep / "sweep.h5", copy)
-    found = read_sources([sweep / "sweep.h5", copy, str(sweep)])
+    shutil.copy(sweep / "members.h5", copy)
+    found = read_sources([sweep / "members.h5", copy, str(sweep)])
     assert [s.label for s in found.sweeps] == ["plan", "copy"]
 
 
@@ -189,7 +189,7 @@ def test_another_folder(good, tmp_path):
 def test_a_sweep_that_is_not_finished(good, tmp_path, sweep):
     copy = tmp_path / "copy"
     shutil.copytree(sweep, copy)
-    (copy / "sweep.h5").unlink()
+    (copy / "members.h5").unlink()
     max((copy / "shards").iterdir()).unlink()
     assert reason(copy, good).startswith("is a sweep that is not finished: 1 of 2 shards")
 
@@ -197,7 +197,7 @@ def test_a_sweep_that_is_not_finished(good, tmp_path, sweep):
 def test_a_damaged_manifest(good, tmp_path, sweep):
     copy = tmp_path / "copy"
     shutil.copytree(sweep, copy)
-    (copy / "sweep.h5").unlink()
+    (copy / "members.h5").unlink()
     (copy / "manifest.json").write_text("{}")
     assert "is damaged" in reason(copy, good)
 
@@ -208,8 +208,8 @@ def test_a_shard(good, sweep):
 
 
 def test_a_damaged_sweep(good, tmp_path, sweep):
-    path = tmp_path / "sweep.h5"
-    path.write_bytes((sweep / "sweep.h5").read_bytes()[:-1])
+    path = tmp_path / "members.h5"
+    path.write_bytes((sweep / "members.h5").read_bytes()[:-1])
     assert "is damaged" in reason(path, good)
 
 
@@ -230,7 +230,7 @@ def test_a_damaged_sweep(good, tmp_path, sweep):
 )
 def test_columns_of_other_shapes_and_kinds(name, column, good, tmp_path, sweep):
     """The digests of the file are right."""
-    table, path = read_table(sweep / "sweep.h5"), tmp_path / "other.h5"
+    table, path = read_sweep(sweep / "members.h5"), tmp_path / "other.h5"
     layout = {**table.layout, name: table.layout[name]._replace(**column)}
     arrays = {**table.arrays, name: np.zeros((60, *layout[name].shape), layout[name].dtype)}
     attributes = {key: v for key, v in table.attributes.items() if not key.endswith("digest")}

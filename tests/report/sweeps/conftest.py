@@ -11,7 +11,7 @@ from rbstab.report.sweeps.members import read_members
 @pytest.fixture
 def made(tmp_path):
     """A function that writes a sweep of made up members; see `write_sweep`."""
-    return partial(write_sweep, tmp_path / "results" / "made" / "sweep.h5")
+    return partial(write_sweep, tmp_path / "results" / "made" / "members.h5")
 
 
 @pytest.fixture

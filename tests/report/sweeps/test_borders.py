@@ -150,7 +150,7 @@ def test_the_command_is_quoted(tmp_path, folder):
     (tmp_path / folder).mkdir()
     plan = tmp_path / folder / "plan.yaml"
     plan.write_text("")
-    command = f"{member_command(tmp_path / folder / 'sweep.h5')} 7"
+    command = f"{member_command(tmp_path / folder / 'members.h5')} 7"
     assert words_of(command) == ["rbstab", "run", str(plan), "--member", "7"]
 
 

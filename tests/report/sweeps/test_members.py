@@ -15,7 +15,7 @@ from rbstab.experiment.stored_proof.starts import start_level, start_state
 from rbstab.report.sweeps.members import OUTCOMES, read_members
 from rbstab.report.sweeps.sections import UNREADABLE
 from rbstab.store.errors import NotAResultError
-from rbstab.store.table_file import read_table
+from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.members.outcome import COLUMNS
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.load import load_plan
@@ -93,7 +93,7 @@ def test_the_file_is_not_changed(made):
     before = sweep.path.read_bytes()
     sweep_sections(sweep)
     assert sweep.path.read_bytes() == before
-    assert len(read_table(sweep.path)["status"]) == 20
+    assert len(read_sweep(sweep.path)["status"]) == 20
 
 
 def test_each_variant_has_its_own_level(members):

@@ -92,7 +92,7 @@ def test_a_real_sweep_says_what_it_is(tmp_path):
     plan = load_plan({"title": "Real", "base": data, "vary": vary})
     folder = tmp_path / "results" / "real"
     sweep_to_folder(plan, folder, SweepOptions(threads=1))
-    sweep = SweepFile(2, "sweep-3", "real", folder / "sweep.h5")
+    sweep = SweepFile(2, "sweep-3", "real", folder / "members.h5")
     sections = sweep_sections(sweep)
     check_sections(sections)
     facts = dict(texts(tables(sections)["sweep-3-facts"]))

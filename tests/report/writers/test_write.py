@@ -142,7 +142,7 @@ def test_the_parts_of_a_report(tmp_path):
 
 def test_answers_of_sweeps_stand_with_those_of_runs(tmp_path):
     run = made_file(tmp_path / "a.h5")
-    sweeps = [write_sweep(tmp_path / name / "sweep.h5", GRID).path for name in ("one", "two")]
+    sweeps = [write_sweep(tmp_path / name / "members.h5", GRID).path for name in ("one", "two")]
     (first, *_) = report_of(read_sources([run, *sweeps]), "").sections
     assert first.name == "summary"
     # All sentences come before all cards.

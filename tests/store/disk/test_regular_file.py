@@ -7,14 +7,13 @@ from pathlib import Path
 import pytest
 from support.hang_guard import within
 
+from rbstab.store.dataset_file import checksum_of, kind_of_file
 from rbstab.store.disk.regular_file import read_regular
-from rbstab.store.disk.seal import check_seal, has_seal, read_seal
 from rbstab.store.errors import StoreError
 from rbstab.store.motions_file import read_motions
 from rbstab.store.run_file import open_result
-from rbstab.store.table_file import read_table
 
-READERS = [open_result, read_table, read_motions, check_seal, has_seal, read_seal, read_regular]
+READERS = [open_result, read_motions, checksum_of, kind_of_file, read_regular]
 
 
 POSIX_KINDS = ["pipe", "socket", "device", "endless device", "terminal"]

@@ -12,7 +12,6 @@ from support.configs import FREE, plain
 from support.sweeping import EventRecorder
 from support.sweeps import FakeEngine, plan_of, shard_files
 
-from rbstab.store.table_file import read_table
 from rbstab.sweep.execution import dask_executor as dask_execution
 from rbstab.sweep.execution.dask_executor import ClusterError, cluster
 from rbstab.sweep.execution.dask_worker import SweepPlugin, SweepTask, WorkerDiffersError
@@ -25,6 +24,7 @@ from rbstab.sweep.execution.events import (
     Started,
 )
 from rbstab.sweep.execution.machine_properties import difference, versions
+from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.dump import plan_data
 from rbstab.sweep.plan.load import load_plan
@@ -65,7 +65,7 @@ def sweep_here(path, plan, factory=FakeEngine, **options):
 
 def same(one, other):
     """Assert that two sweeps have the same columns; return whether their shards are equal."""
-    tables = [read_table(path / "sweep.h5") for path in (one, other)]
+    tables = [read_sweep(path / "members.h5") for path in (one, other)]
     assert tables[0].attributes["arrays_digest"] == tables[1].attributes["arrays_digest"]
     for name in tables[0].layout:
         assert tables[0][name].tobytes() == tables[1][name].tobytes(), name
@@ -82,7 +82,7 @@ def test_real_members_by_workers_and_by_threads(two_workers, tmp_path):
     )
     assert done.finished
     assert not on_event.of(EngineFailed)
-    assert set(read_table(tmp_path / "a" / "sweep.h5").words("status")) == {"completed"}
+    assert set(read_sweep(tmp_path / "a" / "members.h5").words("status")) == {"completed"}
     assert same(tmp_path / "a", sweep_here(tmp_path / "b", plan, None, shard_size=20))
     traces = shard_files(tmp_path / "a", "traces")
     assert len(traces) == 8

@@ -10,10 +10,10 @@ from support.user_code import SPRING, mine
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config, run_id
 from rbstab.config.user_code.permission import CodeNotAllowedError
-from rbstab.store.table_file import read_table
 from rbstab.sweep.execution.comparison_runs import ComparisonRuns
 from rbstab.sweep.folder.layout import varied_layout
 from rbstab.sweep.folder.member_answers import proving_command
+from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.dump import plan_data, plan_yaml
 from rbstab.sweep.plan.load import load_plan, plan_to_read
@@ -59,7 +59,7 @@ def test_all_members_in_closed_form(folder, engine, threads):
     options = SweepOptions(threads=threads, shard_size=2)
     done = sweep_to_folder(plan, folder / "sweep", options)
     assert done.finished
-    table = read_table(folder / "sweep" / "sweep.h5", ("final_position", "status"))
+    table = read_sweep(folder / "sweep" / "members.h5", ("final_position", "status"))
     assert (table["status"] == 0).all()
     np.testing.assert_allclose(table["final_position"][:, 0], expected(plan), atol=1e-9)
 
@@ -145,7 +145,7 @@ def test_a_dask_worker_gets_the_permission_of_the_sender(folder, allowed):
 def test_gathering_needs_permission(folder):
     plan = plan_of()
     sweep_to_folder(plan, folder / "sweep", SweepOptions(threads=1))
-    (folder / "sweep" / "sweep.h5").unlink()
+    (folder / "sweep" / "members.h5").unlink()
     with pytest.raises(CodeNotAllowedError, match="code of a user"):
         gather_folder(folder / "sweep")
     assert gather_folder(folder / "sweep", allow_python=True).finished

@@ -9,9 +9,9 @@ from support.sweeping import Listener, digest_of, run_sweep
 from support.sweeps import FakeEngine, plan_of, shard_files
 
 from rbstab.store.errors import StoreError
-from rbstab.store.table_file import read_table
 from rbstab.sweep.execution.events import EngineFailed, ShardDone, Started
 from rbstab.sweep.folder.gather import counts_by_status, sweep_summary
+from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.sweep import sweep_to_folder
@@ -27,7 +27,7 @@ def test_threads_shards_and_stops_do_not_show(tmp_path):
         listener = Listener(count)
         slow = functools.partial(FakeEngine, delay=1e-3)
         assert not run_sweep(tmp_path / "4", plan, listener=listener, factory=slow).finished
-        assert not (tmp_path / "4" / "sweep.h5").exists()
+        assert not (tmp_path / "4" / "members.h5").exists()
     last = Listener()
     assert run_sweep(tmp_path / "4", plan, listener=last).finished
     assert 0 < len(last.computed) < 10
@@ -36,11 +36,11 @@ def test_threads_shards_and_stops_do_not_show(tmp_path):
 
 def test_nothing_done_is_redone(tmp_path):
     run_sweep(tmp_path / "a")
-    before = (tmp_path / "a" / "sweep.h5").stat()
+    before = (tmp_path / "a" / "members.h5").stat()
     listener = Listener()
     assert run_sweep(tmp_path / "a", listener=listener, shard_size=None).finished
     assert [type(event) for event in listener.events] == [Started]
-    after = (tmp_path / "a" / "sweep.h5").stat()
+    after = (tmp_path / "a" / "members.h5").stat()
     # Reading the file changes only its access time.
     assert (after.st_ino, after.st_mtime_ns) == (before.st_ino, before.st_mtime_ns)
 
@@ -74,7 +74,7 @@ def test_a_damaged_shard_is_made_again(tmp_path, harm):
 
 def test_a_damaged_or_missing_sweep_file_is_gathered_again(tmp_path):
     run_sweep(tmp_path / "a")
-    path = tmp_path / "a" / "sweep.h5"
+    path = tmp_path / "a" / "members.h5"
     digest = digest_of(tmp_path / "a")
     for harm in (path.unlink, lambda: path.write_bytes(path.read_bytes()[:-1])):
         harm()
@@ -91,12 +91,12 @@ def test_members_that_fail(tmp_path):
     assert done.finished
     expected = {"completed": 57, "diverged": 3}
     assert counts_by_status(done.inventory.counts) == expected
-    assert sweep_summary(path / "sweep.h5").by_status == expected
-    assert read_table(path / "sweep.h5").words("status")[17] == "diverged"
+    assert sweep_summary(path / "members.h5").by_status == expected
+    assert read_sweep(path / "members.h5").words("status")[17] == "diverged"
     listener = Listener()
     done = run_sweep(path, listener=listener, retry_failed=True)
     assert listener.computed == [1, 5]
-    assert sweep_summary(path / "sweep.h5").by_status == {"completed": 60}
+    assert sweep_summary(path / "members.h5").by_status == {"completed": 60}
 
 
 def test_stopping_at_the_first_that_fails(tmp_path):
@@ -173,7 +173,7 @@ def test_real_members(tmp_path):
     """The engine is scipy itself, so the members are single runs."""
     plan = plan_of(20, base=quick())
     done = sweep_to_folder(plan, tmp_path / "a", SweepOptions(threads=2))
-    table = read_table(done.folder.sweep_file)
+    table = read_sweep(done.folder.sweep_file)
     assert set(table.words("status")) == {"completed"}
     assert np.isfinite(table["final_position"]).all()
     assert (table["final_connector_state"] != table["final_connector_state"]).all()
@@ -192,7 +192,7 @@ def test_the_check_finds_what_is_wrong(tmp_path):
     assert wrong is not None
     assert wrong.members == check.members
     assert wrong.unlike == 3  # Made up members settle; a run of 0.02 s does not.
-    table = read_table(tmp_path / "b" / "sweep.h5")
+    table = read_sweep(tmp_path / "b" / "members.h5")
     assert table.attributes["checked_members"] == 3
     assert table.attributes["checked_unlike"] == 3
     assert "lyapunov_end" in table["check_column"].tolist()
@@ -206,14 +206,14 @@ def test_more_members_may_be_compared_later(tmp_path):
         options = SweepOptions(lambda plan: SingleRuns(plan, "scipy"), compare=count)
         check = sweep_to_folder(plan, path, options).comparison
         assert check is not None
-        assert read_table(path / "sweep.h5").attributes["checked_members"] == len(check.members)
+        assert read_sweep(path / "members.h5").attributes["checked_members"] == len(check.members)
         return check.members
 
     first = compared(None)
     assert len(first) == 4
-    gathered = (path / "sweep.h5").stat().st_mtime_ns
+    gathered = (path / "members.h5").stat().st_mtime_ns
     assert compared(None) == first
-    assert (path / "sweep.h5").stat().st_mtime_ns == gathered
+    assert (path / "members.h5").stat().st_mtime_ns == gathered
     assert len(compared(9)) == 9
     assert len(compared(None)) == 9
 

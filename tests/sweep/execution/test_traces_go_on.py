@@ -11,9 +11,9 @@ import rbstab
 from rbstab.store.disk.regular_file import open_regular
 from rbstab.store.document import read_document, write_document
 from rbstab.store.errors import StoreError
-from rbstab.store.table_file import read_table
 from rbstab.sweep.execution.events import EngineFailed, Started
 from rbstab.sweep.folder.sweep_folder import read_folder
+from rbstab.sweep.folder.sweep_table import read_sweep
 
 EVERY = {"traces": {"every": 7}}
 
@@ -117,10 +117,10 @@ def test_the_identity_of_what_is_gathered_covers_traces(tmp_path):
 
     path = tmp_path / "a"
     run_sweep(path, plan_with_traces())
-    before = read_table(path / "sweep.h5", ()).attributes
+    before = read_sweep(path / "members.h5", ()).attributes
     (path / "traces" / "00000002.h5").unlink()
     run_sweep(path, plan_with_traces(), factory=Other)
-    after = read_table(path / "sweep.h5", ()).attributes
+    after = read_sweep(path / "members.h5", ()).attributes
     assert after["arrays_digest"] == before["arrays_digest"]
     assert after["shards_digest"] != before["shards_digest"]
 

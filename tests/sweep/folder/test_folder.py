@@ -10,10 +10,10 @@ from support.sweeps import FakeEngine, plan_of, shard_files
 
 from rbstab.store.disk.lock import FolderInUseError, locked
 from rbstab.store.errors import NotAResultError, ResultExistsError, StoreError
-from rbstab.store.table_file import read_table
 from rbstab.sweep.execution.events import Started
 from rbstab.sweep.folder.open_folder import planned_folder
-from rbstab.sweep.folder.sweep_folder import open_sweep, read_folder
+from rbstab.sweep.folder.sweep_folder import read_folder
+from rbstab.sweep.folder.sweep_table import open_sweep, read_sweep
 
 
 def test_a_different_plan_is_refused_or_moves_the_old_one_aside(tmp_path):
@@ -84,7 +84,7 @@ def test_what_somebody_has_removed_comes_back(tmp_path):
     (path / "plan.yaml").unlink()
     assert run_sweep(path).finished
     assert shard_files(path) == before
-    assert (path / "plan.yaml").read_text() == read_table(path / "sweep.h5")["plan"].item()
+    assert (path / "plan.yaml").read_text() == read_sweep(path / "members.h5")["plan"].item()
 
 
 def test_other_versions_are_told(tmp_path, monkeypatch):

@@ -13,7 +13,8 @@ import rbstab
 from rbstab.experiment.answers.outcome import KINDS
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.attitude import rotation
-from rbstab.store.table import RUN, Table
+from rbstab.store.table import Table
+from rbstab.store.variables import RUN
 from rbstab.sweep.folder.member_answers import member_answers
 from rbstab.sweep.folder.outcomes import pose_numbers, with_outcomes
 from rbstab.sweep.folder.sweep_folder import SweepFolder

@@ -58,7 +58,7 @@ def test_the_parts_of_a_sweep_one_after_the_other(tmp_path):
     for number in (3, 1, 4, 2):
         done = run_sweep(path, plan, part=Part(number, 4))
         assert (done.finished, done.inventory.missing, done.comparison) == (False, [], None)
-        assert not (path / "sweep.h5").exists()
+        assert not (path / "members.h5").exists()
     gathered = gather_folder(path)
     assert gathered.finished
     run_sweep(tmp_path / "b", plan)
@@ -93,7 +93,7 @@ def test_gathering_where_shards_are_missing(tmp_path):
     assert (done.finished, done.inventory.missing) == (False, [0, 1, 4])
     assert done.folder.ranges(done.inventory.missing) == [(0, 20), (40, 50)]
     assert parts_with_missing(path, done.inventory.missing) == [Part(1, 3), Part(2, 3)]
-    assert not (path / "sweep.h5").exists()
+    assert not (path / "members.h5").exists()
     assert parts_with_missing(tmp_path, [1]) == []
 
 
@@ -105,7 +105,7 @@ def test_gathering_needs_nothing_but_the_folder(tmp_path):
     listener = Listener()
     assert gather_folder(moved, listener).finished
     assert not listener.of(Gathering)
-    (moved / "sweep.h5").unlink()
+    (moved / "members.h5").unlink()
     listener = Listener()
     assert gather_folder(moved, listener).finished
     assert listener.of(Gathering)

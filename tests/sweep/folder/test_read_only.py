@@ -67,7 +67,7 @@ def test_a_finished_sweep(tmp_path, read_only, lock_file):
 def test_missing_shards(tmp_path, read_only, part, monkeypatch):
     sweep_to_folder(PLAN, tmp_path, OPTIONS)
     (tmp_path / "shards" / "00000000.npy").unlink()
-    (tmp_path / "sweep.h5").unlink()
+    (tmp_path / "members.h5").unlink()
     monkeypatch.setattr(FakeEngine, "compute", lambda *_: pytest.fail("a member was computed"))
     read_only()
     options = SweepOptions(factory=FakeEngine, threads=1, shard_size=10, part=part)
@@ -78,7 +78,7 @@ def test_missing_shards(tmp_path, read_only, part, monkeypatch):
 
 def test_shards_that_are_not_gathered(tmp_path, read_only, monkeypatch):
     sweep_to_folder(PLAN, tmp_path, OPTIONS)
-    (tmp_path / "sweep.h5").unlink()
+    (tmp_path / "members.h5").unlink()
     (tmp_path / "check.json").unlink()
     monkeypatch.setattr(
         "rbstab.sweep.sweep.compare_with_scipy", lambda *_: pytest.fail("members were compared")

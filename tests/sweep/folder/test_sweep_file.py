@@ -9,9 +9,9 @@ from support.sweeps import FakeEngine, plan_of
 
 import rbstab
 from rbstab.config.load import run_id
-from rbstab.store.table_file import read_table
 from rbstab.sweep.folder.gather import counts_by_status, sweep_summary
 from rbstab.sweep.folder.layout import varied_layout
+from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.plan.load import load_plan
 
 
@@ -20,7 +20,7 @@ def test_what_is_stored(tmp_path):
     done = run_sweep(tmp_path / "a", plan)
     assert done.finished
     assert counts_by_status(done.inventory.counts) == {"completed": 60}
-    table = read_table(tmp_path / "a" / "sweep.h5")
+    table = read_sweep(tmp_path / "a" / "members.h5")
     engine = FakeEngine(plan)
     expected = engine.compute(0, 60).outcome
     for name, data in expected.items():

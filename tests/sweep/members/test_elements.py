@@ -15,8 +15,7 @@ from rbstab.config.build import problem_of
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config, run_id
 from rbstab.integrate.heyoka.symbols import parameters_and_start
-from rbstab.store.table_file import read_table
-from rbstab.sweep.folder.sweep_folder import open_sweep
+from rbstab.sweep.folder.sweep_table import open_sweep, read_sweep
 from rbstab.sweep.members.binding import Binding
 from rbstab.sweep.members.ensemble import EnsembleEngine
 from rbstab.sweep.members.identity import run_ids
@@ -126,14 +125,14 @@ def test_a_resumed_sweep_has_the_same_bits(tmp_path):
     shards = sorted((resumed / "shards").glob("[0-9]*"))
     assert len(shards) == 3
     shards[1].unlink()
-    (resumed / "sweep.h5").unlink()
+    (resumed / "members.h5").unlink()
     assert sweep_to_folder(plan, resumed, options).finished
     assert shard_files(resumed) == shard_files(whole)
     assert digest_of(resumed) == digest_of(whole)
-    table = read_table(whole / "sweep.h5")
+    table = read_sweep(whole / "members.h5")
     assert table.attributes["checked_unlike"] == 0
     assert max(table["check_difference"]) < 1e-8
-    with h5py.File(whole / "sweep.h5") as file:
+    with h5py.File(whole / "members.h5") as file:
         units = {name: file[name].attrs["units"] for name in file if name.startswith("elements")}
     assert units["elements_strut_stiffness"] == "N/m"
     assert units["elements_strut_point_2"] == "m"

@@ -41,7 +41,7 @@ def swept(folder: Path, plan: Plan, **options: Any) -> OneState:
 
 def stored(folder: Path) -> OneState:
     """Return the same as the report and `show` read it later, which agree."""
-    file = folder / "sweep" / "sweep.h5"
+    file = folder / "sweep" / "members.h5"
     found = member_answers(file).one_state
     assert found == read_members(file).one_state
     return found

@@ -54,12 +54,6 @@ def seal_line(digest: str) -> bytes:
     return _LINE % (FORMAT, digest.encode())
 
 
-def sealed(content: bytes, index: Mapping[str, Any]) -> bytes:
-    """Return content with its index and its seal."""
-    whole = content + index_line(index)
-    return whole + seal_line(hashlib.sha256(whole).hexdigest())
-
-
 def read_seal(path: Path, file: BinaryIO) -> str:
     """Return the digest in the seal of a file, without checking it.
 

@@ -1,0 +1,381 @@
+"""Protects the one file format: what is written is read, by others too; all else is refused."""
+
+import hashlib
+import itertools
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import netCDF4
+import numpy as np
+import pytest
+import xarray
+from support.results import AWKWARD, sealed
+
+from rbstab.store import dataset_file
+from rbstab.store.dataset_file import (
+    Dataset,
+    checksum_of,
+    kind_of_file,
+    read_dataset,
+    write_dataset,
+)
+from rbstab.store.disk.seal import SEAL_SIZE, check_seal
+from rbstab.store.errors import NewerSchemaError, NotAResultError, ResultExistsError, StoreError
+from rbstab.store.variables import Variable
+
+KIND = "a test"
+CODES = np.array([0, 1, 1, 0], "i1")
+NUMBERS = np.array(AWKWARD + [2.5, -7.0, 1e-9]).reshape(4, 3)
+TRACKED = h5py.h5p.CRT_ORDER_TRACKED | h5py.h5p.CRT_ORDER_INDEXED
+
+
+def dataset(first: int = 3, **attributes: Any) -> Dataset:
+    """Return arrays of all types, dimensions and lengths that results have."""
+    words = np.array(["kinetic", "Feder µ\nb"], dtype=object)
+    variables = {
+        "position": Variable(("run", "axis"), NUMBERS if first == 3 else NUMBERS + first, "m", "X"),
+        "run": Variable(("run",), np.arange(first, first + 4), "1", "number"),
+        "part": Variable(("part",), words, "1", "parts"),
+        "energy": Variable(("run", "part"), np.arange(8.0).reshape(4, 2), "J", "energy"),
+        "status": Variable(("run",), CODES, "1", "end", ("completed", "range left")),
+        "id": Variable(("run",), np.array([b"ab", b"c", b"", b"dddd"], "S4"), "1", "identity"),
+        "count": Variable(("run",), np.array([1, -2, 3, 4], "i4"), "1", "count"),
+        "at_rest": Variable((), np.array(-1e-300), "J", "-h"),
+        "switches": Variable(("switch",), np.zeros(0), "s", "none"),
+        "plan": Variable((), np.array("title: ö\n", dtype=object), "", "plan"),
+        "certificate/check": Variable(("check",), words[::-1], "1", "checks"),
+        "certificate/value": Variable(("check",), np.array([1.0, np.nan]), "1", "values"),
+    }
+    return Dataset(KIND, variables, {"title": "Fall – θ", "steps": 2**40, "x": 0.1, **attributes})
+
+
+def same(found: Dataset, expected: Dataset) -> None:
+    assert (found.kind, dict(found.attributes)) == (expected.kind, dict(expected.attributes))
+    assert list(found.variables) == list(expected.variables)
+    for name, v in expected.variables.items():
+        other = found.variables[name]
+        assert (other.dimensions, *other[2:]) == (v.dimensions, *v[2:]), name
+        assert (other.data.dtype, other.data.shape) == (v.data.dtype, v.data.shape), name
+        if v.is_text:
+            assert other.data.tolist() == v.data.tolist(), name
+        else:
+            assert other.data.tobytes() == v.data.tobytes(), name
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "a.h5"
+    write_dataset(path, dataset())
+    return path
+
+
+def test_what_is_written_is_read(file: Path) -> None:
+    same(read_dataset(file, KIND), dataset())
+    assert kind_of_file(file) == KIND
+
+
+def test_some_arrays_of_some_runs(file: Path) -> None:
+    """Arrays that are not along `run` are always read."""
+    found = read_dataset(file, KIND, ["energy"]).variables
+    assert set(dataset().variables) - set(found) == {"position", "status", "id", "count"}
+    one = read_dataset(file, KIND, row=2).variables
+    assert one["position"].data.tolist() == NUMBERS[2].tolist()
+    assert one["position"].dimensions == ("axis",)
+    assert one["run"].data == 5
+    assert one["part"].dimensions == ("part",)
+
+
+def test_other_readers(file: Path) -> None:
+    expected = dataset().variables
+    with xarray.open_dataset(file, engine="h5netcdf") as data:
+        assert data["position"].dims == ("run", "axis")
+        assert data["position"].attrs["units"] == "m"
+        assert data["status"].attrs["flag_meanings"] == "completed range_left"
+        assert data["axis"].values.tolist() == [1, 2, 3]
+        assert np.array_equal(data["position"], expected["position"].data, equal_nan=True)
+        assert (data.attrs["kind"], data.attrs["format"]) == (KIND, 1)
+    with netCDF4.Dataset(file) as data:
+        sizes = {"run": 4, "axis": 3, "part": 2, "switch": 0}
+        assert {name: len(one) for name, one in data.dimensions.items()} == sizes
+        assert data["plan"][...] == "title: ö\n"
+        assert data["certificate"]["check"][:].tolist() == ["Feder µ\nb", "kinetic"]
+    with h5py.File(file) as data:
+        for name, v in expected.items():
+            if not v.is_text:
+                assert data[name][()].tobytes() == v.data.tobytes(), name
+            for axis, length in zip(data[name].dims, v.data.shape, strict=True):
+                assert data[name].is_scale or len(axis[0]) == length, name
+        for name in ("run", "axis", "part", "certificate/check"):
+            assert h5py.h5ds.get_scale_name(data[name].id) == name.rpartition("/")[2].encode()
+        groups = [h5py.h5g.open(data.id, name) for name in (b"/", b"certificate")]
+        assert [g.get_create_plist().get_link_creation_order() for g in groups] == [TRACKED] * 2
+        orders = [data[name].id.get_create_plist().get_attr_creation_order() for name in expected]
+        assert orders == [TRACKED] * len(expected)
+
+
+def test_reading_needs_no_hdf5(file: Path) -> None:
+    """On a damaged file it may hang, crash, or fill the memory."""
+    code = (
+        "import sys; from pathlib import Path; from rbstab.store.dataset_file import read_dataset\n"
+        f"read_dataset(Path({str(file)!r}), {KIND!r}); print('h5py' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"
+
+
+OTHERS = {
+    "other numbers": dataset(7),
+    "other attribute": dataset(x=0.2),
+    "1 in place of 1.0": dataset(x=1),
+    "other unit": Dataset(
+        KIND,
+        {**dataset().variables, "energy": dataset().variables["energy"]._replace(unit="kJ")},
+        dataset().attributes,
+    ),
+    "other text": Dataset(
+        KIND,
+        {
+            **dataset().variables,
+            "plan": Variable((), np.array("title: b", dtype=object), "", "plan"),
+        },
+        dataset().attributes,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_a_file_does_not_depend_on_the_one_before(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    """The layout is kept for the next file; all bytes are those of a new layout."""
+    monkeypatch.setattr(dataset_file, "_last", {})
+    write_dataset(tmp_path / "0.h5", dataset(x=1.0) if name.startswith("1 ") else dataset())
+    write_dataset(tmp_path / "1.h5", OTHERS[name])
+    monkeypatch.setattr(dataset_file, "_last", {})
+    write_dataset(tmp_path / "2.h5", OTHERS[name])
+    assert (tmp_path / "1.h5").read_bytes() == (tmp_path / "2.h5").read_bytes()
+    same(read_dataset(tmp_path / "1.h5", KIND), OTHERS[name])
+
+
+def test_files_of_one_sweep_share_a_layout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made, make = list[Dataset](), dataset_file._new_layout
+
+    def counted(one: Dataset) -> Any:
+        made.append(one)
+        return make(one)
+
+    monkeypatch.setattr(dataset_file, "_last", {})
+    monkeypatch.setattr(dataset_file, "_new_layout", counted)
+    for first in range(3):
+        write_dataset(tmp_path / f"{first}.h5", dataset(first))
+    assert len(made) == 1
+
+
+def test_the_seal_is_the_digest_of_all_before_it(file: Path) -> None:
+    content = file.read_bytes()
+    digest = hashlib.sha256(content[:-SEAL_SIZE]).hexdigest()
+    assert checksum_of(file) == checksum_of(file, check=True) == (digest, len(content))
+    assert read_dataset(file, KIND).digest == digest
+    assert re.fullmatch(rb"\nrbstab format 001 sha256 [0-9a-f]{64}\n", content[-SEAL_SIZE:])
+
+
+def test_every_damage_is_noticed(file: Path) -> None:
+    content = file.read_bytes()
+    for at in range(0, len(content), len(content) // 200):
+        file.write_bytes(content[:at] + bytes([content[at] ^ 4]) + content[at + 1 :])
+        with pytest.raises((NotAResultError, NewerSchemaError)):
+            read_dataset(file, KIND)
+    for length in (0, 1, SEAL_SIZE - 1, SEAL_SIZE, 2000, len(content) - 1):
+        file.write_bytes(content[:length])
+        with pytest.raises(NotAResultError):
+            read_dataset(file, KIND)
+        file.write_bytes(content[:length] + bytes(len(content) - length))
+        with pytest.raises(NotAResultError):
+            read_dataset(file, KIND)
+    file.write_bytes(content + b"\n")
+    with pytest.raises(NotAResultError):
+        read_dataset(file, KIND)
+    file.write_bytes(content)
+    same(read_dataset(file, KIND), dataset())
+
+
+def test_a_file_is_compared_with_its_seal_again_when_it_changed(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    checks = list[Path]()
+
+    def counted(path: Path, opened: Any) -> Any:
+        checks.append(path)
+        return check_seal(path, opened)
+
+    monkeypatch.setattr(dataset_file, "check_seal", counted)
+    monkeypatch.setattr(dataset_file, "is_old", lambda _: True)
+    for _ in range(3):
+        read_dataset(file, KIND)
+    assert len(checks) == 1
+    content = bytearray(file.read_bytes())
+    content[content.index(NUMBERS.tobytes())] ^= 1
+    file.write_bytes(content)
+    with pytest.raises(NotAResultError, match="does not match its digest"):
+        read_dataset(file, KIND)
+
+
+def refused(path: Path, kind: str = KIND) -> tuple[type, str]:
+    with pytest.raises(StoreError) as caught:
+        read_dataset(path, kind)
+    return caught.type, str(caught.value)
+
+
+def test_what_is_no_such_file(file: Path, tmp_path: Path) -> None:
+    assert refused(file, "a run") == (NotAResultError, f"{file} is a test, not a run")
+    content = file.read_bytes()
+    bare = content[:-SEAL_SIZE]
+    old = b"\nrbstab sha256 " + b"0" * 64 + b"\n"
+    made_before = "was made before the first release; run its config again (h5py reads it, "
+    cases = {
+        b"": "has no seal of rbstab",
+        b"time: 1\n": "has no seal of rbstab",
+        bare: "has no seal of rbstab",
+        bare + old: made_before,
+        bare + b"\nrbstab format 002 sha256 " + b"0" * 64 + b"\n": "was written by a newer rbstab",
+    }
+    for changed, message in cases.items():
+        file.write_bytes(changed)
+        kind, text = refused(file)
+        assert text.startswith(f"{file} {message}")
+        assert (kind is NewerSchemaError) == ("newer" in message)
+    missing = tmp_path / "none.h5"
+    assert refused(missing) == (StoreError, f"{missing} cannot be read: No such file or directory")
+    assert refused(tmp_path) == (StoreError, f"{tmp_path} cannot be read: Is a directory")
+    assert refused(file / "b") == (StoreError, f"{file / 'b'} cannot be read: Not a directory")
+
+
+def changed_array(name: str, **entries: Any) -> Callable[[dict[str, Any]], Any]:
+    def change(index: dict[str, Any]) -> dict[str, Any]:
+        index["arrays"][name] |= entries
+        return index
+
+    return change
+
+
+def without(*keys: str) -> Callable[[dict[str, Any]], Any]:
+    def change(index: dict[str, Any]) -> dict[str, Any]:
+        inner = index
+        for key in keys[:-1]:
+            inner = inner[key]
+        del inner[keys[-1]]
+        return index
+
+    return change
+
+
+HOSTILE: dict[str, Callable[[dict[str, Any]], Any]] = {
+    "larger than the file": changed_array("energy", shape=[4, 10**6]),
+    "larger than any memory": changed_array("energy", shape=[2**40, 2**40]),
+    "a negative length": changed_array("energy", shape=[-4, -2]),
+    "an offset beyond the end": changed_array("energy", offset=10**9),
+    "a negative offset": changed_array("energy", offset=-8),
+    "no offset": without("arrays", "energy", "offset"),
+    "pickled objects": changed_array("energy", type="|O8"),
+    "records": changed_array("energy", type="<f8,<i4"),
+    "no type": changed_array("energy", type=""),
+    "a type that numpy lacks": changed_array("energy", type="<f7"),
+    "too few texts": changed_array("part", texts=["a"]),
+    "an array that is no mapping": lambda index: index | {"arrays": {"energy": 1}},
+    "arrays that are a list": lambda index: index | {"arrays": [1]},
+    "an attribute that is a list": lambda index: index | {"attributes": {"a": [1]}},
+    "no attributes": without("attributes"),
+    "no kind": without("kind"),
+    "a list": lambda _: [1, 2],
+    "a number": lambda _: 3,
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_hostile_files_with_a_right_seal_are_refused(file: Path, name: str) -> None:
+    """Anybody can make a seal. What a file says of its arrays is checked before memory is used."""
+    content = file.read_bytes()[:-SEAL_SIZE]
+    start = content.rindex(b"\n")
+    index = HOSTILE[name](json.loads(content[start:]))
+    file.write_bytes(sealed(content[:start] + b"\n" + json.dumps(index).encode()))
+    kind, text = refused(file)
+    assert kind is NotAResultError
+    assert text.startswith(f"{file} is damaged")
+
+
+@pytest.mark.parametrize("index", [b"", b"{", b"[" * 100_000, b"\xff\xfe", b"NaN"])
+def test_an_index_that_is_no_json_is_refused(file: Path, index: bytes) -> None:
+    content = file.read_bytes()[:-SEAL_SIZE]
+    file.write_bytes(sealed(content[: content.rindex(b"\n")] + b"\n" + index))
+    assert refused(file)[0] is NotAResultError
+
+
+def test_a_long_index_is_read(tmp_path: Path) -> None:
+    """Its begin is looked for from the end of the file, in ever longer parts."""
+    for length in (10, 2**15 - 400, 2**15, 2**17, 10**6):
+        long = Dataset(KIND, {}, {"text": "é" * length})
+        write_dataset(tmp_path / "a.h5", long, replace=True)
+        same(read_dataset(tmp_path / "a.h5", KIND), long)
+
+
+@pytest.mark.parametrize("shape", [(4, 1), (3, 2), (4,), (1, 2), (4, 2, 1)])
+def test_arrays_that_do_not_fit_their_dimensions_are_refused(
+    tmp_path: Path, shape: tuple[int, ...]
+) -> None:
+    """HDF5 and numpy stretch some."""
+    variables = dict(dataset().variables)
+    variables["energy"] = variables["energy"]._replace(data=np.zeros(shape))
+    with pytest.raises(StoreError, match="energy has"):
+        write_dataset(tmp_path / "a.h5", Dataset(KIND, variables, {}))
+    assert not list(tmp_path.iterdir())
+
+
+def test_files_that_cannot_be_written(file: Path, tmp_path: Path) -> None:
+    before = file.read_bytes()
+
+    def message(path: Path, *, replace: bool = False) -> str:
+        with pytest.raises(StoreError) as caught:
+            write_dataset(path, dataset(), replace=replace)
+        return str(caught.value)
+
+    with pytest.raises(ResultExistsError):
+        write_dataset(file, dataset())
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    assert message(folder, replace=True) == f"{folder} cannot be written: Is a directory"
+    below = file / "b.h5"
+    assert message(below) == f"{below} cannot be written: Not a directory"
+    assert message(tmp_path / ("x" * 300)).endswith("cannot be written: File name too long")
+    assert sorted(tmp_path.iterdir()) == [file, folder]
+    assert file.read_bytes() == before
+
+
+def test_a_spoiled_block_cannot_make_a_file_that_passes_for_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The seal is that of the arrays in memory, and not of what the disk has made of them."""
+    path = tmp_path / "a.h5"
+    monkeypatch.setattr(dataset_file, "_BLOCK", 700)
+    for spoiled in itertools.count():
+        calls: list[int] = []
+
+        def spoil_one(file, block, calls=calls, spoiled=spoiled):
+            calls.append(len(block))
+            if len(calls) == spoiled + 1:
+                block = bytes(byte ^ 1 for byte in bytes(block))
+            file.write(block)
+
+        monkeypatch.setattr(dataset_file, "write_all", spoil_one)
+        write_dataset(path, dataset(), replace=True)
+        if spoiled == len(calls):
+            break
+        with pytest.raises((NotAResultError, NewerSchemaError)):
+            read_dataset(path, KIND)
+    assert spoiled > 20
+    same(read_dataset(path, KIND), dataset())

@@ -12,11 +12,12 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def connected_cluster(address: str) -> "Iterator[Pool]":
+def connected_cluster(address: str, engine: str) -> "Iterator[Pool]":
     """Connect to a Dask cluster.
 
     Args:
         address: The address of the scheduler, or the path of its JSON file.
+        engine: The name of the engine that integrates members.
 
     Yields:
         The workers of the cluster.
@@ -35,7 +36,7 @@ def connected_cluster(address: str) -> "Iterator[Pool]":
     with ExitStack() as stack:
         stack.enter_context(_logging_off())
         try:
-            pool = stack.enter_context(cluster(address))
+            pool = stack.enter_context(cluster(address, engine))
         except ExecutorError as error:
             raise click.UsageError(f"--dask {address}: {error}") from error
         yield pool

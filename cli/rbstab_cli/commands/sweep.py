@@ -271,7 +271,8 @@ def _sweep(
         if cluster is not None:
             from rbstab_cli.arguments.cluster import connected_cluster
 
-            options = replace(options, pool=stack.enter_context(connected_cluster(cluster)))
+            pool = stack.enter_context(connected_cluster(cluster, plan.engine))
+            options = replace(options, pool=pool)
         run_task(
             lambda on_event, stop: sweep_to_folder(plan, folder, options, on_event, stop),
             fail_fast=options.fail_fast,

@@ -45,7 +45,7 @@ def pools(tmp_path_factory):
     ):
         dask.worker()
         dask.worker()
-        with cluster(dask.address) as cluster_pool:
+        with cluster(dask.address, "scipy") as cluster_pool:
             yield {
                 "thread": Threads(1),
                 "threads": Threads(3),
@@ -69,13 +69,14 @@ SESSIONS = st.lists(
         st.one_of(st.none(), st.integers(1, 3).map(lambda number: Part(number, 3))),
         st.integers(0, 3),
     ),
-    max_size=5,
+    max_size=3,
 )
 """Commands in one folder: where they compute, which part, and after how many shards they end."""
 
 
+@pytest.mark.heavy
 @settings(
-    max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(shard_size=st.sampled_from([1, 7, 10, 16, 60]), sessions=SESSIONS)
 def test_nothing_of_how_a_sweep_was_computed_shows(
@@ -97,6 +98,7 @@ def test_nothing_of_how_a_sweep_was_computed_shows(
             assert variable.data.tobytes() == theirs.of(member)[name].tobytes(), name
 
 
+@pytest.mark.heavy
 def test_real_members_of_all_pools(pools, tmp_path):
     pytest.importorskip("heyoka")
     base = {**plain(FREE), "integration": {"engine": "heyoka", "duration": 0.2, "samples": 5}}

@@ -65,10 +65,10 @@ def statuses(path):
     return read_table(path / "sweep.h5").words("status").tolist()
 
 
-@pytest.mark.parametrize("keep", ["summary", "traces"])
-def test_a_member_that_always_crashes_is_given_up_alone(tmp_path, keep):
+@pytest.mark.heavy
+def test_a_member_that_always_crashes_is_given_up_alone(tmp_path):
     """Its workers are lost, and others with them; all other members keep their bits."""
-    plan, listener = plan_with_traces(30, keep), Listener()
+    plan, listener = plan_with_traces(30), Listener()
     factory = functools.partial(Deadly, deadly=[13])
     done = run_sweep(tmp_path / "a", plan, listener, factory, pool=Processes(2))
     assert done.finished
@@ -96,8 +96,7 @@ def test_a_worker_that_is_killed_once_costs_nothing(tmp_path):
     factory = functools.partial(Deadly, deadly=[33], once=once)
     assert run_sweep(tmp_path / "a", plan_of(), listener, factory, pool=Processes(2)).finished
     assert any(
-        event.text.startswith("members 30 to 39 were not computed")
-        for event in listener.of(Warned)
+        event.text.startswith("members 30 to 39 were not computed") for event in listener.of(Warned)
     )
     run_sweep(tmp_path / "b")
     assert shard_files(tmp_path / "a") == shard_files(tmp_path / "b")

@@ -127,6 +127,18 @@ class Task:
             return _loaded(self)
 
 
+def refuse_other_versions(ours: dict[str, str], theirs: dict[str, str], worker: str) -> None:
+    """Refuse a worker whose versions differ from those of the process that writes.
+
+    Raises:
+        WorkerDiffersError: The versions differ.
+    """
+    if different := difference(ours, theirs):
+        raise WorkerDiffersError(
+            f"the worker {worker} has {different}: the bits of its results would differ"
+        )
+
+
 _LOCK = Lock()
 """Held while a plan is loaded, so that the threads of a worker load it once."""
 
@@ -136,13 +148,9 @@ def _loaded(task: Task) -> Computing:
     """Compare this worker with the sender, once, and load the plan."""
     if task.versions:
         try:
-            found = difference(task.versions, versions(task.engine))
+            refuse_other_versions(task.versions, versions(task.engine), platform.node())
         except ImportError as error:
             raise WorkerDiffersError(f"a worker cannot compute: {error}") from error
-        if found:
-            raise WorkerDiffersError(
-                f"a worker on {platform.node()} has {found}: the bits of its results would differ"
-            )
     plan = load_plan(task.plan, allow_python=task.allow_python)
     if plan_id(plan) != task.plan_id:
         raise WorkerDiffersError(

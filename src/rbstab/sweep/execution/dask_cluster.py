@@ -12,7 +12,8 @@ from pathlib import Path
 from distributed import Client, KilledWorker
 
 from rbstab.files.existence import is_file
-from rbstab.sweep.execution.computing import Computed, ExecutorError
+from rbstab.sweep.execution.computing import Computed, ExecutorError, refuse_other_versions
+from rbstab.sweep.execution.machine_properties import versions
 from rbstab.sweep.execution.pools import Pool
 
 TIME_LIMIT = 10.0
@@ -27,19 +28,22 @@ class ClusterError(ExecutorError):
 
 
 @contextmanager
-def cluster(address: str, time_limit: float | None = None) -> Iterator[Pool]:
+def cluster(address: str, engine: str, time_limit: float | None = None) -> Iterator[Pool]:
     """Connect to a cluster, and yield its workers.
 
     Args:
         address: The scheduler's address, such as tcp://host:8786, or the path of its JSON file.
+        engine: The name of the engine that integrates members.
         time_limit: The scheduler must answer in this time, s; default `TIME_LIMIT`.
 
     Raises:
         ClusterError: The scheduler does not answer, or the address is wrong.
+        WorkerDiffersError: A worker has other versions than this process.
     """
     time_limit = time_limit or TIME_LIMIT
     client = _client(address, time_limit)
     try:
+        _check_workers(client, engine)
         yield _Cluster(client, address)
     finally:
         # The scheduler may be gone; then there is nothing to close.
@@ -62,10 +66,27 @@ def _client(address: str, time_limit: float) -> Client:
         raise ClusterError(f"the scheduler cannot be reached: {error}") from error
 
 
+def _check_workers(client: Client, engine: str) -> None:
+    """Refuse workers with other versions, and those without this program: a task ends them."""
+    try:
+        theirs = client.run(versions, engine, on_error="return")
+    except Exception as error:
+        # The error may have any type: a worker without rbstab raises its own.
+        raise ClusterError(f"the versions of the workers cannot be read: {error}") from error
+    for worker, found in theirs.items():
+        if isinstance(found, OSError):
+            continue  # this worker is gone
+        if isinstance(found, BaseException):
+            name = type(found).__name__
+            raise ClusterError(f"the worker {worker} cannot compute: {name}: {found}")
+        refuse_other_versions(versions(engine), found, worker)
+
+
 class _Cluster(Pool):
     """The workers of a cluster, which may join and leave at any time."""
 
     lost = (*Pool.lost, KilledWorker)
+    may_grow = True
 
     def __init__(self, client: Client, address: str) -> None:
         super().__init__(self._connect, 0)

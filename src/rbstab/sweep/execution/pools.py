@@ -28,6 +28,9 @@ class Pool:
     is_here = False
     """Whether it computes in this process."""
 
+    may_grow = False
+    """Whether workers may join at any time, so that none are waited for."""
+
     def __init__(self, start: Callable[[], Executor], threads: int) -> None:
         self._start = start
         self._threads = threads

@@ -121,7 +121,7 @@ class ShardRun:
 
     def _submit(self, pools: list[Pool]) -> bool:
         """Give members to idle threads; return whether any members are still to come."""
-        is_idle = True
+        is_idle = False
         for pool in list(pools):
             try:
                 threads = pool.threads()
@@ -130,7 +130,7 @@ class ShardRun:
                     raise
                 pools.remove(pool)
                 continue
-            is_idle = is_idle and not threads
+            is_idle = is_idle or (pool.may_grow and not threads)
             while (members := self._next(pool, threads, is_last=pool is pools[-1])) is not None:
                 try:
                     future = pool.submit(members.start, members.stop)

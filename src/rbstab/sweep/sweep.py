@@ -111,6 +111,9 @@ def sweep_to_folder(
             keep_proofs(plan, path.parent)
         members = folder.members_of(numbers)
         on_event(Started(folder, inventory, opened.moved_aside, opened.changed_versions, members))
+        factory = options.factory
+        if options.pool is None:
+            factory = factory or factory_for(plan.engine)
         ShardRun(
             plan,
             folder,
@@ -118,7 +121,7 @@ def sweep_to_folder(
             on_event,
             stop,
             options.fail_fast,
-            options.factory,
+            factory,
         ).compute(inventory)
         inventory.add_from(before)
         if options.part is not None or inventory.missing or stop.is_set():

@@ -65,7 +65,7 @@ def peak(samples: int, keep: str) -> None:
     sweeping = Sweeping(plan_of(SIZES[-1], samples, keep), 2)
     sweeping.seconds()
     # From /proc: the peak in `resource` starts with that of the parent process.
-    pids = [os.getpid(), *(other.pid for other in sweeping.others)]
+    pids = [os.getpid(), *sweeping.pids]
     statuses = [Path(f"/proc/{pid}/status").read_text() for pid in pids]
     peaks = [int(status.partition("VmHWM:")[2].split()[0]) for status in statuses]
     print(sum(peaks) * 1024 / 1e6)

@@ -6,16 +6,16 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+from loky import ProcessPoolExecutor
 
 from rbstab.config.load import load_config, resolved
 from rbstab.integrate.heyoka.compiled_map import SIMD
-from rbstab.sweep.execution.execute import Execution
-from rbstab.sweep.execution.shard_worker import ShardWorker
-from rbstab.sweep.execution.thread_executor import ThreadExecutor
+from rbstab.sweep.execution.pools import Pool, Processes, Threads
+from rbstab.sweep.execution.run import ShardRun
 from rbstab.sweep.folder.gather import digest_of_shards, gather
 from rbstab.sweep.folder.open_folder import open_for_sweep
 from rbstab.sweep.folder.shard_inventory import shard_inventory
-from rbstab.sweep.members.engine import MemberEngine
+from rbstab.sweep.members.engine import EngineFactory, MemberEngine
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.members.ensemble import EnsembleEngine
 from rbstab.sweep.plan.load import load_plan
@@ -43,17 +43,38 @@ def plan_of(
     return load_plan({"base": base, "vary": vary, **drawn, "keep": keep})
 
 
-class _LastingWorker(ShardWorker):
-    """A worker process that stays alive for the next sweep."""
+class _LastingWorkers(Processes):
+    """Worker processes that stay alive for the next sweep, with their engines."""
+
+    def __init__(self, plan: Plan, count: int) -> None:
+        super().__init__(count)
+        super().begin(plan, warm_engine)
+        while self.threads() < count:
+            time.sleep(0.01)
+
+    def begin(self, plan: Plan, factory: EngineFactory | None) -> None:
+        """Keep the task, so that the workers keep their engines."""
 
     @property
-    def pid(self) -> int:
-        """The id of its process."""
-        assert self._worker._process.pid is not None
-        return self._worker._process.pid
+    def pids(self) -> list[int]:
+        """The ids of the processes."""
+        assert isinstance(self.executor, ProcessPoolExecutor)
+        return list(self.executor._processes)
 
     def close(self) -> None:
-        """Leave the process running; it ends with this one."""
+        """Leave the processes running; they end with this one."""
+
+
+class _WarmThread(Threads):
+    """A thread of this process whose engine is compiled."""
+
+    def __init__(self, engine: MemberEngine) -> None:
+        super().__init__()
+        self._engine = engine
+
+    def begin(self, plan: Plan, factory: EngineFactory | None) -> None:
+        """Use the engine for every plan."""
+        super().begin(plan, lambda _: self._engine)
 
 
 def warm_engine(plan: Plan) -> MemberEngine:
@@ -73,11 +94,13 @@ class Sweeping:
 
     def __init__(self, plan: Plan, threads: int) -> None:
         self.plan = plan
-        self.others = [_LastingWorker(plan, warm_engine) for _ in range(threads - 1)]
         self.engine = warm_engine(plan)
-        for other in self.others:
-            while not other.ready(1.0):
-                pass
+        self.pools: list[Pool] = [_WarmThread(self.engine)]
+        self.pids: list[int] = []
+        if threads > 1:
+            workers = _LastingWorkers(plan, threads - 1)
+            self.pools.append(workers)
+            self.pids = workers.pids
 
     def bare_loop(self, *, sampled: bool = True) -> Callable[[], float]:
         """Return a timer of the integrator alone, without diagnostics or copies.
@@ -124,15 +147,13 @@ class Sweeping:
         Args:
             gathered: Whether to gather the shards at all.
         """
-        free = list(self.others)
         with (
             tempfile.TemporaryDirectory(dir="results") as folder,
             open_for_sweep(Path(folder) / "sweep", self.plan, None) as place,
         ):
             inventory = shard_inventory(place.folder)
-            threads = ThreadExecutor(lambda _: self.engine, 1 + len(free), lambda _: free.pop())
             begin = time.perf_counter()
-            Execution(self.plan, place.folder, threads).run(inventory)
+            ShardRun(self.plan, place.folder, self.pools).compute(inventory)
             stored = time.perf_counter()
             if gathered:
                 gather(self.plan, place.folder, digest_of_shards(inventory), None)

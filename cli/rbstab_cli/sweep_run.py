@@ -38,7 +38,7 @@ def run_task(
         after: Proves what it can of a finished sweep, when its results are stored. What it found is
             printed after the results, or is part of the JSON.
     """
-    from rbstab.sweep.execution.work_queue import ExecutorError
+    from rbstab.sweep.execution.computing import ExecutorError
     from rbstab_cli.interrupts import graceful_interrupts
     from rbstab_cli.output.sweeps.sweep_progress import progress_printer
     from rbstab_cli.output.sweeps.sweep_report import report_sweep

@@ -107,7 +107,7 @@ def test_a_run_imports_nothing_that_it_does_not_use(options: tuple[str, ...], fo
 
 def test_a_sweep_by_heyoka_imports_no_scipy() -> None:
     pytest.importorskip("heyoka")
-    # The comparison with SciPy has a process of its own.
+    # SciPy is imported for the comparison, after all members.
     code = (
         "import sys\n"
         "import rbstab.sweep.sweep, rbstab.sweep.members.ensemble\n"

@@ -269,8 +269,7 @@ def test_gathering_without_the_engine(rbstab, monkeypatch):
 @pytest.mark.usefixtures("plan")
 def test_without_distributed(rbstab, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
-    monkeypatch.delitem(sys.modules, "rbstab.sweep.execution.dask_executor", raising=False)
-    monkeypatch.delitem(sys.modules, "rbstab.sweep.execution.dask_worker", raising=False)
+    monkeypatch.delitem(sys.modules, "rbstab.sweep.execution.dask_cluster", raising=False)
     refused = rbstab(*SWEEP, "--dask", "tcp://127.0.0.1:9")
     assert refused.exit_code == 2
     assert 'pip install "rbstab[cluster]"' in refused.stderr
@@ -278,7 +277,7 @@ def test_without_distributed(rbstab, monkeypatch):
 
 @pytest.mark.usefixtures("plan")
 def test_a_scheduler_that_does_not_answer(rbstab, monkeypatch):
-    monkeypatch.setattr("rbstab.sweep.execution.dask_executor.TIME_LIMIT", 0.5)
+    monkeypatch.setattr("rbstab.sweep.execution.dask_cluster.TIME_LIMIT", 0.5)
     refused = rbstab(*SWEEP, "--dask", "tcp://127.0.0.1:9")
     assert refused.exit_code == 2
     assert "--dask tcp://127.0.0.1:9: the scheduler cannot be reached" in refused.stderr

@@ -21,7 +21,7 @@ from rbstab.store.disk.seal import SEAL_SIZE, add_seal
 from rbstab.store.document import read_document, write_document
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.table import TableHeader
-from rbstab.sweep.execution.compare_with_scipy import read_comparison
+from rbstab.sweep.execution.comparison import read_comparison
 from rbstab.sweep.folder.shard_inventory import shard_inventory
 from rbstab.sweep.folder.sweep_folder import read_folder
 from rbstab.sweep.members.scipy_comparison import ScipyComparison

@@ -8,28 +8,27 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from rbstab.sweep.execution.work_queue import Executor
-    from rbstab.sweep.plan.plan import Plan
+    from rbstab.sweep.execution.pools import Pool
 
 
 @contextmanager
-def connected_cluster(address: str, plan: "Plan") -> "Iterator[Executor]":
-    """Connect to a Dask cluster for the members of a plan.
+def connected_cluster(address: str, engine: str) -> "Iterator[Pool]":
+    """Connect to a Dask cluster.
 
     Args:
         address: The address of the scheduler, or the path of its JSON file.
-        plan: The plan.
+        engine: The name of the engine that integrates members.
 
     Yields:
-        The executor that computes shards on the cluster.
+        The workers of the cluster.
 
     Raises:
         UsageError: Dask is not installed, or the cluster cannot be used.
     """
-    from rbstab.sweep.execution.work_queue import ExecutorError
+    from rbstab.sweep.execution.computing import ExecutorError
 
     try:
-        from rbstab.sweep.execution.dask_executor import cluster
+        from rbstab.sweep.execution.dask_cluster import cluster
     except ModuleNotFoundError as error:
         raise click.UsageError(
             f'--dask needs the package {error.name}. Run: pip install "rbstab[cluster]"'
@@ -37,10 +36,10 @@ def connected_cluster(address: str, plan: "Plan") -> "Iterator[Executor]":
     with ExitStack() as stack:
         stack.enter_context(_logging_off())
         try:
-            executor = stack.enter_context(cluster(address, plan.engine))
+            pool = stack.enter_context(cluster(address, engine))
         except ExecutorError as error:
             raise click.UsageError(f"--dask {address}: {error}") from error
-        yield executor
+        yield pool
 
 
 @contextmanager

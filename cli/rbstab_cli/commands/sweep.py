@@ -1,6 +1,6 @@
 """`rbstab sweep`."""
 
-from contextlib import ExitStack, closing
+from contextlib import ExitStack
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -19,7 +19,6 @@ from rbstab_cli.arguments.outputs import check_proofs_folder, check_results_fold
 from rbstab_cli.arguments.plans import is_in_sweep_folder, sweep_name
 
 if TYPE_CHECKING:
-    from rbstab.processes.workers import Worker
     from rbstab.sweep.folder.parts import Part
     from rbstab.sweep.options import SweepOptions
     from rbstab.sweep.plan.plan import Plan
@@ -98,7 +97,7 @@ def _part_by_old_name(
     "--compare",
     metavar="N",
     type=click.IntRange(1),
-    help="Members that scipy computes again, for comparison; default: 4 to 16.",
+    help="Members that scipy computes again, for comparison; default: 4.",
 )
 @click.option(
     "--prove/--no-prove",
@@ -141,7 +140,6 @@ def command(
     finished shards are not computed again. A member that does not complete is stored with its
     status. If no member completes, the exit code is 3.
     """
-    from rbstab.files.existence import is_file
     from rbstab.store.errors import StoreError
 
     if (plan is None) == (status_of is None):
@@ -167,68 +165,46 @@ def command(
 
             report_status(status_of, as_json=as_json)
         elif plan is not None:
-            with ExitStack() as stack:
-                compared = not (dry_run or part or dask or engine == "scipy" or threads == 1)
-                worker = _comparison_worker(stack) if compared and is_file(plan) else None
-                folder = output / sweep_name(plan)
-                refuse_engine_change(changes)
-                with keep_imports():
-                    name, is_slow = _engine(engine, folder, plan)
-                    changes = (*changes, f"integration.engine={name}")
-                    loaded = _load(plan, changes, allow_python=allow_python)
-                    proves = prove is not False and loaded.prove is None
-                    if check_results_folder(output, [folder]) and proves and not (dry_run or part):
-                        check_proofs_folder(output, lambda: False)
-                    if is_slow:
-                        click.echo(WITHOUT_HEYOKA, err=True)
-                    if not dry_run:
-                        import_module("rbstab.sweep.sweep")
-                from rbstab.sweep.options import SweepOptions
+            folder = output / sweep_name(plan)
+            refuse_engine_change(changes)
+            with keep_imports():
+                name, is_slow = _engine(engine, folder, plan)
+                changes = (*changes, f"integration.engine={name}")
+                loaded = _load(plan, changes, allow_python=allow_python)
+                proves = prove is not False and loaded.prove is None
+                if check_results_folder(output, [folder]) and proves and not (dry_run or part):
+                    check_proofs_folder(output, lambda: False)
+                if is_slow:
+                    click.echo(WITHOUT_HEYOKA, err=True)
+                if not dry_run:
+                    import_module("rbstab.sweep.sweep")
+            from rbstab.sweep.options import SweepOptions
 
-                options = SweepOptions(
-                    None,
-                    threads,
-                    shard_size,
-                    retry_failed,
-                    fail_fast,
-                    force,
-                    part,
-                    compare=compare,
-                    comparison_worker=worker,
+            options = SweepOptions(
+                None,
+                threads,
+                shard_size,
+                retry_failed,
+                fail_fast,
+                force,
+                part,
+                compare=compare,
+            )
+            if dry_run:
+                from rbstab_cli.output.sweeps.sweep_report import report_estimate
+
+                report_estimate(loaded, folder, options, as_json=as_json)
+            else:
+                _sweep(
+                    *(loaded, folder, options, dask),
+                    as_json=as_json,
+                    quiet=quiet,
+                    prove=False if loaded.prove is not None else prove,
                 )
-                if dry_run:
-                    from rbstab_cli.output.sweeps.sweep_report import report_estimate
-
-                    report_estimate(loaded, folder, options, as_json=as_json)
-                else:
-                    _sweep(
-                        *(loaded, folder, options, dask),
-                        as_json=as_json,
-                        quiet=quiet,
-                        prove=False if loaded.prove is not None else prove,
-                    )
     except StoreError as error:
         # The status is of a folder, which the error names.
         click.echo(f"{plan}: {error}" if plan else str(error), err=True)
         raise click.exceptions.Exit(exit_codes.STORAGE) from error
-
-
-def _comparison_worker(stack: ExitStack) -> "Worker | None":
-    """Start the process of the comparison with scipy now, while this one imports.
-
-    Args:
-        stack: Ends the process.
-    """
-    from rbstab.processes.processors import processor_count
-    from rbstab.processes.workers import WorkerDiedError
-    from rbstab.sweep.execution.comparison_worker import start_comparison_worker
-
-    if processor_count() == 1:
-        return None
-    try:
-        return stack.enter_context(closing(start_comparison_worker()))
-    except WorkerDiedError:
-        return None
 
 
 WITHOUT_HEYOKA = "heyoka is not installed: using scipy, which is much slower"
@@ -295,9 +271,8 @@ def _sweep(
         if cluster is not None:
             from rbstab_cli.arguments.cluster import connected_cluster
 
-            options = replace(
-                options, executor=stack.enter_context(connected_cluster(cluster, plan))
-            )
+            pool = stack.enter_context(connected_cluster(cluster, plan.engine))
+            options = replace(options, pool=pool)
         run_task(
             lambda on_event, stop: sweep_to_folder(plan, folder, options, on_event, stop),
             fail_fast=options.fail_fast,

@@ -30,6 +30,9 @@ class RunStatus(StrEnum):
     ZERO_LENGTH = "zero length"
     """The length of a spring fell to zero, where its direction is undefined."""
 
+    CRASHED = "crashed"
+    """Every process that computed this member of a sweep ended."""
+
     @property
     def depends_on_machine(self) -> bool:
         """Whether the same run may end differently on another machine, or when repeated."""

@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-from rbstab.processes.workers import Worker
-from rbstab.sweep.execution.work_queue import Executor
+from rbstab.sweep.execution.pools import Pool
 from rbstab.sweep.folder.parts import Part
 from rbstab.sweep.members.engine import EngineFactory
 
@@ -13,19 +12,17 @@ class SweepOptions:
     """Options for running a sweep. They do not affect its results.
 
     Args:
-        factory: Makes the engine of each thread; all threads then compute in this process. By
-            default the engine is that of the plan, the first thread computes in this process, and
-            every other thread has a worker process.
+        factory: Makes the engine of each thread; all threads then compute in this process, if there
+            is no `pool`. By default the engine is that of the plan, the first thread computes in
+            this process, and every other thread is a worker process.
         threads: The number of threads; default the number of processors.
         shard_size: Members per shard; default the size used in the folder, or else a computed size.
         retry_failed: Run shards with failed members again.
         fail_fast: Stop at the first member that failed.
         force: Rename the folder of a different sweep with the same name; not for a part.
         part: Run only this part, without gathering; by default the whole sweep is run.
-        executor: Runs the shards, instead of threads.
-        compare: How many members are run again by SciPy; default 4 to 16 (`members_to_compare`).
-        comparison_worker: A process that runs them, from `start_comparison_worker`; by default it
-            is started where it saves time.
+        pool: Computes the members, instead of threads and processes of this machine.
+        compare: How many members are run again by SciPy; default 4 (`members_to_compare`).
 
     Raises:
         ValueError: threads, shard_size or compare is below 1.
@@ -38,9 +35,8 @@ class SweepOptions:
     fail_fast: bool = False
     force: bool = False
     part: Part | None = None
-    executor: Executor | None = None
+    pool: Pool | None = None
     compare: int | None = None
-    comparison_worker: Worker | None = None
 
     def __post_init__(self) -> None:
         """Reject zero: no threads would hang, an empty shard would never finish."""

@@ -2,7 +2,6 @@
 
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from threading import Event
 from time import monotonic
@@ -12,16 +11,10 @@ import numpy as np
 
 from rbstab.processes.processors import processor_count
 from rbstab.store.disk.existence import check_writable
-from rbstab.sweep.execution.compare_with_scipy import (
-    compare_with_scipy,
-    comparison_runs,
-    read_comparison,
-)
-from rbstab.sweep.execution.comparison_runs import ComparisonRuns
-from rbstab.sweep.execution.events import Comparing, EventCallback, Gathering, Started
-from rbstab.sweep.execution.execute import Execution
-from rbstab.sweep.execution.shard_worker import ShardWorker
-from rbstab.sweep.execution.thread_executor import ThreadExecutor
+from rbstab.sweep.execution.comparison import compare_with_scipy, read_comparison
+from rbstab.sweep.execution.events import EventCallback, Gathering, Started
+from rbstab.sweep.execution.pools import Pool, Processes, Threads
+from rbstab.sweep.execution.run import ShardRun
 from rbstab.sweep.folder.disk_space import check_disk_space
 from rbstab.sweep.folder.gather import (
     digest_of_shards,
@@ -96,7 +89,6 @@ def sweep_to_folder(
     """
     stop = stop or Event()
     options = options or SweepOptions()
-    executor = options.executor or _thread_executor(plan, options)
     with _open_folder(path, plan, options) as opened:
         folder = opened.folder
         numbers = (
@@ -113,32 +105,33 @@ def sweep_to_folder(
             keep_proofs(plan, path.parent)
         members = folder.members_of(numbers)
         on_event(Started(folder, inventory, opened.moved_aside, opened.changed_versions, members))
-        execution = Execution(plan, folder, executor, on_event, stop, options.fail_fast)
-        if options.part is not None:
-            execution.run(inventory)
-            inventory.add_from(before)
+        factory = options.factory
+        if options.pool is None:
+            factory = factory or factory_for(plan.engine)
+        ShardRun(
+            plan,
+            folder,
+            _pools(options, len(inventory.missing)),
+            on_event,
+            stop,
+            options.fail_fast,
+            factory,
+        ).compute(inventory)
+        inventory.add_from(before)
+        if options.part is not None or inventory.missing or stop.is_set():
             return Sweep(folder, inventory, None, finished=False, part=options.part)
-        with _comparison_runs(plan, folder, inventory, options) as runs:
-            execution.run(inventory)
-            inventory.add_from(before)
-            if inventory.missing or stop.is_set():
-                return Sweep(folder, inventory, None, finished=False)
-            return _finish(plan, folder, inventory, runs, _Control(on_event, stop))
+        return _finish(plan, folder, inventory, options.compare, _Control(on_event, stop))
 
 
-def _comparison_runs(
-    plan: Plan, folder: SweepFolder, inventory: ShardInventory, options: SweepOptions
-) -> ComparisonRuns:
-    """Return the single runs for the comparison. A factory of the caller starts no processes."""
-    threads = options.threads or processor_count()
-    return comparison_runs(
-        plan,
-        folder,
-        options.compare,
-        complete=not inventory.missing,
-        processes=threads if options.factory is None else 1,
-        started=options.comparison_worker,
-    )
+def _pools(options: SweepOptions, shards: int) -> list[Pool]:
+    """Return where the members are computed: at once in this process, soon in others beside it."""
+    if options.pool is not None:
+        return [options.pool]
+    count = max(1, min(options.threads or processor_count(), shards))
+    if options.factory is not None or count == 1:
+        # A factory of the caller may not be picklable, so all threads compute in this process.
+        return [Threads(count)]
+    return [Threads(), Processes(count - 1)]
 
 
 def prove_members(  # noqa: PLR0913 (options by name)
@@ -223,15 +216,6 @@ def _gather_with(plan: Plan, sweep: Sweep, found: MemberConvergence) -> None:
     gather(plan, sweep.folder, digest_of_shards(sweep.inventory), sweep.comparison, found)
 
 
-def _thread_executor(plan: Plan, options: SweepOptions) -> ThreadExecutor:
-    count = options.threads or processor_count()
-    if options.factory is not None:
-        # A factory of the caller may not be picklable, so all threads compute in this process.
-        return ThreadExecutor(options.factory, count)
-    factory = factory_for(plan.engine)
-    return ThreadExecutor(factory, count, partial(ShardWorker, factory=factory))
-
-
 def _open_folder(
     path: Path, plan: Plan, options: SweepOptions
 ) -> AbstractContextManager[OpenFolder]:
@@ -251,7 +235,7 @@ def _finish(
     plan: Plan,
     folder: SweepFolder,
     inventory: ShardInventory,
-    runs: ComparisonRuns,
+    compare: int | None,
     control: _Control,
 ) -> Sweep:
     """Compare members with SciPy, and gather the shards. All shards must be stored."""
@@ -262,12 +246,8 @@ def _finish(
         check_writable(folder.sweep_file)
     comparison = None
     if plan.engine != ENGINE:
-
-        def on_done(done: int) -> None:
-            on_event(Comparing(done, len(runs.members)))
-
         before = read_comparison(folder)
-        comparison = compare_with_scipy(runs, folder, digest, stop, on_done)
+        comparison = compare_with_scipy(plan, folder, digest, compare, stop, on_event)
         if comparison is None:
             return Sweep(folder, inventory, None, finished=False)
         # The file of the sweep states the comparison.

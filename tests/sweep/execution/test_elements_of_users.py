@@ -1,6 +1,6 @@
 """Protects sweeps of elements of users: workers get text and permission, columns have units."""
 
-from threading import Event
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,12 +10,12 @@ from support.user_code import SPRING, mine
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config, run_id
 from rbstab.config.user_code.permission import CodeNotAllowedError
-from rbstab.sweep.execution.comparison_runs import ComparisonRuns
+from rbstab.sweep.execution.computing import Task
 from rbstab.sweep.folder.layout import varied_layout
 from rbstab.sweep.folder.member_answers import proving_command
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.options import SweepOptions
-from rbstab.sweep.plan.dump import plan_data, plan_yaml
+from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.load import load_plan, plan_to_read
 from rbstab.sweep.plan.plan import plan_id
 from rbstab.sweep.proofs.gathered import without_theorem
@@ -111,33 +111,16 @@ def test_columns_have_units(folder):
     assert columns["elements_mine_parameters_k"].unit == "N/m"
 
 
-def test_a_comparison_process_has_the_permission(folder):
-    plan = plan_of()
-    with ComparisonRuns(plan, [0, 5], workers=1) as runs:
-        outcomes = runs.finish(Event(), lambda _: None)
-    assert outcomes is not None
-    for member, outcome in outcomes.items():
-        assert outcome["final_position"][0, 0] == pytest.approx(expected(plan)[member], abs=1e-9)
-
-
 @pytest.mark.parametrize("allowed", [True, False])
-def test_a_dask_worker_gets_the_permission_of_the_sender(folder, allowed):
-    pytest.importorskip("distributed")
-    from rbstab.sweep.execution.dask_worker import SweepPlugin, SweepTask
-    from rbstab.sweep.execution.machine_properties import versions
-
+def test_a_worker_gets_the_permission_of_the_sender(folder, allowed):
     plan = plan_of()
-    task = SweepTask(
-        plan_data(plan), plan_id(plan), "scipy", versions("scipy"), allow_python=allowed
-    )
-    plugin = SweepPlugin(task)
+    task = replace(Task.of(plan, None, elsewhere=True), allow_python=allowed)
     if not allowed:
         with pytest.raises(ConfigError, match="--allow-python"):
-            _ = plugin.plan
+            task(0, 2)
         return
-    plugin.setup(None)
-    computed = plugin.compute(0, 2)
-    assert computed.error is None
+    computed = task(0, 2)
+    assert not computed.error
     found = computed.shard.outcome["final_position"][:, 0]
     np.testing.assert_allclose(found, expected(plan)[:2], atol=1e-9)
 

@@ -8,30 +8,12 @@ import pytest
 from support.sweeping import Listener, digest_of, run_sweep
 from support.sweeps import FakeEngine, plan_of, shard_files
 
-from rbstab.store.errors import StoreError
-from rbstab.sweep.execution.events import EngineFailed, ShardDone, Started
+from rbstab.sweep.execution.events import ShardDone, Started, Warned
 from rbstab.sweep.folder.gather import counts_by_status, sweep_summary
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.sweep import sweep_to_folder
-
-
-def test_threads_shards_and_stops_do_not_show(tmp_path):
-    plan = plan_of(100)
-    run_sweep(tmp_path / "1", plan, threads=1)
-    run_sweep(tmp_path / "2", plan, threads=5)
-    assert shard_files(tmp_path / "1") == shard_files(tmp_path / "2")
-    run_sweep(tmp_path / "3", plan, shard_size=33)
-    for count in (1, 2):
-        listener = Listener(count)
-        slow = functools.partial(FakeEngine, delay=1e-3)
-        assert not run_sweep(tmp_path / "4", plan, listener=listener, factory=slow).finished
-        assert not (tmp_path / "4" / "members.h5").exists()
-    last = Listener()
-    assert run_sweep(tmp_path / "4", plan, listener=last).finished
-    assert 0 < len(last.computed) < 10
-    assert len({digest_of(tmp_path / name) for name in "1234"}) == 1
 
 
 def test_nothing_done_is_redone(tmp_path):
@@ -121,8 +103,10 @@ def test_an_engine_that_raises_ends_nothing(tmp_path):
     raising = functools.partial(FakeEngine, raising=(4,))
     done = run_sweep(tmp_path / "a", plan, listener, factory=raising, shard_size=3)
     assert done.finished
-    (failure,) = listener.of(EngineFailed)
-    assert (failure.start, failure.stop) == (3, 6)
+    (failure,) = listener.of(Warned)
+    assert failure.text.startswith(
+        "the engine failed at members 3 to 5 (ZeroDivisionError: made up); "
+    )
     assert counts_by_status(done.inventory.counts) == {"completed": 12}
 
 
@@ -135,7 +119,7 @@ def test_an_engine_that_returns_nonsense(tmp_path):
 
     listener = Listener()
     assert run_sweep(tmp_path / "a", plan_of(2, base=quick()), listener, factory=Wrong).finished
-    assert "steps" in str(listener.of(EngineFailed)[0].error)
+    assert "steps" in listener.of(Warned)[0].text
 
 
 @pytest.mark.parametrize("error", [MemoryError, KeyboardInterrupt])
@@ -149,17 +133,6 @@ def test_an_error_of_whoever_listens_loses_nothing(tmp_path, error):
     with pytest.raises(error):
         sweep_to_folder(plan_of(), tmp_path / "a", options, on_event)
     time.sleep(0.05)
-    assert run_sweep(tmp_path / "a").finished
-
-
-def test_a_full_disk_stops_the_sweep(tmp_path, monkeypatch):
-    def full(*_):
-        raise StoreError("a.h5 cannot be written: No space left on device")
-
-    with monkeypatch.context() as patch:
-        patch.setattr("rbstab.sweep.folder.sweep_folder.write_shard", full)
-        with pytest.raises(StoreError, match="No space left"):
-            run_sweep(tmp_path / "a")
     assert run_sweep(tmp_path / "a").finished
 
 

@@ -27,19 +27,7 @@ def kill_until_done(path, keep, instants):
     assert process.end() == 0
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="nothing is killed like that here")
-@pytest.mark.parametrize("keep", ["summary", "traces"])
-def test_killed_at_random_instants(tmp_path, keep):
-    whole(tmp_path / "a", keep)
-    instants = [random.Random(seed).uniform(0, 0.06) for seed in range(3)]  # noqa: S311
-    kill_until_done(tmp_path / "b", keep, instants)
-    for kind in ("shards", "traces"):
-        assert shard_files(tmp_path / "b", kind) == shard_files(tmp_path / "a", kind)
-    assert digest_of(tmp_path / "b") == digest_of(tmp_path / "a")
-
-
-@pytest.mark.slow
+@pytest.mark.heavy
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="nothing is killed like that here")
 @pytest.mark.parametrize("keep", ["summary", "traces"])
 def test_killed_at_fifty_random_instants(tmp_path, keep):
@@ -48,5 +36,6 @@ def test_killed_at_fifty_random_instants(tmp_path, keep):
     for sweep_number in range(10):
         path = tmp_path / str(sweep_number)
         kill_until_done(path, keep, [rng.uniform(0, 0.08) for _ in range(5)])
+        for kind in ("shards", "traces"):
+            assert shard_files(path, kind) == shard_files(tmp_path / "a", kind)
         assert digest_of(path) == digest_of(tmp_path / "a")
-        assert shard_files(path, "traces") == shard_files(tmp_path / "a", "traces")

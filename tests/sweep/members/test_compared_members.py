@@ -7,9 +7,8 @@ from support.paper_runs import paper_config
 from rbstab.integrate.heyoka.ensemble import compiled
 from rbstab.integrate.heyoka.symbols import parameter_values
 from rbstab.sweep.members.binding import Binding
-from rbstab.sweep.members.compared_members import members_to_compare
 from rbstab.sweep.members.ensemble import ensemble_engine
-from rbstab.sweep.members.scipy_comparison import compare
+from rbstab.sweep.members.scipy_comparison import compare, members_to_compare
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
 
@@ -25,38 +24,16 @@ def grid(*counts):
     return plan_of({SPIN[k]: {"linspace": [-40, 40, n]} for k, n in enumerate(counts)})
 
 
-@pytest.mark.parametrize(
-    ("counts", "expected"),
-    [((3,), 3), ((20,), 4), ((300, 300), 9), ((1000, 1000), 16), ((300, 300, 300), 16)],
-)
-def test_the_size_of_the_plan_gives_the_number(counts, expected):
-    assert len(members_to_compare(grid(*counts))) == expected
-
-
-@pytest.mark.parametrize("counts", [(7, 9), (301, 201), (1001, 1001)])
-def test_the_middle_and_the_corners_of_a_grid_come_first(counts):
-    rows, columns = counts
-    corners = {0, columns - 1, (rows - 1) * columns, rows * columns - 1}
-    found = set(members_to_compare(grid(*counts), 5))
-    assert corners < found
-    (middle,) = found - corners
-    # Of large plans, not every member is a candidate.
-    assert abs(middle // columns - (rows - 1) / 2) <= 0.1 * rows
-    assert abs(middle % columns - (columns - 1) / 2) <= 0.1 * columns
-
-
-@pytest.mark.parametrize("members", [100, 50_000])
-@pytest.mark.parametrize("design", ["random", "sobol", "latin-hypercube"])
-def test_the_extremes_of_other_designs_are_compared(design, members):
-    vary = {SPIN[0]: {"normal": [0, 10]}, "body.mass": {"loguniform": [1, 1000]}}
-    plan = plan_of(vary, design=design, members=members, seed=4)
+@pytest.mark.parametrize("counts", [(3,), (20,), (300, 300), (301, 201), (1000, 1000)])
+def test_four_members_are_spread_over_a_plan(counts):
+    """No two are in one row or column of a grid, and the plan has no long piece without one."""
+    plan = grid(*counts)
     found = members_to_compare(plan)
-    values = plan.values(0, members)
-    for column in values.values():
-        ranks = column.argsort().argsort()[found] / members
-        assert ranks.min() < 0.2
-        assert ranks.max() > 0.8
-        assert (np.abs(ranks - 0.5) < 0.2).any()
+    assert len(found) == min(4, plan.members)
+    for values in plan.values(0, plan.members).values():
+        assert len(set(values[found].tolist())) == len(found)
+    gaps = np.diff([0, *found, plan.members - 1])
+    assert gaps.max() <= plan.members / 2
 
 
 def test_every_variant_is_compared_but_sliding():
@@ -76,6 +53,9 @@ def test_every_variant_is_compared_but_sliding():
         variants = [plan.values(k, k + 1)["controller.variant"][0] for k in found]
         assert sorted(variants) == sorted(set(names) - {"sliding"})
         assert len(members_to_compare(plan, 9)) == 9
+    base["controller"] = {"variant": "sliding", "K_s": [2000.0] * 3, "surface": {"slope": 20.0}}
+    sliding = load_plan({"base": base, "vary": {SPIN[0]: {"linspace": [0, 1, 5]}}})
+    assert members_to_compare(sliding) == []
 
 
 def test_more_members_may_be_asked_for():

@@ -34,7 +34,6 @@ class ProgressPrinter:
         self.quiet = quiet
         self._work = work
         self._printed_stopping = False
-        self._printed_failure = False
         self._last = 0.0
         self._total = 0
         self._rate = Rate()
@@ -45,29 +44,18 @@ class ProgressPrinter:
         """Print an event; with None (no event for a while) only report an interrupt."""
         from rbstab.sweep.execution.events import (
             Comparing,
-            EngineFailed,
             Gathering,
-            NoWorkers,
-            ProcessorDiffers,
-            Rescheduled,
             ShardDone,
             Started,
+            Warned,
         )
 
         if isinstance(event, Started):
             self._start(event)
         elif isinstance(event, ShardDone):
             self._update()
-        elif isinstance(event, EngineFailed):
-            self._print_failure(event)
-        elif isinstance(event, Rescheduled):
-            self._print_rescheduled(event)
-        elif isinstance(event, ProcessorDiffers):
-            self._work.print(
-                f"warning: some shards were computed on another kind of processor: {event.name}"
-            )
-        elif isinstance(event, NoWorkers):
-            self._work.print("warning: the cluster has no workers; waiting for workers")
+        elif isinstance(event, Warned):
+            self._work.print(f"warning: {event.text}")
         elif isinstance(event, Comparing):
             text = f"comparing with scipy, {event.done} of {event.members} members"
             self._work.update(text, event.done / event.members)
@@ -142,22 +130,6 @@ class ProgressPrinter:
             proved = f"{grouped(self._inventory.proved)} of {grouped(self._total)} members proved"
             speed = [proved, f"{rate:.3g} members/s"]
         return ", ".join([*speed, *others, f"{duration(left)} left"])
-
-    def _print_failure(self, failure: Any) -> None:
-        if not self._printed_failure:
-            self._printed_failure = True
-            error = f"{type(failure.error).__name__}: {failure.error}"
-            members = f"members {failure.start} to {failure.stop - 1}"
-            self._work.print(
-                f"warning: the engine failed at {members} ({error}); "
-                "the members of such batches are integrated one by one"
-            )
-
-    def _print_rescheduled(self, event: Any) -> None:
-        error = str(event.error) or type(event.error).__name__
-        where = "in this process" if event.here else "again"
-        members = f"members {event.start} to {event.stop - 1}"
-        self._work.print(f"warning: {members} were not computed ({error}); computing them {where}")
 
 
 class Rate:

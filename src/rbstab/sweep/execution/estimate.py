@@ -8,9 +8,8 @@ from typing import NamedTuple
 
 from rbstab.config.source import key_of
 from rbstab.sweep.folder.disk_space import sweep_bytes
-from rbstab.sweep.members.compared_members import members_to_compare
 from rbstab.sweep.members.engine import EngineFactory, MemberEngine
-from rbstab.sweep.members.scipy_comparison import ENGINE
+from rbstab.sweep.members.scipy_comparison import ENGINE, members_to_compare
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.axes import VARIANT
 from rbstab.sweep.plan.plan import Plan

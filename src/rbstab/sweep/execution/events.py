@@ -34,38 +34,14 @@ class ShardDone(NamedTuple):
     facts: ShardFacts
 
 
-class EngineFailed(NamedTuple):
-    """The batch engine raised an error; members start to stop are rerun one by one."""
+class Warned(NamedTuple):
+    """Something happened that costs time or bits, but no member: a sentence about it."""
 
-    start: int
-    stop: int
-    error: Exception
-
-
-class Rescheduled(NamedTuple):
-    """Members start to stop were not computed, because a worker died or raised an error.
-
-    They run again; here says whether in this process.
-    """
-
-    start: int
-    stop: int
-    error: BaseException
-    here: bool
-
-
-class ProcessorDiffers(NamedTuple):
-    """A shard was computed on another kind of processor than this process has."""
-
-    name: str
-
-
-class NoWorkers(NamedTuple):
-    """No worker is connected; waiting."""
+    text: str
 
 
 class Comparing(NamedTuple):
-    """Sampled members are being rerun with SciPy: `done` of `members` are finished."""
+    """Some members are being rerun with SciPy: `done` of `members` are finished."""
 
     done: int
     members: int
@@ -75,10 +51,7 @@ class Gathering(NamedTuple):
     """The shards are being gathered into one file."""
 
 
-ExecutionEvent = ShardDone | EngineFailed | Rescheduled | ProcessorDiffers | NoWorkers
-"""Events of an executor."""
-
-SweepEvent = Started | ExecutionEvent | Comparing | Gathering
+SweepEvent = Started | ShardDone | Warned | Comparing | Gathering
 """Events of a sweep."""
 
 EventCallback = Callable[[SweepEvent | None], None]

@@ -17,6 +17,7 @@ FAILED = (
     RunStatus.SWITCH_LIMIT,
     RunStatus.TIME_LIMIT,
     RunStatus.SOLVER_FAILURE,
+    RunStatus.CRASHED,
 )
 """Statuses of failed integrations. The motion may not be the cause; such members can be retried."""
 
@@ -34,15 +35,6 @@ class Shard(NamedTuple):
 
     outcome: dict[str, Array]
     traces: dict[str, Array] | None = None
-
-
-class EngineError(Exception):
-    """The text of an engine's error in another process, because not every error can be pickled."""
-
-    @classmethod
-    def of(cls, error: BaseException) -> "EngineError":
-        """Return an error whose text is the type and the message of another error."""
-        return cls(f"{type(error).__name__}: {error}")
 
 
 class MemberEngine(Protocol):

@@ -1,14 +1,24 @@
-"""The differences of members to single runs by SciPy."""
+"""The differences of a few members to single runs by SciPy. The plan alone decides which."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from rbstab.config.source import key_of
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.members.outcome import COLUMNS, FINAL_PREFIX, LARGEST_PREFIX
+from rbstab.sweep.plan.axes import VARIANT
+from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.plan.proof_selection import ProofSelection
 from rbstab.systems.quantities import is_element_state
 
 ENGINE = "scipy"
+
+COMPARED = 4
+"""The number of compared members, unless a number is given."""
+
+CANDIDATES = 256
+"""Members among which those of each variant are looked for, for each one that is compared."""
 
 _NOT_COMPARED = (
     *("run_id", "status", "steps"),
@@ -46,6 +56,36 @@ class ScipyComparison:
     members: tuple[int, ...]
     unlike: int
     differences: dict[str, float]
+
+
+def is_comparable(variant: str) -> bool:
+    """Return whether two engines find the same trajectories: not if the motion may be chaotic."""
+    return variant != "sliding"
+
+
+def members_to_compare(plan: Plan, count: int | None = None) -> list[int]:
+    """Return the members to compare, ascending: spread over the plan, of each variant as many.
+
+    Args:
+        plan: The plan.
+        count: How many; default `COMPARED`. At least one of each comparable variant is compared.
+    """
+    variants = list(filter(is_comparable, plan.variants))
+    count = max(count or COMPARED, len(variants))
+    left = {
+        variant: count // len(variants) + (number < count % len(variants))
+        for number, variant in enumerate(variants)
+    }
+    members = []
+    for member in ProofSelection().first(CANDIDATES * count, plan.members):
+        values = plan.values(member, member + 1, [key_of(VARIANT)])
+        variant = plan.variant_of({key: entries[0] for key, entries in values.items()})
+        if left.get(variant):
+            left[variant] -= 1
+            members.append(member)
+        if not any(left.values()):
+            break
+    return sorted(members)
 
 
 def compare(ours: dict[str, Array], theirs: dict[str, Array]) -> tuple[int, dict[str, float]]:

@@ -1,11 +1,10 @@
-"""Worker processes, started by loky: a pool, and a single worker that answers through a pipe.
+"""Worker processes: a pool of them, started by loky.
 
 A terminal sends an interrupt to all processes, and a job system may send SIGTERM to all. Workers
 ignore both; only the parent reacts. A worker exits at once when its parent dies for any reason.
 """
 
 import os
-import pickle
 import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, wait
@@ -15,8 +14,6 @@ from importlib import import_module
 from multiprocessing.connection import Connection
 from threading import Thread
 from typing import Any, TypeVar
-
-from rbstab.processes.imports import keep_imports
 
 POLL_INTERVAL = 0.1
 """s; the longest wait for a task of a pool: Windows does not interrupt a wait."""
@@ -28,10 +25,6 @@ thread, and computing takes a tenth longer; loky ends a worker that has grown.""
 T = TypeVar("T")
 
 _INTERRUPTS = {signal.SIGINT, signal.SIGTERM}
-
-
-class WorkerDiedError(Exception):
-    """A worker process has ended, or could not be started."""
 
 
 @contextmanager
@@ -84,98 +77,6 @@ def waited(future: "Future[T]") -> T:
     return future.result()
 
 
-class Worker:
-    """One worker process, which answers requests through a pipe.
-
-    Args:
-        serve: Called in the worker with the worker's end of the pipe and `arguments`.
-        arguments: See `serve`.
-
-    Raises:
-        WorkerDiedError: The system cannot start another process.
-    """
-
-    def __init__(self, serve: Callable[..., None], *arguments: Any) -> None:
-        try:
-            # Imported late: not every system that runs rbstab can start processes.
-            from loky.backend import get_context
-
-            context = get_context("loky")
-            self._connection, worker_end = context.Pipe()
-        except (ImportError, OSError) as error:
-            raise WorkerDiedError(str(error)) from error
-        self._process = context.Process(
-            target=_serve, args=(pickle.dumps((serve, arguments)), worker_end), daemon=True
-        )
-        try:
-            with _interrupts_blocked():
-                self._process.start()
-        except (OSError, AttributeError) as error:
-            # loky flushes stdout, and raises AttributeError if this process has no stdout.
-            self._connection.close()
-            raise WorkerDiedError(str(error)) from error
-        finally:
-            worker_end.close()
-
-    def has_answer(self, wait: float) -> bool:
-        """Return whether an answer, or the end of the worker, has arrived; wait up to `wait` s.
-
-        `receive` then returns the answer, or says that the worker has ended.
-        """
-        try:
-            return bool(self._connection.poll(wait))
-        except BrokenPipeError:
-            # The pipes of Windows report the end of a worker so; others have something to read.
-            return True
-
-    def send(self, request: Any) -> None:
-        """Send a request.
-
-        Raises:
-            WorkerDiedError: The worker has ended.
-        """
-        try:
-            self._connection.send(request)
-        except OSError as error:
-            raise self._died() from error
-
-    def receive(self) -> Any:
-        """Wait for an answer and return it.
-
-        Raises:
-            WorkerDiedError: The worker has ended.
-            Exception: The worker sent this exception as its answer.
-        """
-        try:
-            answer = self._connection.recv()
-        except (EOFError, OSError) as error:
-            raise self._died() from error
-        if isinstance(answer, Exception):
-            raise answer
-        return answer
-
-    def close(self) -> None:
-        """End the worker at once; its unfinished work is lost."""
-        self._connection.close()
-        if self._process.exitcode is None:
-            self._kill()
-        self._process.join()
-
-    def _kill(self) -> None:
-        if hasattr(signal, "SIGKILL"):
-            # The worker ignores SIGTERM, and processes of loky have no method `kill`.
-            with suppress(ProcessLookupError):
-                os.kill(self._process.pid, signal.SIGKILL)
-        else:
-            self._process.terminate()
-
-    def _died(self) -> WorkerDiedError:
-        # Wait for the end, so that the exit code is the worker's own and not that of `close`.
-        self._process.join(1.0)
-        self.close()
-        return WorkerDiedError(f"its process has ended (exit code {self._process.exitcode})")
-
-
 def _set_up(pipe: Connection, setup: Callable[..., None] | None, *arguments: Any) -> None:
     _ignore_interrupts()
     Thread(target=_exit_with_parent, args=(pipe,), daemon=True).start()
@@ -187,14 +88,6 @@ def _exit_with_parent(pipe: Connection) -> None:
     with suppress(EOFError, OSError):
         pipe.recv_bytes()
     os._exit(1)
-
-
-def _serve(pickled: bytes, connection: Connection) -> None:
-    # Not every system can block interrupts while a process starts; so ignore them here too.
-    _ignore_interrupts()
-    with keep_imports():
-        serve, arguments = pickle.loads(pickled)  # noqa: S301 (our own bytes)
-    serve(connection, *arguments)
 
 
 def _ignore_interrupts() -> None:

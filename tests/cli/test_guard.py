@@ -11,7 +11,7 @@ from cli.conftest import Invoke
 from support.paper_runs import paper_config
 
 from rbstab.config.load import load_config
-from rbstab.config.writing.dump import as_yaml
+from rbstab.config.dump import as_yaml
 from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.tuning import guard as guarding

@@ -300,7 +300,7 @@ def _split_elements(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, 
 
 def resolved_yaml(config: Config) -> str:
     """Return the resolved config as YAML; loading it gives the same config."""
-    from rbstab.config.writing.dump import as_yaml
+    from rbstab.config.dump import as_yaml
 
     return as_yaml(resolved(config))
 

@@ -64,7 +64,9 @@ def _assign(source: Source, text: str) -> None:
         if isinstance(container, dict) and DEGREES in container:
             raise _error(name, 1, key, *in_degrees(NumberKey(path)))
         raise _error(name, 1, key, "does not exist", "expected a key of the config")
-    source.remove_locations(path, container[last] if in_list else container.get(last))
+    for table in (source.values, source.keys):
+        for old in [old for old in table if old[: len(path)] == path]:
+            del table[old]
     container[last] = data
     source.keys[path] = Location(name)
     for relative_path, location in parsed.values.items():

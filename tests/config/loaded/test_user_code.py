@@ -33,7 +33,7 @@ from rbstab.config.user_code.permission import (
     may_run_code,
     without_code,
 )
-from rbstab.config.writing.dump import as_yaml
+from rbstab.config.dump import as_yaml
 from rbstab.elements.user_code.declared import MAX_SOURCE, sha256
 
 TEXT = """\

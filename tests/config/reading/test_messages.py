@@ -33,6 +33,7 @@ schema_version: 3
 
 ALL_OF_THEM = [
     "1:8: title: is empty (expected a text)",
+    "3:9: body.mass: is -1 (expected a number greater than 0)",
     "4:12: body.inertia: has 2 entries (expected 3)",
     "5:22: body.contact_point[1]: is the text 'x' (expected a number)",
     "6:3: body.mass: is given twice, first in line 3 (expected each key once)",

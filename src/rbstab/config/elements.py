@@ -31,7 +31,7 @@ from rbstab.config.user_code.section import PARAMETERS, PythonElement, parameter
 from rbstab.elements.declarations import Gain, OwnState
 from rbstab.elements.element import Element
 from rbstab.elements.inputs.loads import Input
-from rbstab.elements.registry import KINDS, SELECTORS, element_of, selected
+from rbstab.elements.registry import KINDS, SELECTORS, element_of
 from rbstab.elements.user_code.declared import Declared
 
 MAX_ELEMENTS = 100
@@ -213,11 +213,14 @@ def _parameter(section: Any, key: str) -> Any:
     return section.parameters[key] if isinstance(section, PythonElement) else getattr(section, key)
 
 
-def kind_of(section: Any) -> Kind:
-    """Return what decides the units of an element of a config."""
-    if isinstance(section, PythonElement):
-        return Kind(section.kind, None, section.source, section.class_name)
-    return Kind(section.kind, selected(section))
+def kind_of(element: Any) -> Kind:
+    """Return what decides the units of an element of a config, or of plain data."""
+    data = element.model_dump(by_alias=True) if isinstance(element, Section) else element
+    if not isinstance(data, dict):
+        return Kind("")
+    keys = ("kind", SELECTORS.get(str(data.get("kind")), ""), "source", "class")
+    kind, *others = (found if isinstance(found := data.get(key), str) else None for key in keys)
+    return Kind(kind or "", *others)
 
 
 def switching(elements: Mapping[str, Any]) -> list[str]:

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from rbstab.config.errors import ConfigError, ConfigProblem, Location, closest, hint
 from rbstab.config.inputs.table_files import read_tables
 from rbstab.config.messages import describe, problems_of
+from rbstab.config.numbers import replaced
 from rbstab.config.overrides import override
 from rbstab.config.schema import (
     NO_VARIANT,
@@ -23,7 +24,7 @@ from rbstab.config.schema import (
     model_of,
     variant_of,
 )
-from rbstab.config.source import MAX_DEPTH, YAML, Source, key_of, read_source
+from rbstab.config.source import MAX_DEPTH, TOO_DEEP, YAML, Path, Source, key_of, read_source
 from rbstab.config.user_code.files import embed_files
 from rbstab.config.user_code.permission import check_code, may_run_code, without_code
 from rbstab.config.user_code.section import ALLOW, PARAMETERS
@@ -126,9 +127,7 @@ def _changed_source(config: str | FilePath | Mapping[str, Any], changes: Iterabl
     source = source_of(config)
     if not PLAN_ONLY.isdisjoint(source.data):
         expected = "expected a config; rbstab.load_plan loads a plan, and `rbstab sweep` runs it"
-        raise ConfigError(
-            [ConfigProblem(source.location(()), "", "is the plan of a sweep", expected)]
-        )
+        raise ConfigError.at(source.location(()), "is the plan of a sweep", expected)
     override(source, [changes] if isinstance(changes, str) else changes)
     embed_files(source)
     return source
@@ -145,6 +144,16 @@ def changed_config(config: Config, data: Mapping[str, Any]) -> Config:
         ConfigError: As `load_config`.
     """
     return validated(source_of(data), allow_python=may_run_code(config))
+
+
+def with_numbers(config: Config, numbers: Mapping[Path, float]) -> Config:
+    """Return the config with some of its numbers replaced, validated.
+
+    Raises:
+        ConfigError: It is not valid.
+        LookupError: There is no such path.
+    """
+    return changed_config(config, replaced(resolved(config), numbers))
 
 
 def source_of(
@@ -167,7 +176,7 @@ def source_of(
     elif isinstance(document, str) and _is_yaml_text(document):
         problem = "is a text that looks like YAML, and not the path of a file"
         expected = "expected the path of a YAML file, or a dictionary, as from yaml.safe_load(text)"
-        raise ConfigError([ConfigProblem(Location(name), "", problem, expected)])
+        raise ConfigError.at(Location(name), problem, expected)
     elif isinstance(document, str | PathLike):
         source = read_source(FilePath(document))
     else:
@@ -179,7 +188,7 @@ def source_of(
         source.data = {}  # then the required keys of an empty file are reported as missing
     if not isinstance(source.data, dict):
         found = f"is {describe(source.data)}"
-        raise ConfigError([ConfigProblem(source.location(()), "", found, "expected a mapping")])
+        raise ConfigError.at(source.location(()), found, "expected a mapping")
     return source
 
 
@@ -371,10 +380,7 @@ def _explain_newer_schema(problem: ConfigProblem, source: Source) -> ConfigProbl
 def _plain_data(value: Any, levels: int) -> Any:
     """Convert mappings, sequences and arrays to dicts and lists, the types of YAML data."""
     if levels < 0:
-        problem = ConfigProblem(
-            Location("config"), "", "is nested too deeply", f"at most {MAX_DEPTH} levels"
-        )
-        raise ConfigError([problem])
+        raise ConfigError.at(Location("config"), *TOO_DEEP)
     if isinstance(value, Mapping):
         return {str(key): _plain_data(entry, levels - 1) for key, entry in value.items()}
     if isinstance(value, list | tuple):

@@ -120,14 +120,15 @@ def read_source(path: FilePath) -> Source:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         hint = _other_files(path, error)
-        raise _config_error(
-            Location(name), f"cannot be read: {reason}", f"a YAML file{hint}"
-        ) from error
+        found = f"cannot be read: {reason}"
+        raise ConfigError.at(Location(name), found, f"expected a YAML file{hint}") from error
     if raw.startswith(HDF5):
-        expected = "a YAML file; `rbstab show` prints a result, rbstab.open_result opens it"
-        raise _config_error(Location(name), "is an HDF5 file, as results are", expected)
+        expected = "`rbstab show` prints a result, rbstab.open_result opens it"
+        found = "is an HDF5 file, as results are"
+        raise ConfigError.at(Location(name), found, f"expected a YAML file; {expected}")
     if len(raw) > MAX_FILE_SIZE:
-        raise _config_error(Location(name), "is larger than 1 MiB", "a config of a few kilobytes")
+        expected = "expected a config of a few kilobytes"
+        raise ConfigError.at(Location(name), "is larger than 1 MiB", expected)
     encoding = "utf-16" if raw.startswith(UTF_16_MARKS) else "utf-8"
     try:
         text = raw.decode(encoding).removeprefix(BYTE_ORDER_MARK)
@@ -137,7 +138,7 @@ def read_source(path: FilePath) -> Source:
         found = "is not text in UTF-16, as it begins"
         if encoding != "utf-16":
             found = f"is not text: byte 0x{error.object[error.start]:02x}"
-        raise _config_error(where, found, "UTF-8") from error
+        raise ConfigError.at(where, found, "expected UTF-8") from error
     source = parse_source(text, name)
     source.folder = path.parent
     return source
@@ -176,7 +177,7 @@ def parse_source(text: str, name: str, column_offset: int = 0) -> Source:
     if forbidden is not None:
         # Checked here because libyaml gives the position of such a character in bytes.
         where = _location_after(text[: forbidden.start()], name, column_offset)
-        raise _config_error(where, "has a character that YAML forbids", "text")
+        raise ConfigError.at(where, "has a character that YAML forbids", "expected text")
     reader = _Reader(name, column_offset)
     try:
         reader.read(yaml.parse(text, Loader=_Loader))
@@ -224,7 +225,8 @@ class _Reader:
         self, where: Location, problem: str, expected: str, path: Path = (), *, last: bool = False
     ) -> None:
         """Note a problem, and stop if there are very many."""
-        self.source.problems.append(_problem(where, problem, expected, path))
+        found = ConfigProblem(where, key_of(path), problem, f"expected {expected}")
+        self.source.problems.append(found)
         if len(self.source.problems) >= MAX_PROBLEMS and not last:
             raise _UnreadableError
 
@@ -239,7 +241,9 @@ class _Reader:
         starts = (event for event in events if isinstance(event, yaml.DocumentStartEvent))
         for number, event in enumerate(starts):
             if number > 0:
-                self.stop(self.location(event.start_mark), "starts a second document", "one document")
+                self.stop(
+                    self.location(event.start_mark), "starts a second document", "one document"
+                )
             self.source.data = self.value(next(events), ())
 
     def value(self, event: Any, path: Path) -> Any:
@@ -256,7 +260,9 @@ class _Reader:
         if self.containers > MAX_CONTAINERS:
             found = f"is mapping or list number {self.containers}"
             self.stop(where, found, f"at most {MAX_CONTAINERS}", path)
-        return self.entries(path) if isinstance(event, yaml.SequenceStartEvent) else self.items(path)
+        return (
+            self.entries(path) if isinstance(event, yaml.SequenceStartEvent) else self.items(path)
+        )
 
     def is_alias(self, event: Any, where: Location, path: Path) -> bool:
         """Report an alias, a tag or an anchor; return whether it is an alias."""
@@ -339,11 +345,3 @@ def _location_after(before: str, name: str, column_offset: int = 0) -> Location:
     line = before.count("\n") + 1
     column = len(before) - before.rfind("\n")
     return Location(name, line, column + (column_offset if line == 1 else 0))
-
-
-def _problem(where: Location, problem: str, expected: str, path: Path = ()) -> ConfigProblem:
-    return ConfigProblem(where, key_of(path), problem, f"expected {expected}")
-
-
-def _config_error(where: Location, problem: str, expected: str) -> ConfigError:
-    return ConfigError([_problem(where, problem, expected)])

@@ -9,14 +9,6 @@ from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 from fractions import Fraction
 
-from rbstab.config.entries import (
-    Entry,
-    entries_of,
-    entries_under,
-    is_of_initial_state,
-    unit_problem,
-    with_numbers,
-)
 from rbstab.config.errors import (
     ConfigError,
     ConfigProblem,
@@ -24,6 +16,15 @@ from rbstab.config.errors import (
     closest_keys,
     did_you_mean,
     shortened,
+)
+from rbstab.config.load import with_numbers
+from rbstab.config.numbers import (
+    Entry,
+    entries_of,
+    entries_under,
+    is_of_initial_state,
+    keys_of,
+    unit_problem,
 )
 from rbstab.config.schema import Config
 from rbstab.config.source import Path, key_of
@@ -238,8 +239,7 @@ def _entries_at(config: Config, key: str) -> tuple[Entry, ...]:
 
 def _meant(config: Config, key: str) -> list[str]:
     """Return the keys of a config that a wrong key may mean, without the numbers of vectors."""
-    own = [one.key.partition("[")[0] for one in entries_of(config)]
-    return closest_keys(key.partition("[")[0], [*_sections_of(config), *dict.fromkeys(own)])
+    return closest_keys(key.partition("[")[0], [*_sections_of(config), *keys_of(config)])
 
 
 def _sections_of(config: Config) -> list[str]:

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from rbstab.config.elements import declarations_of, gain_path
-from rbstab.config.entries import Entry, entries_under, value_at, with_numbers
 from rbstab.config.errors import closest_keys, did_you_mean
-from rbstab.config.load import changed_config, resolved
+from rbstab.config.load import changed_config, resolved, with_numbers
+from rbstab.config.numbers import Entry, entries_under, value_at
 from rbstab.config.schema import Config
 from rbstab.config.source import Path, key_of
 from rbstab.config.units import number_key

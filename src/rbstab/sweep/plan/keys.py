@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.elements import declarations_of
-from rbstab.config.entries import unit_problem, value_at
 from rbstab.config.errors import ConfigProblem, Location, closest, closest_keys, did_you_mean
 from rbstab.config.messages import describe
+from rbstab.config.numbers import unit_problem, value_at
 from rbstab.config.schema import VARIANTS, Config
 from rbstab.config.source import Path, key_of
 from rbstab.config.units import number_key

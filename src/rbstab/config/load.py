@@ -255,11 +255,7 @@ def _problems_of_start(config: Config, source: Source) -> list[ConfigProblem]:
 
 def plain_data(config: Config) -> dict[str, Any]:
     """Return a config as plain data with all defaults. It loads as the same config."""
-    data: dict[str, Any] = config.model_dump(mode="json", exclude_none=True, by_alias=True)
-    if data["schema_version"] == 1:
-        # Version 1 has no such key.
-        del data["elements"]
-    return data
+    return config.plain()
 
 
 def resolved(config: Config) -> dict[str, Any]:

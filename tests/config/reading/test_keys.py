@@ -246,3 +246,10 @@ def test_the_first_of_repeated_keys_is_kept_and_the_others_are_read():
     assert source.location(("b", "c", 1)) == Location("x", 1, 12)
     assert ("b", "c", "d") not in source.values
     assert ("b", "e") not in source.keys
+
+
+def test_a_section_that_other_programs_have_is_not_a_misspelt_one(complaints):
+    (message,) = complaints(VISCO_ELASTIC + "attitude: {deg: [0, 20, 0]}\n")
+    assert message.startswith(
+        "20:1: attitude: is unknown (did you mean initial.orientation or desired.orientation?"
+    )

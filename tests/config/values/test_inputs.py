@@ -37,12 +37,18 @@ def problems(path: Path, element: str) -> list[str]:
 @pytest.mark.parametrize(
     ("element", "expected"),
     [
-        ("kind: input", ["5:6: elements.a.quantity: is missing (it is required)"]),
+        (
+            "kind: input",
+            [
+                "5:6: elements.a.quantity: is missing (expected one of force, body_force, couple, "
+                "body_couple)"
+            ],
+        ),
         (
             "kind: input, quantity: forc",
             [
-                "5:30: elements.a.quantity: is the text 'forc' (expected force, body_force, couple "
-                "or body_couple; did you mean force?)"
+                "5:30: elements.a.quantity: is the text 'forc' (expected one of force, body_force, "
+                "couple, body_couple; did you mean force?)"
             ],
         ),
         (
@@ -59,7 +65,7 @@ def problems(path: Path, element: str) -> list[str]:
         ),
         (
             f"{INPUT}, signal: sine",
-            ["5:82: elements.a.signal: is not a mapping (expected a mapping with the key kind)"],
+            ["5:82: elements.a.signal: is the text 'sine' (expected a mapping with the key kind)"],
         ),
         (
             f"{INPUT}, signal: {{kind: pulse, strt: 1, duration: 0}}",

@@ -3,7 +3,7 @@
 import hashlib
 import json
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from os import PathLike
 from pathlib import Path as FilePath
 from typing import Any
@@ -11,8 +11,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from rbstab.config.errors import ConfigError, ConfigProblem, Location, closest, hint
-from rbstab.config.inputs.table_files import read_tables
 from rbstab.config.messages import describe, problems_of
+from rbstab.config.named_files import embed_files
 from rbstab.config.numbers import replaced
 from rbstab.config.overrides import override
 from rbstab.config.schema import (
@@ -25,7 +25,6 @@ from rbstab.config.schema import (
     variant_of,
 )
 from rbstab.config.source import MAX_DEPTH, TOO_DEEP, YAML, Path, Source, key_of, read_source
-from rbstab.config.user_code.files import embed_files
 from rbstab.config.user_code.permission import check_code, may_run_code, without_code
 from rbstab.config.user_code.section import ALLOW, PARAMETERS
 from rbstab.config.user_code.section import KIND as PYTHON
@@ -212,7 +211,6 @@ def validated(source: Source, *, allow_python: bool = False) -> Config:
     Raises:
         ConfigError: As `load_config`.
     """
-    table_problems = read_tables(source)
     variant_problem = _variant_problem(source)
     guessed = None if variant_problem is None else _guessed_variant(source)
     name = (guessed or FALLBACK_VARIANT) if variant_problem else variant_of(source.data)
@@ -225,12 +223,7 @@ def validated(source: Source, *, allow_python: bool = False) -> Config:
         problems = _problems_of_start(config, source)
     # Aliases and repeated keys were reported while reading; a second message is not needed.
     already_wrong = {problem.location for problem in source.problems}
-    of_tables = {problem.key for problem in table_problems}
-    problems = [
-        *source.problems,
-        *table_problems,
-        *(p for p in problems if p.location not in already_wrong and not _of_a_table(p, of_tables)),
-    ]
+    problems = [*source.problems, *(p for p in problems if p.location not in already_wrong)]
     if variant_problem is None and not problems:
         return config
     if variant_problem is not None:
@@ -350,12 +343,6 @@ def _guessed_variant(source: Source) -> str | None:
     """Return the variant that a misspelt one means, by which the other keys can be judged."""
     variant = variant_of(source.data)
     return closest(variant, VARIANTS) if isinstance(variant, str) else None
-
-
-def _of_a_table(problem: ConfigProblem, files: Collection[str]) -> bool:
-    """Whether a problem only follows from a table whose file could not be read."""
-    signal, _, key = problem.key.rpartition(".")
-    return key == "times" and f"{signal}.file" in files
 
 
 def _depends_on_variant(key: str) -> bool:

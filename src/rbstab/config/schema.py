@@ -23,13 +23,13 @@ from rbstab.config.elements import (
     switching,
 )
 from rbstab.config.errors import printable, shortened
-from rbstab.config.inputs.signals import MAX_KNOTS
 from rbstab.config.quantities import Gravity, Text, components, value_error, whole
 from rbstab.config.section import FrozenMapping, Section
 from rbstab.config.sections.body import BodySection, FreeInitial, HeldInitial, zero_vector
 from rbstab.config.sections.desired import Desired
 from rbstab.config.sections.integration import HeldIntegration, Integration, SlidingIntegration
 from rbstab.config.sections.reference import Reference
+from rbstab.config.signals import MAX_KNOTS
 from rbstab.config.user_code.section import ALLOW
 from rbstab.elements.registry import CONNECTORS
 from rbstab.mechanics.states import PITCH

@@ -97,8 +97,8 @@ def problems(path: Path, element: str) -> list[str]:
         (
             f"{INPUT}, signal: {{kind: table, file: none.csv}}",
             [
-                "5:102: elements.a.signal.file: is the text 'none.csv', which cannot be read: No "
-                "such file or directory (expected a CSV file of times, s, and values, beside the "
+                "5:102: elements.a.signal.file: is none.csv, which cannot be read: No such "
+                "file or directory (expected a CSV file of times, s, and values, beside the "
                 "config)"
             ],
         ),
@@ -152,11 +152,17 @@ def test_wrong_tables(tmp_path, text, expected):
     assert found == [f"t.csv:{problem}" for problem in expected]
 
 
-@pytest.mark.parametrize("raw", [b"\xff\xfe0,1", b"0,1\n" * 300_000])
-def test_files_that_are_no_tables(tmp_path, raw):
+@pytest.mark.parametrize(
+    ("raw", "reason"),
+    [
+        (b"\xff\xfe0,1", "it is not text in UTF-8"),
+        (b"0,1\n" * 300_000, "it has more than 1048576 bytes"),
+    ],
+)
+def test_files_that_are_no_tables(tmp_path, raw, reason):
     (tmp_path / "t.csv").write_bytes(raw)
     (found,) = problems(tmp_path / "x.yaml", f"{INPUT}, signal: {{kind: table, file: t.csv}}")
-    assert found.startswith(f"t.csv:1:1: {KEY}: is ")
+    assert f": {KEY}: is t.csv, which cannot be read: {reason} (expected a CSV file" in found
 
 
 @pytest.fixture

@@ -16,7 +16,6 @@ from rbstab.config.quantities import (
     Orientation,
     Real,
     Vector,
-    check_range_of_degrees,
     components,
     value_error,
 )
@@ -72,11 +71,6 @@ class NumberInDegrees(float):
 
 def _vector_in_radians(given: Degrees) -> VectorInDegrees:
     return VectorInDegrees(map(radians, given.deg))
-
-
-def _angles_in_radians(given: Degrees) -> VectorInDegrees:
-    check_range_of_degrees(given.deg)
-    return _vector_in_radians(given)
 
 
 def _number_in_radians(given: OneAngle) -> NumberInDegrees:
@@ -171,7 +165,7 @@ Attitude = Annotated[
     _or(
         Vector,
         *_VECTOR,
-        (Degrees, _angles_in_radians),
+        (Degrees, _vector_in_radians),
         (Quaternion, _angles_of_quaternion),
         (RotationMatrix, _angles_of_matrix),
     ),

@@ -10,10 +10,10 @@ from typing import Any
 from rbstab.config.errors import ConfigError, ConfigProblem
 from rbstab.config.load import source_of, validated
 from rbstab.config.messages import describe
+from rbstab.config.named_files import embed_files
 from rbstab.config.overrides import override
 from rbstab.config.schema import VARIANTS, Config, model_of
 from rbstab.config.source import Source
-from rbstab.config.user_code.files import embed_files
 from rbstab.config.user_code.permission import check_code
 from rbstab.files.existence import is_file
 from rbstab.sweep.plan.problems import ProblemCollector

@@ -4,6 +4,7 @@ import hashlib
 import json
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path as FilePath
 from typing import Any
@@ -17,7 +18,6 @@ from rbstab.config.numbers import replaced
 from rbstab.config.overrides import override
 from rbstab.config.schema import (
     NO_VARIANT,
-    SCHEMA_VERSIONS,
     VARIANTS,
     Config,
     Experiment,
@@ -211,10 +211,11 @@ def validated(source: Source, *, allow_python: bool = False) -> Config:
     Raises:
         ConfigError: As `load_config`.
     """
-    variant_problem = _variant_problem(source)
-    guessed = None if variant_problem is None else _guessed_variant(source)
-    name = (guessed or FALLBACK_VARIANT) if variant_problem else variant_of(source.data)
-    model = model_of(name)
+    variant = variant_of(source.data)
+    known = variant in (*VARIANTS, NO_VARIANT)
+    # By a misspelt variant the other keys can be judged too.
+    meant = closest(variant, VARIANTS) if isinstance(variant, str) and not known else None
+    model = model_of(variant if known else meant or FALLBACK_VARIANT)
     try:
         config = model.model_validate(source.data, context={ALLOW: allow_python})
     except ValidationError as error:
@@ -223,15 +224,17 @@ def validated(source: Source, *, allow_python: bool = False) -> Config:
         problems = _problems_of_start(config, source)
     # Aliases and repeated keys were reported while reading; a second message is not needed.
     already_wrong = {problem.location for problem in source.problems}
-    problems = [*source.problems, *(p for p in problems if p.location not in already_wrong)]
-    if variant_problem is None and not problems:
-        return config
-    if variant_problem is not None:
-        others = [p for p in problems if p.key != variant_problem.key]
-        if guessed is None:
-            others = [p for p in others if p in source.problems or not _depends_on_variant(p.key)]
-        problems = [variant_problem, *others]
-    raise ConfigError([_explain_newer_schema(p, source) for p in problems])
+    problems = [
+        replace(p, expected=f"expected one of {', '.join(VARIANTS)}{hint(variant, VARIANTS)}")
+        if p.key == "controller.variant"
+        else p
+        for p in problems
+        if p.location not in already_wrong
+        and (known or meant is not None or not _depends_on_variant(p.key))
+    ]
+    if source.problems or problems:
+        raise ConfigError([*source.problems, *problems])
+    return config
 
 
 def _problems_of_start(config: Config, source: Source) -> list[ConfigProblem]:
@@ -319,45 +322,9 @@ def run_id(config: Config) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
-def _variant_problem(source: Source) -> ConfigProblem | None:
-    if variant_of(source.data) == NO_VARIANT:
-        return None
-    controller = source.data.get("controller")
-    expected = f"expected one of {', '.join(VARIANTS)}"
-    if controller is None or not isinstance(controller, dict):
-        found = "is missing" if controller is None else f"is {describe(controller)}"
-        return ConfigProblem(
-            source.location(("controller",)), "controller", found, "expected a mapping"
-        )
-    key, where = "controller.variant", source.location(("controller", "variant"))
-    if "variant" not in controller:
-        return ConfigProblem(where, key, "is missing", expected)
-    variant = controller["variant"]
-    if not isinstance(variant, str) or variant not in VARIANTS:
-        expected += hint(variant, VARIANTS)
-        return ConfigProblem(where, key, f"is {describe(variant)}", expected)
-    return None
-
-
-def _guessed_variant(source: Source) -> str | None:
-    """Return the variant that a misspelt one means, by which the other keys can be judged."""
-    variant = variant_of(source.data)
-    return closest(variant, VARIANTS) if isinstance(variant, str) else None
-
-
 def _depends_on_variant(key: str) -> bool:
-    return any(key == top or key.startswith((f"{top}.", f"{top}[")) for top in VARIANT_KEYS)
-
-
-def _explain_newer_schema(problem: ConfigProblem, source: Source) -> ConfigProblem:
-    version = source.data.get("schema_version")
-    is_known = not isinstance(version, int) or version in SCHEMA_VERSIONS
-    if problem.key != "schema_version" or is_known:
-        return problem
-    found = f"is {version}, which this version of rbstab cannot read"
-    return ConfigProblem(
-        problem.location, problem.key, found, f"expected {' or '.join(map(str, SCHEMA_VERSIONS))}"
-    )
+    inside = any(key.startswith((f"{top}.", f"{top}[")) for top in VARIANT_KEYS)
+    return (inside or key in VARIANT_KEYS[1:]) and key != "controller.variant"
 
 
 def _plain_data(value: Any, levels: int) -> Any:

@@ -14,7 +14,7 @@ from rbstab.config.numbers import value_at
 from rbstab.config.quantities import SHAPE_TAGS
 from rbstab.config.schema import Experiment
 from rbstab.config.source import Path, Source, key_of
-from rbstab.config.unknown_keys import unknown_key, with_hint, words_at
+from rbstab.config.unknown_keys import suggestion, unknown_key, words_at
 from rbstab.config.user_code.section import PARAMETERS, parameters_in
 from rbstab.elements.registry import SELECTORS
 
@@ -55,7 +55,7 @@ def _problem(details: Any, source: Source, model: type[Experiment]) -> ConfigPro
     path = _without_tags(location[:-1] if of_key and not unknown else location, source.data)
     if unknown and PARAMETERS in path[2:-1]:
         element = value_at(source.data, path[:2])
-        problem, expected = with_hint(str(path[-1]), parameters_in(element))
+        problem, expected = suggestion(str(path[-1]), dict(sorted(parameters_in(element).items())))
     elif unknown:
         problem, expected = unknown_key(location, path, model)
     elif kind in ("union_tag_not_found", "union_tag_invalid"):

@@ -44,6 +44,10 @@ def _check_whole(value: Any) -> Any:
     if type(value) is not int:
         expected = {"expected": "the whole number 1 or 2"}
         raise PydanticCustomError("literal_error", "not a whole number", expected)
+    if value not in SCHEMA_VERSIONS:
+        raise value_error(
+            f"is {value}, which this version of rbstab cannot read", "expected 1 or 2"
+        )
     return value
 
 

@@ -1,8 +1,9 @@
 """Unknown keys of a config: which key was likely meant, and what it means here."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from difflib import SequenceMatcher
 from functools import cache
+from types import MappingProxyType
 from typing import Any, get_args
 
 from pydantic import BaseModel
@@ -62,7 +63,7 @@ def unknown_key(location: Path, path: Path, model: type[BaseModel]) -> tuple[str
     """
     key, known = str(path[-1]), _descriptions(_models_at(model, location[:-1]))
     if path[0] == "elements":
-        return with_hint(key, known)
+        return suggestion(key, known)
     others = {name: _models_at(model_of(name), path[:-1]) for name in VARIANTS}
     owners = [name for name, models in others.items() if key in _descriptions(models)]
     if owners:
@@ -70,21 +71,12 @@ def unknown_key(location: Path, path: Path, model: type[BaseModel]) -> tuple[str
         instead = "; here, `elements` hold the body" if variant == NO_VARIANT else ""
         problem = f"is not a key of the variant {variant}"
         return problem, f"it belongs to {', '.join(owners)}{instead}"
-    names = (key, *FOREIGN.get(folded(key), ()))
-    if any(keys_named(name, known) for name in names):
-        return with_hint(key, known)
-    elsewhere = next(filter(None, (_keys_named(name, model) for name in names)), [])
-    if not elsewhere and closest(key, known) is None:
-        elsewhere = keys_like(key, model)
-    if not elsewhere:
-        return with_hint(key, known)
-    *section, name = elsewhere[0].split(".")
-    there = _descriptions(_models_at(model, tuple(section)))
-    meaning = _meaning(key, name, there.get(name, "")) if len(elsewhere) == 1 else ""
-    return "is unknown", did_you_mean(elsewhere) + meaning
+    return suggestion(key, known, dict(_dotted_keys(model)) | keys_of_variants())
 
 
-def with_hint(key: str, known: dict[str, str]) -> tuple[str, str]:
+def suggestion(
+    key: str, known: Mapping[str, str], elsewhere: Mapping[str, str] = MappingProxyType({})
+) -> tuple[str, str]:
     """Return the problem of an unknown key, with what is expected.
 
     A hint to a key that may have another meaning says what ours means: twice the toe_strain of a
@@ -93,25 +85,26 @@ def with_hint(key: str, known: dict[str, str]) -> tuple[str, str]:
     Args:
         key: The key.
         known: The descriptions of the keys that may stand there.
+        elsewhere: Those of dotted keys of other sections.
     """
-    foreign = [name for name in FOREIGN.get(folded(key), ()) if name in known]
-    close = foreign[0] if foreign else closest(key, known)
-    if close is not None:
-        return "is unknown", did_you_mean([close]) + _meaning(key, close, known[close])
-    return "is unknown", f"expected one of {', '.join(known)}" if known else "expected no key"
+    near = closest(key, known)
+    meant = _named(key, known)[:1] or _named(key, elsewhere)
+    meant = meant or ([near] if near is not None else closest_keys(key, elsewhere))
+    if not meant:
+        return "is unknown", f"expected one of {', '.join(known)}" if known else "expected no key"
+    description = {**elsewhere, **known}[meant[0]] if len(meant) == 1 else ""
+    return "is unknown", did_you_mean(meant) + _meaning(key, meant[0], description)
 
 
-def keys_like(key: str, *first: type[BaseModel]) -> list[str]:
-    """Return the keys of configs that a key of an unknown section may mean; the closest ones.
+def keys_like(key: str) -> list[str]:
+    """Return the keys of configs that a key of an unknown section may mean; the closest ones."""
+    return _named(key, keys_of_variants()) or closest_keys(key, keys_of_variants())
 
-    Args:
-        key: The wrong key.
-        first: The model of the config; its own keys come before those of other variants.
-    """
+
+def _named(key: str, keys: Iterable[str]) -> list[str]:
+    """Return the keys with this last name, or with that of which another program has this one."""
     names = (key, *FOREIGN.get(folded(key), ()))
-    named = next(filter(None, (_keys_named(name, *first) for name in names)), [])
-    own = [name for model in first for name in _dotted_keys(model)]
-    return named or closest_keys(key, own) or closest_keys(key, keys_of_variants())
+    return next(filter(None, (keys_named(name, keys) for name in names)), [])
 
 
 def words_at(model: type[BaseModel], location: Path, key: str) -> list[str]:
@@ -120,33 +113,25 @@ def words_at(model: type[BaseModel], location: Path, key: str) -> list[str]:
     return list(dict.fromkeys(word for field in fields for word in get_args(field.annotation)))
 
 
-def _keys_named(key: str, *first: type[BaseModel]) -> list[str]:
-    """Return the keys of configs in any section with this name, as `keys_like`."""
-    own = [name for model in first for name in _dotted_keys(model)]
-    return keys_named(key, own) or keys_named(key, keys_of_variants())
-
-
 @cache
-def keys_of_variants() -> list[str]:
-    """Return the keys of the configs of all variants."""
-    return list(
-        dict.fromkeys(key for model in map(model_of, VARIANTS) for key in _dotted_keys(model))
-    )
+def keys_of_variants() -> dict[str, str]:
+    """Return the keys of the configs of all variants, with their descriptions."""
+    return {key: text for variant in VARIANTS for key, text in _dotted_keys(model_of(variant))}
 
 
 def _meaning(key: str, ours: str, description: str) -> str:
     """Return a sentence on what our key means; empty if the other one is only misspelt."""
-    a, b = folded(key), folded(ours)
+    a, b = folded(key), folded(ours.rpartition(".")[2])
     misspelt = b.startswith(a) or SequenceMatcher(None, a, b).ratio() >= MISSPELT
     return "" if misspelt or not description else f" Here it is {description.removesuffix(', 1')}"
 
 
-def _dotted_keys(model: type[BaseModel], above: str = "") -> Iterator[str]:
-    """Yield the keys of a config as dotted texts, without those that are rarely meant."""
-    for name in model.model_fields:
+def _dotted_keys(model: type[BaseModel], above: str = "") -> Iterator[tuple[str, str]]:
+    """Yield the keys of a config with their descriptions, without those that are rarely meant."""
+    for name, field in model.model_fields.items():
         if name in ("elements", "reference"):
             continue
-        yield f"{above}{name}"
+        yield f"{above}{name}", field.description or ""
         for section in _models_of(model, name):
             yield from _dotted_keys(section, f"{above}{name}.")
 

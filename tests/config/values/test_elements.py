@@ -227,10 +227,10 @@ def test_place_of_that_message(complaints):
 def test_version_one_needs_a_controller(complaints):
     text = "\n".join(line for line in YAML.splitlines() if "version" not in line)
     found = complaints(text)
-    assert "1:1: controller: is missing (expected a mapping)" in found
+    assert "1:1: controller: is missing (it is required)" in found
     data = config_data({}, None)
     del data["elements"]
-    assert "controller: is missing (expected a mapping)" in problems(data | {"schema_version": 1})
+    assert "controller: is missing (it is required)" in problems(data | {"schema_version": 1})
 
 
 def test_version_one_has_no_variant_none():

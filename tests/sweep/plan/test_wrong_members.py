@@ -76,7 +76,11 @@ FACTORS = [
         {"values": [1, -1]},
         "controller.K_r is not positive semidefinite, its smallest",
     ),
-    ("initial.orientation", {"linspace": [-9, 9, 3]}, "initial.orientation θ2 = -1.8 rad (-103.132°) is"),
+    (
+        "initial.orientation",
+        {"linspace": [-9, 9, 3]},
+        "initial.orientation θ2 = -1.8 rad (-103.132°) is",
+    ),
 ]
 
 

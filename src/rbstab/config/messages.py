@@ -14,7 +14,7 @@ from rbstab.config.numbers import value_at
 from rbstab.config.quantities import SHAPE_TAGS
 from rbstab.config.schema import Experiment
 from rbstab.config.source import Path, Source, key_of
-from rbstab.config.unknown_keys import suggestion, unknown_key, words_at
+from rbstab.config.unknown_keys import unknown_key, with_hint, words_at
 from rbstab.config.user_code.section import PARAMETERS, parameters_in
 from rbstab.elements.registry import SELECTORS
 
@@ -39,10 +39,10 @@ def problems_of(
         model: The model of the config.
     """
     errors = error.errors(include_url=False)
-    return [_problem(details, source, model) for details in errors if not _is_redundant(details)]
+    return [_problem(details, source, model) for details in errors if not is_redundant(details)]
 
 
-def _is_redundant(details: Any) -> bool:
+def is_redundant(details: Any) -> bool:
     """Whether a list is "too short" only because pydantic dropped its invalid entries."""
     return details["type"] == "too_short" and len(details["input"]) >= details["ctx"]["min_length"]
 
@@ -55,7 +55,7 @@ def _problem(details: Any, source: Source, model: type[Experiment]) -> ConfigPro
     path = _without_tags(location[:-1] if of_key and not unknown else location, source.data)
     if unknown and PARAMETERS in path[2:-1]:
         element = value_at(source.data, path[:2])
-        problem, expected = suggestion(str(path[-1]), dict(sorted(parameters_in(element).items())))
+        problem, expected = with_hint(str(path[-1]), dict(sorted(parameters_in(element).items())))
     elif unknown:
         problem, expected = unknown_key(location, path, model)
     elif kind in ("union_tag_not_found", "union_tag_invalid"):
@@ -68,9 +68,14 @@ def _problem(details: Any, source: Source, model: type[Experiment]) -> ConfigPro
             value = details["input"][selector]
             problem, expected = f"is {describe(value)}", expected + hint(value, choices)
     else:
-        problem, expected = _TEXTS.get(kind, _other_error)(details)
+        problem, expected = problem_texts(details)
     where = source.location(path, of_key=of_key)
     return ConfigProblem(where, key_of(path), problem, expected)
+
+
+def problem_texts(details: Any) -> ProblemText:
+    """Return what is wrong and what is expected, by one of the errors of a validation."""
+    return _TEXTS.get(details["type"], _other_error)(details)
 
 
 def _without_tags(location: Path, data: Any) -> Path:

@@ -63,7 +63,7 @@ def unknown_key(location: Path, path: Path, model: type[BaseModel]) -> tuple[str
     """
     key, known = str(path[-1]), _descriptions(_models_at(model, location[:-1]))
     if path[0] == "elements":
-        return suggestion(key, known)
+        return with_hint(key, known)
     others = {name: _models_at(model_of(name), path[:-1]) for name in VARIANTS}
     owners = [name for name, models in others.items() if key in _descriptions(models)]
     if owners:
@@ -71,10 +71,10 @@ def unknown_key(location: Path, path: Path, model: type[BaseModel]) -> tuple[str
         instead = "; here, `elements` hold the body" if variant == NO_VARIANT else ""
         problem = f"is not a key of the variant {variant}"
         return problem, f"it belongs to {', '.join(owners)}{instead}"
-    return suggestion(key, known, dict(_dotted_keys(model)) | keys_of_variants())
+    return with_hint(key, known, dict(_dotted_keys(model)) | keys_of_variants())
 
 
-def suggestion(
+def with_hint(
     key: str, known: Mapping[str, str], elsewhere: Mapping[str, str] = MappingProxyType({})
 ) -> tuple[str, str]:
     """Return the problem of an unknown key, with what is expected.
@@ -132,7 +132,7 @@ def _dotted_keys(model: type[BaseModel], above: str = "") -> Iterator[tuple[str,
         if name in ("elements", "reference"):
             continue
         yield f"{above}{name}", field.description or ""
-        for section in _models_of(model, name):
+        for section in models_of(model, name):
             yield from _dotted_keys(section, f"{above}{name}.")
 
 
@@ -147,7 +147,7 @@ def _models_at(model: type[BaseModel], location: Path) -> list[type[BaseModel]]:
     models = [model]
     # The name of an element is no key of a model.
     for part in (*location[:1], *location[1 + (location[:1] == ("elements",)) :]):
-        inner = [child for owner in models for child in _models_of(owner, part)]
+        inner = [child for owner in models for child in models_of(owner, part)]
         models = inner or [one for one in models if _is_chosen(one, part)]
     return models
 
@@ -157,7 +157,8 @@ def _is_chosen(model: type[BaseModel], word: str | int) -> bool:
     return any(word in get_args(field.annotation) for field in model.model_fields.values())
 
 
-def _models_of(owner: type[BaseModel], key: str | int) -> Iterator[type[BaseModel]]:
+def models_of(owner: type[BaseModel], key: str | int) -> Iterator[type[BaseModel]]:
+    """Yield the models of a field, which its value may be, also those of its input only."""
     field = owner.model_fields.get(str(key))
     candidates: list[Any] = []
     if field is not None:

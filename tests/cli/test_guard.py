@@ -10,7 +10,7 @@ import pytest
 from cli.conftest import Invoke
 from support.paper_runs import paper_config
 
-from rbstab.config.dump import as_yaml
+from rbstab.config.files.dump import as_yaml
 from rbstab.config.load import load_config
 from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate

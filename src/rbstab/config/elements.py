@@ -19,7 +19,7 @@ from pydantic import (
 from rbstab.config.controllers import BoundaryLayer, Surface, gain_fields, initial_fields
 from rbstab.config.quantities import value_error
 from rbstab.config.section import FrozenMapping, Section, required, word_or
-from rbstab.config.signals import SMOOTH_SIGNALS, Signal
+from rbstab.config.sections.signals import SMOOTH_SIGNALS, Signal
 from rbstab.config.source import Path
 from rbstab.config.units import Kind
 from rbstab.config.user_code.section import KIND as PYTHON

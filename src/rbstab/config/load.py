@@ -12,8 +12,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from rbstab.config.errors import ConfigError, ConfigProblem, Location, closest, hint
+from rbstab.config.files.named_files import embed_files
 from rbstab.config.messages import describe, problems_of
-from rbstab.config.named_files import embed_files
 from rbstab.config.numbers import replaced
 from rbstab.config.overrides import override
 from rbstab.config.schema import (
@@ -301,7 +301,7 @@ def _split_elements(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, 
 
 def resolved_yaml(config: Config) -> str:
     """Return the resolved config as YAML; loading it gives the same config."""
-    from rbstab.config.dump import as_yaml
+    from rbstab.config.files.dump import as_yaml
 
     return as_yaml(resolved(config))
 

@@ -29,7 +29,7 @@ from rbstab.config.sections.body import BodySection, FreeInitial, HeldInitial, z
 from rbstab.config.sections.desired import Desired
 from rbstab.config.sections.integration import HeldIntegration, Integration, SlidingIntegration
 from rbstab.config.sections.reference import Reference
-from rbstab.config.signals import MAX_KNOTS
+from rbstab.config.sections.signals import MAX_KNOTS
 from rbstab.config.user_code.section import ALLOW
 from rbstab.elements.registry import CONNECTORS
 from rbstab.mechanics.states import PITCH

@@ -24,7 +24,7 @@ from rbstab.config.errors import (
     closest,
     did_you_mean,
 )
-from rbstab.config.wrong_lines import wrong_line
+from rbstab.config.files.wrong_lines import wrong_line
 from rbstab.files.regular_file import open_regular
 from rbstab.files.shell_words import shell_word
 

@@ -12,8 +12,8 @@ from support.switching import data
 from support.user_code import CUBIC, HEAD, SPRING, element_text, mine, traitor, write_template
 
 from rbstab.config.build import problem_of, supplies_power, system_of
-from rbstab.config.dump import as_yaml
 from rbstab.config.errors import ConfigError
+from rbstab.config.files.dump import as_yaml
 from rbstab.config.load import (
     changed_config,
     config_to_read,

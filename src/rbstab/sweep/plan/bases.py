@@ -8,9 +8,9 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from rbstab.config.errors import ConfigError, ConfigProblem
+from rbstab.config.files.named_files import embed_files
 from rbstab.config.load import source_of, validated
 from rbstab.config.messages import describe
-from rbstab.config.named_files import embed_files
 from rbstab.config.overrides import override
 from rbstab.config.schema import VARIANTS, Config, model_of
 from rbstab.config.source import Source

@@ -13,7 +13,7 @@ from typing import Any
 
 from rbstab.config.errors import ConfigProblem, Location
 from rbstab.config.messages import describe
-from rbstab.config.signals import MAX_ROWS
+from rbstab.config.sections.signals import MAX_ROWS
 from rbstab.config.source import BYTE_ORDER_MARK, MAX_FILE_SIZE, Path, Source, key_of
 from rbstab.config.user_code.section import KIND as PYTHON
 from rbstab.elements.user_code.declared import MAX_SOURCE, sha256

@@ -24,7 +24,6 @@ from rbstab.config.source import Path
 from rbstab.config.units import Kind
 from rbstab.config.user_code.section import KIND as PYTHON
 from rbstab.config.user_code.section import PARAMETERS, PythonElement
-from rbstab.elements.declarations import Gain, OwnState
 from rbstab.elements.element import Element
 from rbstab.elements.inputs.loads import Input
 from rbstab.elements.registry import KINDS, SELECTORS, element_of
@@ -100,32 +99,14 @@ def declarations_of(section: Any) -> type[Element] | Declared:
     return section.declared if isinstance(section, PythonElement) else element_of(section)
 
 
-def gain_path(name: str, section: Any, gain: Gain) -> Path:
-    """Return the path of a gain of an element in a config."""
-    return _parameter_path(name, section, gain.name)
-
-
-def initial_path(name: str, section: Any, state: OwnState) -> Path:
-    """Return the path of the initial value of an own state of an element in a config."""
-    return _parameter_path(name, section, state.initial_key)
-
-
-def _parameter_path(name: str, section: Any, key: str) -> Path:
+def parameter_path(name: str, section: Any, key: str) -> Path:
+    """Return the path of a gain, or of the initial value of a state, of an element in a config."""
     inner = (PARAMETERS,) if isinstance(section, PythonElement) else ()
     return ("elements", name, *inner, key)
 
 
-def gain_value(section: Any, gain: Gain) -> Any:
-    """Return the value of a gain of an element."""
-    return _parameter(section, gain.name)
-
-
-def initial_value(section: Any, state: OwnState) -> Any:
-    """Return the initial value of an own state of an element."""
-    return _parameter(section, state.initial_key)
-
-
-def _parameter(section: Any, key: str) -> Any:
+def parameter(section: Any, key: str) -> Any:
+    """Return the value of a gain, or the initial value of a state, of an element."""
     return section.parameters[key] if isinstance(section, PythonElement) else getattr(section, key)
 
 

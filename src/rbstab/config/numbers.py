@@ -8,7 +8,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from rbstab.config.elements import declarations_of, gain_path, initial_path, kind_of
+from rbstab.config.elements import declarations_of, kind_of, parameter_path
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
 from rbstab.config.sections.angles import NumberInDegrees, VectorInDegrees
@@ -129,11 +129,11 @@ def entries_of(config: Config) -> tuple[Entry, ...]:
     own_states: list[Path] = []
     for name, section in config.elements.items():
         declared = declarations_of(section)
-        gains += [gain_path(name, section, gain) for gain in declared.gains]
+        gains += [parameter_path(name, section, gain.name) for gain in declared.gains]
         signal = getattr(section, "signal", None)
         numbers = [key for key, value in signal or () if isinstance(value, float)]
         gains += [("elements", name, "signal", key) for key in numbers]
-        own_states += [initial_path(name, section, state) for state in declared.states]
+        own_states += [parameter_path(name, section, s.initial_key) for s in declared.states]
     body = [("body", name) for name in type(config.body).model_fields]
     start = [("initial", name) for name, value in config.initial if isinstance(value, tuple)]
     paths = (*gains, *body, *start, *own_states)

@@ -10,8 +10,8 @@ import pytest
 from cli.conftest import Invoke
 from support.paper_runs import paper_config
 
+from rbstab.config.files.dump import as_yaml
 from rbstab.config.load import load_config
-from rbstab.config.writing.dump import as_yaml
 from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.tuning import guard as guarding

@@ -5,7 +5,7 @@ import pytest
 from support.configs import EMBEDDED, VISCO_ELASTIC, edited, plain
 
 from rbstab.config.load import load_config
-from rbstab.config.schema import VARIANTS
+from rbstab.config.schema import VARIANTS, model_of
 from rbstab.sweep.plan.load import load_plan
 
 UNION = edited("  K_t:", "  K_s: [1, 2, 3]\n  surface: position\n  K_t:", EMBEDDED)
@@ -21,13 +21,13 @@ def test_keys_that_a_variant_does_not_have_are_left_out():
     assert plan.variants == tuple(VARIANTS)
     for number, variant in enumerate(VARIANTS):
         config = plan.config_of(number)
-        assert type(config) is VARIANTS[variant]
+        assert type(config) is model_of(variant)
         assert config.controller.variant == variant
         assert plan.base_of(variant).controller == config.controller
         data = plain(UNION) | {"title": f"Case, member {number}"}
         data["controller"] |= {"variant": variant}
         for section in ("controller", "initial"):
-            model = VARIANTS[variant].model_fields[section].annotation
+            model = model_of(variant).model_fields[section].annotation
             assert model is not None
             known = model.model_fields
             data[section] = {key: value for key, value in data[section].items() if key in known}

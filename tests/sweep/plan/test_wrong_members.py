@@ -48,8 +48,8 @@ def test_the_greatest_value_is_named_where_the_least_is_right():
     assert outcome(vary, design="grid") == (
         "vary.initial.orientation[1]",
         16,
-        "initial.orientation θ2 = 1.6 rad is outside the range of eq. 5"
-        " (expected between -π/2 and π/2)",
+        "initial.orientation θ2 = 1.6 rad (91.6732°) is outside the range of eq. 5 (expected θ1 "
+        "and θ3 between ±180°, θ2 inside of ±90°; degrees are {deg: [...]})",
     )
 
 
@@ -76,7 +76,11 @@ FACTORS = [
         {"values": [1, -1]},
         "controller.K_r is not positive semidefinite, its smallest",
     ),
-    ("initial.orientation", {"linspace": [-9, 9, 3]}, "initial.orientation θ2 = -1.8 rad is"),
+    (
+        "initial.orientation",
+        {"linspace": [-9, 9, 3]},
+        "initial.orientation θ2 = -1.8 rad (-103.132°) is",
+    ),
 ]
 
 

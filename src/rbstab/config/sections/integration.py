@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationInfo, field_validator
 
 from rbstab.config.quantities import Count, Positive, Whole, value_error
-from rbstab.config.section import Section, required, word_or_section
+from rbstab.config.section import Section, required, word_or
 
 
 class Baumgarte(Section):
@@ -67,13 +67,13 @@ class HeldIntegration(Integration):
     coordinates: Literal["reduced", "manifold"] = "reduced"  # type: ignore[assignment]
     drift_control: Annotated[
         Literal["none", "projection"] | Baumgarte,
+        word_or(("none", "projection"), (Baumgarte, "rate")),
         Field(description="manifold only: none, projection or {baumgarte: rate}"),
     ] = "none"
 
-    @field_validator("drift_control", mode="wrap")
+    @field_validator("drift_control")
     @classmethod
-    def _check_drift_control(cls, value: Any, _handler: Any, info: ValidationInfo) -> Any:
-        control = word_or_section(value, ("none", "projection"), (Baumgarte, "rate"))
+    def _check_drift_control(cls, control: Any, info: ValidationInfo) -> Any:
         if control != "none" and info.data.get("coordinates") == "reduced":
             raise value_error(
                 "has no effect in reduced coordinates",

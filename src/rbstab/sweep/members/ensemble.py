@@ -20,7 +20,7 @@ from rbstab.analysis.configuration import configurations
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.analysis.settling import value_round_off
 from rbstab.config.build import problem_of
-from rbstab.config.entries import is_of_initial_state
+from rbstab.config.numbers import is_of_initial_state
 from rbstab.integrate.heyoka.compiled_map import SIMD
 from rbstab.integrate.heyoka.engine import integrate
 from rbstab.integrate.heyoka.ensemble.ensemble import Ensemble

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from rbstab.config.entries import value_at
+from rbstab.config.numbers import changed_numbers, replaced
 from rbstab.config.source import Path
 from rbstab.config.units import NumberKey
 from rbstab.sweep.plan.distributions import Distribution, FiniteList, MemberNumber
@@ -41,10 +41,15 @@ class VariedKey:
         """Return what a value of the plan times is a number of a member, from that of the base."""
         return number if self.scale else self.number_key.factor
 
-    def apply(self, data: dict[str, Any], value: Any) -> None:
-        """Replace or scale the value at the key in the data of a config."""
-        owner, last = value_at(data, self.path[:-1]), self.path[-1]
-        owner[last] = _replaced(value, owner[last], self)
+    def applied(self, data: dict[str, Any], value: Any) -> dict[str, Any]:
+        """Return the data of a config with the value at the key replaced or scaled."""
+        if isinstance(value, str):
+            return dict(replaced(data, {self.path: value}))
+        return dict(replaced(data, self.numbers(data, value)))
+
+    def numbers(self, owner: Any, value: Any) -> dict[Path, Any]:
+        """Return the new numbers at the key by path, of one member or of many in an array."""
+        return changed_numbers(owner, self.number_key, value, scale=self.scale)
 
 
 @dataclass(frozen=True)
@@ -71,10 +76,3 @@ class Axis:
         """The number of entries of each list of the axis; None if it has no list."""
         lists = [k.distribution for k in self.varied_keys if isinstance(k.distribution, FiniteList)]
         return lists[0].length if lists else None
-
-
-def _replaced(value: Any, here: Any, varied: VariedKey) -> Any:
-    """Return what replaces the value `here` at a key; a list has each of its numbers scaled."""
-    if isinstance(here, list):
-        return [_replaced(value, entry, varied) for entry in here]
-    return value if isinstance(value, str) else value * varied.factor(here)

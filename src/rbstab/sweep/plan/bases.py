@@ -8,12 +8,12 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from rbstab.config.errors import ConfigError, ConfigProblem
+from rbstab.config.files.named_files import embed_files
 from rbstab.config.load import source_of, validated
 from rbstab.config.messages import describe
 from rbstab.config.overrides import override
-from rbstab.config.schema import VARIANTS, Config
+from rbstab.config.schema import VARIANTS, Config, model_of
 from rbstab.config.source import Source
-from rbstab.config.user_code.files import embed_files
 from rbstab.config.user_code.permission import check_code
 from rbstab.files.existence import is_file
 from rbstab.sweep.plan.problems import ProblemCollector
@@ -135,7 +135,7 @@ def _with_variant(source: Source, variant: str) -> Source:
 
 
 def _keys(variant: str, section: str) -> set[str]:
-    annotation: Any = VARIANTS[variant].model_fields[section].annotation
+    annotation: Any = model_of(variant).model_fields[section].annotation
     return set(annotation.model_fields)
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Any
 
-from rbstab.config.writing.dump import as_yaml
+from rbstab.config.files.dump import as_yaml
 from rbstab.sweep.plan.axes import Axis, VariedKey
 from rbstab.sweep.plan.bases import VARIANT_SECTIONS
 from rbstab.sweep.plan.load import GRID

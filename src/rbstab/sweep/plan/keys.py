@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.elements import declarations_of
-from rbstab.config.entries import unit_problem, value_at
 from rbstab.config.errors import ConfigProblem, Location, closest, closest_keys, did_you_mean
 from rbstab.config.messages import describe
-from rbstab.config.schema import VARIANTS, Config
+from rbstab.config.numbers import unit_problem, value_at
+from rbstab.config.schema import VARIANTS, Config, model_of
 from rbstab.config.source import Path, key_of
 from rbstab.config.units import number_key
 from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey
@@ -48,7 +48,7 @@ def check_names(problems: ProblemCollector, axes: Iterable[Axis]) -> None:
     known = {
         section: {
             name
-            for model in VARIANTS.values()
+            for model in map(model_of, VARIANTS)
             for name in getattr(model.model_fields[section].annotation, "model_fields", ())
         }
         for section in NAMED_SECTIONS

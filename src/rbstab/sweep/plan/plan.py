@@ -6,7 +6,6 @@ Members are numbered from 0. The config of a member is made only when it is need
 import hashlib
 import json
 from collections.abc import Collection, Mapping
-from copy import deepcopy
 from dataclasses import dataclass
 from functools import cached_property
 from math import prod
@@ -15,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.build import problem_of
-from rbstab.config.entries import value_at
 from rbstab.config.load import changed_config, identifying, plain_data
+from rbstab.config.numbers import value_at
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import may_run_code
 from rbstab.integrate.problem import Problem
@@ -170,10 +169,10 @@ class Plan:
 
     def data_of(self, variant: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return the base of a variant with these values as plain data, without validation."""
-        data: dict[str, Any] = deepcopy(self.templates[variant])
+        data = self.templates[variant]
         for varied in self.varied_keys_of(variant):
             if varied.key in values:
-                varied.apply(data, values[varied.key])
+                data = varied.applied(data, values[varied.key])
         return data
 
     @cached_property

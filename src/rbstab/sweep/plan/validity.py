@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.config.entries import value_at
 from rbstab.config.errors import ConfigError, ConfigProblem
 from rbstab.config.load import changed_config
+from rbstab.config.numbers import value_at
 from rbstab.config.quantities import ROUND_OFF
 from rbstab.config.source import Path, Source, key_of
 from rbstab.mechanics.numbers import Array

@@ -9,7 +9,7 @@ import numpy as np
 
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.analysis.rest_system import smooth_rest_system
-from rbstab.config.entries import is_of_initial_state
+from rbstab.config.numbers import is_of_initial_state
 from rbstab.config.user_code.permission import has_code, may_run_code
 from rbstab.experiment.convergence.decisions import nothing_proved
 from rbstab.experiment.proof import CODE_NOT_RUN

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.config.entries import is_of_initial_state
+from rbstab.config.numbers import is_of_initial_state
 from rbstab.config.schema import Config
 from rbstab.experiment.proof_cache import cached_proof, proof_for
 from rbstab.experiment.stored_proof.proof import Proof

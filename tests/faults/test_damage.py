@@ -21,7 +21,7 @@ from support.stored_proofs import store_proof_of
 from support.sweeping import run_sweep
 from support.sweeps import plan_with_traces
 
-STORED_RUN = Path("tests/formats/data/format_1/visco_elastic_proved.h5")
+STORED_RUN = Path("tests/formats/data/format_1/runs/visco_elastic_proved.h5")
 
 ERRORS = ("StoreError", "NotAResultError", "NewerSchemaError")
 

@@ -22,7 +22,11 @@ ONCE, LASTING = False, True
 
 SOME = {
     "run": (("open", "EIO", LASTING), ("write", "ENOSPC", ONCE), ("fsync", "EIO", ONCE)),
-    "gather": (("write", "EIO", ONCE), ("close", "EIO", ONCE), ("space", "ENOSPC", LASTING)),
+    "sweep after its parts": (
+        ("write", "EIO", ONCE),
+        ("close", "EIO", ONCE),
+        ("space", "ENOSPC", LASTING),
+    ),
     "report text": (("write", "ENOSPC", ONCE),),
 }
 """Faults that are tried at some of the calls of each operation."""
@@ -60,7 +64,7 @@ def name_of(fault: object) -> str:
 
 
 @pytest.mark.parametrize(
-    "case", ["run", "gather", pytest.param("report text", marks=pytest.mark.slow)]
+    "case", ["run", "sweep after its parts", pytest.param("report text", marks=pytest.mark.slow)]
 )
 def test_some_failed_calls(harness: Harness, case: str) -> None:
     for operation, error, lasting in SOME[case]:
@@ -81,7 +85,7 @@ def test_every_failed_call(harness: Harness, case: str, fault: tuple[str, str, b
 
 def test_no_command_writes_through_hdf5(harness: Harness) -> None:
     """HDF5 writes by `pwrite` and sizes files by `ftruncate`; it loses errors of both."""
-    for case in ("run replacing", "sweep", "gather"):
+    for case in ("run replacing", "sweep", "sweep after its parts"):
         for operation in ("pwrite", "ftruncate"):
             assert harness.series(case, operation) == []
 

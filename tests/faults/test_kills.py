@@ -23,7 +23,7 @@ KILLS = {
     "run --prove": (3, 25),
     "run --force": (3, 30),
     "sweep": (2, 25),
-    "gather": (3, 30),
+    "sweep after its parts": (3, 30),
     "html": (1, 15),
     "md": (1, 15),
 }

@@ -3,7 +3,7 @@
 from typing import Any
 
 import pytest
-from support.soak import MAX_GATHERING, MAX_GROWTH, Soaked, soak
+from support.soak import MAX_FINISHING, MAX_GROWTH, Soaked, soak
 
 
 @pytest.mark.slow
@@ -17,7 +17,7 @@ def test_a_small_soak(tmp_path):
 
 def soaked(**changes: Any) -> Soaked:
     """Return a soak without problems, changed."""
-    good = {"kills": 1, "growth": {"sweep": 0}, "gathering": {"sweep": 0}, "equal": True}
+    good = {"kills": 1, "growth": {"sweep": 0}, "finishing": {"sweep": 0}, "equal": True}
     return Soaked(seconds=1.0, file_size=2_000_000, **{**good, **changes})
 
 
@@ -25,7 +25,7 @@ def soaked(**changes: Any) -> Soaked:
     ("found", "problem"),
     [
         (soaked(growth={"sweep": int(MAX_GROWTH) + 1_000_000}), "the sweep grew by"),
-        (soaked(gathering={"sweep": int(MAX_GATHERING) + 3_000_000}), "the sweep needed 83 MB to"),
+        (soaked(finishing={"sweep": int(MAX_FINISHING) + 5_000_000}), "the sweep needed 85 MB to"),
         (soaked(equal=False), "the results differ"),
         (soaked(kills=0), "no worker was killed"),
     ],

@@ -28,7 +28,9 @@ def server(tmp_path_factory):
         yield found
 
 
-@pytest.mark.parametrize("name", ["run", "run --prove", "run --force", "gather", "html"])
+@pytest.mark.parametrize(
+    "name", ["run", "run --prove", "run --force", "sweep after its parts", "html"]
+)
 def test_terminated_at_a_random_moment(name, undisturbed, server, tmp_path):
     trials = Trials(undisturbed(name), server, tmp_path)
     for number in range(2):
@@ -49,7 +51,7 @@ def test_all_processes_of_a_sweep_are_terminated(undisturbed, server, tmp_path):
     command, _ = trials.start(0)
     shards = command.folder / "results/plan/shards"
     assert command.until_workers(2)
-    assert wait_until(lambda: any(shards.glob("0*.npy")))
+    assert wait_until(lambda: any(shards.glob("0*.h5")))
     os.killpg(command.pid, signal.SIGTERM)
     ended = command.wait()
     assert ended.code == TERMINATED
@@ -59,7 +61,7 @@ def test_all_processes_of_a_sweep_are_terminated(undisturbed, server, tmp_path):
     assert second.startswith("Interrupted: ")
     assert last == "Run the same command again to resume."
     assert partial_files(command.folder) == []
-    assert len(list(shards.glob("0*.npy"))) < 15
+    assert len(list(shards.glob("0*.h5"))) < 15
     trials.repeat(command.folder)
 
 
@@ -67,7 +69,7 @@ def test_terminated_twice_a_sweep_stops_at_once(undisturbed, server, tmp_path):
     trials = Trials(undisturbed("sweep"), server, tmp_path)
     command, _ = trials.start(0, *trials.done.words, "--set", "integration.time_limit=600")
     shards = command.folder / "results/plan/shards"
-    assert wait_until(lambda: any(shards.glob("0*.npy")))
+    assert wait_until(lambda: any(shards.glob("0*.h5")))
     command.send(signal.SIGTERM)
     time.sleep(0.02)
     command.send(signal.SIGTERM)

@@ -20,9 +20,8 @@ from rbstab.elements.user_code import loaded
 from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.experiment.stored_config import stored_config
 from rbstab.experiment.summary import summary_of
-from rbstab.sweep.sweep import gather_folder
 from rbstab_cli.commands import check as check_command
-from rbstab_cli.commands import gather, guard, run, sensitivities, stability, sweep, tune
+from rbstab_cli.commands import guard, run, sensitivities, stability, sweep, tune
 from rbstab_cli.main import COMMANDS
 
 CONFIG = GOOD.replace("title: A short run", "schema_version: 2\ntitle: A traitor") + (
@@ -112,7 +111,6 @@ RUNNING = [
     ("sweep", "plan.yaml", "--dry-run"),
     ("sweep", "plan.yaml", "--retry-failed"),
     ("sweep", "results/plan/plan.yaml", "-o", "again"),
-    ("gather", "results/plan"),
 ]
 
 
@@ -161,8 +159,6 @@ def test_python(marker: Path) -> None:
     with pytest.raises(CodeNotAllowedError):
         package.simulate(config)
     assert package.prove(config).outcome == CODE_NOT_RUN
-    with pytest.raises(CodeNotAllowedError):
-        gather_folder(Path("results/plan"))
     package.open_sweep("results/plan")
     package.open_traces("results/plan")
     for call in (package.load_config, package.simulate, package.sensitivities):
@@ -206,7 +202,7 @@ def test_a_report_elsewhere(marker: Path, rbstab: Invoke) -> None:
 
 
 def test_every_command_that_builds_equations_has_the_option() -> None:
-    modules = (check_command, gather, guard, run, sensitivities, stability, sweep, tune)
+    modules = (check_command, guard, run, sensitivities, stability, sweep, tune)
     for module in modules:
         assert "--allow-python" in [name for p in module.command.params for name in p.opts]
     reading = {

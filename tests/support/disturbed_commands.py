@@ -38,7 +38,7 @@ class Case:
         words: The command.
         before: Commands that have run in the folder. `other.yaml` has always run.
         first: A command that does the first part of the work; its files may be there as well.
-        fake_members: Members of a sweep with made up numbers; its shards are not gathered yet.
+        fake_members: Members of a sweep with made up numbers; only its shards are there.
     """
 
     words: Words
@@ -79,7 +79,10 @@ CASES = {
         (("run", "--no-prove", "case.yaml", "--set", "body.mass=50", "-q"),),
     ),
     "sweep": Case(SWEEP),
-    "gather": Case(("gather", "results/fake", "-q"), fake_members=20_000),
+    "sweep after its parts": Case(
+        ("sweep", "--no-prove", "results/fake/plan.yaml", "-o", "results", "-q"),
+        fake_members=20_000,
+    ),
     "html": _report("html"),
     "md": _report("md"),
     "pdf": _report("pdf"),
@@ -237,7 +240,7 @@ def content_of(path: Path) -> Content:
     if path.suffix != ".h5" or path.parent.name == "traces":
         return path.read_bytes()
     if path.name == "members.h5":
-        digest = str(read_sweep(path).attributes["arrays_digest"])
+        digest = str(read_sweep(path).attributes["shards_digest"])
     else:
         digest = open_result(path).run_id
     return digest, *_arrays(path)

@@ -29,10 +29,9 @@ KILL_INTERVAL = 4.0
 MAX_GROWTH = 50e6
 """Bytes by which the memory of a process may grow after the first part of the sweep."""
 
-MAX_GATHERING = MAX_GROWTH + 30e6
-"""The same for gathering, beside the size of the file: it imports libraries that nothing needed
-before. On a busy machine a small soak was seen to need 50.1 MB with them; a leak grows with the
-file, which has some 370 MB in the long soak."""
+MAX_FINISHING = MAX_GROWTH + 30e6
+"""The same for the members file, beside twice its size: it is in memory by shards and whole, and
+writing it imports libraries that nothing needed before."""
 
 WARM_UP = 0.2
 """The part of the members in which a process may grow: it imports, compiles, and fills caches."""
@@ -58,8 +57,8 @@ class Memory:
         """The largest memory in the first part, bytes."""
         self.later = 0
         """The largest memory after it, bytes."""
-        self.gathering = 0
-        """The largest memory after all shards are there, bytes: then one file is made of them."""
+        self.finishing = 0
+        """The largest memory when all shards are there, bytes: the members file is written."""
 
     def sample(self, share: float) -> None:
         """Read the memory; the process may have ended.
@@ -72,7 +71,7 @@ class Memory:
         except psutil.NoSuchProcess:
             return
         if share >= 1:
-            self.gathering = max(self.gathering, size)
+            self.finishing = max(self.finishing, size)
         elif share > WARM_UP:
             self.later = max(self.later, size)
         else:
@@ -84,12 +83,12 @@ class Memory:
         return self.later - self.at_first
 
     @property
-    def needed_for_gathering(self) -> int:
-        """The bytes by which it grew while the shards became one file."""
-        return max(0, self.gathering - max(self.at_first, self.later))
+    def needed_to_finish(self) -> int:
+        """The bytes by which it grew while the members file was written."""
+        return max(0, self.finishing - max(self.at_first, self.later))
 
     def __str__(self) -> str:
-        return f"{self.name} {max(self.at_first, self.later, self.gathering) / 1e6:.0f} MB"
+        return f"{self.name} {max(self.at_first, self.later, self.finishing) / 1e6:.0f} MB"
 
 
 class Soaked(NamedTuple):
@@ -99,7 +98,7 @@ class Soaked(NamedTuple):
         seconds: Its duration.
         kills: The number of killed workers.
         growth: The growth of each process while members were computed, bytes.
-        gathering: The growth of each process while the shards became one file, bytes.
+        finishing: The growth of each process while the members file was written, bytes.
         file_size: The size of that file, bytes.
         equal: Whether the results are those of an undisturbed sweep.
     """
@@ -107,7 +106,7 @@ class Soaked(NamedTuple):
     seconds: float
     kills: int
     growth: dict[str, int]
-    gathering: dict[str, int]
+    finishing: dict[str, int]
     file_size: int
     equal: bool
 
@@ -120,9 +119,9 @@ class Soaked(NamedTuple):
             if size > MAX_GROWTH
         ]
         found += [
-            f"the {name} needed {size / 1e6:.0f} MB to gather {self.file_size / 1e6:.0f} MB"
-            for name, size in self.gathering.items()
-            if size > self.file_size + MAX_GATHERING
+            f"the {name} needed {size / 1e6:.0f} MB to write {self.file_size / 1e6:.0f} MB"
+            for name, size in self.finishing.items()
+            if size > 2 * self.file_size + MAX_FINISHING
         ]
         found += [] if self.equal else ["the results differ from those of an undisturbed sweep"]
         return found + ([] if self.kills else ["no worker was killed: the sweep is too short"])
@@ -153,7 +152,7 @@ def soak(folder: Path, members: int, kill_interval: float, say: Say = print) -> 
         seconds,
         kills,
         {memory.name: memory.growth for memory in memories},
-        {memory.name: memory.needed_for_gathering for memory in memories},
+        {memory.name: memory.needed_to_finish for memory in memories},
         (folder / "killed/plan/members.h5").stat().st_size,
         _equal(folder / "plain/plan", folder / "killed/plan"),
     )
@@ -208,12 +207,14 @@ def _sweep_and_kill(
 
 def shard_files_of(folder: Path) -> list[Path]:
     """Return the paths of the shards in a folder; it may not exist yet."""
-    return list(folder.glob("[0-9]*.npy"))
+    return list(folder.glob("[0-9]*.h5"))
 
 
 def _equal(one: Path, other: Path) -> bool:
-    digests = {read_sweep(path / "members.h5").attributes["arrays_digest"] for path in (one, other)}
-    return len(digests) == 1 and shard_files(one) == shard_files(other)
+    files = [read_sweep(path / "members.h5") for path in (one, other)]
+    digests = {table.attributes["shards_digest"] for table in files}
+    same = all(files[0][name].tobytes() == files[1][name].tobytes() for name in files[0].arrays)
+    return len(digests) == 1 and same and shard_files(one) == shard_files(other)
 
 
 def main() -> None:
@@ -226,7 +227,7 @@ def main() -> None:
         found = soak(Path(folder), given.members, given.kill_interval)
     growth = ", ".join(f"{name} {size / 1e6:+.0f} MB" for name, size in found.growth.items())
     print(f"{found.seconds:6.0f} s  {found.kills} workers were killed; growth: {growth}")  # noqa: T201
-    needed = f"{found.gathering['sweep'] / 1e6:.0f} MB to gather {found.file_size / 1e6:.0f} MB"
+    needed = f"{found.finishing['sweep'] / 1e6:.0f} MB to write {found.file_size / 1e6:.0f} MB"
     print(f"the sweep needed {needed}")  # noqa: T201
     for problem in found.problems:
         print(f"FAILED: {problem}")  # noqa: T201

@@ -61,9 +61,11 @@ class Reader:
             self._process = None
 
     def _start(self) -> "subprocess.Popen[str]":
+        # The same program as here: the installed one may be another.
+        path = os.pathsep.join([str(TESTS), *sys.path])
         self._process = subprocess.Popen(
             [sys.executable, "-m", "faults.hostile.attempts"],
-            env=os.environ | {"PYTHONPATH": str(TESTS), "OPENBLAS_NUM_THREADS": "1"},
+            env=os.environ | {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,

@@ -52,7 +52,9 @@ def running(folder: Path) -> Iterator[Harness]:
     """Build the library, start the process, and end it with the block."""
     work = folder / "work"
     work.mkdir()
-    variables = {**build(folder), "PYTHONPATH": str(TESTS), "OPENBLAS_NUM_THREADS": "1"}
+    # The same program as here: the installed one may be another.
+    path = os.pathsep.join([str(TESTS), *sys.path])
+    variables = {**build(folder), "PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"}
     process = subprocess.Popen(
         [sys.executable, "-m", "faults.library.trials", str(work)],
         env=os.environ | variables,

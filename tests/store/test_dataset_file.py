@@ -31,7 +31,7 @@ from rbstab.store.variables import Variable
 
 KIND = "a test"
 CODES = np.array([0, 1, 1, 0], "i1")
-NUMBERS = np.array(AWKWARD + [2.5, -7.0, 1e-9]).reshape(4, 3)
+NUMBERS = np.array([*AWKWARD, 2.5, -7.0, 1e-9]).reshape(4, 3)
 TRACKED = h5py.h5p.CRT_ORDER_TRACKED | h5py.h5p.CRT_ORDER_INDEXED
 
 
@@ -284,6 +284,7 @@ HOSTILE: dict[str, Callable[[dict[str, Any]], Any]] = {
     "no offset": without("arrays", "energy", "offset"),
     "pickled objects": changed_array("energy", type="|O8"),
     "records": changed_array("energy", type="<f8,<i4"),
+    "texts without a length": changed_array("id", type="|S0"),
     "no type": changed_array("energy", type=""),
     "a type that numpy lacks": changed_array("energy", type="<f7"),
     "too few texts": changed_array("part", texts=["a"]),
@@ -307,6 +308,23 @@ def test_hostile_files_with_a_right_seal_are_refused(file: Path, name: str) -> N
     kind, text = refused(file)
     assert kind is NotAResultError
     assert text.startswith(f"{file} is damaged")
+
+
+def test_the_index_is_not_read_as_numbers(file: Path) -> None:
+    """What lies in the file, but behind the arrays, is no array."""
+    content = file.read_bytes()[:-SEAL_SIZE]
+    start = content.rindex(b"\n")
+    index = json.loads(content[start:])
+    for offset, is_read in ((start - 64, True), (start - 63, False), (start, False)):
+        index["arrays"]["energy"]["offset"] = offset
+        file.write_bytes(sealed(content[:start] + b"\n" + json.dumps(index).encode()))
+        if is_read:
+            assert read_dataset(file, KIND).variables["energy"].data.shape == (4, 2)
+        else:
+            assert refused(file) == (
+                NotAResultError,
+                f"{file} is damaged: its index is wrong (an array is larger than the file)",
+            )
 
 
 @pytest.mark.parametrize("index", [b"", b"{", b"[" * 100_000, b"\xff\xfe", b"NaN"])

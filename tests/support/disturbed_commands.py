@@ -237,7 +237,7 @@ def content_of(path: Path) -> Content:
     if path.suffix == ".json" and path.parent.name == "proofs":
         proof = read_document(path) | {"seconds": None}
         return json.dumps(proof, sort_keys=True).encode()
-    if path.suffix != ".h5" or path.parent.name == "traces":
+    if path.suffix != ".h5" or path.parent.name in {"traces", "shards"}:
         return path.read_bytes()
     if path.name == "members.h5":
         digest = str(read_sweep(path).attributes["shards_digest"])

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
 Attributes = Mapping[str, str | int | float]
 
-_TYPES = re.compile(r"[<|][fiuS][0-9]{1,4}")
+_TYPES = re.compile(r"[<|][fiuS][1-9][0-9]{0,3}")
 """The types of arrays of numbers, and of short texts."""
 
 _BLOCK = 1 << 20

@@ -68,8 +68,8 @@ def _gathered(folder: SweepFolder, shards_digest: str) -> Table | None:
 
 
 def _has_plan_of(folder: SweepFolder, table: Table) -> bool:
-    stored = table["plan"].tolist() if "plan" in table.extras else None
-    return bool(stored == read_regular(folder.path / PLAN_FILE).decode())
+    stored = str(table["plan"]) if "plan" in table.extras else ""
+    return stored.encode(errors="replace") == read_regular(folder.path / PLAN_FILE)
 
 
 def gather(

@@ -74,7 +74,7 @@ UNUSED_MODULES = (
     *("rbstab.experiment.convergence.exact_motion", "rbstab.experiment.convergence.region_bounds"),
     *(
         "rbstab.processes.workers",
-        "rbstab.store.reading.opening",
+        "rbstab.processes.mapped",
         "rbstab.store.table",
         "rbstab.sweep",
     ),

@@ -4,9 +4,11 @@ import csv
 import sys
 from pathlib import Path
 
+import netCDF4
 import numpy as np
 import pandas as pd
 import pytest
+import xarray
 from cli.conftest import Invoke
 from scipy.io import loadmat
 from support.made_runs import made_file
@@ -74,6 +76,37 @@ def test_a_sweep_has_one_row_a_member(form: str, sweep: Path, rbstab: Invoke) ->
     assert_same(Path(f"members.{form}"), expected)
     assert expected.arrays["status"].tolist().count("diverged") == 2
     assert sum(data.dtype.kind == "f" for data in expected.arrays.values()) > 30
+
+
+def test_a_sweep_is_one_netcdf_file(sweep: Path, rbstab: Invoke) -> None:
+    """Its arrays are those of `open_sweep`, for every reader of netCDF-4."""
+    done = rbstab("export", "swept", "-o", "sweep.nc")
+    assert done.exit_code == 0, done.output
+    table = open_sweep(sweep)
+    assert done.stdout == f"-> sweep.nc: 12 rows, {len(table.layout)} columns\n"
+    arrays = {**table.arrays, **{name: extra.data for name, extra in table.extras.items()}}
+    with netCDF4.Dataset("sweep.nc") as file:
+        assert file.data_model == "NETCDF4"
+        assert len(file.dimensions["run"]) == 12
+        file.set_auto_mask(False)
+        file.set_auto_chartostring(False)
+        for name, data in arrays.items():
+            found = np.asarray(file[name][...])
+            if data.dtype.kind in "iuf":
+                assert (found.dtype, found.tobytes()) == (data.dtype, data.tobytes()), name
+            else:
+                assert found.tolist() == data.astype(str).tolist(), name
+        for name, column in table.layout.items():
+            found = file[name]
+            assert (found.units, found.long_name) == (column.unit, column.long_name)
+            assert found.dimensions == ("run", *column.dimensions)
+    with xarray.open_dataset("sweep.nc", engine="h5netcdf", decode_times=False) as data:
+        assert set(data.variables) >= set(arrays)
+        for name in ("settling_time", "peak_orientation", "run"):
+            assert data[name].values.tobytes() == table[name].tobytes()
+        words = data["status"].attrs["flag_meanings"].split()
+        assert [words[code] for code in data["status"].values].count("diverged") == 2
+        assert data.attrs["plan_id"] == table.attributes["plan_id"]
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -152,9 +185,17 @@ def test_what_one_run_lacks_is_empty_or_nan(folder: Path, rbstab: Invoke) -> Non
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
-        (("made.h5", "-o", "a.xlsx"), 2, "expected a file name that ends in .csv, .parquet, .mat"),
+        (
+            ("made.h5", "-o", "a.xlsx"),
+            2,
+            "expected a file name that ends in .csv, .parquet, .mat, .nc",
+        ),
         (("made.h5",), 2, "Missing option '-o'"),
         (("made.h5", "swept", "-o", "a.csv"), 2, "expected runs only, or one sweep"),
+        (("made.h5", "-o", "a.nc"), 2, "-o a.nc: expected one sweep, without --traces"),
+        (("made.h5", "swept", "-o", "a.nc"), 2, "-o a.nc: expected one sweep, without --traces"),
+        (("swept", "--traces", "-o", "a.nc"), 2, "-o a.nc: expected one sweep, without --traces"),
+        (("swept", "-o", "there.nc"), 4, "there.nc: already exists"),
         (("absent.h5", "-o", "a.csv"), 4, "absent.h5: cannot be read: No such file"),
         (("made.h5", "-o", "there.csv"), 4, "there.csv: already exists"),
         (("made.h5", "-o", "no/a.csv"), 4, "the folder no does not exist"),
@@ -164,11 +205,12 @@ def test_what_cannot_be_exported(
     arguments: tuple[str, ...], code: int, words: str, sweep: Path, rbstab: Invoke
 ) -> None:
     made_file(sweep.parent / "made.h5")
-    Path("there.csv").write_text("mine")
+    for name in ("there.csv", "there.nc"):
+        Path(name).write_text("mine")
     done = rbstab("export", *arguments)
     assert (done.exit_code, words in done.output) == (code, True), done.output
-    assert Path("there.csv").read_text() == "mine"
-    assert not Path("a.csv").exists()
+    assert Path("there.csv").read_text() == Path("there.nc").read_text() == "mine"
+    assert not list(Path().glob("a.*"))
     assert rbstab("export", "made.h5", "-o", "there.csv", "--force").exit_code == 0
 
 

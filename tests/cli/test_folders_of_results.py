@@ -66,11 +66,11 @@ def test_a_file_that_is_no_result_hides_no_others(mixed: Path, rbstab: Invoke) -
     (mixed / "broken.h5").write_text("text")
     report = rbstab("report", "mixed", "--format", "text")
     assert report.exit_code == 4
-    assert "mixed/broken.h5: is damaged or is not HDF5" in report.stderr
+    assert "mixed/broken.h5: has no seal of rbstab" in report.stderr
     assert "range_left" in report.stdout
     plot = rbstab("plot", "mixed")
     assert plot.exit_code == 0
-    assert "mixed/broken.h5: is damaged or is not HDF5" in plot.stderr
+    assert "mixed/broken.h5: has no seal of rbstab" in plot.stderr
     assert "runs-decay" in plot.stdout
     # A result that is named must be readable.
     assert rbstab("plot", "mixed", "mixed/broken.h5").exit_code == 4

@@ -70,9 +70,9 @@ PLAN = "base: good.yaml\nvary:\n  initial.angular_velocity[1]: {values: [1, 2, 6
 
 def test_a_sweep_counts_later_proofs_everywhere(folder: Path, rbstab: Invoke) -> None:
     Path("plan.yaml").write_text(PLAN)
-    gathered = rbstab("sweep", "plan.yaml", "--no-prove")
+    first = rbstab("sweep", "plan.yaml", "--no-prove")
     # Without any proof, there is nothing to say but how many settled.
-    assert "converge to a rest" not in gathered.stdout
+    assert "converge to a rest" not in first.stdout
     again = rbstab("sweep", "plan.yaml")
     assert "proved for 2 of the members" in again.stdout
     assert "unknown" not in again.stdout

@@ -124,7 +124,9 @@ def test_the_next_command_after_a_sweep(rbstab: Invoke) -> None:
 @pytest.mark.usefixtures("plan", "use_fake_engine")
 def test_the_next_command_after_a_part(rbstab: Invoke) -> None:
     done = rbstab("sweep", "plan.yaml", "-o", "my results", "--part", "1/1")
-    assert f"run: rbstab gather {SWEEP}\n" in done.stderr
+    assert done.stderr.endswith(
+        "When all parts are done, run: rbstab sweep 'my results/plan/plan.yaml' -o 'my results'\n"
+    )
 
 
 @pytest.mark.usefixtures("plan")

@@ -85,7 +85,6 @@ def test_results(
 @pytest.mark.parametrize(
     "arguments",
     [
-        ("gather",),
         ("sweep", "--status"),
         ("run", "--no-prove", "good.yaml", "-o"),
         ("sweep", "--no-prove", "plan.yaml", "-o"),
@@ -159,7 +158,7 @@ def test_a_pipe_with_the_name_of_a_result(
     assert stat.S_ISFIFO(Path("results/good.h5").lstat().st_mode)
 
 
-FILES_OF_A_SWEEP = ["shards/00000000.npy", "members.h5", "manifest.json", "plan.yaml"]
+FILES_OF_A_SWEEP = ["shards/00000000.h5", "members.h5", "manifest.json", "plan.yaml"]
 
 
 @pytest.mark.parametrize("name", FILES_OF_A_SWEEP)
@@ -170,7 +169,7 @@ def test_pipes_in_the_folder_of_a_sweep(name: str, folder: Path, rbstab: Invoke)
     Path("results/plan", name).unlink()
     os.mkfifo(Path("results/plan", name))
     commands = [
-        ("gather", "results/plan"),
+        ("export", "results/plan", "-o", "sweep.nc"),
         ("sweep", "--status", "results/plan"),
         ("report", "results/plan", "--format", "text"),
         sweep,

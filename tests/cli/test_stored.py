@@ -59,7 +59,7 @@ def test_list_names_what_cannot_be_read(rbstab: Invoke) -> None:
     Path("results/bro\nken.h5").write_text("x")
     done = rbstab("list")
     assert done.exit_code == 4
-    assert done.stderr == "results/bro\\nken.h5 is damaged or is not HDF5\n"
+    assert done.stderr.startswith("results/bro\\nken.h5 has no seal of rbstab: ")
     assert printed("results/embedded.h5") in done.stdout
 
 
@@ -121,7 +121,7 @@ def test_compare_a_run_and_a_sweep(rbstab: Invoke) -> None:
         ("finished_map", ["done 30 (100.0%)"]),
         ("finished_map/members.h5", ["done 30 (100.0%)"]),
         ("begun_map", ["not done 14 46.67%"]),
-        ("finished_variants/shards/00000001.npy", ["members 4 to 7", "members completed 4"]),
+        ("finished_variants/shards/00000001.h5", ["members 4 to 7", "members completed 4"]),
         ("finished_variants/traces/00000000.h5", ["members 0, 3", "motions 2"]),
         (
             "proofs/*.json",
@@ -176,7 +176,7 @@ def test_show_of_what_has_nothing_to_show(
 @pytest.mark.parametrize(
     "path",
     [
-        "finished_variants/shards/00000001.npy",
+        "finished_variants/shards/00000001.h5",
         "finished_variants/traces/00000000.h5",
         "proofs/*.json",
         "finished_map/manifest.json",

@@ -10,14 +10,13 @@ from pathlib import Path
 import pytest
 import xarray
 from cli.conftest import GOOD, start
-from rbstab.store.shard_file import read_shard
 from support.sweeps import shard_files
 
 from rbstab import load_plan, open_sweep, open_traces, simulate
 from rbstab.integrate.engines import EngineMissingError, engine
 from rbstab.store.disk.lock import locked
+from rbstab.store.table_file import SHARD, read_table
 from rbstab.sweep.execution.estimate import Estimate
-from rbstab.sweep.members.outcome import COLUMNS
 from rbstab_cli.output.sweeps.sweep_progress import RATE_WINDOW, Rate, duration
 from rbstab_cli.output.sweeps.sweep_report import size
 
@@ -40,7 +39,7 @@ def test_a_sweep(rbstab, name):
     assert "completed       20  100.00%" in done.stdout
     assert "-> results/plan/members.h5" in done.stderr.replace("\\", "/")
     names = sorted(path.name for path in Path("results/plan").iterdir())
-    expected = [".lock", "check.json", "manifest.json", "plan.yaml", "shards", "members.h5"]
+    expected = [".lock", "check.json", "manifest.json", "members.h5", "plan.yaml", "shards"]
     assert names == [n for n in expected if name == "heyoka" or n != "check.json"]
     assert ("4 members, largest relative difference" in done.stdout) == (name == "heyoka")
     with xarray.open_dataset("results/plan/members.h5", engine="h5netcdf") as data:
@@ -137,7 +136,7 @@ def test_status(rbstab, use_fake_engine):
     assert ["done", "16", "(80.0%)"] in words
     assert ["not", "done", "4", "20.00%"] in words
     assert ["running", "no"] in words
-    Path("results/plan/shards/00000001.npy").write_bytes(b"")
+    Path("results/plan/shards/00000001.h5").write_bytes(b"")
     with locked(Path("results/plan")):
         shown = rbstab("sweep", "--status", "results/plan")
     words = [line.split() for line in shown.stdout.splitlines()]
@@ -214,7 +213,7 @@ def test_the_plan_in_a_folder_makes_the_same_sweep_again(rbstab, plan, name):
     done = rbstab("sweep", "--no-prove", "results/spins/plan.yaml", "-o", "again", "-q")
     assert done.exit_code == 0, done.output
     first, again = (open_sweep(f"{folder}/spins") for folder in ("results", "again"))
-    for key in ("engine", "plan_id", "arrays_digest"):
+    for key in ("engine", "plan_id", "shards_digest"):
         assert again.attributes[key] == first.attributes[key]
     assert rbstab("sweep", "--no-prove", "results/spins/plan.yaml", "-q").exit_code == 0
     assert not Path("results/plan").exists()
@@ -293,9 +292,9 @@ def test_interrupts(folder):
     options = ("--engine", "scipy", "--shard-size", "4", "--set", "integration.duration=0.2")
     shards = Path("results/plan/shards")
     for presses in (1, 2):
-        known = len(list(shards.glob("0*.npy")))
+        known = len(list(shards.glob("0*.h5")))
         with start(*SWEEP, *options) as process:
-            while len(list(shards.glob("0*.npy"))) == known:
+            while len(list(shards.glob("0*.h5"))) == known:
                 assert process.poll() is None
                 time.sleep(0.01)
             for _ in range(presses):
@@ -304,8 +303,8 @@ def test_interrupts(folder):
             _, stderr = process.communicate(timeout=20)
         assert process.returncode == 130
         assert "Run the same command again to resume." in stderr
-        for path in shards.glob("0*.npy"):
-            assert len(read_shard(path, COLUMNS)["run"]) == 4
+        for path in shards.glob("0*.h5"):
+            assert len(read_table(path, SHARD)["run"]) == 4
 
 
 def test_the_rate_is_that_of_late():

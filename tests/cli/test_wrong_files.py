@@ -69,7 +69,7 @@ def test_another_text_is_no_config(folder: Path, rbstab: Invoke) -> None:
     Path("notes.txt").write_text("some: notes\n")
     done = rbstab("show", "notes.txt")
     assert done.exit_code == 4
-    assert "notes.txt is damaged or is not HDF5" in done.stderr
+    assert "notes.txt has no seal of rbstab" in done.stderr
 
 
 def test_a_folder_without_results_says_how_to_get_one(folder: Path, rbstab: Invoke) -> None:

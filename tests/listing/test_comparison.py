@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.configs import VISCO_ELASTIC, plain
 from support.made_runs import made_config, made_file, made_result
-from support.stored_proofs import store_proof_of
+from support.stored_proofs import say_proved, store_proof_of
 
 from rbstab.config.load import load_config
 from rbstab.experiment.simulate import simulate
@@ -91,10 +91,12 @@ def test_the_last_v_is_that_of_the_last_sample(usual: Path, tmp_path: Path) -> N
     assert named(compare(usual, tmp_path / "risen.h5").outcomes)["v(end) [J]"].second == "2.5"
 
 
-def test_a_start_that_leaves_the_range_where_all_others_come_to_rest() -> None:
-    outcomes = named(compare(STORED / "runs/range_left.h5", STORED / "runs/embedded.h5").outcomes)
+def test_a_start_that_leaves_the_range_where_all_others_come_to_rest(tmp_path: Path) -> None:
+    shutil.copy(STORED / "runs/range_left.h5", tmp_path)
+    store_proof_of(STORED / "runs/range_left.h5", tmp_path)
+    outcomes = named(compare(tmp_path / "range_left.h5", STORED / "runs/embedded.h5").outcomes)
     assert outcomes["this start comes to rest"].first == "not decided"
-    assert outcomes["whole range"].first == "proved"
+    assert outcomes["whole range"].first == "returns: proved"
 
 
 def test_the_same_config(usual: Path, tmp_path: Path) -> None:
@@ -105,8 +107,10 @@ def test_the_same_config(usual: Path, tmp_path: Path) -> None:
     assert compare(usual, usual) == found
 
 
-def test_sweeps() -> None:
-    folder = STORED / "sweeps"
+def test_sweeps(tmp_path: Path) -> None:
+    folder = Path(shutil.copytree(STORED / "sweeps", tmp_path / "sweeps"))
+    say_proved(folder / "finished_map", (0, 7, 8, 29))
+    say_proved(folder / "finished_variants", (2, 3, 11))
     found = compare(folder / "finished_map", folder / "finished_variants")
     assert found.kind == "sweep"
     inputs, outcomes = named(found.inputs), named(found.outcomes)

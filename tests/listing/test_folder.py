@@ -4,18 +4,19 @@ cannot be read is named and hides nothing.
 
 import os
 import shutil
-from collections import Counter
 from pathlib import Path
 from typing import Any
 
 import h5py
 import pytest
+from support.results import sealed
+from support.stored_proofs import say_proved, store_proof_of
 
-from rbstab.listing.folder import UNKNOWN, Entry, entries_of, proofs_in
+from rbstab.listing.folder import Entry, entries_of, proofs_in
 from rbstab.listing.kinds import Kind
+from rbstab.store.disk.seal import SEAL_SIZE
 from rbstab.store.errors import StoreError
 from rbstab.store.run_file import open_result, write_result
-from rbstab.sweep.folder.sweep_table import read_sweep
 
 STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
@@ -27,6 +28,7 @@ def folder(tmp_path: Path) -> Path:
         shutil.copy(STORED / f"runs/{name}.h5", tmp_path)
     for name in ("finished_variants", "begun_map"):
         shutil.copytree(STORED / f"sweeps/{name}", tmp_path / name)
+    say_proved(tmp_path / "finished_variants", (2, 3, 11))
     (tmp_path / "proofs").mkdir()
     for digit in "01":
         (tmp_path / f"proofs/{digit * 32}.json").write_text("{}")
@@ -50,15 +52,21 @@ def test_each_run_and_sweep_is_listed_once(folder: Path) -> None:
 def test_what_they_say_of_themselves(folder: Path) -> None:
     found = by_name(folder)
     run = found["range_left.h5"]
-    assert run[1:7] == (Kind.RUN, "Stored", "left the range", "range left", "consistent", "-")
-    # Its body has a stored proof; its own motion left the range.
-    assert (run.this_start, run.whole_range) == ("not decided", "proved")
+    assert run[1:6] == (Kind.RUN, "Stored", "left the range", "range left", "consistent")
+    assert (run.converges, run.this_start, run.whole_range) == ("not decided",) * 3
     assert found["finished_variants"].status == "20 of 20 completed"
     assert found["finished_variants"].outcome.endswith(" of 20 return")
     assert found["finished_variants"].converges == "3 of 20 proved"
     assert found["finished_variants"].this_start == "3 of 20 proved"
     assert found["begun_map"].status == "2 of 4 shards are stored"
     assert found["begun_map"].kind is Kind.SWEEP
+
+
+def test_a_run_beside_a_proof_of_its_body(folder: Path) -> None:
+    """Its own motion left the range."""
+    store_proof_of(STORED / "runs/range_left.h5", folder)
+    run = by_name(folder)["range_left.h5"]
+    assert (run.this_start, run.whole_range) == ("not decided", "returns: proved")
 
 
 def test_a_proved_run(folder: Path) -> None:
@@ -94,24 +102,20 @@ def test_an_attribute_that_is_missing_is_named(folder: Path) -> None:
     assert by_name(folder)["poor.h5"].problem.endswith("is damaged: engine is missing")
 
 
-def changed(file: Path, column: str, value: bytes) -> None:
-    """Write bytes over the first ones of a column, behind the back of HDF5."""
+def changed(file: Path, column: str, value: int) -> None:
+    """Change the first byte of a column, and seal the file again."""
+    content = bytearray(file.read_bytes()[:-SEAL_SIZE])
     with h5py.File(file) as opened:
         dataset: Any = opened[column]
-        place = dataset.id.get_offset()
-    with file.open("r+b") as raw:
-        raw.seek(place)
-        raw.write(value)
+        content[dataset.id.get_offset()] = value
+    file.write_bytes(sealed(bytes(content)))
 
 
-def test_of_very_many_members_only_what_is_listed_is_read(
+def test_of_very_many_members_what_later_proofs_say_is_not_computed(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """So a long list is fast. Damage elsewhere is found by the commands that read it."""
+    """So a long list is fast."""
     monkeypatch.setattr("rbstab.listing.folder.MAX_COUNTED", 19)
-    shutil.rmtree(folder / "proofs")
-    file = folder / "finished_variants/members.h5"
-    changed(file, "end_time", b"damaged!")
     entry = by_name(folder)["finished_variants"]
     assert (entry.outcome, entry.status, entry.converges, entry.problem) == (
         "-",
@@ -119,29 +123,19 @@ def test_of_very_many_members_only_what_is_listed_is_read(
         "3 of 20 proved",
         "",
     )
-    with pytest.raises(StoreError, match="does not match its digest"):
-        read_sweep(file)
 
 
 def test_what_is_listed_is_checked(folder: Path) -> None:
-    changed(folder / "finished_variants/members.h5", "status", b"\x63")
+    shard = folder / "finished_variants/shards/00000001.h5"
+    changed(shard, "status", 99)
     problem = by_name(folder)["finished_variants"].problem
-    assert problem.endswith("is damaged: status has a flag without a meaning")
+    assert problem == f"{shard} is damaged: status has a flag without a meaning"
 
 
 def test_a_run_in_place_of_the_file_of_a_sweep(folder: Path) -> None:
     shutil.copy(folder / "embedded.h5", folder / "finished_variants/members.h5")
-    assert "but not of a sweep" in by_name(folder)["finished_variants"].problem
-
-
-def test_the_counts_are_those_of_the_columns() -> None:
-    file = STORED / "sweeps/finished_variants/members.h5"
-    table = read_sweep(file)
-    counts = count_flags(file, ["status", "convergence", "no_such_column"])
-    assert set(counts) == {"status", "convergence"}
-    for name, by_word in counts.items():
-        words = [table.layout[name].flags[code] for code in table[name].tolist()]
-        assert by_word == dict(Counter(words))
+    problem = by_name(folder)["finished_variants"].problem
+    assert "is the result of a run, not what is known of the members of a sweep" in problem
 
 
 def test_the_newest_comes_first(folder: Path) -> None:
@@ -158,7 +152,7 @@ def test_what_cannot_be_read_is_named_and_hides_nothing(folder: Path) -> None:
     (folder / "finished_variants/manifest.json").write_text("{")
     found = by_name(folder)
     assert len(found) == 5
-    assert found["broken.h5"].problem == f"{folder / 'broken.h5'} is damaged or is not HDF5"
+    assert found["broken.h5"].problem.startswith(f"{folder / 'broken.h5'} has no seal of rbstab: ")
     assert "is damaged" in found["finished_variants"].problem
     assert [name for name, entry in found.items() if entry.problem == ""]
 
@@ -178,8 +172,8 @@ def test_no_folder(name: str, reason: str, folder: Path) -> None:
 
 
 def test_a_sweep_without_proofs_says_so(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    counts = {"status": {"completed": 20}, "convergence": {UNKNOWN: 20}}
-    monkeypatch.setattr("rbstab.listing.folder._counts", lambda _: counts)
+    sweep = folder / "finished_variants"
+    shutil.copy(STORED / "sweeps/finished_variants/members.h5", sweep)
     # It is not counted what the proofs beside it cover.
     monkeypatch.setattr("rbstab.listing.folder.MAX_COUNTED", 19)
     assert by_name(folder)["finished_variants"].this_start == "-"

@@ -19,7 +19,7 @@ KINDS = [
     (SWEEP, Kind.SWEEP),
     (SWEEP / "members.h5", Kind.SWEEP),
     (SWEEP / "plan.yaml", Kind.CONFIG),
-    (SWEEP / "shards/00000000.npy", Kind.SHARD),
+    (SWEEP / "shards/00000000.h5", Kind.SHARD),
     (SWEEP / "traces/00000000.h5", Kind.TRACES),
 ]
 
@@ -42,13 +42,13 @@ def test_the_kind_of_a_proof(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_names_alone_make_no_sweep(tmp_path: Path) -> None:
-    for name in ("members.h5", "shards/00000000.npy", "traces/00000000.h5", "other/proof.json"):
+    for name in ("members.h5", "shards/00000000.h5", "traces/00000000.h5", "other/proof.json"):
         path = tmp_path / name
         path.parent.mkdir(exist_ok=True)
         path.touch()
         assert kind_of(path) is Kind.RUN
 
 
-@pytest.mark.parametrize("name", ["", "members.h5", "shards/00000000.npy", "traces/00000000.h5"])
+@pytest.mark.parametrize("name", ["", "members.h5", "shards/00000000.h5", "traces/00000000.h5"])
 def test_the_folder_of_a_sweep(name: str) -> None:
     assert sweep_folder_of(SWEEP / name) == SWEEP

@@ -42,8 +42,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 OTHERS = [
     ("sweep", "a sweep", "rbstab.open_sweep('sweep')"),
     ("sweep/members.h5", "a sweep", "rbstab.open_sweep('sweep/members.h5')"),
-    ("alone.h5", "a sweep", "rbstab.open_sweep('alone.h5')"),
-    ("sweep/shards/00000000.npy", "a shard of a sweep", "rbstab.open_sweep('sweep')"),
+    ("sweep/shards/00000000.h5", "a shard of a sweep", "rbstab.open_sweep('sweep')"),
     ("sweep/traces/00000000.h5", "a file of traces of a sweep", "rbstab.open_traces('sweep')"),
     ("sweep/manifest.json", "the manifest of a sweep", "rbstab.open_sweep('sweep')"),
     ("sweep/check.json", "the comparison of a sweep with SciPy", "rbstab.open_sweep('sweep')"),
@@ -89,9 +88,20 @@ def test_a_run_is_no_sweep_and_no_proof(place: Path, function: object) -> None:
 
 def test_what_is_named_opens(place: Path) -> None:
     assert rbstab.open_result("run.h5").status == "completed"
-    assert len(rbstab.open_sweep("sweep")["run"]) == len(rbstab.open_sweep("alone.h5")["run"])
+    assert len(rbstab.open_sweep("sweep")["run"]) == 20
+    assert len(rbstab.open_sweep("sweep/members.h5")["run"]) == 20
     file = proof_in(place)
     assert rbstab.open_proof(file).id == file.stem
+
+
+@pytest.mark.usefixtures("place")
+def test_a_members_file_alone_is_no_sweep() -> None:
+    with pytest.raises(NotAResultError, match=r"^alone\.h5 is what is known of the members of a s"):
+        rbstab.open_result("alone.h5")
+    with pytest.raises(
+        NotAResultError, match=r"^alone\.h5 lacks the rest of its sweep: open the f"
+    ):
+        rbstab.open_sweep("alone.h5")
 
 
 @pytest.mark.parametrize("function", [rbstab.open_result, rbstab.open_sweep, rbstab.open_proof])

@@ -122,6 +122,9 @@ def _arrays() -> dict[str, np.ndarray]:
         "dissipation": dissipation,
         "energy_residual": RESIDUAL * np.sin(np.pi * t / 4),
         "energy_at_rest": np.array(0.0),
+        "energy_round_off": np.array(np.finfo(float).tiny),
+        "rest_orientation": Theta[-1],
+        "rest_position": E[-1],
     }
 
 

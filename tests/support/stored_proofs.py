@@ -1,5 +1,6 @@
-"""Proofs of stored runs, which are made once and then stored beside copies of the runs."""
+"""Proofs of stored runs, made once and stored beside copies of them; sweeps with proved members."""
 
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
@@ -9,6 +10,9 @@ from rbstab.experiment.stored_config import stored_config
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.store.document import write_document
 from rbstab.store.run_file import open_result
+from rbstab.store.table_file import read_table, write_table
+from rbstab.sweep.folder.sweep_table import MEMBERS
+from rbstab.sweep.proofs.columns import CONVERGENCE
 
 
 @cache
@@ -26,3 +30,14 @@ def store_proof_of(run: Path, folder: Path) -> Path:
     path.parent.mkdir(exist_ok=True)
     write_document(path, _proof_of(run.resolve()).model_dump(mode="json"))
     return path
+
+
+def say_proved(sweep: Path, members: Iterable[int]) -> None:
+    """Say in the members file of a sweep that these members converge to rest state 1."""
+    file = sweep / "members.h5"
+    table = read_table(file, MEMBERS)
+    arrays = {name: data.copy() for name, data in table.arrays.items()}
+    for member in members:
+        arrays["convergence"][member] = CONVERGENCE.index("proved")
+        arrays["proved_rest_state"][member] = 1
+    write_table(file, MEMBERS, table.layout, arrays, table.attributes, table.extras)

@@ -204,14 +204,12 @@ class SweepFolder:
             StoreError: The shard cannot be read, or was written by a newer rbstab.
         """
         path, (start, stop) = self.shard_file(number), self.bounds(number)
-        table, wanted = (
-            read_table(path, SHARD, names),
-            set(self.columns if names is None else names),
-        )
+        table, columns = read_table(path, SHARD, names), self.columns
         ours = table.attributes.get("plan_id") == self.manifest.plan_id
         # The length is compared first: the manifest may be damaged, and shards be said to be huge.
         ours = ours and len(table[RUN]) == stop - start and table[RUN][0] == start
-        if not ours or {n: self.columns[n] for n in wanted} != {**table.layout}:
+        ours = ours and set(table.layout) == set(columns if names is None else names)
+        if not ours or not all(_is_older(one, columns[n]) for n, one in table.layout.items()):
             raise NotAResultError(f"{path} is not a shard of this sweep")
         return table
 
@@ -237,6 +235,13 @@ class SweepFolder:
         if table is None:
             return None
         return shard_facts(table.arrays, int(table[RUN][0]), str(table.attributes[DIGEST]))
+
+
+def _is_older(stored: Column, known: Column) -> bool:
+    """Whether a column is stored as it is now, or was before words were added to its flags."""
+    flags = known.flags[: len(stored.flags)]
+    same = stored._replace(long_name=known.long_name) == known._replace(flags=flags)
+    return same and bool(flags) == bool(known.flags)
 
 
 def traces_checksum(shard: Table) -> Checksum | None:

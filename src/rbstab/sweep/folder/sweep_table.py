@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from rbstab.store.disk.existence import path_exists, path_is_dir
+from rbstab.store.errors import NotAResultError
 from rbstab.store.table import Layout, Table
 from rbstab.store.table_file import read_table
+from rbstab.sweep.folder.manifest import MANIFEST
 from rbstab.sweep.folder.sweep_folder import read_folder, unfinished_error
 
 MEMBERS = "what is known of the members of a sweep"
@@ -26,7 +28,7 @@ def read_sweep(path: Path, names: Iterable[str] | None = None) -> Table:
         NewerSchemaError: A file was written by a newer rbstab.
         StoreError: A file cannot be opened, or the sweep is not finished.
     """
-    folder = read_folder(path if path_is_dir(path) else path.parent)
+    folder = read_folder(path if path_is_dir(path) else _folder_of(path))
     if not path_exists(folder.sweep_file):
         raise unfinished_error(folder)
     wanted = None if names is None else set(names)
@@ -40,6 +42,14 @@ def read_sweep(path: Path, names: Iterable[str] | None = None) -> Table:
     outcomes = {name: folder.columns[name] for name in columns}
     layout: Layout = {**varied, **outcomes, **known.layout}
     return Table(layout, {**known.arrays, **arrays}, known.attributes, known.extras)
+
+
+def _folder_of(file: Path) -> Path:
+    """Return the folder of a members file; of another file, the error says what is wrong."""
+    if not path_exists(file.parent / MANIFEST):
+        read_table(file, MEMBERS, ())
+        raise NotAResultError(f"{file} lacks the rest of its sweep: open the folder of a sweep")
+    return file.parent
 
 
 def check_sweep(file: Path) -> None:

@@ -1,0 +1,251 @@
+"""Protects `rbstab sweep --part`: several processes share one sweep, and one of them finishes it."""
+
+import json
+import signal
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from cli.conftest import Invoke, start
+from support import missing_heyoka
+from support.printed_paths import words_of
+from support.sweeping import digest_of
+from support.sweeps import shard_files
+
+from rbstab.store.disk.lock import locked
+from rbstab.sweep.folder.open_folder import open_for_part
+from rbstab.sweep.folder.parts import Part
+from rbstab.sweep.plan.load import load_plan
+
+PLAN = """\
+title: Spins
+base: good.yaml
+vary:
+  initial.angular_velocity[0]: {linspace: [-4, 4, 20]}
+"""
+
+SWEEP = ("sweep", "--no-prove", "plan.yaml", "--engine", "scipy", "--shard-size", "4")
+
+FINISH = ("sweep", "--no-prove", "results/plan/plan.yaml")
+
+
+@pytest.mark.usefixtures("use_fake_engine")
+def test_parts_and_what_finishes_them(rbstab: Invoke) -> None:
+    whole = rbstab(*SWEEP, "-o", "whole")
+    for number, shards in ((1, 3), (2, 2)):
+        done = rbstab(*SWEEP, "--part", f"{number}/2")
+        assert done.exit_code == 0, done.output
+        message = f"{shards} of {shards} shards of part {number}/2 are stored."
+        assert message in done.stderr
+        assert "run: rbstab sweep results/plan/plan.yaml\n" in done.stderr.replace("\\", "/")
+        words = [line.split() for line in done.stdout.splitlines()]
+        assert ["completed", str(4 * shards), "100.00%"] in words
+        assert not Path("results/plan/members.h5").exists()
+    status = json.loads(rbstab("sweep", "--status", "results/plan", "--json").stdout)
+    assert (status["done"], status["finished"]) == (20, False)
+    finished = rbstab(*FINISH)
+    assert (finished.exit_code, finished.stdout) == (0, whole.stdout)
+    assert "20 of 20 members are already done" in finished.stderr
+    assert "-> results/plan/members.h5" in finished.stderr.replace("\\", "/")
+    assert shard_files(Path("results/plan")) == shard_files(Path("whole/plan"))
+    assert digest_of(Path("results/plan")) == digest_of(Path("whole/plan"))
+    shown = rbstab("sweep", "--status", "results/plan").stdout
+    assert ["finished", "yes"] in [line.split() for line in shown.splitlines()]
+
+
+@pytest.mark.usefixtures("use_fake_engine")
+def test_what_no_part_computed_is_computed_when_the_sweep_is_finished(rbstab: Invoke) -> None:
+    rbstab(*SWEEP, "--part", "1/3")
+    before = shard_files(Path("results/plan"))
+    assert list(before) == ["00000000.h5", "00000003.h5"]
+    done = rbstab(*FINISH)
+    assert done.exit_code == 0
+    assert "8 of 20 members are already done" in done.stderr
+    after = shard_files(Path("results/plan"))
+    assert len(after) == 5
+    assert {name: after[name] for name in before} == before
+
+
+@pytest.mark.usefixtures("use_fake_engine")
+def test_the_old_name_of_the_option(rbstab: Invoke) -> None:
+    """`--shard` of 0.1.0 computes the same part, and prints its new name on stderr only."""
+    done = rbstab(*SWEEP, "--part", "1/2", "-o", "new")
+    assert "--shard" not in done.stderr
+    old = rbstab(*SWEEP, "--shard", "1/2", "-o", "old")
+    assert (old.exit_code, old.stdout) == (0, done.stdout)
+    warning, rest = old.stderr.split("\n", 1)
+    assert warning == "warning: --shard is called --part now. Use --part I/N."
+    assert rest == done.stderr.replace("new", "old")
+    assert shard_files(Path("old/plan")) == shard_files(Path("new/plan"))
+    machine = rbstab(*SWEEP, "--shard", "2/2", "-o", "old", "--json", "-q")
+    assert json.loads(machine.stdout)["part"]["number"] == 2
+    assert machine.stderr == f"{warning}\n"
+    words = rbstab("sweep", "--help").stdout.split()
+    assert "--part" in words
+    assert "--shard" not in words
+
+
+@missing_heyoka.NEEDED
+@pytest.mark.usefixtures("plan")
+def test_the_comparison_is_made_when_the_sweep_is_finished(rbstab: Invoke) -> None:
+    options = ("sweep", "--no-prove", "plan.yaml", "--engine", "heyoka", "--shard-size", "10")
+    for number in (1, 2):
+        assert rbstab(*options, "--part", f"{number}/2").exit_code == 0
+    assert not Path("results/plan/check.json").exists()
+    finished = rbstab(*FINISH, "--compare", "6")
+    assert finished.exit_code == 0
+    assert "6 members, largest relative difference" in finished.stdout
+    assert Path("results/plan/check.json").exists()
+    wrong = rbstab(*FINISH, "--compare", "0")
+    assert wrong.exit_code == 2
+    assert "--compare" in wrong.stderr
+
+
+@pytest.mark.parametrize(
+    ("place", "sweep"),
+    [(".", "other place/plan"), ("other place", "plan"), ("other place/plan", ".")],
+)
+@pytest.mark.usefixtures("use_fake_engine")
+def test_the_command_that_resumes_a_sweep_works_as_typed(
+    place: str, sweep: str, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rbstab(*SWEEP, "--part", "1/3", "-o", "other place")
+    file = Path("other place/plan/members.h5").absolute()
+    monkeypatch.chdir(place)
+    program, *words = words_of(rbstab("show", sweep).stderr.removeprefix("Next: "))
+    assert program == "rbstab"
+    refused = rbstab("report", sweep, "--format", "text").stderr
+    assert words_of(refused.partition("Resume it: ")[2].splitlines()[0])[1:] == words
+    assert not file.exists()
+    assert rbstab(*words, "--no-prove").exit_code == 0
+    assert file.exists()
+
+
+@pytest.mark.usefixtures("use_fake_engine")
+def test_for_machines(rbstab: Invoke) -> None:
+    done = rbstab(*SWEEP, "--part", "2/2", "--json", "-q")
+    assert (done.exit_code, done.stderr) == (0, "")
+    found = json.loads(done.stdout)
+    part = {"number": 2, "parts": 2, "shards": 2, "done_shards": 2, "members": 8}
+    assert found["part"] == part
+    assert (found["finished"], found["done"], found["members"]) == (False, 8, 20)
+
+
+@pytest.mark.parametrize("option", ["--part", "--shard"])
+@pytest.mark.parametrize("part", ["0/3", "4/3", "1", "x/y", "1/0", ""])
+@pytest.mark.usefixtures("plan")
+def test_a_part_that_is_none(rbstab: Invoke, option: str, part: str) -> None:
+    refused = rbstab(*SWEEP, option, part)
+    assert refused.exit_code == 2
+    assert f"Invalid value for '{option}'" in refused.stderr
+    assert "part" in refused.stderr.splitlines()[-1]
+    assert not Path("results").exists()
+
+
+@pytest.mark.usefixtures("plan")
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--part", "1/2", "--force"), "--part cannot be combined with --force"),
+        (("--shard", "1/2", "--force"), "--shard cannot be combined with --force"),
+        (("--part", "1/2", "--compare", "5"), "--part cannot be combined with --compare"),
+        (("--shard", "1/2", "--compare", "5"), "--shard cannot be combined with --compare"),
+        (("--part", "1/2", "--shard", "1/2"), "--part cannot be combined with --shard"),
+        (("--dask", "tcp://x:1", "--threads", "2"), "--dask cannot be combined with --threads"),
+        (("--dask", "tcp://x:1", "--dry-run"), "--dask cannot be combined with --dry-run"),
+    ],
+)
+def test_options_that_rule_each_other_out(
+    rbstab: Invoke, options: tuple[str, ...], message: str
+) -> None:
+    refused = rbstab(*SWEEP, *options)
+    assert refused.exit_code == 2
+    assert message in refused.stderr
+
+
+@pytest.mark.usefixtures("plan")
+def test_a_dry_run_of_a_part(rbstab: Invoke, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rbstab.sweep.execution.estimate.CALIBRATION_TIME", 0.01)
+    whole = json.loads(rbstab(*SWEEP, "--dry-run", "--json").stdout)
+    found = json.loads(rbstab(*SWEEP, "--dry-run", "--json", "--part", "1/2").stdout)
+    assert (found["members"], found["done"], found["check_seconds"]) == (12, 0, 0)
+    assert found["bytes"] == pytest.approx(whole["bytes"] * 12 / 20, abs=1)
+    rbstab(*SWEEP, "--part", "2/2")
+    found = json.loads(rbstab(*SWEEP, "--dry-run", "--json", "--part", "2/2").stdout)
+    assert (found["members"], found["done"]) == (8, 8)
+    assert "of part 2/2" in rbstab(*SWEEP, "--dry-run", "--part", "2/2").stdout
+
+
+def test_exit_codes_of_a_part(rbstab: Invoke, use_fake_engine: Callable[..., None]) -> None:
+    use_fake_engine(failing=range(20))
+    assert rbstab(*SWEEP, "--part", "1/2").exit_code == 3
+    assert rbstab(*SWEEP, "--part", "9/9", "-o", "other").exit_code == 0  # an empty part
+    use_fake_engine(failing=(5,))
+    failed = rbstab(*SWEEP, "--part", "2/2", "--fail-fast", "--threads", "1")
+    assert failed.exit_code == 3
+    assert "member 5 failed; 1 of 2 shards of part 2/2 are stored" in failed.stderr
+    use_fake_engine(failing=(15,))
+    at_the_end = rbstab(*SWEEP, "--part", "2/2", "--fail-fast", "--retry-failed")
+    assert at_the_end.exit_code == 3
+    assert "member 15 failed; 2 of 2 shards of part 2/2 are stored" in at_the_end.stderr
+    other = rbstab(*SWEEP, "--part", "2/2", "--set", "body.mass=42")
+    assert other.exit_code == 4
+    assert "holds another sweep" in other.stderr
+    size = rbstab(*SWEEP[:-1], "5", "--part", "2/2")
+    assert size.exit_code == 4
+    assert "started with shards of 4 members" in size.stderr
+
+
+@pytest.mark.usefixtures("use_fake_engine")
+def test_which_parts_run(rbstab: Invoke) -> None:
+    rbstab(*SWEEP, "--part", "1/3")
+    loaded = load_plan("plan.yaml", ["integration.engine=scipy"])
+    with open_for_part(Path("results/plan"), loaded, 4, Part(2, 3)):
+        shown = rbstab("sweep", "--status", "results/plan")
+        found = json.loads(rbstab("sweep", "--status", "results/plan", "--json").stdout)
+        refused = rbstab(*SWEEP)
+        assert refused.exit_code == 4
+        assert "in use by another process (running: part 2/3)" in refused.stderr
+    assert ["running", "part", "2/3"] in [line.split() for line in shown.stdout.splitlines()]
+    assert found["running"] is True
+    assert found["running_parts"] == [{"number": 2, "parts": 3}]
+    with locked(Path("results/plan")):
+        assert rbstab(*SWEEP, "--part", "1/3").exit_code == 4
+
+
+@pytest.mark.usefixtures("plan")
+def test_without_distributed(rbstab: Invoke, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    monkeypatch.delitem(sys.modules, "rbstab.sweep.execution.dask_cluster", raising=False)
+    refused = rbstab(*SWEEP, "--dask", "tcp://127.0.0.1:9")
+    assert refused.exit_code == 2
+    assert 'pip install "rbstab[cluster]"' in refused.stderr
+
+
+@pytest.mark.usefixtures("plan")
+def test_a_scheduler_that_does_not_answer(rbstab: Invoke, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rbstab.sweep.execution.dask_cluster.TIME_LIMIT", 0.5)
+    refused = rbstab(*SWEEP, "--dask", "tcp://127.0.0.1:9")
+    assert refused.exit_code == 2
+    assert "--dask tcp://127.0.0.1:9: the scheduler cannot be reached" in refused.stderr
+    assert not Path("results").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="an interrupt there reaches the tests too")
+@pytest.mark.usefixtures("plan")
+def test_interrupting_a_part() -> None:
+    Path("plan.yaml").write_text(PLAN.replace("20]", "400]"))
+    options = ("--set", "integration.duration=0.2", "--part", "1/2")
+    with start(*SWEEP, *options) as process:
+        while not shard_files(Path("results/plan")):
+            assert process.poll() is None
+            time.sleep(0.01)
+        process.send_signal(signal.SIGINT)
+        _, stderr = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "of 50 shards of part 1/2 are stored." in stderr
+    assert "Run the same command again to resume." in stderr
+    assert all(int(Path(name).stem) % 2 == 0 for name in shard_files(Path("results/plan")))

@@ -46,7 +46,7 @@ def test_a_run() -> None:
     shown = repr(opened)
     assert shown.startswith('<rbstab.Result "Stored": outcome ')
     assert re.search(r", \d+ samples, \d+ arrays>$", shown)
-    assert len(shown) < 200
+    assert len(shown) < 210
     page = opened._repr_html_()
     assert "polyline" in Tags(page).tags
     assert "lyapunov [J] over time [s]: " in page
@@ -57,7 +57,7 @@ def test_a_run() -> None:
 def test_a_sweep() -> None:
     table = rbstab.open_sweep(STORED / "sweeps/finished_map")
     title = "A map over spin, stored by rbstab 0.1.0"
-    assert repr(table) == f'<rbstab.Table "{title}": 30 members, 30 returns, 24 columns>'
+    assert repr(table) == f'<rbstab.Table "{title}": 30 members, 30 returns, 31 columns>'
     page = table._repr_html_()
     assert "rect" in Tags(page).tags
     assert "30 returns" in page

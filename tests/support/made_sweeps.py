@@ -41,9 +41,9 @@ def write_sweep(
     Args:
         path: Its members file.
         vary: The key `vary` of the plan.
-        columns: Returns replaced columns of a shard from all its columns. Unreplaced
-            columns are 1 (`status`, `convergence` and the orientations at rest and at the end: 0);
-            `run` has the numbers of the members.
+        columns: Returns replaced columns from all columns. Unreplaced columns are 1 (`status`,
+            `convergence` and the orientations at rest and at the end: 0); `run` has the numbers of
+            the members.
         plan_keys: Other keys of the plan.
     """
     plan = load_plan({"title": "Made up", "base": plain(VISCO_ELASTIC), "vary": vary} | plan_keys)
@@ -60,26 +60,27 @@ def write_sweep(
     }
     text = np.array(plan_yaml(plan), dtype=object)
     extras = grid_extras(plan) | {"plan": Variable((), text, "", "plan")}
-    parts = []
-    with open_for_sweep(path.parent, plan, None, force=True) as opened:
-        for number in range(opened.folder.shards):
-            parts.append(_arrays(plan, columns, *opened.folder.bounds(number)))
-            outcome = {name: parts[-1][name] for name in opened.folder.columns}
-            opened.folder.write(number, outcome)
-    arrays = {name: np.concatenate([part[name] for part in parts]) for name in (RUN, *known)}
-    write_table(path, MEMBERS, known, arrays, attributes, extras)
+    arrays = _arrays(plan, columns)
+    with open_for_sweep(path.parent, plan, 1 + plan.members // 2, force=True) as opened:
+        folder = opened.folder
+        for number in range(folder.shards):
+            members = slice(*folder.bounds(number))
+            folder.write(number, {name: arrays[name][members] for name in folder.columns})
+    write_table(
+        path, MEMBERS, known, {name: arrays[name] for name in (RUN, *known)}, attributes, extras
+    )
     return SweepFile(0, "sweep-1", path.parent.name, path)
 
 
-def _arrays(plan: Plan, columns: Columns, start: int, stop: int) -> dict[str, Any]:
-    arrays = varied_arrays(plan, start, stop) | {RUN: np.arange(start, stop)}
+def _arrays(plan: Plan, columns: Columns) -> dict[str, Any]:
+    arrays = varied_arrays(plan, 0, plan.members) | {RUN: np.arange(plan.members)}
     for name, column in columns_of(plan).items():
-        arrays[name] = np.ones((stop - start, *column.shape), dtype=column.dtype)
+        arrays[name] = np.ones((plan.members, *column.shape), dtype=column.dtype)
     arrays["run_id"][:] = b"0123456789abcdef" * 2
     for name in ("status", "rest_orientation", "final_orientation"):
         if name in arrays:
             arrays[name][:] = 0
     for name, column in GATHERED_COLUMNS.items():
-        arrays[name] = np.zeros(stop - start, column.dtype)
+        arrays[name] = np.zeros(plan.members, column.dtype)
     given = columns(arrays)
     return arrays | {k: np.asarray(v).astype(arrays[k].dtype) for k, v in given.items()}

@@ -30,6 +30,7 @@ from rbstab.store.disk.seal import (
     check_seal,
     index_line,
     known_seal,
+    read_seal,
     seal_line,
 )
 from rbstab.store.errors import NotAResultError, StoreError
@@ -169,8 +170,8 @@ def checksum_of(path: Path, *, check: bool = False) -> Checksum:
         NotAResultError, NewerSchemaError, StoreError: As `read_dataset`.
     """
     with _opened(path) as file:
-        end = _checked(path, file) if check else known_seal(path, file)
-        return Checksum(end.digest, file.seek(0, 2))
+        digest = _checked(path, file).digest if check else read_seal(path, file)
+        return Checksum(digest, file.seek(0, 2))
 
 
 @contextmanager

@@ -10,12 +10,12 @@ from support.clusters import DeadlyEngine, LocalProcesses
 from support.sweeping import Listener, digest_of, run_sweep
 from support.sweeps import FakeEngine, plan_of, shard_files
 
-from rbstab.store.table_file import read_table
 from rbstab.sweep.execution.computing import Task, WorkerDiffersError
 from rbstab.sweep.execution.dask_cluster import ClusterError, cluster
 from rbstab.sweep.execution.events import ShardDone, Started, Warned
 from rbstab.sweep.execution.machine_properties import difference
 from rbstab.sweep.execution.run import AHEAD
+from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.plan.dump import plan_data
 
 pytestmark = pytest.mark.slow
@@ -68,12 +68,12 @@ def test_a_member_that_kills_every_worker_is_given_up_alone(tmp_path):
         listener = Starting(Warned, None, lambda: None)
         done = sweep_on_cluster(processes, tmp_path / "a", plan_of(40), DeadlyEngine, listener)
     assert done.finished
-    status = read_table(tmp_path / "a" / "sweep.h5").words("status").tolist()
+    status = read_sweep(tmp_path / "a" / "members.h5").words("status").tolist()
     assert [k for k, word in enumerate(status) if word != "completed"] == [7]
     assert status[7] == "crashed"
     run_sweep(tmp_path / "b", plan_of(40))
     ours, theirs = (shard_files(tmp_path / name) for name in "ab")
-    assert [name for name in ours if ours[name] != theirs[name]] == ["00000000.npy"]
+    assert [name for name in ours if ours[name] != theirs[name]] == ["00000000.h5"]
 
 
 def test_the_scheduler_is_lost_and_the_sweep_goes_on_elsewhere(tmp_path):

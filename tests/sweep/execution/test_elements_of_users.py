@@ -19,7 +19,7 @@ from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.load import load_plan, plan_to_read
 from rbstab.sweep.plan.plan import plan_id
 from rbstab.sweep.proofs.gathered import without_theorem
-from rbstab.sweep.sweep import gather_folder, sweep_to_folder
+from rbstab.sweep.sweep import sweep_to_folder
 
 KEY = "elements.mine.parameters.k"
 
@@ -123,15 +123,6 @@ def test_a_worker_gets_the_permission_of_the_sender(folder, allowed):
     assert not computed.error
     found = computed.shard.outcome["final_position"][:, 0]
     np.testing.assert_allclose(found, expected(plan)[:2], atol=1e-9)
-
-
-def test_gathering_needs_permission(folder):
-    plan = plan_of()
-    sweep_to_folder(plan, folder / "sweep", SweepOptions(threads=1))
-    (folder / "sweep" / "members.h5").unlink()
-    with pytest.raises(CodeNotAllowedError, match="code of a user"):
-        gather_folder(folder / "sweep")
-    assert gather_folder(folder / "sweep", allow_python=True).finished
 
 
 def test_members_are_single_runs_with_other_parameters(folder):

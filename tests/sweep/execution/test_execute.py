@@ -31,20 +31,20 @@ def test_nothing_done_is_redone(tmp_path):
 def test_a_damaged_shard_is_made_again(tmp_path, harm):
     run_sweep(tmp_path / "a")
     before, digest = shard_files(tmp_path / "a"), digest_of(tmp_path / "a")
-    shard = tmp_path / "a" / "shards" / "00000004.npy"
+    shard = tmp_path / "a" / "shards" / "00000004.h5"
     content = shard.read_bytes()
     if harm == "remove":
         shard.unlink()
     elif harm == "other":
         run_sweep(tmp_path / "b", plan_of(base="configs/paper/case2_visco_elastic.yaml"))
-        shard.write_bytes((tmp_path / "b" / "shards" / "00000004.npy").read_bytes())
+        shard.write_bytes((tmp_path / "b" / "shards" / "00000004.h5").read_bytes())
     else:
         shard.write_bytes(
             {
                 "flip": content[:1000] + bytes([content[1000] ^ 1]) + content[1001:],
                 "cut": content[:-100],
                 "empty": b"",
-                "swap": before["00000003.npy"],
+                "swap": before["00000003.h5"],
             }[harm]
         )
     listener = Listener()

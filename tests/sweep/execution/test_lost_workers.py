@@ -16,13 +16,13 @@ from support.sweeping import Listener, digest_of, run_sweep
 from support.sweeps import FakeEngine, plan_of, plan_with_traces, shard_files
 
 from rbstab.store.errors import StoreError
-from rbstab.store.table_file import read_table
 from rbstab.sweep.execution.computing import ExecutorError
 from rbstab.sweep.execution.events import ShardDone, Warned
 from rbstab.sweep.execution.pools import Pool, Processes, Threads
 from rbstab.sweep.execution.run import ShardRun
 from rbstab.sweep.folder.open_folder import open_for_sweep
 from rbstab.sweep.folder.shard_inventory import shard_inventory
+from rbstab.sweep.folder.sweep_table import read_sweep
 
 pytestmark = pytest.mark.slow
 
@@ -62,7 +62,7 @@ class Forgetful(Executor):
 
 
 def statuses(path):
-    return read_table(path / "sweep.h5").words("status").tolist()
+    return read_sweep(path / "members.h5").words("status").tolist()
 
 
 @pytest.mark.heavy
@@ -74,7 +74,7 @@ def test_a_member_that_always_crashes_is_given_up_alone(tmp_path):
     assert done.finished
     assert done.inventory.first_failed == 13
     run_sweep(tmp_path / "b", plan)
-    tables = [read_table(tmp_path / name / "sweep.h5") for name in "ab"]
+    tables = [read_sweep(tmp_path / name / "members.h5") for name in "ab"]
     others = [member for member in range(30) if member != 13]
     for name in tables[1].layout:
         ours, theirs = (table[name][others] for table in tables)
@@ -121,7 +121,7 @@ def test_another_error_of_a_worker_ends_the_sweep(tmp_path):
     pool = Pool(lambda: Forgetful([35], ZeroDivisionError("made up")), 1)
     with pytest.raises(ExecutorError, match="a worker cannot compute: ZeroDivisionError: made up"):
         run_sweep(tmp_path / "a", pool=pool)
-    assert sorted(shard_files(tmp_path / "a")) == [f"{k:08d}.npy" for k in range(3)]
+    assert sorted(shard_files(tmp_path / "a")) == [f"{k:08d}.h5" for k in range(3)]
 
 
 def both(path, plan, listener, factory, count=1):
@@ -171,11 +171,11 @@ def slow_to_start(plan):
 
 def test_a_full_disk_ends_the_sweep_and_its_workers(tmp_path, monkeypatch):
     def full(*_):
-        raise StoreError("a.npy cannot be written: No space left on device")
+        raise StoreError("a.h5 cannot be written: No space left on device")
 
     before = children()
     with monkeypatch.context() as patch:
-        patch.setattr("rbstab.sweep.folder.sweep_folder.write_shard", full)
+        patch.setattr("rbstab.sweep.folder.sweep_folder.write_table", full)
         with pytest.raises(StoreError, match="No space left"):
             run_sweep(tmp_path / "a", factory=SLOW, pool=Processes(2))
     assert not [child for child in children() if child not in before]

@@ -1,4 +1,4 @@
-"""Protects parts of one sweep in several processes: started at once, killed, and gathered."""
+"""Protects parts of one sweep in several processes: started at once, killed, and finished."""
 
 import random
 import time
@@ -8,8 +8,10 @@ from support.forked_sweeps import MEMBERS, SHARD_SIZE, ForkedSweep, sweep_part
 from support.sweeping import digest_of
 from support.sweeps import FakeEngine, plan_of, shard_files
 
+from rbstab.sweep.folder.shard_inventory import shard_inventory
+from rbstab.sweep.folder.sweep_folder import read_folder
 from rbstab.sweep.options import SweepOptions
-from rbstab.sweep.sweep import gather_folder, sweep_to_folder
+from rbstab.sweep.sweep import sweep_to_folder
 
 pytestmark = pytest.mark.slow
 
@@ -19,6 +21,10 @@ def whole(tmp_path):
     """The folder of the same sweep, run by one process."""
     sweep_to_folder(plan_of(MEMBERS), tmp_path / "whole", SweepOptions(FakeEngine, 1, SHARD_SIZE))
     return tmp_path / "whole"
+
+
+def finish(path):
+    return sweep_to_folder(plan_of(MEMBERS), path, SweepOptions(FakeEngine, 1, SHARD_SIZE))
 
 
 def processes(path, *parts, delay=0.0):
@@ -46,7 +52,7 @@ def test_parts_begun_in_the_same_instant(tmp_path, whole):
         found = ended(processes(path, *(f"{number}/4" for number in range(1, 5))))
         assert found == [(0, 8), (0, 8), (0, 7), (0, 7)]
         assert not list(path.glob("**/.*.part"))
-        assert gather_folder(path).finished
+        assert finish(path).finished
         assert shard_files(path) == shard_files(whole)
         assert digest_of(path) == digest_of(whole)
 
@@ -63,8 +69,8 @@ def test_parts_that_are_killed_and_go_on(tmp_path, whole):
             time.sleep(rng.uniform(0, 0.1))
             process.kill()
             process.end()
-    assert gather_folder(path).inventory.missing
+    assert shard_inventory(read_folder(path)).missing
     assert [code for code, _ in ended(processes(path, *names))] == [0, 0, 0]
-    assert gather_folder(path).finished
+    assert finish(path).finished
     assert shard_files(path) == shard_files(whole)
     assert digest_of(path) == digest_of(whole)

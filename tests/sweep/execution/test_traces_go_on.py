@@ -4,7 +4,7 @@ import functools
 import pickle
 
 import pytest
-from support.sweeping import Listener, run_sweep
+from support.sweeping import Listener, digest_of, run_sweep
 from support.sweeps import FakeEngine, plan_with_traces, shard_files
 
 import rbstab
@@ -73,15 +73,15 @@ def test_looking_how_far_a_sweep_is_reads_no_traces(tmp_path, monkeypatch):
         opened.append(Counting(file))
         return opened[-1]
 
-    monkeypatch.setattr("rbstab.store.disk.seal.open_regular", counting_open)
+    monkeypatch.setattr("rbstab.store.dataset_file.open_regular", counting_open)
     folder = read_folder(tmp_path / "a")
     assert all(folder.facts(number) is not None for number in range(6))
     assert len(opened) == 6
     assert all(file.bytes_read < 100 for file in opened)
 
 
-def test_the_identity_of_what_is_gathered_covers_traces(tmp_path):
-    """The columns are equal and a trace differs: the sweep is gathered again."""
+def test_the_identity_of_a_finished_sweep_covers_traces(tmp_path):
+    """The columns are equal and a trace differs: the members file is written again."""
 
     class Other(FakeEngine):
         def compute(self, start, stop):
@@ -92,11 +92,11 @@ def test_the_identity_of_what_is_gathered_covers_traces(tmp_path):
 
     path = tmp_path / "a"
     run_sweep(path, plan_with_traces())
-    before = read_sweep(path / "members.h5", ()).attributes
+    before, columns = read_sweep(path, ()).attributes, digest_of(path)
     (path / "traces" / "00000002.h5").unlink()
     run_sweep(path, plan_with_traces(), factory=Other)
-    after = read_sweep(path / "members.h5", ()).attributes
-    assert after["arrays_digest"] == before["arrays_digest"]
+    after = read_sweep(path, ()).attributes
+    assert digest_of(path) == columns
     assert after["shards_digest"] != before["shards_digest"]
 
 
@@ -119,7 +119,7 @@ def test_traces_that_were_never_followed_by_their_shard(tmp_path, monkeypatch):
 
     path = tmp_path / "a"
     with monkeypatch.context() as patch:
-        patch.setattr("rbstab.sweep.folder.sweep_folder.write_shard", full)
+        patch.setattr("rbstab.sweep.folder.sweep_folder.write_table", full)
         with pytest.raises(StoreError, match="No space left"):
             run_sweep(path, plan_with_traces(), threads=1)
     assert list(shard_files(path, "traces")) == ["00000000.h5"]

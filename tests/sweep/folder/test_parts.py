@@ -1,4 +1,4 @@
-"""Protects the parts of a sweep: their shards, who may share a folder, and gathering."""
+"""Protects the parts of a sweep: their shards, and who may share a folder."""
 
 import errno
 import functools
@@ -14,12 +14,12 @@ from support.sweeping import Listener, digest_of
 from support.sweeps import FakeEngine, plan_of, shard_files
 
 from rbstab.store.disk.lock import FolderInUseError, locked
-from rbstab.store.errors import NotAResultError, ResultExistsError
+from rbstab.store.errors import ResultExistsError
 from rbstab.sweep.execution.events import Gathering, Started
 from rbstab.sweep.folder.open_folder import MAX_WRITE_TIME, open_for_part, open_for_sweep
 from rbstab.sweep.folder.parts import Part, parse_part, parts_with_missing, running_parts
+from rbstab.sweep.folder.shard_inventory import shard_inventory
 from rbstab.sweep.folder.sweep_folder import read_folder
-from rbstab.sweep.sweep import gather_folder
 
 run_sweep = functools.partial(sweeping.run_sweep, threads=1)
 
@@ -59,8 +59,7 @@ def test_the_parts_of_a_sweep_one_after_the_other(tmp_path):
         done = run_sweep(path, plan, part=Part(number, 4))
         assert (done.finished, done.inventory.missing, done.comparison) == (False, [], None)
         assert not (path / "members.h5").exists()
-    gathered = gather_folder(path)
-    assert gathered.finished
+    assert run_sweep(path, plan).finished
     run_sweep(tmp_path / "b", plan)
     assert shard_files(path) == shard_files(tmp_path / "b")
     assert digest_of(path) == digest_of(tmp_path / "b")
@@ -84,53 +83,31 @@ def test_a_part_without_shards(tmp_path):
     assert (done.inventory.members, done.inventory.missing, done.finished) == (0, [], False)
 
 
-def test_gathering_where_shards_are_missing(tmp_path):
+def test_the_parts_of_missing_shards(tmp_path):
     path = tmp_path / "a"
     for number in (1, 3):
         run_sweep(path, part=Part(number, 3))
     read_folder(path).shard_file(0).write_bytes(b"damaged")
-    done = gather_folder(path)
-    assert (done.finished, done.inventory.missing) == (False, [0, 1, 4])
-    assert done.folder.ranges(done.inventory.missing) == [(0, 20), (40, 50)]
-    assert parts_with_missing(path, done.inventory.missing) == [Part(1, 3), Part(2, 3)]
+    found = shard_inventory(read_folder(path))
+    assert found.missing == [0, 1, 4]
+    assert read_folder(path).ranges(found.missing) == [(0, 20), (40, 50)]
+    assert parts_with_missing(path, found.missing) == [Part(1, 3), Part(2, 3)]
     assert not (path / "members.h5").exists()
     assert parts_with_missing(tmp_path, [1]) == []
 
 
-def test_gathering_needs_nothing_but_the_folder(tmp_path):
+def test_a_folder_that_was_moved_is_finished_there(tmp_path):
     run_sweep(tmp_path / "a")
     digest = digest_of(tmp_path / "a")
     moved = tmp_path / "elsewhere" / "b"
     shutil.move(tmp_path / "a", moved)
-    listener = Listener()
-    assert gather_folder(moved, listener).finished
-    assert not listener.of(Gathering)
-    (moved / "members.h5").unlink()
-    listener = Listener()
-    assert gather_folder(moved, listener).finished
-    assert listener.of(Gathering)
-    assert digest_of(moved) == digest
-
-
-@pytest.mark.parametrize("content", [None, "title: 1", "\0", "other"])
-def test_gathering_with_a_plan_that_is_not_that_of_the_folder(tmp_path, content):
-    run_sweep(tmp_path / "a", part=Part(1, 1))
-    plan = tmp_path / "a" / "plan.yaml"
-    if content is None:
-        plan.unlink()
-    elif content == "other":
-        run_sweep(tmp_path / "b", plan_of(61))
-        shutil.copy(tmp_path / "b" / "plan.yaml", plan)
-    else:
-        plan.write_text(content)
-    with pytest.raises(NotAResultError, match=r"plan\.yaml"):
-        gather_folder(tmp_path / "a")
-
-
-def test_gathering_what_is_no_sweep(tmp_path):
-    with pytest.raises(NotAResultError, match="not the folder of a sweep"):
-        gather_folder(tmp_path / "a")
-    assert not (tmp_path / "a").exists()
+    for lost in (False, True):
+        if lost:
+            (moved / "members.h5").unlink()
+        listener = Listener()
+        assert run_sweep(moved, listener=listener).finished
+        assert bool(listener.of(Gathering)) == lost
+        assert digest_of(moved) == digest
 
 
 def test_who_may_be_in_a_folder_together(tmp_path):
@@ -143,8 +120,6 @@ def test_who_may_be_in_a_folder_together(tmp_path):
             run_sweep(path, part=Part(3, 3))
         with pytest.raises(FolderInUseError, match="running"):
             run_sweep(path, plan_of(59), force=True)
-        with pytest.raises(FolderInUseError):
-            gather_folder(path)
         run_sweep(path, part=Part(2, 3))
     assert running_parts(path) == []
     with locked(path), pytest.raises(FolderInUseError, match="in use by another process"):
@@ -225,7 +200,7 @@ def test_a_file_system_without_locks(tmp_path, monkeypatch, number):
         with open_for_sweep(path, plan, 10):
             assert fresh.exists()
         run_sweep(path, plan)
-    assert gather_folder(path).finished
+    assert run_sweep(path, plan).finished
 
 
 def test_a_part_that_fails_fast_stops_itself_alone(tmp_path):

@@ -4,7 +4,6 @@ fails; a sweep that is not finished fails before it computes.
 
 import errno
 import os
-from functools import partial
 from pathlib import Path
 
 import pytest
@@ -15,7 +14,7 @@ from rbstab.store.disk.lock import LOCK_FILE, FolderInUseError, locked
 from rbstab.store.errors import StoreError
 from rbstab.sweep.folder.parts import Part
 from rbstab.sweep.options import SweepOptions
-from rbstab.sweep.sweep import gather_folder, sweep_to_folder
+from rbstab.sweep.sweep import sweep_to_folder
 
 BASE = plain(VISCO_ELASTIC) | {"integration": {**SHORT, "engine": "heyoka"}}
 
@@ -55,28 +54,26 @@ def test_a_finished_sweep(tmp_path, read_only, lock_file):
         (tmp_path / LOCK_FILE).unlink()
     before = content(tmp_path)
     read_only()
-    for again in (partial(sweep_to_folder, PLAN, options=OPTIONS), gather_folder):
-        found = again(path=tmp_path)
-        assert found.finished
-        assert found.inventory.members == PLAN.members
-        assert found.comparison is not None
+    found = sweep_to_folder(PLAN, tmp_path, OPTIONS)
+    assert found.finished
+    assert found.inventory.members == PLAN.members
+    assert found.comparison is not None
     assert content(tmp_path) == before
 
 
 @pytest.mark.parametrize("part", [None, Part(1, 2)])
 def test_missing_shards(tmp_path, read_only, part, monkeypatch):
     sweep_to_folder(PLAN, tmp_path, OPTIONS)
-    (tmp_path / "shards" / "00000000.npy").unlink()
+    (tmp_path / "shards" / "00000000.h5").unlink()
     (tmp_path / "members.h5").unlink()
     monkeypatch.setattr(FakeEngine, "compute", lambda *_: pytest.fail("a member was computed"))
     read_only()
     options = SweepOptions(factory=FakeEngine, threads=1, shard_size=10, part=part)
     with pytest.raises(StoreError, match="cannot be written"):
         sweep_to_folder(PLAN, tmp_path, options)
-    assert not gather_folder(tmp_path).finished
 
 
-def test_shards_that_are_not_gathered(tmp_path, read_only, monkeypatch):
+def test_a_sweep_that_is_not_finished(tmp_path, read_only, monkeypatch):
     sweep_to_folder(PLAN, tmp_path, OPTIONS)
     (tmp_path / "members.h5").unlink()
     (tmp_path / "check.json").unlink()
@@ -84,9 +81,8 @@ def test_shards_that_are_not_gathered(tmp_path, read_only, monkeypatch):
         "rbstab.sweep.sweep.compare_with_scipy", lambda *_: pytest.fail("members were compared")
     )
     read_only()
-    for again in (partial(sweep_to_folder, PLAN, options=OPTIONS), gather_folder):
-        with pytest.raises(StoreError, match=r"sweep\.h5 cannot be written"):
-            again(path=tmp_path)
+    with pytest.raises(StoreError, match=r"members\.h5 cannot be written"):
+        sweep_to_folder(PLAN, tmp_path, OPTIONS)
 
 
 def test_a_new_folder(tmp_path, read_only):
@@ -101,4 +97,4 @@ def test_the_lock_of_another_process_is_still_seen(tmp_path, read_only):
     with locked(tmp_path):
         read_only()
         with pytest.raises(FolderInUseError):
-            gather_folder(tmp_path)
+            sweep_to_folder(PLAN, tmp_path, OPTIONS)

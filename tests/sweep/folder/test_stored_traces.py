@@ -9,6 +9,7 @@ from support.sweeping import Listener, run_sweep
 from support.sweeps import FakeEngine, plan_with_traces, shard_files
 
 import rbstab
+from rbstab.store import dataset_file
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.sweep.execution.estimate import BATCH_SIZE, estimate
 from rbstab.sweep.folder.disk_space import sweep_bytes
@@ -85,10 +86,10 @@ def test_members_that_have_none(tmp_path):
 def test_an_unfinished_sweep(tmp_path):
     slow = functools.partial(FakeEngine, delay=1e-3)
     run_sweep(tmp_path / "a", plan_with_traces(100), Listener(1), factory=slow, threads=1)
-    (tmp_path / "a" / "shards" / "00000001.npy").unlink(missing_ok=True)
+    (tmp_path / "a" / "shards" / "00000001.h5").unlink(missing_ok=True)
     traces = rbstab.open_traces(tmp_path / "a")
     assert traces.members.tolist() == list(range(10))
-    (tmp_path / "a" / "shards" / "00000000.npy").unlink()
+    (tmp_path / "a" / "shards" / "00000000.h5").unlink()
     with pytest.raises(StoreError, match="none is stored yet"):
         rbstab.open_traces(tmp_path / "a")
 
@@ -116,12 +117,16 @@ def test_a_number_that_has_changed_on_the_disk(tmp_path):
 def test_a_file_is_verified_once(tmp_path, monkeypatch):
     run_sweep(tmp_path / "a", plan_with_traces())
     traces, checked = rbstab.open_traces(tmp_path / "a"), []
+    check = dataset_file.check_seal
     monkeypatch.setattr(
-        "rbstab.sweep.folder.stored_traces.check_motions", lambda path, _: checked.append(path.name)
+        dataset_file,
+        "check_seal",
+        lambda path, file: (checked.append(path), check(path, file))[1],
     )
     for member in (11, 12, 19, 30):
         traces.of(member)
-    assert checked == ["00000001.h5", "00000003.h5"]
+    of_traces = [path.name for path in checked if path.parent.name == "traces"]
+    assert of_traces == ["00000001.h5", "00000003.h5"]
 
 
 def test_a_shard_names_its_traces(tmp_path):

@@ -27,7 +27,7 @@ def overview_table(name: str, members: Members, path: Path) -> Table:
         "engine": untrusted(attributes.get("engine", "")),
         "design": _design(members.plan, str(attributes.get("design", ""))),
         "compared with SciPy": _comparison(table),
-        "digest of the results": untrusted(attributes.get("arrays_digest", "")),
+        "digest of the results": untrusted(attributes.get("shards_digest", "")),
         "computed": _versions(table),
     }
     if is_file(path.parent / PLAN_FILE):

@@ -1,4 +1,4 @@
-"""Protects `rbstab sweep --part`: several processes share one sweep, and one of them finishes it."""
+"""Protects `rbstab sweep --part`: processes share one sweep, and a last command finishes it."""
 
 import json
 import signal

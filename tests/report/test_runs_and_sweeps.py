@@ -35,7 +35,7 @@ def lengths(report):
 def report(tmp_path):
     reference = {"source": "a book", "peak_contact_displacement": [-0.04, 0.03, 0.06]}
     run = made_file(tmp_path / "made.h5", made_config(reference=reference))
-    sweep = write_sweep(tmp_path / "grid.h5", GRID).path
+    sweep = write_sweep(tmp_path / "grid" / "members.h5", GRID).path
     return report_of(read_sources([run, sweep]), "again")
 
 

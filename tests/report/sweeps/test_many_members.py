@@ -31,7 +31,7 @@ def columns(found):
 
 @pytest.fixture(scope="module")
 def report(tmp_path_factory):
-    path = write_sweep(tmp_path_factory.mktemp("many") / "many.h5", MANY, columns).path
+    path = write_sweep(tmp_path_factory.mktemp("many") / "members.h5", MANY, columns).path
     return report_of(read_sources([path]), "again")
 
 

@@ -39,10 +39,10 @@ def problems_of(
         model: The model of the config.
     """
     errors = error.errors(include_url=False)
-    return [_problem(details, source, model) for details in errors if not _is_redundant(details)]
+    return [_problem(details, source, model) for details in errors if not is_redundant(details)]
 
 
-def _is_redundant(details: Any) -> bool:
+def is_redundant(details: Any) -> bool:
     """Whether a list is "too short" only because pydantic dropped its invalid entries."""
     return details["type"] == "too_short" and len(details["input"]) >= details["ctx"]["min_length"]
 
@@ -61,9 +61,14 @@ def _problem(details: Any, source: Source, model: type[Experiment]) -> ConfigPro
     elif unknown:
         problem, expected = unknown_key(path, model)
     else:
-        problem, expected = _TEXTS.get(details["type"], _other_error)(details)
+        problem, expected = problem_texts(details)
     where = source.location(path, of_key=of_key)
     return ConfigProblem(where, key_of(path), problem, expected)
+
+
+def problem_texts(details: Any) -> ProblemText:
+    """Return what is wrong and what is expected, by one of the errors of a validation."""
+    return _TEXTS.get(details["type"], _other_error)(details)
 
 
 def _without_tag(location: Path) -> Path:

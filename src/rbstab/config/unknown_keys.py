@@ -133,7 +133,7 @@ def _dotted_keys(model: type[BaseModel], above: str = "") -> Iterator[str]:
         if name in ("elements", "reference"):
             continue
         yield f"{above}{name}"
-        for section in _models_of(model, name):
+        for section in models_of(model, name):
             yield from _dotted_keys(section, f"{above}{name}.")
 
 
@@ -141,12 +141,13 @@ def _keys_at(model: type[BaseModel], path: Path) -> dict[str, str]:
     """Return the keys that the schema allows in the mapping at a path, with their descriptions."""
     models = [model]
     for part in path:
-        models = [child for owner in models for child in _models_of(owner, part)]
+        models = [child for owner in models for child in models_of(owner, part)]
     fields = [item for owner in models for item in owner.model_fields.items()]
     return dict(sorted((name, field.description or "") for name, field in fields))
 
 
-def _models_of(owner: type[BaseModel], key: str | int) -> Iterator[type[BaseModel]]:
+def models_of(owner: type[BaseModel], key: str | int) -> Iterator[type[BaseModel]]:
+    """Yield the models of a field, which its value may be, also those of its input only."""
     field = owner.model_fields.get(str(key))
     candidates: list[Any] = []
     if field is not None:

@@ -6,7 +6,7 @@ import pytest
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import plan_id
-from rbstab.sweep.plan.proof_selection import DEFAULT_STEPS, LARGEST_STEPS, ProofSelection
+from rbstab.sweep.plan.proof_selection import DEFAULT_STEPS, ProofSelection
 
 PLAN = """\
 title: Plan
@@ -17,16 +17,16 @@ design: grid
 """
 
 FORMS = "expected motion or {motion: {steps: n, members: n}}"
-LIMITS = "expected {steps: n, members: n}, or one of them"
 
 WRONG = [
-    ("all", f"6:8: prove: is the text 'all' ({FORMS})"),
-    ("{}", f"6:8: prove: is empty ({FORMS})"),
-    ("true", f"6:8: prove: is true ({FORMS})"),
-    ("[motion]", f"6:8: prove: is a list of 1 ({FORMS})"),
+    ("all", f"6:8: prove: 'all' is unknown ({FORMS})"),
+    ("{}", "6:8: prove.motion: is missing (it is required)"),
+    ("true", f"6:8: prove: is neither a word nor a mapping ({FORMS})"),
     ("{motoin: {steps: 3}}", "6:9: prove.motoin: is unknown (did you mean motion?)"),
-    ("{motion: {}}", f"6:17: prove.motion: is empty ({LIMITS})"),
-    ("{motion: 5}", f"6:17: prove.motion: is 5 ({LIMITS})"),
+    (
+        "{motion: 5}",
+        "6:17: prove.motion: is 5 (expected a mapping of one of steps, members)",
+    ),
     ("{motion: {stesp: 5}}", "6:18: prove.motion.stesp: is unknown (did you mean steps?)"),
     ("{motion: {steps: 0}}", "6:25: prove.motion.steps: is 0 (expected a number at least 1)"),
     (
@@ -50,10 +50,10 @@ def test_wrong(complaints, value, expected):
 @pytest.mark.parametrize(
     ("value", "expected"),
     [
-        ("motion", ProofSelection(DEFAULT_STEPS)),
-        ("{motion: {steps: 2000}}", ProofSelection(LARGEST_STEPS)),
-        ("{motion: {members: 7}}", ProofSelection(DEFAULT_STEPS, 7)),
-        ("{motion: {steps: 1, members: 1}}", ProofSelection(1, 1)),
+        ("motion", ProofSelection(steps=DEFAULT_STEPS)),
+        ("{motion: {steps: 2000}}", ProofSelection(steps=2000)),
+        ("{motion: {members: 7}}", ProofSelection(members=7)),
+        ("{motion: {steps: 1, members: 1}}", ProofSelection(steps=1, members=1)),
     ],
 )
 def test_right(load, tmp_path, value, expected):

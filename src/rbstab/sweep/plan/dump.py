@@ -3,12 +3,12 @@
 from collections.abc import Iterable
 from typing import Any
 
+from rbstab.config.section import Section
 from rbstab.config.writing.dump import as_yaml
-from rbstab.sweep.plan.axes import Axis, VariedKey
 from rbstab.sweep.plan.bases import VARIANT_SECTIONS
-from rbstab.sweep.plan.load import GRID
-from rbstab.sweep.plan.plan import PLAN_VERSION, Plan
-from rbstab.sweep.plan.proof_selection import prove_data
+from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.plan.plan_file import GRID, PLAN_VERSION
+from rbstab.sweep.plan.proof_selection import MOTION
 from rbstab.sweep.plan.trace_selection import TraceSelection
 
 
@@ -25,11 +25,11 @@ def plan_data(plan: Plan) -> dict[str, Any]:
         "schema_version": PLAN_VERSION,
         "title": plan.title,
         "base": _base(list(plan.templates.values())),
-        "vary": {axis.name: _axis(axis) for axis in plan.axes},
+        "vary": {axis.name: _plain(axis.varied) for axis in plan.axes},
         "design": GRID if design is None else design.keyword,
         **drawn,
         "keep": _keep(plan.keep),
-        **({} if plan.prove is None else {"prove": prove_data(plan.prove)}),
+        **({} if plan.prove is None else {"prove": {MOTION: _plain(plan.prove)}}),
     }
 
 
@@ -57,18 +57,8 @@ def _distinct(values: Iterable[Any]) -> list[Any]:
     return found
 
 
-def _axis(axis: Axis) -> dict[str, Any]:
-    first = axis.varied_keys[0]
-    if len(axis.varied_keys) == 1 and axis.name == first.key:
-        entry = _entry(first)
-    else:
-        entry = {"zip": {varied.key: _entry(varied) for varied in axis.varied_keys}}
-    return {"each": entry} if axis.each else entry
-
-
-def _entry(varied: VariedKey) -> dict[str, Any]:
-    entry: dict[str, Any] = {varied.distribution.keyword: varied.distribution.arguments}
-    return {"scale": entry} if varied.scale else entry
+def _plain(section: Section) -> dict[str, Any]:
+    return section.model_dump(mode="json", exclude_none=True)
 
 
 def _keep(keep: TraceSelection) -> Any:

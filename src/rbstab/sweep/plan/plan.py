@@ -24,11 +24,10 @@ from rbstab.mechanics.numbers import Array
 from rbstab.store.cards import line
 from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey
 from rbstab.sweep.plan.designs import Design
-from rbstab.sweep.plan.distributions import FiniteList, MemberNumber
+from rbstab.sweep.plan.distributions import FiniteList, Member
+from rbstab.sweep.plan.plan_file import PLAN_VERSION
 from rbstab.sweep.plan.proof_selection import ProofSelection
 from rbstab.sweep.plan.trace_selection import TraceSelection
-
-PLAN_VERSION = 1
 
 MAX_MEMBERS = 100_000_000
 """Largest number of members. A billion would take two cores most of a day and fill a disk."""
@@ -270,7 +269,7 @@ def _values_of(varied: VariedKey, indices_or_coordinates: Array) -> Array:
     """Return the values at indices of a list (integers), or at coordinates of a design."""
     distribution = varied.distribution
     if indices_or_coordinates.dtype.kind == "i":
-        assert isinstance(distribution, FiniteList | MemberNumber)
+        assert isinstance(distribution, FiniteList | Member)
         found = distribution.at(indices_or_coordinates)
     else:
         found = distribution.quantile(indices_or_coordinates)

@@ -17,7 +17,6 @@ from rbstab.sweep.plan.axes import Axis as PlanAxis
 from rbstab.sweep.plan.distributions import FiniteList, Geomspace, Logspace, LogUniform
 from rbstab.sweep.plan.plan import Plan
 
-
 MAX_CELLS = 256
 """Maximum number of cells along an axis of a map; more are invisible and make the report large."""
 

@@ -107,6 +107,15 @@ MISSING = [
 ]
 
 WRONG = [
+    # The base is not judged if its variants are unknown.
+    (
+        "base: w.yaml\nvary:\n  controller.variant: {values: [permanent, fre]}\n",
+        (),
+        [
+            "3:44: vary.controller.variant.values[1]: is the text 'fre' (expected one of"
+            f" {', '.join(VARIANTS)}; did you mean free?)"
+        ],
+    ),
     (f"base: visco-elastic.yaml\n{VARIED}", (), MISSING),
     # A key that only the wrong variant has is not called unknown.
     (f"base: visco-elastic.yaml\n{VARIED}  controller.K_d[0]: {{values: [1]}}\n", (), MISSING),
@@ -131,8 +140,8 @@ WRONG = [
         f"base: w.yaml\n{TWO}",
         (),
         [
-            f"w.yaml:{len(EMBEDDED.splitlines()) + 1}:16: integration.coordinates: is the text 'W' for the variant permanent"
-            " (expected reduced or manifold)"
+            f"w.yaml:{len(EMBEDDED.splitlines()) + 1}:16: integration.coordinates:"
+            " is the text 'W' for the variant permanent (expected reduced or manifold)"
         ],
     ),
 ]

@@ -1,6 +1,5 @@
 """Convert a plan to YAML or plain data, including its base with all defaults filled in."""
 
-from collections.abc import Iterable
 from typing import Any
 
 from rbstab.config.section import Section
@@ -43,18 +42,13 @@ def _base(bases: list[dict[str, Any]]) -> dict[str, Any]:
     merged = dict(bases[0])
     for name in VARIANT_SECTIONS:
         sections = [base[name] for base in bases]
-        keys = dict.fromkeys(key for section in sections for key in section)
-        found = {key: _distinct(s[key] for s in sections if key in s) for key in keys}
-        merged[name] = {key: values[0] for key, values in found.items() if len(values) == 1}
+        merged[name] = {
+            key: value
+            for section in sections
+            for key, value in section.items()
+            if all(other.get(key, value) == value for other in sections)
+        }
     return merged
-
-
-def _distinct(values: Iterable[Any]) -> list[Any]:
-    found: list[Any] = []
-    for value in values:
-        if value not in found:
-            found.append(value)
-    return found
 
 
 def _plain(section: Section) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from typing import Any
 from rbstab.config.errors import ConfigError, ConfigProblem
 from rbstab.config.load import PLAN_ONLY, source_of
 from rbstab.config.schema import Experiment
+from rbstab.config.source import key_of
 from rbstab.sweep.plan.axes import VARIANT, Axis
 from rbstab.sweep.plan.bases import Code, read_bases
 from rbstab.sweep.plan.designs import DESIGNS, Design, RandomDesign
@@ -100,7 +101,9 @@ def _loaded(plan: str | FilePath | Mapping[str, Any], changes: list[str], code: 
     axes = check_axes(problems, file, grid=name == GRID)
     design = _design(problems, file, name, axes)
     folder = FilePath() if isinstance(plan, Mapping) else FilePath(plan).parent
-    bases = read_bases(problems, file.base, folder, _variants(axes), changes, code)
+    knows_variants = not any(key_of(VARIANT) in problem.key for problem in problems.found)
+    base = file.base if knows_variants else None
+    bases = read_bases(problems, base, folder, _variants(axes), changes, code)
     loaded = Plan(file.title, bases, axes, design, file.keep, file.prove)
     if bases:
         check_keys(problems, loaded)

@@ -93,8 +93,9 @@ def test_values_are_taken_as_they_are():
     values = Values((3.0, -1.0, 3.0))
     assert values.at(np.array([2, 1, 0, 1])).tolist() == [3.0, -1.0, 3.0, -1.0]
     assert values.bounds == (-1.0, 3.0)
-    names = Values(("free", "permanent")).at(np.array([1, 0]))
-    assert (names.tolist(), names.dtype) == (["permanent", "free"], object)
+    names = Values.model_validate(["free", "permanent"]).at(np.array([1, 0]))
+    assert names.tolist() == ["permanent", "free"]
+    assert names.dtype == object
 
 
 ALL = [pair[0] for pair in PAIRS] + [

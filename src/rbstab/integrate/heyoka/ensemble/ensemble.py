@@ -2,13 +2,21 @@
 
 import numpy as np
 
+from rbstab.integrate.heyoka.compiled_map import SIMD, lanes_of
 from rbstab.integrate.heyoka.ensemble.batches import Batches, Lanes
 from rbstab.integrate.heyoka.ensemble.compiled import CHANGE_ROW, CompiledStructure
 from rbstab.integrate.heyoka.ensemble.energy_scales import EnergyScales
 from rbstab.integrate.heyoka.ensemble.observer import EnsembleObserver
 from rbstab.integrate.heyoka.ensemble.trajectories import EnsembleTrajectories
+from rbstab.integrate.in_quaternions import parts_needed, refined
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.quaternion import same_turns
+from rbstab.mechanics.states import THETA
+from rbstab.systems.coordinates import QuaternionCoordinates
 from rbstab.systems.system import System
+
+MAX_FINE_SAMPLES = 1024 * 201
+"""The most samples that are in memory at once of motions that are sampled finer."""
 
 
 class Ensemble:
@@ -20,6 +28,7 @@ class Ensemble:
         times: The samples, shape (n,), s.
         varies: Which parameters differ between members; see `CompiledStructure`.
         parts: The parts of the first interval between samples; see `EnsembleTrajectories.first`.
+        quaternion: Whether a quaternion is integrated in place of Θ. All states have Θ.
 
     Attributes:
         times: The samples, shape (n,), s.
@@ -36,9 +45,11 @@ class Ensemble:
         times: Array,
         varies: Array | None = None,
         parts: int = 1,
+        *,
+        quaternion: bool = False,
     ) -> None:
         self.times = times
-        self.compiled = CompiledStructure(system, tolerance, varies)
+        self.compiled = CompiledStructure(system, tolerance, varies, quaternion=quaternion)
         self.scales = EnergyScales(self.compiled)
         self.batches = Batches(self.compiled, times, parts)
         self.observer = EnsembleObserver(self.compiled)
@@ -61,12 +72,13 @@ class Ensemble:
             begin: The time of the start of each member, shape (m,), s, which is added to the
                 samples; default 0.
         """
-        size, members = self.compiled.size, slice(starts.shape[1])
+        size, members, q = self.compiled.size, slice(starts.shape[1]), self.compiled.q
         begin = np.zeros(starts.shape[1]) if begin is None else begin
         scales = self.scales.at_start(parameters, starts)
-        found = self.batches.run(parameters, starts, scales, times, begin)
+        given = starts if q is None else q.from_angles(starts)
+        found = self.batches.run(parameters, given, scales, times, begin)
         if self._supplies:
-            scales = self._repeat_misfits(found, parameters, starts, scales, times, begin)
+            scales = self._repeat_misfits(found, parameters, starts, given, scales, times, begin)
         lanes = found.states
         change = lanes[CHANGE_ROW, members] * scales[:, np.newaxis]
         supplied, first = None, None
@@ -75,15 +87,45 @@ class Ensemble:
         if times is None and self.batches.parts > 1:
             first = found.first[:size]
         steps, done = found.steps[members], found.done[members]
-        return EnsembleTrajectories(
+        found = EnsembleTrajectories(
             lanes[:size], change, steps, done, first=first, supplied_energy=supplied
         )
+        return found if q is None else self._with_angles(q, found, parameters, starts, times, begin)
+
+    def _with_angles(
+        self,
+        q: QuaternionCoordinates,
+        found: EnsembleTrajectories,
+        parameters: Array,
+        starts: Array,
+        times: Array | None,
+        begin: Array,
+    ) -> EnsembleTrajectories:
+        """Return trajectories of quaternions with Θ; motions that need it are sampled finer."""
+        sampled = self.times if times is None else times
+        Theta = starts[THETA][:, lanes_of(starts.shape[1])]
+        lanes, turns = q.to_angles(found.lanes, sampled, Theta)
+        first = found.first
+        if first is not None:
+            inside = np.linspace(sampled[0], sampled[1], first.shape[2])
+            first, _ = q.to_angles(first, inside, Theta)
+        parts = parts_needed(turns[: len(found.steps)], found.steps, len(sampled), 1)
+        parts[~found.done] = 1.0
+        for needed in np.unique(parts[parts > 1.0]).astype(int).tolist():
+            rows, fine = np.flatnonzero(parts == needed), refined(sampled, needed)
+            size = max(SIMD, MAX_FINE_SAMPLES // len(fine) // SIMD * SIMD)
+            for chosen in np.split(rows, range(size, len(rows), size)):
+                finer = self.run(parameters[:, chosen], starts[:, chosen], fine, begin[chosen])
+                known = finer.states[THETA, :, ::needed]
+                lanes[THETA, chosen] = same_turns(lanes[THETA, chosen], known)
+        return found._replace(lanes=lanes, first=first)
 
     def _repeat_misfits(  # noqa: PLR0913, PLR0917 (all that a run depends on)
         self,
         found: Lanes,
         parameters: Array,
         starts: Array,
+        given: Array,
         scales: Array,
         times: Array | None,
         begin: Array,
@@ -105,7 +147,7 @@ class Ensemble:
         scales[rows] = fitting[rows]
         repeated = self.batches.run(
             parameters[:, rows],
-            starts[:, rows],
+            given[:, rows],
             scales[rows],
             times,
             begin[rows],

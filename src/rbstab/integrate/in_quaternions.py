@@ -17,9 +17,9 @@ from rbstab.mechanics.states import THETA
 from rbstab.systems.coordinates import QuaternionCoordinates
 from rbstab.systems.system import System
 
-LONGEST_TURN = 1.0
-"""rad: between two samples near θ2 = ±90° the body turns by at most this. Then the cubic between
-them is 1e-4 off, which is less than cos θ2 wherever Euler angles are integrated."""
+LONGEST_TURN = 0.5
+"""rad: where the way of the angles is in doubt, the body turns by at most this between two samples.
+Then the doubt is where cos θ2 is below 1e-4, and Euler angles are hardly integrated."""
 
 INTERVALS_PER_STEP = 64
 """A motion that seems to need more intervals than this for each step diverges."""
@@ -92,7 +92,7 @@ def parts_needed(turns: Array, steps: Array, samples: int, most: int) -> Array:
     """Return into how many parts the intervals of motions must be divided to show how they turn.
 
     Args:
-        turns: The largest turns of motions that are in doubt, any shape, rad.
+        turns: The largest turns in doubt of motions, any shape, rad.
         steps: The steps of the engine, in the same shape.
         samples: The number of samples.
         most: The most steps between two samples.

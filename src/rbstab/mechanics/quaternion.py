@@ -48,8 +48,8 @@ def rate_matrix(w: Number, r: Array) -> Array:
     return np.array([[w, -z, y], [z, w, -x], [-y, x, w]])
 
 
-def angles(w: Array, r: Array) -> Array:
-    """Return Θ of attitudes, shape (3, ...), rad: |θ1|, |θ3| <= π and |θ2| <= π/2.
+def angles(w: Array, r: Array) -> tuple[Array, Array]:
+    """Return Θ of attitudes, shape (3, ...), rad, and cos θ2: |θ1|, |θ3| <= π and |θ2| <= π/2.
 
     θ3 belongs to this θ1, so A(Θ) is the attitude also where θ2 is near ±90° and neither is sharp.
 
@@ -60,13 +60,15 @@ def angles(w: Array, r: Array) -> Array:
     x, y, z = r
     ww, xx, yy, zz = w * w, x * x, y * y, z * z
     xy, xz, yz, wx, wy, wz = x * y, x * z, y * z, w * x, w * y, w * z
-    # The entries of R(q): only their ratios count.
-    theta1 = np.arctan2(2.0 * (wx - yz), ww - xx - yy + zz)
-    theta2 = np.arctan2(2.0 * (xz + wy), np.hypot(ww + xx - yy - zz, 2.0 * (xy - wz)))
-    s, c = np.sin(theta1), np.cos(theta1)
+    # The entries of R(q), whose ratios alone count: s and c are q'q cos θ2 sin θ1 and cos θ1.
+    s, c = 2.0 * (wx - yz), ww - xx - yy + zz
+    upright = np.sqrt(s * s + c * c)
+    c = np.where(upright == 0.0, 1.0, c)
     sine = 2.0 * (c * (xy + wz) + s * (xz - wy))
     cosine = c * (ww - xx + yy - zz) + 2.0 * s * (yz + wx)
-    return np.array([theta1, theta2, np.arctan2(sine, cosine)])
+    theta2 = np.arctan2(2.0 * (xz + wy), upright)
+    Theta = np.array([np.arctan2(s, c), theta2, np.arctan2(sine, cosine)])
+    return Theta, upright / (ww + xx + yy + zz)
 
 
 def continued_angles(w: Array, r: Array, Omega: Array, times: Array) -> tuple[Array, Array]:
@@ -74,7 +76,8 @@ def continued_angles(w: Array, r: Array, Omega: Array, times: Array) -> tuple[Ar
 
     θ1 is the direction of (A33, -A23), and θ3 that of (A11, -A12). Both vectors are cos θ2 long. If
     this is more than the body turns between two samples, each takes the shorter way. Near
-    θ2 = ±90° the way is that of the cubic through q and q̇.
+    θ2 = ±90° the way is that of the cubic through q and q̇. It is in doubt if cos θ2 is no larger
+    there than the error of the cubic.
 
     Args:
         w: Shape (..., n).
@@ -83,23 +86,28 @@ def continued_angles(w: Array, r: Array, Omega: Array, times: Array) -> tuple[Ar
         times: Shape (n,), s.
 
     Returns:
-        Θ, shape (3, ..., n), rad; and the largest angle by which the body turns between two
-        samples, if it may be turned by more than the shorter way: shape (...), rad, else 0.
+        Θ, shape (3, ..., n), rad; and the largest angle by which the body turns between two samples
+        where the way is in doubt, shape (...), rad, else 0.
     """
-    Theta = angles(w, r)
+    Theta, upright = angles(w, r)
     if len(times) == 1:
         return Theta, np.zeros(w.shape[:-1])
-    speed, upright = np.sqrt((Omega * Omega).sum(axis=0)), np.cos(Theta[1])
+    speed = np.sqrt((Omega * Omega).sum(axis=0))
     turn = np.diff(times) * np.maximum(speed[..., 1:], speed[..., :-1])
-    # The vectors bend off their chord by at most turn²/8, if Ω is steady, and twice that if not.
+    # The vectors bend off their chord by at most turn²/8 if Ω is steady; twice that is allowed for.
     near = ~(np.minimum(upright[..., 1:], upright[..., :-1]) > turn * (0.5 + 0.25 * turn))
     steps = np.diff(Theta[::2], axis=-1)
-    ways = steps - 2 * math.pi * np.round(steps / (2 * math.pi))
-    if near.any():
-        ways[:, near] = _ways(w, r, Omega, np.diff(times), near)
-    turns = np.round((np.cumsum(ways, axis=-1) - np.cumsum(steps, axis=-1)) / (2 * math.pi))
-    Theta[::2, ..., 1:] += 2 * math.pi * turns
-    return Theta, np.max(np.where(near, turn, 0.0), axis=-1)
+    jumps = (near | (np.abs(steps) > math.pi).any(axis=0)).any(axis=-1)
+    doubt = np.zeros(turn.shape)
+    if not jumps.any():
+        return Theta, doubt.max(axis=-1)
+    ways = steps - _whole(steps)
+    ways[:, near], least = _ways(w, r, Omega, np.diff(times), near)
+    # A steady turn α of the body is α⁴/3072 off the cubic; fifteen times that is allowed for.
+    doubt[near] = np.where(least > turn[near] ** 4 / 200.0, 0.0, turn[near])
+    turns = np.cumsum((ways - steps)[:, jumps], axis=-1)
+    Theta[::2, jumps, 1:] += _whole(turns)
+    return Theta, doubt.max(axis=-1)
 
 
 def same_turns(Theta: Array, known: Array) -> Array:
@@ -109,23 +117,34 @@ def same_turns(Theta: Array, known: Array) -> Array:
     """
     away = (known - Theta[..., : known.shape[-1]])[::2]
     found = Theta.copy()
-    found[::2] += 2 * math.pi * np.round(away / (2 * math.pi))
+    found[::2] += _whole(away)
     return found
 
 
-def _ways(w: Array, r: Array, Omega: Array, lengths: Array, chosen: Array) -> Array:
-    """Return how far θ1 and θ3 go in chosen intervals, by cubics; shape (2, chosen)."""
-    q = np.concatenate([w[np.newaxis], r])
-    rates = np.concatenate([-0.5 * (r * Omega).sum(axis=0)[np.newaxis], _r_rates(w, r, Omega)])
-    ends = [(one[..., :-1][:, chosen], one[..., 1:][:, chosen]) for one in (q, rates)]
-    (a, b), (up, down) = ends
+def _whole(angles: Array) -> Array:
+    """Return the nearest whole turns, rad."""
+    return 2.0 * math.pi * np.round(angles / (2.0 * math.pi))
+
+
+def _ways(
+    w: Array, r: Array, Omega: Array, lengths: Array, chosen: Array
+) -> tuple[Array, Array]:
+    """Return how far θ1 and θ3 go in k chosen intervals, shape (2, k), and the least cos θ2."""
+    motion = np.concatenate([w[np.newaxis], r, Omega])
+    before, after = motion[..., :-1][:, chosen], motion[..., 1:][:, chosen]
+    a, b, up, down = before[:4], after[:4], _rates(before), _rates(after)
     h = np.broadcast_to(lengths, chosen.shape)[chosen]
     s = np.linspace(0.0, 1.0, PARTS + 1)[:, np.newaxis, np.newaxis]
     t = 1.0 - s
     cubic = t * t * ((1 + 2 * s) * a + s * h * up) + s * s * ((1 + 2 * t) * b - t * h * down)
-    parts = np.diff(angles(cubic[:, 0], np.moveaxis(cubic[:, 1:], 1, 0))[::2], axis=1)
-    return np.asarray((parts - 2 * math.pi * np.round(parts / (2 * math.pi))).sum(axis=1))
+    Theta, upright = angles(cubic[:, 0], np.moveaxis(cubic[:, 1:], 1, 0))
+    parts = np.diff(Theta[::2], axis=1)
+    return (parts - _whole(parts)).sum(axis=1), upright.min(axis=0)
 
 
-def _r_rates(w: Array, r: Array, Omega: Array) -> Array:
-    return 0.5 * (w * Omega + np.cross(r, Omega, axis=0))
+def _rates(motion: Array) -> Array:
+    """Return q̇ = ½ q⊗(0, Ω), shape (4, k), of q and Ω, shape (7, k)."""
+    w, r, Omega = motion[0], motion[1:4], motion[4:]
+    return 0.5 * np.concatenate(
+        [-(r * Omega).sum(axis=0)[np.newaxis], w * Omega + np.cross(r, Omega, axis=0)]
+    )

@@ -48,11 +48,11 @@ REFUSED = [
         "20:18: integration.drift_control: cannot be combined with LSODA, which would lose its "
         "history at every step (expected another method)",
     ),
-    ("coordinates: Z", "18:16: integration.coordinates: is the text 'Z' (expected reduced or mani"),
+    ("coordinates: Z", "18:16: integration.coordinates: is the text 'Z' (expected reduced, manif"),
     # One wrong word gives one message: keys that depend on it are not checked.
     (
         "coordinates: Manifold\n  drift_control: projection",
-        "18:16: integration.coordinates: is the text 'Manifold' (expected reduced or manifold; did",
+        "18:16: integration.coordinates: is the text 'Manifold' (expected reduced, manifold or quaternion; did",
     ),
     (
         "coordinates: manifold\n  engine: spicy\n  method: LSODA\n  drift_control: projection",

@@ -70,7 +70,11 @@ class InQuaternions:
         times, recording = found.times, deadline.recording_time
         # Nothing of the finer samples is recorded.
         deadline.recording_time = 0.0
-        finer = self(replace(problem, times=refined(times, parts), diagnosed=False), None, deadline)
+        fine = refined(times, parts)
+        limit = problem.step_limit + len(fine)  # SciPy ends a step on each of them
+        finer = self(
+            replace(problem, times=fine, step_limit=limit, diagnosed=False), None, deadline
+        )
         deadline.recording_time = recording
         # A run that stopped early may stop a rounding error earlier now.
         rows = np.minimum(parts * np.arange(len(times)), len(finer.times) - 1)

@@ -48,9 +48,7 @@ Turned = tuple[Array, Array]
 """A and B, shape (3, 3) each, of a body whose attitude is not given by Θ."""
 
 
-def motion_from_centre(
-    body: Body, anchor: Array, Z: Array, turned: Turned | None = None
-) -> Motion:
+def motion_from_centre(body: Body, anchor: Array, Z: Array, turned: Turned | None = None) -> Motion:
     """Return the motion at the state Z' = [Θ', Ω', X', V'], shape (12,), by eq. 2 and 4."""
     Theta, Omega, X, V = Z[THETA], Z[OMEGA], Z[X_OF_Z], Z[V_OF_Z]
     A, B = turned or _turned(Theta)

@@ -126,9 +126,7 @@ def _whole(angles: Array) -> Array:
     return 2.0 * math.pi * np.round(angles / (2.0 * math.pi))
 
 
-def _ways(
-    w: Array, r: Array, Omega: Array, lengths: Array, chosen: Array
-) -> tuple[Array, Array]:
+def _ways(w: Array, r: Array, Omega: Array, lengths: Array, chosen: Array) -> tuple[Array, Array]:
     """Return how far θ1 and θ3 go in k chosen intervals, shape (2, k), and the least cos θ2."""
     motion = np.concatenate([w[np.newaxis], r, Omega])
     before, after = motion[..., :-1][:, chosen], motion[..., 1:][:, chosen]

@@ -57,9 +57,7 @@ class CentreCoordinates(Coordinates):
         """Return Z."""
         return coordinates.centre_state(motion)
 
-    def motion(
-        self, body: Body, anchor: Array, y: Array, turned: Turned | None = None
-    ) -> Motion:
+    def motion(self, body: Body, anchor: Array, y: Array, turned: Turned | None = None) -> Motion:
         """Return the motion at Z."""
         return motion_from_centre(body, anchor, y, turned)
 
@@ -137,9 +135,7 @@ class ReducedCoordinates(Coordinates):
         """Return [Θ, Ω]."""
         return np.concatenate([motion.Theta, motion.Omega])
 
-    def motion(
-        self, body: Body, anchor: Array, y: Array, turned: Turned | None = None
-    ) -> Motion:
+    def motion(self, body: Body, anchor: Array, y: Array, turned: Turned | None = None) -> Motion:
         """Return the motion on the submanifold (eq. 32)."""
         return motion_from_contact(body, anchor, np.concatenate([y, ZERO, ZERO]), turned)
 

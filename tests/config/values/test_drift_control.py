@@ -19,6 +19,11 @@ REFUSED = [
         "(expected coordinates: manifold)",
     ),
     (
+        "coordinates: quaternion\n  drift_control: projection",
+        "19:18: integration.drift_control: has no effect in quaternion coordinates "
+        "(expected coordinates: manifold)",
+    ),
+    (
         "coordinates: manifold\n  drift_control: projektion",
         f"19:18: integration.drift_control: 'projektion' is unknown "
         f"({CHOICES}; did you mean projection?)",
@@ -52,7 +57,8 @@ REFUSED = [
     # One wrong word gives one message: keys that depend on it are not checked.
     (
         "coordinates: Manifold\n  drift_control: projection",
-        "18:16: integration.coordinates: is the text 'Manifold' (expected reduced, manifold or quaternion; did",
+        "18:16: integration.coordinates: is the text 'Manifold' (expected reduced, manifold or "
+        "quaternion; did you mean manifold?)",
     ),
     (
         "coordinates: manifold\n  engine: spicy\n  method: LSODA\n  drift_control: projection",

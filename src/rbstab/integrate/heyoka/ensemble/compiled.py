@@ -14,6 +14,7 @@ from rbstab.integrate.heyoka.symbols import (
 )
 from rbstab.integrate.in_quaternions import in_quaternions
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.coordinates import QuaternionCoordinates
 from rbstab.systems.system import CONTACT_WORK, System
 
 # Sweeps have their own threads. heyoka's own threads would only wait and use processor time.
@@ -72,7 +73,10 @@ class CompiledStructure:
         symbolic, _, _ = symbols_of(system, symbol)
         self.symbolic, self.timed = symbolic, system.timed
         self.symbols = state_symbols(system.size)
-        moving, self.q = in_quaternions(symbolic) if quaternion else (symbolic, None)
+        moving = symbolic
+        self.q: QuaternionCoordinates | None = None
+        if quaternion:
+            moving, self.q = in_quaternions(symbolic)
         self.size, self.audited_size = moving.size, moving.audited_size + CONTACT_WORK
         y = state_symbols(self.audited_size)
         scale = hy.par[len(self.open_indices)]

@@ -1,5 +1,7 @@
 """Integration of many members of one structure: compiled Taylor integration in SIMD batches."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from rbstab.integrate.heyoka.compiled_map import SIMD, lanes_of
@@ -38,7 +40,7 @@ class Ensemble:
         observer: Observes their trajectories.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 (what is compiled, and how it is sampled)
         self,
         system: System,
         tolerance: float,
@@ -87,38 +89,17 @@ class Ensemble:
         if times is None and self.batches.parts > 1:
             first = found.first[:size]
         steps, done = found.steps[members], found.done[members]
-        found = EnsembleTrajectories(
+        trajectories = EnsembleTrajectories(
             lanes[:size], change, steps, done, first=first, supplied_energy=supplied
         )
-        return found if q is None else self._with_angles(q, found, parameters, starts, times, begin)
+        if q is None:
+            return trajectories
 
-    def _with_angles(
-        self,
-        q: QuaternionCoordinates,
-        found: EnsembleTrajectories,
-        parameters: Array,
-        starts: Array,
-        times: Array | None,
-        begin: Array,
-    ) -> EnsembleTrajectories:
-        """Return trajectories of quaternions with Θ; motions that need it are sampled finer."""
+        def finer(rows: Array, fine: Array) -> Array:
+            return self.run(parameters[:, rows], starts[:, rows], fine, begin[rows]).states[THETA]
+
         sampled = self.times if times is None else times
-        Theta = starts[THETA][:, lanes_of(starts.shape[1])]
-        lanes, turns = q.to_angles(found.lanes, sampled, Theta)
-        first = found.first
-        if first is not None:
-            inside = np.linspace(sampled[0], sampled[1], first.shape[2])
-            first, _ = q.to_angles(first, inside, Theta)
-        parts = parts_needed(turns[: len(found.steps)], found.steps, len(sampled), 1)
-        parts[~found.done] = 1.0
-        for needed in np.unique(parts[parts > 1.0]).astype(int).tolist():
-            rows, fine = np.flatnonzero(parts == needed), refined(sampled, needed)
-            size = max(SIMD, MAX_FINE_SAMPLES // len(fine) // SIMD * SIMD)
-            for chosen in np.split(rows, range(size, len(rows), size)):
-                finer = self.run(parameters[:, chosen], starts[:, chosen], fine, begin[chosen])
-                known = finer.states[THETA, :, ::needed]
-                lanes[THETA, chosen] = same_turns(lanes[THETA, chosen], known)
-        return found._replace(lanes=lanes, first=first)
+        return _with_angles(q, trajectories, starts[THETA], sampled, finer)
 
     def _repeat_misfits(  # noqa: PLR0913, PLR0917 (all that a run depends on)
         self,
@@ -160,3 +141,35 @@ class Ensemble:
             else:
                 target[rows] = source[: len(rows)]
         return scales
+
+
+def _with_angles(
+    q: QuaternionCoordinates,
+    found: EnsembleTrajectories,
+    start: Array,
+    times: Array,
+    finer: Callable[[Array, Array], Array],
+) -> EnsembleTrajectories:
+    """Return trajectories of quaternions with Θ.
+
+    Args:
+        q: The coordinates.
+        found: The trajectories.
+        start: Θ at their start, shape (3, m), rad.
+        times: Their samples, shape (n,), s.
+        finer: Returns Θ of some members at finer samples.
+    """
+    start = start[:, lanes_of(start.shape[1])]
+    lanes, turns = q.to_angles(found.lanes, times, start)
+    parts = parts_needed(turns[: len(found.steps)], found.steps, len(times), 1)
+    parts[~found.done] = 1.0
+    for needed in np.unique(parts[parts > 1.0]).astype(int).tolist():
+        rows, fine = np.flatnonzero(parts == needed), refined(times, needed)
+        size = max(SIMD, MAX_FINE_SAMPLES // len(fine) // SIMD * SIMD)
+        for chosen in np.split(rows, range(size, len(rows), size)):
+            known = finer(chosen, fine)[..., ::needed]
+            lanes[THETA, chosen] = same_turns(lanes[THETA, chosen], known)
+    first = found.first
+    if first is not None:
+        first, _ = q.to_angles(first, np.linspace(*times[:2], first.shape[2]), start)
+    return found._replace(lanes=lanes, first=first)

@@ -171,5 +171,5 @@ def _with_angles(
             lanes[THETA, chosen] = same_turns(lanes[THETA, chosen], known)
     first = found.first
     if first is not None:
-        first, _ = q.to_angles(first, np.linspace(*times[:2], first.shape[2]), start)
+        first, _ = q.to_angles(first, refined(times[:2], first.shape[2] - 1), start)
     return found._replace(lanes=lanes, first=first)

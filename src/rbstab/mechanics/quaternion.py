@@ -6,7 +6,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array, Number, cos, sin, square
 
-PARTS = 64
+PARTS = 16
 """An interval between samples near θ2 = ±90° is divided into this many."""
 
 

@@ -93,6 +93,27 @@ def test_the_way_past_the_pole_is_the_right_one(distance):
     assert doubt == 0.0 or abs(distance) < 0.01
 
 
+def test_the_way_round_the_pole_is_the_right_one():
+    """Where the ways bend round the pole between two samples, the shorter one may be wrong."""
+    rng, turn, parts = np.random.default_rng(1), 0.7, 400
+    wrong = 0
+    for _ in range(100):
+        axis, begin = Rotation.random(2, random_state=rng.integers(2**31))
+        Omega = turn * begin.as_matrix().T @ axis.as_matrix()[0]
+        times = np.linspace(0, 20, 20 * parts + 1)
+        w, r = along(Rotation.from_rotvec(np.outer(turn * times, axis.as_matrix()[0])) * begin)
+        principal, upright = angles(w, r)
+        if upright.min() < 1e-3:
+            continue
+        expected = np.unwrap(principal)[:, ::parts]
+        spin = np.tile(Omega[:, None], 21)
+        Theta, doubt = continued_angles(w[::parts], r[:, ::parts], spin, times[::parts])
+        if doubt == 0.0:
+            assert Theta - Theta[:, :1] == pytest.approx(expected - expected[:, :1], abs=1e-9)
+            wrong += bool(np.abs(np.unwrap(principal[:, ::parts]) - expected).max() > 1.0)
+    assert wrong > 0
+
+
 def test_ways_that_samples_do_not_tell_are_in_doubt():
     times = np.linspace(0, 6.0, 13)
     w, r = along(Rotation.from_rotvec(np.outer(8.0 * times, [0.1, 1.0, 0.1])))

@@ -25,9 +25,10 @@ BASE: dict[str, Any] = {
     },
     "initial": {"orientation": [0, 0.2, 0]},
 }
-# The third member turns about y alone, and so through the pole itself.
+# The third member turns about y alone, and so through the pole itself; the fourth and the last make
+# several turns.
 SPINS = np.array(
-    [[3, 60, 2], [1, 5, 2], [0, 60, 0], [9, -2, 30], [0.1, 40, 0.01], [20, 20, -20]], dtype=float
+    [[3, 60, 2], [1, 5, 2], [0, 60, 0], [9, -2, 150], [0.1, 40, 0.01], [99, 1, 1]], dtype=float
 )
 COMPLETED, LEFT = STATUSES.index("completed"), STATUSES.index("range left")
 
@@ -61,6 +62,7 @@ def test_members_that_leave_the_angles_finish_and_the_others_are_the_same(sample
     same = np.flatnonzero(in_angles["status"] == COMPLETED)
     assert len(same) >= 4
     assert_same(found, in_angles, same, 1e-8)
+    assert np.abs(found["final_orientation"][[3, 5]]).max(axis=1).min() > 3 * np.pi
 
 
 def test_batches_are_single_runs_and_no_bit_depends_on_how_they_are_cut():

@@ -164,7 +164,7 @@ def models_of(owner: type[BaseModel], key: str | int) -> Iterator[type[BaseModel
     if field is not None:
         # A validator may take a mapping in place of the value, such as {deg: [0, 10, 0]}.
         inputs = [getattr(data, "json_schema_input_type", None) for data in field.metadata]
-        candidates = [field.annotation, *inputs]
+        candidates = [*inputs, field.annotation]
     while candidates:
         candidate: Any = candidates.pop(0)
         if isinstance(candidate, type) and issubclass(candidate, BaseModel):

@@ -74,7 +74,7 @@ WRONG = [
         VISCO_ELASTIC,
         {"initial.orientation[1]": {"linspace": [0, 1.6, 17]}},
         16,
-        "initial.orientation θ2 = 1.6 rad is outside the range of eq. 5",
+        "initial.orientation θ2 = 1.6 rad (91.6732°) is outside the range of eq. 5",
     ),
     # The first of equal members.
     (
@@ -92,7 +92,7 @@ WRONG = [
         TURNED,
         {"initial.orientation": {"scale": {"linspace": [-9, 9, 3]}}},
         0,
-        "initial.orientation θ2 = -1.8 rad is",
+        "initial.orientation θ2 = -1.8 rad (-103.132°) is",
     ),
     # The entries of a matrix: 400 x 400 > 100² and 100 x 400 > 100², but not 20 x 400 < 100².
     (FULL, coupled(entries(400, 20), SOME, SOME), 5, SINGULAR),

@@ -169,4 +169,4 @@ def models_of(owner: type[BaseModel], key: str | int) -> Iterator[type[BaseModel
         candidate: Any = candidates.pop(0)
         if isinstance(candidate, type) and issubclass(candidate, BaseModel):
             yield candidate
-        candidates += getattr(candidate, "__args__", ())
+        candidates[:0] = getattr(candidate, "__args__", ())

@@ -141,7 +141,7 @@ WRONG = [
         (),
         [
             f"w.yaml:{len(EMBEDDED.splitlines()) + 1}:16: integration.coordinates:"
-            " is the text 'W' for the variant permanent (expected reduced or manifold)"
+            " is the text 'W' for the variant permanent (expected reduced, manifold or quaternion)"
         ],
     ),
 ]

@@ -9,7 +9,7 @@ import numpy as np
 from rbstab.config.controllers import BoundaryLayer, Implicit, SlidingController, Slope
 from rbstab.config.elements import declarations_of, inputs, parameter
 from rbstab.config.schema import NO_VARIANT, Config
-from rbstab.config.sections.integration import Baumgarte
+from rbstab.config.sections.integration import Baumgarte, HeldIntegration
 from rbstab.config.user_code.permission import permitted_class
 from rbstab.config.user_code.section import PythonElement
 from rbstab.elements.element import Element
@@ -73,6 +73,7 @@ def problem_of(config: Config) -> Problem:
         switching=_switching(config.controller),
         exact=partial(system_and_start, config),
         schedule=schedule_of(input_legs(config)),
+        quaternion=integration.coordinates == "quaternion",
     )
 
 
@@ -225,9 +226,12 @@ def _switching(controller: Any) -> Switching | None:
 
 
 def _coordinates(integration: Any) -> Coordinates:
+    """Return the coordinates of the states of a config's problem; they have Θ."""
     drift_control = getattr(integration, "drift_control", "none")
     rate = drift_control.baumgarte if isinstance(drift_control, Baumgarte) else 0.0
+    is_held = isinstance(integration, HeldIntegration)
     by_name: dict[str, Coordinates] = {
+        "quaternion": ReducedCoordinates() if is_held else CentreCoordinates(),
         "Z": CentreCoordinates(),
         "W": ContactCoordinates(),
         "reduced": ReducedCoordinates(),

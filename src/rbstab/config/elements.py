@@ -134,6 +134,16 @@ def stops(elements: Mapping[str, Any]) -> list[str]:
     ]
 
 
+def reading_angles(controller: Any, elements: Mapping[str, Any]) -> list[str]:
+    """Return what reads Euler angles in a config, or may read them: K_r, guards and users' code."""
+    # Imported late: printing the schema does not need numpy.
+    import numpy as np
+
+    stiff = bool(np.any(getattr(controller, "K_r", 0.0)))
+    names = [name for name, section in elements.items() if section.kind in ("guard", PYTHON)]
+    return ["controller.K_r"] * stiff + names
+
+
 def inputs(elements: Mapping[str, Any], *, with_legs: bool = False) -> list[str]:
     """Return the names of the inputs of a config.
 

@@ -240,7 +240,7 @@ def validated(source: Source, *, allow_python: bool = False) -> Config:
 def _problems_of_start(config: Config, source: Source) -> list[ConfigProblem]:
     """Return the problem of a config whose run would end at its start, because θ2 is near ±90°."""
     regularity, bound = math.cos(config.initial.orientation[PITCH]), config.integration.range_bound
-    if regularity > bound:
+    if regularity > bound or config.integration.coordinates == "quaternion":
         return []
     path = ("initial", "orientation")
     found = f"has cos θ2 = {regularity:.2g}, and a run ends where it is {bound:g} or less"
@@ -261,8 +261,8 @@ def resolved(config: Config) -> dict[str, Any]:
     if integration["engine"] != "scipy":
         for key in SCIPY_ONLY:
             del integration[key]
-    if integration["coordinates"] == "reduced":
-        del integration["drift_control"]
+    if integration["coordinates"] != "manifold":
+        integration.pop("drift_control", None)
     return data
 
 

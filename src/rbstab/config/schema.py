@@ -18,6 +18,7 @@ from rbstab.config.elements import (
     check_sliding_points,
     followed_by_modes,
     inputs,
+    reading_angles,
     sliding_ties,
     stops,
     switching,
@@ -175,6 +176,19 @@ class Experiment(Section):
             raise value_error(
                 f"has drift_control: projection, which moves the state past switches of {names}",
                 "expected none or {baumgarte: rate}",
+            )
+        return integration
+
+    @field_validator("integration")
+    @classmethod
+    def _check_quaternion(cls, integration: Any, info: ValidationInfo) -> Any:
+        quaternion = integration.coordinates == "quaternion"
+        controller, elements = info.data.get("controller"), info.data.get("elements") or {}
+        reading = reading_angles(controller, elements) if quaternion else []
+        if reading:
+            raise value_error(
+                f"has coordinates: quaternion, but {', '.join(reading)} may read Euler angles",
+                "expected other coordinates, or elements that do not: no K_r, guards or Python",
             )
         return integration
 

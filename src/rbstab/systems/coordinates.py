@@ -9,11 +9,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from rbstab.mechanics import constraint, coordinates, point, reduced
+from rbstab.mechanics import constraint, coordinates, point, quaternion, reduced
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import (
     Motion,
+    Turned,
     Wrench,
     applied_forces,
     contact_directions,
@@ -56,9 +57,9 @@ class CentreCoordinates(Coordinates):
         """Return Z."""
         return coordinates.centre_state(motion)
 
-    def motion(self, body: Body, anchor: Array, y: Array) -> Motion:
+    def motion(self, body: Body, anchor: Array, y: Array, turned: Turned | None = None) -> Motion:
         """Return the motion at Z."""
-        return motion_from_centre(body, anchor, y)
+        return motion_from_centre(body, anchor, y, turned)
 
     def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
         """Return Ż of eq. 1, and Λ of the elements."""
@@ -134,9 +135,9 @@ class ReducedCoordinates(Coordinates):
         """Return [Θ, Ω]."""
         return np.concatenate([motion.Theta, motion.Omega])
 
-    def motion(self, body: Body, anchor: Array, y: Array) -> Motion:
+    def motion(self, body: Body, anchor: Array, y: Array, turned: Turned | None = None) -> Motion:
         """Return the motion on the submanifold (eq. 32)."""
-        return motion_from_contact(body, anchor, np.concatenate([y, ZERO, ZERO]))
+        return motion_from_contact(body, anchor, np.concatenate([y, ZERO, ZERO]), turned)
 
     def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
         """Return Θ̇ = BΩ with Ω̇ of eq. 21, and the force that holds the point (eq. 20)."""
@@ -175,3 +176,67 @@ class ManifoldCoordinates(Coordinates):
         demand = constraint.baumgarte_demand(body, motion, self.baumgarte_rate)
         Lambda_ = constraint.constraint_force(body, c, applied, demand)
         return constraint.manifold_rates(body, c, applied, demand), Lambda_
+
+
+@dataclass(frozen=True, eq=False)
+class QuaternionCoordinates(Coordinates):
+    """[r, ..., w]: other coordinates with r in place of Θ, and w after them; q = (w, r).
+
+    q̇ = ½ q⊗(0, Ω) is regular everywhere. A is a rotation at any |q|, and Ȧ = AΩ̌, so a drift of |q|
+    changes no motion. No element may read Θ or B.
+
+    Args:
+        angles: The coordinates with Θ.
+    """
+
+    name: ClassVar[str] = "quaternion"
+
+    angles: CentreCoordinates | ReducedCoordinates
+
+    @property
+    def size(self) -> int:  # type: ignore[override]
+        """One more than with Θ."""
+        return self.angles.size + 1
+
+    @property
+    def holds_contact(self) -> bool:  # type: ignore[override]
+        """That of the coordinates with Θ."""
+        return self.angles.holds_contact
+
+    def from_motion(self, motion: Motion) -> Array:
+        """Return the coordinates of a motion with Θ."""
+        return self.from_angles(self.angles.from_motion(motion))
+
+    def from_angles(self, y: Array) -> Array:
+        """Return the state vectors, shape (states + 1, ...), of such with Θ, (states, ...)."""
+        w, r = quaternion.quaternion(y[THETA])
+        return np.concatenate([r, y[OMEGA.start : self.angles.size], w, y[self.angles.size :]])
+
+    def to_angles(self, y: Array, times: Array, start: Array) -> tuple[Array, Array]:
+        """Return the state vectors along motions with Θ, and the largest turns that are in doubt.
+
+        Args:
+            y: Those with q, shape (states + 1, ..., n).
+            times: Shape (n,), s.
+            start: Θ at the first sample, from which θ1 and θ3 are continued, shape (3, ...), rad.
+
+        Returns:
+            The vectors, shape (states, ..., n), and the turns of `quaternion.continued_angles`.
+        """
+        size = self.angles.size
+        Theta, turns = quaternion.continued_angles(y[size], y[THETA], y[OMEGA], times)
+        Theta = quaternion.same_turns(Theta, start[..., np.newaxis])
+        Theta[..., 0] = start
+        return np.concatenate([Theta, y[OMEGA.start : size], y[size + 1 :]]), turns
+
+    def motion(self, body: Body, anchor: Array, y: Array) -> Motion:
+        """Return the motion, with r and its rate matrix for Θ and B."""
+        r, w = y[THETA], y[-1]
+        turned = quaternion.rotation(w, r), quaternion.rate_matrix(w, r)
+        return self.angles.motion(body, anchor, y[:-1], turned)
+
+    def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
+        """Return the rates of the coordinates with BΩ = ṙ and then ẇ = -½ r'Ω, and Λ."""
+        rates, Lambda_ = self.angles.dynamics(body, motion, wrench)
+        w_rate = -0.5 * (motion.Theta @ motion.Omega)
+        return np.concatenate([rates, np.array([w_rate])]), Lambda_

@@ -48,7 +48,8 @@ ALL_OF_THEM = [
     "(expected θ1 and θ3 between ±180°, θ2 inside of ±90°; degrees are {deg: [...]})",
     "19:13: integration.duration: is inf (expected a finite number)",
     "20:12: integration.samples: is 1 (expected a number at least 2)",
-    "21:16: integration.coordinates: is the text 'w' (expected Z or W; did you mean W?)",
+    "21:16: integration.coordinates: is the text 'w' (expected Z, W or quaternion; did you mean "
+    "W?)",
     "22:17: schema_version: is 3, which this version of rbstab cannot read (expected 1 or 2)",
 ]
 

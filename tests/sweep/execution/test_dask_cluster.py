@@ -97,15 +97,16 @@ def test_the_cluster_has_at_most_two_shards_a_thread(tmp_path):
         processes.worker()
         processes.worker()
         with cluster(processes.address, "scipy") as pool:
-            plan, listener = plan_of(300), Listener()
+            plan = plan_of(300)
 
-            def on_event(event):
-                listener(event)
-                states = pool._client.futures.values()
-                running.append(sum(state.status == "pending" for state in states))
+            class Counting(Listener):
+                def __call__(self, event):
+                    super().__call__(event)
+                    states = pool._client.futures.values()  # type: ignore[attr-defined]
+                    running.append(sum(state.status == "pending" for state in states))
 
-            on_event.stop = listener.stop
-            run_sweep(tmp_path / "a", plan, on_event, SLOW, pool=pool, shard_size=2)
+            listener = Counting()
+            run_sweep(tmp_path / "a", plan, listener, SLOW, pool=pool, shard_size=2)
     assert len(listener.computed) == 150
     assert 2 < max(running) <= 2 * AHEAD
 

@@ -9,6 +9,7 @@ import time
 from concurrent.futures import Executor, Future
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import psutil
 import pytest
@@ -52,8 +53,9 @@ class Forgetful(Executor):
     def __init__(self, lost, error):
         self.lost, self.error = lost, error
 
-    def submit(self, function, start, stop):
-        future = Future()
+    def submit(self, function: Any, /, *args: Any, **_: Any) -> Future[Any]:
+        start, stop = args
+        future: Future[Any] = Future()
         if any(start <= member < stop for member in self.lost):
             future.set_exception(self.error)
         else:

@@ -10,8 +10,8 @@ from support.sweeps import FakeEngine, plan_with_traces, shard_files
 
 import rbstab
 from rbstab.store import dataset_file
+from rbstab.store.disk.seal import check_seal
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.sweep.execution.estimate import BATCH_SIZE, estimate
 from rbstab.sweep.folder.disk_space import sweep_bytes
 from rbstab.sweep.folder.open_folder import MAX_TRACE_BYTES, default_shard_size
 from rbstab.sweep.folder.sweep_folder import read_folder
@@ -117,12 +117,12 @@ def test_a_number_that_has_changed_on_the_disk(tmp_path):
 def test_a_file_is_verified_once(tmp_path, monkeypatch):
     run_sweep(tmp_path / "a", plan_with_traces())
     traces, checked = rbstab.open_traces(tmp_path / "a"), []
-    check = dataset_file.check_seal
-    monkeypatch.setattr(
-        dataset_file,
-        "check_seal",
-        lambda path, file: (checked.append(path), check(path, file))[1],
-    )
+
+    def counted(path, file):
+        checked.append(path)
+        return check_seal(path, file)
+
+    monkeypatch.setattr(dataset_file, "check_seal", counted)
     for member in (11, 12, 19, 30):
         traces.of(member)
     of_traces = [path.name for path in checked if path.parent.name == "traces"]
@@ -176,16 +176,3 @@ def test_shards_with_traces_are_small_enough_for_the_memory():
         assert members == 1 or MAX_TRACE_BYTES / 2 < members * size <= MAX_TRACE_BYTES
     assert default_shard_size(10**6, one_by_one=True, trace_bytes=10**7) == 3
     assert default_shard_size(10**6, one_by_one=True, trace_bytes=10.0) == 16
-
-
-def test_a_calibration_holds_few_traces_at_once():
-    sizes = []
-
-    class Counting(FakeEngine):
-        def compute(self, start, stop):
-            sizes.append(stop - start)
-            return super().compute(start, stop)
-
-    estimate(plan_with_traces(20_000), 20_000, Counting, 1)
-    assert max(sizes) == BATCH_SIZE
-    assert sum(sizes) > 10_000

@@ -144,7 +144,14 @@ class _VariantEngine:
         self.binding = Binding(plan, variant)
         self.problem = self.binding.problem
         problem, varies = self.problem, self.binding.varies
-        self.ensemble = Ensemble(problem.system, problem.rtol, problem.times, varies, PARTS)
+        self.ensemble = Ensemble(
+            problem.system,
+            problem.rtol,
+            problem.times,
+            varies,
+            PARTS,
+            quaternion=problem.quaternion,
+        )
         self.peaks = EnsemblePeaks(self.ensemble, problem.rtol, SAMPLES_IN_MEMORY)
         self.approached = ApproachedStates(problem.system, self._shared_rest_state())
         has_traces = plan.keep.count(plan.members)
@@ -207,7 +214,7 @@ class _VariantEngine:
         with np.errstate(all="ignore"):
             peaks = self.peaks.find(parameters, starts, trajectories, observed)
             outcome = outcome_of(members, peaks)
-            near = self._may_have_left_range(members, outcome)
+            near = self._may_have_left_range(members, outcome) & (not self.problem.quaternion)
         outcome["status"] = np.full(len(near), STATUSES.index(RunStatus.COMPLETED))
         outcome["steps"] = trajectories.steps
         needs_single_run = ~trajectories.done | (trajectories.steps > self.problem.step_limit)

@@ -145,7 +145,8 @@ class ProvedConvergence:
         for variant, rows, own in rows_of_variants(self.plan, self._proofs, start, stop):
             proof = self._proofs[variant]
             one_state[rows] = one_state_code(proof)
-            if has_no_rest_state(proof):
+            problem = self.plan.initial_value_problems[variant]
+            if has_no_rest_state(proof, at_poles=problem.quaternion):
                 codes[rows] = FALSE
                 continue
             rest_states[rows] = self._starts_of(variant).find(own, len(rows))

@@ -151,7 +151,8 @@ class _Answers:
             one_state[members] = code
         if not is_known(proof):
             return
-        if has_no_rest_state(proof):
+        problem = next(iter(self.plan.initial_value_problems.values()))
+        if has_no_rest_state(proof, at_poles=problem.quaternion):
             codes[members] = FALSE
             return
         first = int(members[0])

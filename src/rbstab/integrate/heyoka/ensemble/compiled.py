@@ -12,7 +12,9 @@ from rbstab.integrate.heyoka.symbols import (
     state_symbols,
     symbols_of,
 )
+from rbstab.integrate.in_quaternions import in_quaternions
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.coordinates import QuaternionCoordinates
 from rbstab.systems.system import CONTACT_WORK, System
 
 # Sweeps have their own threads. heyoka's own threads would only wait and use processor time.
@@ -36,12 +38,14 @@ class CompiledStructure:
         varies: Which parameters differ between members, shape (parameters,); by default all. The
             others are compiled in, with the values of `system`: zeros and products of constants
             then cost nothing.
+        quaternion: Whether the integrator has a quaternion in place of Θ. All else has Θ.
 
     Attributes:
         integrator: heyoka's batch integrator.
         symbolic: The system of symbols.
-        symbols: The symbols of its audited state.
-        size: The number of its states.
+        symbols: The symbols of its state.
+        q: The coordinates with a quaternion that the integrator has; None if it has none.
+        size: The number of states of the integrator.
         audited_size: The number of its audited states, without ε.
         timed: Whether its equations depend on the time.
         open_indices: The indices of the parameters that differ between members.
@@ -49,7 +53,14 @@ class CompiledStructure:
         energies: The expressions of its energies, J.
     """
 
-    def __init__(self, system: System, tolerance: float, varies: Array | None = None) -> None:
+    def __init__(
+        self,
+        system: System,
+        tolerance: float,
+        varies: Array | None = None,
+        *,
+        quaternion: bool = False,
+    ) -> None:
         values = parameter_values(system)
         varies = np.ones(len(values), dtype=bool) if varies is None else varies
         symbol_indices = np.cumsum(varies) - 1
@@ -60,27 +71,32 @@ class CompiledStructure:
             return hy.par[int(symbol_indices[index])] if varies[index] else constant
 
         symbolic, _, _ = symbols_of(system, symbol)
-        self.size, self.audited_size = system.size, system.audited_size + CONTACT_WORK
+        self.symbolic, self.timed = symbolic, system.timed
+        self.symbols = state_symbols(system.size)
+        moving = symbolic
+        self.q: QuaternionCoordinates | None = None
+        if quaternion:
+            moving, self.q = in_quaternions(symbolic)
+        self.size, self.audited_size = moving.size, moving.audited_size + CONTACT_WORK
         y = state_symbols(self.audited_size)
-        self.symbolic, self.symbols, self.timed = symbolic, y, system.timed
         scale = hy.par[len(self.open_indices)]
         # The samples of a run count from its start, which may be any time of the motion.
         time = hy.time + hy.par[len(self.open_indices) + 1] if self.timed else hy.time
-        audited = symbolic.audited_rates(y, time)[:CONTACT_WORK]
-        rates = scaled_audit(audited, system.size, scale)
+        audited = moving.audited_rates(y, time)[:CONTACT_WORK]
+        rates = scaled_audit(audited, self.size, scale)
         self.integrator = hy.taylor_adaptive_batch(
             list(zip(y, rates, strict=True)),
             state=np.zeros((len(y), SIMD)),
             tol=tolerance,
             # A member that ends there is not done, and so runs again alone.
-            t_events=[hy.t_event_batch(event) for event in symbolic.clearances(y)],
+            t_events=[hy.t_event_batch(event) for event in moving.clearances(y)],
         )
-        self.observation = symbolic.observe(y[: system.size])
+        self.observation = symbolic.observe(self.symbols)
         self.energies = [hy.expression(0.0) + entry for entry in self.observation.energy.tolist()]
 
     def function(self, entries: list[Any]) -> Any:
         """Return a compiled function of the state and the parameters that differ."""
-        return hy.cfunc(entries, vars=list(self.symbols[: self.size]))
+        return hy.cfunc(entries, vars=list(self.symbols))
 
     def open_parameters(self, parameters: Array, compiled: Any) -> Array:
         """Return those of the parameters, shape (parameters, m), that a compiled function has."""

@@ -1,4 +1,4 @@
-"""Run a sweep or one part of it, and gather all shards of a sweep in one file."""
+"""Run a sweep, or one part of it, and finish it when all its shards are stored."""
 
 from contextlib import AbstractContextManager
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Gathering the shards of a sweep in one file, and the summary of that file."""
+"""The members file of a sweep: what is known of each member beside the shards; and its summary."""
 
 import hashlib
 from collections.abc import Iterator

@@ -21,7 +21,6 @@ from rbstab.store import dataset_file
 from rbstab.store.dataset_file import (
     Dataset,
     checksum_of,
-    kind_of_file,
     read_dataset,
     write_dataset,
 )
@@ -77,7 +76,6 @@ def file(tmp_path: Path) -> Path:
 
 def test_what_is_written_is_read(file: Path) -> None:
     same(read_dataset(file, KIND), dataset())
-    assert kind_of_file(file) == KIND
 
 
 def test_some_arrays_of_some_runs(file: Path) -> None:

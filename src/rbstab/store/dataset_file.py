@@ -133,16 +133,6 @@ def read_dataset(
         return found
 
 
-def kind_of_file(path: Path) -> str:
-    """Return what a file says it is; it is not compared with its seal.
-
-    Raises:
-        NotAResultError, NewerSchemaError, StoreError: As `read_dataset`.
-    """
-    with _opened(path) as file:
-        return str(known_seal(path, file).facts.get("kind"))
-
-
 def _checked(path: Path, file: BinaryIO) -> Sealed:
     """Compare a file with its seal, but only once if it cannot change unnoticed."""
     found = os.fstat(file.fileno())

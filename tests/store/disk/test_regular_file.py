@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 from support.hang_guard import within
 
-from rbstab.store.dataset_file import checksum_of, kind_of_file
+from rbstab.store.dataset_file import checksum_of
 from rbstab.store.disk.regular_file import read_regular
 from rbstab.store.errors import StoreError
 from rbstab.store.motions_file import read_motions
 from rbstab.store.run_file import open_result
 
-READERS = [open_result, read_motions, checksum_of, kind_of_file, read_regular]
+READERS = [open_result, read_motions, checksum_of, read_regular]
 
 
 POSIX_KINDS = ["pipe", "socket", "device", "endless device", "terminal"]

@@ -48,12 +48,6 @@ COLUMNS = (
 )
 """Columns to read besides the parameters; all columns of a sweep could need too much memory."""
 
-OPTIONAL = (
-    *("convergence", "energy_at_rest", "rest_orientation", "energy_scale"),
-    *("proved_rest_state", "one_rest_state", "proved_time", "motion_proof"),
-)
-"""Columns that older sweeps do not have, or only sweeps with `prove` have."""
-
 RETURNS, RESTS_ELSEWHERE, MOVING, LEFT_RANGE, FAILED = range(len(KINDS))
 """The codes of the outcomes of members."""
 
@@ -229,9 +223,6 @@ def read_members(path: Path) -> Members:
     plan = plan_of(read_sweep(path, ()))
     varied = [safe_name(column.key) for column in plan.varied_keys] if plan is not None else []
     table = read_sweep(path, (*varied, *COLUMNS))
-    missing = [name for name in COLUMNS if name not in {*table.layout, *OPTIONAL}]
-    if missing:
-        raise NotAResultError(f"{path} has no column {missing[0]}")
     if not {*varied} <= {*table.layout}:
         plan = None
     return Members(with_outcomes(table, plan), plan, path.absolute().parent.parent)

@@ -3,7 +3,6 @@
 import errno
 import os
 import secrets
-import stat
 import sys
 import time
 from collections.abc import Iterator
@@ -40,9 +39,7 @@ _NO_SYNC_ERRORS = (errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOSYS, 
 """Errors of file systems that cannot sync a folder."""
 
 
-def write_atomically(
-    path: Path, content: bytes, *, replace: bool = False, keep_access: bool = False
-) -> None:
+def write_atomically(path: Path, content: bytes, *, replace: bool = False) -> None:
     """Write a file atomically: at any time it is absent, unchanged, or complete.
 
     The content is written to a hidden file in the same folder, synced to disk, and then renamed.
@@ -51,31 +48,26 @@ def write_atomically(
         path: The file; its folder must exist.
         content: The bytes.
         replace: Whether an existing file is replaced.
-        keep_access: Whether the new file has the permissions, and where possible the owner, of the
-            file that it replaces; that file must exist.
 
     Raises:
         ResultExistsError: The file exists and `replace` is not set.
         OSError: The file cannot be written, for example because the disk is full.
     """
-    with atomic_file(path, replace=replace, keep_access=keep_access) as file:
+    with atomic_file(path, replace=replace) as file:
         write_all(file, content)
 
 
 @contextmanager
-def atomic_file(
-    path: Path, *, replace: bool = False, keep_access: bool = False
-) -> Iterator[BinaryIO]:
+def atomic_file(path: Path, *, replace: bool = False) -> Iterator[BinaryIO]:
     """Return a context that yields a hidden file for writing, and renames it at its end.
 
     Args:
         path: The file; its folder must exist.
         replace: Whether an existing file is replaced.
-        keep_access: As `write_atomically`.
 
     Yields:
         A new file in the same folder, open for writing and reading, without a buffer. Write with
-        `write_all` or `write_at`. If the block raises an error, the file is removed.
+        `write_all`. If the block raises an error, the file is removed.
 
     Raises:
         ResultExistsError: The file exists and `replace` is not set.
@@ -90,8 +82,6 @@ def atomic_file(
     try:
         with file:
             yield file
-            if keep_access:
-                _copy_access(path, partial)
             os.fsync(file.fileno())
         if replace:
             _replace(partial, path)
@@ -119,12 +109,6 @@ def write_all(file: BinaryIO, content: bytes | memoryview) -> None:
     while view:
         # On a nearly full disk one call writes only a part, and the next call fails.
         view = view[file.write(view) :]
-
-
-def write_at(file: BinaryIO, offset: int, content: bytes | memoryview) -> None:
-    """Write all bytes at an offset; as `write_all`."""
-    file.seek(offset)
-    write_all(file, content)
 
 
 def remove_partial_files(folder: Path, older_than: float) -> None:
@@ -197,15 +181,6 @@ def _new_partial_file(path: Path) -> tuple[Path, BinaryIO]:
             file.close()
             raise
         file.close()
-
-
-def _copy_access(path: Path, new: Path) -> None:
-    """Give a new file the permissions of another one, and its owner if this process may do so."""
-    status = path.stat()
-    # The owner first: a change of it may clear some permissions.
-    with suppress(OSError, AttributeError):
-        os.chown(new, status.st_uid, status.st_gid)
-    new.chmod(stat.S_IMODE(status.st_mode))
 
 
 def _lock(file: BinaryIO) -> None:

@@ -224,6 +224,20 @@ def test_a_file_is_compared_with_its_seal_again_when_it_changed(
         read_dataset(file, KIND)
 
 
+def test_a_file_that_was_just_written_is_compared_each_time(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two changes within a tick of the system's clock look alike."""
+    monkeypatch.setattr(dataset_file, "identity_of", lambda _: (1,))
+    monkeypatch.setattr(dataset_file, "_unchanged", set())
+    read_dataset(file, KIND)
+    content = bytearray(file.read_bytes())
+    content[content.index(NUMBERS.tobytes())] ^= 1
+    file.write_bytes(content)
+    with pytest.raises(NotAResultError, match="does not match its digest"):
+        read_dataset(file, KIND)
+
+
 def refused(path: Path, kind: str = KIND) -> tuple[type, str]:
     with pytest.raises(StoreError) as caught:
         read_dataset(path, kind)

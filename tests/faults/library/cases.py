@@ -55,8 +55,7 @@ _EARLIER = ("run b.yaml --prove",)
 _OTHER = "run --no-prove a.yaml --set body.mass=42"
 _SWEEP = "sweep --no-prove plan.yaml --shard-size 2"
 _HERE = f"{_SWEEP} --engine scipy --threads 1"
-_AGAIN = "sweep --no-prove results/plan/plan.yaml -o results"
-"""The same sweep by the copy of its plan in its folder."""
+_HEYOKA = f"{_SWEEP} --engine heyoka"
 _REPORT = "report results/b.h5 results/a.h5 results/plan -q -o results"
 _SOURCES = (*_EARLIER, "run --no-prove a.yaml", _HERE)
 _GAIN = "--objective energy --over controller.L_r --bounds 0.9:1.1"
@@ -81,9 +80,9 @@ CASES = {
     "sweep resumed": Case(f"{_HERE} -q", (*_EARLIER, f"{_HERE} --part 1/2")),
     "sweep of a part": Case(f"{_HERE} --part 2/2 -q", (*_EARLIER, f"{_HERE} --part 1/2")),
     "sweep setting aside": Case(f"{_HERE} --force -q", (*_EARLIER, f"{_HERE} --set body.mass=42")),
-    "sweep by workers": Case(f"{_SWEEP} --engine heyoka --threads 2 -q", _EARLIER),
-    "sweep after its parts": Case(f"{_AGAIN} -q", (*_EARLIER, f"{_HERE} --part 1/1")),
-    "sweep comparing": Case(f"{_AGAIN} -q", (*_EARLIER, f"{_SWEEP} --engine heyoka --part 1/1")),
+    "sweep by workers": Case(f"{_HEYOKA} --threads 2 -q", _EARLIER),
+    "sweep after its parts": Case(f"{_HERE} -q", (*_EARLIER, f"{_HERE} --part 1/1")),
+    "sweep comparing": Case(f"{_HEYOKA} -q", (*_EARLIER, f"{_HEYOKA} --part 1/1")),
     "sweep again": Case(f"{_HERE} -q", (*_EARLIER, _HERE)),
     "report html": _report("report.html"),
     "report md": _report("report.md"),

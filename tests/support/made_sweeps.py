@@ -16,7 +16,7 @@ from rbstab.sweep.folder.sweep_table import MEMBERS
 from rbstab.sweep.members.outcome import STATUSES, columns_of
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.load import load_plan
-from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.plan.plan import Plan, plan_id
 from rbstab.sweep.proofs.columns import GATHERED_COLUMNS
 from support.configs import VISCO_ELASTIC, plain
 
@@ -50,7 +50,7 @@ def write_sweep(
     known = varied_layout(plan) | GATHERED_COLUMNS
     attributes: dict[str, str | int | float] = {
         "title": plan.title,
-        "plan_id": "0" * 32,
+        "plan_id": plan_id(plan),
         "engine": "scipy",
         "design": plan.design.keyword if plan.design else "grid",
         "checked_members": 0,

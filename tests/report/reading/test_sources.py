@@ -5,9 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.configs import VISCO_ELASTIC, plain
 from support.made_runs import made_file, made_result
 from support.results import result
-from support.sweeps import FakeEngine, plan_of
+from support.sweeps import SHORT, FakeEngine, plan_of
 
 from rbstab.experiment.summary import summary_of
 from rbstab.report.reading import read_results, sources
@@ -15,6 +16,7 @@ from rbstab.report.reading.sources import MAX_LABEL_LENGTH, read_sources, unique
 from rbstab.store.disk.seal import SEAL_SIZE
 from rbstab.store.run_file import write_result
 from rbstab.store.table_file import SHARD, read_table, write_table
+from rbstab.sweep.folder.sweep_table import MEMBERS
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.sweep import sweep_to_folder
 
@@ -226,18 +228,34 @@ def test_a_damaged_sweep(name, good, tmp_path, sweep):
         ("settling_time", {"dimensions": ("axis",)}),
         ("peak_time", {"dimensions": ()}),
         ("peak_time", {"dimensions": ("way",), "lengths": (2,)}),
+        ("convergence", {"dimensions": ("axis",)}),
+        ("convergence", {"dtype": "f8", "flags": ()}),
+        ("proved_rest_state", {"dtype": "i8"}),
+        ("initial_angular_velocity_0", {"dimensions": ("axis",)}),
     ],
     ids=repr,
 )
 def test_columns_of_other_shapes_and_kinds(name, column, good, tmp_path, sweep):
-    """The seal of the shard is right."""
+    """The seals of the files are right."""
     copy = Path(shutil.copytree(sweep, tmp_path / "copy"))
-    path = copy / "shards/00000001.h5"
-    table = read_table(path, SHARD)
+    path, kind, refused = copy / "shards/00000001.h5", SHARD, "a shard"
+    if name not in read_table(path, kind).layout:
+        path, kind, refused = copy / "members.h5", MEMBERS, "the members file"
+    table = read_table(path, kind)
     layout = {**table.layout, name: table.layout[name]._replace(**column)}
-    arrays = {**table.arrays, name: np.zeros((30, *layout[name].shape), layout[name].dtype)}
-    write_table(path, SHARD, layout, arrays, table.attributes)
-    assert reason(copy, good) == f"{path} is not a shard of this sweep"
+    rows = len(table["run"])
+    arrays = {**table.arrays, name: np.zeros((rows, *layout[name].shape), layout[name].dtype)}
+    write_table(path, kind, layout, arrays, table.attributes, table.extras)
+    assert reason(copy, good) == f"{path} is not {refused} of this sweep"
+
+
+def test_the_members_file_of_another_sweep(good, tmp_path, sweep):
+    copy, other = tmp_path / "copy", tmp_path / "other"
+    shutil.copytree(sweep, copy)
+    plan = plan_of(60, base={**plain(VISCO_ELASTIC), "integration": SHORT})
+    sweep_to_folder(plan, other, SweepOptions(FakeEngine, 1, 30))
+    file = shutil.copy(other / "members.h5", copy)
+    assert reason(copy, good) == f"{file} is not the members file of this sweep"
 
 
 def test_labels_are_the_shortest_that_tell_files_apart():

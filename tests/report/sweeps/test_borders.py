@@ -8,6 +8,7 @@ from support.made_sweeps import GRID, SPIN, code
 from support.printed_paths import words_of
 from support.sections import sweep_sections, tables, texts
 
+from rbstab.files.shell_words import shell_word
 from rbstab.report.sweeps.borders import border_pairs, notable
 from rbstab.report.sweeps.commands import member_command
 from rbstab.sweep.proofs.convergence import EnergyBound
@@ -138,11 +139,17 @@ def test_a_row_says_what_a_member_is_and_how_it_is_run(made):
     assert cells["initial angular_velocity[1]"].value == 10
     assert cells["run id"].text == "00000020"
     assert cells["largest |E1|, |E2| or |E3|"].value == 9.0
-    # This folder holds no plan.
     (section,) = (section for section in sections if section.name == "sweep-1-members")
     sentence = section.blocks[0]
     assert isinstance(sentence, str)
-    assert sentence.endswith(f": rbstab run PLAN.yaml --member {texts(table)[0][0]}")
+    plan = shell_word(sweep.path.parent / "plan.yaml")
+    member = f"--member {texts(table)[0][0]}"
+    assert f": rbstab run {plan} " in sentence
+    assert sentence.endswith(member)
+    # Without its plan, the folder does not say what to run.
+    (sweep.path.parent / "plan.yaml").unlink()
+    (section,) = (one for one in sweep_sections(sweep) if one.name == "sweep-1-members")
+    assert str(section.blocks[0]).endswith(f": rbstab run PLAN.yaml {member}")
 
 
 @pytest.mark.parametrize("folder", ["plain", "with a space"])

@@ -1,5 +1,6 @@
 """Protects the reading of the members of a sweep: their outcomes, columns and proofs."""
 
+import json
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,7 +17,6 @@ from rbstab.report.sweeps.members import OUTCOMES, read_members
 from rbstab.report.sweeps.sections import UNREADABLE
 from rbstab.store.errors import NotAResultError
 from rbstab.sweep.folder.sweep_table import read_sweep
-from rbstab.sweep.members.outcome import COLUMNS
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs.columns import CONVERGENCE
@@ -106,11 +106,14 @@ def test_each_variant_has_its_own_level(members):
 
 
 @pytest.mark.parametrize("missing", ["settling_time", "steps"])
-def test_a_file_without_a_column_is_no_sweep(made, monkeypatch, missing):
-    layout = {name: column for name, column in COLUMNS.items() if name != missing}
-    monkeypatch.setattr("support.made_sweeps.columns_of", lambda _: layout)
-    with pytest.raises(NotAResultError, match=f"has no column {missing}"):
-        read_members(made(GRID).path)
+def test_a_sweep_without_a_column_is_no_sweep(made, missing):
+    file = made(GRID).path
+    manifest = file.parent / "manifest.json"
+    data = json.loads(manifest.read_text())
+    data["columns"].remove(missing)
+    manifest.write_text(json.dumps(data))
+    with pytest.raises(NotAResultError, match="is damaged"):
+        read_members(file)
 
 
 @pytest.mark.parametrize("changes", [{"linspace": [-2, 2, 6]}, {"values": [1]}])

@@ -13,7 +13,6 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.palette import BAD, GOOD, OPEN, THIRD, UNKNOWN, UNTRIED
 from rbstab.report.sweeps.parameters import Parameter, parameters_of
 from rbstab.store.array_names import safe_name
-from rbstab.store.errors import NotAResultError
 from rbstab.store.table import Table
 from rbstab.sweep.folder.outcomes import SweepOutcomes, outcomes_of, plan_of, with_outcomes
 from rbstab.sweep.folder.sweep_table import read_sweep
@@ -217,7 +216,7 @@ def read_members(path: Path) -> Members:
     """Read from the file of a sweep the columns that a report needs.
 
     Raises:
-        NotAResultError: The file is damaged, or is not a sweep.
+        NotAResultError: A file is damaged, or is not a sweep.
         StoreError: The file cannot be read.
     """
     plan = plan_of(read_sweep(path, ()))

@@ -14,12 +14,12 @@ from rbstab.store.disk.existence import path_exists
 from rbstab.store.disk.regular_file import read_regular
 from rbstab.store.errors import NotAResultError
 from rbstab.store.table import VARIED, Column, Table
-from rbstab.store.table_file import read_table, write_table
+from rbstab.store.table_file import write_table
 from rbstab.store.variables import RUN, Variable
 from rbstab.sweep.folder.layout import grid_extras, varied_arrays, varied_layout
 from rbstab.sweep.folder.shard_inventory import ShardInventory
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SweepFolder
-from rbstab.sweep.folder.sweep_table import MEMBERS, read_sweep
+from rbstab.sweep.folder.sweep_table import MEMBERS, read_members_file, read_sweep
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.members.scipy_comparison import ScipyComparison
 from rbstab.sweep.plan.dump import plan_yaml
@@ -57,11 +57,11 @@ def gathered_convergence(folder: SweepFolder, shards_digest: str) -> MemberConve
 
 
 def _gathered(folder: SweepFolder, shards_digest: str) -> Table | None:
-    """Return the table of the sweep without columns; None if it is not of these shards."""
+    """Return what is known of the members; None if it is not of these shards."""
     if not path_exists(folder.sweep_file):
         return None
     try:
-        table = read_table(folder.sweep_file, MEMBERS, ())
+        table = read_members_file(folder, GATHERED_COLUMNS)
     except NotAResultError:
         return None
     return table if table.attributes.get("shards_digest") == shards_digest else None
@@ -124,7 +124,7 @@ def stored_convergence(folder: SweepFolder) -> MemberConvergence:
     Raises:
         StoreError: The file cannot be read, or is damaged.
     """
-    return stored_in(read_table(folder.sweep_file, MEMBERS, GATHERED_COLUMNS))
+    return stored_in(read_members_file(folder, GATHERED_COLUMNS))
 
 
 def _shards(

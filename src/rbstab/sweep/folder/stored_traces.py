@@ -14,10 +14,9 @@ from rbstab.store.disk.existence import path_exists
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.motions import Motions, stack_motions
 from rbstab.store.motions_file import read_motions
-from rbstab.store.table_file import read_table
 from rbstab.store.variables import RUN, Variable, dataset_of, make_read_only
 from rbstab.sweep.folder.sweep_folder import SweepFolder, read_folder, traces_checksum
-from rbstab.sweep.folder.sweep_table import MEMBERS
+from rbstab.sweep.folder.sweep_table import read_members_file
 from rbstab.sweep.members.traces import TIME
 
 if TYPE_CHECKING:
@@ -103,10 +102,9 @@ class SweepTraces:
 
     def _varied_values(self, members: Array) -> dict[str, Variable]:
         """Return the values of the varied keys; none if the sweep is not gathered."""
-        file = self.folder.sweep_file
-        if not path_exists(file):
+        if not path_exists(self.folder.sweep_file):
             return {}
-        table = read_table(file, MEMBERS, read_table(file, MEMBERS, ()).varied)
+        table = read_members_file(self.folder, read_members_file(self.folder, ()).varied)
         values = {name: table.varied_values(name) for name in table.varied}
         return {name: v._replace(data=v.data[members]) for name, v in values.items()}
 

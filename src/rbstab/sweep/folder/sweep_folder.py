@@ -209,7 +209,7 @@ class SweepFolder:
         # The length is compared first: the manifest may be damaged, and shards be said to be huge.
         ours = ours and len(table[RUN]) == stop - start and table[RUN][0] == start
         ours = ours and set(table.layout) == set(columns if names is None else names)
-        if not ours or not all(_is_older(one, columns[n]) for n, one in table.layout.items()):
+        if not ours or not all(is_older(one, columns[n]) for n, one in table.layout.items()):
             raise NotAResultError(f"{path} is not a shard of this sweep")
         return table
 
@@ -237,7 +237,7 @@ class SweepFolder:
         return shard_facts(table.arrays, int(table[RUN][0]), str(table.attributes[DIGEST]))
 
 
-def _is_older(stored: Column, known: Column) -> bool:
+def is_older(stored: Column, known: Column) -> bool:
     """Whether a column is stored as it is now, or was before words were added to its flags."""
     flags = known.flags[: len(stored.flags)]
     same = stored._replace(long_name=known.long_name) == known._replace(flags=flags)

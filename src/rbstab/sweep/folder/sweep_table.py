@@ -9,8 +9,15 @@ from rbstab.store.disk.existence import path_exists, path_is_dir
 from rbstab.store.errors import NotAResultError
 from rbstab.store.table import Layout, Table
 from rbstab.store.table_file import read_table
+from rbstab.store.variables import RUN
 from rbstab.sweep.folder.manifest import MANIFEST
-from rbstab.sweep.folder.sweep_folder import read_folder, unfinished_error
+from rbstab.sweep.folder.sweep_folder import (
+    SweepFolder,
+    is_older,
+    read_folder,
+    unfinished_error,
+)
+from rbstab.sweep.proofs.columns import GATHERED_COLUMNS
 
 MEMBERS = "what is known of the members of a sweep"
 """The kind of the members file: the varied values, what is proved of each member, the plan."""
@@ -32,7 +39,7 @@ def read_sweep(path: Path, names: Iterable[str] | None = None) -> Table:
     if not path_exists(folder.sweep_file):
         raise unfinished_error(folder)
     wanted = None if names is None else set(names)
-    known = read_table(folder.sweep_file, MEMBERS, wanted)
+    known = read_members_file(folder, wanted)
     columns = [name for name in folder.columns if wanted is None or name in wanted]
     if not columns:
         return known
@@ -41,7 +48,33 @@ def read_sweep(path: Path, names: Iterable[str] | None = None) -> Table:
     varied = {name: known.layout[name] for name in known.varied if name in known.layout}
     outcomes = {name: folder.columns[name] for name in columns}
     layout: Layout = {**varied, **outcomes, **known.layout}
-    return Table(layout, {**known.arrays, **arrays}, known.attributes, known.extras)
+    # What is known of a member now may be more than its shard says.
+    return Table(layout, {**arrays, **known.arrays}, known.attributes, known.extras)
+
+
+def read_members_file(folder: SweepFolder, names: Iterable[str] | None = None) -> Table:
+    """Read columns of the members file of a finished sweep.
+
+    Args:
+        folder: The folder.
+        names: The columns; default all.
+
+    Raises:
+        NotAResultError: It is damaged, or is that of another sweep.
+        NewerSchemaError: It was written by a newer rbstab.
+        StoreError: It cannot be opened.
+    """
+    wanted = None if names is None else set(names)
+    table, manifest = read_table(folder.sweep_file, MEMBERS, wanted), folder.manifest
+    ours = table.attributes.get("plan_id") == manifest.plan_id
+    ours = ours and len(table[RUN]) == manifest.members and table[RUN][0] == 0
+    ours = ours and not any(column.dimensions for column in table.layout.values())
+    for name, column in GATHERED_COLUMNS.items():
+        if wanted is None or name in wanted:
+            ours = ours and name in table.layout and is_older(table.layout[name], column)
+    if not ours:
+        raise NotAResultError(f"{folder.sweep_file} is not the members file of this sweep")
+    return table
 
 
 def _folder_of(file: Path) -> Path:
@@ -62,7 +95,7 @@ def check_sweep(file: Path) -> None:
         StoreError: As `read_sweep`.
     """
     folder = read_folder(file.parent)
-    read_table(file, MEMBERS)
+    read_members_file(folder)
     for number in range(folder.shards):
         folder.columns_of(number)
 

@@ -9,6 +9,7 @@ from support.configs import VISCO_ELASTIC, plain
 from support.made_sweeps import GRID, SPIN, code
 from support.paper_runs import paper_config
 from support.sections import check_sections, sweep_sections, tables, texts
+from support.stored_proofs import say_proved
 
 from rbstab.config.build import problem_of
 from rbstab.experiment.proof_cache import proof_for
@@ -130,3 +131,12 @@ def test_texts_of_others_are_told_in_one_line(made):
     assert "\u202e" not in sections[0].title
     assert "\n" not in sections[0].title
     assert "<script>" in dict(texts(tables(sections)["sweep-1-facts"]))["title"]
+
+
+def test_what_is_known_of_a_member_now_is_read(made):
+    """Its shard says what was proved of its motion when it was computed: nothing."""
+    file = made(GRID, lambda a: {"proved_rest_state": 0 * a["run"]}, prove="motion").path
+    assert "proved_rest_state" in json.loads((file.parent / "manifest.json").read_text())["columns"]
+    say_proved(file.parent, (3, 17))
+    for table in (read_sweep(file), read_sweep(file, ["proved_rest_state"])):
+        assert np.flatnonzero(table["proved_rest_state"]).tolist() == [3, 17]

@@ -1,12 +1,14 @@
-"""Protects the waits for tasks of workers on systems whose waits differ: a fake of Windows."""
+"""Protects worker processes: their setup, and waits for them on systems whose waits differ."""
 
+import os
+import signal
 import time
 from concurrent.futures import Future
 
 import pytest
 
 from rbstab.processes import workers
-from rbstab.processes.workers import waited
+from rbstab.processes.workers import waited, worker_pool
 
 
 def test_a_wait_ends_again_and_again(monkeypatch):
@@ -33,3 +35,22 @@ def test_the_error_of_a_task_is_raised():
     with pytest.raises(ZeroDivisionError, match="its error"):
         waited(task)
     assert time.monotonic() - begin < 10.0
+
+
+def remember(word: str) -> None:
+    os.environ["RBSTAB_REMEMBERED"] = word
+
+
+def state_of_worker() -> tuple[str | None, list[object]]:
+    handlers: list[object] = [
+        signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)
+    ]
+    return os.environ.get("RBSTAB_REMEMBERED"), handlers
+
+
+def test_workers_are_set_up_before_their_first_task_and_ignore_interrupts():
+    with worker_pool(1, remember, "set up") as pool:
+        word, handlers = waited(pool.submit(state_of_worker))
+    assert word == "set up"
+    assert handlers == [signal.SIG_IGN, signal.SIG_IGN]
+    assert "RBSTAB_REMEMBERED" not in os.environ

@@ -100,13 +100,13 @@ def test_a_sweep_is_one_netcdf_file(sweep: Path, rbstab: Invoke) -> None:
             found = file[name]
             assert (found.units, found.long_name) == (column.unit, column.long_name)
             assert found.dimensions == ("run", *column.dimensions)
-    with xarray.open_dataset("sweep.nc", engine="h5netcdf", decode_times=False) as data:
-        assert set(data.variables) >= set(arrays)
+    with xarray.open_dataset("sweep.nc", engine="h5netcdf", decode_times=False) as dataset:
+        assert set(dataset.variables) >= set(arrays)
         for name in ("settling_time", "peak_orientation", "run"):
-            assert data[name].values.tobytes() == table[name].tobytes()
-        words = data["status"].attrs["flag_meanings"].split()
-        assert [words[code] for code in data["status"].values].count("diverged") == 2
-        assert data.attrs["plan_id"] == table.attributes["plan_id"]
+            assert dataset[name].values.tobytes() == table[name].tobytes()
+        words = dataset["status"].attrs["flag_meanings"].split()
+        assert [words[code] for code in dataset["status"].values].count("diverged") == 2
+        assert dataset.attrs["plan_id"] == table.attributes["plan_id"]
 
 
 @pytest.mark.parametrize("form", FORMS)

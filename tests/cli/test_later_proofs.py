@@ -122,8 +122,7 @@ def test_the_command_that_proves_them_works_wherever_the_sweep_is_now(
     assert advised("results/varied") == ["sweep", printed("results/varied/plan.yaml"), "--prove"]
     assert advised(str(Path("results/varied").absolute()))[2] == "-o"
     # Without the copy of the plan, the plan of the user is needed.
-    Path("alone").mkdir()
-    shutil.copy("results/varied/members.h5", "alone/members.h5")
+    shutil.copytree("results/varied", "alone", ignore=shutil.ignore_patterns("plan.yaml"))
     (reason,) = member_answers(Path("alone/members.h5")).without_proof
     assert reason.endswith("rbstab sweep PLAN.yaml --prove")
     Path("my results").mkdir()

@@ -409,3 +409,35 @@ def test_a_spoiled_block_cannot_make_a_file_that_passes_for_whole(
             read_dataset(path, KIND)
     assert spoiled > 20
     same(read_dataset(path, KIND), dataset())
+
+
+def test_an_interrupt_at_any_moment_of_writing_leaves_nothing(tmp_path: Path) -> None:
+    """Locks of Python that are held for ever would stop the program: Python loses some."""
+    places = ("threading.py", "queue.py", "thread.py", "dataset_file.py")
+    left = 0
+
+    def trace(frame: Any, _event: str, _argument: Any) -> Any:
+        nonlocal left
+        if not frame.f_code.co_filename.endswith(places):
+            return trace
+        left -= 1
+        if left == 0:
+            raise KeyboardInterrupt
+        return trace
+
+    path, number = tmp_path / "a.h5", 0
+    write_dataset(path, dataset())
+    while path.exists():
+        path.unlink()
+        number = left = number + 7
+        sys.settrace(trace)
+        try:
+            write_dataset(path, dataset())
+        except KeyboardInterrupt:
+            assert not list(tmp_path.iterdir())
+            path.touch()
+        else:
+            path.unlink()
+        finally:
+            sys.settrace(None)
+    assert number > 100

@@ -10,11 +10,12 @@ import hashlib
 import math
 import os
 import re
+from _thread import start_new_thread
 from collections.abc import Container, Iterable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from itertools import chain
 from pathlib import Path
+from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 import numpy as np
@@ -180,18 +181,32 @@ def write_pieces(
     file: BinaryIO, content: Iterable[memoryview], index: Mapping[str, Any]
 ) -> Checksum:
     """Write the bytes of a file in ascending order, then its index and its seal."""
-    digest, size = hashlib.sha256(), 0
-    # One thread hashes the blocks in order while this one writes; neither waits for the other.
-    with ThreadPoolExecutor(1) as hashing:
+    size = 0
+    # One thread hashes the blocks in order while this one writes; neither waits for the other. It
+    # shares no lock of Python with this one: an interrupt may leave such a lock held for ever.
+    blocks: SimpleQueue[memoryview | None] = SimpleQueue()
+    found: SimpleQueue[str] = SimpleQueue()
+    start_new_thread(_hash, (blocks, found))
+    try:
         for piece in chain(content, [memoryview(index_line(index))]):
             for begin in range(0, len(piece), _BLOCK):
                 block = piece[begin : begin + _BLOCK]
-                hashing.submit(digest.update, block)
+                blocks.put(block)
                 write_all(file, block)
             _start_writeback(file, size, len(piece))
             size += len(piece)
-    write_all(file, seal_line(digest.hexdigest()))
-    return Checksum(digest.hexdigest(), size + SEAL_SIZE)
+    finally:
+        blocks.put(None)
+    digest = found.get()
+    write_all(file, seal_line(digest))
+    return Checksum(digest, size + SEAL_SIZE)
+
+
+def _hash(blocks: "SimpleQueue[memoryview | None]", found: "SimpleQueue[str]") -> None:
+    digest = hashlib.sha256()
+    while (block := blocks.get()) is not None:
+        digest.update(block)
+    found.put(digest.hexdigest())
 
 
 def _start_writeback(file: BinaryIO, offset: int, size: int) -> None:

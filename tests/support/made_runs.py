@@ -122,6 +122,14 @@ def _arrays() -> dict[str, np.ndarray]:
         "dissipation": dissipation,
         "energy_residual": RESIDUAL * np.sin(np.pi * t / 4),
         "energy_at_rest": np.array(0.0),
+        "peak_contact_displacement": np.array(PEAKS),
+        "peak_distance": np.array(np.linalg.norm(PEAKS)),
+        "largest_pitch": np.array(LARGEST_PITCH),
+        "peak_contact_displacement_error": np.zeros(3),
+        "peak_distance_error": np.array(0.0),
+        "largest_pitch_error": np.array(0.0),
+        "settling_time": np.array(np.log(1000) / DECAY),
+        "settling_time_error": np.array(0.0),
     }
 
 

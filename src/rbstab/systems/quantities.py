@@ -29,7 +29,7 @@ class Quantity(NamedTuple):
     since: int = 1
 
 
-LAYOUT_VERSION = 4
+LAYOUT_VERSION = 5
 """The newest layout version. Increase it for each new quantity, and set its `since` to the new
 version. Then older files without the quantity stay valid."""
 
@@ -37,6 +37,7 @@ version. Then older files without the quantity stay valid."""
 _TIME = ("time",)
 _VECTOR = ("time", "axis")
 _BY_PART = ("time", "part")
+_ERROR = "bound of its error; NaN: unknown, and it is that of the samples"
 
 
 def state_quantity(state: OwnState) -> Quantity:
@@ -279,6 +280,19 @@ QUANTITIES = (
         ("axis",),
         "X of the rest state at which v is zero, inertial",
         since=2,
+    ),
+    *(
+        Quantity(name, "-", unit, shape, meaning, since=5)
+        for name, unit, shape, meaning in (
+            ("peak_contact_displacement", "m", ("axis",), "E farthest from 0, by axis"),
+            ("peak_contact_displacement_error", "m", ("axis",), _ERROR),
+            ("peak_distance", "m", (), "the largest |E|"),
+            ("peak_distance_error", "m", (), _ERROR),
+            ("largest_pitch", "rad", (), "the largest |θ2|"),
+            ("largest_pitch_error", "rad", (), _ERROR),
+            ("settling_time", "s", (), "from here v < 1e-3 v(0); NaN: it did not settle"),
+            ("settling_time_error", "s", (), "its error"),
+        )
     ),
 )
 

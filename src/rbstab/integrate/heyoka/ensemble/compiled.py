@@ -1,5 +1,6 @@
 """The compiled equations of a structure for batches of members."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import heyoka as hy
@@ -27,8 +28,8 @@ no member in a batch has a law that needs it, and it takes a tenth of the time."
 class CompiledStructure:
     """The compiled audited equations of a structure, for one batch, and its symbols.
 
-    The `par[]` of the integrator are the parameters that differ between members, the energy scale,
-    and the time of the start.
+    The `par[]` of the integrator are the parameters that differ between members, and the energy
+    scale.
 
     Args:
         system: Any system of the structure.
@@ -45,6 +46,7 @@ class CompiledStructure:
         audited_size: The number of its audited states, without ε.
         timed: Whether its equations depend on the time.
         open_indices: The indices of the parameters that differ between members.
+        audited_rates: Their rates, with those of the audit states in W.
         observation: What is observed of the symbolic system.
         energies: The expressions of its energies, J.
     """
@@ -64,10 +66,8 @@ class CompiledStructure:
         y = state_symbols(self.audited_size)
         self.symbolic, self.symbols, self.timed = symbolic, y, system.timed
         scale = hy.par[len(self.open_indices)]
-        # The samples of a run count from its start, which may be any time of the motion.
-        time = hy.time + hy.par[len(self.open_indices) + 1] if self.timed else hy.time
-        audited = symbolic.audited_rates(y, time)[:CONTACT_WORK]
-        rates = scaled_audit(audited, system.size, scale)
+        self.audited_rates = symbolic.audited_rates(y, hy.time)[:CONTACT_WORK]
+        rates = scaled_audit(self.audited_rates, system.size, scale)
         self.integrator = hy.taylor_adaptive_batch(
             list(zip(y, rates, strict=True)),
             state=np.zeros((len(y), SIMD)),
@@ -78,9 +78,14 @@ class CompiledStructure:
         self.observation = symbolic.observe(y[: system.size])
         self.energies = [hy.expression(0.0) + entry for entry in self.observation.energy.tolist()]
 
-    def function(self, entries: list[Any]) -> Any:
-        """Return a compiled function of the state and the parameters that differ."""
-        return hy.cfunc(entries, vars=list(self.symbols[: self.size]))
+    def function(self, entries: Iterable[Any]) -> Any:
+        """Return a compiled function of the state and the parameters that differ.
+
+        Args:
+            entries: Expressions, or numbers.
+        """
+        expressions = [hy.expression(0.0) + entry for entry in entries]
+        return hy.cfunc(expressions, vars=list(self.symbols[: self.size]))
 
     def open_parameters(self, parameters: Array, compiled: Any) -> Array:
         """Return those of the parameters, shape (parameters, m), that a compiled function has."""

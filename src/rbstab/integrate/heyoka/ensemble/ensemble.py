@@ -19,7 +19,6 @@ class Ensemble:
         tolerance: heyoka's tolerance.
         times: The samples, shape (n,), s.
         varies: Which parameters differ between members; see `CompiledStructure`.
-        parts: The parts of the first interval between samples; see `EnsembleTrajectories.first`.
 
     Attributes:
         times: The samples, shape (n,), s.
@@ -30,63 +29,42 @@ class Ensemble:
     """
 
     def __init__(
-        self,
-        system: System,
-        tolerance: float,
-        times: Array,
-        varies: Array | None = None,
-        parts: int = 1,
+        self, system: System, tolerance: float, times: Array, varies: Array | None = None
     ) -> None:
         self.times = times
         self.compiled = CompiledStructure(system, tolerance, varies)
         self.scales = EnergyScales(self.compiled)
-        self.batches = Batches(self.compiled, times, parts)
+        self.batches = Batches(self.compiled, times)
         self.observer = EnsembleObserver(self.compiled)
         self._supplies = system.supplies
 
     def run(
-        self,
-        parameters: Array,
-        starts: Array,
-        times: Array | None = None,
-        begin: Array | None = None,
+        self, parameters: Array, starts: Array, *, sampled: bool = True
     ) -> EnsembleTrajectories:
         """Integrate members over the samples.
 
         Args:
             parameters: Shape (parameters, m).
             starts: The initial states, shape (states, m).
-            times: Other samples, shape (n,), s. Trajectories at other samples stay valid. More
-                samples between the same ends do not change a trajectory.
-            begin: The time of the start of each member, shape (m,), s, which is added to the
-                samples; default 0.
+            sampled: Whether the result has all samples, or only the first and the last one.
         """
         size, members = self.compiled.size, slice(starts.shape[1])
-        begin = np.zeros(starts.shape[1]) if begin is None else begin
         scales = self.scales.at_start(parameters, starts)
-        found = self.batches.run(parameters, starts, scales, times, begin)
+        found = self.batches.run(parameters, starts, scales, sampled=sampled)
         if self._supplies:
-            scales = self._repeat_misfits(found, parameters, starts, scales, times, begin)
+            scales = self._repeat_misfits(found, parameters, starts, scales)
         lanes = found.states
         change = lanes[CHANGE_ROW, members] * scales[:, np.newaxis]
-        supplied, first = None, None
+        supplied = None
         if self._supplies:
             supplied = lanes[size, members] * scales[:, np.newaxis]
-        if times is None and self.batches.parts > 1:
-            first = found.first[:size]
         steps, done = found.steps[members], found.done[members]
         return EnsembleTrajectories(
-            lanes[:size], change, steps, done, first=first, supplied_energy=supplied
+            lanes[:size], change, steps, done, found.ends[members], scales, supplied
         )
 
-    def _repeat_misfits(  # noqa: PLR0913, PLR0917 (all that a run depends on)
-        self,
-        found: Lanes,
-        parameters: Array,
-        starts: Array,
-        scales: Array,
-        times: Array | None,
-        begin: Array,
+    def _repeat_misfits(
+        self, found: Lanes, parameters: Array, starts: Array, scales: Array
     ) -> Array:
         """Integrate members again whose scale does not fit to what was supplied.
 
@@ -107,14 +85,13 @@ class Ensemble:
             parameters[:, rows],
             starts[:, rows],
             scales[rows],
-            times,
-            begin[rows],
+            sampled=found.grid is self.batches.grid,
             reuse=False,
         )
-        for name in ("states", "first", "steps", "done"):
-            target, source = getattr(found, name), getattr(repeated, name)
-            if name in {"states", "first"}:
-                target[:, rows] = source[:, : len(rows)]
-            else:
-                target[rows] = source[: len(rows)]
+        found.states[:, rows] = repeated.states[:, : len(rows)]
+        found.steps[rows], found.done[rows] = (
+            part[: len(rows)] for part in (repeated.steps, repeated.done)
+        )
+        for row, ends in zip(rows.tolist(), repeated.ends, strict=False):
+            found.ends[row] = ends
         return scales

@@ -10,18 +10,17 @@ import numpy as np
 from rbstab.analysis.approached_state import LyapunovZero, lyapunov_zero
 from rbstab.analysis.certificate.verdict import Check
 from rbstab.analysis.configuration import stored_energies
-from rbstab.analysis.lyapunov import lyapunov_trace
+from rbstab.analysis.lyapunov import has_no_potential, lyapunov_trace
 from rbstab.analysis.rest_state import RestState, nearest_rest_state
 from rbstab.analysis.rest_system import smooth_rest_system
+from rbstab.analysis.run_extremes import extremes_of, stored_extremes
 from rbstab.analysis.settling import value_round_off
 from rbstab.elements.registry import NAMED_ELEMENTS
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.experiment.convergence.zero_description import no_rest_state_warning
-from rbstab.experiment.extremes import extremes_of, stored_extremes
 from rbstab.experiment.run_certificate import certificate_of
 from rbstab.experiment.switching_record import (
-    has_no_potential,
     impact_arrays,
     switching_arrays,
 )

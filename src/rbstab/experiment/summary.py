@@ -86,7 +86,7 @@ def _extremes_of(result: Result) -> Result | dict[str, Array]:
     if "settling_time" in result:
         return result
     # Imported late: it imports SciPy's integrators.
-    from rbstab.experiment.extremes import extremes_of_samples, stored_extremes
+    from rbstab.analysis.run_extremes import extremes_of_samples, stored_extremes
 
     with np.errstate(all="ignore"):
         arrays = {name: result[name] for name in result.variables}

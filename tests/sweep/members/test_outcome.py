@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rbstab.analysis.extrema import Crossings, Extrema
-from rbstab.experiment.extremes import Extremes
+from rbstab.analysis.run_extremes import Extremes
 from rbstab.sweep.members.outcome import COLUMNS, MemberTrajectories, outcome_of
 
 TIMES = np.linspace(0.0, 10.0, 201)

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from support.paper_runs import paper_config
 
-from rbstab.analysis import extrema
+from rbstab.analysis import extrema, run_extremes
 from rbstab.config.build import problem_of
-from rbstab.experiment import extremes
 from rbstab.integrate.heyoka.ensemble.ensemble import Ensemble
 from rbstab.integrate.heyoka.symbols import parameter_values
 from rbstab.sweep.members import ensemble_extremes
@@ -140,7 +139,7 @@ def test_the_number_of_samples_changes_no_summary_of_a_single_run():
 def test_a_step_that_is_too_long_is_divided(monkeypatch):
     """With a loose tolerance, polynomials on steps are not accurate enough: shorter steps are."""
     divided = []
-    divide = extremes.divided
+    divide = run_extremes.divided
 
     def watched(system, times, start, rest):
         divided.append(times)

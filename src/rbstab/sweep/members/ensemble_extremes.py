@@ -7,8 +7,8 @@ import numpy as np
 
 from rbstab.analysis.extrema import ORDERS, Steps, along, farthest_from_zero, last_above
 from rbstab.analysis.lyapunov import energy_scale
+from rbstab.analysis.run_extremes import SETTLED_DISTANCE, SQUARE, VALUE, Extremes, divided
 from rbstab.analysis.settling import settling_times
-from rbstab.experiment.extremes import SETTLED_DISTANCE, SQUARE, VALUE, Extremes, divided
 from rbstab.integrate.heyoka.compiled_map import SIMD, lanes_of
 from rbstab.integrate.heyoka.ensemble.compiled import CHANGE_ROW
 from rbstab.integrate.heyoka.ensemble.ensemble import Ensemble

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rbstab.analysis.lyapunov import ENERGY_SCALE, energy_scale
+from rbstab.analysis.run_extremes import E_ROWS, THETA_ROWS, Extremes
 from rbstab.elements.declarations import OwnState
 from rbstab.elements.registry import OWN_STATES
-from rbstab.experiment.extremes import E_ROWS, THETA_ROWS, Extremes
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import Column

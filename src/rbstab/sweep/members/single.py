@@ -7,10 +7,10 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from rbstab.analysis.run_extremes import extremes_of
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.config.sections.integration import MIN_SCIPY_RTOL
-from rbstab.experiment.extremes import extremes_of
 from rbstab.experiment.record import recorded, recording_time, rest_state_of, zero_of
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine

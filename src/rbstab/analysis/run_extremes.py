@@ -18,8 +18,8 @@ from rbstab.analysis.extrema import (
     last_above,
     sampled_steps,
 )
+from rbstab.analysis.lyapunov import has_no_potential
 from rbstab.analysis.settling import settling_times
-from rbstab.experiment.switching_record import has_no_potential
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.integrate.step_ends import StepEnds

@@ -169,5 +169,5 @@ class _StepsOfMembers:
             return self._evaluated(compiled, y[:, full], t[full], of[full])[:, : len(of)]
         structure = self._compiled.structure
         pars = structure.open_parameters(self._parameters, compiled)[:, of]
-        time = {"time": t} if structure.timed else {}
-        return np.asarray(compiled(np.ascontiguousarray(y), pars=pars, **time))
+        y, pars = (np.ascontiguousarray(rows) for rows in (y, pars))
+        return np.asarray(compiled(y, pars=pars, **({"time": t} if structure.timed else {})))

@@ -61,7 +61,7 @@ COLUMNS: dict[str, Column] = {
     "lyapunov_end": _number("f8", "J", "v at the end"),
     "energy_at_rest": _number("f8", "J", "stored energy of the rest state at which v is zero"),
     "rest_orientation": _vector("rad", "Θ of that rest state; NaN: the member approaches none"),
-    "energy_residual": _number("f8", "J", "the largest |r| of the samples"),
+    "energy_residual": _number("f8", "J", "the largest |r| of the samples or ends of steps"),
     "energy_scale": _number("f8", "J", f"the {ENERGY_SCALE}: |r| is divided by it"),
     "peak_contact_displacement": _vector("m", "E farthest from 0, by axis"),
     "peak_time": _vector("s", "when it is there"),

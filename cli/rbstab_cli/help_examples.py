@@ -22,7 +22,6 @@ EXAMPLES = {
     "tune": "rbstab tune experiment.yaml --objective settling_time --over controller.L_c",
     "guard": "rbstab guard experiment.yaml -o guarded.yaml",
     "cache": "rbstab cache --clear",
-    "upgrade": "rbstab upgrade experiment.yaml",
     "schema": "rbstab schema > rbstab.schema.json",
     "completion": "rbstab completion bash",
 }

@@ -40,7 +40,6 @@ COMMANDS = {
     "tune": "Scale gains to minimize an objective of the run.",
     "guard": "Find a guard of θ2 with which motions are proved to keep the range.",
     "cache": "Show the cache of compiled code, or clear it.",
-    "upgrade": "Rewrite configs of schema version 1 as version 2.",
     "schema": "Print the JSON Schema of a config, for editors.",
     "completion": "Print the completion script of a shell.",
 }

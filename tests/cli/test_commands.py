@@ -164,9 +164,7 @@ def test_an_unknown_command_is_a_usage_error(rbstab: Invoke) -> None:
     assert rbstab("simulate").exit_code == 2
 
 
-@pytest.mark.parametrize(
-    "command", ["run", "check", "show", "report", "sensitivities", "tune", "upgrade"]
-)
+@pytest.mark.parametrize("command", ["run", "check", "show", "report", "sensitivities", "tune"])
 def test_a_missing_argument_is_a_usage_error(command: str, rbstab: Invoke) -> None:
     assert rbstab(command).exit_code == 2
 

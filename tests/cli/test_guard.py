@@ -10,8 +10,8 @@ import pytest
 from cli.conftest import Invoke
 from support.paper_runs import paper_config
 
+from rbstab.config.files.dump import as_yaml
 from rbstab.config.load import load_config
-from rbstab.config.writing.dump import as_yaml
 from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.tuning import guard as guarding
@@ -276,3 +276,14 @@ def test_barriers_that_would_be_lost_are_refused(
     assert done.exit_code == 2
     assert done.stderr.endswith(f"case1.yaml: {message}\n")
     assert not Path("case1_guarded.yaml").exists()
+
+
+@pytest.mark.parametrize("method", ["barrier", "stiff"])
+def test_a_body_that_never_leaves_the_range_needs_no_guard(
+    case1: Path, rbstab: Invoke, method: str
+) -> None:
+    free = ("--set", "controller.K_r=0", "--set", "integration.coordinates=quaternion")
+    done = rbstab("guard", "case1.yaml", "--method", method, *free)
+    assert done.exit_code == 2
+    assert "integration.coordinates: is 'quaternion', in which no run leaves" in done.stderr
+    assert case1.exists()

@@ -149,7 +149,7 @@ def test_the_folder_is_tried_before_the_work(
         "rbstab.experiment.run_to_file.simulate_problem",
         "rbstab.experiment.proof_cache.proof_for",
         "rbstab.sweep.sweep.sweep_to_folder",
-        "rbstab.sweep.execution.estimate.estimate",
+        "rbstab.sweep.folder.disk_space.sweep_bytes",
     ):
         monkeypatch.setattr(name, fail)
     done = rbstab(*arguments, "-o", "/proc/results")

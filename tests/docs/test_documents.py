@@ -10,7 +10,7 @@ import click
 import pytest
 from support.page_sessions import pages
 
-from rbstab.config.schema import VARIANTS
+from rbstab.config.schema import VARIANTS, model_of
 from rbstab.elements.declarations import Gain, OwnState
 from rbstab.elements.registry import GAINS, OWN_STATES
 from rbstab.integrate.status import RunStatus
@@ -49,7 +49,7 @@ def test_each_status_is_described(status: RunStatus) -> None:
 
 
 def test_each_key_of_a_config_is_described() -> None:
-    for model in VARIANTS.values():
+    for model in map(model_of, VARIANTS):
         for name, section in model.model_fields.items():
             if name in ("schema_version", "title"):
                 continue

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 import rbstab
-from rbstab.config.inputs.signals import SIGNAL_UNITS, SIGNALS
+from rbstab.config.sections.signals import SIGNAL_UNITS, SIGNALS
 from rbstab.elements.registry import KINDS
 from rbstab_cli.main import cli
 

@@ -12,8 +12,8 @@ from support.pose import attitude
 
 import rbstab
 from rbstab.config.build import problem_of
-from rbstab.config.entries import entries_of
 from rbstab.config.load import acting_sections, load_config, run_id
+from rbstab.config.numbers import entries_of
 from rbstab.config.tolerances import tolerances_of
 from rbstab.config.units import unit_of
 from rbstab.experiment.convergence.enclosed_samples import quantities_of

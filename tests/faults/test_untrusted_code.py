@@ -216,7 +216,6 @@ def test_every_command_that_builds_equations_has_the_option() -> None:
         "report",
         "verify",
         "cache",
-        "upgrade",
         "schema",
         "completion",
         "init",

@@ -13,7 +13,6 @@ from rbstab.config.load import load_config
 from rbstab.config.schema import VARIANTS
 from rbstab.config.units import unit_of
 from rbstab.config.warnings import config_warnings
-from rbstab.config.writing.upgrade import upgraded_text
 from rbstab.experiment.simulate import simulate
 from rbstab.packaged.first_config import CONNECTIONS, VALUES
 from rbstab.packaged.first_steps import first_files
@@ -28,11 +27,6 @@ def folder(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.M
         (tmp_path / name).write_text(text)
     monkeypatch.chdir(tmp_path)
     return tmp_path
-
-
-def test_the_config_needs_no_upgrade(folder: Path) -> None:
-    """An upgrade would give it another run id, and its sweep would not resume."""
-    assert upgraded_text(Path("experiment.yaml")) is None
 
 
 def test_the_config_is_valid_and_runs(folder: Path) -> None:

@@ -10,8 +10,8 @@ from numpy.polynomial import Chebyshev
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of
-from rbstab.config.entries import Entry
 from rbstab.config.load import load_config
+from rbstab.config.numbers import Entry
 from rbstab.experiment.tuning.sensitivities import Sensitivities
 from support.problems import solve
 

@@ -115,13 +115,12 @@ def result_problem(path: Path, wanted: str) -> str:
     return str(ConfigProblem(Location(str(path)), "", "is the file of a result", expected))
 
 
-def problem_lines(path: Path, error: "ConfigError", for_plans: str = "") -> list[str]:
+def problem_lines(path: Path, error: "ConfigError") -> list[str]:
     """Return one line for each problem of a config; a single line if the file is a plan.
 
     Args:
         path: The file.
         error: The error with its problems.
-        for_plans: What a user with a plan may do; default: run it, or one of its members.
     """
     from rbstab.config.errors import ConfigError, ConfigProblem, Location
     from rbstab.files.shell_words import shell_word
@@ -133,7 +132,7 @@ def problem_lines(path: Path, error: "ConfigError", for_plans: str = "") -> list
         if is_plan(path):
             word = shell_word(path)
             run = f"run all its members: rbstab sweep {word}; one: rbstab run {word} --member N"
-            expected = f"expected a config; {for_plans or run}"
+            expected = f"expected a config; {run}"
             return [str(ConfigProblem(Location(str(path)), "", "is the plan of a sweep", expected))]
     return [naming_example(path, str(problem)) for problem in error.problems]
 

@@ -86,7 +86,7 @@ def _part_by_old_name(
     help="Compute on a Dask cluster. ADDRESS is its scheduler's address, or its JSON file.",
 )
 @click.option(
-    "--dry-run", is_flag=True, help="Estimate time and disk space of the sweep, and run nothing."
+    "--dry-run", is_flag=True, help="Count the members and the disk space, and run nothing."
 )
 @click.option(
     "--retry-failed",
@@ -197,9 +197,9 @@ def command(
                     comparison_worker=worker,
                 )
                 if dry_run:
-                    from rbstab_cli.output.sweeps.sweep_report import report_estimate
+                    from rbstab_cli.output.sweeps.sweep_report import report_dry_run
 
-                    report_estimate(loaded, folder, options, as_json=as_json)
+                    report_dry_run(loaded, folder, options, as_json=as_json)
                 else:
                     _sweep(
                         *(loaded, folder, options, dask),

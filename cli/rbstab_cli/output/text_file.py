@@ -28,14 +28,13 @@ def check_target(path: Path, *, force: bool) -> None:
         _fail(f"error: {error}")
 
 
-def write_text(path: Path, text: str, *, force: bool, keep_access: bool = False) -> None:
+def write_text(path: Path, text: str, *, force: bool) -> None:
     """Write a whole file; on an error leave the old file and end the command with exit code 4.
 
     Args:
         path: The file.
         text: Its new text.
         force: As `check_target`.
-        keep_access: Whether the file keeps its permissions; it must exist.
     """
     from rbstab.files.names import readable_name
     from rbstab.store.disk.atomic import write_atomically
@@ -45,7 +44,7 @@ def write_text(path: Path, text: str, *, force: bool, keep_access: bool = False)
     # The name of a file in the text may have bytes that are not UTF-8.
     content = readable_name(text).encode(errors="backslashreplace")
     try:
-        write_atomically(path, content, replace=force, keep_access=keep_access)
+        write_atomically(path, content, replace=force)
     except (OSError, StoreError) as error:
         reason = getattr(error, "strerror", None) or error
         _fail(f"{path}: cannot be written: {reason}")

@@ -8,6 +8,7 @@ from scipy.integrate import DOP853
 
 from rbstab.analysis.configuration import stored_energies
 from rbstab.analysis.extrema import (
+    ABSOLUTE,
     ORDERS,
     Crossings,
     Extrema,
@@ -21,12 +22,15 @@ from rbstab.analysis.extrema import (
 from rbstab.analysis.lyapunov import has_no_potential
 from rbstab.analysis.settling import settling_times
 from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.in_quaternions import LONGEST_TURN
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.integrate.step_ends import StepEnds
 from rbstab.integrate.watched_rates import EquationsInTime, audited_rates_of
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array, Number
-from rbstab.mechanics.states import PITCH
+from rbstab.mechanics.quaternion import beyond_ends
+from rbstab.mechanics.states import PITCH, THETA
+from rbstab.systems.coordinates import QuaternionCoordinates
 from rbstab.systems.impact import stop_of
 from rbstab.systems.system import System
 
@@ -38,6 +42,9 @@ SETTLED_DISTANCE = 1e-3
 
 FINEST = 1e-12
 """The relative tolerance of the parts of a step that is divided."""
+
+PARTS_IN_QUATERNIONS = 64
+"""So many parts of a step show θ1 and θ3 near θ2 = ±90°."""
 
 MOST_PARTS = 200
 """A step is not divided into more parts: it is one of stiff equations."""
@@ -71,15 +78,24 @@ def extremes_of(
         quantities: Its recorded quantities.
         deadline: The deadline of the run; None for no limit.
     """
-    ends, steps = trajectory.ends, None
+    ends, steps, turn = trajectory.ends, None, 0.0
     if ends is not None and ends.complete and len(ends.times) > 1:
-        steps = _StepsOfRun(ends, float(quantities["energy_at_rest"]), deadline).steps()
+        rest = float(quantities["energy_at_rest"])
+        known = _StepsOfRun(ends, rest, deadline, problem.start[THETA])
+        steps, turn = known.steps(), known.turn
     if steps is None:
         v = quantities["lyapunov"]
         if has_no_potential(problem.system):
             v = v + quantities["contact_work"]
         return extremes_of_samples(quantities, v)
     found = _extremes(steps, quantities)
+    if problem.quaternion:
+        extrema = pitch_of_sine(found.extrema)
+        if turn > LONGEST_TURN:
+            # The steps do not tell how the body turns.
+            for rows in (extrema.value, extrema.error):
+                rows[THETA_ROWS][::2] = np.nan
+        found = found._replace(extrema=extrema)
     stop = stop_of(problem.system)
     if stop is not None:
         # An impact is at the stop but for round-off.
@@ -152,6 +168,44 @@ def stored_extremes(extremes: Extremes) -> dict[str, Array]:
     return vectors | {name: np.array(number) for name, number in numbers.items()}
 
 
+def quaternion_of(system: System) -> QuaternionCoordinates | None:
+    """Return the coordinates of a system with a quaternion; None if it has Θ."""
+    coordinates = system.coordinates
+    return coordinates if isinstance(coordinates, QuaternionCoordinates) else None
+
+
+def leave_open(table: Array, beyond: Array, first: Array, members: Array) -> None:
+    """Make the rates of θ1 and θ3 infinite where their extrema may be between the ends of steps.
+
+    Those steps are divided; where no part shows the extremum, its error is infinite.
+
+    Args:
+        table: The values and rates at both ends of steps, shape (2, 2, 8, n).
+        beyond: How far θ1 and θ3 go beyond both ends, shape (2, n), rad.
+        first: The first step of each member, shape (m,).
+        members: The member of each step, shape (n,).
+    """
+    for row, over in zip((THETA_ROWS.start, THETA_ROWS.stop - 1), beyond, strict=True):
+        ends = np.abs(table[:, 0, row]).max(axis=0)
+        largest = np.maximum.reduceat(ends, first)[members]
+        is_open = (over > ABSOLUTE) & (ends + over > largest)
+        table[:, 1, row, is_open] = np.inf
+        rates = table[:, 1, row]
+        rates[np.isnan(rates)] = np.inf
+
+
+def pitch_of_sine(extrema: Extrema) -> Extrema:
+    """Return extrema with θ2 in place of sin θ2; of unknown angles with errors that are NaN."""
+    value, error = extrema.value.copy(), extrema.error.copy()
+    pitch = THETA_ROWS.start + PITCH
+    sine = np.abs(value[pitch])
+    value[pitch] = np.arcsin(np.clip(value[pitch], -1.0, 1.0))
+    farthest = np.arcsin(np.minimum(sine + error[pitch], 1.0))
+    error[pitch] = np.maximum(farthest - np.abs(value[pitch]), 0.0)
+    error[np.isinf(error)] = np.nan
+    return extrema._replace(value=value, error=error)
+
+
 class _StepsOfRun:
     """The steps of a run, and derivatives of what is watched, from the equations of each step.
 
@@ -159,10 +213,18 @@ class _StepsOfRun:
         ends: The ends of the steps.
         rest: The energy at rest, J.
         deadline: The deadline of the run.
+        Theta: Θ at the start, from which θ1 and θ3 of quaternions are continued, rad.
+
+    Attributes:
+        turn: The largest turn in doubt, see `QuaternionCoordinates.angles_along`.
     """
 
-    def __init__(self, ends: StepEnds, rest: float, deadline: Deadline | None) -> None:
-        self.ends, self.rest, self.deadline = ends, rest, deadline
+    def __init__(
+        self, ends: StepEnds, rest: float, deadline: Deadline | None, Theta: Array
+    ) -> None:
+        self.ends, self.rest, self.deadline, self.Theta = ends, rest, deadline, Theta
+        self.q = quaternion_of(ends.systems[0])
+        self._table, self.turn = np.empty(0), 0.0
         self._equations: dict[int, tuple[EquationsInTime, EquationsInTime]] = {}
 
     def steps(self) -> Steps | None:
@@ -181,6 +243,17 @@ class _StepsOfRun:
         # Shape (end, value or rate, watched, step).
         table: Array = np.moveaxis(np.array(rows), 0, -1)
         times = np.array(ends.times)
+        if self.q is not None:
+            y, size = np.array(ends.states).T, self.q.size
+            start, later = (y[:, :1], times[:1], self.Theta), (y[:, 1:], times[1:])
+            Theta, self.turn = self.q.angles_along(*start, *later)
+            turned = self.q.watched(y)
+            turned[0, ::2] = Theta[::2]
+            table[0][:, THETA_ROWS], table[1][:, THETA_ROWS] = turned[..., :-1], turned[..., 1:]
+            motion = y[[size - 1, *range(6)]]
+            beyond = beyond_ends(motion[:, :-1], motion[:, 1:], np.diff(times))
+            leave_open(table, beyond, np.zeros(1, dtype=int), np.zeros(len(beyond[0]), dtype=int))
+        self._table = table
         return Steps(
             np.zeros(1, dtype=int),
             times[:-1],
@@ -209,9 +282,11 @@ class _StepsOfRun:
 
         def observe(y: Array, t: float) -> Array:
             found = watched(y + 1j * STEP * rates(y, t), t + 1j * STEP)
-            values = found.real.copy()
+            values, slopes = found.real.copy(), found.imag / STEP
             values[VALUE] -= self.rest
-            return np.array([values, found.imag / STEP])
+            if self.q is not None:
+                values[THETA_ROWS], slopes[THETA_ROWS] = self.q.watched(y)
+            return np.array([values, slopes])
 
         return observe
 
@@ -225,15 +300,20 @@ class _StepsOfRun:
             for end in range(2):
                 y, t = ends.states[number + end], ends.times[number + end]
                 found[end][:, places] = along(watch, rates, y, t, length)[:, quantity[places]]
+        if self.q is not None:
+            found[:, :2] = self._table[:, :, quantity, step]
         return found
 
     def _divide(self, step: int) -> Steps | None:
         ends = self.ends
         times = ends.times[step], ends.times[step + 1]
-        return divided(ends.systems[step + 1], times, ends.states[step], self.rest)
+        Theta = self._table[0, 0, THETA_ROWS, step]
+        return divided(ends.systems[step + 1], times, ends.states[step], self.rest, Theta)
 
 
-def divided(system: System, times: tuple[float, float], start: Array, rest: float) -> Steps | None:
+def divided(
+    system: System, times: tuple[float, float], start: Array, rest: float, Theta: Array
+) -> Steps | None:
     """Return a step as shorter ones, made from its begin; None if they are too many.
 
     Args:
@@ -241,11 +321,21 @@ def divided(system: System, times: tuple[float, float], start: Array, rest: floa
         times: Its begin and its end, s.
         start: The audited state at its begin.
         rest: The energy at rest, J.
+        Theta: Θ at its begin, rad.
     """
     if times[0] == times[1]:
         return None
     rates = audited_rates_of(system)
-    solver = DOP853(lambda t, y: rates(y, t), times[0], start, times[1], rtol=FINEST, atol=FINEST)
+    longest = (times[1] - times[0]) / PARTS_IN_QUATERNIONS if quaternion_of(system) else np.inf
+    solver = DOP853(
+        lambda t, y: rates(y, t),
+        times[0],
+        start,
+        times[1],
+        rtol=FINEST,
+        atol=FINEST,
+        max_step=longest,
+    )
     parts = StepEnds()
     parts.add(times[0], start, system)
     while solver.status == "running" and len(parts.times) < MOST_PARTS:
@@ -253,12 +343,12 @@ def divided(system: System, times: tuple[float, float], start: Array, rest: floa
         parts.add(solver.t, solver.y, system)
     if solver.status != "finished":
         return None
-    found = _StepsOfRun(parts, rest, None).steps()
+    found = _StepsOfRun(parts, rest, None, Theta).steps()
     return found and found._replace(divide=lambda _: None)
 
 
 def _watched(system: System, y: Array, t: Number = 0.0) -> Array:
-    """Return E, Θ, |E|² and the energy, shape (8,)."""
+    """Return E, Θ, |E|² and the energy, shape (8,). In quaternions Θ is something else."""
     motion = system.motion(y, t)
     kinetic = system.body.kinetic_energy(motion.Omega, motion.V)
     stored = stored_energies(system, motion, y[system.coordinates.size : system.size])

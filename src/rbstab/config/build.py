@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.controllers import BoundaryLayer, Implicit, SlidingController, Slope
-from rbstab.config.elements import gain_value, initial_value, inputs
+from rbstab.config.elements import declarations_of, inputs, parameter
 from rbstab.config.schema import NO_VARIANT, Config
-from rbstab.config.sections.integration import Baumgarte
-from rbstab.config.user_code.permission import code_supplies, permitted_class, without_code
+from rbstab.config.sections.integration import Baumgarte, HeldIntegration
+from rbstab.config.user_code.permission import permitted_class
 from rbstab.config.user_code.section import PythonElement
 from rbstab.elements.element import Element
 from rbstab.elements.gravity import Gravity
@@ -73,6 +73,7 @@ def problem_of(config: Config) -> Problem:
         switching=_switching(config.controller),
         exact=partial(system_and_start, config),
         schedule=schedule_of(input_legs(config)),
+        quaternion=integration.coordinates == "quaternion",
     )
 
 
@@ -112,7 +113,8 @@ def system_of(config: Config, numbers: Numbers = doubles) -> System:
 
 def supplies_power(config: Config) -> bool:
     """Return whether an element of a config supplies power. No code of users runs."""
-    return code_supplies(config) or system_of(without_code(config)).supplies
+    # No controller does.
+    return any(declarations_of(section).supplies for section in config.elements.values())
 
 
 def _matrix(value: Any) -> Array:
@@ -139,7 +141,7 @@ def _gains(
     element: type[Element], section: Any, convert: dict[str, Callable[[Any], Any]]
 ) -> dict[str, Any]:
     """Return the gains of an element by name, as arrays or numbers."""
-    return {gain.name: convert[gain.shape](gain_value(section, gain)) for gain in element.gains}
+    return {gain.name: convert[gain.shape](parameter(section, gain.name)) for gain in element.gains}
 
 
 def _connector(controller: Any, convert: dict[str, Callable[[Any], Any]]) -> list[Element]:
@@ -224,9 +226,12 @@ def _switching(controller: Any) -> Switching | None:
 
 
 def _coordinates(integration: Any) -> Coordinates:
+    """Return the coordinates of the states of a config's problem; they have Θ."""
     drift_control = getattr(integration, "drift_control", "none")
     rate = drift_control.baumgarte if isinstance(drift_control, Baumgarte) else 0.0
+    is_held = isinstance(integration, HeldIntegration)
     by_name: dict[str, Coordinates] = {
+        "quaternion": ReducedCoordinates() if is_held else CentreCoordinates(),
         "Z": CentreCoordinates(),
         "W": ContactCoordinates(),
         "reduced": ReducedCoordinates(),
@@ -295,4 +300,4 @@ def _initial_states(config: Config, element: Element) -> list[Any]:
     section = config.elements.get(element.name)
     if section is None:
         return [getattr(config.initial, state.name) for state in element.states]
-    return [initial_value(section, state) for state in element.states]
+    return [parameter(section, state.initial_key) for state in element.states]

@@ -24,7 +24,7 @@ from rbstab.config.quantities import (
     is_regular,
     value_error,
 )
-from rbstab.config.section import Section, required, word_or_section
+from rbstab.config.section import Section, required, word_or
 from rbstab.config.sections.angles import OR_ONE_ANGLE
 from rbstab.elements.declarations import Gain, OwnState
 from rbstab.elements.element import Element
@@ -154,14 +154,21 @@ class Implicit(Section):
     implicit: Positive = required("step, s")
 
 
+Surface = Annotated[
+    Literal["position"] | Slope,
+    word_or(("position",), (Slope, "κ")),
+    Field(description="position (s = E) or {slope: κ}"),
+]
+"""The surface on which a sliding connector or tie slides."""
+
+
 class SlidingController(_connector_controller("sliding")):  # type: ignore[misc]  # built at run time
     """A sliding-mode connector acts at the contact point (eq. 39)."""
 
-    surface: Annotated[
-        Literal["position"] | Slope, Field(description="position (s = E) or {slope: κ}")
-    ]
+    surface: Surface
     law: Annotated[
         Literal["exact"] | BoundaryLayer | Implicit,
+        word_or(("exact",), (BoundaryLayer, "width"), (Implicit, "step")),
         Field(description="exact, {boundary_layer: width} or {implicit: step}"),
     ] = "exact"
     stick_energy: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(
@@ -173,16 +180,6 @@ class SlidingController(_connector_controller("sliding")):  # type: ignore[misc]
     stored_switches: Whole = Field(
         100_000, ge=0, description="number of switches stored with time and axis"
     )
-
-    @field_validator("surface", mode="wrap")
-    @classmethod
-    def _check_surface(cls, value: Any, _handler: Any) -> Any:
-        return word_or_section(value, ("position",), (Slope, "κ"))
-
-    @field_validator("law", mode="wrap")
-    @classmethod
-    def _check_law(cls, value: Any, _handler: Any) -> Any:
-        return word_or_section(value, ("exact",), (BoundaryLayer, "width"), (Implicit, "step"))
 
     @field_validator("stick_energy")
     @classmethod
@@ -209,6 +206,3 @@ CONTROLLERS: dict[str, Any] = {
     },
 }
 """The controller model of each variant."""
-
-# Pickle finds a model by its name in this module.
-globals().update({model.__name__: model for model in (NoController, *CONTROLLERS.values())})

@@ -7,31 +7,26 @@ import re
 from collections.abc import Mapping
 from functools import reduce
 from operator import or_
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
     BeforeValidator,
     Field,
-    ValidationInfo,
-    WrapValidator,
     create_model,
-    field_validator,
 )
 
-from rbstab.config.controllers import BoundaryLayer, Slope, gain_fields, initial_fields
-from rbstab.config.errors import hint
-from rbstab.config.inputs.signals import SMOOTH_SIGNALS, Signal, signal_model
+from rbstab.config.controllers import BoundaryLayer, Surface, gain_fields, initial_fields
 from rbstab.config.quantities import value_error
-from rbstab.config.section import FrozenMapping, Section, required, word_or_section
+from rbstab.config.section import FrozenMapping, Section, required, word_or
+from rbstab.config.sections.signals import SMOOTH_SIGNALS, Signal
 from rbstab.config.source import Path
 from rbstab.config.units import Kind
 from rbstab.config.user_code.section import KIND as PYTHON
-from rbstab.config.user_code.section import PARAMETERS, PythonElement, parameters_in
-from rbstab.elements.declarations import Gain, OwnState
+from rbstab.config.user_code.section import PARAMETERS, PythonElement
 from rbstab.elements.element import Element
 from rbstab.elements.inputs.loads import Input
-from rbstab.elements.registry import KINDS, SELECTORS, element_of, selected
+from rbstab.elements.registry import KINDS, SELECTORS, element_of
 from rbstab.elements.user_code.declared import Declared
 
 MAX_ELEMENTS = 100
@@ -56,28 +51,12 @@ class SlidingKeys(Section):
     """The keys of a sliding tie besides its gains."""
 
     kind: Literal["sliding"] = required("the kind of element")
-    surface: Annotated[
-        Literal["position"] | Slope, Field(description="position (s = E) or {slope: κ}")
-    ]
+    surface: Surface
     law: Annotated[
         Literal["exact"] | BoundaryLayer,
+        word_or(("exact",), (BoundaryLayer, "width")),
         Field(description="exact or {boundary_layer: width}"),
     ] = "exact"
-
-    @field_validator("surface", mode="wrap")
-    @classmethod
-    def _check_surface(cls, value: Any, _handler: Any) -> Any:
-        return word_or_section(value, ("position",), (Slope, "κ"))
-
-    @field_validator("law", mode="wrap")
-    @classmethod
-    def _check_law(cls, value: Any, _handler: Any) -> Any:
-        if isinstance(value, dict) and "implicit" in value:
-            raise value_error(
-                "has implicit steps, which only a sliding controller has",
-                "expected exact or {boundary_layer: width}",
-            )
-        return word_or_section(value, ("exact",), (BoundaryLayer, "width"))
 
     @property
     def form(self) -> str:
@@ -115,109 +94,30 @@ def _model(kind: str, method: str | None) -> type[Section]:
     )
 
 
-ELEMENT_MODELS: dict[tuple[str, str | None], type[Section]] = {
-    (kind, method): _model(kind, method) for kind, methods in KINDS.items() for method in methods
-} | {(PYTHON, None): PythonElement}
-"""The model of each kind and value of its selector."""
-
-
-ALL_KINDS = (*KINDS, PYTHON)
-"""The kinds of elements of a config: those of the program, and those of users."""
-
-
-def _unknown_method(kind: str) -> type[Section]:
-    """Return a model that rejects every selector but those of a kind, and checks nothing else."""
-    methods = tuple(method for method in KINDS[kind] if method is not None)
-    selector = SELECTORS[kind]
-    name = f"{kind.title().replace('-', '')}{selector.title()}"
-    fields: dict[str, Any] = {"kind": (Literal[kind], ...), selector: (Literal[methods], ...)}
-    return create_model(
-        name,
-        __base__=Section,
-        __doc__=f"An element {kind} of an unknown {selector}.",
-        __cls_kwargs__={"extra": "ignore"},
-        **fields,
-    )
-
-
-_UNKNOWN_METHOD = {kind: _unknown_method(kind) for kind in KINDS if None not in KINDS[kind]}
-
-# Pickle finds a model by its name in this module.
-globals().update({model.__name__: model for model in ELEMENT_MODELS.values()})
-
-
-def element_model(value: Any) -> type[Section] | None:
-    """Return the model of an element of a config; None if its kind is unknown."""
-    kind = value.get("kind") if isinstance(value, dict) else None
-    if not isinstance(kind, str) or kind not in ALL_KINDS:
-        return None
-    if kind not in _UNKNOWN_METHOD:
-        return ELEMENT_MODELS[kind, None]
-    method = value.get(SELECTORS[kind])
-    known = isinstance(method, str) and method in KINDS[kind]
-    return ELEMENT_MODELS[kind, method] if known else _UNKNOWN_METHOD[kind]
-
-
-def keys_in(element: Any, path: Path) -> dict[str, str]:
-    """Return the keys that a mapping in the data of an element may have, with their descriptions.
-
-    Args:
-        element: The data of the element, of a known kind.
-        path: The path of the mapping in the element; empty for the element itself.
-    """
-    if element.get("kind") == PYTHON and path == (PARAMETERS,):
-        return dict(sorted(parameters_in(element).items()))
-    model = element_model(element)
-    models = () if model is None else (model,)
-    if path == (SIGNAL,):
-        found = signal_model(element[SIGNAL])
-        models = () if found is None else (found,)
-    elif path:
-        owner = () if model is None else get_args(model.model_fields[str(path[0])].annotation)
-        models = tuple(one for one in owner if hasattr(one, "model_fields"))
-    fields = [item for one in models for item in one.model_fields.items()]
-    return dict(sorted((field.alias or name, field.description or "") for name, field in fields))
-
-
 def declarations_of(section: Any) -> type[Element] | Declared:
     """Return what declares gains, modes and own states of an element of a config; runs no code."""
     return section.declared if isinstance(section, PythonElement) else element_of(section)
 
 
-def gain_path(name: str, section: Any, gain: Gain) -> Path:
-    """Return the path of a gain of an element in a config."""
-    return _parameter_path(name, section, gain.name)
-
-
-def initial_path(name: str, section: Any, state: OwnState) -> Path:
-    """Return the path of the initial value of an own state of an element in a config."""
-    return _parameter_path(name, section, state.initial_key)
-
-
-def _parameter_path(name: str, section: Any, key: str) -> Path:
+def parameter_path(name: str, section: Any, key: str) -> Path:
+    """Return the path of a gain, or of the initial value of a state, of an element in a config."""
     inner = (PARAMETERS,) if isinstance(section, PythonElement) else ()
     return ("elements", name, *inner, key)
 
 
-def gain_value(section: Any, gain: Gain) -> Any:
-    """Return the value of a gain of an element."""
-    return _parameter(section, gain.name)
-
-
-def initial_value(section: Any, state: OwnState) -> Any:
-    """Return the initial value of an own state of an element."""
-    return _parameter(section, state.initial_key)
-
-
-def _parameter(section: Any, key: str) -> Any:
+def parameter(section: Any, key: str) -> Any:
+    """Return the value of a gain, or the initial value of a state, of an element."""
     return section.parameters[key] if isinstance(section, PythonElement) else getattr(section, key)
 
 
-def kind_of(section: Any) -> Kind:
-    """Return what decides the units of an element of a config."""
-    if isinstance(section, PythonElement):
-        return Kind(section.kind, None, section.source, section.class_name)
-    return Kind(section.kind, selected(section))
+def kind_of(element: Any) -> Kind:
+    """Return what decides the units of an element of a config, or of plain data."""
+    data = element.model_dump(by_alias=True) if isinstance(element, Section) else element
+    if not isinstance(data, dict):
+        return Kind("")
+    keys = ("kind", SELECTORS.get(str(data.get("kind")), ""), "source", "class")
+    kind, *others = (found if isinstance(found := data.get(key), str) else None for key in keys)
+    return Kind(kind or "", *others)
 
 
 def switching(elements: Mapping[str, Any]) -> list[str]:
@@ -232,6 +132,16 @@ def stops(elements: Mapping[str, Any]) -> list[str]:
         for name, section in elements.items()
         if section.kind != PYTHON and element_of(section).holds
     ]
+
+
+def reading_angles(controller: Any, elements: Mapping[str, Any]) -> list[str]:
+    """Return what reads Euler angles in a config, or may read them: K_r, guards and users' code."""
+    # Imported late: printing the schema does not need numpy.
+    import numpy as np
+
+    stiff = bool(np.any(getattr(controller, "K_r", 0.0)))
+    names = [name for name, section in elements.items() if section.kind in ("guard", PYTHON)]
+    return ["controller.K_r"] * stiff + names
 
 
 def inputs(elements: Mapping[str, Any], *, with_legs: bool = False) -> list[str]:
@@ -308,20 +218,6 @@ def _check_name(name: Any) -> Any:
     return name
 
 
-def _check_element(value: Any, _handler: Any, info: ValidationInfo) -> Any:
-    if isinstance(value, tuple(ELEMENT_MODELS.values())):
-        return value
-    if not isinstance(value, dict):
-        raise value_error("is not a mapping", "expected a mapping with the key kind")
-    expected = f"expected kind: one of {', '.join(ALL_KINDS)}"
-    if "kind" not in value:
-        raise value_error("has no kind", expected)
-    model = element_model(value)
-    if model is None:
-        raise value_error("has an unknown kind", expected + hint(value["kind"], ALL_KINDS))
-    return model.model_validate(value, context=info.context)
-
-
 def _in_order(elements: Any) -> Any:
     """Return the elements in the order of their names, which fixes the order of all sums."""
     if not isinstance(elements, dict):
@@ -331,15 +227,24 @@ def _in_order(elements: Any) -> Any:
     return {name: elements[name] for name in sorted(elements, key=str)}
 
 
-_ANY_ELEMENT: Any = reduce(or_, ELEMENT_MODELS.values())
-"""For the JSON Schema: `_check_element` chooses the model by the kind, for better messages."""
+def _of_kind(kind: str) -> Any:
+    """Return the model of a kind; its selector, if it has one, tells several apart."""
+    models = [_model(kind, method) for method in KINDS[kind]]
+    if len(models) == 1:
+        return models[0]
+    return Annotated[reduce(or_, models), Field(discriminator=SELECTORS[kind])]
+
+
+_Element: Any = Annotated[
+    reduce(or_, (*map(_of_kind, KINDS), PythonElement)), Field(discriminator="kind")
+]
 
 _NAMES = {"pattern": f"^{_NAME.pattern}$", "not": {"enum": list(RESERVED_NAMES)}}
 
 Elements = Annotated[
     dict[
         Annotated[str, BeforeValidator(_check_name)],
-        Annotated[_ANY_ELEMENT, WrapValidator(_check_element)],
+        _Element,
     ],
     BeforeValidator(_in_order),
     AfterValidator(FrozenMapping),

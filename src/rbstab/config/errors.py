@@ -149,3 +149,8 @@ class ConfigError(ValueError):
             ordered = [*ordered[: MAX_PROBLEMS - 1], ConfigProblem(last.location, "", more, "")]
         self.problems = tuple(ordered)
         super().__init__("\n".join(str(problem) for problem in self.problems))
+
+    @classmethod
+    def at(cls, location: Location, problem: str, expected: str, key: str = "") -> "ConfigError":
+        """Return the error of a single problem."""
+        return cls([ConfigProblem(location, key, problem, expected)])

@@ -3,7 +3,8 @@
 import hashlib
 import json
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path as FilePath
 from typing import Any
@@ -11,20 +12,19 @@ from typing import Any
 from pydantic import ValidationError
 
 from rbstab.config.errors import ConfigError, ConfigProblem, Location, closest, hint
-from rbstab.config.inputs.table_files import read_tables
+from rbstab.config.files.named_files import embed_files
 from rbstab.config.messages import describe, problems_of
+from rbstab.config.numbers import replaced
 from rbstab.config.overrides import override
 from rbstab.config.schema import (
     NO_VARIANT,
-    SCHEMA_VERSIONS,
     VARIANTS,
     Config,
     Experiment,
     model_of,
     variant_of,
 )
-from rbstab.config.source import MAX_DEPTH, YAML, Source, key_of, read_source
-from rbstab.config.user_code.files import embed_files
+from rbstab.config.source import MAX_DEPTH, TOO_DEEP, YAML, Path, Source, key_of, read_source
 from rbstab.config.user_code.permission import check_code, may_run_code, without_code
 from rbstab.config.user_code.section import ALLOW, PARAMETERS
 from rbstab.config.user_code.section import KIND as PYTHON
@@ -126,9 +126,7 @@ def _changed_source(config: str | FilePath | Mapping[str, Any], changes: Iterabl
     source = source_of(config)
     if not PLAN_ONLY.isdisjoint(source.data):
         expected = "expected a config; rbstab.load_plan loads a plan, and `rbstab sweep` runs it"
-        raise ConfigError(
-            [ConfigProblem(source.location(()), "", "is the plan of a sweep", expected)]
-        )
+        raise ConfigError.at(source.location(()), "is the plan of a sweep", expected)
     override(source, [changes] if isinstance(changes, str) else changes)
     embed_files(source)
     return source
@@ -145,6 +143,16 @@ def changed_config(config: Config, data: Mapping[str, Any]) -> Config:
         ConfigError: As `load_config`.
     """
     return validated(source_of(data), allow_python=may_run_code(config))
+
+
+def with_numbers(config: Config, numbers: Mapping[Path, float]) -> Config:
+    """Return the config with some of its numbers replaced, validated.
+
+    Raises:
+        ConfigError: It is not valid.
+        LookupError: There is no such path.
+    """
+    return changed_config(config, replaced(resolved(config), numbers))
 
 
 def source_of(
@@ -167,7 +175,7 @@ def source_of(
     elif isinstance(document, str) and _is_yaml_text(document):
         problem = "is a text that looks like YAML, and not the path of a file"
         expected = "expected the path of a YAML file, or a dictionary, as from yaml.safe_load(text)"
-        raise ConfigError([ConfigProblem(Location(name), "", problem, expected)])
+        raise ConfigError.at(Location(name), problem, expected)
     elif isinstance(document, str | PathLike):
         source = read_source(FilePath(document))
     else:
@@ -179,7 +187,7 @@ def source_of(
         source.data = {}  # then the required keys of an empty file are reported as missing
     if not isinstance(source.data, dict):
         found = f"is {describe(source.data)}"
-        raise ConfigError([ConfigProblem(source.location(()), "", found, "expected a mapping")])
+        raise ConfigError.at(source.location(()), found, "expected a mapping")
     return source
 
 
@@ -203,11 +211,11 @@ def validated(source: Source, *, allow_python: bool = False) -> Config:
     Raises:
         ConfigError: As `load_config`.
     """
-    table_problems = read_tables(source)
-    variant_problem = _variant_problem(source)
-    guessed = None if variant_problem is None else _guessed_variant(source)
-    name = (guessed or FALLBACK_VARIANT) if variant_problem else variant_of(source.data)
-    model = model_of(name)
+    variant = variant_of(source.data)
+    known = variant in (*VARIANTS, NO_VARIANT)
+    # By a misspelt variant the other keys can be judged too.
+    meant = closest(variant, VARIANTS) if isinstance(variant, str) and not known else None
+    model = model_of(variant if known else meant or FALLBACK_VARIANT)
     try:
         config = model.model_validate(source.data, context={ALLOW: allow_python})
     except ValidationError as error:
@@ -216,26 +224,23 @@ def validated(source: Source, *, allow_python: bool = False) -> Config:
         problems = _problems_of_start(config, source)
     # Aliases and repeated keys were reported while reading; a second message is not needed.
     already_wrong = {problem.location for problem in source.problems}
-    of_tables = {problem.key for problem in table_problems}
     problems = [
-        *source.problems,
-        *table_problems,
-        *(p for p in problems if p.location not in already_wrong and not _of_a_table(p, of_tables)),
+        replace(p, expected=f"expected one of {', '.join(VARIANTS)}{hint(variant, VARIANTS)}")
+        if p.key == "controller.variant"
+        else p
+        for p in problems
+        if p.location not in already_wrong
+        and (known or meant is not None or not _depends_on_variant(p.key))
     ]
-    if variant_problem is None and not problems:
-        return config
-    if variant_problem is not None:
-        others = [p for p in problems if p.key != variant_problem.key]
-        if guessed is None:
-            others = [p for p in others if p in source.problems or not _depends_on_variant(p.key)]
-        problems = [variant_problem, *others]
-    raise ConfigError([_explain_newer_schema(p, source) for p in problems])
+    if source.problems or problems:
+        raise ConfigError([*source.problems, *problems])
+    return config
 
 
 def _problems_of_start(config: Config, source: Source) -> list[ConfigProblem]:
     """Return the problem of a config whose run would end at its start, because θ2 is near ±90°."""
     regularity, bound = math.cos(config.initial.orientation[PITCH]), config.integration.range_bound
-    if regularity > bound:
+    if regularity > bound or config.integration.coordinates == "quaternion":
         return []
     path = ("initial", "orientation")
     found = f"has cos θ2 = {regularity:.2g}, and a run ends where it is {bound:g} or less"
@@ -246,11 +251,7 @@ def _problems_of_start(config: Config, source: Source) -> list[ConfigProblem]:
 
 def plain_data(config: Config) -> dict[str, Any]:
     """Return a config as plain data with all defaults. It loads as the same config."""
-    data: dict[str, Any] = config.model_dump(mode="json", exclude_none=True, by_alias=True)
-    if data["schema_version"] == 1:
-        # Version 1 has no such key.
-        del data["elements"]
-    return data
+    return config.plain()
 
 
 def resolved(config: Config) -> dict[str, Any]:
@@ -260,8 +261,8 @@ def resolved(config: Config) -> dict[str, Any]:
     if integration["engine"] != "scipy":
         for key in SCIPY_ONLY:
             del integration[key]
-    if integration["coordinates"] == "reduced":
-        del integration["drift_control"]
+    if integration["coordinates"] != "manifold":
+        integration.pop("drift_control", None)
     return data
 
 
@@ -300,7 +301,7 @@ def _split_elements(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, 
 
 def resolved_yaml(config: Config) -> str:
     """Return the resolved config as YAML; loading it gives the same config."""
-    from rbstab.config.writing.dump import as_yaml
+    from rbstab.config.files.dump import as_yaml
 
     return as_yaml(resolved(config))
 
@@ -321,60 +322,15 @@ def run_id(config: Config) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
-def _variant_problem(source: Source) -> ConfigProblem | None:
-    if variant_of(source.data) == NO_VARIANT:
-        return None
-    controller = source.data.get("controller")
-    expected = f"expected one of {', '.join(VARIANTS)}"
-    if controller is None or not isinstance(controller, dict):
-        found = "is missing" if controller is None else f"is {describe(controller)}"
-        return ConfigProblem(
-            source.location(("controller",)), "controller", found, "expected a mapping"
-        )
-    key, where = "controller.variant", source.location(("controller", "variant"))
-    if "variant" not in controller:
-        return ConfigProblem(where, key, "is missing", expected)
-    variant = controller["variant"]
-    if not isinstance(variant, str) or variant not in VARIANTS:
-        expected += hint(variant, VARIANTS)
-        return ConfigProblem(where, key, f"is {describe(variant)}", expected)
-    return None
-
-
-def _guessed_variant(source: Source) -> str | None:
-    """Return the variant that a misspelt one means, by which the other keys can be judged."""
-    variant = variant_of(source.data)
-    return closest(variant, VARIANTS) if isinstance(variant, str) else None
-
-
-def _of_a_table(problem: ConfigProblem, files: Collection[str]) -> bool:
-    """Whether a problem only follows from a table whose file could not be read."""
-    signal, _, key = problem.key.rpartition(".")
-    return key == "times" and f"{signal}.file" in files
-
-
 def _depends_on_variant(key: str) -> bool:
-    return any(key == top or key.startswith((f"{top}.", f"{top}[")) for top in VARIANT_KEYS)
-
-
-def _explain_newer_schema(problem: ConfigProblem, source: Source) -> ConfigProblem:
-    version = source.data.get("schema_version")
-    is_known = not isinstance(version, int) or version in SCHEMA_VERSIONS
-    if problem.key != "schema_version" or is_known:
-        return problem
-    found = f"is {version}, which this version of rbstab cannot read"
-    return ConfigProblem(
-        problem.location, problem.key, found, f"expected {' or '.join(map(str, SCHEMA_VERSIONS))}"
-    )
+    inside = any(key.startswith((f"{top}.", f"{top}[")) for top in VARIANT_KEYS)
+    return (inside or key in VARIANT_KEYS[1:]) and key != "controller.variant"
 
 
 def _plain_data(value: Any, levels: int) -> Any:
     """Convert mappings, sequences and arrays to dicts and lists, the types of YAML data."""
     if levels < 0:
-        problem = ConfigProblem(
-            Location("config"), "", "is nested too deeply", f"at most {MAX_DEPTH} levels"
-        )
-        raise ConfigError([problem])
+        raise ConfigError.at(Location("config"), *TOO_DEEP)
     if isinstance(value, Mapping):
         return {str(key): _plain_data(entry, levels - 1) for key, entry in value.items()}
     if isinstance(value, list | tuple):

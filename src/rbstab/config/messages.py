@@ -6,20 +6,20 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from rbstab.config.elements import keys_in
 from rbstab.config.errors import (
     ConfigProblem,
     hint,
 )
+from rbstab.config.numbers import value_at
 from rbstab.config.quantities import SHAPE_TAGS
 from rbstab.config.schema import Experiment
 from rbstab.config.source import Path, Source, key_of
-from rbstab.config.unknown_keys import unknown_key, with_hint
-from rbstab.config.user_code.section import PARAMETERS
+from rbstab.config.unknown_keys import unknown_key, with_hint, words_at
+from rbstab.config.user_code.section import PARAMETERS, parameters_in
+from rbstab.elements.registry import SELECTORS
 
-MATRIX_KEYS = {"body": 2, "controller": 2, "elements": 3}
-"""The sections with matrices, and how many parts the key of a matrix has in each of them. The
-parameters of an element of a user are one level deeper."""
+TAGGED = ("kind", *SELECTORS.values())
+"""The keys whose words choose the model of a mapping."""
 
 _OF_KEY = "[key]"
 """What pydantic adds to the path of an error in the key of a mapping."""
@@ -39,42 +39,61 @@ def problems_of(
         model: The model of the config.
     """
     errors = error.errors(include_url=False)
-    return [_problem(details, source, model) for details in errors if not _is_redundant(details)]
+    return [_problem(details, source, model) for details in errors if not is_redundant(details)]
 
 
-def _is_redundant(details: Any) -> bool:
+def is_redundant(details: Any) -> bool:
     """Whether a list is "too short" only because pydantic dropped its invalid entries."""
     return details["type"] == "too_short" and len(details["input"]) >= details["ctx"]["min_length"]
 
 
 def _problem(details: Any, source: Source, model: type[Experiment]) -> ConfigProblem:
-    path = _without_tag(details["loc"])
-    unknown = details["type"] == "extra_forbidden"
+    location, kind = details["loc"], details["type"]
+    unknown = kind == "extra_forbidden"
     # A file may have a key with the same text, which is then unknown.
-    if path[-1:] == (_OF_KEY,) and not unknown:
-        path, of_key = path[:-1], True
-    else:
-        of_key = unknown
-    if unknown and path[0] == "elements":
-        known = keys_in(source.data["elements"][path[1]], path[2:-1])
-        problem, expected = with_hint(str(path[-1]), known)
+    of_key = unknown or location[-1:] == (_OF_KEY,)
+    path = _without_tags(location[:-1] if of_key and not unknown else location, source.data)
+    if unknown and PARAMETERS in path[2:-1]:
+        element = value_at(source.data, path[:2])
+        problem, expected = with_hint(str(path[-1]), dict(sorted(parameters_in(element).items())))
     elif unknown:
-        problem, expected = unknown_key(path, model)
+        problem, expected = unknown_key(location, path, model)
+    elif kind in ("union_tag_not_found", "union_tag_invalid"):
+        selector = details["ctx"]["discriminator"].strip("'")
+        path = (*path, selector)
+        choices = words_at(model, location, selector)
+        problem = "is missing"
+        expected = f"expected one of {', '.join(choices)}"
+        if kind == "union_tag_invalid":
+            value = details["input"][selector]
+            problem, expected = f"is {describe(value)}", expected + hint(value, choices)
     else:
-        problem, expected = _TEXTS.get(details["type"], _other_error)(details)
+        problem, expected = problem_texts(details)
     where = source.location(path, of_key=of_key)
     return ConfigProblem(where, key_of(path), problem, expected)
 
 
-def _without_tag(location: Path) -> Path:
-    """Return the path of an error without the shape tag of pydantic.
+def problem_texts(details: Any) -> ProblemText:
+    """Return what is wrong and what is expected, by one of the errors of a validation."""
+    return _TEXTS.get(details["type"], _other_error)(details)
 
-    A shape tag only follows a section and a key. Anywhere else the same text is a key of the file.
+
+def _without_tags(location: Path, data: Any) -> Path:
+    """Return the path of an error in the data without the tags of unions that pydantic adds.
+
+    They are the words that choose a model, and the tags of shapes; the same text may be a key.
     """
-    parts = MATRIX_KEYS.get(str(location[0]), len(location)) if location else 0
-    parts += location[:1] == ("elements",) and location[2:3] == (PARAMETERS,)
-    has_tag = parts < len(location) and location[parts] in SHAPE_TAGS
-    return location[:parts] + location[parts + 1 :] if has_tag else location
+    path: list[str | int] = []
+    for part in location:
+        inner: Any = data if isinstance(data, dict | list) else {}
+        is_key = part in inner if isinstance(inner, dict) else isinstance(part, int)
+        chosen = list(map(inner.get, TAGGED)) if isinstance(inner, dict) else []
+        if not is_key and (part in SHAPE_TAGS or part in chosen):
+            continue
+        path.append(part)
+        entries: dict[Any, Any] = dict(enumerate(inner)) if isinstance(inner, list) else inner
+        data = entries.get(part)
+    return tuple(path)
 
 
 def describe(value: Any) -> str:
@@ -179,6 +198,7 @@ _TEXTS: dict[str, Callable[[Any], ProblemText]] = {
     "string_type": _wrong_type("a text"),
     "tuple_type": _not_a_list,
     "model_type": _wrong_type("a mapping"),
+    "model_attributes_type": _wrong_type("a mapping with the key kind"),
     "greater_than": _out_of_bounds("greater than", "gt"),
     "greater_than_equal": _out_of_bounds("at least", "ge"),
     "less_than": _out_of_bounds("less than", "lt"),

@@ -1,7 +1,6 @@
 """Types of config values: validated numbers, texts, vectors and matrices."""
 
 import math
-from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
@@ -139,19 +138,30 @@ def _symmetric(rows: tuple[Any, ...]) -> tuple[Any, ...]:
     )
 
 
-def _positive_definite(rows: tuple[Any, ...]) -> tuple[Any, ...]:
+def _eigenvalue(gain: tuple[Any, ...]) -> tuple[float, float]:
+    """Return the smallest eigenvalue of a diagonal or a matrix, and the largest entry."""
     # Imported here because printing the schema does not need numpy.
     import numpy as np
 
-    matrix = np.array(rows)
-    smallest = float(np.linalg.eigvalsh(matrix)[0])
-    largest = float(np.abs(matrix).max())
+    matrix = np.array(gain)
+    eigenvalues = np.linalg.eigvalsh(matrix) if matrix.ndim == 2 else matrix
+    return float(eigenvalues.min()), float(np.abs(matrix).max())
+
+
+def is_regular(gain: tuple[Any, ...]) -> bool:
+    """Return whether a positive semidefinite matrix is definite beyond round-off."""
+    smallest, largest = _eigenvalue(gain)
+    return smallest > ROUND_OFF * largest
+
+
+def _positive_definite(rows: tuple[Any, ...]) -> tuple[Any, ...]:
+    smallest, largest = _eigenvalue(rows)
     if smallest <= -ROUND_OFF * largest:
         raise value_error(
             f"is not positive definite, its smallest eigenvalue is {smallest:.6g}",
             "expected positive eigenvalues",
         )
-    if not smallest > ROUND_OFF * largest:
+    if not is_regular(rows):
         raise value_error(
             "is not positive definite beyond round-off",
             f"expected a smallest eigenvalue above {ROUND_OFF:g} times the largest entry",
@@ -159,21 +169,9 @@ def _positive_definite(rows: tuple[Any, ...]) -> tuple[Any, ...]:
     return rows
 
 
-def is_regular(gain: tuple[Any, ...]) -> bool:
-    """Return whether a positive semidefinite matrix is definite beyond round-off."""
-    import numpy as np  # imported late, as above
-
-    matrix = np.array(gain)
-    eigenvalues = np.linalg.eigvalsh(matrix) if matrix.ndim == 2 else matrix
-    return bool(eigenvalues.min() > ROUND_OFF * np.abs(matrix).max())
-
-
 def _positive_semidefinite(rows: tuple[Any, ...]) -> tuple[Any, ...]:
-    import numpy as np  # imported late, as above
-
-    matrix = np.array(rows)
-    smallest = float(np.linalg.eigvalsh(matrix)[0])
-    if smallest < -ROUND_OFF * float(np.abs(matrix).max()):
+    smallest, largest = _eigenvalue(rows)
+    if smallest < -ROUND_OFF * largest:
         raise value_error(
             f"is not positive semidefinite, its smallest eigenvalue is {smallest:.6g}",
             "expected no negative eigenvalue",
@@ -182,9 +180,6 @@ def _positive_semidefinite(rows: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 _SymmetricMatrix = Annotated[tuple[Vector, ...], _THREE, _LIST, AfterValidator(_symmetric)]
-Matrix = Annotated[_SymmetricMatrix, AfterValidator(_positive_definite)]
-
-
 SHAPE_TAGS = ("<diagonal>", "<matrix>")
 """Tags that pydantic adds to the path of an error in a matrix; no key has such a name."""
 
@@ -220,12 +215,24 @@ def _refuse_six(value: Any) -> Any:
 
 _NOT_SIX = BeforeValidator(_refuse_six)
 
-PositiveDefinite = Annotated[
-    Annotated[tuple[Positive, ...], _THREE, _AS_MATRIX, _NOT_SIX, Tag(SHAPE_TAGS[0])]
-    | Annotated[Matrix, Tag(SHAPE_TAGS[1])],
-    Discriminator(_shape_tag),
-]
-"""A symmetric positive definite 3x3 matrix, given as its diagonal or as three rows."""
+
+def _matrix(entry: Any, *checks: Any) -> Any:
+    """Return the type of a symmetric 3x3 matrix, given as its diagonal or as three rows.
+
+    Args:
+        entry: The type of an entry of the diagonal.
+        checks: The validators of three rows.
+    """
+    diagonal = Annotated[tuple[entry, ...], _THREE, _AS_MATRIX, _NOT_SIX, Tag(SHAPE_TAGS[0])]
+    rows = Annotated[_SymmetricMatrix, *checks, Tag(SHAPE_TAGS[1])]
+    return Annotated[diagonal | rows, Discriminator(_shape_tag)]
+
+
+Symmetric: Any = _matrix(Real)
+"""A symmetric 3x3 matrix, given as its diagonal or as three rows."""
+
+PositiveDefinite: Any = _matrix(Positive, AfterValidator(_positive_definite))
+"""A symmetric positive definite 3x3 matrix, given in the same way."""
 
 ZERO = (0.0, 0.0, 0.0)
 
@@ -235,66 +242,31 @@ def _three_zeros(value: Any) -> Any:
     return ZERO if is_zero else value
 
 
-_DiagonalOrRows = Annotated[
-    Annotated[tuple[NotNegative, ...], _THREE, _AS_MATRIX, _NOT_SIX, Tag(SHAPE_TAGS[0])]
-    | Annotated[_SymmetricMatrix, AfterValidator(_positive_semidefinite), Tag(SHAPE_TAGS[1])],
-    Discriminator(_shape_tag),
-]
+_DiagonalOrRows: Any = _matrix(NotNegative, AfterValidator(_positive_semidefinite))
 
-PositiveSemidefinite = Annotated[
+PositiveSemidefinite: Any = Annotated[
     _DiagonalOrRows,
     BeforeValidator(_three_zeros, json_schema_input_type=Literal[0] | _DiagonalOrRows),
 ]
 """A symmetric positive semidefinite 3x3 matrix, given in the same way, or as 0."""
 
-Symmetric = Annotated[
-    Annotated[tuple[Real, ...], _THREE, _AS_MATRIX, _NOT_SIX, Tag(SHAPE_TAGS[0])]
-    | Annotated[_SymmetricMatrix, Tag(SHAPE_TAGS[1])],
-    Discriminator(_shape_tag),
-]
-"""A symmetric 3x3 matrix, given as its diagonal or as three rows."""
+
+_LIMITS = (math.pi, math.pi / 2, math.pi)
 
 
 def _check_range(angles: Any) -> Any:
-    hint = "; degrees?" if max(map(abs, angles)) > 2 * math.pi else ""
-    _refuse_outside(angles, [f"{angle:g} rad" for angle in angles], ("π", "π/2", "π"), hint)
-    return angles
-
-
-def check_range_of_degrees(degrees: Any) -> None:
-    """Check that Θ in degrees is in the range of eq. 5.
-
-    Raises:
-        PydanticCustomError: It is outside.
-    """
-    shown = [f"{angle:g} degrees" for angle in degrees]
-    _refuse_outside([math.radians(angle) for angle in degrees], shown, ("180", "90", "180"))
-
-
-def _refuse_outside(
-    angles: Sequence[float], shown: Sequence[str], symbols: Sequence[str], hint: str = ""
-) -> None:
-    """Refuse angles outside of the range of eq. 5.
-
-    Args:
-        angles: Θ, rad.
-        shown: The same angles as the user gave them, for the message.
-        symbols: The limits in the same unit.
-        hint: The end of the problem.
-    """
-    names = ("θ1", "θ2", "θ3")
-    limits = (math.pi, math.pi / 2, math.pi)
-    outside, ranges = [], []
-    for angle, text, name, limit, symbol in zip(angles, shown, names, limits, symbols, strict=True):
-        if abs(angle) > limit or (name == "θ2" and abs(angle) == limit):
-            outside.append(f"{name} = {text}")
-            ranges.append(f"-{symbol} and {symbol}")
+    outside = [
+        f"θ{number} = {angle:.6g} rad ({math.degrees(angle):.6g}°)"
+        for number, angle, limit in zip((1, 2, 3), angles, _LIMITS, strict=True)
+        if abs(angle) > limit or abs(angle) == math.pi / 2 == limit
+    ]
     if outside:
         verb = "is" if len(outside) == 1 else "are"
         raise value_error(
-            f"{', '.join(outside)} {verb} outside the range of eq. 5{hint}",
-            f"expected between {', '.join(ranges)}",
+            f"{', '.join(outside)} {verb} outside the range of eq. 5",
+            "expected θ1 and θ3 between ±180°, θ2 inside of ±90°; degrees are {deg: [...]}",
         )
+    return angles
 
 
 Orientation = Annotated[Vector, AfterValidator(_check_range)]

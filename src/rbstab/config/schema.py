@@ -4,10 +4,9 @@ Version 2 adds `elements`; with them, the controller may be left out. The other 
 `config/sections`; the checks here compare sections with each other.
 """
 
-from collections.abc import Iterator, Mapping
-from functools import cache, reduce
+from collections.abc import Mapping
+from functools import reduce
 from operator import or_
-from threading import RLock
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationInfo, create_model, field_validator
@@ -19,18 +18,20 @@ from rbstab.config.elements import (
     check_sliding_points,
     followed_by_modes,
     inputs,
+    reading_angles,
     sliding_ties,
     stops,
     switching,
 )
 from rbstab.config.errors import printable, shortened
-from rbstab.config.inputs.signals import MAX_KNOTS
 from rbstab.config.quantities import Gravity, Text, components, value_error, whole
 from rbstab.config.section import FrozenMapping, Section
 from rbstab.config.sections.body import BodySection, FreeInitial, HeldInitial, zero_vector
 from rbstab.config.sections.desired import Desired
 from rbstab.config.sections.integration import HeldIntegration, Integration, SlidingIntegration
 from rbstab.config.sections.reference import Reference
+from rbstab.config.sections.signals import MAX_KNOTS
+from rbstab.config.user_code.section import ALLOW
 from rbstab.elements.registry import CONNECTORS
 from rbstab.mechanics.states import PITCH
 
@@ -44,6 +45,10 @@ def _check_whole(value: Any) -> Any:
     if type(value) is not int:
         expected = {"expected": "the whole number 1 or 2"}
         raise PydanticCustomError("literal_error", "not a whole number", expected)
+    if value not in SCHEMA_VERSIONS:
+        raise value_error(
+            f"is {value}, which this version of rbstab cannot read", "expected 1 or 2"
+        )
     return value
 
 
@@ -74,6 +79,19 @@ class Experiment(Section):
         return f"<rbstab.Config {what}>"
 
     __str__ = __repr__
+
+    def plain(self) -> dict[str, Any]:
+        """Return the config as plain data with all defaults. It loads as the same config."""
+        data = self.model_dump(mode="json", exclude_none=True, by_alias=True)
+        if self.schema_version == 1:
+            # Version 1 has no such key.
+            del data["elements"]
+        return data
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle plain data, and whether the code of users may run."""
+        allowed = any(getattr(element, "may_run", False) for element in self.elements.values())
+        return _unpickled, (self.controller.variant, self.plain(), allowed)
 
     @field_validator("elements")
     @classmethod
@@ -163,6 +181,19 @@ class Experiment(Section):
 
     @field_validator("integration")
     @classmethod
+    def _check_quaternion(cls, integration: Any, info: ValidationInfo) -> Any:
+        quaternion = integration.coordinates == "quaternion"
+        controller, elements = info.data.get("controller"), info.data.get("elements") or {}
+        reading = reading_angles(controller, elements) if quaternion else []
+        if reading:
+            raise value_error(
+                f"has coordinates: quaternion, but {', '.join(reading)} may read Euler angles",
+                "expected other coordinates, or elements that do not: no K_r, guards or Python",
+            )
+        return integration
+
+    @field_validator("integration")
+    @classmethod
     def _check_inputs(cls, integration: Any, info: ValidationInfo) -> Any:
         elements = info.data.get("elements") or {}
         names = inputs(elements, with_legs=True)
@@ -195,18 +226,9 @@ NO_VARIANT = "none"
 
 NO_CONTROLLER = NoController(variant=NO_VARIANT)
 
-_MAKING = RLock()
-"""Held while a model is made: all threads must get the same one, or pickle refuses the other."""
-
 
 def _initial(variant: str) -> type[Section]:
     """Return the model of a variant's initial state, with the own states of its connector."""
-    with _MAKING:
-        return _made_initial(variant)
-
-
-@cache
-def _made_initial(variant: str) -> type[Section]:
     if variant == "permanent":
         return HeldInitial
     states = CONNECTORS[variant].states if variant in CONNECTORS else ()
@@ -231,12 +253,6 @@ _INTEGRATIONS: dict[str, type[Integration]] = {
 
 def _experiment(variant: str) -> type[Experiment]:
     """Return the model of a variant's config."""
-    with _MAKING:
-        return _made_experiment(variant)
-
-
-@cache
-def _made_experiment(variant: str) -> type[Experiment]:
     initial, is_none = _initial(variant), variant == NO_VARIANT
     return create_model(
         model_name(variant, "Experiment"),
@@ -248,31 +264,25 @@ def _made_experiment(variant: str) -> type[Experiment]:
     )
 
 
-class _Variants(Mapping[str, type[Experiment]]):
-    """The models by variant, each one made when it is first used: a run needs one of them."""
+VARIANTS = tuple(CONTROLLERS)
+"""The variants of the controller."""
 
-    def __getitem__(self, variant: str) -> type[Experiment]:
-        if variant not in CONTROLLERS:
-            raise KeyError(variant)
-        return _experiment(variant)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(CONTROLLERS)
-
-    def __len__(self) -> int:
-        return len(CONTROLLERS)
-
-    def __contains__(self, variant: object) -> bool:
-        return variant in CONTROLLERS
-
-
-VARIANTS = _Variants()
-"""The config model of each variant of the controller."""
+_MODELS: dict[str, type[Experiment]] = {}
 
 
 def model_of(variant: str) -> type[Experiment]:
-    """Return the config model of a variant, or of a config without a controller."""
-    return _experiment(variant) if variant == NO_VARIANT else VARIANTS[variant]
+    """Return the config model of a variant, or of a config without a controller.
+
+    It is made when it is first used, because a run needs one of them.
+    """
+    if variant not in _MODELS:
+        # All threads get the same model, or equal configs would differ.
+        _MODELS.setdefault(variant, _experiment(variant))
+    return _MODELS[variant]
+
+
+def _unpickled(variant: str, data: dict[str, Any], allowed: bool) -> Experiment:
+    return model_of(variant).model_validate(data, context={ALLOW: allowed})
 
 
 def variant_of(data: Mapping[str, Any]) -> Any:
@@ -281,15 +291,6 @@ def variant_of(data: Mapping[str, Any]) -> Any:
         return NO_VARIANT
     controller = data.get("controller")
     return controller.get("variant") if isinstance(controller, dict) else None
-
-
-def __getattr__(name: str) -> Any:
-    # Pickle finds a model by its name in this module.
-    for variant in (*CONTROLLERS, NO_VARIANT):
-        for kind, model in (("Experiment", _experiment), ("Initial", _initial)):
-            if name == model_name(variant, kind):
-                return model(variant)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 Config = Experiment
@@ -307,9 +308,9 @@ def json_schema() -> dict[str, Any]:
     """Return the JSON Schema of configs, for editors."""
     from pydantic import TypeAdapter
 
-    models = [*VARIANTS.values(), model_of(NO_VARIANT)]
-    schema = TypeAdapter(reduce(or_, models)).json_schema()
-    for variant in (*VARIANTS, NO_VARIANT):
+    variants = (*VARIANTS, NO_VARIANT)
+    schema = TypeAdapter(reduce(or_, map(model_of, variants))).json_schema()
+    for variant in variants:
         model = schema["$defs"][model_name(variant, "Experiment")]
         if variant == NO_VARIANT:
             model |= {"allOf": [_SECOND_VERSION]}

@@ -1,8 +1,9 @@
 """The base class of the config models, and helpers for their fields."""
 
+from collections.abc import Iterable
 from typing import Any, NoReturn
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, WrapValidator
 
 from rbstab.config.errors import closest, hint
 from rbstab.config.quantities import value_error
@@ -38,6 +39,20 @@ def required(description: str) -> Any:
     return Field(description=description)
 
 
+def section_of(value: dict[str, Any], sections: Iterable[type[Section]]) -> Section:
+    """Validate a mapping with one key, as the section that has this key; a misspelt key is enough.
+
+    Raises:
+        PydanticCustomError: It has the keys of several sections.
+    """
+    by_key = {next(iter(section.model_fields)): section for section in sections}
+    given = [key for key in by_key if key in value]
+    if len(given) > 1:
+        raise value_error(f"has {' and '.join(given)}", "expected one of them")
+    near = filter(None, (closest(str(key), by_key) for key in value))
+    return by_key[next(iter((*given, *near, *by_key)))].model_validate(value)
+
+
 def word_or_section(
     value: Any, words: tuple[str, ...], *sections: tuple[type[Section], str]
 ) -> Any:
@@ -45,22 +60,24 @@ def word_or_section(
 
     Args:
         value: The value in the config.
-        words: The allowed words.
-        sections: The allowed sections, each with the meaning of its one value.
+        words: The words.
+        sections: The sections, each with the meaning of its one value.
 
     Raises:
         PydanticCustomError: The value is none of these.
     """
-    by_key = {next(iter(section.model_fields)): section for section, _ in sections}
-    shown = [f"{{{next(iter(section.model_fields))}: {meaning}}}" for section, meaning in sections]
-    expected = f"expected {', '.join([*words, *shown[:-1]])} or {shown[-1]}"
-    if isinstance(value, tuple(by_key.values())) or (isinstance(value, str) and value in words):
+    kinds = tuple(section for section, _ in sections)
+    if isinstance(value, kinds) or (isinstance(value, str) and value in words):
         return value
     if isinstance(value, dict):
-        # A misspelt key also selects its section, for a better message.
-        close = next(filter(None, (closest(str(key), by_key) for key in value)), None)
-        section = by_key[close] if close is not None else sections[0][0]
-        return section.model_validate(value)
+        return section_of(value, kinds)
+    shown = [f"{{{next(iter(section.model_fields))}: {meaning}}}" for section, meaning in sections]
+    expected = f"expected {', '.join([*words, *shown[:-1]])} or {shown[-1]}"
     if isinstance(value, str):
         raise value_error(f"'{value}' is unknown", expected + hint(value, words))
     raise value_error("is neither a word nor a mapping", expected)
+
+
+def word_or(words: tuple[str, ...], *sections: tuple[type[Section], str]) -> WrapValidator:
+    """Return the check of a type as a validator, as `word_or_section`."""
+    return WrapValidator(lambda value, _handler: word_or_section(value, words, *sections))

@@ -6,7 +6,9 @@ anchors, tags and duplicate keys are errors.
 """
 
 import codecs
+import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 from typing import Any
@@ -22,9 +24,9 @@ from rbstab.config.errors import (
     closest,
     did_you_mean,
 )
+from rbstab.config.files.wrong_lines import wrong_line
 from rbstab.files.regular_file import open_regular
 from rbstab.files.shell_words import shell_word
-from rbstab.files.yaml_lines import wrong_line
 
 Path = tuple[str | int, ...]
 """The keys and list indices from the root of a document to a value."""
@@ -43,6 +45,9 @@ HDF5 = b"\x89HDF\r\n\x1a\n"
 YAML = (".yaml", ".yml")
 """Endings of YAML files."""
 
+BEGIN = "`rbstab init` writes a first one, `rbstab examples` lists others"
+"""What to do if there is no file with such a name, nor with a similar one."""
+
 MAX_DEPTH = 16
 """Largest depth of nested mappings and lists."""
 
@@ -52,9 +57,6 @@ TOO_DEEP = "is nested too deeply", f"at most {MAX_DEPTH} levels"
 LIBRARY_TOO_DEEP = "maximum nesting depth"
 """What libyaml says of 1,000 levels. It reads so many brackets before it reports the first one."""
 
-INDENTING_TAB = "begins with a tab", "spaces: YAML is not indented with tabs"
-"""The problem of a line that cannot be read and begins with a tab, and what is expected."""
-
 MAX_KEYS = 1000
 """Largest number of keys of a mapping. No config or plan has so many; unknown keys cost time."""
 
@@ -63,12 +65,13 @@ MAX_CONTAINERS = 10_000
 
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
-_INFINITY = re.compile(r"[-+]?\.(inf|Inf|INF)")
-_NAN = re.compile(r"\.(nan|NaN|NAN)")
-_KEYWORDS = {
+_WORDS = {
     **dict.fromkeys(("", "~", "null", "Null", "NULL"), None),
     **dict.fromkeys(("true", "True", "TRUE"), True),
     **dict.fromkeys(("false", "False", "FALSE"), False),
+    **dict.fromkeys((".nan", ".NaN", ".NAN"), math.nan),
+    **{f"{sign}{inf}": math.inf for sign in ("", "+") for inf in (".inf", ".Inf", ".INF")},
+    **dict.fromkeys(("-.inf", "-.Inf", "-.INF"), -math.inf),
 }
 
 _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -82,7 +85,7 @@ class Source:
         data: The plain data.
         values: The locations of the values.
         keys: The locations of the keys.
-        problems: The problems that do not stop the parser (aliases, tags, duplicate keys). They are
+        problems: The problems that do not stop the reader (aliases, tags, duplicate keys). They are
             reported together with the problems of the data.
         folder: The folder to which the names of files in the data are relative.
     """
@@ -100,36 +103,15 @@ class Source:
             table, path = self.values, path[:-1]
         return table[path]
 
-    def remove_locations(self, path: Path, value: Any) -> None:
-        """Remove the locations of the value at a path, and of everything in it."""
-        for table in (self.values, self.keys):
-            table.pop(path, None)
-        # Walks the value only: a search of all locations would be slow in a large document.
-        if isinstance(value, dict | list):
-            entries = value.items() if isinstance(value, dict) else enumerate(value)
-            for part, entry in entries:
-                self.remove_locations((*path, part), entry)
-
 
 def read_source(path: FilePath) -> Source:
     """Read a YAML file.
 
-    Raises:
-        ConfigError: As `read_text`; or it is not YAML.
-    """
-    source = parse_source(read_text(path).removeprefix(BYTE_ORDER_MARK), str(path))
-    source.folder = path.parent
-    return source
-
-
-def read_text(path: FilePath) -> str:
-    """Return the text of a YAML file, with its byte order mark if it has one.
-
-    A file in UTF-16 has such a mark. The PowerShell of Windows writes `rbstab show --config > FILE`
-    in this encoding.
+    A file in UTF-16 has a byte order mark. The PowerShell of Windows writes
+    `rbstab show --config > FILE` in this encoding.
 
     Raises:
-        ConfigError: It is not a file, cannot be read, is larger than 1 MiB, or is not text.
+        ConfigError: It is not a file, cannot be read, is larger than 1 MiB, or is not YAML.
     """
     name = str(path)
     try:
@@ -137,61 +119,47 @@ def read_text(path: FilePath) -> str:
             raw = file.read(MAX_FILE_SIZE + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        hint = _near_name(path) if isinstance(error, FileNotFoundError) else ""
-        hint = _files_in(path) if isinstance(error, IsADirectoryError) else hint
-        raise _config_error(
-            Location(name), f"cannot be read: {reason}", f"a YAML file{hint}"
-        ) from error
-    if len(raw) > MAX_FILE_SIZE and not raw.startswith(HDF5):
-        raise _config_error(Location(name), "is larger than 1 MiB", "a config of a few kilobytes")
+        hint = _other_files(path, error)
+        found = f"cannot be read: {reason}"
+        raise ConfigError.at(Location(name), found, f"expected a YAML file{hint}") from error
     if raw.startswith(HDF5):
-        expected = "a YAML file; `rbstab show` prints a result, rbstab.open_result opens it"
-        raise _config_error(Location(name), "is an HDF5 file, as results are", expected)
-    if raw.startswith(UTF_16_MARKS):
-        return BYTE_ORDER_MARK + _decoded_utf_16(raw, name)
+        expected = "`rbstab show` prints a result, rbstab.open_result opens it"
+        found = "is an HDF5 file, as results are"
+        raise ConfigError.at(Location(name), found, f"expected a YAML file; {expected}")
+    if len(raw) > MAX_FILE_SIZE:
+        expected = "expected a config of a few kilobytes"
+        raise ConfigError.at(Location(name), "is larger than 1 MiB", expected)
+    encoding = "utf-16" if raw.startswith(UTF_16_MARKS) else "utf-8"
     try:
-        return raw.decode()
+        text = raw.decode(encoding).removeprefix(BYTE_ORDER_MARK)
     except UnicodeDecodeError as error:
-        before = raw[: error.start].decode().removeprefix(BYTE_ORDER_MARK)
-        raise _config_error(
-            _location_after(before, name), f"is not text: byte 0x{raw[error.start]:02x}", "UTF-8"
-        ) from error
-
-
-def _decoded_utf_16(raw: bytes, name: str) -> str:
-    """Return the text of a file in UTF-16, without its byte order mark."""
-    try:
-        return raw.decode("utf-16")
-    except UnicodeDecodeError as error:
-        before = raw[: error.start].decode("utf-16")
+        before = raw[: error.start].decode(encoding).removeprefix(BYTE_ORDER_MARK)
         where = _location_after(before, name)
-        raise _config_error(where, "is not text in UTF-16, as it begins", "UTF-8") from error
+        found = "is not text in UTF-16, as it begins"
+        if encoding != "utf-16":
+            found = f"is not text: byte 0x{error.object[error.start]:02x}"
+        raise ConfigError.at(where, found, "expected UTF-8") from error
+    source = parse_source(text, name)
+    source.folder = path.parent
+    return source
 
 
-BEGIN = "`rbstab init` writes a first one, `rbstab examples` lists others"
-"""What to do if there is no file with such a name, nor with a similar one."""
-
-
-def _near_name(path: FilePath) -> str:
-    """Return a hint for a file that does not exist: one with a similar name, or where to begin."""
+def _other_files(path: FilePath, error: Exception) -> str:
+    """Return a hint to a file with a similar name, to those in a folder, or where to begin."""
+    is_folder = isinstance(error, IsADirectoryError)
+    if not is_folder and not isinstance(error, FileNotFoundError):
+        return ""
     try:
-        names = {file.stem: file for file in sorted(path.parent.iterdir()) if file.suffix in YAML}
+        folder = path if is_folder else path.parent
+        files = {file.stem: file for file in sorted(folder.iterdir()) if file.suffix in YAML}
     except OSError:
-        names = {}
-    near = closest(path.stem, names)
-    if near is None:
-        return f"; {BEGIN}"
-    return f"; {did_you_mean([str(names[near])])}"
-
-
-def _files_in(folder: FilePath) -> str:
-    """Return a hint for a folder in place of a file: a pattern for the YAML files in it."""
-    try:
-        endings = {file.suffix for file in folder.iterdir() if file.suffix in YAML}
-    except OSError:
-        endings = set()
-    named = [f"{shell_word(folder)}/*{ending}" for ending in YAML if ending in endings]
-    return f"; name those in it: {' '.join(named)}" if named else ""
+        files = {}
+    if is_folder:
+        endings = sorted({file.suffix for file in files.values()})
+        patterns = " ".join(f"{shell_word(path)}/*{ending}" for ending in endings)
+        return f"; name those in it: {patterns}" if patterns else ""
+    near = closest(path.stem, files)
+    return f"; {BEGIN}" if near is None else f"; {did_you_mean([str(files[near])])}"
 
 
 def parse_source(text: str, name: str, column_offset: int = 0) -> Source:
@@ -209,177 +177,150 @@ def parse_source(text: str, name: str, column_offset: int = 0) -> Source:
     if forbidden is not None:
         # Checked here because libyaml gives the position of such a character in bytes.
         where = _location_after(text[: forbidden.start()], name, column_offset)
-        raise _config_error(where, "has a character that YAML forbids", "text")
-    parser = _Parser(name, column_offset)
+        raise ConfigError.at(where, "has a character that YAML forbids", "expected text")
+    reader = _Reader(name, column_offset)
     try:
-        for event in yaml.parse(text, Loader=_Loader):
-            parser.handle(event)
+        reader.read(yaml.parse(text, Loader=_Loader))
     except _UnreadableError:
         pass
     except yaml.MarkedYAMLError as error:
-        where = parser.location(error.problem_mark or error.context_mark)
+        where = reader.location(error.problem_mark or error.context_mark)
         problem, expected = error.problem or "is not YAML", "YAML"
+        # As libyaml counts lines: the other line ends of Unicode are none of YAML's here.
+        lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")[: where.line]
         if LIBRARY_TOO_DEEP in problem:
             problem, expected = TOO_DEEP
-        elif _has_indenting_tab(text, where):
-            problem, expected = INDENTING_TAB
-        elif wrong := wrong_line(_with_unix_lines(text), where.line):
-            offset = column_offset if wrong.line == 1 else 0
-            where = Location(name, wrong.line, wrong.column + offset)
-            problem, expected = wrong.problem, wrong.expected
-        parser.problems.append(_problem(where, problem, expected))
+        elif wrong := wrong_line(lines):
+            line, column, problem, expected = wrong
+            where = reader.place(line, column)
+        reader.report(where, problem, expected, last=True)
     else:
-        return parser.source
-    raise ConfigError(parser.problems)
-
-
-def _has_indenting_tab(text: str, where: Location) -> bool:
-    """Return whether the line of a location begins with white space that has a tab."""
-    lines = _with_unix_lines(text).split("\n")
-    line = lines[where.line - 1] if 0 < where.line <= len(lines) else ""
-    return "\t" in line[: len(line) - len(line.lstrip(" \t"))]
-
-
-def _with_unix_lines(text: str) -> str:
-    # As libyaml counts: the other line ends of Unicode are none of YAML's here.
-    return text.replace("\r\n", "\n").replace("\r", "\n")
+        return reader.source
+    raise ConfigError(reader.source.problems)
 
 
 class _UnreadableError(Exception):
     """The rest of the document cannot be read; the problem is already reported."""
 
 
-@dataclass
-class _OpenContainer:
-    """A mapping or list that is being read, and the key whose value comes next."""
-
-    container: dict[str, Any] | list[Any]
-    path: Path
-    key: str | None = None
-
-
-class _Parser:
-    """A parser that builds plain data from YAML events, without recursion."""
+class _Reader:
+    """A reader that builds plain data from YAML events, one value in another."""
 
     def __init__(self, name: str, column_offset: int) -> None:
         self.name = name
         self.column_offset = column_offset
-        self.source = Source(None, {(): Location(name, 1, 1 + column_offset)})
-        self.problems = self.source.problems
-        self.stack: list[_OpenContainer] = []
-        self.documents = 0
+        self.source = Source(None, {(): self.place(1, 1)})
+        self.events: Iterator[Any] = iter(())
         self.containers = 0
 
-    def location(self, mark: Any) -> Location:
-        if mark is None:
-            return Location(self.name)
-        offset = self.column_offset if mark.line == 0 else 0
-        return Location(self.name, mark.line + 1, mark.column + 1 + offset)
+    def place(self, line: int, column: int) -> Location:
+        """Return a location; lines and columns count from 1."""
+        return Location(self.name, line, column + (self.column_offset if line == 1 else 0))
 
-    def report(self, where: Location, problem: str, expected: str, path: Path = ()) -> None:
-        self.problems.append(_problem(where, problem, expected, path))
-        if len(self.problems) >= MAX_PROBLEMS:
+    def location(self, mark: Any) -> Location:
+        """Return the location of a mark of the library."""
+        return Location(self.name) if mark is None else self.place(mark.line + 1, mark.column + 1)
+
+    def report(
+        self, where: Location, problem: str, expected: str, path: Path = (), *, last: bool = False
+    ) -> None:
+        """Note a problem, and stop if there are very many."""
+        found = ConfigProblem(where, key_of(path), problem, f"expected {expected}")
+        self.source.problems.append(found)
+        if len(self.source.problems) >= MAX_PROBLEMS and not last:
             raise _UnreadableError
 
-    def handle(self, event: yaml.Event) -> None:
-        where = self.location(event.start_mark)
+    def stop(self, where: Location, problem: str, expected: str, path: Path = ()) -> None:
+        """Note a problem after which nothing can be read."""
+        self.report(where, problem, expected, path)
+        raise _UnreadableError
+
+    def read(self, events: Iterator[Any]) -> None:
+        """Read the only document of a stream."""
+        self.events = events
+        starts = (event for event in events if isinstance(event, yaml.DocumentStartEvent))
+        for number, event in enumerate(starts):
+            if number > 0:
+                self.stop(
+                    self.location(event.start_mark), "starts a second document", "one document"
+                )
+            self.source.data = self.value(next(events), ())
+
+    def value(self, event: Any, path: Path) -> Any:
+        """Return the value that begins with an event."""
+        where = self.source.values[path] = self.location(event.start_mark)
+        if self.is_alias(event, where, path):
+            return None
         # Scalars first: a plan may have a list of some 100,000 numbers.
         if isinstance(event, yaml.ScalarEvent):
-            self._check_node(event, where)
-            self._add_scalar(event, where)
-        elif isinstance(event, yaml.DocumentStartEvent):
-            self.documents += 1
-            if self.documents > 1:
-                self.report(where, "starts a second document", "one document")
-                raise _UnreadableError
-        elif isinstance(event, yaml.AliasEvent):
-            self.report(where, f"is the alias *{event.anchor}", "values written out", self._path())
-            self._add_value(None, where)
-        elif isinstance(event, yaml.CollectionStartEvent):
-            self._check_node(event, where)
-            self._open_container({} if isinstance(event, yaml.MappingStartEvent) else [], where)
-        elif isinstance(event, yaml.CollectionEndEvent):
-            self.stack.pop()
-
-    def _path(self) -> Path:
-        if not self.stack:
-            return ()
-        top = self.stack[-1]
-        last = len(top.container) if isinstance(top.container, list) else top.key
-        return top.path if last is None else (*top.path, last)
-
-    def _check_node(self, event: Any, where: Location) -> None:
-        if event.tag is not None and event.tag != "!":
-            self.report(where, f"has the tag {event.tag}", "no tags", self._path())
-        if event.anchor is not None:
-            self.report(where, f"has the anchor &{event.anchor}", "no anchors", self._path())
-
-    def _add_scalar(self, event: yaml.ScalarEvent, where: Location) -> None:
-        plain = event.implicit[0]
-        top = self.stack[-1] if self.stack else None
-        if top is not None and isinstance(top.container, dict) and top.key is None:
-            self._add_key(event.value, where)
-        else:
-            if plain and top is not None and isinstance(top.container, list):
-                self._check_lines(event, where)
-            self._add_value(_plain_scalar(event.value) if plain else event.value, where)
-
-    def _check_lines(self, event: Any, where: Location) -> None:
-        """Refuse an entry of a list that goes on in the next line: that has another indentation."""
-        if event.end_mark.line > event.start_mark.line:
-            below = where._replace(line=where.line + 1, column=1)
-            expected = f"an entry that begins in column {max(1, where.column - 2)}"
-            found = "goes on with the entry of the line above"
-            self.report(below, found, expected, self._path())
-
-    def _add_key(self, key: str, where: Location) -> None:
-        top = self.stack[-1]
-        path = (*top.path, key)
-        assert isinstance(top.container, dict)
-        if key in top.container:
-            first = self.source.keys[path]
-            self.report(where, f"is given twice, first in line {first.line}", "each key once", path)
-            self.source.remove_locations(path, top.container[key])
-            where = first  # a third key is also reported as a duplicate of the first
-        elif len(top.container) >= MAX_KEYS:
-            of_container = self.source.values[top.path]
-            expected = f"at most {MAX_KEYS}"
-            self.report(of_container, f"has more than {MAX_KEYS} keys", expected, top.path)
-            raise _UnreadableError
-        self.source.keys.setdefault(path, where)
-        top.key = key
-
-    def _open_container(self, container: dict[str, Any] | list[Any], where: Location) -> None:
-        if len(self.stack) >= MAX_DEPTH:
-            self.report(where, *TOO_DEEP)
-            raise _UnreadableError
+            return _plain_scalar(event.value) if event.implicit[0] else event.value
+        if len(path) >= MAX_DEPTH:
+            self.stop(where, *TOO_DEEP)
         self.containers += 1
         if self.containers > MAX_CONTAINERS:
             found = f"is mapping or list number {self.containers}"
-            self.report(where, found, f"at most {MAX_CONTAINERS}", self._path())
-            raise _UnreadableError
-        top = self.stack[-1] if self.stack else None
-        if top is not None and isinstance(top.container, dict) and top.key is None:
-            self.report(where, "has a mapping or a list as a key", "text as a key", top.path)
-            raise _UnreadableError
-        path = self._path()
-        self._add_value(container, where)
-        self.stack.append(_OpenContainer(container, path))
+            self.stop(where, found, f"at most {MAX_CONTAINERS}", path)
+        return (
+            self.entries(path) if isinstance(event, yaml.SequenceStartEvent) else self.items(path)
+        )
 
-    def _add_value(self, value: Any, where: Location) -> None:
-        path = self._path()
-        self.source.values[path] = where
-        if not self.stack:
-            self.source.data = value
-            return
-        top = self.stack[-1]
-        if isinstance(top.container, list):
-            top.container.append(value)
-        elif top.key is None:
-            raise _UnreadableError  # an alias as a key, already reported
-        else:
-            top.container[top.key] = value
-            top.key = None
+    def is_alias(self, event: Any, where: Location, path: Path) -> bool:
+        """Report an alias, a tag or an anchor; return whether it is an alias."""
+        if isinstance(event, yaml.AliasEvent):
+            self.report(where, f"is the alias *{event.anchor}", "values written out", path)
+            return True
+        if event.tag is not None and event.tag != "!":
+            self.report(where, f"has the tag {event.tag}", "no tags", path)
+        if event.anchor is not None:
+            self.report(where, f"has the anchor &{event.anchor}", "no anchors", path)
+        return False
+
+    def entries(self, path: Path) -> list[Any]:
+        """Return the list whose first event was read."""
+        found: list[Any] = []
+        while not isinstance(event := next(self.events), yaml.SequenceEndEvent):
+            place = (*path, len(found))
+            found.append(self.value(event, place))
+            is_plain = isinstance(event, yaml.ScalarEvent) and event.implicit[0]
+            # An entry that goes on in the next line has another indentation than was meant.
+            if is_plain and event.end_mark.line > event.start_mark.line:
+                where = self.source.values[place]
+                self.report(
+                    where._replace(line=where.line + 1, column=1),
+                    "goes on with the entry of the line above",
+                    f"an entry that begins in column {max(1, where.column - 2)}",
+                    place,
+                )
+        return found
+
+    def items(self, path: Path) -> dict[str, Any]:
+        """Return the mapping whose first event was read."""
+        found: dict[str, Any] = {}
+        while not isinstance(key := next(self.events), yaml.MappingEndEvent):
+            where = self.location(key.start_mark)
+            if self.is_alias(key, where, path):
+                raise _UnreadableError
+            if not isinstance(key, yaml.ScalarEvent):
+                self.stop(where, "has a mapping or a list as a key", "text as a key", path)
+            inner = (*path, key.value)
+            first = self.source.keys.setdefault(inner, where)
+            if key.value in found:
+                again = f"is given twice, first in line {first.line}"
+                self.report(where, again, "each key once", inner)
+                self.leave_out(inner)
+                continue
+            if len(found) >= MAX_KEYS:
+                of_mapping = self.source.values[path]
+                self.stop(of_mapping, f"has more than {MAX_KEYS} keys", f"at most {MAX_KEYS}", path)
+            found[key.value] = self.value(next(self.events), inner)
+        return found
+
+    def leave_out(self, path: Path) -> None:
+        """Read the value of a key that is given twice, and keep neither it nor its locations."""
+        kept = self.source.values, self.source.keys
+        self.source.values, self.source.keys = {}, {}
+        self.value(next(self.events), path)
+        self.source.values, self.source.keys = kept
 
 
 def key_of(path: Path) -> str:
@@ -392,15 +333,11 @@ def key_of(path: Path) -> str:
 
 
 def _plain_scalar(text: str) -> Any:
-    if text in _KEYWORDS:
-        return _KEYWORDS[text]
+    if text in _WORDS:
+        return _WORDS[text]
     if _INTEGER.fullmatch(text):
         return int(text)
-    if _FLOAT.fullmatch(text):
-        return float(text)
-    if _INFINITY.fullmatch(text) or _NAN.fullmatch(text):
-        return float(text.replace(".", ""))
-    return text
+    return float(text) if _FLOAT.fullmatch(text) else text
 
 
 def _location_after(before: str, name: str, column_offset: int = 0) -> Location:
@@ -408,11 +345,3 @@ def _location_after(before: str, name: str, column_offset: int = 0) -> Location:
     line = before.count("\n") + 1
     column = len(before) - before.rfind("\n")
     return Location(name, line, column + (column_offset if line == 1 else 0))
-
-
-def _problem(where: Location, problem: str, expected: str, path: Path = ()) -> ConfigProblem:
-    return ConfigProblem(where, key_of(path), problem, f"expected {expected}")
-
-
-def _config_error(where: Location, problem: str, expected: str) -> ConfigError:
-    return ConfigError([_problem(where, problem, expected)])

@@ -9,14 +9,6 @@ from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 from fractions import Fraction
 
-from rbstab.config.entries import (
-    Entry,
-    entries_of,
-    entries_under,
-    is_of_initial_state,
-    unit_problem,
-    with_numbers,
-)
 from rbstab.config.errors import (
     ConfigError,
     ConfigProblem,
@@ -24,6 +16,15 @@ from rbstab.config.errors import (
     closest_keys,
     did_you_mean,
     shortened,
+)
+from rbstab.config.load import with_numbers
+from rbstab.config.numbers import (
+    Entry,
+    entries_of,
+    entries_under,
+    is_of_initial_state,
+    keys_of,
+    unit_problem,
 )
 from rbstab.config.schema import Config
 from rbstab.config.source import Path, key_of
@@ -34,7 +35,9 @@ OPTION = "--within"
 SECTIONS = ("body", "controller", "elements", "gravity", "initial")
 """The sections whose numbers can have a tolerance."""
 
-_SIZE = re.compile(r"(?:±|\+/-|\+-)(?P<number>[0-9.]+(?:[eE][+-]?[0-9]{1,3})?)(?P<percent>%?)")
+_SIZE = re.compile(
+    r"(?:±|\+/-|\+-)(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)(?P<percent>%?)"
+)
 
 DEGREE = Fraction(314159265358979323847, 180 * 10**20)
 """The angle 1°, rad, rounded up, so that a tolerance in degrees has all that it names."""
@@ -106,8 +109,7 @@ def tolerances_of_key(
         name = key.partition("=")[0].strip()
         meant = _meant(config, name) if not _entries_at(config, name) else []
         expected = f"expected the key alone: {option} {meant[0] if meant else shortened(name)}"
-        problem = ConfigProblem(where, "", "has a size, which is to be found", expected)
-        raise ConfigError([problem])
+        raise ConfigError.at(where, "has a size, which is to be found", expected)
     try:
         return tolerances_of(config, [*fixed, f"{key}=±0.001%"])
     except ConfigError as error:
@@ -146,7 +148,7 @@ def tolerances_of(config: Config, texts: Iterable[str]) -> tuple[Tolerance, ...]
             continue
         twice = [one.entry.key for one in new if one.entry.paths[0] in found]
         if twice:
-            problems.append(_problem(text, f"{_SECOND} {twice[0]}"))
+            problems += _refused(text, f"{_SECOND} {twice[0]}").problems
             continue
         problems += _invalid_bounds(config, text, new)
         found |= {one.entry.paths[0]: one for one in new}
@@ -158,18 +160,18 @@ def tolerances_of(config: Config, texts: Iterable[str]) -> tuple[Tolerance, ...]
 def _tolerances_in(config: Config, text: str) -> list[Tolerance]:
     key, _, size = text.partition("=")
     match = _SIZE.fullmatch(size.strip())
-    number = None if match is None else _decimal(match["number"])
-    if match is None or number is None:
-        raise ConfigError([_problem(text, "is not a tolerance", _EXPECTED)])
+    if match is None:
+        raise _refused(text, "is not a tolerance", _EXPECTED)
+    number = Fraction(match["number"])
     if number >= LARGEST:
-        raise ConfigError([_problem(text, "is too large", "expected a size below 1e100")])
+        raise _refused(text, "is too large", "expected a size below 1e100")
     entries = _entries_at(config, key)
     if not entries:
         problem = f"{shortened(key)} has no numbers that can have a tolerance"
         meant = _meant(config, key)
         expected = f"expected a key of {', '.join(_sections_of(config))}"
         expected = did_you_mean(meant) or expected
-        raise ConfigError([_problem(text, problem, expected)])
+        raise _refused(text, problem, expected)
     unit = Fraction(1) if match["percent"] else _unit(config, text, key, entries)
     found = []
     for entry in entries:
@@ -181,7 +183,7 @@ def _tolerances_in(config: Config, text: str) -> list[Tolerance]:
         problem = "is a tolerance of 0"
         if match["percent"] and number > 0:
             problem = f"is a tolerance of 0, because {shortened(key)} is 0"
-        raise ConfigError([_problem(text, problem, "expected a size above 0")])
+        raise _refused(text, problem, "expected a size above 0")
     return found
 
 
@@ -198,7 +200,7 @@ def _unit(config: Config, text: str, key: str, entries: Iterable[Entry]) -> Frac
         at = read.path if read is not None and len(read.path) > len(whole) else whole
         problem = unit_problem(config, NumberKey(at, degrees))
         if problem is not None:
-            raise ConfigError([_problem(text, f"{key_of(at)} {problem[0]}", problem[1])])
+            raise _refused(text, f"{key_of(at)} {problem[0]}", problem[1])
     return DEGREE if degrees else Fraction(1)
 
 
@@ -217,13 +219,6 @@ def decimal_text(number: Fraction) -> str:
     return "0" if text == "-0" else text
 
 
-def _decimal(digits: str) -> Fraction | None:
-    try:
-        return Fraction(digits)
-    except ValueError:
-        return None
-
-
 def _entries_at(config: Config, key: str) -> tuple[Entry, ...]:
     """Return the numbers of a key; none if the config has none there."""
     read = number_key(key)
@@ -238,8 +233,7 @@ def _entries_at(config: Config, key: str) -> tuple[Entry, ...]:
 
 def _meant(config: Config, key: str) -> list[str]:
     """Return the keys of a config that a wrong key may mean, without the numbers of vectors."""
-    own = [one.key.partition("[")[0] for one in entries_of(config)]
-    return closest_keys(key.partition("[")[0], [*_sections_of(config), *dict.fromkeys(own)])
+    return closest_keys(key.partition("[")[0], [*_sections_of(config), *keys_of(config)])
 
 
 def _sections_of(config: Config) -> list[str]:
@@ -250,17 +244,15 @@ def _sections_of(config: Config) -> list[str]:
 def _invalid_bounds(config: Config, text: str, found: list[Tolerance]) -> list[ConfigProblem]:
     """Return the problems of a config with all numbers at one of their bounds."""
     problems = {}
-    for word, bounds in (
-        ("low", {path: one.low for one in found for path in one.entry.paths}),
-        ("high", {path: one.high for one in found for path in one.entry.paths}),
-    ):
+    for word in ("low", "high"):
+        bounds = {path: float(getattr(one, word)) for one in found for path in one.entry.paths}
         try:
-            with_numbers(config, {path: float(bound) for path, bound in bounds.items()})
+            with_numbers(config, bounds)
         except ConfigError as error:
             for problem in error.problems:
                 key = (problem.key, problem.problem)
                 problems[key] = ConfigProblem(
-                    Location(_name(text)),
+                    _place(text),
                     problem.key,
                     f"at the {word} end of the tolerance: {problem.problem}",
                     problem.expected,
@@ -268,9 +260,9 @@ def _invalid_bounds(config: Config, text: str, found: list[Tolerance]) -> list[C
     return list(problems.values())
 
 
-def _name(text: str) -> str:
-    return f"{OPTION} {shortened(text)}"
+def _place(text: str) -> Location:
+    return Location(f"{OPTION} {shortened(text)}")
 
 
-def _problem(text: str, problem: str, expected: str = "") -> ConfigProblem:
-    return ConfigProblem(Location(_name(text)), "", problem, expected)
+def _refused(text: str, problem: str, expected: str = "") -> ConfigError:
+    return ConfigError.at(_place(text), problem, expected)

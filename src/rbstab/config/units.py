@@ -8,7 +8,7 @@ from collections.abc import Collection
 from math import radians
 from typing import NamedTuple
 
-from rbstab.config.inputs.signals import SIGNAL_UNITS
+from rbstab.config.sections.signals import SIGNAL_UNITS
 from rbstab.config.source import Path, key_of
 from rbstab.config.user_code.section import PARAMETERS, parameters_in
 from rbstab.elements.registry import GAINS, KINDS, OWN_STATES

@@ -5,14 +5,13 @@ gyration √(J/m).
 """
 
 import math
-from collections import defaultdict
 from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.controllers import Implicit
-from rbstab.config.entries import entries_of, unit_at, unit_problem
+from rbstab.config.numbers import keys_of, unit_at, unit_problem
 from rbstab.config.schema import Config
 from rbstab.config.sections.angles import NumberInDegrees
 from rbstab.config.units import NumberKey, number_key
@@ -191,9 +190,6 @@ def _body_points(config: Config) -> list[tuple[float, ...]]:
 
 def _numbers(config: Config, unit: str) -> Iterator[tuple[str, list[float]]]:
     """Yield the keys with a unit, and the numbers of each."""
-    found: dict[str, list[float]] = defaultdict(list)
-    for entry in entries_of(config):
-        found[entry.key.partition("[")[0]].append(entry.value)
-    for key, numbers in found.items():
+    for key, numbers in keys_of(config).items():
         if unit_at(config, key) == unit:
             yield key, numbers

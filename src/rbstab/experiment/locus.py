@@ -10,15 +10,15 @@ from rbstab.analysis.linearisation import Linearisation, NoDerivativesError, lin
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of
-from rbstab.config.entries import entries_of, numbers_below, with_numbers
 from rbstab.config.errors import (
     ConfigError,
-    ConfigProblem,
     Location,
     closest_keys,
     did_you_mean,
     shortened,
 )
+from rbstab.config.load import with_numbers
+from rbstab.config.numbers import changed_numbers, keys_of
 from rbstab.config.schema import Config
 from rbstab.config.units import number_key
 from rbstab.experiment.answers.threshold import NamedNumber, alike, threshold_of
@@ -128,8 +128,7 @@ def scaled(config: Config, key: str, factor: float) -> Config:
     read = number_key(key)
     if read is None:
         raise LookupError(key)
-    numbers = {path: number * factor for path, number in numbers_below(config, read.path)}
-    return with_numbers(config, numbers)
+    return with_numbers(config, changed_numbers(config, read, factor, scale=True))
 
 
 def check_key(config: Config, key: str) -> None:
@@ -142,17 +141,16 @@ def check_key(config: Config, key: str) -> None:
     try:
         doubled = scaled(config, key, 2.0)
     except LookupError as error:
-        own = dict.fromkeys(one.key.partition("[")[0] for one in entries_of(config))
-        known = [name for name in own if not name.startswith("initial.")]
+        known = [name for name in keys_of(config) if not name.startswith("initial.")]
         meant = closest_keys(key.partition("[")[0], known)
         expected = f"expected one of {', '.join(known)}"
         expected = did_you_mean(meant) or expected
         problem = f"{shortened(key)} has no numbers that a factor can scale"
-        raise ConfigError([ConfigProblem(where, "", problem, expected)]) from error
+        raise ConfigError.at(where, problem, expected) from error
     if doubled == config:
         problem = f"{shortened(key)} is 0, so no factor changes it"
         expected = f"expected a config with {shortened(key)} above 0"
-        raise ConfigError([ConfigProblem(where, "", problem, expected)])
+        raise ConfigError.at(where, problem, expected)
 
 
 def _matched(now: Linearisation, previous: Array) -> Linearisation:

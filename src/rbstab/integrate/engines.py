@@ -2,12 +2,16 @@
 
 from importlib import import_module
 
+from rbstab.integrate.in_quaternions import InQuaternions
 from rbstab.integrate.problem import Engine
 
 ENGINES = {
     "scipy": "rbstab.integrate.scipy_engine",
     "heyoka": "rbstab.integrate.heyoka.engine",
 }
+
+STEPS_PER_INTERVAL = {"scipy": 8, "heyoka": 1}
+"""By engine, the most steps between two samples that show how the body turns."""
 
 
 INSTALL_HEYOKA = "install heyoka from PyPI (Linux) or conda-forge (other systems)"
@@ -33,5 +37,4 @@ def engine(name: str) -> Engine:
             f"the engine '{name}' cannot be used here: {error}; {INSTALL_HEYOKA}, "
             "or use the engine 'scipy'"
         ) from error
-    integrate: Engine = module.integrate
-    return integrate
+    return InQuaternions(module.integrate, STEPS_PER_INTERVAL[name])

@@ -66,6 +66,8 @@ class Problem:
         exact: Builds the system and the start from the numbers of the config, in the kind of number
             to which a function converts doubles. None: the problem is not that of a config.
         schedule: The legs of the inputs that are made of legs; None if there are no such inputs.
+        quaternion: Whether engines integrate a quaternion in place of Θ (`InQuaternions`). The
+            states of the problem and of its trajectory have Θ all the same.
     """
 
     system: System
@@ -82,6 +84,7 @@ class Problem:
     diagnosed: bool = True
     exact: Callable[[Callable[[Array], Array]], tuple[System, Array]] | None = None
     schedule: Schedule | None = None
+    quaternion: bool = False
 
     def audited_start(self) -> Array:
         """Return the initial state vector, then the audit states such as ∫v' dt, which are zero."""
@@ -122,7 +125,8 @@ class Trajectory:
         trusted_until: The time up to which a motion that bounces, on s = E or against a stop, is
             reproducible in double precision, s; None if it is not asked for, or if `switches` has
             it.
-        ends: The ends of its steps; None if the engine keeps none.
+        ends: The ends of its steps; None if the engine keeps none. In quaternions if it integrates
+            them.
     """
 
     times: Array

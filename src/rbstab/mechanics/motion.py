@@ -17,7 +17,8 @@ class Motion(NamedTuple):
     Theta (rad) and Omega (rad/s, body) describe the rotation of the body. X (m) and V (m/s) are the
     position and velocity of its centre of gravity, inertial. A and B are computed from Theta. E (m)
     and F (m/s) are the contact point's displacement from its anchor and its velocity, inertial.
-    time (s) is the time of the run; only inputs depend on it.
+    time (s) is the time of the run; only inputs depend on it. While a quaternion is integrated,
+    Theta is its vector part r, and B its rate matrix; no element may read them then.
     """
 
     Theta: Array
@@ -43,40 +44,51 @@ class Wrench(NamedTuple):
     contact_force: Array
 
 
-def motion_from_centre(body: Body, anchor: Array, Z: Array) -> Motion:
+Turned = tuple[Array, Array]
+"""A and B, shape (3, 3) each, of a body whose attitude is not given by Θ."""
+
+
+def motion_from_centre(body: Body, anchor: Array, Z: Array, turned: Turned | None = None) -> Motion:
     """Return the motion at the state Z' = [Θ', Ω', X', V'], shape (12,), by eq. 2 and 4."""
     Theta, Omega, X, V = Z[THETA], Z[OMEGA], Z[X_OF_Z], Z[V_OF_Z]
-    A = attitude.rotation(Theta)
+    A, B = turned or _turned(Theta)
     return Motion(
         Theta,
         Omega,
         X,
         V,
         A,
-        attitude.rate_matrix(Theta),
+        B,
         contact.displacement(body, A, X, anchor),
         contact.velocity(body, A, Omega, V),
     )
 
 
-def motion_from_contact(body: Body, anchor: Array, W: Array) -> Motion:
+def motion_from_contact(
+    body: Body, anchor: Array, W: Array, turned: Turned | None = None
+) -> Motion:
     """Return the motion at the state W' = [Θ', Ω', E', F'], shape (12,), by eq. 2 and 4.
 
     Eq. 4 is solved for X and V. With E = F = 0 this is the body held at its contact point:
     X = -AR + R + X_a and V = AŘΩ (eq. 32).
     """
     Theta, Omega, E, F = W[THETA], W[OMEGA], W[E_OF_W], W[F_OF_W]
-    A = attitude.rotation(Theta)
+    A, B = turned or _turned(Theta)
     return Motion(
         Theta,
         Omega,
         contact.centre_position(body, A, E, anchor),
         contact.centre_velocity(body, A, Omega, F),
         A,
-        attitude.rate_matrix(Theta),
+        B,
         E,
         F,
     )
+
+
+def _turned(Theta: Array) -> Turned:
+    """Return A and B of Euler angles (eq. 2 and 1)."""
+    return attitude.rotation(Theta), attitude.rate_matrix(Theta)
 
 
 def motion_on_anchor(body: Body, anchor: Array, Theta: Array, Omega: Array, V: Array) -> Motion:

@@ -1,6 +1,6 @@
 """The first config of a new user: one for each variant, with a comment for each number."""
 
-from rbstab.config.schema import VARIANTS
+from rbstab.config.schema import VARIANTS, model_of
 from rbstab.elements.declarations import Gain
 from rbstab.elements.element import Element
 from rbstab.elements.registry import CONNECTORS, STABILIZERS
@@ -86,7 +86,7 @@ def first_config(variant: str) -> str:
     Raises:
         KeyError: There is no such variant.
     """
-    model = VARIANTS[variant].model_fields
+    model = model_of(variant).model_fields
     connector = CONNECTORS.get(variant)
     elements = (*STABILIZERS, *((connector,) if connector is not None else ()))
     connection = CONNECTIONS.get(variant, f"the connector {variant} acts at its contact point C")

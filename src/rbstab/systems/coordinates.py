@@ -9,11 +9,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from rbstab.mechanics import constraint, coordinates, point, reduced
+from rbstab.mechanics import constraint, coordinates, point, quaternion, reduced
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import (
     Motion,
+    Turned,
     Wrench,
     applied_forces,
     contact_directions,
@@ -56,9 +57,9 @@ class CentreCoordinates(Coordinates):
         """Return Z."""
         return coordinates.centre_state(motion)
 
-    def motion(self, body: Body, anchor: Array, y: Array) -> Motion:
+    def motion(self, body: Body, anchor: Array, y: Array, turned: Turned | None = None) -> Motion:
         """Return the motion at Z."""
-        return motion_from_centre(body, anchor, y)
+        return motion_from_centre(body, anchor, y, turned)
 
     def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
         """Return Ż of eq. 1, and Λ of the elements."""
@@ -134,9 +135,9 @@ class ReducedCoordinates(Coordinates):
         """Return [Θ, Ω]."""
         return np.concatenate([motion.Theta, motion.Omega])
 
-    def motion(self, body: Body, anchor: Array, y: Array) -> Motion:
+    def motion(self, body: Body, anchor: Array, y: Array, turned: Turned | None = None) -> Motion:
         """Return the motion on the submanifold (eq. 32)."""
-        return motion_from_contact(body, anchor, np.concatenate([y, ZERO, ZERO]))
+        return motion_from_contact(body, anchor, np.concatenate([y, ZERO, ZERO]), turned)
 
     def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
         """Return Θ̇ = BΩ with Ω̇ of eq. 21, and the force that holds the point (eq. 20)."""
@@ -175,3 +176,87 @@ class ManifoldCoordinates(Coordinates):
         demand = constraint.baumgarte_demand(body, motion, self.baumgarte_rate)
         Lambda_ = constraint.constraint_force(body, c, applied, demand)
         return constraint.manifold_rates(body, c, applied, demand), Lambda_
+
+
+@dataclass(frozen=True, eq=False)
+class QuaternionCoordinates(Coordinates):
+    """[r, ..., w]: other coordinates with r in place of Θ, and w after them; q = (w, r).
+
+    q̇ = ½ q⊗(0, Ω) is regular everywhere. A is a rotation at any |q|, and Ȧ = AΩ̌, so a drift of |q|
+    changes no motion. No element may read Θ or B.
+
+    Args:
+        angles: The coordinates with Θ.
+    """
+
+    name: ClassVar[str] = "quaternion"
+
+    angles: CentreCoordinates | ReducedCoordinates
+
+    @property
+    def size(self) -> int:  # type: ignore[override]
+        """One more than with Θ."""
+        return self.angles.size + 1
+
+    @property
+    def holds_contact(self) -> bool:  # type: ignore[override]
+        """That of the coordinates with Θ."""
+        return self.angles.holds_contact
+
+    def from_motion(self, motion: Motion) -> Array:
+        """Return the coordinates of a motion with Θ."""
+        return self.from_angles(self.angles.from_motion(motion))
+
+    def from_angles(self, y: Array) -> Array:
+        """Return the state vectors, shape (states + 1, ...), of such with Θ, (states, ...)."""
+        w, r = quaternion.quaternion(y[THETA])
+        return np.concatenate([r, y[OMEGA.start : self.angles.size], w, y[self.angles.size :]])
+
+    def to_angles(self, y: Array, Theta: Array) -> Array:
+        """Return the state vectors with Θ, shape (states, n), of such with q, (states + 1, n)."""
+        size = self.angles.size
+        return np.concatenate([Theta, y[OMEGA.start : size], y[size + 1 :]])
+
+    def angles_along(
+        self, y: Array, times: Array, start: Array, more: Array, more_times: Array
+    ) -> tuple[Array, float]:
+        """Return Θ along a motion, with θ1 and θ3 continued, and the largest turn in doubt, rad.
+
+        Args:
+            y: The state vectors at its samples, or longer ones, shape (states, n).
+            times: Their times, shape (n,), s.
+            start: Θ at the first one, shape (3,), rad.
+            more: The same at other times, as the ends of its steps, shape (states, k).
+            more_times: Shape (k,), s, not before the first sample.
+
+        Returns:
+            Θ, shape (3, n + k), and the turn of `quaternion.continued_angles`.
+        """
+        used = self.size
+        together = np.concatenate([times, more_times])
+        order = np.argsort(together, kind="stable")
+        at = np.concatenate([y[:used], more[:used]], axis=1)[:, order]
+        Theta, turn = quaternion.continued_angles(
+            at[used - 1], at[THETA], at[OMEGA], together[order]
+        )
+        Theta = quaternion.same_turns(Theta, start[:, np.newaxis])
+        Theta[:, together[order] == times[0]] = start[:, np.newaxis]
+        found = np.empty_like(Theta)
+        found[:, order] = Theta
+        return found, float(turn)
+
+    def watched(self, y: Array) -> Array:
+        """Return θ1, sin θ2 and θ3 at state vectors, and their rates, shape (2, 3, ...)."""
+        return quaternion.turning(y[self.angles.size], y[THETA], y[OMEGA])
+
+    def motion(self, body: Body, anchor: Array, y: Array) -> Motion:
+        """Return the motion, with r and its rate matrix for Θ and B."""
+        r, w = y[THETA], y[-1]
+        turned = quaternion.rotation(w, r), quaternion.rate_matrix(w, r)
+        return self.angles.motion(body, anchor, y[:-1], turned)
+
+    def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
+        """Return the rates of the coordinates with BΩ = ṙ and then ẇ = -½ r'Ω, and Λ."""
+        rates, Lambda_ = self.angles.dynamics(body, motion, wrench)
+        w_rate = -0.5 * (motion.Theta @ motion.Omega)
+        return np.concatenate([rates, np.array([w_rate])]), Lambda_

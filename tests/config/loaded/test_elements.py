@@ -15,8 +15,8 @@ from support.fresh_process import printed_with_hash_seeds
 
 import rbstab
 from rbstab.config.build import system_of
-from rbstab.config.entries import entries_of, replaced, value_at
 from rbstab.config.load import load_config, resolved, resolved_yaml, run_id
+from rbstab.config.numbers import entries_of, replaced, value_at
 from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.spring import Spring

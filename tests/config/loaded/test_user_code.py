@@ -12,8 +12,8 @@ from support.switching import data
 from support.user_code import CUBIC, HEAD, SPRING, element_text, mine, traitor, write_template
 
 from rbstab.config.build import problem_of, supplies_power, system_of
-from rbstab.config.entries import entries_of
 from rbstab.config.errors import ConfigError
+from rbstab.config.files.dump import as_yaml
 from rbstab.config.load import (
     changed_config,
     config_to_read,
@@ -25,6 +25,7 @@ from rbstab.config.load import (
     source_of,
     validated,
 )
+from rbstab.config.numbers import entries_of
 from rbstab.config.source import parse_source
 from rbstab.config.units import Kind, unit_of
 from rbstab.config.user_code.permission import (
@@ -33,7 +34,6 @@ from rbstab.config.user_code.permission import (
     may_run_code,
     without_code,
 )
-from rbstab.config.writing.dump import as_yaml
 from rbstab.elements.user_code.declared import MAX_SOURCE, sha256
 
 TEXT = """\

@@ -3,6 +3,9 @@
 import pytest
 from support.configs import FREE, PERMANENT, VISCO_ELASTIC, edited
 
+from rbstab.config.errors import Location
+from rbstab.config.source import parse_source
+
 ROOT = (
     "body, controller, desired, elements, gravity, initial, integration, reference, "
     "schema_version, title"
@@ -234,3 +237,19 @@ def test_unknown_key_named_like_a_shape(complaints, key, before):
     indent = before[: len(before) - len(before.lstrip())]
     (message,) = complaints(edited(before, f"{indent}{key}: 1\n{before}"))
     assert f"{key}: is unknown" in message
+
+
+def test_the_first_of_repeated_keys_is_kept_and_the_others_are_read():
+    source = parse_source("b: {c: [1, 2]}\nb: {c: {d: 3}, e: *x}\nb: 4\na: 5\n", "x")
+    assert source.data == {"b": {"c": [1, 2]}, "a": 5}
+    assert [str(problem.location) for problem in source.problems] == ["x:2:1", "x:2:19", "x:3:1"]
+    assert source.location(("b", "c", 1)) == Location("x", 1, 12)
+    assert ("b", "c", "d") not in source.values
+    assert ("b", "e") not in source.keys
+
+
+def test_a_section_that_other_programs_have_is_not_a_misspelt_one(complaints):
+    (message,) = complaints(VISCO_ELASTIC + "attitude: {deg: [0, 20, 0]}\n")
+    assert message.startswith(
+        "20:1: attitude: is unknown (did you mean initial.orientation or desired.orientation?"
+    )

@@ -33,6 +33,7 @@ schema_version: 3
 
 ALL_OF_THEM = [
     "1:8: title: is empty (expected a text)",
+    "3:9: body.mass: is -1 (expected a number greater than 0)",
     "4:12: body.inertia: has 2 entries (expected 3)",
     "5:22: body.contact_point[1]: is the text 'x' (expected a number)",
     "6:3: body.mass: is given twice, first in line 3 (expected each key once)",
@@ -43,11 +44,12 @@ ALL_OF_THEM = [
     "12:8: controller.L_r: is the alias *a (expected values written out)",
     "13:3: controller.Kc: is unknown (did you mean K_c?)",
     "15:3: controller.L_d: is not a key of the variant visco-elastic (it belongs to embedded)",
-    "17:16: initial.orientation: θ2 = 90 rad is outside the range of eq. 5; degrees? "
-    "(expected between -π/2 and π/2)",
+    "17:16: initial.orientation: θ2 = 90 rad (5156.62°) is outside the range of eq. 5 "
+    "(expected θ1 and θ3 between ±180°, θ2 inside of ±90°; degrees are {deg: [...]})",
     "19:13: integration.duration: is inf (expected a finite number)",
     "20:12: integration.samples: is 1 (expected a number at least 2)",
-    "21:16: integration.coordinates: is the text 'w' (expected Z or W; did you mean W?)",
+    "21:16: integration.coordinates: is the text 'w' (expected Z, W or quaternion; did you mean "
+    "W?)",
     "22:17: schema_version: is 3, which this version of rbstab cannot read (expected 1 or 2)",
 ]
 

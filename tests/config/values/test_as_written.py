@@ -134,7 +134,13 @@ WRONG = [
         "expected - 8",
     ),
     ("integration:", "integration", "17:1: has no colon", "expected a key, a colon and a value"),
-    ("0.4]", "0.4", "4:1: has a bracket that is not closed", "expected ] or }"),
+    ("0.4]", "0.4", "4:12: has a bracket that is not closed (expected ])", ""),
+    (
+        "orientation: [0, 0, 0]",
+        'orientation: {"a]": [1, 2, [3]}  # ]',
+        "15:23: has a bracket that is not closed (expected ])",
+        "",
+    ),
 ]
 
 

@@ -12,8 +12,8 @@ from support.json_schemas import schema_errors, validator_of
 from support.pose import attitude
 
 from rbstab.config.build import problem_of
-from rbstab.config.entries import entries_of, shifted
 from rbstab.config.load import load_config, resolved, run_id
+from rbstab.config.numbers import entries_of, shifted
 from rbstab.config.schema import json_schema
 from rbstab.config.tolerances import tolerances_of
 

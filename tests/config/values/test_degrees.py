@@ -53,11 +53,11 @@ def test_an_angle_of_an_element() -> None:
 WRONG = [
     (
         "{deg: [0, 90, 0]}",
-        "θ2 = 90 degrees is outside the range of eq. 5 (expected between -90 and 90)",
+        "θ2 = 1.5708 rad (90°) is outside the range of eq. 5 (expected ",
     ),
     (
         "{deg: [181, 0, 0]}",
-        "θ1 = 181 degrees is outside the range of eq. 5 (expected between -180 and 180",
+        "θ1 = 3.15905 rad (181°) is outside the range of eq. 5 (expected ",
     ),
     (
         "20deg",

@@ -19,6 +19,11 @@ REFUSED = [
         "(expected coordinates: manifold)",
     ),
     (
+        "coordinates: quaternion\n  drift_control: projection",
+        "19:18: integration.drift_control: has no effect in quaternion coordinates "
+        "(expected coordinates: manifold)",
+    ),
+    (
         "coordinates: manifold\n  drift_control: projektion",
         f"19:18: integration.drift_control: 'projektion' is unknown "
         f"({CHOICES}; did you mean projection?)",
@@ -48,11 +53,12 @@ REFUSED = [
         "20:18: integration.drift_control: cannot be combined with LSODA, which would lose its "
         "history at every step (expected another method)",
     ),
-    ("coordinates: Z", "18:16: integration.coordinates: is the text 'Z' (expected reduced or mani"),
+    ("coordinates: Z", "18:16: integration.coordinates: is the text 'Z' (expected reduced, manif"),
     # One wrong word gives one message: keys that depend on it are not checked.
     (
         "coordinates: Manifold\n  drift_control: projection",
-        "18:16: integration.coordinates: is the text 'Manifold' (expected reduced or manifold; did",
+        "18:16: integration.coordinates: is the text 'Manifold' (expected reduced, manifold or "
+        "quaternion; did you mean manifold?)",
     ),
     (
         "coordinates: manifold\n  engine: spicy\n  method: LSODA\n  drift_control: projection",

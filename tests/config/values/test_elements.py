@@ -52,9 +52,10 @@ NAME = (
     "(expected a lower-case letter, then up to 39 lower-case letters, digits or _)"
 )
 KIND = (
-    "(expected kind: one of spring, visco-elastic, embedded, sliding, attitude, ligament, guard, "
-    "input, python)"
+    "(expected one of spring, visco-elastic, embedded, sliding, attitude, ligament, python, guard, "
+    "input)"
 )
+METHOD = "(expected one of barrier, stiff, repelling, stop)"
 SPRING = KIND.replace(")", "; did you mean spring?)")
 POSITIVE = "(expected a number greater than 0)"
 
@@ -65,17 +66,17 @@ ALL_OF_THEM = [
     "5:55: elements.strut.anchor[1]: is the text 'x' (expected a number)",
     "5:65: elements.strut.stiffnes: is unknown (did you mean stiffness?)",
     "5:95: elements.strut.rest_length: is -1 (expected a number at least 0)",
-    f"6:6: elements.a: has an unknown kind {SPRING}",
-    "8:6: elements.c: is not a mapping (expected a mapping with the key kind)",
+    f"6:13: elements.a.kind: is the text 'sprng' {SPRING}",
+    f"7:6: elements.b.kind: is missing {KIND}",
+    "8:6: elements.c: is 5 (expected a mapping with the key kind)",
     "9:3: elements.gravity: is a name that every system uses (expected another name)",
     f"9:53: elements.gravity.L[2]: is -3 {POSITIVE}",
     "10:26: elements.d.K: is not symmetric (expected a symmetric matrix)",
     "10:64: elements.d.L: is not positive definite, its smallest eigenvalue is -1 "
     "(expected positive eigenvalues)",
-    "13:13: elements.e.method: is the text 'clip' (expected barrier, stiff, repelling or stop)",
-    "16:6: elements.f.method: is missing (it is required)",
+    f"13:13: elements.e.method: is the text 'clip' {METHOD}",
+    f"16:6: elements.f.method: is missing {METHOD}",
     "17:3: elements.b: is given twice, first in line 7 (expected each key once)",
-    "17:6: elements.b.method: is missing (it is required)",
     "18:35: elements.g.point: is 5 (expected a list of 3)",
     "18:53: elements.g.anchor[2]: is inf (expected a finite number)",
     "18:65: elements.g.K_c: has 2 entries (expected 3)",
@@ -139,20 +140,30 @@ def test_at_most_a_hundred():
     assert len(load_config(config_data(many)).elements) == 100
 
 
-@pytest.mark.parametrize("kind", ["zzz", "", 5, None, ["spring"], {"spring": 1}])
-def test_unknown_kinds(kind):
-    assert problems(element(kind=kind)) == [f"elements.one: has an unknown kind {KIND}"]
+@pytest.mark.parametrize(
+    ("kind", "found"),
+    [
+        ("zzz", "is the text 'zzz'"),
+        ("", "is the text ''"),
+        (5, "is 5"),
+        (None, "is empty"),
+        (["spring"], "is a list of 1"),
+        ({"spring": 1}, "is a mapping"),
+    ],
+)
+def test_unknown_kinds(kind, found):
+    assert problems(element(kind=kind)) == [f"elements.one.kind: {found} {KIND}"]
 
 
 @pytest.mark.parametrize("kind", ["Spring", "spring ", "sprong"])
 def test_misspelt_kinds(kind):
-    assert problems(element(kind=kind)) == [f"elements.one: has an unknown kind {SPRING}"]
+    assert problems(element(kind=kind)) == [f"elements.one.kind: is the text {kind!r} {SPRING}"]
 
 
 def test_no_kind():
     less = {name: value for name, value in STRUT.items() if name != "kind"}
     for one in (less, {}):
-        assert problems(config_data({"one": one})) == [f"elements.one: has no kind {KIND}"]
+        assert problems(config_data({"one": one})) == [f"elements.one.kind: is missing {KIND}"]
 
 
 @pytest.mark.parametrize(
@@ -170,7 +181,10 @@ def test_each_key_without_a_default_is_required(kind):
     whole = ONE_OF_EACH[kind]
     for key in set(whole) - {"damping", "outer_stiffness", "kind"}:
         less = {name: value for name, value in whole.items() if name != key}
-        expected = [f"elements.one.{key}: is missing (it is required)"]
+        words = "it is required"
+        if key == "method":
+            words = "expected one of barrier, stiff, repelling, stop"
+        expected = [f"elements.one.{key}: is missing ({words})"]
         assert problems(config_data({"one": less})) == expected
 
 
@@ -213,10 +227,10 @@ def test_place_of_that_message(complaints):
 def test_version_one_needs_a_controller(complaints):
     text = "\n".join(line for line in YAML.splitlines() if "version" not in line)
     found = complaints(text)
-    assert "1:1: controller: is missing (expected a mapping)" in found
+    assert "1:1: controller: is missing (it is required)" in found
     data = config_data({}, None)
     del data["elements"]
-    assert "controller: is missing (expected a mapping)" in problems(data | {"schema_version": 1})
+    assert "controller: is missing (it is required)" in problems(data | {"schema_version": 1})
 
 
 def test_version_one_has_no_variant_none():
@@ -296,7 +310,7 @@ def test_set_of_a_value_that_the_file_leaves_out(load):
         ),
         (
             "elements.strat.stiffness=5",
-            f"--set elements.strat.stiffness:1:1: elements.strat: has no kind {KIND}",
+            f"--set elements.strat.stiffness:1:1: elements.strat.kind: is missing {KIND}",
         ),
         (
             "elements.strut.point[3]=5",

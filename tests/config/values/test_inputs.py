@@ -37,12 +37,18 @@ def problems(path: Path, element: str) -> list[str]:
 @pytest.mark.parametrize(
     ("element", "expected"),
     [
-        ("kind: input", ["5:6: elements.a.quantity: is missing (it is required)"]),
+        (
+            "kind: input",
+            [
+                "5:6: elements.a.quantity: is missing (expected one of force, body_force, couple, "
+                "body_couple)"
+            ],
+        ),
         (
             "kind: input, quantity: forc",
             [
-                "5:30: elements.a.quantity: is the text 'forc' (expected force, body_force, couple "
-                "or body_couple; did you mean force?)"
+                "5:30: elements.a.quantity: is the text 'forc' (expected one of force, body_force, "
+                "couple, body_couple; did you mean force?)"
             ],
         ),
         (
@@ -59,7 +65,7 @@ def problems(path: Path, element: str) -> list[str]:
         ),
         (
             f"{INPUT}, signal: sine",
-            ["5:82: elements.a.signal: is not a mapping (expected a mapping with the key kind)"],
+            ["5:82: elements.a.signal: is the text 'sine' (expected a mapping with the key kind)"],
         ),
         (
             f"{INPUT}, signal: {{kind: pulse, strt: 1, duration: 0}}",
@@ -91,8 +97,8 @@ def problems(path: Path, element: str) -> list[str]:
         (
             f"{INPUT}, signal: {{kind: table, file: none.csv}}",
             [
-                "5:102: elements.a.signal.file: is the text 'none.csv', which cannot be read: No "
-                "such file or directory (expected a CSV file of times, s, and values, beside the "
+                "5:102: elements.a.signal.file: is none.csv, which cannot be read: No such "
+                "file or directory (expected a CSV file of times, s, and values, beside the "
                 "config)"
             ],
         ),
@@ -146,11 +152,17 @@ def test_wrong_tables(tmp_path, text, expected):
     assert found == [f"t.csv:{problem}" for problem in expected]
 
 
-@pytest.mark.parametrize("raw", [b"\xff\xfe0,1", b"0,1\n" * 300_000])
-def test_files_that_are_no_tables(tmp_path, raw):
+@pytest.mark.parametrize(
+    ("raw", "reason"),
+    [
+        (b"\xff\xfe0,1", "it is not text in UTF-8"),
+        (b"0,1\n" * 300_000, "it has more than 1048576 bytes"),
+    ],
+)
+def test_files_that_are_no_tables(tmp_path, raw, reason):
     (tmp_path / "t.csv").write_bytes(raw)
     (found,) = problems(tmp_path / "x.yaml", f"{INPUT}, signal: {{kind: table, file: t.csv}}")
-    assert found.startswith(f"t.csv:1:1: {KEY}: is ")
+    assert f": {KEY}: is t.csv, which cannot be read: {reason} (expected a CSV file" in found
 
 
 @pytest.fixture

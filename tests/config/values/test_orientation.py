@@ -1,4 +1,4 @@
-"""The initial orientation must lie in the range of eq. 5; the message suspects degrees."""
+"""The initial orientation must lie in the range of eq. 5; the message names it in degrees too."""
 
 import math
 
@@ -7,27 +7,28 @@ from support.configs import edited
 
 ORIENTATION = "orientation: [0, 0, 0]"
 
+OUTSIDE = (
+    "is outside the range of eq. 5 (expected θ1 and θ3 between ±180°, θ2 inside of ±90°; degrees "
+    "are {deg: [...]})"
+)
+
 REFUSED = [
-    ("[0, 1.6, 0]", "θ2 = 1.6 rad is outside the range of eq. 5 (expected between -π/2 and π/2)"),
-    ("[0, -1.6, 0]", "θ2 = -1.6 rad is outside the range of eq. 5 (expected between -π/2 and π/2)"),
-    ("[4, 0, 0]", "θ1 = 4 rad is outside the range of eq. 5 (expected between -π and π)"),
-    ("[0, 0, -4]", "θ3 = -4 rad is outside the range of eq. 5 (expected between -π and π)"),
-    ("[0, 90, 0]", "θ2 = 90 rad is outside the range of eq. 5; degrees? (expected between -π/2"),
-    ("[-180, 0, 0]", "θ1 = -180 rad is outside the range of eq. 5; degrees? (expected between -π"),
-    ("[0, 0, 10]", "θ3 = 10 rad is outside the range of eq. 5; degrees? (expected between -π and"),
-    ("[0, 6.3, 0]", "θ2 = 6.3 rad is outside the range of eq. 5; degrees? ("),
-    ("[0, 6.2, 0]", "θ2 = 6.2 rad is outside the range of eq. 5 ("),
+    ("[0, 1.6, 0]", "θ2 = 1.6 rad (91.6732°)"),
+    ("[0, -1.6, 0]", "θ2 = -1.6 rad (-91.6732°)"),
+    ("[4, 0, 0]", "θ1 = 4 rad (229.183°)"),
+    ("[0, 0, -4]", "θ3 = -4 rad (-229.183°)"),
+    ("[0, 90, 0]", "θ2 = 90 rad (5156.62°)"),
     # B(Θ) is singular at the bound itself.
-    (f"[0, {math.pi / 2!r}, 0]", "θ2 = 1.5708 rad is outside the range of eq. 5 ("),
-    (f"[0, {-math.pi / 2!r}, 0]", "θ2 = -1.5708 rad is outside the range of eq. 5 ("),
-    ("[3.15, 0, 0]", "θ1 = 3.15 rad is outside the range of eq. 5 ("),
+    (f"[0, {math.pi / 2!r}, 0]", "θ2 = 1.5708 rad (90°)"),
+    (f"[0, {-math.pi / 2!r}, 0]", "θ2 = -1.5708 rad (-90°)"),
+    ("[3.15, 0, 0]", "θ1 = 3.15 rad (180.482°)"),
 ]
 
 
 @pytest.mark.parametrize(("value", "expected"), REFUSED)
 def test_refused(complaints, value, expected):
     (message,) = complaints(edited(ORIENTATION, f"orientation: {value}"))
-    assert message.startswith(f"15:16: initial.orientation: {expected}")
+    assert message == f"15:16: initial.orientation: {expected} {OUTSIDE}"
 
 
 ACCEPTED = [
@@ -51,7 +52,8 @@ def test_a_number_that_is_not_finite_is_told_as_such(complaints):
 
 
 def test_every_angle_outside_is_reported(complaints):
-    assert complaints(edited(ORIENTATION, "orientation: [90, 2, -90]")) == [
-        "15:16: initial.orientation: θ1 = 90 rad, θ2 = 2 rad, θ3 = -90 rad are outside the range "
-        "of eq. 5; degrees? (expected between -π and π, -π/2 and π/2, -π and π)"
-    ]
+    (message,) = complaints(edited(ORIENTATION, "orientation: [90, 2, -90]"))
+    assert message.startswith(
+        "15:16: initial.orientation: θ1 = 90 rad (5156.62°), θ2 = 2 rad (114.592°), "
+        "θ3 = -90 rad (-5156.62°) are outside the range of eq. 5 ("
+    )

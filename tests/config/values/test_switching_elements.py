@@ -93,11 +93,14 @@ def test_soft_angle_is_within_the_range(method, angle, message):
     [
         (
             {"method": "stif", "stiffness": 1.0},
-            "method: is the text 'stif' (expected barrier, stiff, repelling or stop; did you mean "
-            "stiff?)",
+            "method: is the text 'stif' (expected one of barrier, stiff, repelling, stop; did you "
+            "mean stiff?)",
         ),
-        ({"method": 3}, "method: is 3 (expected barrier, stiff, repelling or stop)"),
-        ({"stiffness": 1.0}, "method: is missing (it is required)"),
+        ({"method": 3}, "method: is 3 (expected one of barrier, stiff, repelling, stop)"),
+        (
+            {"stiffness": 1.0},
+            "method: is missing (expected one of barrier, stiff, repelling, stop)",
+        ),
     ],
 )
 def test_an_unknown_method_is_the_only_problem(section, message):

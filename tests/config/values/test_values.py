@@ -127,7 +127,7 @@ ADDED = [
         "(expected DOP853, RK45, LSODA or Radau; did you mean DOP853?)",
     ),
     ("coordinates: manifold", "20:16: integration.coordinates: is the text 'manifold' (expected"),
-    ("coordinates: true", "20:16: integration.coordinates: is true (expected Z or W)"),
+    ("coordinates: true", "20:16: integration.coordinates: is true (expected Z, W or quaternion)"),
     # SciPy would only warn, and use a larger tolerance.
     ("rtol: 1e-14", "20:9: integration.rtol: 1e-14 is too small for the engine scipy"),
 ]

@@ -3,6 +3,8 @@
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +21,7 @@ from rbstab.experiment.convergence.convergence import (
     convergence_attributes,
     stored_convergence,
 )
+from rbstab.experiment.convergence.decisions import refusal
 from rbstab.experiment.convergence.enclosed_samples import computed_motion_check
 from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.proof import prove
@@ -115,6 +118,38 @@ def test_an_enclosure_that_ends_early_says_so(monkeypatch):
     assert (found.proved, found.steps) == (True, 80)
     assert found.why.startswith("not enclosed to the end: 80 steps of the enclosure reach t = 1.")
     assert 0.3 < samples.times[-1] < 2.0
+
+
+def test_a_motion_past_the_pole_is_not_decided_because_euler_angles_end():
+    config = rbstab.load_config(
+        Path(__file__).parents[2] / "data/cases/half_turns.yaml",
+        [
+            "integration.coordinates=quaternion",
+            "initial.orientation=[0, 1.4, 0]",
+            "initial.angular_velocity=[0, 60, 0]",
+        ],
+    )
+    found, _ = proved(config)
+    assert found.proved is None
+    assert found.why.endswith("where θ2 is near ±90° and the Euler angles of the enclosure end")
+
+
+@pytest.mark.parametrize(("coordinates", "moves_on"), [("Z", True), ("quaternion", False)])
+def test_that_no_rest_state_is_in_the_range_says_nothing_of_the_pole(coordinates, moves_on):
+    config = rbstab.load_config(
+        Path(__file__).parents[2] / "data/cases/half_turns.yaml",
+        [f"integration.coordinates={coordinates}"],
+    )
+    proof: Any = SimpleNamespace(
+        unwrapped=SimpleNamespace(proved=True, states=()),
+        needs_lengths=False,
+        proved=True,
+        states=(),
+    )
+    found = refusal(problem_of(config), proof)
+    assert found is not None
+    assert (found.proved is False) == moves_on
+    assert ("no rest state with |θ2| < π/2" in found.why) == moves_on
 
 
 @pytest.mark.parametrize(

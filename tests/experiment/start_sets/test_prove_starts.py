@@ -12,7 +12,7 @@ from support.valleys import TWO_VALLEYS
 
 import rbstab
 from rbstab.config.build import start_of
-from rbstab.config.entries import replaced
+from rbstab.config.numbers import replaced
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.convergence.convergence import Convergence
 from rbstab.experiment.convergence.enclosed_system import enclosed_system

@@ -11,7 +11,7 @@ from support.start_sets import VARIANTS, random_config
 
 from rbstab.analysis.exact import decimal_balls
 from rbstab.config.build import problem_of, start_of
-from rbstab.config.entries import replaced
+from rbstab.config.numbers import replaced
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
 from rbstab.experiment.start_sets.start_set import monomials_of, start_set_of

@@ -8,8 +8,8 @@ from support.config_elements import STRUT, config_data
 from support.problems import solve
 
 from rbstab.config.build import problem_of
-from rbstab.config.entries import replaced
 from rbstab.config.load import load_config
+from rbstab.config.numbers import replaced
 from rbstab.experiment.tuning.gain_scaling import TuningError, gain_scalings
 from rbstab.experiment.tuning.sensitivities import sensitivities
 

@@ -1,5 +1,6 @@
 """Taylor models hold the functions for which they stand, compared in 220 bits."""
 
+from fractions import Fraction
 from itertools import product
 from typing import Any
 
@@ -10,9 +11,9 @@ from support.polynomial_sets import BITS, value_at
 
 from rbstab.mechanics.numbers import atan, cos, exp, log, sin, sqrt, tanh
 from rbstab.proof.motion.graph import Graph, proof_precision
-from rbstab.proof.motion.models import Models, evaluated
+from rbstab.proof.motion.models import Models, _summed, evaluated
 from rbstab.proof.motion.monomials import monomials_up_to
-from rbstab.proof.motion.program import program
+from rbstab.proof.motion.program import Sums, program
 
 SHAPES = [(0, 0, 1), (0, 0, 4), (2, 3, 1), (2, 2, 3)]
 """Variables and degree in z, and terms in τ."""
@@ -98,6 +99,30 @@ def test_sums_and_products(shape):
         for given in ({}, {"remainder": 1e-2})
     ]
     assert max(seen) > 0.05
+
+
+def test_a_product_has_its_own_rounding_in_its_remainder():
+    """Also where both factors are exact, and one term has no others beside it."""
+    rng = np.random.default_rng(3)
+    a, b = (random_models((0, 0, 1), rng, 20) for _ in range(2))
+    found, missed = a * b, []
+    parts = (one.polynomial[0, ..., 0].ravel().tolist() for one in (a, b, found))
+    for x, y, xy in zip(*parts, strict=True):
+        missed.append(abs(Fraction(x) * Fraction(y) - Fraction(xy)))
+    assert all(e <= r for e, r in zip(missed, found.remainder.ravel().tolist(), strict=True))
+    assert sum(e > 0 for e in missed) > 30
+
+
+def test_the_error_of_a_factor_is_in_the_remainder_of_a_sum():
+    x = random_models((2, 3, 1), np.random.default_rng(3), 1)
+    places, factors, radii = np.array([[0]]), np.array([[3.0]]), np.array([[1e-3]])
+    zero = np.zeros((1, 1))
+    found = _summed(
+        x.space, Sums(places, factors, radii, zero, zero), x.polynomial, x.remainder, x.size
+    )
+    for factor in (2.999, 3.0, 3.001):
+        missed = Models(x.space, factor * x.polynomial - found.polynomial, 0 * x.remainder)
+        assert np.all(missed.size <= found.remainder)
 
 
 def test_ranges_hold_and_are_reached():

@@ -10,7 +10,6 @@ from support.sweeps import FakeEngine, plan_with_traces, shard_files
 
 import rbstab
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.sweep.execution.estimate import BATCH_SIZE, estimate
 from rbstab.sweep.folder.disk_space import sweep_bytes
 from rbstab.sweep.folder.open_folder import MAX_TRACE_BYTES, default_shard_size
 from rbstab.sweep.folder.sweep_folder import read_folder
@@ -171,16 +170,3 @@ def test_shards_with_traces_are_small_enough_for_the_memory():
         assert members == 1 or MAX_TRACE_BYTES / 2 < members * size <= MAX_TRACE_BYTES
     assert default_shard_size(10**6, one_by_one=True, trace_bytes=10**7) == 3
     assert default_shard_size(10**6, one_by_one=True, trace_bytes=10.0) == 16
-
-
-def test_a_calibration_holds_few_traces_at_once():
-    sizes = []
-
-    class Counting(FakeEngine):
-        def compute(self, start, stop):
-            sizes.append(stop - start)
-            return super().compute(start, stop)
-
-    estimate(plan_with_traces(20_000), 20_000, Counting, 1)
-    assert max(sizes) == BATCH_SIZE
-    assert sum(sizes) > 10_000

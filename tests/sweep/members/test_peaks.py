@@ -141,9 +141,9 @@ def test_a_step_that_is_too_long_is_divided(monkeypatch):
     divided = []
     divide = run_extremes.divided
 
-    def watched(system, times, start, rest):
+    def watched(system, times, *start):
         divided.append(times)
-        return divide(system, times, start, rest)
+        return divide(system, times, *start)
 
     monkeypatch.setattr(ensemble_extremes, "divided", watched)
     whole = columns(random_spins(11, "heyoka", 4), "heyoka")

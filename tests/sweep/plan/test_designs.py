@@ -27,13 +27,6 @@ def whole(design, dimensions=5, points=POINTS, seed=3):
 
 
 @each_design
-def test_points_lie_inside_the_cube(design):
-    u = whole(design)
-    assert u.shape == (5, POINTS)
-    assert 0 < u.min() < u.max() < 1
-
-
-@each_design
 @settings(max_examples=40)
 @given(cuts=st.lists(st.integers(0, POINTS), max_size=6))
 def test_a_point_does_not_depend_on_the_cut(design, cuts):
@@ -42,16 +35,8 @@ def test_a_point_does_not_depend_on_the_cut(design, cuts):
     made = design(5, POINTS, 3)
     parts = [made.draw(start, stop) for start, stop in itertools.pairwise(ends)]
     assert np.hstack(parts).tobytes() == np.ascontiguousarray(expected).tobytes()
-
-
-@each_design
-@pytest.mark.parametrize("dimensions", [1, 12])
-def test_single_points(design, dimensions):
-    made = design(dimensions, 9, 3)
-    points = np.hstack([made.draw(i, i + 1) for i in reversed(range(9))])[:, ::-1]
-    assert (points == made.draw(0, 9)).all()
-    assert made.draw(4, 4).shape == (dimensions, 0)
-    assert made.draw(0, 0).shape == (dimensions, 0)
+    assert expected.shape == (5, POINTS)
+    assert 0 < expected.min() < expected.max() < 1
 
 
 @each_design
@@ -87,12 +72,6 @@ def test_the_sobol_points_are_those_of_scipy():
     assert (found - expected == 0.5 ** (SOBOL_BITS + 1)).all()
 
 
-def test_sobol_intervals_of_a_power_of_two_have_one_point_each():
-    u = whole(SobolDesign, points=256)
-    for coordinate in u:
-        assert sorted((coordinate * 256).astype(int)) == list(range(256))
-
-
 @pytest.mark.parametrize("points", [1, 2, 7, 1000])
 def test_a_latin_hypercube_has_one_point_in_each_interval(points):
     u = whole(LatinHypercubeDesign, points=points)
@@ -104,17 +83,6 @@ def test_a_latin_hypercube_has_one_point_in_each_interval(points):
         assert stats.kstest(jitter.ravel(), "uniform").pvalue > 1e-3
         # The place of a point in its interval is independent of the interval.
         assert (np.argsort(jitter[0]) == np.floor(u[0] * points)).mean() < 0.1
-
-
-def test_random_points_do_not_depend_on_how_many_there_are():
-    assert (whole(RandomDesign, points=2000)[:, :POINTS] == whole(RandomDesign)).all()
-    assert (whole(RandomDesign, dimensions=7)[:5] == whole(RandomDesign)).all()
-
-
-def test_a_far_part_costs_no_more_than_a_near_one():
-    near, far = RandomDesign(1, 10**8, 1), RandomDesign(1, 10**8, 1).draw(10**8 - 3, 10**8)
-    assert far.shape == (1, 3)
-    assert not np.isin(far, near.draw(0, 100)).any()
 
 
 def test_random_numbers_are_the_bits_of_philox():

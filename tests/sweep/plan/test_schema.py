@@ -6,7 +6,7 @@ import pytest
 from support.json_schemas import schema_errors, validator_of
 
 from rbstab.config.source import read_source
-from rbstab.sweep.plan.schema import plan_json_schema
+from rbstab.sweep.plan.plan_file import plan_json_schema
 
 READY = Path(__file__).parents[3] / "configs" / "sweeps"
 
@@ -46,7 +46,7 @@ REFUSED = [
     PLAN + "  body.mass: {values: [1]}\nkeep: all\n",
     PLAN + "  body.mass: {values: [1]}\nkeep: {traces: {every: 0}}\n",
     PLAN + "  body.mass: {values: [1]}\nprove: all\n",
-    PLAN + "  body.mass: {values: [1]}\nprove: {motion: {}}\n",
+    PLAN + "  body.mass: {values: [1]}\nprove: {motion: [3]}\n",
     PLAN + "  body.mass: {values: [1]}\nprove: {motion: {steps: 2001}}\n",
     PLAN + "  body.mass: {values: [1]}\nprove: {motion: {members: 0}}\n",
     PLAN + "  body.mass: {values: [1]}\ncolour: red\n",

@@ -10,9 +10,9 @@ from support.sweeps import plan_with_traces
 
 import rbstab
 from rbstab.sweep.plan.designs import DESIGNS
-from rbstab.sweep.plan.load import KEYS, load_plan
+from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import MAX_MEMBERS
-from rbstab.sweep.plan.read_distribution import KEYWORDS
+from rbstab.sweep.plan.plan_file import PlanFile, Spread
 
 PAGE = (Path(__file__).parents[3] / "docs" / "sweeps.md").read_text()
 
@@ -38,9 +38,9 @@ def test_the_error(complaints):
 
 
 def test_everything_is_described():
-    for word in KEYWORDS:
+    for word in (*Spread.model_fields, "member"):
         assert f"| `{{{word}: [" in PAGE
-    for key in KEYS:
+    for key in PlanFile.model_fields:
         assert f"`{key}`" in PAGE
     assert f"{MAX_MEMBERS:,}" in PAGE
     limits = [design.max_points for design in DESIGNS.values() if design.max_points]

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from support.configs import EMBEDDED, VISCO_ELASTIC, edited, plain
+from support.configs import EMBEDDED, edited, plain
 
 from rbstab.config.load import load_config
-from rbstab.config.schema import VARIANTS
+from rbstab.config.schema import VARIANTS, model_of
 from rbstab.sweep.plan.load import load_plan
 
 UNION = edited("  K_t:", "  K_s: [1, 2, 3]\n  surface: position\n  K_t:", EMBEDDED)
@@ -21,13 +21,13 @@ def test_keys_that_a_variant_does_not_have_are_left_out():
     assert plan.variants == tuple(VARIANTS)
     for number, variant in enumerate(VARIANTS):
         config = plan.config_of(number)
-        assert type(config) is VARIANTS[variant]
+        assert type(config) is model_of(variant)
         assert config.controller.variant == variant
         assert plan.base_of(variant).controller == config.controller
         data = plain(UNION) | {"title": f"Case, member {number}"}
         data["controller"] |= {"variant": variant}
         for section in ("controller", "initial"):
-            model = VARIANTS[variant].model_fields[section].annotation
+            model = model_of(variant).model_fields[section].annotation
             assert model is not None
             known = model.model_fields
             data[section] = {key: value for key, value in data[section].items() if key in known}
@@ -46,15 +46,6 @@ def test_the_variant_of_the_base_does_not_count():
     without = edited("  variant: embedded\n", "", UNION)
     for base in (rigid, without):
         assert plan_of(vary, base).config_of(1) == plan_of(vary).config_of(1)
-
-
-def test_values_name_the_variants():
-    vary = {"controller.variant": {"values": ["free", "permanent"]}}
-    plan = plan_of(vary | {"body.mass": {"values": [1, 2]}})
-    variants = plan.values(0, 4)["controller.variant"]
-    assert variants.dtype == object
-    assert variants.tolist() == ["free", "free", "permanent", "permanent"]
-    assert [plan.config_of(i).controller.variant for i in range(4)] == variants.tolist()
 
 
 def test_a_varied_key_is_without_effect_where_the_variant_has_none():
@@ -88,15 +79,6 @@ def test_the_same_points_for_each_variant():
     assert plan.config_of(3).initial.angular_velocity == plan.config_of(13).initial.angular_velocity
 
 
-def test_a_variant_drawn_at_random():
-    vary = {
-        "controller.variant": {"values": ["free", "embedded"]},
-        "gravity[0]": {"uniform": [0, 1]},
-    }
-    variants = plan_of(vary, design="sobol", members=64, seed=1).values(0, 64)["controller.variant"]
-    assert sorted(variants) == ["embedded"] * 32 + ["free"] * 32
-
-
 def test_a_variant_that_moves_with_a_number():
     together = {
         "controller.variant": {"values": ["free", "embedded"]},
@@ -105,50 +87,70 @@ def test_a_variant_that_moves_with_a_number():
     plan = plan_of({"both": {"zip": together}})
     assert plan.config_of(0).controller.variant == "free"
     assert plan.config_of(1).controller.K_c == (24600.0, 24600.0, 19680.0)
+    drawn = plan_of({"both": {"zip": together}}, design="sobol", members=64, seed=1)
+    names = drawn.values(0, 64)["controller.variant"]
+    assert names.dtype == object
+    assert sorted(names) == ["embedded"] * 32 + ["free"] * 32
 
 
 VARIED = "vary:\n  controller.variant: {values: [visco-elastic, embedded, sliding]}\n"
-
-
-def test_what_is_missing_for_a_variant(complaints):
-    assert complaints(f"base: visco-elastic.yaml\n{VARIED}") == [
-        "visco-elastic.yaml:7:3: controller.K_d: is missing for the variant embedded"
-        " (it is required)",
-        "visco-elastic.yaml:7:3: controller.K_s: is missing for the variant sliding"
-        " (it is required)",
-        "visco-elastic.yaml:7:3: controller.L_d: is missing for the variant embedded"
-        " (it is required)",
-        "visco-elastic.yaml:7:3: controller.surface: is missing for the variant sliding"
-        " (it is required)",
-    ]
-
-
-def test_a_key_that_only_the_wrong_variant_has_is_not_called_unknown(complaints):
-    text = f"base: visco-elastic.yaml\n{VARIED}  controller.K_d[0]: {{values: [1]}}\n"
-    assert all("is missing for the variant" in message for message in complaints(text))
-
-
-def test_what_is_wrong_for_all_variants_is_told_once(complaints):
-    text = "base: embedded.yaml\nvary:\n  controller.variant: {values: [free, permanent]}\n"
-    assert complaints(text, "body.mass=-1", "controller.Kt=1") == [
-        "--set body.mass:1:11: body.mass: is -1 (expected a number greater than 0)",
-        "--set controller.Kt:1:1: controller.Kt: is unknown (did you mean K_t?)",
-    ]
-
-
-def test_a_key_that_cannot_vary_is_told_once(complaints):
-    text = "base: embedded.yaml\nvary:\n  controller.variant: {values: [embedded, permanent]}\n"
-    (message,) = complaints(text + "  controller.anchor: {values: [1]}\n")
-    assert message.startswith("4:3: vary.controller.anchor: is the text 'origin' in the base")
-
-
-def test_a_value_that_a_variant_does_not_allow(complaints, tmp_path):
-    (tmp_path / "w.yaml").write_text(VISCO_ELASTIC + "  coordinates: W\n")
-    text = "base: w.yaml\nvary:\n  controller.variant: {values: [free, permanent]}\n"
-    (message,) = complaints(text)
-    assert message.startswith(
-        "w.yaml:20:16: integration.coordinates: is the text 'W' for the variant permanent"
+TWO = "vary:\n  controller.variant: {values: [embedded, permanent]}\n"
+MISSING = [
+    f"visco-elastic.yaml:7:3: controller.{key}: is missing for the variant {variant}"
+    " (it is required)"
+    for key, variant in (
+        ("K_d", "embedded"),
+        ("K_s", "sliding"),
+        ("L_d", "embedded"),
+        ("surface", "sliding"),
     )
+]
+
+WRONG = [
+    # The base is not judged if its variants are unknown.
+    (
+        "base: w.yaml\nvary:\n  controller.variant: {values: [permanent, fre]}\n",
+        (),
+        [
+            "3:44: vary.controller.variant.values[1]: is the text 'fre' (expected one of"
+            f" {', '.join(VARIANTS)}; did you mean free?)"
+        ],
+    ),
+    (f"base: visco-elastic.yaml\n{VARIED}", (), MISSING),
+    # A key that only the wrong variant has is not called unknown.
+    (f"base: visco-elastic.yaml\n{VARIED}  controller.K_d[0]: {{values: [1]}}\n", (), MISSING),
+    # What is wrong for all variants is told once.
+    (
+        f"base: embedded.yaml\n{TWO}",
+        ("body.mass=-1", "controller.Kt=1"),
+        [
+            "--set body.mass:1:11: body.mass: is -1 (expected a number greater than 0)",
+            "--set controller.Kt:1:1: controller.Kt: is unknown (did you mean K_t?)",
+        ],
+    ),
+    (
+        f"base: embedded.yaml\n{TWO}  controller.anchor: {{values: [1]}}\n",
+        (),
+        [
+            "4:3: vary.controller.anchor: is the text 'origin' in the base"
+            " (expected a number, or controller.variant)"
+        ],
+    ),
+    (
+        f"base: w.yaml\n{TWO}",
+        (),
+        [
+            f"w.yaml:{len(EMBEDDED.splitlines()) + 1}:16: integration.coordinates:"
+            " is the text 'W' for the variant permanent (expected reduced, manifold or quaternion)"
+        ],
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "changes", "expected"), WRONG)
+def test_wrong_variants(complaints, tmp_path, text, changes, expected):
+    (tmp_path / "w.yaml").write_text(EMBEDDED + "  coordinates: W\n")
+    assert complaints(text, *changes) == expected
 
 
 @pytest.mark.parametrize("design", ["grid", "random"])

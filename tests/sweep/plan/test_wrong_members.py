@@ -43,51 +43,6 @@ def test_the_least_value_is_named():
     assert message == f"body.mass is {shifted.min():.12g} (expected a number greater than 0)"
 
 
-def test_the_greatest_value_is_named_where_the_least_is_right():
-    vary = {"initial.orientation[1]": {"linspace": [0, 1.6, 17]}}
-    assert outcome(vary, design="grid") == (
-        "vary.initial.orientation[1]",
-        16,
-        "initial.orientation θ2 = 1.6 rad is outside the range of eq. 5"
-        " (expected between -π/2 and π/2)",
-    )
-
-
-def test_the_first_of_equal_members_is_named():
-    vary = {"gravity[0]": {"values": [1, 2]}, "body.mass": {"values": [1, -1, 2]}}
-    assert outcome(vary, design="grid")[1] == 1
-    vary = {"body.mass": {"values": [1, 2, -1]}, "gravity[0]": {"linspace": [1, 2, 100_000]}}
-    assert outcome(vary, design="grid")[1] == 200_000
-
-
-def test_what_no_member_has_is_no_problem():
-    """The distribution allows invalid values, but none of these members has one."""
-    assert outcome({"body.mass": {"normal": [8, 1.5]}}).values(0, 200)["body.mass"].min() > 0
-    assert outcome({"body.mass": {"uniform": [0, 1]}}).values(0, 200)["body.mass"].min() > 0
-
-
-FACTORS = [
-    ("controller.K_t", {"values": [1, -1]}, "controller.K_t[0] is -4100"),
-    ("body.inertia", {"values": [0, 1]}, "body.inertia[0] is 0"),
-    ("controller.K_t", {"values": [1, 1e305]}, "controller.K_t[0] is inf"),
-    ("body.mass", {"values": [-2, 1]}, "body.mass is -82"),
-    (
-        "controller.K_r",
-        {"values": [1, -1]},
-        "controller.K_r is not positive semidefinite, its smallest",
-    ),
-    ("initial.orientation", {"linspace": [-9, 9, 3]}, "initial.orientation θ2 = -1.8 rad is"),
-]
-
-
-@pytest.mark.parametrize(("key", "factors", "message"), FACTORS)
-def test_factors(key, factors, message):
-    base = edited("orientation: [0, 0, 0]", "orientation: [0, 0.2, 0]", FULL)
-    found = outcome({key: {"scale": factors}}, base, design="grid")
-    assert found[0] == f"vary.{key}"
-    assert found[2].startswith(message)
-
-
 def coupled(a, b, c):
     """Return the varied entries of a matrix."""
     return {
@@ -96,73 +51,113 @@ def coupled(a, b, c):
     }
 
 
-def test_entries_of_a_matrix_are_judged_together():
-    some = {"linspace": [-100, 100, 5]}
-    # Positive definite: 400 x 400 > 100² and 100 x 400 > 100², but not 20 x 400 < 100².
-    outcome(coupled({"values": [100, 400]}, some, some), FULL, design="grid").config_of(9)
-    key, number, message = outcome(coupled({"values": [400, 20]}, some, some), FULL, design="grid")
-    assert (key, number) == ("vary.controller.K_r[0][0]", 5)
-    assert message.startswith(
-        "controller.K_r is not positive semidefinite, its smallest eigenvalue is -"
-    )
-    other = {"linspace": [-100, 101, 5]}
-    _, number, message = outcome(coupled({"values": [400]}, some, other), FULL, design="grid")
-    assert (number, message) == (1, "controller.K_r is not symmetric (expected a symmetric matrix)")
+def entries(*values):
+    return {"values": list(values)}
 
 
-def test_entries_of_a_matrix_that_are_scaled():
-    """The entries beside the diagonal are 50 times the factor, and must stay below 400."""
-    factors = {"scale": {"values": [1, 7.9, 8.1]}}
-    vary = {"off": {"zip": {"controller.K_r[0][1]": factors, "controller.K_r[1][0]": factors}}}
-    assert outcome(vary, FULL, design="grid")[1] == 2
-    vary["off"]["zip"] = {key: {"scale": {"values": [7.9]}} for key in vary["off"]["zip"]}
-    matrix = outcome(vary, FULL, design="grid").config_of(0).controller.K_r
-    assert matrix[0] == (400.0, 395.0, 0.0)
+def factors(*values):
+    return {"scale": entries(*values)}
 
 
-def test_a_matrix_with_a_huge_entry():
-    base = edited("[10.0, 8.0, 0.4]", "[[10.0, 1.0, 0], [1.0, 8.0, 0], [0, 0, 0.4]]", FULL)
-    huge = {"body.inertia[2][2]": {"values": [0.4, 1.7e308]}}
-    _, number, message = outcome(huge, base, design="grid")
-    assert number == 1
-    assert message.startswith("body.inertia is not positive definite beyond round-off")
+TURNED = edited("orientation: [0, 0, 0]", "orientation: [0, 0.2, 0]", FULL)
+COUPLED = edited("[400, 400, 320]", "[[400, 50, 20], [50, 400, 20], [20, 20, 320]]")
+HEAVY = edited("[10.0, 8.0, 0.4]", "[[10.0, 1.0, 0], [1.0, 8.0, 0], [0, 0, 0.4]]", FULL)
+TIED = edited("[12300, 12300, 9840]", "[[2, 1, 0], [1, 2, 0], [0, 0, 2]]", VISCO_ELASTIC)
+BESIDE = [f"controller.K_r[{i}][{j}]" for i, j in ((0, 2), (2, 0), (1, 2), (2, 1))]
+TWO_VARIANTS = {"controller.variant": entries("free", "visco-elastic")}
+SOME = {"linspace": [-100, 100, 5]}
+SINGULAR = "controller.K_r is not positive semidefinite, its smallest eigenvalue is -"
+
+# A base, what varies in a grid (its first key is wrong), an invalid member, and its message.
+WRONG = [
+    (
+        VISCO_ELASTIC,
+        {"initial.orientation[1]": {"linspace": [0, 1.6, 17]}},
+        16,
+        "initial.orientation θ2 = 1.6 rad (91.6732°) is outside the range of eq. 5",
+    ),
+    # The first of equal members.
+    (
+        VISCO_ELASTIC,
+        {"body.mass": entries(1, 2, -1), "gravity[0]": {"linspace": [1, 2, 100_000]}},
+        200_000,
+        "body.mass is -1",
+    ),
+    (TURNED, {"controller.K_t": factors(1, -1)}, 1, "controller.K_t[0] is -4100"),
+    (TURNED, {"controller.K_t": factors(1, 1e305)}, 1, "controller.K_t[0] is inf"),
+    (TURNED, {"body.inertia": factors(0, 1)}, 0, "body.inertia[0] is 0"),
+    (TURNED, {"body.mass": factors(-2, 1)}, 0, "body.mass is -82"),
+    (TURNED, {"controller.K_r": factors(1, -1)}, 1, SINGULAR),
+    (
+        TURNED,
+        {"initial.orientation": {"scale": {"linspace": [-9, 9, 3]}}},
+        0,
+        "initial.orientation θ2 = -1.8 rad (-103.132°) is",
+    ),
+    # The entries of a matrix: 400 x 400 > 100² and 100 x 400 > 100², but not 20 x 400 < 100².
+    (FULL, coupled(entries(400, 20), SOME, SOME), 5, SINGULAR),
+    (
+        FULL,
+        coupled(entries(400), SOME, {"linspace": [-100, 101, 5]}),
+        1,
+        "controller.K_r is not symmetric (expected a symmetric matrix)",
+    ),
+    # The entries beside the diagonal are 50 times the factor, and must stay below 400.
+    (
+        FULL,
+        {"off": {"zip": dict.fromkeys(coupled(0, 0, 0)["off"]["zip"], factors(1, 7.9, 8.1))}},
+        2,
+        SINGULAR,
+    ),
+    (
+        HEAVY,
+        {"body.inertia[2][2]": entries(0.4, 1.7e308)},
+        1,
+        "body.inertia is not positive definite beyond round-off",
+    ),
+    # The eigenvalues of a matrix that overflows cannot be computed.
+    (
+        COUPLED,
+        {"row": {"zip": dict.fromkeys(BESIDE, factors(1, 1e308))}},
+        1,
+        "controller.K_r[0][2] is inf (expected a finite number)",
+    ),
+    (FULL, {"controller.K_r[2][2]": factors(1, 1e307)}, 1, "controller.K_r[2][2] is inf"),
+    (FULL, {"controller.K_r": factors(1, 1e307)}, 1, "controller.K_r[0][0] is inf"),
+    # Some variants have the key, or all of them.
+    (
+        TIED,
+        {"controller.K_c[0][0]": entries(1, 0.1), **TWO_VARIANTS, "gravity[0]": entries(1, 2)},
+        6,
+        "controller.K_c is not",
+    ),
+    (VISCO_ELASTIC, {"body.mass": entries(1, -1), **TWO_VARIANTS}, 2, "body.mass is -1"),
+]
+
+
+@pytest.mark.parametrize(("base", "vary", "number", "message"), WRONG)
+def test_a_wrong_member_is_named(base, vary, number, message):
+    key, found, text = outcome(vary, base, design="grid")
+    assert key.startswith(f"vary.{next(iter(vary))}")
+    assert found == number
+    assert text.startswith(message)
+
+
+RIGHT = [
+    # The distributions allow invalid values, but none of these members has one.
+    ({"body.mass": {"normal": [8, 1.5]}}, "random"),
+    ({"body.mass": {"uniform": [0, 1]}}, "random"),
+    (coupled(entries(100, 400), SOME, SOME), "grid"),
     # A stiffness may be singular.
-    huge = {"controller.K_r[2][2]": {"values": [320, 0, 1.7e308]}}
-    assert outcome(huge, FULL, design="grid").members == 3
+    ({"controller.K_r[2][2]": entries(320, 0, 1.7e308)}, "grid"),
+]
 
 
-def test_a_matrix_whose_entries_overflow():
-    """The eigenvalues of such a matrix cannot be computed."""
-    base = edited("[400, 400, 320]", "[[400, 50, 20], [50, 400, 20], [20, 20, 320]]")
-    factors = {"scale": {"values": [1, 1e308]}}
-    keys = [f"controller.K_r[{i}][{j}]" for i, j in ((0, 2), (2, 0), (1, 2), (2, 1))]
-    _, number, message = outcome(
-        {"row": {"zip": dict.fromkeys(keys, factors)}}, base, design="grid"
-    )
-    assert (number, message) == (1, "controller.K_r[0][2] is inf (expected a finite number)")
-
-
-def test_a_matrix_of_one_variant():
-    base = edited("[12300, 12300, 9840]", "[[2, 1, 0], [1, 2, 0], [0, 0, 2]]", VISCO_ELASTIC)
-    vary = {
-        "controller.variant": {"values": ["free", "visco-elastic"]},
-        "gravity[0]": {"values": [1, 2, 3]},
-        "controller.K_c[0][0]": {"values": [1, 0.1]},
-    }
-    key, number, _ = outcome(vary, base, design="grid")
-    assert (key, number) == ("vary.controller.K_c[0][0]", 7)
-
-
-def test_what_is_wrong_for_several_variants_is_told_of_the_first():
-    vary = {"controller.variant": {"values": ["free", "visco-elastic"]}}
-    assert outcome(vary | {"body.mass": {"values": [1, -1]}}, design="grid")[1] == 1
-
-
-def test_a_matrix_with_an_endless_entry():
-    for key in ("controller.K_r[2][2]", "controller.K_r"):
-        found = outcome({key: {"scale": {"values": [1, 1e307]}}}, FULL, design="grid")
-        assert found[1] == 1
-        assert found[2].endswith(" is inf (expected a finite number)")
+@pytest.mark.parametrize(("vary", "design"), RIGHT)
+def test_right_members(vary, design):
+    plan = outcome(vary, FULL, design=design)
+    for number in range(plan.members):
+        plan.config_of(number)
 
 
 @settings(max_examples=40, deadline=None)

@@ -11,7 +11,7 @@ from support.paper_runs import paper_config
 from support.sweeping import run_sweep
 
 import rbstab
-from rbstab.config.entries import value_at
+from rbstab.config.numbers import value_at
 from rbstab.config.source import key_of
 from rbstab.experiment.proof import prove
 from rbstab.experiment.proof_cache import proof_for

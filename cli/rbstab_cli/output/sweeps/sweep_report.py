@@ -1,4 +1,4 @@
-"""Results, status and estimate of a sweep, printed as tables or as JSON."""
+"""Results, status and size of a sweep, printed as tables or as JSON."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -15,9 +15,6 @@ if TYPE_CHECKING:
     from rbstab.sweep.plan.plan import Plan
     from rbstab.sweep.sweep import Sweep
     from rbstab_cli.output.sweeps.sweep_answers import Answers
-
-ENOUGH_MEMBERS = 16
-"""Members of each variant that a good estimate needs; with fewer, it prints how many it had."""
 
 
 def report_sweep(
@@ -198,29 +195,23 @@ def report_status(path: Path, *, as_json: bool, answers: "MemberAnswers | None" 
     _print_statuses(by_status, manifest.members)
 
 
-def report_estimate(plan: "Plan", path: Path, options: "SweepOptions", *, as_json: bool) -> None:
-    """Print how many members of a plan remain, and an estimate of time and disk space."""
+def report_dry_run(plan: "Plan", path: Path, options: "SweepOptions", *, as_json: bool) -> None:
+    """Print how many members a plan has, how many of them are done, and the disk space."""
     import shutil
 
     from rbstab.files.existence import exists
     from rbstab.processes.processors import processor_count
-    from rbstab.sweep.execution.estimate import estimate
-    from rbstab.sweep.members.engines import factory_for
-    from rbstab_cli.output.sweeps.sweep_progress import duration
+    from rbstab.sweep.folder.disk_space import sweep_bytes
 
     members, done = _member_counts(plan, path, options)
     threads = options.threads or processor_count()
-    factory = options.factory or factory_for(plan.engine)
-    found = estimate(plan, members - done, factory, threads, compare=options.compare)
-    if options.part is not None:
-        # A part is neither compared nor gathered.
-        share = members / plan.members
-        found = found._replace(check_seconds=0.0, bytes=round(found.bytes * share))
+    # A part is not gathered, but has its share of the disk space of the whole.
+    space = round(sweep_bytes(plan) * members / plan.members)
     if as_json:
         from rbstab_cli.output.json_output import print_json
 
         data = {"folder": str(path), "engine": plan.engine, "threads": threads}
-        print_json(data | {"members": members, "done": done} | found._asdict())
+        print_json(data | {"members": members, "done": done, "bytes": space})
         return
     parent = next(folder for folder in (path, *path.absolute().parents) if exists(folder))
     free = shutil.disk_usage(parent).free
@@ -231,16 +222,9 @@ def report_estimate(plan: "Plan", path: Path, options: "SweepOptions", *, as_jso
         + f" = {grouped(plan.members)}",
         **({f"of part {options.part}": grouped(members)} if options.part is not None else {}),
         "done": grouped(done),
-        "time": f"about {duration(found.seconds)}{_few_members_note(found.calibrated)}",
-        "comparison with scipy": f"about {duration(found.check_seconds)}",
-        "disk": f"{size(found.bytes)} of {size(free)} free",
+        "disk": f"{size(space)} of {size(free)} free",
     }
     _print_rows(rows)
-
-
-def _few_members_note(calibrated: int) -> str:
-    """Return a note for an estimate from few members; else the empty string."""
-    return f", from {calibrated} members of a variant" if 0 < calibrated < ENOUGH_MEMBERS else ""
 
 
 def _member_counts(plan: "Plan", path: Path, options: "SweepOptions") -> tuple[int, int]:

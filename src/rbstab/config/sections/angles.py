@@ -12,16 +12,14 @@ from typing import Annotated, Any
 from pydantic import Field, WrapValidator
 from pydantic_core import PydanticCustomError
 
-from rbstab.config.errors import closest
 from rbstab.config.quantities import (
     Orientation,
     Real,
     Vector,
-    check_range_of_degrees,
     components,
     value_error,
 )
-from rbstab.config.section import Section, required
+from rbstab.config.section import Section, required, section_of
 
 ROTATION_ERROR = 1e-3
 """A given quaternion may differ from length 1 by this, and the products of the rows of a given
@@ -73,11 +71,6 @@ class NumberInDegrees(float):
 
 def _vector_in_radians(given: Degrees) -> VectorInDegrees:
     return VectorInDegrees(map(radians, given.deg))
-
-
-def _angles_in_radians(given: Degrees) -> VectorInDegrees:
-    check_range_of_degrees(given.deg)
-    return _vector_in_radians(given)
 
 
 def _number_in_radians(given: OneAngle) -> NumberInDegrees:
@@ -144,23 +137,18 @@ def _or(kind: Any, problem: Any, expected: str, *forms: Form) -> WrapValidator:
         expected: What is expected in place of a text.
         forms: The sections.
     """
-    by_key = {next(iter(section.model_fields)): (section, read) for section, read in forms}
+    read = dict(forms)
 
     def in_radians(value: Any, handler: Callable[[Any], Any]) -> Any:
         if isinstance(value, str):
             raise PydanticCustomError(problem, "a text", {"expected": expected})
         if not isinstance(value, dict):
             return handler(value)
-        given = [key for key in by_key if key in value]
-        if len(given) > 1:
-            raise value_error(f"has {' and '.join(given)}", "expected one of them")
-        # A misspelt key also selects its section, for a better message.
-        near = filter(None, (closest(str(key), by_key) for key in value))
-        section, read = by_key[next(iter((*given, *near, *by_key)))]
-        found = read(section.model_validate(value))
+        section = section_of(value, read)
+        found = read[type(section)](section)
         return type(found)(handler(found))
 
-    sections = reduce(or_, (section for section, _ in forms))
+    sections = reduce(or_, read)
     return WrapValidator(in_radians, json_schema_input_type=kind | sections)
 
 
@@ -177,7 +165,7 @@ Attitude = Annotated[
     _or(
         Vector,
         *_VECTOR,
-        (Degrees, _angles_in_radians),
+        (Degrees, _vector_in_radians),
         (Quaternion, _angles_of_quaternion),
         (RotationMatrix, _angles_of_matrix),
     ),

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationInfo, field_validator
 
 from rbstab.config.quantities import Count, Positive, Whole, value_error
-from rbstab.config.section import Section, required, word_or_section
+from rbstab.config.section import Section, required, word_or
 
 
 class Baumgarte(Section):
@@ -28,7 +28,7 @@ class Integration(Section):
 
     duration: Positive = required("simulated time, s")
     samples: Whole = Field(401, ge=2, le=1_000_000, description="equally spaced, both ends")
-    coordinates: Literal["Z", "W"] = "Z"
+    coordinates: Literal["Z", "W", "quaternion"] = "Z"
     engine: Literal["scipy", "heyoka"] = "scipy"
     method: Method = Field("DOP853", description="scipy only")
     rtol: Annotated[Positive, Field(ge=1e-16, le=0.1)] = 1e-12
@@ -64,19 +64,20 @@ class Integration(Section):
 class HeldIntegration(Integration):
     """Settings of the integration of a held body."""
 
-    coordinates: Literal["reduced", "manifold"] = "reduced"  # type: ignore[assignment]
+    coordinates: Literal["reduced", "manifold", "quaternion"] = "reduced"  # type: ignore[assignment]
     drift_control: Annotated[
         Literal["none", "projection"] | Baumgarte,
+        word_or(("none", "projection"), (Baumgarte, "rate")),
         Field(description="manifold only: none, projection or {baumgarte: rate}"),
     ] = "none"
 
-    @field_validator("drift_control", mode="wrap")
+    @field_validator("drift_control")
     @classmethod
-    def _check_drift_control(cls, value: Any, _handler: Any, info: ValidationInfo) -> Any:
-        control = word_or_section(value, ("none", "projection"), (Baumgarte, "rate"))
-        if control != "none" and info.data.get("coordinates") == "reduced":
+    def _check_drift_control(cls, control: Any, info: ValidationInfo) -> Any:
+        coordinates = info.data.get("coordinates")
+        if control != "none" and coordinates in {"reduced", "quaternion"}:
             raise value_error(
-                "has no effect in reduced coordinates",
+                f"has no effect in {coordinates} coordinates",
                 "expected coordinates: manifold",
             )
         if control == "projection" and _uses_lsoda(info.data):

@@ -52,11 +52,6 @@ def has_code(config: Any) -> bool:
     return bool(_of_users(config))
 
 
-def code_supplies(config: Any) -> bool:
-    """Return whether an element of a user supplies power, as its file says; no code runs."""
-    return any(element.declared.supplies for element in _of_users(config).values())
-
-
 def switching_code(config: Any) -> list[str]:
     """Return the names of users' elements with switches or own states, as their files say."""
     elements = _of_users(config).items()

@@ -51,18 +51,14 @@ def wrong_values(element: Element, motion: Motion, own: Array) -> Iterator[str]:
     for part, value in zip(Wrench._fields, wrench, strict=True):
         if np.shape(value) != (3,):
             yield f"the {part} of wrench is {_described(value)} (expected three numbers)"
-    for statement in ("stored", "dissipated"):
+    shapes: dict[str, tuple[int, ...]] = {"stored": (), "dissipated": ()}
+    shapes |= {"guards": (element.mode_count,)} if element.mode_count else {}
+    shapes |= {"rates": (element.state_size,)} if element.state_size else {}
+    for statement, shape in shapes.items():
         value = getattr(element, statement)(motion, own)
-        if np.shape(value) != ():
-            yield f"{statement} returns {_described(value)} (expected one number)"
-    if element.mode_count:
-        value = element.guards(motion, own)
-        if np.shape(value) != (element.mode_count,):
-            yield f"guards returns {_described(value)} (expected {element.mode_count} numbers)"
-    if element.state_size:
-        value = element.rates(motion, own)
-        if np.shape(value) != (element.state_size,):
-            yield f"rates returns {_described(value)} (expected {element.state_size} numbers)"
+        if np.shape(value) != shape:
+            expected = f"{shape[0]} numbers" if shape else "one number"
+            yield f"{statement} returns {_described(value)} (expected {expected})"
 
 
 def _described(value: Any) -> str:

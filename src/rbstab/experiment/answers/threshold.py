@@ -6,11 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.config.elements import kind_of
-from rbstab.config.entries import entries_under
+from rbstab.config.numbers import entries_under, unit_at
 from rbstab.config.schema import Config
-from rbstab.config.source import Path, key_of
-from rbstab.config.units import unit_of
+from rbstab.config.source import Path
 from rbstab.mechanics.numbers import Array
 
 DIGITS = 4
@@ -44,11 +42,7 @@ def named_number(config: Config, path: Path) -> NamedNumber:
     """
     numbers = entries_under(config, path)
     number = next((entry for entry in numbers if entry.value), numbers[0])
-    whole = key_of(tuple(part for part in path if isinstance(part, str)))
-    elements = [config.elements[part] for part in path[1:2] if part in config.elements]
-    return NamedNumber(
-        short_key(number.key), unit_of(whole, list(map(kind_of, elements))), number.value
-    )
+    return NamedNumber(short_key(number.key), unit_at(config, number.key), number.value)
 
 
 def short_key(key: str) -> str:

@@ -57,7 +57,7 @@ def refusal(problem: Problem, proof: "Proof | None") -> Convergence | None:
     from rbstab.experiment.stored_proof.proof import GOES_ON
     from rbstab.experiment.stored_proof.starts import has_no_rest_state
 
-    if has_no_rest_state(proof):
+    if has_no_rest_state(proof, at_poles=problem.quaternion):
         return Convergence(False, why="there is no rest state with |θ2| < π/2")
     if proof.proved and not proof.states:
         why = "the range of eq. 5 has no rest state"

@@ -4,6 +4,7 @@ It does not depend on a computed run. The exact motion is enclosed step by step 
 its attitude are in a region from which every motion converges.
 """
 
+import math
 import time
 from collections.abc import Iterator
 from dataclasses import replace
@@ -41,6 +42,7 @@ from rbstab.experiment.convergence.region_bounds import region_energies
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import PITCH
 from rbstab.proof.motion.equations import Equations
 from rbstab.proof.motion.motion import Followed, followed
 from rbstab.proof.motion.motion_set import MotionSet
@@ -59,6 +61,10 @@ class MotionProof(NamedTuple):
 
     convergence: Convergence
     samples: EnclosedSamples | None
+
+
+STEEP = math.radians(85)
+"""rad: an enclosure that ends with a larger |θ2| ends because Euler angles do."""
 
 
 class _Sample(NamedTuple):
@@ -149,7 +155,7 @@ def _followed(  # noqa: PLR0913, PLR0917 (one motion, its limits and its proof)
     """
     equations, scale = Equations(partial(enclosed_system, config)), state_scale(problem)
     start = exact_start(config, scale)
-    decisions, found = Decisions(proof, equations), refused
+    decisions, found, reached = Decisions(proof, equations), refused, start
     low, high = (side[:, 0] for side in start.models.range())
     samples = [_Sample(0.0, low, high)]
 
@@ -159,7 +165,8 @@ def _followed(  # noqa: PLR0913, PLR0917 (one motion, its limits and its proof)
     def decide(
         states: MotionSet, times: Array, numbers: Array
     ) -> list[Convergence | Undecided | None]:
-        nonlocal found
+        nonlocal found, reached
+        reached = states
         if found is None:
             (now,) = decisions(states, times, numbers)
             if isinstance(now, Undecided):
@@ -169,12 +176,14 @@ def _followed(  # noqa: PLR0913, PLR0917 (one motion, its limits and its proof)
 
     (end,) = followed(equations, start, scale, decide, max_steps, watch)
     if end.decision is None or found is None:
-        reason, why = _undecided(end, found)
+        reason, why = _undecided(end, found, reached)
         found = _ended(found, why, reason)
     return found, samples, end.steps
 
 
-def _undecided(end: Followed, found: Convergence | None) -> tuple[Undecided, str]:
+def _undecided(
+    end: Followed, found: Convergence | None, reached: MotionSet
+) -> tuple[Undecided, str]:
     """Return why an enclosure ended before it was to end."""
     now = f"t = {end.time:.4g} s"
     if end.decision is not None:
@@ -192,6 +201,8 @@ def _undecided(end: Followed, found: Convergence | None) -> tuple[Undecided, str
     why = f"the enclosure ends at {now}: no further step could be proved"
     if end.switch:
         why = f"{why}, where the motion grazes or stays at the switch of {end.switch}"
+    elif np.abs([side[PITCH, 0] for side in reached.models.range()]).max() > STEEP:
+        why = f"{why}, where θ2 is near ±90° and the Euler angles of the enclosure end"
     return Undecided.NO_STEP, why
 
 

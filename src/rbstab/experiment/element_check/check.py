@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.config.user_code.files import read_python
+from rbstab.config.files.named_files import read_python
 from rbstab.config.user_code.trial import wrong_values
 from rbstab.elements.element import Element
 from rbstab.elements.user_code.loaded import (

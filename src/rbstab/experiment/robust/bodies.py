@@ -11,8 +11,8 @@ import numpy as np
 from rbstab.analysis.exact import decimals
 from rbstab.analysis.fingerprint import fingerprint
 from rbstab.config.build import system_of
-from rbstab.config.entries import replaced
 from rbstab.config.load import acting_sections
+from rbstab.config.numbers import replaced
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance, decimal_text
 from rbstab.config.user_code.permission import has_code, without_code

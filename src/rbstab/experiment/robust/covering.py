@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.config.entries import is_of_initial_state
 from rbstab.config.errors import ConfigError, Location
 from rbstab.config.load import acting_sections, resolved, validated
+from rbstab.config.numbers import is_of_initial_state
 from rbstab.config.schema import Config
 from rbstab.config.source import Path as KeyPath
 from rbstab.config.source import Source, key_of

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from rbstab.config.build import start_of
-from rbstab.config.entries import replaced
+from rbstab.config.numbers import replaced
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
 from rbstab.experiment.convergence.enclosed_system import enclosed_system

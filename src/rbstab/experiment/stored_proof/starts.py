@@ -27,12 +27,15 @@ START_RANGE = np.array([np.inf, np.pi / 2, np.inf])
 """rad: the same for all real θ1 and θ3."""
 
 
-def has_no_rest_state(proof: Proof) -> bool:
+def has_no_rest_state(proof: Proof, *, at_poles: bool = False) -> bool:
     """Return whether it is proved that there is no rest state with |θ2| < π/2.
 
-    Never of a tied body with springs: it may balance where a spring has no length.
+    Never of a tied body with springs: it may balance where a spring has no length; and never of
+    motions that may go to θ2 = ±90° (`at_poles`): a rest state may be there.
     """
     wide = proof.unwrapped
+    if at_poles:
+        return False
     return not proof.needs_lengths and wide is not None and wide.proved and not wide.states
 
 

@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from rbstab.config.elements import declarations_of, gain_path
-from rbstab.config.entries import Entry, entries_under, value_at, with_numbers
+from rbstab.config.elements import declarations_of, parameter_path
 from rbstab.config.errors import closest_keys, did_you_mean
-from rbstab.config.load import changed_config, resolved
+from rbstab.config.load import changed_config, resolved, with_numbers
+from rbstab.config.numbers import Entry, entries_under, value_at
 from rbstab.config.schema import Config
 from rbstab.config.source import Path, key_of
 from rbstab.config.units import number_key
@@ -60,7 +60,7 @@ def _entries(config: Config, key: str) -> tuple[Entry, ...]:
     for name, section in config.elements.items():
         own = declarations_of(section).gains
         scaled = [gain for gain in own if gain not in (POINT, ANCHOR) and gain.shape != "direction"]
-        known += [gain_path(name, section, gain) for gain in scaled]
+        known += [parameter_path(name, section, gain.name) for gain in scaled]
     found = next((gain for gain in known if path[: len(gain)] == gain), None)
     if found is None:
         names = [key_of(gain) for gain in known]

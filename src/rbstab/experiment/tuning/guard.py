@@ -111,11 +111,16 @@ def guard_name(config: Config, methods: Collection[str | None]) -> str:
 
 
 def check_single(config: Config, methods: Collection[str | None], what: str) -> None:
-    """Reject a config with several elements that one guard would replace.
+    """Reject a config that needs no guard, or has several elements that one would replace.
 
     Raises:
-        UnsuitedConfigError: The config has several.
+        UnsuitedConfigError: The config has several, or its runs cannot leave the range.
     """
+    if config.integration.coordinates == "quaternion":
+        raise UnsuitedConfigError(
+            "integration.coordinates: is 'quaternion', in which no run leaves the range (expected "
+            "other coordinates)"
+        )
     names = guards_of(config, methods)
     if len(names) > 1:
         raise UnsuitedConfigError(f"elements: has the {what} {', '.join(names)} (expected one)")

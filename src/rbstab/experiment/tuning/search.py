@@ -7,7 +7,7 @@ import numpy as np
 
 from rbstab.analysis.sensitivity import Shifted, baseline, derivative_along
 from rbstab.config.build import input_legs, problem_of, system_and_start
-from rbstab.config.entries import shifted
+from rbstab.config.numbers import shifted
 from rbstab.config.schema import Config
 from rbstab.config.source import Path
 from rbstab.experiment.tuning.gain_scaling import GainScaling, scaled

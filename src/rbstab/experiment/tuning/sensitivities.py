@@ -12,8 +12,8 @@ import numpy as np
 from rbstab.analysis.linearisation import BODY_STATES
 from rbstab.config.build import problem_of
 from rbstab.config.controllers import Implicit
-from rbstab.config.entries import Entry, entries_of
 from rbstab.config.load import load_config
+from rbstab.config.numbers import Entry, entries_of
 from rbstab.config.schema import Config
 from rbstab.integrate.engines import INSTALL_HEYOKA, EngineMissingError, engine
 from rbstab.mechanics.numbers import Array

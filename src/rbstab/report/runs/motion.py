@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from rbstab.config.build import system_of
-from rbstab.config.elements import declarations_of, gain_value
+from rbstab.config.elements import declarations_of, parameter
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import without_code
 from rbstab.elements.declarations import ANCHOR, POINT
@@ -69,7 +69,7 @@ def _ties(run: Run, config: Config, turns: Rotation, samples: Array) -> tuple[Ti
         gains = declarations_of(section).gains
         if name not in names or not {POINT, ANCHOR} <= set(gains):
             continue
-        point, anchor = (np.array(gain_value(section, end)) for end in (POINT, ANCHOR))
+        point, anchor = (np.array(parameter(section, end.name)) for end in (POINT, ANCHOR))
         own = forces[:, names.index(name)]
         toward = anchor - (X + turns.apply(point))
         loads = np.copysign(norms(own), (own * toward).sum(axis=1))

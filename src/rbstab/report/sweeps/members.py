@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from rbstab.config.build import supplies_power
-from rbstab.config.entries import is_of_initial_state
+from rbstab.config.numbers import is_of_initial_state
 from rbstab.experiment.answers.outcome import KINDS
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.palette import BAD, GOOD, OPEN, THIRD, UNKNOWN, UNTRIED

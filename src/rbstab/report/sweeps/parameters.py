@@ -12,11 +12,10 @@ from rbstab.report.model.words import untrusted
 from rbstab.store.array_names import safe_name
 from rbstab.store.table import Table
 from rbstab.sweep.folder.deciding import shown_number
-from rbstab.sweep.plan.axes import VARIANT, VariedKey
+from rbstab.sweep.plan.axes import VARIANT, VARIED_SECTIONS, VariedKey
 from rbstab.sweep.plan.axes import Axis as PlanAxis
 from rbstab.sweep.plan.distributions import FiniteList, Geomspace, Logspace, LogUniform
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.plan.read_vary import VARIED_SECTIONS
 
 MAX_CELLS = 256
 """Maximum number of cells along an axis of a map; more are invisible and make the report large."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rbstab.config.entries import unit_at
+from rbstab.config.numbers import unit_at
 from rbstab.config.source import key_of
 from rbstab.mechanics.numbers import Array
 from rbstab.store.array_names import safe_name

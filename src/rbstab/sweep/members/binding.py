@@ -3,7 +3,7 @@
 import numpy as np
 
 from rbstab.config.build import problem_of
-from rbstab.config.entries import replaced
+from rbstab.config.numbers import replaced
 from rbstab.config.schema import Config
 from rbstab.integrate.heyoka.compiled_map import CompiledMap
 from rbstab.integrate.heyoka.symbols import parameters_and_start

@@ -2,7 +2,7 @@
 
 Members with switching, projection or breakpoints of inputs are single runs. A member is also
 computed by a single run, which gives its status, if a batch does not integrate it to the end, or
-not within the step limit.
+not within the step limit, or if its steps do not tell how it turns past θ2 = ±90°.
 θ2 of a member may come so close to the end of the range that its steps do not show whether the
 member left the range. The engine then integrates this member again, outside the batch. If the
 integration does not complete, the member is computed by a single run.
@@ -20,7 +20,7 @@ from rbstab.analysis.configuration import configurations
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.analysis.settling import value_round_off
 from rbstab.config.build import problem_of
-from rbstab.config.entries import is_of_initial_state
+from rbstab.config.numbers import is_of_initial_state
 from rbstab.integrate.heyoka.compiled_map import SIMD
 from rbstab.integrate.heyoka.engine import integrate
 from rbstab.integrate.heyoka.ensemble.ensemble import Ensemble
@@ -156,7 +156,9 @@ class _VariantEngine:
         self.binding = Binding(plan, variant)
         self.problem = self.binding.problem
         problem, varies = self.problem, self.binding.varies
-        self.ensemble = Ensemble(problem.system, problem.rtol, problem.times, varies)
+        self.ensemble = Ensemble(
+            problem.system, problem.rtol, problem.times, varies, quaternion=problem.quaternion
+        )
         self.extremes = EnsembleExtremes(self.ensemble)
         self.ends = ENDS_EXPECTED
         self.approached = ApproachedStates(problem.system, self._shared_rest_state())
@@ -224,7 +226,7 @@ class _VariantEngine:
                 parameters, trajectories, members, lambda k: self._problem(values, k).system
             )
             outcome = outcome_of(members, extremes) | residuals
-            near = self._may_have_left_range(outcome)
+            near = self._may_have_left_range(outcome) & (not self.problem.quaternion)
         outcome["status"] = np.full(len(near), STATUSES.index(RunStatus.COMPLETED))
         outcome["steps"] = trajectories.steps
         needs_single_run = ~trajectories.done | (trajectories.steps > self.problem.step_limit)

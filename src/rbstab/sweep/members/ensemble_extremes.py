@@ -7,13 +7,25 @@ import numpy as np
 
 from rbstab.analysis.extrema import ORDERS, Steps, along, farthest_from_zero, last_above
 from rbstab.analysis.lyapunov import energy_scale
-from rbstab.analysis.run_extremes import SETTLED_DISTANCE, SQUARE, VALUE, Extremes, divided
+from rbstab.analysis.run_extremes import (
+    SETTLED_DISTANCE,
+    SQUARE,
+    THETA_ROWS,
+    VALUE,
+    Extremes,
+    divided,
+    leave_open,
+    pitch_of_sine,
+)
 from rbstab.analysis.settling import settling_times
 from rbstab.integrate.heyoka.compiled_map import SIMD, lanes_of
 from rbstab.integrate.heyoka.ensemble.compiled import CHANGE_ROW
 from rbstab.integrate.heyoka.ensemble.ensemble import Ensemble
 from rbstab.integrate.heyoka.ensemble.trajectories import EnsembleTrajectories
+from rbstab.integrate.heyoka.symbols import state_symbols
+from rbstab.integrate.in_quaternions import in_quaternions
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.quaternion import beyond_ends
 from rbstab.sweep.members.outcome import MemberTrajectories
 from rbstab.systems.system import System
 
@@ -26,13 +38,15 @@ class EnsembleExtremes:
     """
 
     def __init__(self, ensemble: Ensemble) -> None:
-        self.structure = ensemble.compiled
-        motion, audited = self.structure.observation.motion, self.structure.audited_rates
+        self.structure = structure = ensemble.compiled
+        size, audited = structure.size, structure.audited_rates
+        observed = structure.moving.observe(state_symbols(size))
+        motion = observed.motion
         E, F, Theta_rate = motion.E, motion.F, motion.B @ motion.Omega
-        values = [*E, *motion.Theta, E @ E, sum(self.structure.energies)]
+        values = [*E, *motion.Theta, E @ E, sum(observed.energy.tolist())]
         slopes = [*F, *Theta_rate, 2.0 * (E @ F), audited[CHANGE_ROW]]
-        self.watched = self.structure.function([*values, *slopes])
-        self.rates = self.structure.function(audited[: self.structure.size])
+        self.watched = structure.function([*values, *slopes], size)
+        self.rates = structure.function(audited[:size], size)
 
     def find(
         self,
@@ -49,9 +63,11 @@ class EnsembleExtremes:
             members: Their quantities.
             system_of: Returns the system of a member.
         """
-        found = _StepsOfMembers(self, parameters, trajectories.ends, members, system_of)
+        found = _StepsOfMembers(self, parameters, trajectories, members, system_of)
         steps, is_driven = found.steps(), trajectories.supplied_energy is not None
         extrema = farthest_from_zero(steps)
+        if self.structure.q is not None:
+            extrema = pitch_of_sine(extrema)
         settling = settling_times(
             steps,
             VALUE,
@@ -79,7 +95,7 @@ class _StepsOfMembers:
     Args:
         compiled: The compiled functions.
         parameters: Shape (parameters, m).
-        ends: The ends of the steps of each member (see `EnsembleTrajectories`).
+        trajectories: The trajectories of the members.
         members: The quantities of the members.
         system_of: Returns the system of a member.
 
@@ -92,12 +108,16 @@ class _StepsOfMembers:
         self,
         compiled: EnsembleExtremes,
         parameters: Array,
-        ends: list[Array],
+        trajectories: EnsembleTrajectories,
         members: MemberTrajectories,
         system_of: Callable[[int], System],
     ) -> None:
         self._compiled, self._parameters, self._system_of = compiled, parameters, system_of
         self._rest = members.energy_at_rest
+        ends = list(trajectories.ends)
+        if trajectories.angles:
+            # As last rows: they are cut and repeated as the states are.
+            ends = [np.concatenate(pair) for pair in zip(ends, trajectories.angles, strict=True)]
         counts = np.array([one.shape[1] for one in ends])
         # Complete SIMD vectors: the last member stays at its end.
         more = -counts.sum() % SIMD
@@ -105,22 +125,32 @@ class _StepsOfMembers:
         together = np.concatenate([*ends, np.repeat(ends[-1][:, -1:], more, axis=1)], axis=1)
         size = compiled.structure.size
         self._times, self._states = together[0], together[1 : 1 + size]
-        self.audits = together[1 + size :]
+        audited = compiled.structure.audited_size
+        self.audits, self._angles = together[1 + size : 1 + audited], together[1 + audited :]
         self.member = np.repeat(np.arange(len(counts)), counts)
         self._first = np.cumsum(counts) - counts
         self._last = self._first + counts - 1
         self._after = self._at_end(np.arange(len(self._times)))
+        self._table = np.empty(0)
         self._lengths = self._times[self._after] - self._times
 
     def steps(self) -> Steps:
         """Return the steps; the last end of each member begins one of no length."""
-        values, rates = self._observed(self._states, self._times, self.member)
+        at_begin = self._observed(self._states, self._times, self.member)
+        q = self._compiled.structure.q
+        if q is not None:
+            at_begin[0, THETA_ROWS][::2] = self._angles[::2]
+        self._table = table = np.array([at_begin, self._at_end(at_begin)])
+        if q is not None:
+            motion = self._states[[q.size - 1, *range(6)]]
+            beyond = beyond_ends(motion, self._at_end(motion), self._lengths)
+            leave_open(table, beyond, self._first, self.member)
         return Steps(
             self._first,
             self._times,
             self._lengths,
-            (values, self._at_end(values)),
-            (rates, self._at_end(rates)),
+            (table[0, 0], table[1, 0]),
+            (table[0, 1], table[1, 1]),
             self._derivatives,
             self._divide,
         )
@@ -143,20 +173,28 @@ class _StepsOfMembers:
             self._times[both],
             np.tile(self._lengths[chosen], 2),
         ).reshape(ORDERS, VALUE + 1, 2, -1)
-        return np.moveaxis(found, 2, 0)[:, :, quantity, inverse]
+        chosen_ends = np.moveaxis(found, 2, 0)[:, :, quantity, inverse]
+        if self._compiled.structure.q is not None:
+            chosen_ends[:, :2] = self._table[:, :, quantity, step]
+        return chosen_ends
 
     def _divide(self, step: int) -> Steps | None:
         member = int(self.member[step])
-        system = self._system_of(member)
+        system, q = self._system_of(member), self._compiled.structure.q
+        if q is not None:
+            system, _ = in_quaternions(system)
         start = np.zeros(system.audited_size)
         start[: system.size] = self._states[:, step]
         times = float(self._times[step]), float(self._times[self._after[step]])
-        return divided(system, times, start, float(self._rest[member]))
+        Theta = self._table[0, 0, THETA_ROWS, step]
+        return divided(system, times, start, float(self._rest[member]), Theta)
 
     def _observed(self, y: Array, t: Array, of: Array) -> Array:
         """Return the values and rates of what is watched at states of members, shape (2, 8, p)."""
         found = self._evaluated(self._compiled.watched, y, t, of).reshape(2, VALUE + 1, -1)
         found[0, VALUE] -= self._rest[of]
+        if self._compiled.structure.q is not None:
+            found[:, THETA_ROWS] = self._compiled.structure.q.watched(y)
         return found
 
     def _evaluated(self, compiled: Any, y: Array, t: Array, of: Array) -> Array:

@@ -13,8 +13,8 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from rbstab.config.entries import numbers_below, value_at
 from rbstab.config.load import identifying, run_id
+from rbstab.config.numbers import numbers_below, replaced
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.axes import VARIANT
 from rbstab.sweep.plan.plan import Plan
@@ -106,7 +106,7 @@ def _template(plan: Plan, variant: str) -> _TextTemplate | None:
             if not isinstance(value, float):
                 return None
             # The mark is unique, because no text of a config has a null character.
-            value_at(data, path[:-1])[path[-1]] = f"\0{len(numbers)}"
+            data = replaced(data, {path: f"\0{len(numbers)}"})
             numbers.append(_VariedNumber(varied.key, varied.factor(value)))
     data["title"] = "\0title"
     pieces = re.split(r'"\\u0000(\w+)"', _canonical(data))

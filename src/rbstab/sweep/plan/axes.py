@@ -1,14 +1,19 @@
 """The varied keys of a plan, and its axes: groups of keys that vary together."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
-from rbstab.config.entries import value_at
+from rbstab.config.numbers import changed_numbers, replaced
 from rbstab.config.source import Path
-from rbstab.config.units import NumberKey
-from rbstab.sweep.plan.distributions import Distribution, FiniteList, MemberNumber
+from rbstab.config.units import NumberKey, number_key
+from rbstab.sweep.plan.distributions import Distribution, FiniteList, Member
+from rbstab.sweep.plan.plan_file import Column, Group, Varied
 
 VARIANT: Path = ("controller", "variant")
+
+VARIED_SECTIONS = ("body", "gravity", "controller", "elements", "initial")
+"""The sections whose numbers may vary. All members share the integration."""
 
 
 @dataclass(frozen=True)
@@ -16,16 +21,19 @@ class VariedKey:
     """A key of the config that a plan varies, with the distribution of its values.
 
     Args:
-        number_key: The key.
-        distribution: The distribution of the values, or of the factors.
-        scale: The values are factors. Each multiplies all numbers at the key in the base.
+        key: The key as it is written in a plan.
+        column: What stands at the key.
         place: The path of the key in the plan, for messages.
     """
 
-    number_key: NumberKey
-    distribution: Distribution
-    scale: bool = False
+    key: str
+    column: Column
     place: Path = ()
+
+    @cached_property
+    def number_key(self) -> NumberKey:
+        """The key, read; its path is empty if it is not a key."""
+        return number_key(self.key) or NumberKey(())
 
     @property
     def path(self) -> Path:
@@ -33,18 +41,30 @@ class VariedKey:
         return self.number_key.path
 
     @property
-    def key(self) -> str:
-        """The key as it is written in a plan."""
-        return self.number_key.text
+    def scale(self) -> bool:
+        """Whether the values are factors. Each multiplies all numbers at the key in the base."""
+        return self.column.content[0] == "scale"
+
+    @property
+    def distribution(self) -> Distribution:
+        """The distribution of the values, or of the factors."""
+        found = self.column.content[1]
+        distribution: Distribution = found.content[1] if self.scale else found
+        return distribution
 
     def factor(self, number: Any) -> Any:
         """Return what a value of the plan times is a number of a member, from that of the base."""
         return number if self.scale else self.number_key.factor
 
-    def apply(self, data: dict[str, Any], value: Any) -> None:
-        """Replace or scale the value at the key in the data of a config."""
-        owner, last = value_at(data, self.path[:-1]), self.path[-1]
-        owner[last] = _replaced(value, owner[last], self)
+    def applied(self, data: dict[str, Any], value: Any) -> dict[str, Any]:
+        """Return the data of a config with the value at the key replaced or scaled."""
+        if isinstance(value, str):
+            return dict(replaced(data, {self.path: value}))
+        return dict(replaced(data, self.numbers(data, value)))
+
+    def numbers(self, owner: Any, value: Any) -> dict[Path, Any]:
+        """Return the new numbers at the key by path, of one member or of many in an array."""
+        return changed_numbers(owner, self.number_key, value, scale=self.scale)
 
 
 @dataclass(frozen=True)
@@ -53,28 +73,34 @@ class Axis:
 
     Args:
         name: The varied key, or the name of the `zip`.
-        varied_keys: The keys, at least one.
-        each: Combine each entry with every point of the design.
+        varied: What stands at the name in the plan.
     """
 
     name: str
-    varied_keys: tuple[VariedKey, ...]
-    each: bool = False
+    varied: Varied
+
+    @property
+    def each(self) -> bool:
+        """Whether each entry is combined with every point of the design."""
+        return self.varied.content[0] == "each"
+
+    @cached_property
+    def varied_keys(self) -> tuple[VariedKey, ...]:
+        """The keys, at least one."""
+        place: Path = ("vary", self.name)
+        group: Group = self.varied.each if self.each else self.varied
+        if group.content[0] != "zip":
+            return (VariedKey(self.name, group, place),)
+        inside = (*place, "each", "zip") if self.each else (*place, "zip")
+        return tuple(VariedKey(key, column, (*inside, key)) for key, column in group.zip.items())
 
     @property
     def counts_members(self) -> bool:
         """Whether the axis only counts the members: it makes none, and draws nothing."""
-        return isinstance(self.varied_keys[0].distribution, MemberNumber)
+        return isinstance(self.varied_keys[0].distribution, Member)
 
-    @property
+    @cached_property
     def length(self) -> int | None:
         """The number of entries of each list of the axis; None if it has no list."""
         lists = [k.distribution for k in self.varied_keys if isinstance(k.distribution, FiniteList)]
         return lists[0].length if lists else None
-
-
-def _replaced(value: Any, here: Any, varied: VariedKey) -> Any:
-    """Return what replaces the value `here` at a key; a list has each of its numbers scaled."""
-    if isinstance(here, list):
-        return [_replaced(value, entry, varied) for entry in here]
-    return value if isinstance(value, str) else value * varied.factor(here)

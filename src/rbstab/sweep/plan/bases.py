@@ -1,6 +1,5 @@
 """Read the base config of a plan, once for each variant of its members."""
 
-from collections.abc import Iterable
 from copy import deepcopy
 from dataclasses import replace
 from enum import Enum
@@ -8,12 +7,12 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from rbstab.config.errors import ConfigError, ConfigProblem
+from rbstab.config.files.named_files import embed_files
 from rbstab.config.load import source_of, validated
 from rbstab.config.messages import describe
 from rbstab.config.overrides import override
-from rbstab.config.schema import VARIANTS, Config
+from rbstab.config.schema import VARIANTS, Config, model_of
 from rbstab.config.source import Source
-from rbstab.config.user_code.files import embed_files
 from rbstab.config.user_code.permission import check_code
 from rbstab.files.existence import is_file
 from rbstab.sweep.plan.problems import ProblemCollector
@@ -30,124 +29,95 @@ class Code(Enum):
     ALLOWED = "it may be run"
 
 
-def read_bases(
+def read_bases(  # noqa: PLR0913, PLR0917 (a base and what changes it)
     problems: ProblemCollector,
+    base: str | dict[str, Any] | None,
     folder: FilePath,
     variants: tuple[str, ...],
-    changes: Iterable[str],
+    changes: list[str],
     code: Code,
 ) -> dict[str, Config]:
     """Read the base for each variant; if something is wrong, add problems and return {}.
 
     Args:
         problems: The source of the plan; collects the problems.
+        base: The base; None if it is wrong already.
         folder: The folder to which the path of the base is relative.
         variants: The variants in the plan; if empty, the variant of the base.
         changes: Texts `key=value` that replace single values of the base.
         code: What becomes of the code of users.
     """
-    source = _source_of_base(problems, folder)
-    if source is None:
+    if base is None:
         return {}
-    allowed = code is Code.ALLOWED
-    bases: dict[str, Config] = {}
-    by_variant: dict[str, list[ConfigProblem]] = {}
-    wanted = tuple(dict.fromkeys(variants)) or ("",)
-    try:
-        override(source, changes)
-        embed_files(source)
-        for variant in wanted:
-            try:
-                own = _with_variant(source, variant) if variant else source
-                base = validated(own, allow_python=allowed)
-                if code is not Code.NOT_RUN:
-                    check_code(base, source, allow_python=allowed)
-                bases[base.controller.variant] = base
-            except ConfigError as error:
-                by_variant[variant] = list(error.problems)
-    except ConfigError as error:
-        by_variant = {"": list(error.problems)}
-        wanted = ("",)
-    inline = isinstance(problems.source.data["base"], dict)
-    place = problems.source.location(()).source if inline else None
-    problems.add_all(
-        replace(p, key=f"base.{p.key}") if p.location.source == place else p
-        for p in _merged(by_variant, len(wanted))
-    )
-    return {} if by_variant else bases
-
-
-def _source_of_base(problems: ProblemCollector, folder: FilePath) -> Source | None:
-    base = problems.source.data.get("base")
-    if "base" not in problems.source.data:
-        problems.add(("base",), "is missing", "it is required")
-    elif isinstance(base, dict):
-        return _subsource(problems.source, "base")
-    elif not isinstance(base, str) or not base:
-        problems.add_unexpected(("base",), base, "the path of a config, or a config")
-    elif not _may_be_read(folder / base):
+    if isinstance(base, str) and _is_missing(folder / base):
         expected = "expected the path of a config, relative to the plan"
         problems.add(("base",), f"is {describe(base)}, which is not a file", expected)
-    else:
-        return _read(problems, folder / base)
-    return None
-
-
-def _may_be_read(path: FilePath) -> bool:
-    """Return whether a path leads to a file, or an error of the disk that reading it reports."""
+        return {}
     try:
-        return is_file(path)
-    except OSError:
-        return True
-
-
-def _read(problems: ProblemCollector, path: FilePath) -> Source | None:
-    try:
-        return source_of(path)
+        source = source_of(folder / base) if isinstance(base, str) else _inline(problems.source)
+        override(source, changes)
+        embed_files(source)
     except ConfigError as error:
-        problems.found += error.problems
-        return None
+        problems.add_all(error.problems)
+        return {}
+    wanted = tuple(dict.fromkeys(variants)) or ("",)
+    bases: dict[str, Config] = {}
+    wrong: dict[ConfigProblem, list[str]] = {}
+    for variant in wanted:
+        try:
+            found = _validated(source, variant, code)
+            bases[found.controller.variant] = found
+        except ConfigError as error:
+            for problem in error.problems:
+                wrong.setdefault(problem, []).append(variant)
+    inside = problems.source.location(()).source if isinstance(base, dict) else None
+    for problem, names in wrong.items():
+        of_some = f" for the variant {', '.join(names)}" if len(names) < len(wanted) else ""
+        prefix = "base." if problem.location.source == inside else ""
+        problems.add_all(
+            [replace(problem, key=prefix + problem.key, problem=problem.problem + of_some)]
+        )
+    return {} if wrong else bases
 
 
-def _subsource(source: Source, key: str) -> Source:
-    """Return the data at a key as a source, without the problems of the whole text."""
-    values = {path[1:]: where for path, where in source.values.items() if path[:1] == (key,)}
-    keys = {path[1:]: where for path, where in source.keys.items() if path[:1] == (key,)}
-    values.setdefault((), source.location((key,)))
-    return Source(deepcopy(source.data[key]), values, keys, folder=source.folder)
+def _is_missing(path: FilePath) -> bool:
+    """Return whether there is no file at a path; reading it reports an error of the disk."""
+    try:
+        return not is_file(path)
+    except OSError:
+        return False
 
 
-def _with_variant(source: Source, variant: str) -> Source:
-    """Return the source with another variant, without the keys that only other variants have."""
+def _inline(source: Source) -> Source:
+    """Return the base in a plan as a source, without the problems of the whole text."""
+    values = {path[1:]: where for path, where in source.values.items() if path[:1] == ("base",)}
+    keys = {path[1:]: where for path, where in source.keys.items() if path[:1] == ("base",)}
+    values.setdefault((), source.location(("base",)))
+    return Source(deepcopy(source.data["base"]), values, keys, folder=source.folder)
+
+
+def _validated(source: Source, variant: str, code: Code) -> Config:
+    """Return the config of a variant, without the keys that only others have; "" is its own.
+
+    Raises:
+        ConfigError: It is not valid, or has code that is refused.
+    """
     data = deepcopy(source.data)
-    if isinstance(data.get("controller"), dict):
-        data["controller"]["variant"] = variant
-    for section in VARIANT_SECTIONS:
-        own = _keys(variant, section)
-        others: set[str] = set().union(*(_keys(other, section) for other in VARIANTS))
-        if isinstance(data.get(section), dict):
-            data[section] = {
-                key: value
-                for key, value in data[section].items()
-                if key in own or key not in others
-            }
-    return replace(source, data=data)
+    if variant:
+        if isinstance(data.get("controller"), dict):
+            data["controller"]["variant"] = variant
+        for section in VARIANT_SECTIONS:
+            keys = {name: _keys(name, section) for name in VARIANTS}
+            others = set().union(*keys.values()) - keys[variant]
+            if isinstance(data.get(section), dict):
+                data[section] = {k: v for k, v in data[section].items() if k not in others}
+    own = replace(source, data=data)
+    base = validated(own, allow_python=code is Code.ALLOWED)
+    if code is not Code.NOT_RUN:
+        check_code(base, source, allow_python=code is Code.ALLOWED)
+    return base
 
 
 def _keys(variant: str, section: str) -> set[str]:
-    annotation: Any = VARIANTS[variant].model_fields[section].annotation
+    annotation: Any = model_of(variant).model_fields[section].annotation
     return set(annotation.model_fields)
-
-
-def _merged(by_variant: dict[str, list[ConfigProblem]], variants: int) -> list[ConfigProblem]:
-    """Return each problem once; if only some variants have it, name these variants."""
-    variants_with: dict[ConfigProblem, list[str]] = {}
-    for variant, found in by_variant.items():
-        for problem in found:
-            variants_with.setdefault(problem, []).append(variant)
-    return [
-        problem
-        if len(names) == variants
-        else replace(problem, problem=f"{problem.problem} for the variant {', '.join(names)}")
-        for problem, names in variants_with.items()
-    ]

@@ -1,49 +1,118 @@
-"""Distributions of the values of a varied key: finite lists, and continuous distributions."""
+"""Distributions of the values of a varied key: finite lists, and continuous distributions.
 
-from abc import ABC, abstractmethod
-from dataclasses import dataclass
+Each is a pydantic model of its arguments in the file of a plan, `[0, 1, 11]`, and has their values.
+"""
+
+import math
+from collections.abc import Callable
 from functools import cached_property
-from typing import ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    RootModel,
+    WrapValidator,
+    model_validator,
+)
 
+from rbstab.config.messages import describe
+from rbstab.config.quantities import Count, Real, value_error, whole
+from rbstab.config.schema import VARIANTS
 from rbstab.mechanics.numbers import Array
+
+NotNegativeWhole = Annotated[int, Field(ge=0), BeforeValidator(whole)]
 
 MIN_VALUE = 2.0**-53
 """Coordinates of a design lie between this and 1 minus this, so that quantiles are finite."""
 
 
-class Distribution(ABC):
-    """A map from the unit interval to values; `keyword` is its name in a plan."""
+def listed(form: str, *lengths: int) -> tuple[Any, ...]:
+    """Return what makes a type take a list that is not empty, of one of these lengths if any."""
 
-    keyword: ClassVar[str]
+    def check(value: Any) -> Any:
+        if not isinstance(value, list | tuple) or not value:
+            found = "empty" if value in ([], ()) else describe(value)
+            raise value_error(f"is {found}", f"expected {form}")
+        if lengths and len(value) not in lengths:
+            entries = "entry" if len(value) == 1 else "entries"
+            raise value_error(f"has {len(value)} {entries}", f"expected {form}")
+        return value
+
+    return Field(strict=False, description=form), BeforeValidator(check)
+
+
+def _name_or_number(value: Any, number: Any) -> Any:
+    return value if isinstance(value, str) and value in VARIANTS else number(value)
+
+
+Entry = Annotated[
+    Real,
+    WrapValidator(_name_or_number, json_schema_input_type=float | Literal[tuple(VARIANTS)]),
+    PlainSerializer(lambda entry: entry),
+]
+"""A number, or the name of a variant."""
+
+_Pair = tuple[Real, Real]
+_Spaced = Annotated[tuple[Real, Real, Count], *listed("[first, last, count]", 3)]
+
+
+class Distribution(RootModel[Any]):
+    """A map from the unit interval to values; the root has its arguments.
+
+    Attributes:
+        requirement: A condition on the first two arguments, and what it expects.
+    """
+
+    model_config = ConfigDict(frozen=True, strict=True, defer_build=True)
+    requirement: ClassVar[tuple[Callable[[float, float], bool], str] | None] = None
 
     @property
-    @abstractmethod
+    def keyword(self) -> str:
+        """Its name in a plan."""
+        return type(self).__name__.lower()
+
+    @property
     def arguments(self) -> list[float | str]:
-        """The arguments after the keyword in a plan; all numbers are floats."""
+        """The arguments after the keyword in a plan; all numbers but counts are floats."""
+        return list(self.root)
 
     @property
-    @abstractmethod
     def bounds(self) -> tuple[float, float]:
-        """A lower and an upper bound of all values."""
+        """A lower and an upper bound of all values: here, the two arguments."""
+        low, high = self.root
+        return low, high
 
-    @abstractmethod
     def quantile(self, u: Array) -> Array:
         """Return the values at coordinates in (0, 1), by the inverse distribution function."""
+        raise NotImplementedError
+
+    @model_validator(mode="after")
+    def _check(self) -> "Distribution":
+        if self.requirement is not None:
+            allows, expected = self.requirement
+            a, b = self.root[:2]
+            if not allows(a, b):
+                raise value_error(f"is [{a:.12g}, {b:.12g}]", f"expected {expected}")
+            if not np.isfinite(self.bounds).all():
+                raise value_error("exceeds the range of numbers", "expected finite values")
+        return self
 
 
 class FiniteList(Distribution):
     """A list of entries, as a grid needs. A design draws all entries with equal probability."""
 
     @property
-    @abstractmethod
     def length(self) -> int:
         """The number of entries."""
+        return int(self.root[2])
 
-    @abstractmethod
     def at(self, indices: Array) -> Array:
         """Return the entries at some indices, counted from 0."""
+        raise NotImplementedError
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -56,161 +125,107 @@ class FiniteList(Distribution):
         # All coordinates are below 1, so the product is never rounded up to the length.
         return self.at((u * self.length).astype(np.int64))
 
+    def _linspace(self, first: float, last: float, indices: Array) -> Array:
+        """Return the entries at some indices, equal to those of `numpy.linspace` bit for bit."""
+        steps = max(self.length - 1, 1)
+        line = indices * ((last - first) / steps) + first
+        return np.where((indices == steps), last, line)
 
-@dataclass(frozen=True)
+
 class Values(FiniteList):
-    """A list written out in the plan: numbers, or names of variants."""
+    """A list written out in the plan: numbers, or names of variants, which its key decides."""
 
-    keyword = "values"
-    entries: tuple[float, ...] | tuple[str, ...]
-
-    @property
-    def arguments(self) -> list[float | str]:
-        """The arguments as in the plan."""
-        return list(self.entries)
+    root: Annotated[tuple[Entry, ...], Field(min_length=1), *listed("a list of values")]
 
     @property
     def length(self) -> int:
         """The number of entries."""
-        return len(self.entries)
+        return len(self.root)
 
     @cached_property
     def _array(self) -> Array:
-        return np.array(self.entries, dtype=object if isinstance(self.entries[0], str) else float)
+        return np.array(self.root, dtype=object if isinstance(self.root[0], str) else float)
 
     @property
     def bounds(self) -> tuple[float, float]:
         """The smallest and the largest entry."""
-        return float(min(self.entries)), float(max(self.entries))
+        return float(min(self.root)), float(max(self.root))
 
     def at(self, indices: Array) -> Array:
         """Return the entries at some indices."""
         return self._array[indices]
 
 
-@dataclass(frozen=True)
-class _SpacedList(FiniteList):
-    """A list stored as its first entry, its last entry and its length."""
+class Linspace(FiniteList):
+    """[first, last, count]: equally spaced numbers."""
 
-    first: float
-    last: float
-    count: int
-
-    @property
-    def arguments(self) -> list[float | str]:
-        """The arguments as in the plan."""
-        return [self.first, self.last, self.count]
-
-    @property
-    def length(self) -> int:
-        """The number of entries."""
-        return self.count
-
-    def _linspace(self, first: float, last: float, indices: Array) -> Array:
-        """Return the entries at some indices, equal to those of `numpy.linspace` bit for bit."""
-        steps = max(self.count - 1, 1)
-        line = indices * ((last - first) / steps) + first
-        return np.where((indices == steps), last, line)
-
-
-@dataclass(frozen=True)
-class Linspace(_SpacedList):
-    """`count` equally spaced numbers."""
-
-    keyword = "linspace"
+    root: _Spaced
+    requirement = lambda a, b: math.isfinite(b - a), "numbers whose difference is finite"
 
     def at(self, indices: Array) -> Array:
         """Return the entries at some indices."""
-        return self._linspace(self.first, self.last, indices)
+        return self._linspace(*self.root[:2], indices)
 
 
-@dataclass(frozen=True)
-class Logspace(_SpacedList):
-    """Powers of 10 with equally spaced exponents."""
+class Logspace(FiniteList):
+    """[first, last, count] of the exponents: powers of 10 with equally spaced exponents."""
 
-    keyword = "logspace"
+    root: _Spaced
+    requirement = lambda a, b: max(abs(a), abs(b)) <= 308, "exponents of 10 from -308 to 308"
 
     def at(self, indices: Array) -> Array:
         """Return the entries at some indices."""
         with np.errstate(over="ignore", under="ignore"):
-            return np.power(10.0, self._linspace(self.first, self.last, indices))
+            return np.power(10.0, self._linspace(*self.root[:2], indices))
 
 
-@dataclass(frozen=True)
-class Geomspace(_SpacedList):
-    """`count` numbers with equal ratios; the first and the last are exact."""
+class Geomspace(FiniteList):
+    """[first, last, count]: numbers with equal ratios; the first and the last are exact."""
 
-    keyword = "geomspace"
+    root: _Spaced
+    requirement = lambda a, b: min(a, b) > 0, "numbers greater than 0"
 
     def at(self, indices: Array) -> Array:
         """Return the entries at some indices."""
-        line = self._linspace(float(np.log10(self.first)), float(np.log10(self.last)), indices)
-        low, high = sorted((self.first, self.last))
-        inside = np.clip(np.power(10.0, line), low, high)
-        at_last = (indices == self.count - 1) & (self.count > 1)
-        return np.where(at_last, self.last, np.where(indices == 0, self.first, inside))
+        first, last, count = self.root
+        line = self._linspace(float(np.log10(first)), float(np.log10(last)), indices)
+        inside = np.clip(np.power(10.0, line), min(first, last), max(first, last))
+        at_last = (indices == count - 1) & (count > 1)
+        return np.where(at_last, last, np.where(indices == 0, first, inside))
 
 
-@dataclass(frozen=True)
-class MemberNumber(Distribution):
-    """No distribution: whole numbers that count the members, as seeds of their noises."""
+class Member(Distribution):
+    """[first]: no distribution, but whole numbers that count the members, as seeds of noises."""
 
-    keyword = "member"
-    first: int
-
-    @property
-    def arguments(self) -> list[float | str]:
-        """The first number."""
-        return [self.first]
+    root: Annotated[tuple[NotNegativeWhole], *listed("[first]", 1)]
 
     @property
     def bounds(self) -> tuple[float, float]:
         """The first number: all others are valid seeds as well if it is one."""
-        return self.first, self.first
+        return self.root[0], self.root[0]
 
     def at(self, numbers: Array) -> Array:
         """Return the values of members with these numbers, counted from 0."""
-        return self.first + numbers.astype(float)
-
-    def quantile(self, u: Array) -> Array:
-        """Never called: a plan gives no coordinate to this key."""
-        raise TypeError("the number of a member is not drawn")
+        return self.root[0] + numbers.astype(float)
 
 
-@dataclass(frozen=True)
-class _TwoParameters(Distribution):
-    """A distribution with two parameters."""
+class Uniform(Distribution):
+    """[a, b]: the uniform distribution between a and b."""
 
-    a: float
-    b: float
-
-    @property
-    def arguments(self) -> list[float | str]:
-        """The arguments as in the plan."""
-        return [self.a, self.b]
-
-    @property
-    def bounds(self) -> tuple[float, float]:
-        """The two parameters, which bound the values."""
-        return self.a, self.b
-
-
-@dataclass(frozen=True)
-class Uniform(_TwoParameters):
-    """The uniform distribution between a and b."""
-
-    keyword = "uniform"
+    root: Annotated[_Pair, *listed("[a, b]", 2)]
+    requirement = lambda a, b: a < b, "a < b"
 
     def quantile(self, u: Array) -> Array:
         """Return the values at coordinates in (0, 1)."""
-        return np.clip(self.a * (1 - u) + self.b * u, self.a, self.b)
+        a, b = self.root
+        return np.clip(a * (1 - u) + b * u, a, b)
 
 
-@dataclass(frozen=True)
-class Normal(_TwoParameters):
-    """The normal distribution with mean a and standard deviation b."""
+class Normal(Distribution):
+    """[mean, sd]: the normal distribution with this mean and standard deviation."""
 
-    keyword = "normal"
+    root: Annotated[_Pair, *listed("[mean, sd]", 2)]
+    requirement = lambda _, sd: sd > 0, "a standard deviation above 0"
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -224,16 +239,17 @@ class Normal(_TwoParameters):
         from scipy.special import ndtri
 
         with np.errstate(over="ignore"):
-            return self.a + self.b * ndtri(u)
+            return self.root[0] + self.root[1] * ndtri(u)
 
 
-@dataclass(frozen=True)
-class LogUniform(_TwoParameters):
-    """The log-uniform distribution between a and b."""
+class LogUniform(Distribution):
+    """[a, b], 0 < a < b: the log-uniform distribution between a and b."""
 
-    keyword = "loguniform"
+    root: Annotated[_Pair, *listed("[a, b]", 2)]
+    requirement = lambda a, b: 0 < a < b, "0 < a < b"
 
     def quantile(self, u: Array) -> Array:
         """Return the values at coordinates in (0, 1)."""
-        low, high = np.log(self.a), np.log(self.b)
-        return np.clip(np.exp(low * (1 - u) + high * u), self.a, self.b)
+        a, b = self.root
+        low, high = np.log(a), np.log(b)
+        return np.clip(np.exp(low * (1 - u) + high * u), a, b)

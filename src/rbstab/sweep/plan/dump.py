@@ -1,14 +1,13 @@
 """Convert a plan to YAML or plain data, including its base with all defaults filled in."""
 
-from collections.abc import Iterable
 from typing import Any
 
-from rbstab.config.writing.dump import as_yaml
-from rbstab.sweep.plan.axes import Axis, VariedKey
+from rbstab.config.files.dump import as_yaml
+from rbstab.config.section import Section
 from rbstab.sweep.plan.bases import VARIANT_SECTIONS
-from rbstab.sweep.plan.load import GRID
-from rbstab.sweep.plan.plan import PLAN_VERSION, Plan
-from rbstab.sweep.plan.proof_selection import prove_data
+from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.plan.plan_file import GRID, PLAN_VERSION
+from rbstab.sweep.plan.proof_selection import MOTION
 from rbstab.sweep.plan.trace_selection import TraceSelection
 
 
@@ -25,11 +24,11 @@ def plan_data(plan: Plan) -> dict[str, Any]:
         "schema_version": PLAN_VERSION,
         "title": plan.title,
         "base": _base(list(plan.templates.values())),
-        "vary": {axis.name: _axis(axis) for axis in plan.axes},
+        "vary": {axis.name: _plain(axis.varied) for axis in plan.axes},
         "design": GRID if design is None else design.keyword,
         **drawn,
         "keep": _keep(plan.keep),
-        **({} if plan.prove is None else {"prove": prove_data(plan.prove)}),
+        **({} if plan.prove is None else {"prove": {MOTION: _plain(plan.prove)}}),
     }
 
 
@@ -43,32 +42,17 @@ def _base(bases: list[dict[str, Any]]) -> dict[str, Any]:
     merged = dict(bases[0])
     for name in VARIANT_SECTIONS:
         sections = [base[name] for base in bases]
-        keys = dict.fromkeys(key for section in sections for key in section)
-        found = {key: _distinct(s[key] for s in sections if key in s) for key in keys}
-        merged[name] = {key: values[0] for key, values in found.items() if len(values) == 1}
+        merged[name] = {
+            key: value
+            for section in sections
+            for key, value in section.items()
+            if all(other.get(key, value) == value for other in sections)
+        }
     return merged
 
 
-def _distinct(values: Iterable[Any]) -> list[Any]:
-    found: list[Any] = []
-    for value in values:
-        if value not in found:
-            found.append(value)
-    return found
-
-
-def _axis(axis: Axis) -> dict[str, Any]:
-    first = axis.varied_keys[0]
-    if len(axis.varied_keys) == 1 and axis.name == first.key:
-        entry = _entry(first)
-    else:
-        entry = {"zip": {varied.key: _entry(varied) for varied in axis.varied_keys}}
-    return {"each": entry} if axis.each else entry
-
-
-def _entry(varied: VariedKey) -> dict[str, Any]:
-    entry: dict[str, Any] = {varied.distribution.keyword: varied.distribution.arguments}
-    return {"scale": entry} if varied.scale else entry
+def _plain(section: Section) -> dict[str, Any]:
+    return section.model_dump(mode="json", exclude_none=True)
 
 
 def _keep(keep: TraceSelection) -> Any:

@@ -7,32 +7,19 @@ from typing import Any
 
 from rbstab.config.errors import ConfigError, ConfigProblem
 from rbstab.config.load import PLAN_ONLY, source_of
-from rbstab.config.quantities import whole
 from rbstab.config.schema import Experiment
+from rbstab.config.source import key_of
 from rbstab.sweep.plan.axes import VARIANT, Axis
 from rbstab.sweep.plan.bases import Code, read_bases
 from rbstab.sweep.plan.designs import DESIGNS, Design, RandomDesign
-from rbstab.sweep.plan.distributions import Values
-from rbstab.sweep.plan.keys import check_changes, check_keys, check_names
-from rbstab.sweep.plan.plan import (
-    MAX_MEMBERS,
-    MAX_TITLE_LENGTH,
-    PLAN_VERSION,
-    Plan,
-)
+from rbstab.sweep.plan.keys import check_axes, check_changes, check_keys, check_names
+from rbstab.sweep.plan.plan import MAX_MEMBERS, Plan
+from rbstab.sweep.plan.plan_file import GRID, PlanFile
 from rbstab.sweep.plan.problems import ProblemCollector
-from rbstab.sweep.plan.proof_selection import read_prove
-from rbstab.sweep.plan.read_vary import read_vary
-from rbstab.sweep.plan.trace_selection import TraceSelection
 from rbstab.sweep.plan.validity import problems_of_members
-
-KEYS = ("schema_version", "title", "base", "vary", "design", "members", "seed", "keep", "prove")
-"""The keys of a plan."""
 
 MEMBER_KEYS = ("vary", "design", "members", "seed")
 """The keys from which the members follow, apart from their base."""
-
-GRID = "grid"
 
 
 def is_plan(path: FilePath) -> bool:
@@ -54,9 +41,8 @@ def is_config(path: FilePath) -> bool:
 
 
 def _is_config(data: Mapping[str, Any]) -> bool:
-    return PLAN_ONLY.isdisjoint(data) and not set(Experiment.model_fields).isdisjoint(
-        data.keys() - set(KEYS)
-    )
+    sections = set(Experiment.model_fields) - set(PlanFile.model_fields)
+    return PLAN_ONLY.isdisjoint(data) and not sections.isdisjoint(data)
 
 
 def load_plan(
@@ -100,27 +86,25 @@ def plan_to_read(plan: str | FilePath | Mapping[str, Any]) -> Plan:
     Raises:
         ConfigError: As `load_plan`.
     """
-    return _loaded(plan, (), Code.NOT_RUN)
+    return _loaded(plan, [], Code.NOT_RUN)
 
 
-def _loaded(plan: str | FilePath | Mapping[str, Any], changes: Iterable[str], code: Code) -> Plan:
-    problems = ProblemCollector(source_of(plan, "plan"))
-    folder = FilePath() if isinstance(plan, Mapping) else FilePath(plan).parent
-    data = problems.source.data
-    if _is_config(data):
+def _loaded(plan: str | FilePath | Mapping[str, Any], changes: list[str], code: Code) -> Plan:
+    source = source_of(plan, "plan")
+    if _is_config(source.data):
         expected = "expected a plan with base and vary; rbstab.simulate runs a config"
-        raise ConfigError(
-            [ConfigProblem(problems.source.location(()), "", "is a config", expected)]
-        )
-    problems.add_unknown_keys((), data, KEYS)
-    _check_version(problems)
-    name = _design_name(problems)
-    axes = read_vary(problems, grid=name == GRID)
-    title, design = _title(problems), _design(problems, name, axes)
-    keep, prove = _keep(problems), read_prove(problems)
-    changes = [changes] if isinstance(changes, str) else list(changes)
-    bases = read_bases(problems, folder, _variants(axes), changes, code)
-    loaded = Plan(title, bases, axes, design, keep, prove)
+        raise ConfigError([ConfigProblem(source.location(()), "", "is a config", expected)])
+    problems = ProblemCollector(source)
+    file = problems.read()
+    # A wrong design is read as the default.
+    name = file.design if source.data.get("design", GRID) == file.design else None
+    axes = check_axes(problems, file, grid=name == GRID)
+    design = _design(problems, file, name, axes)
+    folder = FilePath() if isinstance(plan, Mapping) else FilePath(plan).parent
+    knows_variants = not any(key_of(VARIANT) in problem.key for problem in problems.found)
+    base = file.base if knows_variants else None
+    bases = read_bases(problems, base, folder, _variants(axes), changes, code)
+    loaded = Plan(file.title, bases, axes, design, file.keep, file.prove)
     if bases:
         check_keys(problems, loaded)
         check_changes(problems, loaded, changes)
@@ -129,9 +113,8 @@ def _loaded(plan: str | FilePath | Mapping[str, Any], changes: Iterable[str], co
     if _knows_members(problems):
         _check_members_with_traces(problems, loaded)
         if bases:
-            problems.found += problems_of_members(loaded, problems.source)
-    if problems.found:
-        raise ConfigError(problems.found, complete=not problems.is_full)
+            problems.found += problems_of_members(loaded, source)
+    problems.raise_if_any()
     return loaded
 
 
@@ -141,56 +124,19 @@ def _knows_members(problems: ProblemCollector) -> bool:
     return not problems.source.problems and wrong.isdisjoint(MEMBER_KEYS)
 
 
-def _check_version(problems: ProblemCollector) -> None:
-    version = whole(problems.source.data.get("schema_version", PLAN_VERSION))
-    if isinstance(version, int) and not isinstance(version, bool) and version != PLAN_VERSION:
-        problem = f"is {version}, which this version of rbstab does not support"
-        problems.add(("schema_version",), problem, f"expected {PLAN_VERSION}")
-    elif type(version) is not int:
-        problems.add_unexpected(("schema_version",), version, str(PLAN_VERSION))
-
-
-def _title(problems: ProblemCollector) -> str:
-    title = problems.source.data.get("title", "untitled")
-    if not isinstance(title, str):
-        problems.add_unexpected(("title",), title, "a text")
-    elif not title:
-        problems.add(("title",), "is empty", "expected a text")
-    elif len(title) > MAX_TITLE_LENGTH:
-        problem = f"has {len(title)} characters"
-        problems.add(("title",), problem, f"expected at most {MAX_TITLE_LENGTH}")
-    elif "\0" in title:
-        problems.add(("title",), "has a null character", "expected a text that HDF5 can hold")
-    return str(title)
-
-
-def _design_name(problems: ProblemCollector) -> str | None:
-    """Return the name of the design; if it is wrong, add a problem and return None."""
-    name = problems.source.data.get("design", GRID)
-    if isinstance(name, str) and name in (GRID, *DESIGNS):
-        return name
-    problems.add_unexpected(("design",), name, f"one of {', '.join((GRID, *DESIGNS))}")
-    return None
-
-
-def _design(problems: ProblemCollector, name: str | None, axes: tuple[Axis, ...]) -> Design | None:
+def _design(
+    problems: ProblemCollector, file: PlanFile, name: str | None, axes: tuple[Axis, ...]
+) -> Design | None:
     """Return the design; None for a grid and, with problems added, for a wrong design."""
-    data = problems.source.data
+    for key in ("members", "seed"):
+        if name == GRID and key in problems.source.data:
+            problems.add((key,), "has no effect in a grid", f"expected no {key}", of_key=True)
+        elif name not in (GRID, None) and key not in problems.source.data:
+            problems.add((key,), "is missing", f"the design {name} requires it")
     if name == GRID:
-        for key in ("members", "seed"):
-            if key in data:
-                problem = "has no effect in a grid"
-                problems.add((key,), problem, f"expected no {key}", of_key=True)
         _check_member_count(problems, axes, 1)
         return None
-    found: dict[str, int | None] = {}
-    for key, minimum in (("members", 1), ("seed", 0)):
-        if key in data:
-            found[key] = problems.read_integer((key,), data[key], minimum)
-        elif name is not None:
-            problems.add((key,), "is missing", f"the design {name} requires it")
-    members, seed = found.get("members"), found.get("seed")
-    if name is None or members is None or seed is None:
+    if name is None or not {"members", "seed"} <= file.model_fields_set:
         return None
     drawn = sum(not axis.each and not axis.counts_members for axis in axes)
     # Random points need no coordinates if only the numbers of the members differ.
@@ -198,55 +144,25 @@ def _design(problems: ProblemCollector, name: str | None, axes: tuple[Axis, ...]
     if axes and not drawn and not only_counted:
         problems.add(("design",), "has nothing to draw", "expected a key without `each`")
     limit = DESIGNS[name].max_points
-    if limit is not None and members > limit:
-        problem = f"is {members}, more than the design {name} allows"
+    if limit is not None and file.members > limit:
+        problem = f"is {file.members}, more than the design {name} allows"
         problems.add(("members",), problem, f"expected at most {limit}")
-    _check_member_count(problems, [axis for axis in axes if axis.each], members)
-    return DESIGNS[name](drawn, members, seed)
+    _check_member_count(problems, [axis for axis in axes if axis.each], file.members)
+    return DESIGNS[name](drawn, file.members, file.seed)
 
 
 def _check_member_count(problems: ProblemCollector, counted: Iterable[Axis], points: int) -> None:
     members = points * prod(axis.length or 1 for axis in counted)
     if members > MAX_MEMBERS:
-        problem = f"makes {_approximately(members)} members"
-        problems.add(("vary",), problem, f"expected at most {MAX_MEMBERS}")
-
-
-def _approximately(number: int) -> str:
-    text = str(number)
-    return text if len(text) <= 15 else f"about 10^{len(text) - 1}"
-
-
-def _keep(problems: ProblemCollector) -> TraceSelection:
-    keep = problems.source.data.get("keep", "summary")
-    forms = "summary, traces, {traces: [number, ...]} or {traces: {every: n}}"
-    if keep in ("summary", "traces"):
-        return TraceSelection(every=int(keep == "traces"))
-    if not isinstance(keep, dict) or not keep:
-        problems.add_unexpected(("keep",), keep, forms)
-        return TraceSelection()
-    problems.add_unknown_keys(("keep",), keep, ("traces",))
-    path, traces = ("keep", "traces"), keep.get("traces", {})
-    if isinstance(traces, dict):
-        if "traces" in keep and "every" not in traces:
-            problems.add((*path, "every"), "is missing", "it is required")
-        problems.add_unknown_keys(path, traces, ("every",))
-        every = problems.read_integer((*path, "every"), traces.get("every", 1), 1)
-        return TraceSelection(every=every or 0)
-    if not isinstance(traces, list):
-        problems.add_unexpected(path, traces, "[number, ...] or {every: n}")
-        return TraceSelection()
-    entries = problems.unless_full(enumerate(traces))
-    numbers = {problems.read_integer((*path, i), entry, 0) for i, entry in entries}
-    return TraceSelection(members=tuple(sorted(number for number in numbers if number is not None)))
+        shown = str(members) if members < 10**15 else f"about 10^{len(str(members)) - 1}"
+        problems.add(("vary",), f"makes {shown} members", f"expected at most {MAX_MEMBERS}")
 
 
 def _check_members_with_traces(problems: ProblemCollector, plan: Plan) -> None:
     """Add a problem for each number in `keep` that is not the number of a member."""
     if plan.keep.members:
-        numbers = problems.source.data["keep"]["traces"]
-        for index, number in problems.unless_full(enumerate(numbers)):
-            if number >= plan.members:
+        for index, number in enumerate(problems.source.data["keep"]["traces"]):
+            if number >= plan.members and not problems.is_full:
                 expected = f"expected a member below {plan.members}"
                 problems.add(("keep", "traces", index), f"is {number}", expected)
 
@@ -254,4 +170,4 @@ def _check_members_with_traces(problems: ProblemCollector, plan: Plan) -> None:
 def _variants(axes: tuple[Axis, ...]) -> tuple[str, ...]:
     """Return the values of `controller.variant`; empty if the variant does not vary."""
     found = [k.distribution for axis in axes for k in axis.varied_keys if k.path == VARIANT]
-    return tuple(str(name) for d in found[:1] if isinstance(d, Values) for name in d.entries)
+    return tuple(found[0].root) if found else ()

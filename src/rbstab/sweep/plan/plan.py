@@ -6,7 +6,6 @@ Members are numbered from 0. The config of a member is made only when it is need
 import hashlib
 import json
 from collections.abc import Collection, Mapping
-from copy import deepcopy
 from dataclasses import dataclass
 from functools import cached_property
 from math import prod
@@ -15,20 +14,20 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.build import problem_of
-from rbstab.config.entries import value_at
 from rbstab.config.load import changed_config, identifying, plain_data
+from rbstab.config.numbers import value_at
 from rbstab.config.schema import Config
+from rbstab.config.source import Path
 from rbstab.config.user_code.permission import may_run_code
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
 from rbstab.store.cards import line
 from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey
 from rbstab.sweep.plan.designs import Design
-from rbstab.sweep.plan.distributions import FiniteList, MemberNumber
+from rbstab.sweep.plan.distributions import FiniteList, Member
+from rbstab.sweep.plan.plan_file import PLAN_VERSION
 from rbstab.sweep.plan.proof_selection import ProofSelection
 from rbstab.sweep.plan.trace_selection import TraceSelection
-
-PLAN_VERSION = 1
 
 MAX_MEMBERS = 100_000_000
 """Largest number of members. A billion would take two cores most of a day and fill a disk."""
@@ -122,16 +121,28 @@ class Plan:
         """
         if not 0 <= start <= stop <= self.members:
             raise IndexError(f"members {start} to {stop} of a plan with {self.members}")
-        by_axis = self._indices(start, stop) | self._own_numbers(start, stop)
+        points = 1 if self.design is None else self.design.points
+        numbers = np.arange(start, stop)
+        entries, point = numbers // points, numbers % points
+        at: dict[str, Array] = {}
+        # The last axis varies fastest.
+        for axis in reversed(self.axes):
+            if axis.counts_members:
+                # In a design all entries of `each` get the numbers of their points.
+                at[axis.name] = numbers if self.design is None else point
+            elif self._is_counted(axis):
+                at[axis.name] = entries % (axis.length or 1)
+                entries = entries // (axis.length or 1)
         wanted = [
             (axis.name, varied)
             for axis in self.axes
             for varied in axis.varied_keys
             if keys is None or varied.key in keys
         ]
-        if any(name not in by_axis for name, _ in wanted):
-            by_axis |= self._coordinates(start, stop)
-        return {varied.key: _values_of(varied, by_axis[name]) for name, varied in wanted}
+        if self.design is not None and any(name not in at for name, _ in wanted):
+            drawn = [axis.name for axis in self.axes if axis.name not in at]
+            at |= dict(zip(drawn, _coordinates(self.design, start, stop), strict=True))
+        return {varied.key: _values_of(varied, at[name]) for name, varied in wanted}
 
     def base_of(self, variant: str) -> Config:
         """Return the base of a variant; its members differ from it at the varied keys.
@@ -143,7 +154,10 @@ class Plan:
 
     def varied_keys_of(self, variant: str) -> tuple[VariedKey, ...]:
         """Return the varied keys that a variant has; the others do not affect its members."""
-        return tuple(k for k in self.varied_keys if k.path != VARIANT and self._has(variant, k))
+        template = self.templates[variant]
+        return tuple(
+            k for k in self.varied_keys if k.path != VARIANT and _has_key(template, k.path)
+        )
 
     def variant_of(self, values: Mapping[str, Any]) -> str:
         """Return the variant of a member with these values."""
@@ -170,10 +184,10 @@ class Plan:
 
     def data_of(self, variant: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return the base of a variant with these values as plain data, without validation."""
-        data: dict[str, Any] = deepcopy(self.templates[variant])
+        data = self.templates[variant]
         for varied in self.varied_keys_of(variant):
             if varied.key in values:
-                varied.apply(data, values[varied.key])
+                data = varied.applied(data, values[varied.key])
         return data
 
     @cached_property
@@ -181,59 +195,21 @@ class Plan:
         """The bases as plain data with all defaults filled in. Do not change them."""
         return {name: plain_data(base) for name, base in self.bases.items()}
 
-    def _has(self, variant: str, varied: VariedKey) -> bool:
-        try:
-            value_at(self.templates[variant], varied.path)
-        except LookupError:
-            return False
-        return True
-
     def _is_counted(self, axis: Axis) -> bool:
         return (self.design is None or axis.each) and not axis.counts_members
 
-    def _own_numbers(self, start: int, stop: int) -> dict[str, Array]:
-        """Return the numbers of members along the axes that count them.
 
-        In a design they are the numbers of their points: so all entries of `each` get the same.
-        """
-        entries, points = self._numbers(start, stop)
-        numbers = entries if self.design is None else points
-        return {axis.name: numbers for axis in self.axes if axis.counts_members}
-
-    def _indices(self, start: int, stop: int) -> dict[str, Array]:
-        """Return each member's indices along the counted axes; the last axis varies fastest."""
-        entries, indices = self._numbers(start, stop)[0], {}
-        for axis in reversed([axis for axis in self.axes if self._is_counted(axis)]):
-            length = axis.length or 1
-            indices[axis.name] = entries % length
-            entries = entries // length
-        return indices
-
-    def _coordinates(self, start: int, stop: int) -> dict[str, Array]:
-        """Return the coordinates of each axis that draws from the design."""
-        assert self.design is not None
-        if stop - start >= self.design.points:
-            points = self._numbers(start, stop)[1]
-            u = self.design.draw(0, self.design.points)[:, points]
-        else:
-            # The range crosses the end of the design at most once: draw up to it, then from 0.
-            first = start % self.design.points
-            end = min(first + stop - start, self.design.points)
-            rest = stop - start - (end - first)
-            u = self.design.draw(first, end)
-            u = np.hstack([u, self.design.draw(0, rest)]) if rest else u
-        drawn = [
-            axis.name
-            for axis in self.axes
-            if not self._is_counted(axis) and not axis.counts_members
-        ]
-        return dict(zip(drawn, u, strict=True))
-
-    def _numbers(self, start: int, stop: int) -> tuple[Array, Array]:
-        """Split each member number into its number on the counted axes and its point number."""
-        points = 1 if self.design is None else self.design.points
-        numbers = np.arange(start, stop)
-        return numbers // points, numbers % points
+def _coordinates(design: Design, start: int, stop: int) -> Array:
+    """Return the coordinates of members, whose points repeat, shape (dimensions, stop - start)."""
+    first = start % design.points
+    end = first + stop - start
+    if end <= design.points:
+        return design.draw(first, end)
+    if stop - start < design.points:
+        parts = design.draw(first, design.points), design.draw(0, end - design.points)
+        return np.hstack(parts)
+    drawn: Array = design.draw(0, design.points)[:, np.arange(first, end) % design.points]
+    return drawn
 
 
 def plan_id(plan: Plan) -> str:
@@ -248,7 +224,14 @@ def plan_id(plan: Plan) -> str:
         "version": PLAN_VERSION,
         "bases": [identifying(base) for base in plan.bases.values()],
         "vary": [
-            [axis.name, axis.each, [_varied_key_data(varied) for varied in axis.varied_keys]]
+            [
+                axis.name,
+                axis.each,
+                [
+                    [k.key, k.scale, k.distribution.keyword, k.distribution.arguments]
+                    for k in axis.varied_keys
+                ],
+            ]
             for axis in plan.axes
         ],
         "design": [design.keyword, design.points, design.seed] if design is not None else ["grid"],
@@ -261,16 +244,20 @@ def plan_id(plan: Plan) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
-def _varied_key_data(varied: VariedKey) -> list[Any]:
-    distribution = varied.distribution
-    return [varied.key, varied.scale, distribution.keyword, distribution.arguments]
+def _has_key(data: dict[str, Any], path: Path) -> bool:
+    """Return whether the data of a config have a path."""
+    try:
+        value_at(data, path)
+    except LookupError:
+        return False
+    return True
 
 
 def _values_of(varied: VariedKey, indices_or_coordinates: Array) -> Array:
     """Return the values at indices of a list (integers), or at coordinates of a design."""
     distribution = varied.distribution
     if indices_or_coordinates.dtype.kind == "i":
-        assert isinstance(distribution, FiniteList | MemberNumber)
+        assert isinstance(distribution, FiniteList | Member)
         found = distribution.at(indices_or_coordinates)
     else:
         found = distribution.quantile(indices_or_coordinates)

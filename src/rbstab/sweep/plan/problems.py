@@ -1,18 +1,36 @@
-"""Collect the problems of a plan."""
+"""Problems of a plan, each at its place in the file."""
 
-import math
-from collections.abc import Iterable, Iterator
-from typing import Any, TypeVar
+from collections.abc import Iterable
+from typing import Any, get_origin
 
-from rbstab.config.errors import MAX_PROBLEMS, ConfigProblem, closest, did_you_mean
-from rbstab.config.messages import describe
-from rbstab.config.quantities import whole
+from pydantic import BaseModel, ValidationError
+
+from rbstab.config.errors import (
+    MAX_PROBLEMS,
+    ConfigError,
+    ConfigProblem,
+    closest,
+    hint,
+)
+from rbstab.config.messages import describe, is_redundant, problem_texts
+from rbstab.config.schema import VARIANTS
 from rbstab.config.source import Path, Source, key_of
-
-T = TypeVar("T")
+from rbstab.config.unknown_keys import models_of, with_hint
+from rbstab.sweep.plan.axes import VARIANT
+from rbstab.sweep.plan.plan_file import PlanFile, ReadablePlan
 
 ENOUGH_PROBLEMS = 10 * MAX_PROBLEMS
-"""A search for problems ends here: a list of 100,000 wrong values would take seconds."""
+"""More problems are not described: a list of 100,000 wrong values would take seconds."""
+
+MISPLACED = {
+    "each": ("is nested too deeply", "expected `each` outermost, and no `zip` in a `zip`"),
+    "zip": ("is nested too deeply", "expected `each` outermost, and no `zip` in a `zip`"),
+    "member": (
+        "counts the members",
+        "expected {member: [first]} at a key of its own, without scale, zip or each",
+    ),
+}
+"""What is wrong with words of `vary` that stand where they cannot."""
 
 
 class ProblemCollector:
@@ -30,11 +48,6 @@ class ProblemCollector:
         self.found: list[ConfigProblem] = list(source.problems)
         self._already_wrong = {problem.location for problem in source.problems}
 
-    @property
-    def is_full(self) -> bool:
-        """Whether enough problems are found. Then the entries of a list need no more checks."""
-        return len(self.found) >= ENOUGH_PROBLEMS
-
     def add_all(self, problems: Iterable[ConfigProblem]) -> None:
         """Add problems, except at places that already have a problem of the text."""
         # An alias or a repeated key already has a message; its placeholder needs no second one.
@@ -45,45 +58,71 @@ class ProblemCollector:
         where = self.source.location(path, of_key=of_key)
         self.add_all([ConfigProblem(where, key_of(path), problem, expected)])
 
-    def add_unexpected(self, path: Path, value: Any, expected: str) -> None:
-        """Add a problem that describes a wrong value, and states the expected one."""
-        found = "empty" if value in ({}, []) else describe(value)
-        self.add(path, f"is {found}", f"expected {expected}")
+    @property
+    def is_full(self) -> bool:
+        """Whether enough problems are found."""
+        return len(self.found) >= ENOUGH_PROBLEMS
 
-    def add_unknown_keys(self, path: Path, section: dict[str, Any], known: tuple[str, ...]) -> None:
-        """Add a problem for each unknown key of a section."""
-        for key in section:
-            if key not in known:
-                close = closest(key, known)
-                one_of = f"expected one of {', '.join(known)}"
-                expected = one_of if close is None else did_you_mean([close])
-                self.add((*path, key), "is unknown", expected, of_key=True)
+    def raise_if_any(self) -> None:
+        """Raise a ConfigError with all problems, if there are any."""
+        if self.found:
+            raise ConfigError(self.found, complete=not self.is_full)
 
-    def read_number(self, path: Path, value: Any) -> float | None:
-        """Return a finite number as a float; otherwise add a problem and return None."""
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            self.add_unexpected(path, value, "a number")
-        elif not math.isfinite(value):
-            self.add_unexpected(path, value, "a finite number")
-        else:
-            return float(value)
-        return None
+    def read(self) -> PlanFile:
+        """Return what is right in the file, and add the problems of the rest."""
+        data = self.source.data
+        try:
+            return PlanFile.model_validate(data)
+        except ValidationError as error:
+            wrong = error.errors(include_url=False)
+        self._add_errors(wrong)
+        places = {details["loc"][: 2 if details["loc"][0] == "vary" else 1] for details in wrong}
+        right = {key: value for key, value in data.items() if (key,) not in places}
+        if isinstance(right.get("vary"), dict):
+            right["vary"] = {k: v for k, v in data["vary"].items() if ("vary", k) not in places}
+        return ReadablePlan.model_validate(right)
 
-    def read_integer(self, path: Path, value: Any, minimum: int) -> int | None:
-        """Return an integer that is at least `minimum`; otherwise add a problem and return None."""
-        value = whole(value)
-        if isinstance(value, bool) or not isinstance(value, int):
-            found = repr(value) if isinstance(value, float) else describe(value)
-            self.add(path, f"is {found}", "expected a whole number")
-        elif value < minimum:
-            self.add_unexpected(path, value, f"a number at least {minimum}")
-        else:
-            return value
-        return None
+    def _add_errors(self, errors: list[Any]) -> None:
+        """Add the problems of a validation."""
+        errors = [details for details in errors if not is_redundant(details)]
+        meant: set[Path] = set()
+        for details in errors[:ENOUGH_PROBLEMS]:
+            path, unknown = details["loc"], details["type"] == "extra_forbidden"
+            if unknown:
+                known = _keys_at(path[:-1])
+                meant.add((*path[:-1], closest(str(path[-1]), known) or ""))
+                misplaced = MISPLACED if path[0] == "vary" and len(path) > 2 else {}
+                texts = misplaced.get(path[-1]) or with_hint(path[-1], dict.fromkeys(known, ""))
+            else:
+                texts = texts_of(details)
+            self.add(path, *texts, of_key=unknown)
+        # A key that is misspelt is not missing as well.
+        missing = {key_of(path) for path in meant}
+        self.found = [p for p in self.found if p.problem != "is missing" or p.key not in missing]
 
-    def unless_full(self, entries: Iterable[T]) -> Iterator[T]:
-        """Yield the entries of a list until enough problems are found."""
-        for entry in entries:
-            if self.is_full:
-                return
-            yield entry
+
+def texts_of(details: Any) -> tuple[str, str]:
+    """Return what is wrong, and what is expected."""
+    kind, path, value = details["type"], details["loc"], details["input"]
+    if kind in ("model_type", "dict_type") or (kind == "too_short" and not value):
+        known = _keys_at(path)
+        of = f"one of {', '.join(known)}" if known else "keys to their values"
+        return f"is {describe(value) if value else 'empty'}", f"expected a mapping of {of}"
+    if kind == "float_type" and key_of(VARIANT) in path:
+        return (
+            f"is {describe(value)}",
+            f"expected one of {', '.join(VARIANTS)}{hint(value, VARIANTS)}",
+        )
+    return problem_texts(details)
+
+
+def _keys_at(path: Path) -> list[str]:
+    """Return the keys that the mapping at a path may have; none if it has keys of the config."""
+    model: type[BaseModel] = PlanFile
+    parts = iter(path)
+    for part in parts:
+        field = model.model_fields[str(part)]
+        model = next(models_of(model, part))
+        if get_origin(field.annotation) is dict and next(parts, None) is None:
+            return []
+    return list(model.model_fields)

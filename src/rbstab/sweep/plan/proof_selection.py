@@ -1,31 +1,34 @@
 """Select the members whose exact motions are enclosed, and how far: the key `prove` of a plan."""
 
-from dataclasses import dataclass
 from math import gcd
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import BeforeValidator, Field
 
+from rbstab.config.quantities import Count, whole
+from rbstab.config.section import Section
 from rbstab.experiment.convergence.decisions import MAX_STEPS
 from rbstab.mechanics.numbers import Array
-from rbstab.sweep.plan.problems import ProblemCollector
 
 MOTION = "motion"
-
-FORMS = "motion or {motion: {steps: n, members: n}}"
 
 DEFAULT_STEPS = 400
 """The default of `steps`: more than the paper's starts and their neighbours need."""
 
-LARGEST_STEPS = MAX_STEPS
-"""The largest `steps`: the limit of a single run."""
+Steps = Annotated[
+    int, Field(ge=1, le=MAX_STEPS, description="of one enclosure"), BeforeValidator(whole)
+]
+"""A number of steps; the largest is the limit of a single run."""
+
+ALL: Any = Field(default=None)
+"""The default of `members`."""
 
 GOLDEN_RATIO = 0.6180339887498949
 """(√5 - 1)/2. The fractional parts of its multiples are spread evenly, for any number of them."""
 
 
-@dataclass(frozen=True)
-class ProofSelection:
+class ProofSelection(Section):
     """The members whose convergence is to be proved by an enclosure of their exact motion.
 
     Members that are proved at their start need no enclosure. The limits are numbers of steps and of
@@ -36,8 +39,8 @@ class ProofSelection:
         members: The number of members that may be enclosed, spread evenly over the plan; None: all.
     """
 
-    steps: int = DEFAULT_STEPS
-    members: int | None = None
+    steps: Steps = DEFAULT_STEPS
+    members: Count = ALL
 
     def selected(self, start: int, stop: int, total: int) -> Array:
         """Return whether each member from `start` up to `stop` is selected, shape (stop - start,).
@@ -74,40 +77,3 @@ def _stride(total: int) -> int:
     while gcd(stride, total) != 1:
         stride += 1
     return stride
-
-
-def read_prove(problems: ProblemCollector) -> ProofSelection | None:
-    """Return the selection of the key `prove`; None without the key or, with problems, if wrong."""
-    data = problems.source.data
-    if "prove" not in data:
-        return None
-    prove = data["prove"]
-    if prove == MOTION:
-        return ProofSelection()
-    if not isinstance(prove, dict) or not prove:
-        problems.add_unexpected(("prove",), prove, FORMS)
-        return None
-    problems.add_unknown_keys(("prove",), prove, (MOTION,))
-    path, limits = ("prove", MOTION), prove.get(MOTION, {})
-    if not isinstance(limits, dict) or (MOTION in prove and not limits):
-        problems.add_unexpected(path, limits, "{steps: n, members: n}, or one of them")
-        return None
-    problems.add_unknown_keys(path, limits, ("steps", "members"))
-    members = limits.get("members")
-    if "members" in limits:
-        members = problems.read_integer((*path, "members"), members, 1)
-    return ProofSelection(_steps(problems, limits), members)
-
-
-def _steps(problems: ProblemCollector, limits: dict[str, Any]) -> int:
-    path = ("prove", MOTION, "steps")
-    steps = problems.read_integer(path, limits.get("steps", DEFAULT_STEPS), 1)
-    if steps is not None and steps > LARGEST_STEPS:
-        problems.add_unexpected(path, steps, f"a number at most {LARGEST_STEPS}")
-    return steps or DEFAULT_STEPS
-
-
-def prove_data(prove: ProofSelection) -> dict[str, Any]:
-    """Return a selection as plain data; read again, it is the same."""
-    members = {} if prove.members is None else {"members": prove.members}
-    return {MOTION: {"steps": prove.steps} | members}

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rbstab.config.entries import numbers_below
 from rbstab.config.schema import Config
 from rbstab.config.source import Path
 from rbstab.sweep.plan.axes import VariedKey
@@ -20,9 +19,9 @@ def varied_numbers(
         values: The values (or factors) of each key: a number, or an array for many members.
     """
     return {
-        path: values[varied.key] * varied.factor(number)
+        path: numbers
         for varied in varied_keys
-        for path, number in numbers_below(base, varied.path)
+        for path, numbers in varied.numbers(base, values[varied.key]).items()
     }
 
 

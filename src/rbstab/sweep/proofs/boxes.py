@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.config.entries import (
+from rbstab.config.numbers import (
     Entry,
     entries_of,
     entries_under,

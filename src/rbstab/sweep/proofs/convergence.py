@@ -9,7 +9,7 @@ import numpy as np
 
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.analysis.rest_system import smooth_rest_system
-from rbstab.config.entries import is_of_initial_state
+from rbstab.config.numbers import is_of_initial_state
 from rbstab.config.user_code.permission import has_code, may_run_code
 from rbstab.experiment.convergence.decisions import nothing_proved
 from rbstab.experiment.proof import CODE_NOT_RUN
@@ -145,7 +145,8 @@ class ProvedConvergence:
         for variant, rows, own in rows_of_variants(self.plan, self._proofs, start, stop):
             proof = self._proofs[variant]
             one_state[rows] = one_state_code(proof)
-            if has_no_rest_state(proof):
+            problem = self.plan.initial_value_problems[variant]
+            if has_no_rest_state(proof, at_poles=problem.quaternion):
                 codes[rows] = FALSE
                 continue
             rest_states[rows] = self._starts_of(variant).find(own, len(rows))

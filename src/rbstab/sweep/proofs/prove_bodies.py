@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.config.entries import is_of_initial_state
+from rbstab.config.numbers import is_of_initial_state
 from rbstab.config.schema import Config
 from rbstab.experiment.proof_cache import cached_proof, proof_for
 from rbstab.experiment.stored_proof.proof import Proof
@@ -151,7 +151,8 @@ class _Answers:
             one_state[members] = code
         if not is_known(proof):
             return
-        if has_no_rest_state(proof):
+        problem = next(iter(self.plan.initial_value_problems.values()))
+        if has_no_rest_state(proof, at_poles=problem.quaternion):
             codes[members] = FALSE
             return
         first = int(members[0])

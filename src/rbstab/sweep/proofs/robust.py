@@ -8,7 +8,7 @@ import numpy as np
 
 from rbstab.analysis.bounded import bounded_decimal, bounded_decimals
 from rbstab.config.build import system_of
-from rbstab.config.entries import replaced
+from rbstab.config.numbers import replaced
 from rbstab.config.schema import Config
 from rbstab.config.source import Path
 from rbstab.elements.gravity import Gravity

@@ -7,7 +7,7 @@ import numpy as np
 
 from rbstab.analysis.bounded import SLACK, Bounded, bounded_decimal, bounded_decimals
 from rbstab.config.build import start_motion, system_of
-from rbstab.config.entries import replaced
+from rbstab.config.numbers import replaced
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import has_code
 from rbstab.experiment.convergence.enclosed_system import enclosed_system

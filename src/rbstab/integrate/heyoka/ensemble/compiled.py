@@ -13,7 +13,9 @@ from rbstab.integrate.heyoka.symbols import (
     state_symbols,
     symbols_of,
 )
+from rbstab.integrate.in_quaternions import in_quaternions
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.coordinates import QuaternionCoordinates
 from rbstab.systems.system import CONTACT_WORK, System
 
 # Sweeps have their own threads. heyoka's own threads would only wait and use processor time.
@@ -37,21 +39,31 @@ class CompiledStructure:
         varies: Which parameters differ between members, shape (parameters,); by default all. The
             others are compiled in, with the values of `system`: zeros and products of constants
             then cost nothing.
+        quaternion: Whether the integrator has a quaternion in place of Θ.
 
     Attributes:
         integrator: heyoka's batch integrator.
         symbolic: The system of symbols.
-        symbols: The symbols of its audited state.
-        size: The number of its states.
+        symbols: The symbols of its state.
+        moving: The one that is integrated: in quaternions, or the same.
+        q: The coordinates with a quaternion that the integrator has; None if it has none.
+        size: The number of states of the integrator.
         audited_size: The number of its audited states, without ε.
         timed: Whether its equations depend on the time.
         open_indices: The indices of the parameters that differ between members.
-        audited_rates: Their rates, with those of the audit states in W.
+        audited_rates: The rates of its states, with those of the audit states in W.
         observation: What is observed of the symbolic system.
         energies: The expressions of its energies, J.
     """
 
-    def __init__(self, system: System, tolerance: float, varies: Array | None = None) -> None:
+    def __init__(
+        self,
+        system: System,
+        tolerance: float,
+        varies: Array | None = None,
+        *,
+        quaternion: bool = False,
+    ) -> None:
         values = parameter_values(system)
         varies = np.ones(len(values), dtype=bool) if varies is None else varies
         symbol_indices = np.cumsum(varies) - 1
@@ -62,30 +74,38 @@ class CompiledStructure:
             return hy.par[int(symbol_indices[index])] if varies[index] else constant
 
         symbolic, _, _ = symbols_of(system, symbol)
-        self.size, self.audited_size = system.size, system.audited_size + CONTACT_WORK
+        self.symbolic, self.timed = symbolic, system.timed
+        self.symbols = state_symbols(system.size)
+        moving = symbolic
+        self.q: QuaternionCoordinates | None = None
+        if quaternion:
+            moving, self.q = in_quaternions(symbolic)
+        self.moving = moving
+        self.size, self.audited_size = moving.size, moving.audited_size + CONTACT_WORK
         y = state_symbols(self.audited_size)
-        self.symbolic, self.symbols, self.timed = symbolic, y, system.timed
         scale = hy.par[len(self.open_indices)]
-        self.audited_rates = symbolic.audited_rates(y, hy.time)[:CONTACT_WORK]
-        rates = scaled_audit(self.audited_rates, system.size, scale)
+        self.audited_rates = moving.audited_rates(y, hy.time)[:CONTACT_WORK]
+        rates = scaled_audit(self.audited_rates, self.size, scale)
         self.integrator = hy.taylor_adaptive_batch(
             list(zip(y, rates, strict=True)),
             state=np.zeros((len(y), SIMD)),
             tol=tolerance,
             # A member that ends there is not done, and so runs again alone.
-            t_events=[hy.t_event_batch(event) for event in symbolic.clearances(y)],
+            t_events=[hy.t_event_batch(event) for event in moving.clearances(y)],
         )
-        self.observation = symbolic.observe(y[: system.size])
+        self.observation = symbolic.observe(self.symbols)
         self.energies = [hy.expression(0.0) + entry for entry in self.observation.energy.tolist()]
 
-    def function(self, entries: Iterable[Any]) -> Any:
+    def function(self, entries: Iterable[Any], size: int | None = None) -> Any:
         """Return a compiled function of the state and the parameters that differ.
 
         Args:
             entries: Expressions, or numbers.
+            size: The number of states; default that with Θ.
         """
         expressions = [hy.expression(0.0) + entry for entry in entries]
-        return hy.cfunc(expressions, vars=list(self.symbols[: self.size]))
+        symbols = self.symbols if size is None else state_symbols(size)
+        return hy.cfunc(expressions, vars=list(symbols))
 
     def open_parameters(self, parameters: Array, compiled: Any) -> Array:
         """Return those of the parameters, shape (parameters, m), that a compiled function has."""

@@ -2,12 +2,16 @@
 
 import numpy as np
 
+from rbstab.integrate.heyoka.compiled_map import lanes_of
 from rbstab.integrate.heyoka.ensemble.batches import Batches, Lanes
 from rbstab.integrate.heyoka.ensemble.compiled import CHANGE_ROW, CompiledStructure
 from rbstab.integrate.heyoka.ensemble.energy_scales import EnergyScales
 from rbstab.integrate.heyoka.ensemble.observer import EnsembleObserver
 from rbstab.integrate.heyoka.ensemble.trajectories import EnsembleTrajectories
+from rbstab.integrate.in_quaternions import LONGEST_TURN
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import THETA
+from rbstab.systems.coordinates import QuaternionCoordinates
 from rbstab.systems.system import System
 
 
@@ -19,6 +23,7 @@ class Ensemble:
         tolerance: heyoka's tolerance.
         times: The samples, shape (n,), s.
         varies: Which parameters differ between members; see `CompiledStructure`.
+        quaternion: Whether a quaternion is integrated in place of Θ. All samples have Θ.
 
     Attributes:
         times: The samples, shape (n,), s.
@@ -29,10 +34,16 @@ class Ensemble:
     """
 
     def __init__(
-        self, system: System, tolerance: float, times: Array, varies: Array | None = None
+        self,
+        system: System,
+        tolerance: float,
+        times: Array,
+        varies: Array | None = None,
+        *,
+        quaternion: bool = False,
     ) -> None:
         self.times = times
-        self.compiled = CompiledStructure(system, tolerance, varies)
+        self.compiled = CompiledStructure(system, tolerance, varies, quaternion=quaternion)
         self.scales = EnergyScales(self.compiled)
         self.batches = Batches(self.compiled, times)
         self.observer = EnsembleObserver(self.compiled)
@@ -48,23 +59,28 @@ class Ensemble:
             starts: The initial states, shape (states, m).
             sampled: Whether the result has all samples, or only the first and the last one.
         """
-        size, members = self.compiled.size, slice(starts.shape[1])
+        size, members, q = self.compiled.size, slice(starts.shape[1]), self.compiled.q
         scales = self.scales.at_start(parameters, starts)
-        found = self.batches.run(parameters, starts, scales, sampled=sampled)
+        given = starts if q is None else q.from_angles(starts)
+        found = self.batches.run(parameters, given, scales, sampled=sampled)
         if self._supplies:
-            scales = self._repeat_misfits(found, parameters, starts, scales)
+            scales = self._repeat_misfits(found, parameters, starts, given, scales)
         lanes = found.states
         change = lanes[CHANGE_ROW, members] * scales[:, np.newaxis]
         supplied = None
         if self._supplies:
             supplied = lanes[size, members] * scales[:, np.newaxis]
         steps, done = found.steps[members], found.done[members]
-        return EnsembleTrajectories(
+        trajectories = EnsembleTrajectories(
             lanes[:size], change, steps, done, found.ends[members], scales, supplied
         )
+        if q is None:
+            return trajectories
+        times = self.times if sampled else self.times[[0, -1]]
+        return _with_angles(q, trajectories, starts[THETA], times)
 
     def _repeat_misfits(
-        self, found: Lanes, parameters: Array, starts: Array, scales: Array
+        self, found: Lanes, parameters: Array, starts: Array, given: Array, scales: Array
     ) -> Array:
         """Integrate members again whose scale does not fit to what was supplied.
 
@@ -83,7 +99,7 @@ class Ensemble:
         scales[rows] = fitting[rows]
         repeated = self.batches.run(
             parameters[:, rows],
-            starts[:, rows],
+            given[:, rows],
             scales[rows],
             sampled=found.grid is self.batches.grid,
             reuse=False,
@@ -95,3 +111,31 @@ class Ensemble:
         for row, ends in zip(rows.tolist(), repeated.ends, strict=False):
             found.ends[row] = ends
         return scales
+
+
+def _with_angles(
+    q: QuaternionCoordinates, found: EnsembleTrajectories, start: Array, times: Array
+) -> EnsembleTrajectories:
+    """Return trajectories of quaternions with Θ.
+
+    A member whose steps do not tell how it turns past θ2 = ±90° is not done.
+
+    Args:
+        q: The coordinates.
+        found: The trajectories.
+        start: Θ at their start, shape (3, m), rad.
+        times: Their samples, shape (n,), s.
+    """
+    size, members, done = q.angles.size, len(found.steps), found.done.copy()
+    full = lanes_of(members)
+    lanes = np.delete(found.lanes, size, axis=0)
+    angles = []
+    for k in range(members):
+        ends = found.ends[k]
+        y, t = ends[1 : 1 + len(found.lanes)], ends[0]
+        Theta, turn = q.angles_along(found.lanes[:, k], times, start[:, k], y, t)
+        lanes[THETA, k] = Theta[:, : len(times)]
+        angles.append(Theta[:, len(times) :])
+        done[k] &= turn <= LONGEST_TURN
+    lanes[THETA, members:] = lanes[THETA, full[members:]]
+    return found._replace(lanes=lanes, done=done, angles=angles)

@@ -1,5 +1,6 @@
 """The results of an ensemble: the trajectories of its members, and what is observed along them."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from rbstab.mechanics.numbers import Array
@@ -21,6 +22,8 @@ class EnsembleTrajectories(NamedTuple):
             states, ends), the latter as the integrator scales them.
         scales: The scales of their audit states, shape (m,), J.
         supplied_energy: ∫supplied dt, shape (m, n), J; None if no element supplies power.
+        angles: Where `ends` has quaternions, Θ there, with θ1 and θ3 continued, shape (3, ends),
+            rad; else nothing.
     """
 
     lanes: Array
@@ -30,6 +33,7 @@ class EnsembleTrajectories(NamedTuple):
     ends: list[Array]
     scales: Array
     supplied_energy: Array | None = None
+    angles: Sequence[Array] = ()
 
     @property
     def states(self) -> Array:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.config.entries import is_of_initial_state
+from rbstab.config.numbers import is_of_initial_state
 from rbstab.mechanics.numbers import Array
 from rbstab.report.sweeps.kept import kept
 from rbstab.report.sweeps.members import Members

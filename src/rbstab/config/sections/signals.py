@@ -5,9 +5,8 @@ from itertools import pairwise
 from operator import or_
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, ValidationInfo, WrapValidator, field_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
-from rbstab.config.errors import hint
 from rbstab.config.quantities import NotNegative, Positive, Real, Text, value_error, whole
 from rbstab.config.section import Section, required
 from rbstab.config.sections.angles import OR_ONE_ANGLE
@@ -145,31 +144,10 @@ SIGNAL_UNITS = {
 """The units of the keys with numbers."""
 
 
-def signal_model(value: Any) -> type[Section] | None:
-    """Return the model of a signal of a config; None if its kind is unknown."""
-    kind = value.get("kind") if isinstance(value, dict) else None
-    return SIGNALS.get(kind) if isinstance(kind, str) else None
-
-
-def _check_signal(value: Any, _handler: Any) -> Any:
-    if isinstance(value, tuple(SIGNALS.values())):
-        return value
-    expected = f"expected kind: one of {', '.join(SIGNALS)}"
-    if not isinstance(value, dict):
-        raise value_error("is not a mapping", "expected a mapping with the key kind")
-    if "kind" not in value:
-        raise value_error("has no kind", expected)
-    model = signal_model(value)
-    if model is None:
-        raise value_error("has an unknown kind", expected + hint(value["kind"], SIGNALS))
-    return model.model_validate(value)
-
-
-_ANY_SIGNAL: Any = reduce(or_, SIGNALS.values())
-"""For the JSON Schema: `_check_signal` chooses the model by the kind, for better messages."""
-
-Signal = Annotated[
-    _ANY_SIGNAL,
-    WrapValidator(_check_signal),
-    Field(description="how the load changes with time: it is amplitude times signal"),
+Signal: Any = Annotated[
+    reduce(or_, SIGNALS.values()),
+    Field(
+        discriminator="kind",
+        description="how the load changes with time: it is amplitude times signal",
+    ),
 ]

@@ -1,4 +1,4 @@
-"""Protects `prove` of a plan: its forms, and which members are selected."""
+"""Protects `keep` and `prove` of a plan: which members they select, and what they refuse."""
 
 import numpy as np
 import pytest
@@ -6,27 +6,64 @@ import pytest
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import plan_id
-from rbstab.sweep.plan.proof_selection import DEFAULT_STEPS, LARGEST_STEPS, ProofSelection
+from rbstab.sweep.plan.proof_selection import DEFAULT_STEPS, ProofSelection
 
-PLAN = """\
-title: Plan
-base: free.yaml
-vary:
-  body.mass: {values: [40, 50]}
-design: grid
-"""
+PLAN = "title: Plan\nbase: free.yaml\nvary:\n  body.mass: {linspace: [1, 2, 20]}\ndesign: grid\n"
+
+KEPT = [
+    ("summary", []),
+    ("traces", range(20)),
+    ("{traces: []}", []),
+    ("{traces: [19, 0, 3, 3]}", [0, 3, 19]),
+    ("{traces: {every: 7}}", [0, 7, 14]),
+    ("{traces: {every: 1}}", range(20)),
+    ("{traces: {every: 99}}", [0]),
+]
+
+
+@pytest.mark.parametrize(("keep", "members"), KEPT)
+def test_members_with_traces(load, tmp_path, keep, members):
+    plan = load(f"{PLAN}keep: {keep}\n")
+    expected = [number in members for number in range(20)]
+    for start in range(20):
+        for stop in range(start, 21):
+            assert plan.keep.selected(start, stop).tolist() == expected[start:stop]
+    assert plan.keep.count(plan.members) == sum(expected)
+    assert list(plan.keep.members) == sorted(plan.keep.members)
+    assert (plan.keep == load(PLAN).keep) == (not members)
+    (tmp_path / "again.yaml").write_text(plan_yaml(plan))
+    assert load_plan(tmp_path / "again.yaml").keep == plan.keep
+
+
+PROVED = [
+    ("motion", ProofSelection(steps=DEFAULT_STEPS)),
+    ("{motion: {}}", ProofSelection(steps=DEFAULT_STEPS)),
+    ("{motion: {steps: 2000}}", ProofSelection(steps=2000)),
+    ("{motion: {members: 7}}", ProofSelection(members=7)),
+    ("{motion: {steps: 1, members: 1}}", ProofSelection(steps=1, members=1)),
+]
+
+
+@pytest.mark.parametrize(("value", "expected"), PROVED)
+def test_members_with_proofs(load, tmp_path, value, expected):
+    plan = load(f"{PLAN}prove: {value}\n")
+    assert plan.prove == expected
+    (tmp_path / "again.yaml").write_text(plan_yaml(plan))
+    again = load_plan(tmp_path / "again.yaml")
+    assert again.prove == expected
+    assert plan_id(again) == plan_id(plan) != plan_id(load(PLAN))
+    assert load(PLAN).prove is None
+    assert "prove" not in plan_yaml(load(PLAN))
+
 
 FORMS = "expected motion or {motion: {steps: n, members: n}}"
-LIMITS = "expected {steps: n, members: n}, or one of them"
 
 WRONG = [
-    ("all", f"6:8: prove: is the text 'all' ({FORMS})"),
-    ("{}", f"6:8: prove: is empty ({FORMS})"),
-    ("true", f"6:8: prove: is true ({FORMS})"),
-    ("[motion]", f"6:8: prove: is a list of 1 ({FORMS})"),
+    ("all", f"6:8: prove: 'all' is unknown ({FORMS})"),
+    ("{}", "6:8: prove.motion: is missing (it is required)"),
+    ("true", f"6:8: prove: is neither a word nor a mapping ({FORMS})"),
     ("{motoin: {steps: 3}}", "6:9: prove.motoin: is unknown (did you mean motion?)"),
-    ("{motion: {}}", f"6:17: prove.motion: is empty ({LIMITS})"),
-    ("{motion: 5}", f"6:17: prove.motion: is 5 ({LIMITS})"),
+    ("{motion: 5}", "6:17: prove.motion: is 5 (expected a mapping of one of steps, members)"),
     ("{motion: {stesp: 5}}", "6:18: prove.motion.stesp: is unknown (did you mean steps?)"),
     ("{motion: {steps: 0}}", "6:25: prove.motion.steps: is 0 (expected a number at least 1)"),
     (
@@ -47,29 +84,6 @@ def test_wrong(complaints, value, expected):
     assert complaints(f"{PLAN}prove: {value}\n") == [expected]
 
 
-@pytest.mark.parametrize(
-    ("value", "expected"),
-    [
-        ("motion", ProofSelection(DEFAULT_STEPS)),
-        ("{motion: {steps: 2000}}", ProofSelection(LARGEST_STEPS)),
-        ("{motion: {members: 7}}", ProofSelection(DEFAULT_STEPS, 7)),
-        ("{motion: {steps: 1, members: 1}}", ProofSelection(1, 1)),
-    ],
-)
-def test_right(load, tmp_path, value, expected):
-    plan = load(f"{PLAN}prove: {value}\n")
-    assert plan.prove == expected
-    (tmp_path / "again.yaml").write_text(plan_yaml(plan))
-    again = load_plan(tmp_path / "again.yaml")
-    assert again.prove == expected
-    assert plan_id(again) == plan_id(plan) != plan_id(load(PLAN))
-
-
-def test_without_the_key(load):
-    assert load(PLAN).prove is None
-    assert "prove" not in plan_yaml(load(PLAN))
-
-
 @pytest.mark.parametrize("total", [1, 2, 3, 10, 201, 1000, 40401, 65536])
 @pytest.mark.parametrize("members", [1, 2, 7, 200])
 def test_as_many_members_are_selected_in_any_division(total, members):
@@ -78,8 +92,7 @@ def test_as_many_members_are_selected_in_any_division(total, members):
     assert whole.sum() == selection.count(total) == min(members, total)
     parts = [selection.selected(k, min(k + 97, total), total) for k in range(0, total, 97)]
     assert np.concatenate(parts).tolist() == whole.tolist()
-    first = selection.first(members, total)
-    assert sorted(first) == np.flatnonzero(whole).tolist()
+    assert sorted(selection.first(members, total)) == np.flatnonzero(whole).tolist()
     more = ProofSelection(members=members + 1).selected(0, total, total)
     assert not (whole & ~more).any()
 

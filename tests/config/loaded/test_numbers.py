@@ -5,8 +5,8 @@ import yaml
 from support.configs import EMBEDDED, PERMANENT, edited, plain
 
 from rbstab.config.build import problem_of
-from rbstab.config.entries import entries_of, entries_under, shifted, value_at
 from rbstab.config.load import load_config
+from rbstab.config.numbers import entries_of, entries_under, shifted, value_at
 from rbstab.systems.parameters import parameters
 
 

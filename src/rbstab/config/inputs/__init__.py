@@ -1,1 +1,0 @@
-"""Inputs in the config schema: their signals, and the files of their tables."""

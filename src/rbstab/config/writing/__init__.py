@@ -1,1 +1,0 @@
-"""Writing configs: plain data as YAML, and files of schema version 1 as version 2."""

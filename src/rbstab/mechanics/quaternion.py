@@ -1,0 +1,182 @@
+"""The attitude of the body as a quaternion q = (w, r) of any length, and its Euler angles."""
+
+import math
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array, Number, cos, sin, square
+
+PARTS = 16
+"""An interval between samples near θ2 = ±90° is divided into this many."""
+
+
+def quaternion(Theta: Array) -> tuple[Array, Array]:
+    """Return the unit quaternion of A(Θ) (eq. 2).
+
+    Args:
+        Theta: Θ, shape (3,), or (3, ...) for many attitudes, rad.
+
+    Returns:
+        w, shape (1,), and r, shape (3,); or (1, ...) and (3, ...).
+    """
+    (s1, s2, s3), (c1, c2, c3) = sin(0.5 * Theta), cos(0.5 * Theta)
+    x = s1 * c2 * c3 + c1 * s2 * s3
+    y = c1 * s2 * c3 - s1 * c2 * s3
+    z = c1 * c2 * s3 + s1 * s2 * c3
+    return np.array([c1 * c2 * c3 - s1 * s2 * s3]), np.array([x, y, z])
+
+
+def rotation(w: Number, r: Array) -> Array:
+    """Return A = R(q)/q'q, shape (3, 3), from body to inertial coordinates: exact at any |q|."""
+    x, y, z = r
+    xx, yy, zz = square(x), square(y), square(z)
+    s = 2.0 / (square(w) + xx + yy + zz)
+    xy, xz, yz, wx, wy, wz = x * y, x * z, y * z, w * x, w * y, w * z
+    return np.array(
+        [
+            [1.0 - s * (yy + zz), s * (xy - wz), s * (xz + wy)],
+            [s * (xy + wz), 1.0 - s * (xx + zz), s * (yz - wx)],
+            [s * (xz - wy), s * (yz + wx), 1.0 - s * (xx + yy)],
+        ]
+    )
+
+
+def rate_matrix(w: Number, r: Array) -> Array:
+    """Return ½(wI + ř), with ṙ = ½(wI + ř)Ω, the vector part of q̇ = ½ q⊗(0, Ω)."""
+    x, y, z = 0.5 * r
+    w = 0.5 * w
+    return np.array([[w, -z, y], [z, w, -x], [-y, x, w]])
+
+
+def angles(w: Array, r: Array) -> tuple[Array, Array]:
+    """Return Θ of attitudes, shape (3, ...), rad, and cos θ2: |θ1|, |θ3| <= π and |θ2| <= π/2.
+
+    θ3 belongs to this θ1, so A(Θ) is the attitude also where θ2 is near ±90° and neither is sharp.
+
+    Args:
+        w: Shape (...).
+        r: Shape (3, ...).
+    """
+    x, y, z = r
+    ww, xx, yy, zz = w * w, x * x, y * y, z * z
+    xy, xz, yz, wx, wy, wz = x * y, x * z, y * z, w * x, w * y, w * z
+    # The entries of R(q), whose ratios alone count: s and c are q'q cos θ2 sin θ1 and cos θ1.
+    s, c = 2.0 * (wx - yz), ww - xx - yy + zz
+    upright = np.sqrt(s * s + c * c)
+    c = np.where(upright == 0.0, 1.0, c)
+    sine = 2.0 * (c * (xy + wz) + s * (xz - wy))
+    cosine = c * (ww - xx + yy - zz) + 2.0 * s * (yz + wx)
+    theta2 = np.arctan2(2.0 * (xz + wy), upright)
+    Theta = np.array([np.arctan2(s, c), theta2, np.arctan2(sine, cosine)])
+    return Theta, upright / (ww + xx + yy + zz)
+
+
+def continued_angles(w: Array, r: Array, Omega: Array, times: Array) -> tuple[Array, Array]:
+    """Return Θ along motions, whose θ1 and θ3 do not jump; and how far they turn in doubt.
+
+    θ1 is the direction of (A33, -A23), and θ3 that of (A11, -A12). Both vectors are cos θ2 long. If
+    this is more than the body turns between two samples, each takes the shorter way. Near
+    θ2 = ±90° the way is that of the cubic through q and q̇. It is in doubt if cos θ2 is no larger
+    there than the error of the cubic.
+
+    Args:
+        w: Shape (..., n).
+        r: Shape (3, ..., n).
+        Omega: Ω, shape (3, ..., n), rad/s, body.
+        times: Shape (n,), s.
+
+    Returns:
+        Θ, shape (3, ..., n), rad; and the largest angle by which the body turns between two samples
+        where the way is in doubt, shape (...), rad, else 0.
+    """
+    Theta, upright = angles(w, r)
+    if len(times) == 1:
+        return Theta, np.zeros(w.shape[:-1])
+    speed = np.sqrt((Omega * Omega).sum(axis=0))
+    turn = np.diff(times) * np.maximum(speed[..., 1:], speed[..., :-1])
+    # The vectors bend off their chord by at most turn²/8 if Ω is steady; twice that is allowed for.
+    near = ~(np.minimum(upright[..., 1:], upright[..., :-1]) > turn * (0.5 + 0.25 * turn))
+    steps = np.diff(Theta[::2], axis=-1)
+    jumps = (near | (np.abs(steps) > math.pi).any(axis=0)).any(axis=-1)
+    doubt = np.zeros(turn.shape)
+    if not jumps.any():
+        return Theta, doubt.max(axis=-1)
+    ways = steps - _whole(steps)
+    motion = np.concatenate([w[np.newaxis], r, Omega])
+    before, after = motion[..., :-1][:, near], motion[..., 1:][:, near]
+    parts, least = _ways(before, after, np.broadcast_to(np.diff(times), near.shape)[near])
+    ways[:, near] = parts.sum(axis=1)
+    # A steady turn α of the body is α⁴/3072 off the cubic; fifteen times that is allowed for.
+    doubt[near] = np.where(least > turn[near] ** 4 / 200.0, 0.0, turn[near])
+    turns = np.cumsum((ways - steps)[:, jumps], axis=-1)
+    Theta[::2, jumps, 1:] += _whole(turns)
+    return Theta, doubt.max(axis=-1)
+
+
+def turning(w: Array, r: Array, Omega: Array) -> Array:
+    """Return θ1, sin θ2 and θ3, and their rates, shape (2, 3, ...).
+
+    Only sin θ2 is smooth at θ2 = ±90°. θ1 and θ3 are those of `angles`.
+    """
+    Theta, upright = angles(w, r)
+    sine, s, c = np.sin(Theta[1]), np.sin(Theta[2]), np.cos(Theta[2])
+    first = (c * Omega[0] - s * Omega[1]) / upright
+    rates = [first, upright * (s * Omega[0] + c * Omega[1]), Omega[2] - sine * first]
+    return np.array([[Theta[0], sine, Theta[2]], rates])
+
+
+def beyond_ends(before: Array, after: Array, lengths: Array) -> Array:
+    """Return how far θ1 and θ3 go beyond both their ends in k steps near θ2 = ±90°, (2, k), rad.
+
+    Other steps, and those in which each goes one way, have 0.
+
+    Args:
+        before: w, r and Ω at the begin of each step, shape (7, k).
+        after: The same at its end.
+        lengths: Shape (k,), s.
+    """
+    upright = np.minimum(angles(before[0], before[1:4])[1], angles(after[0], after[1:4])[1])
+    speed = np.sqrt(np.maximum((before[4:] ** 2).sum(axis=0), (after[4:] ** 2).sum(axis=0)))
+    near = (lengths > 0) & ~(upright > lengths * speed)
+    path = np.cumsum(_ways(before[:, near], after[:, near], lengths[near])[0], axis=1)
+    end = path[:, -1]
+    over = path.max(axis=1, initial=0.0) - np.maximum(end, 0.0)
+    under = np.minimum(end, 0.0) - path.min(axis=1, initial=0.0)
+    found = np.zeros((2, len(lengths)))
+    found[:, near] = np.maximum(over, under)
+    return found
+
+
+def same_turns(Theta: Array, known: Array) -> Array:
+    """Return Θ, shape (3, ..., n), with whole turns added to θ1 and θ3, nearest to known ones.
+
+    If only the first sample of each motion is known, the last axis of `known` has the length 1.
+    """
+    away = (known - Theta[..., : known.shape[-1]])[::2]
+    found = Theta.copy()
+    found[::2] += _whole(away)
+    return found
+
+
+def _whole(angles: Array) -> Array:
+    """Return the nearest whole turns, rad."""
+    return 2.0 * math.pi * np.round(angles / (2.0 * math.pi))
+
+
+def _ways(before: Array, after: Array, h: Array) -> tuple[Array, Array]:
+    """Return how far θ1 and θ3 go in the parts of k intervals, (2, PARTS, k); the least cos θ2."""
+    a, b, up, down = before[:4], after[:4], _rates(before), _rates(after)
+    s = np.linspace(0.0, 1.0, PARTS + 1)[:, np.newaxis, np.newaxis]
+    t = 1.0 - s
+    cubic = t * t * ((1 + 2 * s) * a + s * h * up) + s * s * ((1 + 2 * t) * b - t * h * down)
+    Theta, upright = angles(cubic[:, 0], np.moveaxis(cubic[:, 1:], 1, 0))
+    parts = np.diff(Theta[::2], axis=1)
+    return parts - _whole(parts), upright.min(axis=0)
+
+
+def _rates(motion: Array) -> Array:
+    """Return q̇ = ½ q⊗(0, Ω), shape (4, k), of q and Ω, shape (7, k)."""
+    w, r, Omega = motion[0], motion[1:4], motion[4:]
+    return 0.5 * np.concatenate(
+        [-(r * Omega).sum(axis=0)[np.newaxis], w * Omega + np.cross(r, Omega, axis=0)]
+    )

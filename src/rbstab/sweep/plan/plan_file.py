@@ -1,0 +1,195 @@
+"""The file of a plan: one declaration from which its reading and its JSON Schema follow."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainValidator,
+    TypeAdapter,
+    model_validator,
+)
+
+from rbstab.config.messages import describe
+from rbstab.config.quantities import Count, Text, value_error, whole
+from rbstab.config.section import Section, word_or_section
+from rbstab.sweep.plan.distributions import (
+    Geomspace,
+    Linspace,
+    Logspace,
+    LogUniform,
+    Member,
+    Normal,
+    NotNegativeWhole,
+    Uniform,
+    Values,
+)
+from rbstab.sweep.plan.proof_selection import MOTION, ProofSelection
+from rbstab.sweep.plan.trace_selection import NO_TRACES, TraceSelection
+
+PLAN_VERSION = 1
+
+GRID = "grid"
+
+_UNSET: Any = Field(default=None)
+
+
+class Spread(Section):
+    """A distribution: a mapping of its name to its arguments."""
+
+    model_config = ConfigDict(json_schema_extra={"minProperties": 1, "maxProperties": 1})
+
+    values: Values = _UNSET
+    linspace: Linspace = _UNSET
+    logspace: Logspace = _UNSET
+    geomspace: Geomspace = _UNSET
+    uniform: Uniform = _UNSET
+    normal: Normal = _UNSET
+    loguniform: LogUniform = _UNSET
+
+    @property
+    def content(self) -> tuple[str, Any]:
+        """Its one key, and what stands there."""
+        (key,) = self.model_fields_set
+        return key, getattr(self, key)
+
+    @model_validator(mode="after")
+    def _has_one_key(self) -> "Spread":
+        known = list(type(self).model_fields)
+        keys = [key for key in known if key in self.model_fields_set]
+        if len(keys) != 1:
+            found = f"has {' and '.join(keys)}" if keys else "is empty"
+            raise value_error(found, f"expected a mapping of one of {', '.join(known)}")
+        return self
+
+
+class Column(Spread):
+    """The values of a key, or factors on those of the base."""
+
+    scale: Spread = _UNSET
+
+
+Columns = Annotated[dict[str, Column], Field(min_length=1)]
+
+
+class Group(Column):
+    """One key, or several that vary together."""
+
+    zip: Columns = _UNSET
+
+
+class Varied(Group):
+    """What stands at a key of `vary`."""
+
+    each: Group = _UNSET
+    member: Member = _UNSET
+
+
+class Every(Section):
+    """Every n-th member."""
+
+    every: Count
+
+
+_Numbers = tuple[NotNegativeWhole, ...]
+
+
+def _numbers_or_every(value: Any) -> Any:
+    if isinstance(value, dict | Every):
+        return Every.model_validate(value)
+    if not isinstance(value, list | tuple):
+        raise value_error(f"is {describe(value)}", "expected [number, ...] or {every: n}")
+    return TypeAdapter(_Numbers).validate_python(tuple(value), strict=True)
+
+
+class Traces(Section):
+    """The members with traces."""
+
+    traces: Annotated[
+        _Numbers | Every,
+        PlainValidator(_numbers_or_every, json_schema_input_type=_Numbers | Every),
+    ]
+
+
+class Proofs(Section):
+    """The members whose motions are enclosed."""
+
+    motion: ProofSelection
+
+
+def _version(value: Any) -> Any:
+    version = whole(value)
+    if type(version) is not int or version != PLAN_VERSION:
+        newer = ", which this version of rbstab does not support" if type(version) is int else ""
+        raise value_error(f"is {describe(version)}{newer}", f"expected {PLAN_VERSION}")
+    return version
+
+
+def _keep(value: Any) -> TraceSelection:
+    meaning = "[number, ...] or {every: n}"
+    kept = word_or_section(value, ("summary", "traces"), (Traces, meaning))
+    if isinstance(kept, str):
+        return TraceSelection(every=int(kept == "traces"))
+    if isinstance(kept.traces, Every):
+        return TraceSelection(every=kept.traces.every)
+    return TraceSelection(members=tuple(sorted(set(kept.traces))))
+
+
+def _prove(value: Any) -> ProofSelection:
+    found = word_or_section(value, (MOTION,), (Proofs, "{steps: n, members: n}"))
+    return ProofSelection() if found == MOTION else found.motion
+
+
+def _base(value: Any) -> Any:
+    if not isinstance(value, dict | str) or value == "":
+        raise value_error(f"is {describe(value)}", "expected the path of a config, or a config")
+    return value
+
+
+class PlanFile(Section):
+    """The plan of a sweep."""
+
+    schema_version: Annotated[Literal[1], BeforeValidator(_version)] = 1
+    title: Text = "untitled"
+    base: Annotated[
+        str | dict[str, Any],
+        PlainValidator(_base, json_schema_input_type=str | dict[str, Any]),
+        Field(description="path of a config, relative to the plan, or a config"),
+    ]
+    vary: Annotated[
+        dict[str, Varied],
+        Field(min_length=1, description="keys of the base, with the distributions of their values"),
+    ]
+    design: Literal["grid", "random", "sobol", "latin-hypercube"] = "grid"
+    members: Annotated[Count, Field(description="not for a grid")] = _UNSET
+    seed: Annotated[NotNegativeWhole, Field(description="not for a grid")] = _UNSET
+    keep: Annotated[
+        TraceSelection,
+        PlainValidator(_keep, json_schema_input_type=Literal["summary", "traces"] | Traces),
+    ] = NO_TRACES
+    prove: Annotated[
+        ProofSelection,
+        PlainValidator(_prove, json_schema_input_type=Literal["motion"] | Proofs),
+        Field(description="enclose exact motions until their convergence is proved"),
+    ] = _UNSET
+
+
+class ReadablePlan(PlanFile):
+    """What is right in a file that is wrong elsewhere."""
+
+    base: Any = None
+    vary: dict[str, Varied] = Field(default={})
+
+
+def plan_json_schema() -> dict[str, Any]:
+    """Return the JSON Schema of a plan, for editors; `load_plan` checks the rest."""
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **PlanFile.model_json_schema(),
+        "title": f"rbstab plan of a sweep, schema version {PLAN_VERSION}",
+        # All designs except the grid have `members` and `seed`.
+        "if": {"properties": {"design": {"const": GRID}}},
+        "then": {"properties": {"members": False, "seed": False}},
+        "else": {"required": ["members", "seed"]},
+    }

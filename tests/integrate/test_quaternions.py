@@ -1,0 +1,223 @@
+"""`coordinates: quaternion`: motions past θ2 = ±90°, and the same motions as in Euler angles."""
+
+import copy
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from support.problems import ENGINES
+
+import rbstab
+from rbstab.config.build import problem_of
+from rbstab.config.load import load_config
+from rbstab.integrate.engines import engine
+from rbstab.integrate.in_quaternions import NEVER, in_quaternions
+from rbstab.integrate.problem import Problem
+from rbstab.mechanics.attitude import rotation, rotations
+
+BODY = {"mass": 2.0, "inertia": [0.2, 0.2, 0.5], "contact_point": [0, 0, -0.4]}
+FREE: dict[str, Any] = {
+    "schema_version": 2,
+    "body": BODY,
+    "initial": {"velocity": [0.3, 0, 0.1]},
+    "integration": {"duration": 5.0, "samples": 101},
+}
+TIED: dict[str, Any] = {
+    "schema_version": 2,
+    "body": BODY | {"inertia": [0.1, 0.2, 0.25]},
+    "gravity": [0, 0, -9.81],
+    "elements": {
+        "rope": {
+            "kind": "embedded",
+            "point": [0, 0.1, -0.4],
+            "anchor": [0, 0, 0],
+            "K_c": [90, 100, 120],
+            "L_c": [3, 3, 3],
+            "K_d": [200, 200, 200],
+            "L_d": [9, 9, 9],
+        },
+        "upright": {"kind": "attitude", "K": [1, 2, 3], "L": [0.05, 0.05, 0.05]},
+        "gust": {
+            "kind": "input",
+            "quantity": "couple",
+            "direction": [0, 0, 1],
+            "amplitude": 0.5,
+            "signal": {"kind": "pulse", "start": 1.0, "duration": 0.7},
+        },
+    },
+    "initial": {"orientation": [0.3, 0.2, -0.1], "angular_velocity": [4, -3, 12]},
+    "integration": {"duration": 3.0, "samples": 61},
+}
+HELD: dict[str, Any] = {
+    "schema_version": 2,
+    "body": BODY,
+    "gravity": [0, 0, -9.81],
+    "controller": {"variant": "permanent", "L_r": [0.02] * 3, "K_t": [9] * 3, "L_t": [1] * 3},
+    "initial": {"orientation": [0.2, 0.3, 0.1], "angular_velocity": [1, 2, 25]},
+    "integration": {"duration": 2.0, "samples": 41},
+}
+SLIDING: dict[str, Any] = {
+    **copy.deepcopy(TIED),
+    "elements": {
+        "grip": {
+            "kind": "sliding",
+            "point": [0.2, 0, 0.1],
+            "anchor": [0.2, 0, 0.1],
+            "K_s": [60, 60, 60],
+            "surface": {"slope": 8},
+        },
+        "cord": {
+            "kind": "ligament",
+            "point": [0, 0, 0.3],
+            "anchor": [0, 0.2, 0.6],
+            "stiffness": 300,
+            "damping": 3,
+            "slack_length": 0.35,
+            "toe_strain": 0.1,
+        },
+        "upright": TIED["elements"]["upright"],
+    },
+    "initial": {"orientation": [0.3, 0.2, -0.1], "angular_velocity": [2, -1, 3]},
+    "integration": {"duration": 1.0, "samples": 41},
+}
+
+
+def problem(config: dict[str, Any], coordinates: str | None = None, **changes: Any) -> Problem:
+    """Return the problem of a config with changed sections."""
+    data = copy.deepcopy(config)
+    for name, section in changes.items():
+        data[name] = data.get(name, {}) | section
+    data["integration"]["coordinates"] = coordinates or "quaternion"
+    return problem_of(load_config(data))
+
+
+def solved(name: str, given: Problem) -> Any:
+    found = engine(name)(given)
+    assert found.status == "completed"
+    return found
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_a_symmetric_top_passes_the_pole(name):
+    # L is along y, and the axis of the body turns about it: θ2 passes ±90° again and again.
+    Theta, Omega = np.array([0.4, 0.2, 0.1]), np.array([1.0, 7.0, 0.5])
+    given = problem(
+        FREE, initial={"orientation": Theta.tolist(), "angular_velocity": Omega.tolist()}
+    )
+    found = solved(name, given)
+    J1, J3 = 0.2, 0.5
+    momentum = rotation(Theta) @ (np.array([J1, J1, J3]) * Omega)
+    fine = np.linspace(0.0, 5.0, 20_001)
+    # ω = L/J1 + (1 - J3/J1) Ω3 e3, and so the body turns about L and about its own axis.
+    about_axis = Rotation.from_rotvec(np.outer((1 - J3 / J1) * Omega[2] * fine, [0, 0, 1.0]))
+    about_L = Rotation.from_rotvec(np.outer(fine, momentum / J1))
+    exact = about_L * Rotation.from_matrix(rotation(Theta)) * about_axis
+    expected = np.unwrap(exact.as_euler("XYZ"), axis=0)[::200]
+    A = exact.as_matrix()[::200]
+    assert np.abs(expected[:, 1]).max() > 1.3
+    assert rotations(found.states[:, :3]) == pytest.approx(A, abs=1e-9)
+    sharp = 1e-9 / np.cos(expected[:, 1:2]).min()
+    assert found.states[:, :3] == pytest.approx(expected, abs=sharp)
+    assert np.ptp(found.states[:, 2]) > 8 * math.pi
+    position = np.outer(found.times, [0.3, 0, 0.1])
+    assert found.states[:, 6:9] == pytest.approx(position, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ENGINES)
+@pytest.mark.parametrize("samples", [5, 101])
+def test_a_spin_about_y_goes_through_the_pole_itself(name, samples):
+    given = problem(
+        FREE, initial={"angular_velocity": [0, 20.0, 0]}, integration={"samples": samples}
+    )
+    found = solved(name, given)
+    expected = Rotation.from_rotvec(np.outer(20.0 * found.times, [0, 1.0, 0]))
+    assert rotations(found.states[:, :3]) == pytest.approx(expected.as_matrix(), abs=1e-9)
+    assert np.abs(found.lyapunov_change).max() == 0.0
+
+
+@pytest.mark.parametrize("name", ENGINES)
+@pytest.mark.parametrize("samples", [6, 61])
+@pytest.mark.parametrize("config", [TIED, HELD], ids=["tied", "held"])
+def test_the_motion_is_that_in_angles(name, samples, config):
+    angles = "reduced" if config is HELD else "Z"
+    given = problem(config, integration={"samples": samples})
+    found = solved(name, given)
+    expected = solved(name, problem(config, angles, integration={"samples": samples}))
+    assert (found.states[0] == given.start).all()
+    assert np.ptp(expected.states[:, 2]) > 2 * math.pi
+    assert found.states == pytest.approx(expected.states, abs=1e-9)
+    assert found.lyapunov_change == pytest.approx(expected.lyapunov_change, abs=1e-9)
+    assert found.breakpoints.tolist() == expected.breakpoints.tolist()
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_elements_that_switch_do_so_at_the_same_times(name):
+    found, expected = solved(name, problem(SLIDING)), solved(name, problem(SLIDING, "Z"))
+    assert found.states == pytest.approx(expected.states, abs=1e-9)
+    modes = [[one.elements[1].mode.tolist() for one in run.systems] for run in (found, expected)]
+    assert modes[0] == modes[1]
+    assert {one.coordinates.name for one in found.systems} == {"Z"}
+    assert len(set(found.systems)) <= len(set(expected.systems)) + 2
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_the_length_of_q_changes_no_motion(name):
+    given = problem(TIED, elements={"gust": TIED["elements"]["upright"]})
+    system, q = in_quaternions(given.system)
+    runs = []
+    for length in (1.0, 1.7):
+        start = q.from_angles(given.start)
+        start[[0, 1, 2, q.angles.size]] *= length
+        inner = replace(
+            given, system=system, start=start, range_bound=NEVER, quaternion=False, schedule=None
+        )
+        found = solved(name, inner)
+        norms = np.linalg.norm(found.states[:, [0, 1, 2, q.angles.size]], axis=1)
+        assert norms == pytest.approx(length, abs=1e-9)
+        Theta, _ = q.angles_along(
+            found.states.T, found.times, given.start[:3], found.states[:0].T, found.times[:0]
+        )
+        runs.append(q.to_angles(found.states.T, Theta))
+    assert runs[1] == pytest.approx(runs[0], abs=1e-9)
+
+
+def test_a_run_balances_past_the_pole_and_comes_to_rest():
+    config: dict[str, Any] = {
+        "schema_version": 2,
+        "body": {"mass": 1, "inertia": [0.01] * 3, "contact_point": [0, 0, 0]},
+        "elements": {
+            "tie": {
+                "kind": "visco-elastic",
+                "point": [0, 0, 0],
+                "anchor": [0, 0, 0],
+                "K_c": [100] * 3,
+                "L_c": [5] * 3,
+            },
+            "upright": {"kind": "attitude", "K": [1, 1.2, 1.5], "L": [0.1] * 3},
+        },
+        "initial": {"orientation": [0, 0.2, 0], "angular_velocity": [0, 90, 0]},
+        "integration": {"duration": 4, "coordinates": "quaternion"},
+    }
+    result = rbstab.simulate(config)
+    assert result.status == "completed"
+    assert np.abs(result["energy_residual"]).max() < 1e-10 * result["energy"][0].sum()
+    # One turn about y is that of θ1 and θ3 by ±π, and back.
+    turned = result["orientation"][-1] / math.pi
+    assert turned == pytest.approx(turned.round(), abs=1e-6)
+    assert result["rest_orientation"] == pytest.approx(result["orientation"][-1], abs=1e-6)
+    config["integration"]["coordinates"] = "Z"
+    assert rbstab.simulate(config).status == "range left"
+
+
+def test_deadlines_and_step_limits_hold():
+    limited = problem(TIED, integration={"step_limit": 20, "samples": 6})
+    for name in ENGINES:
+        found = engine(name)(limited)
+        assert found.status == "step limit"
+        assert found.steps == 20
+    late = engine("heyoka")(problem(TIED, integration={"time_limit": 1e-9, "samples": 6}))
+    assert late.status == "time limit"
+    assert (late.states[0] == problem(TIED).start).all()

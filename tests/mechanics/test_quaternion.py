@@ -1,0 +1,123 @@
+"""Quaternions of any length: A, their rates, and their Euler angles near θ2 = ±90°."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from rbstab.mechanics import attitude
+from rbstab.mechanics.algebra import cross_matrix
+from rbstab.mechanics.quaternion import (
+    angles,
+    continued_angles,
+    quaternion,
+    rate_matrix,
+    rotation,
+)
+
+RNG = np.random.default_rng(43)
+
+POLES = [
+    [0.3, math.pi / 2, -0.4],
+    [-2.0, -math.pi / 2, 3.0],
+    [1.0, math.pi / 2 - 1e-9, 2.0],
+    [1.0, -math.pi / 2 + 1e-13, -2.0],
+]
+ATTITUDES = np.array([*RNG.uniform(-math.pi, math.pi, (20, 3)), *POLES])
+
+
+def along(rotations):
+    """Return w and r of rotations, shape (n,) and (3, n), continuous as integrated ones are."""
+    q = rotations.as_quat(scalar_first=True).T
+    q[:, 1:] *= np.cumprod(np.where((q[:, 1:] * q[:, :-1]).sum(axis=0) < 0, -1, 1))
+    return q[0], q[1:]
+
+
+@pytest.mark.parametrize("length", [1.0, 1e-3, 3.7])
+@pytest.mark.parametrize("Theta", ATTITUDES)
+def test_it_is_the_rotation_of_the_angles_at_any_length(Theta, length):
+    (w,), r = (length * part for part in quaternion(Theta))
+    A = attitude.rotation(Theta)
+    assert rotation(w, r) == pytest.approx(A, abs=1e-15)
+    found, upright = angles(w, r)
+    assert attitude.rotation(found) == pytest.approx(A, abs=2e-15)
+    assert np.abs(found[[0, 2]]).max() <= math.pi
+    assert abs(found[1]) <= math.pi / 2
+    assert upright == pytest.approx(math.hypot(A[0, 0], A[0, 1]), abs=1e-15)
+
+
+@pytest.mark.parametrize("length", [1.0, 2.5])
+def test_the_rotation_turns_by_the_body_rates(length):
+    Theta, Omega = RNG.normal(size=3), RNG.normal(size=3)
+    (w,), r = (length * part for part in quaternion(Theta))
+    h = 1e-30
+    r_rate, w_rate = rate_matrix(w, r) @ Omega, -0.5 * (r @ Omega)
+    A_rate = rotation(w + 1j * h * w_rate, r + 1j * h * r_rate).imag / h
+    assert A_rate == pytest.approx(rotation(w, r) @ cross_matrix(Omega), abs=1e-14)
+    # It keeps its length.
+    assert w * w_rate + r @ r_rate == pytest.approx(0.0, abs=1e-14)
+
+
+@pytest.mark.parametrize(("axis", "row"), [([0, 0, 1.0], 2), ([1.0, 0, 0], 0)])
+def test_angles_count_the_turns(axis, row):
+    times = np.linspace(0, 10, 101)
+    turning = 12.0 * times
+    w, r = along(Rotation.from_rotvec(np.outer(turning, axis)))
+    Omega = np.tile(12.0 * np.array(axis)[:, None], len(times))
+    Theta, doubt = continued_angles(w, r, Omega, times)
+    expected = np.zeros((3, len(times)))
+    expected[row] = turning
+    assert Theta == pytest.approx(expected, abs=1e-12)
+    assert doubt == 0.0
+
+
+@pytest.mark.parametrize("distance", [0.3, 0.03, 2e-3, -2e-3, -0.3])
+def test_the_way_past_the_pole_is_the_right_one(distance):
+    # The body turns about an axis close to y, and so passes θ2 = ±90° at this distance.
+    axis = np.array([0.0, math.cos(distance), math.sin(distance)])
+    turned = Rotation.from_euler("z", distance) * Rotation.from_euler("x", 0.2)
+    dense, coarse = (np.linspace(0, 6.0, n) for n in (300_001, 61))
+
+    def motion(times):
+        spin = Rotation.from_rotvec(np.outer(5.0 * times, axis)) * turned
+        Omega = np.tile(turned.inv().apply(5.0 * axis)[:, None], len(times))
+        return *along(spin), Omega, times
+
+    # With samples this dense each angle always goes the shorter way.
+    principal, _ = angles(*motion(dense)[:2])
+    expected = np.unwrap(principal)[:, :: len(dense) // 60]
+    Theta, doubt = continued_angles(*motion(coarse))
+    assert Theta[[0, 2]] == pytest.approx(expected[[0, 2]], abs=1e-8)
+    assert np.abs(np.diff(expected[0])).max() > math.pi / 4
+    assert doubt == 0.0 or abs(distance) < 0.01
+
+
+def test_the_way_round_the_pole_is_the_right_one():
+    """Where the ways bend round the pole between two samples, the shorter one may be wrong."""
+    rng, turn, parts = np.random.default_rng(1), 0.7, 400
+    wrong = 0
+    for _ in range(100):
+        axis, begin = Rotation.random(2, random_state=rng.integers(2**31))
+        Omega = turn * begin.as_matrix().T @ axis.as_matrix()[0]
+        times = np.linspace(0, 20, 20 * parts + 1)
+        w, r = along(Rotation.from_rotvec(np.outer(turn * times, axis.as_matrix()[0])) * begin)
+        principal, upright = angles(w, r)
+        if upright.min() < 1e-3:
+            continue
+        expected = np.unwrap(principal)[:, ::parts]
+        spin = np.tile(Omega[:, None], 21)
+        Theta, doubt = continued_angles(w[::parts], r[:, ::parts], spin, times[::parts])
+        if doubt == 0.0:
+            assert Theta - Theta[:, :1] == pytest.approx(expected - expected[:, :1], abs=1e-9)
+            wrong += bool(np.abs(np.unwrap(principal[:, ::parts]) - expected).max() > 1.0)
+    assert wrong > 0
+
+
+def test_ways_that_samples_do_not_tell_are_in_doubt():
+    times = np.linspace(0, 6.0, 13)
+    w, r = along(Rotation.from_rotvec(np.outer(8.0 * times, [0.1, 1.0, 0.1])))
+    Omega = np.tile(8.0 * np.array([0.1, 1.0, 0.1])[:, None], len(times))
+    _, doubt = continued_angles(w, r, Omega, times)
+    assert doubt == pytest.approx(4.0 * math.hypot(1.0, 0.1, 0.1))
+    assert continued_angles(w[:1], r[:, :1], Omega[:, :1], times[:1])[1] == 0.0

@@ -164,9 +164,9 @@ def models_of(owner: type[BaseModel], key: str | int) -> Iterator[type[BaseModel
     if field is not None:
         # A validator may take a mapping in place of the value, such as {deg: [0, 10, 0]}.
         inputs = [getattr(data, "json_schema_input_type", None) for data in field.metadata]
-        candidates = [*inputs, field.annotation]
+        candidates = [field.annotation, *inputs]
     while candidates:
         candidate: Any = candidates.pop(0)
         if isinstance(candidate, type) and issubclass(candidate, BaseModel):
             yield candidate
-        candidates[:0] = getattr(candidate, "__args__", ())
+        candidates += getattr(candidate, "__args__", ())

@@ -122,7 +122,7 @@ def _keys_at(path: Path) -> list[str]:
     parts = iter(path)
     for part in parts:
         field = model.model_fields[str(part)]
-        model = next(models_of(model, part))
+        *_, model = models_of(model, part)  # the last one is that of what may be written
         if get_origin(field.annotation) is dict and next(parts, None) is None:
             return []
     return list(model.model_fields)

@@ -13,6 +13,7 @@ from support.problems import ENGINES
 import rbstab
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
+from rbstab.integrate import step_ends
 from rbstab.integrate.engines import engine
 from rbstab.integrate.in_quaternions import NEVER, in_quaternions
 from rbstab.integrate.problem import Problem
@@ -151,6 +152,17 @@ def test_the_motion_is_that_in_angles(name, samples, config):
     assert found.states == pytest.approx(expected.states, abs=1e-9)
     assert found.lyapunov_change == pytest.approx(expected.lyapunov_change, abs=1e-9)
     assert found.breakpoints.tolist() == expected.breakpoints.tolist()
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_turns_between_few_samples_are_counted_where_no_ends_of_steps_are_kept(name, monkeypatch):
+    given = problem(TIED, integration={"samples": 6})
+    expected = solved(name, given)
+    monkeypatch.setattr(step_ends, "MOST", 10)
+    found = solved(name, given)
+    assert not found.ends.complete
+    assert expected.ends.complete
+    assert found.states == pytest.approx(expected.states, abs=1e-12)
 
 
 @pytest.mark.parametrize("name", ENGINES)

@@ -30,6 +30,14 @@ ALWAYS = {
     "energy_round_off",
     "rest_orientation",
     "rest_position",
+    "peak_contact_displacement",
+    "peak_contact_displacement_error",
+    "peak_distance",
+    "peak_distance_error",
+    "largest_pitch",
+    "largest_pitch_error",
+    "settling_time",
+    "settling_time_error",
 }
 ONLY_EMBEDDED = {"connector_state"}
 ONLY_MANIFOLD = {"constraint_position_residual", "constraint_velocity_residual"}

@@ -1,76 +1,132 @@
-"""Protects the summary of a run: its peaks are those of the same run with many more samples."""
+"""Protects the summary of a run: no number of samples changes its extremes and its rest."""
 
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from support.paper_runs import paper_config
 
 import rbstab
-from rbstab.experiment.summary import RESOLVED, summary_of
-from rbstab.store.result import Result
+from rbstab.analysis.extrema import ABSOLUTE
+from rbstab.analysis.settling import SETTLED_FRACTION
+from rbstab.config.build import problem_of
+from rbstab.experiment.answers.result import Result
+from rbstab.experiment.summary import at_rest_from, settling_time_of, summary_of
+from rbstab.integrate import step_ends
+from rbstab.integrate.straight_line.equations import StraightLine
+from rbstab.systems.system import System
 
 SPINS = ((16, 32, -16), (-20, 5, 25), (0, -8, 0))
-MANY = 4001
+COUNTS = (5, 50, 401)
 ROOT = Path(__file__).parents[2]
+each_engine = pytest.mark.parametrize("engine", ["scipy", "heyoka"])
+
+
+def config_of(samples: int, spin: tuple[int, int, int], engine: str) -> dict:
+    config = paper_config("visco-elastic", duration=1.5, samples=samples, rtol=1e-9, engine=engine)
+    config["initial"]["angular_velocity"] = list(spin)
+    return config
 
 
 @cache
-def run(samples: int, spin: tuple[int, int, int]) -> Result:
-    config = paper_config("visco-elastic", duration=0.5, samples=samples, rtol=1e-8)
-    config["initial"]["angular_velocity"] = list(spin)
-    return rbstab.simulate(rbstab.load_config(config))
+def run(samples: int, spin: tuple[int, int, int], engine: str = "scipy") -> Result:
+    return rbstab.simulate(rbstab.load_config(config_of(samples, spin, engine)))
 
 
-def true_peaks(spin: tuple[int, int, int]) -> tuple[list[float], float, float]:
-    """Return the largest samples of |E| by axis, of |E| and of |θ2|, of very many samples."""
-    fine = run(MANY, spin)
-    E = fine["contact_displacement"]
-    by_axis = np.abs(E).max(axis=0).tolist()
-    return by_axis, np.linalg.norm(E, axis=1).max(), np.abs(fine["orientation"][:, 1]).max()
+def watched(system: System, y: np.ndarray) -> np.ndarray:
+    seen = system.observe(y)
+    return np.array([*seen.motion.E, seen.motion.Theta[1], seen.energy.sum()])
 
 
-@pytest.mark.parametrize("samples", [2, 3, 5, 9, 21, 101, 401])
-@pytest.mark.parametrize("spin", SPINS)
-def test_a_peak_is_true_or_a_lower_bound(samples, spin):
-    s = summary_of(run(samples, spin))
-    by_axis, distance, pitch = true_peaks(spin)
-    found = [*map(abs, s.peak_contact_displacement), s.peak_distance]
-    for peak, true in zip(found, [*by_axis, distance], strict=True):
-        if s.displacement_resolved:
-            # The error of a peak is an estimate: twice the allowed one.
-            assert peak == pytest.approx(true, rel=2 * RESOLVED)
-        else:
-            assert peak <= true * (1 + 2 * RESOLVED)
-    if s.pitch_resolved:
-        assert s.largest_pitch == pytest.approx(pitch, rel=2 * RESOLVED)
-    else:
-        assert s.largest_pitch <= pitch * (1 + 2 * RESOLVED)
-    assert s.resolved == (s.displacement_resolved and s.pitch_resolved)
+@cache
+def exact(spin: tuple[int, int, int]) -> tuple[np.ndarray, float, float, float]:
+    """Return the peaks of E, |E| and |θ2|, and the settling time, of 100,001 accurate samples.
 
-
-@pytest.mark.parametrize("spin", SPINS)
-def test_many_samples_show_all_peaks_and_few_do_not(spin):
-    assert summary_of(run(401, spin)).resolved
-    assert not summary_of(run(5, spin)).displacement_resolved
-
-
-@pytest.mark.parametrize(
-    ("name", "samples", "resolved"),
-    [("paper/case2_stiff", 401, True), ("examples/mounts", 41, False)],
-)
-def test_peaks_without_an_estimate_of_their_errors(name, samples, resolved):
-    """Both have turns that the search suspects; only in the second one a turn is hidden."""
-    path = ROOT / "configs" / f"{name}.yaml"
-    s, fine = (
-        summary_of(rbstab.simulate(rbstab.load_config(path, [f"integration.samples={count}"])))
-        for count in (samples, MANY)
+    Parabolas through a largest sample and its neighbours are as accurate as 1e-9 of it.
+    """
+    problem = problem_of(rbstab.load_config(config_of(5, spin, "scipy")))
+    system, times = problem.system, np.linspace(0.0, 1.5, 100_001)
+    rates, observe = (
+        StraightLine(function, system, system.size) for function in (System.rates, watched)
     )
-    assert s.displacement_resolved == resolved
-    if resolved:
-        assert s.peak_contact_displacement == pytest.approx(
-            fine.peak_contact_displacement, rel=1e-4
+    tight = {"rtol": 1e-13, "atol": 1e-15}
+    motion = solve_ivp(lambda _, y: rates(y), (0, 1.5), problem.start, "DOP853", times, **tight)
+    table = np.array([observe(y) for y in motion.y.T]).T
+    E, v = table[:3], table[4] - float(run(5, spin)["energy_at_rest"])
+    values = [*np.abs(E), np.sqrt((E * E).sum(axis=0)), np.abs(table[3])]
+    *by_axis, distance, pitch = (parabola(one) for one in values)
+    last = int(np.flatnonzero(v >= SETTLED_FRACTION * v[0])[-1])
+    settled = np.interp(0.0, SETTLED_FRACTION * v[0] - v[last : last + 2], times[last : last + 2])
+    return np.array(by_axis), distance, pitch, float(settled)
+
+
+def parabola(values: np.ndarray) -> float:
+    """Return the top of the parabola through the largest value and its neighbours."""
+    best = int(np.clip(values.argmax(), 1, len(values) - 2))
+    before, at, after = values[best - 1 : best + 2]
+    return float(at - (after - before) ** 2 / (8.0 * (before - 2.0 * at + after)))
+
+
+@each_engine
+@pytest.mark.parametrize("samples", COUNTS)
+@pytest.mark.parametrize("spin", SPINS)
+def test_extremes_are_those_of_very_many_samples(samples, spin, engine):
+    """Within their errors, and those of a run with a tolerance of 1e-9."""
+    result = run(samples, spin, engine)
+    summary, (by_axis, distance, pitch, settled) = summary_of(result), exact(spin)
+    assert summary.resolved
+    error = result["peak_contact_displacement_error"] + 1e-8 * distance
+    assert (np.abs(np.abs(summary.peak_contact_displacement) - by_axis) <= error).all()
+    for value, true, name in (
+        (summary.peak_distance, distance, "peak_distance"),
+        (summary.largest_pitch, pitch, "largest_pitch"),
+        (settling_time_of(result), settled, "settling_time"),
+    ):
+        assert abs(value - true) <= float(result[f"{name}_error"]) + 1e-7 * true, name
+        assert float(result[f"{name}_error"]) <= 1e-5 * true
+    assert at_rest_from(result) == f"{settled:.4g}"
+
+
+def test_steps_of_heyoka_do_not_depend_on_samples():
+    few, some, many = (run(samples, SPINS[0], "heyoka") for samples in COUNTS)
+    for name in ("peak_contact_displacement", "peak_distance", "largest_pitch", "settling_time"):
+        assert few[name].tobytes() == some[name].tobytes() == many[name].tobytes()
+
+
+@each_engine
+@pytest.mark.parametrize("name", ["paper/case2_stiff", "examples/mounts"])
+def test_fast_motions_need_no_more_samples(name, engine):
+    path = ROOT / "configs" / f"{name}.yaml"
+    few, many = (
+        rbstab.simulate(
+            rbstab.load_config(
+                path, [f"integration.samples={count}", f"integration.engine={engine}"]
+            )
         )
-    else:
-        assert s.peak_distance < 0.9 * fine.peak_distance
+        for count in (41, 401)
+    )
+    assert summary_of(few).resolved
+    for one in ("peak_contact_displacement", "peak_distance", "largest_pitch"):
+        allowed = 1e-7 * np.abs(many[one]).max() + ABSOLUTE
+        error = few[f"{one}_error"] + many[f"{one}_error"]
+        assert (np.abs(few[one] - many[one]) <= error + allowed).all(), one
+
+
+def test_without_steps_extremes_are_those_of_samples(monkeypatch):
+    """A run of too many steps keeps none: its peaks are lower bounds, and it rests from a bound."""
+    whole = run(21, SPINS[2])
+    monkeypatch.setattr(step_ends, "MOST", 10)
+    run.cache_clear()
+    result = run(21, SPINS[2])
+    run.cache_clear()
+    summary = summary_of(result)
+    assert not summary.displacement_resolved
+    assert not summary.pitch_resolved
+    assert summary.peak_distance == np.linalg.norm(result["contact_displacement"], axis=1).max()
+    assert summary.peak_distance < summary_of(whole).peak_distance
+    text = at_rest_from(result)
+    settled = settling_time_of(whole)
+    assert text.startswith("≤ ")
+    assert settled <= float(text[2:]) <= settled + 2 * result["time"][1]

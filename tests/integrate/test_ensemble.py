@@ -6,7 +6,7 @@ from support.problems import problem, solve
 from support.rest import system_of
 from support.systems import VARIANTS, random_Z
 
-from rbstab.integrate.heyoka.compiled_map import SIMD, CompiledMap
+from rbstab.integrate.heyoka.compiled_map import CompiledMap
 from rbstab.integrate.heyoka.ensemble.ensemble import Ensemble
 from rbstab.integrate.heyoka.symbols import parameter_values
 from rbstab.mechanics.motion import motion_from_centre
@@ -141,20 +141,23 @@ def test_a_scale_is_replaced_where_the_energies_of_a_run_do_not_fit_it(made):
     np.testing.assert_array_equal(shrunk, initial)
 
 
-def test_a_divided_first_interval_changes_no_other_sample(made):
-    """Its finer samples are those of a run with these samples, to the last bit."""
-    systems, parameters, starts, _, motions = made
-    divided = Ensemble(systems[0], 1e-10, TIMES, parts=4)
-    again = divided.run(parameters, starts)
-    assert bits(again, np.arange(MEMBERS)) == bits(motions, np.arange(MEMBERS))
-    fine = np.linspace(TIMES[0], TIMES[-1], 4 * (len(TIMES) - 1) + 1)
-    chosen = np.array([20, 3, 7])
-    first = again.in_first_interval(chosen)
-    expected = divided.run(parameters[:, chosen], starts[:, chosen], fine)
-    assert first.states.tobytes() == expected.states[..., :5].tobytes()
-    assert first.lanes.shape[1] % SIMD == 0
-    assert motions.first is None
-    assert expected.first is None
+def test_without_samples_a_motion_has_the_same_steps(made):
+    """The ends of its steps are those of the sampled motion, from the start to the last sample."""
+    systems, parameters, starts, ensemble, motions = made
+    sampled = ensemble.run(parameters, starts)
+    unsampled = ensemble.run(parameters, starts, sampled=False)
+    assert unsampled.lanes.shape[2] == 2
+    assert unsampled.states[..., -1].tobytes() == motions.states[..., -1].tobytes()
+    for k in range(MEMBERS):
+        ends = unsampled.ends[k]
+        assert ends.tobytes() == sampled.ends[k].tobytes()
+        assert ends.shape[1] == motions.steps[k] + 1
+        assert ends[0, [0, -1]].tolist() == TIMES[[0, -1]].tolist()
+        assert (np.diff(ends[0]) > 0).all()
+        run = solve("heyoka", problem(systems[k], starts[:, k], ends[0], rtol=1e-10))
+        scale = np.abs(run.states).max()
+        states = ends[1 : 1 + systems[k].size].T
+        assert np.abs(states - run.states).max() < 1e-9 * scale
 
 
 def test_a_compiled_map_is_its_function():

@@ -13,6 +13,7 @@ from support.problems import ENGINES
 import rbstab
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
+from rbstab.integrate import step_ends
 from rbstab.integrate.engines import engine
 from rbstab.integrate.in_quaternions import NEVER, in_quaternions
 from rbstab.integrate.problem import Problem
@@ -154,6 +155,17 @@ def test_the_motion_is_that_in_angles(name, samples, config):
 
 
 @pytest.mark.parametrize("name", ENGINES)
+def test_turns_between_few_samples_are_counted_where_no_ends_of_steps_are_kept(name, monkeypatch):
+    given = problem(TIED, integration={"samples": 6})
+    expected = solved(name, given)
+    monkeypatch.setattr(step_ends, "MOST", 10)
+    found = solved(name, given)
+    assert not found.ends.complete
+    assert expected.ends.complete
+    assert found.states == pytest.approx(expected.states, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ENGINES)
 def test_elements_that_switch_do_so_at_the_same_times(name):
     found, expected = solved(name, problem(SLIDING)), solved(name, problem(SLIDING, "Z"))
     assert found.states == pytest.approx(expected.states, abs=1e-9)
@@ -177,7 +189,10 @@ def test_the_length_of_q_changes_no_motion(name):
         found = solved(name, inner)
         norms = np.linalg.norm(found.states[:, [0, 1, 2, q.angles.size]], axis=1)
         assert norms == pytest.approx(length, abs=1e-9)
-        runs.append(q.to_angles(found.states.T, found.times, given.start[:3])[0])
+        Theta, _ = q.angles_along(
+            found.states.T, found.times, given.start[:3], found.states[:0].T, found.times[:0]
+        )
+        runs.append(q.to_angles(found.states.T, Theta))
     assert runs[1] == pytest.approx(runs[0], abs=1e-9)
 
 

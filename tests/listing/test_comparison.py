@@ -15,6 +15,7 @@ from support.stored_proofs import say_proved, store_proof_of
 from rbstab.config.load import load_config
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.summary import summary_of
+from rbstab.integrate import step_ends
 from rbstab.listing.comparison import Row, compare
 from rbstab.store.errors import StoreError
 from rbstab.store.run_file import open_result, write_result
@@ -176,7 +177,11 @@ def test_of_two_results_in_a_folder_one_must_be_named(usual: Path, tmp_path: Pat
         compare(pair, usual)
 
 
-def test_a_peak_between_samples_is_a_lower_bound(usual: Path, tmp_path: Path) -> None:
+def test_a_peak_of_samples_alone_is_a_lower_bound(
+    usual: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run of too many steps does not keep them."""
+    monkeypatch.setattr(step_ends, "MOST", 10)
     coarse = run_file(tmp_path, "coarse", "integration.duration=1", "integration.samples=3")
     assert not summary_of(open_result(coarse)).displacement_resolved
     row = named(compare(usual, coarse).outcomes)["largest |E| [m]"]

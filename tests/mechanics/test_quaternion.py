@@ -10,10 +10,12 @@ from rbstab.mechanics import attitude
 from rbstab.mechanics.algebra import cross_matrix
 from rbstab.mechanics.quaternion import (
     angles,
+    beyond_ends,
     continued_angles,
     quaternion,
     rate_matrix,
     rotation,
+    turning,
 )
 
 RNG = np.random.default_rng(43)
@@ -121,3 +123,44 @@ def test_ways_that_samples_do_not_tell_are_in_doubt():
     _, doubt = continued_angles(w, r, Omega, times)
     assert doubt == pytest.approx(4.0 * math.hypot(1.0, 0.1, 0.1))
     assert continued_angles(w[:1], r[:, :1], Omega[:, :1], times[:1])[1] == 0.0
+
+
+def test_steps_past_the_pole_show_how_far_the_angles_go_beyond_their_ends():
+    rng, turn, parts = np.random.default_rng(2), 0.7, 400
+    seen = 0
+    for _ in range(300):
+        axis = Rotation.random(random_state=rng.integers(2**31)).as_matrix()[0]
+        pitch = math.pi / 2 - rng.uniform(-turn, turn)
+        begin = Rotation.from_euler("XYZ", [rng.uniform(-3, 3), pitch, rng.uniform(-3, 3)])
+        times = np.linspace(0, 1, parts + 1)
+        w, r = along(Rotation.from_rotvec(np.outer(turn * times, axis)) * begin)
+        principal, upright = angles(w, r)
+        if upright.min() < 0.01:
+            continue
+        path = np.unwrap(principal)[::2]
+        ends = path[:, [0, -1]]
+        over = np.maximum(path.max(axis=1) - ends.max(axis=1), ends.min(axis=1) - path.min(axis=1))
+        Omega = turn * begin.inv().apply(axis)
+        before, after = (np.concatenate([w[[k]], r[:, k], Omega])[:, None] for k in (0, -1))
+        found = beyond_ends(before, after, np.array([1.0]))[:, 0]
+        if upright[[0, -1]].min() > turn:
+            assert (found == 0.0).all()
+            continue
+        # Sixteen points show at least half of what is to be seen.
+        shown = over > 0.02
+        seen += shown.sum()
+        assert (found[shown] > 0.5 * over[shown]).all()
+        assert (found <= over + 1e-3).all()
+    assert seen > 20
+
+
+@pytest.mark.parametrize("pitch", [0.3, -1.2, 1.57])
+def test_the_angles_turn_with_their_rates(pitch):
+    Theta, Omega, h = np.array([0.7, pitch, -2.0]), RNG.normal(size=3), 1e-7
+    (w,), r = quaternion(Theta)
+    values, rates = turning(w, r, Omega)
+    assert values == pytest.approx([Theta[0], math.sin(pitch), Theta[2]], abs=1e-12)
+    r_rate, w_rate = rate_matrix(w, r) @ Omega, -0.5 * (r @ Omega)
+    after, before = (turning(w + k * w_rate, r + k * r_rate, Omega)[0] for k in (h, -h))
+    # An angle turns by 1 / cos θ2 of the body's rate, and bends as much faster.
+    assert rates == pytest.approx((after - before) / (2 * h), rel=1e-5, abs=1e-7)

@@ -125,6 +125,14 @@ def _arrays() -> dict[str, np.ndarray]:
         "energy_round_off": np.array(np.finfo(float).tiny),
         "rest_orientation": Theta[-1],
         "rest_position": E[-1],
+        "peak_contact_displacement": np.array(PEAKS),
+        "peak_distance": np.array(np.linalg.norm(PEAKS)),
+        "largest_pitch": np.array(LARGEST_PITCH),
+        "peak_contact_displacement_error": np.zeros(3),
+        "peak_distance_error": np.array(0.0),
+        "largest_pitch_error": np.array(0.0),
+        "settling_time": np.array(np.log(1000) / DECAY),
+        "settling_time_error": np.array(0.0),
     }
 
 

@@ -4,7 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rbstab.elements.sliding import SlidingConnector
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.system import System
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,3 +80,9 @@ def energy_scale(value: Array, round_off: Array | float, supplied: Array | None 
 def _largest(energy: Array) -> Array:
     """Return the largest finite |energy| of the samples: v of a diverged motion overflows."""
     return np.abs(np.where(np.isfinite(energy), energy, 0.0)).max(axis=-1)
+
+
+def has_no_potential(system: System) -> bool:
+    """Whether the contact force has no potential energy, as for s = F + κE."""
+    sliding = [e for e in system.elements if isinstance(e, SlidingConnector)]
+    return bool(sliding) and sliding[0].rate_weight != 0.0

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from rbstab.analysis.extrema import Crossings, Steps, last_above
 from rbstab.mechanics.numbers import Array
 
 SETTLED_FRACTION = 1e-3
@@ -60,39 +61,38 @@ def settling_level(largest: Array | float, round_off: Array | float) -> Array:
     return np.maximum(SETTLED_FRACTION * np.asarray(largest), round_off)
 
 
-def settling_times(
-    times: Array,
-    value: Array,
+def settling_times(  # noqa: PLR0913, PLR0917 (a motion, its rest state and its round-off)
+    steps: Steps,
+    row: int,
+    largest: Array,
     from_rest: Array,
     round_off: Array,
-    supplied: Array | None = None,
-) -> Array:
-    """Return the times after which v stays below `SETTLED_FRACTION` v(0), shape (m,), s.
+    supplied: bool,
+) -> Crossings:
+    """Return the times after which v stays below `SETTLED_FRACTION` v(0).
 
     A motion has also settled where v is round-off: one that starts at rest, from t = 0. Where
     inputs supply power, a motion may start at rest, and v may rise. Then the largest v of the
-    motion takes the place of v(0): without inputs, v(0) is the largest. v may also rise and fall
-    between two samples: by as much as is supplied there.
+    motion takes the place of v(0): without inputs, v(0) is the largest.
 
     A time is NaN if the member is not at rest at the end: v is not below this bound, or is
     negative, or an angle is farther than `SETTLED_ANGLE` from that of the rest state. It is also
-    NaN if v is not finite at some sample, or there is a single one.
+    NaN if v is not finite at the end of a step.
 
     Args:
-        times: Shape (n,), s.
-        value: v of each member, shape (m, n), J.
+        steps: The steps of m members.
+        row: The number of v among their quantities, J.
+        largest: The v of each member farthest from zero, shape (m,), J.
         from_rest: Θ at the end minus Θ of the rest state, shape (m, 3), rad.
         round_off: `value_round_off`, shape (m,), J.
-        supplied: ∫supplied dt, shape (m, n), J, if inputs supply power.
+        supplied: Whether inputs supply power.
     """
-    begin = value[:, 0] if supplied is None else value.max(axis=1)
-    bound = settling_level(begin, round_off)
-    settling = last_above(times, value, bound)
-    if supplied is not None:
-        settling = np.maximum(settling, _last_supplied(times, value, supplied, bound))
-    at_rest = ends_near_rest(value[:, -1], np.abs(value).max(axis=1), from_rest, round_off)
-    shown = np.isfinite(value).all(axis=1) & (len(times) > 1)
-    return np.where(shown & at_rest, settling, np.nan)
+    last = np.append(steps.first[1:], len(steps.begin)) - 1
+    begin, end = steps.values[0][row, steps.first], steps.values[1][row, last]
+    found = last_above(steps, row, settling_level(largest if supplied else begin, round_off))
+    at_rest = ends_near_rest(end, np.abs(largest), from_rest, round_off)
+    at_rest &= np.isfinite(np.add.reduceat(steps.values[1][row], steps.first))
+    return Crossings(*(np.where(at_rest, part, np.nan) for part in found))
 
 
 def moves_on(times: Array, value: Array, kinetic: Array, round_off: float) -> bool:
@@ -116,19 +116,6 @@ def moves_on(times: Array, value: Array, kinetic: Array, round_off: float) -> bo
     return is_moving and before - end < LEAST_FALL * before
 
 
-def _last_supplied(times: Array, value: Array, supplied: Array, bound: Array) -> Array:
-    """Return the end of the last interval in which v may have reached a bound, shape (m,), s.
-
-    v is at most its value before, plus what was supplied since. The time is 0 without such an
-    interval.
-    """
-    gain = np.diff(supplied, axis=1)
-    # Where nothing is supplied, v falls, and `last_above` knows when.
-    reached = (value[:, :-1] + gain >= bound[:, np.newaxis]) & (gain > 0)
-    last = reached.shape[1] - reached[:, ::-1].argmax(axis=1)
-    return np.where(reached.any(axis=1), times[last], 0.0)
-
-
 def ends_near_rest(end: Array, largest: Array, from_rest: Array, round_off: Array) -> Array:
     """Return whether motions end near their rest states, shape (m,): v not negative, angles close.
 
@@ -142,26 +129,3 @@ def ends_near_rest(end: Array, largest: Array, from_rest: Array, round_off: Arra
     """
     near: Array = np.abs(from_rest).max(axis=1) <= SETTLED_ANGLE
     return near & (end >= -np.maximum(ROUND_OFF * largest, round_off))
-
-
-def last_above(times: Array, values: Array, bound: Array) -> Array:
-    """Return the last time at which a quantity is at or above its bound, shape (m,), s.
-
-    The quantity is interpolated linearly between samples. The time is 0 if the quantity is always
-    below its bound, and NaN if it is at or above the bound at the end.
-
-    Args:
-        times: Shape (n,), s.
-        values: The quantity, shape (m, n).
-        bound: The bound, shape (m,).
-    """
-    above = values >= bound[:, np.newaxis]
-    backwards = np.ascontiguousarray(above[:, ::-1])  # argmax is several times faster on it
-    last = len(times) - 1 - backwards.argmax(axis=1)
-    rows, after = np.arange(len(values)), np.minimum(last + 1, len(times) - 1)
-    value_before, value_after = values[rows, last], values[rows, after]
-    with np.errstate(all="ignore"):
-        fraction = (value_before - bound) / (value_before - value_after)
-        crossing = times[last] + fraction * (times[after] - times[last])
-    crossing = np.where(last == len(times) - 1, np.nan, crossing)
-    return np.where(above.any(axis=1), crossing, 0.0)

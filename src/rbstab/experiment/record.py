@@ -10,9 +10,10 @@ import numpy as np
 from rbstab.analysis.approached_state import LyapunovZero, lyapunov_zero
 from rbstab.analysis.certificate.verdict import Check
 from rbstab.analysis.configuration import stored_energies
-from rbstab.analysis.lyapunov import lyapunov_trace
+from rbstab.analysis.lyapunov import has_no_potential, lyapunov_trace
 from rbstab.analysis.rest_state import RestState, nearest_rest_state
 from rbstab.analysis.rest_system import smooth_rest_system
+from rbstab.analysis.run_extremes import extremes_of, stored_extremes
 from rbstab.analysis.settling import value_round_off
 from rbstab.elements.registry import NAMED_ELEMENTS
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
@@ -20,7 +21,6 @@ from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.experiment.convergence.zero_description import no_rest_state_warning
 from rbstab.experiment.run_certificate import certificate_of
 from rbstab.experiment.switching_record import (
-    has_no_potential,
     impact_arrays,
     switching_arrays,
 )
@@ -151,6 +151,7 @@ def record_of(
     zero = zero_of(problem, trajectory, nearest, deadline)
     with np.errstate(all="ignore"):
         trajectory, arrays = recorded(problem, trajectory, zero.rest, deadline)
+        arrays |= stored_extremes(extremes_of(problem, trajectory, arrays, deadline))
         checks = certificate_of(problem, trajectory, arrays, zero)
     parts = np.array(problem.system.parts, dtype=object)
     quantities = quantities_with(problem.system.declared_states)
@@ -194,7 +195,7 @@ def recorded(
         deadline: The deadline of the run; None for no limit. Samples that cannot be recorded in
             time are dropped; then the status is `TIME_LIMIT`.
         only_outcome: Whether only the quantities are recorded that the outcome of a member of a
-            sweep needs: Θ̇, but no forces, couples, dissipation and v'. Then a sample takes a
+            sweep needs: no forces, couples, dissipation and v'. Then a sample takes a
             quarter of the time. What is recorded has the same bits.
     """
     system = problem.system
@@ -288,9 +289,7 @@ def _observed(
     """Return the observed quantities of the samples; of fewer if the deadline expires."""
     parts, named = len(system.parts), len(named_elements(system))
     shapes: dict[str, tuple[int, ...]] = {**dict.fromkeys(_MOTION, (3,)), "energy": (parts,)}
-    if only_outcome:
-        shapes["orientation_rate"] = (3,)
-    else:
+    if not only_outcome:
         shapes |= dict.fromkeys(_FORCES, (3,)) | {"dissipation": (parts,)}
         if named:
             shapes |= dict.fromkeys(_OF_ELEMENTS, (named, 3))
@@ -372,13 +371,11 @@ def named_elements(system: System) -> tuple[str, ...]:
 
 
 def _outcome_at(system: System, state: Array, t: Number = 0.0) -> Array:
-    """Return `_MOTION`, the energy of each part, and Θ̇ at a state, one after the other."""
+    """Return `_MOTION` and the energy of each part at a state, one after the other."""
     motion = system.motion(state, t)
     kinetic = system.body.kinetic_energy(motion.Omega, motion.V)
     stored = stored_energies(system, motion, state[system.coordinates.size :])
-    return np.concatenate(
-        [*_motion_rows(motion), np.array([kinetic, *stored]), motion.B @ motion.Omega]
-    )
+    return np.concatenate([*_motion_rows(motion), np.array([kinetic, *stored])])
 
 
 def _motion_rows(motion: Motion) -> tuple[Array, ...]:

@@ -10,10 +10,9 @@ from rbstab.analysis.certificate.evidence import MAX_AUDIT_BOUND, Evidence, Supp
 from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.analysis.configuration import as_at_rest
 from rbstab.analysis.exact import exact_rest_energy
-from rbstab.analysis.lyapunov import energy_scale
+from rbstab.analysis.lyapunov import energy_scale, has_no_potential
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.experiment.answers.state_words import kinds_of
-from rbstab.experiment.switching_record import has_no_potential
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.numbers import Array
 from rbstab.store.variables import Variable

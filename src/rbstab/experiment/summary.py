@@ -5,27 +5,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.hermite import hermite_table
+from rbstab.analysis.extrema import ABSOLUTE
 from rbstab.analysis.lyapunov import energy_scale
-from rbstab.analysis.peak_search import (
-    ABSOLUTE,
-    STEPS_PER_INTERVAL,
-    Samples,
-    find_peaks,
-    peaks_of_cubics,
-)
-from rbstab.analysis.settling import moves_on, settling_times
+from rbstab.analysis.settling import moves_on
 from rbstab.experiment.answers.rounded import TIME_DIGITS, rounded_up
 from rbstab.experiment.convergence.enclosed_samples import GROUP
-from rbstab.mechanics.attitude import angle_rates
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Result
 
 RESOLVED = 0.01
-"""The largest error of a peak between samples, relative to the peak; else the sample is taken."""
-
-ROUND_OFF = 1e-9
-"""A quantity is constant if between samples it changes by at most this times its largest value."""
+"""The largest error of a peak that is shown as such, relative to the peak."""
 
 KINETIC = "kinetic"
 """The name of the kinetic energy among the parts of the energy of a result."""
@@ -36,9 +25,8 @@ class Summary(NamedTuple):
 
     They are v at both ends, J; the largest energy residual |r| over `energy_scale`; the largest
     |E|, m; the value of E farthest from zero by axis, m; the largest |θ2|, rad; and the last time
-    reached, s. Peaks between the samples are included where the samples show them. Where they do
-    not, because the motion is too fast for them, a peak is the sample farthest from zero, and
-    `displacement_resolved` (of E) or `pitch_resolved` (of θ2) is false.
+    reached, s. Where the error of a peak is large or unknown, `displacement_resolved` (of E) or
+    `pitch_resolved` (of θ2) is false.
     """
 
     lyapunov_start: float
@@ -53,7 +41,7 @@ class Summary(NamedTuple):
 
     @property
     def resolved(self) -> bool:
-        """Whether the samples show all peaks."""
+        """Whether the errors of all peaks are small."""
         return self.displacement_resolved and self.pitch_resolved
 
 
@@ -64,78 +52,45 @@ def at_least(resolved: bool) -> str:
 
 def summary_of(result: Result) -> Summary:
     """Return the summary of a result, from its stored arrays only."""
-    t, v = result["time"], result["lyapunov"]
+    v = result["lyapunov"]
     supplied = result["supplied_energy"] if is_driven(result) else None
-    E, F = result["contact_displacement"], result["contact_velocity"]
-    Theta, Omega = result["orientation"], result["angular_velocity"]
     with np.errstate(all="ignore"):
-        distance = np.linalg.norm(E, axis=1)
-        distance_rate = (E * F).sum(axis=1) / np.where(distance > 0, distance, 1.0)
-        values = np.array([*E.T, distance, Theta[:, 1]])
-        rates = np.array([*F.T, distance_rate, angle_rates(Theta, Omega)[:, 1]])
-        (x, y, z, farthest, pitch), shown = _peaks(t, values, rates, _has_fast_steps(result))
-    largest_pitch, at_stop = _largest_pitch(result, abs(pitch))
-    scale = energy_scale(v, _round_off(result), supplied)
+        scale = energy_scale(v, _round_off(result), supplied)
+        (x, y, z), are_shown = _peak(result, "peak_contact_displacement")
+        (farthest,), is_shown = _peak(result, "peak_distance")
+        (pitch,), pitch_shown = _peak(result, "largest_pitch")
     return Summary(
         float(v[0]),
         float(v[-1]),
         float(np.abs(result["energy_residual"]).max() / scale),
-        abs(farthest),
+        farthest,
         (x, y, z),
-        largest_pitch,
-        float(t[-1]),
-        all(shown[:-1]),
-        shown[-1] or at_stop,
+        pitch,
+        float(result["time"][-1]),
+        are_shown and is_shown,
+        pitch_shown,
     )
 
 
-def _has_fast_steps(result: Result) -> bool:
-    """Return whether a run took so many steps that its samples may not show all turning points."""
-    most = STEPS_PER_INTERVAL.get(str(result.attributes.get("engine")), 1)
-    steps = result.attributes.get("steps")
-    return steps is None or int(steps) > most * (len(result["time"]) - 1)
+def _peak(result: Result, name: str) -> tuple[list[float], bool]:
+    """Return the components of a stored peak, and whether their errors are small."""
+    found = _extremes_of(result)
+    peak, error = (np.atleast_1d(found[entry]) for entry in (name, f"{name}_error"))
+    # Where a quantity is no number, its peak is none, and no sample would help.
+    shown = (error <= np.maximum(RESOLVED * np.abs(peak), ABSOLUTE)) | np.isnan(peak)
+    return peak.tolist(), bool(shown.all())
 
 
-def _peaks(times: Array, values: Array, rates: Array, fast: bool) -> tuple[list[float], list[bool]]:
-    """Return the value of each quantity farthest from zero, and whether the samples show it.
+def _extremes_of(result: Result) -> Result | dict[str, Array]:
+    """Return arrays with the extremes of a result; of an older version, those of its samples."""
+    if "settling_time" in result:
+        return result
+    # Imported late: it imports SciPy's integrators.
+    from rbstab.analysis.run_extremes import extremes_of_samples, stored_extremes
 
-    Args:
-        times: Shape (n,), s.
-        values: Shape (q, n).
-        rates: Their derivatives, shape (q, n).
-        fast: Whether the motion may turn more often than the samples show.
-    """
-    largest = values[np.arange(len(values)), np.abs(values).argmax(axis=1)]
-    if len(times) == 1:
-        return largest.tolist(), [True] * len(values)
-    # The sign of a rate that is round-off says nothing: such a quantity is constant.
-    change = np.diff(times).max() * np.abs(rates).max(axis=1, keepdims=True)
-    constant = change <= ROUND_OFF * np.abs(largest)[:, np.newaxis]
-    slopes = np.where(constant, 0.0, rates)
-    samples = Samples(times, values[:, np.newaxis], slopes[:, np.newaxis])
-    cubics = peaks_of_cubics(samples)
-    found = find_peaks(samples, cubics=cubics)
-    peak, error = found.value[:, 0], found.error[:, 0]
-    tolerance = np.maximum(RESOLVED * np.abs(peak), ABSOLUTE)
-    # Without an estimate, two interpolants have to agree, and no turn may be hidden. A cubic stays
-    # within the hull of its Bézier points.
-    step = np.diff(times) / 3.0
-    points = values[:, :-1] + step * slopes[:, :-1], values[:, 1:] - step * slopes[:, 1:]
-    within = np.abs(points).max(axis=(0, 2)) <= np.abs(peak) + tolerance
-    agree = np.abs(peak - cubics.value[:, 0]) <= tolerance
-    resolved = (error <= tolerance) | (agree & within & (not fast))
-    # Where a quantity is no number, its peak is none, however many samples there are.
-    shown = resolved | np.isnan(largest)
-    return np.where(resolved, peak, largest).tolist(), shown.tolist()
-
-
-def _largest_pitch(result: Result, at_samples: float) -> tuple[float, bool]:
-    """Return the largest |θ2|, rad, and whether it is the angle of a stop that was met."""
-    if "stop_angle" not in result:
-        return at_samples, False
-    met = bool(result["impact_count"][-1] > 0 or result["stop_contact"].any())
-    angle = float(result["stop_angle"])
-    return (angle if met else min(at_samples, angle)), met
+    with np.errstate(all="ignore"):
+        arrays = {name: result[name] for name in result.variables}
+        return stored_extremes(extremes_of_samples(arrays, lyapunov_function_of(result)))
 
 
 def lyapunov_function_of(result: Result) -> Array:
@@ -160,53 +115,27 @@ def settling_time_of(result: Result) -> float:
 
     A run that starts at rest has settled from t = 0 on. A run has not settled if the body moves on
     without damping, however small v is. If inputs supply power, the largest v takes the place of
-    v(0). Then v may have been above this bound within the interval before that time: by what was
-    supplied there.
+    v(0).
     """
-    with np.errstate(all="ignore"):
-        v, last = lyapunov_function_of(result), result["orientation"][-1]
-        # Runs of before layout version 2 do not name the rest state at which their v is zero.
-        is_known = "rest_orientation" in result
-        rest = result["rest_orientation"] if is_known else last
-        away = (last - rest)[np.newaxis]
-        supplied = result["supplied_energy"][np.newaxis] if is_driven(result) else None
-        round_off = np.array([_round_off(result)])
-        found = settling_times(result["time"], v[np.newaxis], away, round_off, supplied)
-    return np.nan if moves_on_in(result) else float(found[0])
+    return _settling_of(result)[0]
+
+
+def _settling_of(result: Result) -> tuple[float, float]:
+    """Return the settling time, s, and its error."""
+    if moves_on_in(result):
+        return np.nan, np.nan
+    found = _extremes_of(result)
+    return float(found["settling_time"]), float(found["settling_time_error"])
 
 
 def at_rest_from(result: Result) -> str:
-    """Return the settling time as text, s: with ≤ if the samples do not resolve it; "" without one.
-
-    The bound is the first sample from which v stays below its level.
-    """
-    settled = settling_time_of(result)
+    """Return the settling time as text, s: with ≤ if its error shows in it; "" without one."""
+    settled, error = _settling_of(result)
     if np.isnan(settled):
         return ""
-    if _settling_resolved(result, settled):
+    if error <= 0.5 * 10.0 ** (1 - TIME_DIGITS) * settled:
         return f"{settled:.{TIME_DIGITS}g}"
-    times = result["time"]
-    return f"≤ {rounded_up(float(times[np.searchsorted(times, settled)]))}"
-
-
-def _settling_resolved(result: Result, settled: float) -> bool:
-    """Return whether the samples show a settling time to `TIME_DIGITS` digits.
-
-    Either the samples beside it are so close, or the motion is not faster than they are and two
-    interpolants of v between them agree.
-    """
-    times, v = result["time"], lyapunov_function_of(result)
-    after = int(np.searchsorted(times, settled))
-    error = 0.5 * 10.0 ** (1 - TIME_DIGITS) * settled
-    if after == 0 or times[after] - times[after - 1] <= error:
-        return True
-    if stores_v_minus_work(result) or is_driven(result) or _has_fast_steps(result):
-        return False
-    pair = slice(after - 1, after + 1)
-    columns = (one[pair, np.newaxis] for one in (times, v, result["lyapunov_rate"]))
-    cubic = hermite_table(*columns).through(0, 2)
-    before, beyond = (cubic.values_at(np.array([settled + x])) for x in (-error, error))
-    return bool(before[0] > np.interp(settled, times, v) > beyond[0])
+    return f"≤ {rounded_up(settled + error)}"
 
 
 def moves_on_in(result: Result) -> bool:

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from rbstab.elements.sliding import SlidingConnector
 from rbstab.integrate.impact_trace import ImpactTrace
 from rbstab.integrate.switch_trace import SwitchTrace
 from rbstab.mechanics.numbers import Array
@@ -50,9 +49,3 @@ def impact_arrays(system: System, impacts: ImpactTrace) -> dict[str, Array]:
     if impacts.rests:
         arrays["rest_begin"], arrays["rest_end"] = np.array(impacts.rests).T
     return arrays
-
-
-def has_no_potential(system: System) -> bool:
-    """Whether the contact force has no potential energy, as for s = F + κE."""
-    sliding = [e for e in system.elements if isinstance(e, SlidingConnector)]
-    return bool(sliding) and sliding[0].rate_weight != 0.0

@@ -1,9 +1,11 @@
 """Integration of a quaternion in place of Θ: problems and trajectories have Θ, the engine has q.
 
 So a motion may pass θ2 = ±90°, and nothing else need know of it. θ1 and θ3 are continued from the
-start. Where samples are too far apart to tell the turns, the same motion is sampled finer.
+start, along samples and ends of steps. Where these do not tell the turns, the same motion is
+sampled finer.
 """
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -33,7 +35,8 @@ class InQuaternions:
 
     Args:
         engine: The engine.
-        steps: The most steps between two samples that show how the body turns.
+        steps: The most steps between two samples that show how the body turns, if the ends of the
+            steps are not known.
     """
 
     def __init__(self, engine: Engine, steps: int) -> None:
@@ -53,8 +56,10 @@ class InQuaternions:
         start = q.from_angles(problem.start)
         inner = replace(problem, system=system, start=start, range_bound=NEVER, quaternion=False)
         found = self.engine(inner, progress, deadline)
-        states, turn = q.to_angles(found.states.T, found.times, problem.start[THETA])
-        parts = int(parts_needed(turn, np.array(found.steps), len(found.times), self.steps))
+        Theta, turn, told = _angles_along(q, found, problem.start[THETA])
+        steps = 0 if told else found.steps / self.steps
+        parts = _parts_needed(turn, steps, found)
+        states = q.to_angles(found.states.T, Theta)
         outer = {one: replace(one, coordinates=q.angles) for one in set(found.systems)}
         found = replace(
             found,
@@ -92,20 +97,33 @@ def in_quaternions(system: System) -> tuple[System, QuaternionCoordinates]:
     return replace(system, coordinates=q), q
 
 
-def parts_needed(turns: Array, steps: Array, samples: int, most: int) -> Array:
-    """Return into how many parts the intervals of motions must be divided to show how they turn.
+def _angles_along(
+    q: QuaternionCoordinates, found: Trajectory, start: Array
+) -> tuple[Array, float, bool]:
+    """Return Θ at samples, the largest turn in doubt, rad, and whether the ends of steps tell."""
+    count, ends, more = len(found.times), found.ends, np.zeros((q.size, 0))
+    told = ends is not None and ends.complete and len(ends.times) > 1
+    if ends is not None and told:
+        more = np.array(ends.states).T
+    times = np.array(ends.times if ends is not None and told else [])
+    Theta, turn = q.angles_along(found.states.T, found.times, start, more, times)
+    return Theta[:, :count], turn, told
+
+
+def _parts_needed(turn: float, intervals: float, found: Trajectory) -> int:
+    """Return into how many parts the intervals of a motion must be divided to show how it turns.
 
     Args:
-        turns: The largest turns in doubt of motions, any shape, rad.
-        steps: The steps of the engine, in the same shape.
-        samples: The number of samples.
-        most: The most steps between two samples.
+        turn: The largest turn in doubt, rad.
+        intervals: The fewest intervals that show it.
+        found: The motion.
     """
-    intervals = max(samples - 1, 1)
-    needed = np.maximum(turns / LONGEST_TURN, steps / (most * intervals))
-    enough = INTERVALS_PER_STEP * np.maximum(steps, 1) / intervals
-    parts = np.minimum(np.where(needed > 1.0, needed, 1.0), np.maximum(enough, 1.0))
-    return np.asarray(np.exp2(np.ceil(np.log2(parts))))
+    samples = max(len(found.times) - 1, 1)
+    needed = max(turn / LONGEST_TURN, intervals / samples)
+    enough = max(INTERVALS_PER_STEP * max(found.steps, 1) / samples, 1.0)
+    # A turn that is no number needs none.
+    parts = min(needed, enough) if needed > 1.0 else 1.0
+    return 2 ** math.ceil(math.log2(parts))
 
 
 def refined(times: Array, parts: int) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.impact_trace import ImpactTrace
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.step_ends import StepEnds
 from rbstab.integrate.switch_trace import SwitchTrace
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.schedule import Schedule
@@ -124,6 +125,8 @@ class Trajectory:
         trusted_until: The time up to which a motion that bounces, on s = E or against a stop, is
             reproducible in double precision, s; None if it is not asked for, or if `switches` has
             it.
+        ends: The ends of its steps; None if the engine keeps none. In quaternions if it integrates
+            them.
     """
 
     times: Array
@@ -140,6 +143,7 @@ class Trajectory:
     supplied_energy: Array | None = None
     breakpoints: Array = field(default_factory=lambda: np.zeros(0))
     trusted_until: float | None = None
+    ends: StepEnds | None = None
 
 
 class Engine(Protocol):
@@ -184,6 +188,7 @@ def first_samples(whole: Trajectory, count: int, deadline: Deadline) -> Trajecto
         trusted_until=None
         if whole.trusted_until is None
         else float(np.minimum(whole.trusted_until, last)),
+        ends=None if whole.ends is None else whole.ends.until(last),
     )
 
 
@@ -196,6 +201,7 @@ def trajectory(  # noqa: PLR0913, PLR0917 (all that is known of a run)
     evaluations: int,
     systems: tuple[System, ...] = (),
     breakpoints: list[float] | None = None,
+    ends: StepEnds | None = None,
 ) -> Trajectory:
     """Return the trajectory of audited state vectors (states, then audit states).
 
@@ -208,6 +214,7 @@ def trajectory(  # noqa: PLR0913, PLR0917 (all that is known of a run)
         evaluations: Evaluations of the rates.
         systems: The system in the modes of each sample; empty if there are no modes.
         breakpoints: The breakpoints on which a step ended.
+        ends: The ends of the steps.
     """
     table = np.array([state for _, state in samples])
     times, size = np.array([time for time, _ in samples]), problem.system.size
@@ -226,4 +233,5 @@ def trajectory(  # noqa: PLR0913, PLR0917 (all that is known of a run)
         systems=systems,
         supplied_energy=table[:, size] if problem.system.supplies else None,
         breakpoints=np.array(breakpoints or ()),
+        ends=ends,
     )

@@ -17,6 +17,7 @@ from rbstab.integrate.length_watch import LengthWatch
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.range_exit import excess, first_exit, may_leave
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.step_ends import StepEnds
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.integrate.watched_rates import StopRun, WatchedRates, audited_rates_of
 from rbstab.integrate.zero_length import ended_at, zero_length
@@ -42,7 +43,8 @@ class ScipyRun:
         self.problem = problem
         self.progress = progress
         self.deadline = deadline
-        self.rates = WatchedRates(problem.system_at_start(), deadline)
+        self.system = problem.system_at_start()
+        self.rates = WatchedRates(self.system, deadline)
         self.lengths = LengthWatch(problem.system, problem.system.audited_size)
         self.projected: StraightLine | None = None
         if problem.project:
@@ -56,6 +58,8 @@ class ScipyRun:
         self.samples: list[tuple[float, Array]] = []
         self.systems: list[System] = []
         self.steps = 0
+        self.ends = StepEnds()
+        self.ends.add(self.t, self.y, self.system)
         self._add_sample(self.t, self.y)
 
     def result(self) -> Trajectory:
@@ -67,6 +71,7 @@ class ScipyRun:
         except StopRun as stop:
             if self.t > self.samples[-1][0]:
                 self._add_sample(self.t, self.y)
+            self.ends.add(self.t, self.y, self.system)
             status, reason = stop.status, f"{stop} at t = {self.samples[-1][0]:.9g} s"
         return trajectory(
             self.problem,
@@ -77,6 +82,7 @@ class ScipyRun:
             self.rates.evaluations,
             tuple(self.systems),
             self.reached_breakpoints,
+            self.ends,
         )
 
     def _add_sample(self, t: float, y: Array) -> None:
@@ -114,8 +120,8 @@ class ScipyRun:
     def _begin_leg(self, t: float) -> None:
         """Begin the legs of a breakpoint."""
         assert self.problem.schedule is not None
-        system = self.problem.schedule.system_at(self.problem.system, t)
-        self.rates.audited_rates = audited_rates_of(system)
+        self.system = self.problem.schedule.system_at(self.problem.system, t)
+        self.rates.audited_rates = audited_rates_of(self.system)
 
     def _steps_to(self, end: float) -> Iterator[Any]:
         """Step until `end`; yield the solver after each step, before its state is accepted."""
@@ -171,6 +177,7 @@ class ScipyRun:
         self.t, self.y = float(solver.t), solver.y
         if self.projected is not None:
             self.y = self.projected(self.y)
+        self.ends.add(self.t, self.y, self.system)
         if self.progress is not None:
             self.progress(self.t)
 

@@ -102,12 +102,49 @@ def continued_angles(w: Array, r: Array, Omega: Array, times: Array) -> tuple[Ar
     if not jumps.any():
         return Theta, doubt.max(axis=-1)
     ways = steps - _whole(steps)
-    ways[:, near], least = _ways(w, r, Omega, np.diff(times), near)
+    motion = np.concatenate([w[np.newaxis], r, Omega])
+    before, after = motion[..., :-1][:, near], motion[..., 1:][:, near]
+    parts, least = _ways(before, after, np.broadcast_to(np.diff(times), near.shape)[near])
+    ways[:, near] = parts.sum(axis=1)
     # A steady turn α of the body is α⁴/3072 off the cubic; fifteen times that is allowed for.
     doubt[near] = np.where(least > turn[near] ** 4 / 200.0, 0.0, turn[near])
     turns = np.cumsum((ways - steps)[:, jumps], axis=-1)
     Theta[::2, jumps, 1:] += _whole(turns)
     return Theta, doubt.max(axis=-1)
+
+
+def turning(w: Array, r: Array, Omega: Array) -> Array:
+    """Return θ1, sin θ2 and θ3, and their rates, shape (2, 3, ...).
+
+    Only sin θ2 is smooth at θ2 = ±90°. θ1 and θ3 are those of `angles`.
+    """
+    Theta, upright = angles(w, r)
+    sine, s, c = np.sin(Theta[1]), np.sin(Theta[2]), np.cos(Theta[2])
+    first = (c * Omega[0] - s * Omega[1]) / upright
+    rates = [first, upright * (s * Omega[0] + c * Omega[1]), Omega[2] - sine * first]
+    return np.array([[Theta[0], sine, Theta[2]], rates])
+
+
+def beyond_ends(before: Array, after: Array, lengths: Array) -> Array:
+    """Return how far θ1 and θ3 go beyond both their ends in k steps near θ2 = ±90°, (2, k), rad.
+
+    Other steps, and those in which each goes one way, have 0.
+
+    Args:
+        before: w, r and Ω at the begin of each step, shape (7, k).
+        after: The same at its end.
+        lengths: Shape (k,), s.
+    """
+    upright = np.minimum(angles(before[0], before[1:4])[1], angles(after[0], after[1:4])[1])
+    speed = np.sqrt(np.maximum((before[4:] ** 2).sum(axis=0), (after[4:] ** 2).sum(axis=0)))
+    near = (lengths > 0) & ~(upright > lengths * speed)
+    path = np.cumsum(_ways(before[:, near], after[:, near], lengths[near])[0], axis=1)
+    end = path[:, -1]
+    over = path.max(axis=1, initial=0.0) - np.maximum(end, 0.0)
+    under = np.minimum(end, 0.0) - path.min(axis=1, initial=0.0)
+    found = np.zeros((2, len(lengths)))
+    found[:, near] = np.maximum(over, under)
+    return found
 
 
 def same_turns(Theta: Array, known: Array) -> Array:
@@ -126,18 +163,15 @@ def _whole(angles: Array) -> Array:
     return 2.0 * math.pi * np.round(angles / (2.0 * math.pi))
 
 
-def _ways(w: Array, r: Array, Omega: Array, lengths: Array, chosen: Array) -> tuple[Array, Array]:
-    """Return how far θ1 and θ3 go in k chosen intervals, shape (2, k), and the least cos θ2."""
-    motion = np.concatenate([w[np.newaxis], r, Omega])
-    before, after = motion[..., :-1][:, chosen], motion[..., 1:][:, chosen]
+def _ways(before: Array, after: Array, h: Array) -> tuple[Array, Array]:
+    """Return how far θ1 and θ3 go in the parts of k intervals, (2, PARTS, k); the least cos θ2."""
     a, b, up, down = before[:4], after[:4], _rates(before), _rates(after)
-    h = np.broadcast_to(lengths, chosen.shape)[chosen]
     s = np.linspace(0.0, 1.0, PARTS + 1)[:, np.newaxis, np.newaxis]
     t = 1.0 - s
     cubic = t * t * ((1 + 2 * s) * a + s * h * up) + s * s * ((1 + 2 * t) * b - t * h * down)
     Theta, upright = angles(cubic[:, 0], np.moveaxis(cubic[:, 1:], 1, 0))
     parts = np.diff(Theta[::2], axis=1)
-    return (parts - _whole(parts)).sum(axis=1), upright.min(axis=0)
+    return parts - _whole(parts), upright.min(axis=0)
 
 
 def _rates(motion: Array) -> Array:

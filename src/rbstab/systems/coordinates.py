@@ -212,22 +212,42 @@ class QuaternionCoordinates(Coordinates):
         w, r = quaternion.quaternion(y[THETA])
         return np.concatenate([r, y[OMEGA.start : self.angles.size], w, y[self.angles.size :]])
 
-    def to_angles(self, y: Array, times: Array, start: Array) -> tuple[Array, Array]:
-        """Return the state vectors along motions with Θ, and the largest turns that are in doubt.
+    def to_angles(self, y: Array, Theta: Array) -> Array:
+        """Return the state vectors with Θ, shape (states, n), of such with q, (states + 1, n)."""
+        size = self.angles.size
+        return np.concatenate([Theta, y[OMEGA.start : size], y[size + 1 :]])
+
+    def angles_along(
+        self, y: Array, times: Array, start: Array, more: Array, more_times: Array
+    ) -> tuple[Array, float]:
+        """Return Θ along a motion, with θ1 and θ3 continued, and the largest turn in doubt, rad.
 
         Args:
-            y: Those with q, shape (states + 1, ..., n).
-            times: Shape (n,), s.
-            start: Θ at the first sample, from which θ1 and θ3 are continued, shape (3, ...), rad.
+            y: The state vectors at its samples, or longer ones, shape (states, n).
+            times: Their times, shape (n,), s.
+            start: Θ at the first one, shape (3,), rad.
+            more: The same at other times, as the ends of its steps, shape (states, k).
+            more_times: Shape (k,), s, not before the first sample.
 
         Returns:
-            The vectors, shape (states, ..., n), and the turns of `quaternion.continued_angles`.
+            Θ, shape (3, n + k), and the turn of `quaternion.continued_angles`.
         """
-        size = self.angles.size
-        Theta, turns = quaternion.continued_angles(y[size], y[THETA], y[OMEGA], times)
-        Theta = quaternion.same_turns(Theta, start[..., np.newaxis])
-        Theta[..., 0] = start
-        return np.concatenate([Theta, y[OMEGA.start : size], y[size + 1 :]]), turns
+        used = self.size
+        together = np.concatenate([times, more_times])
+        order = np.argsort(together, kind="stable")
+        at = np.concatenate([y[:used], more[:used]], axis=1)[:, order]
+        Theta, turn = quaternion.continued_angles(
+            at[used - 1], at[THETA], at[OMEGA], together[order]
+        )
+        Theta = quaternion.same_turns(Theta, start[:, np.newaxis])
+        Theta[:, together[order] == times[0]] = start[:, np.newaxis]
+        found = np.empty_like(Theta)
+        found[:, order] = Theta
+        return found, float(turn)
+
+    def watched(self, y: Array) -> Array:
+        """Return θ1, sin θ2 and θ3 at state vectors, and their rates, shape (2, 3, ...)."""
+        return quaternion.turning(y[self.angles.size], y[THETA], y[OMEGA])
 
     def motion(self, body: Body, anchor: Array, y: Array) -> Motion:
         """Return the motion, with r and its rate matrix for Θ and B."""

@@ -30,6 +30,7 @@ class Quantity(NamedTuple):
 _TIME = ("time",)
 _VECTOR = ("time", "axis")
 _BY_PART = ("time", "part")
+_ERROR = "bound of its error; NaN: unknown, and it is that of the samples"
 
 
 def state_quantity(state: OwnState) -> Quantity:
@@ -260,6 +261,19 @@ QUANTITIES = (
         "m",
         ("axis",),
         "X of the rest state at which v is zero, inertial",
+    ),
+    *(
+        Quantity(name, "-", unit, shape, meaning)
+        for name, unit, shape, meaning in (
+            ("peak_contact_displacement", "m", ("axis",), "E farthest from 0, by axis"),
+            ("peak_contact_displacement_error", "m", ("axis",), _ERROR),
+            ("peak_distance", "m", (), "the largest |E|"),
+            ("peak_distance_error", "m", (), _ERROR),
+            ("largest_pitch", "rad", (), "the largest |θ2|"),
+            ("largest_pitch_error", "rad", (), _ERROR),
+            ("settling_time", "s", (), "from here v < 1e-3 v(0); NaN: it did not settle"),
+            ("settling_time_error", "s", (), "its error"),
+        )
     ),
 )
 

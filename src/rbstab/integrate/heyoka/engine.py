@@ -27,6 +27,7 @@ from rbstab.integrate.heyoka.symbols import (
 from rbstab.integrate.implicit.steps import Stepper
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.step_ends import StepEnds
 from rbstab.integrate.switching.current_phase import CurrentPhase
 from rbstab.integrate.switching.phases import switches
 from rbstab.integrate.switching.sliding_connector import drive_by_modes, follows_modes
@@ -101,9 +102,10 @@ def _integrate_smooth(
         stop, state = compiled.final_state()
         if np.isfinite(state).all() and stop > rows[-1][0]:
             rows.append((stop, state))
+            callback.ends.add(stop, state, callback.system)
         detail = f"{stop_reason(status, problem, state)} at t = {rows[-1][0]:.9g} s"
     breakpoints = compiled.reached_breakpoints
-    return trajectory(problem, rows, status, detail, steps, steps, breakpoints=breakpoints)
+    return trajectory(problem, rows, status, detail, steps, steps, (), breakpoints, callback.ends)
 
 
 def _integrate_by_steps(
@@ -182,6 +184,7 @@ class CompiledSystem:
 
         def begin(leg: int) -> None:
             self.integrator.pars[places] = legs[leg]
+            callback.system = schedule.system_at(problem.system, edges[leg])
 
         def end(leg: int) -> None:
             self.reached_breakpoints.append(edges[leg + 1])
@@ -206,7 +209,7 @@ def compiled_system(system: System, tolerance: float) -> CompiledSystem:
 
 
 class StepCallback:
-    """The callback after every step: deadline, projection and progress.
+    """The callback after every step: deadline, projection, ends of steps and progress.
 
     Args:
         problem: The problem.
@@ -219,15 +222,18 @@ class StepCallback:
     ) -> None:
         self.deadline = deadline or Deadline(problem.time_limit)
         self.times = problem.times
-        self.system = problem.system if problem.project else None
+        self.system, self.projects = problem.system_at_start(), problem.project
+        self.ends = StepEnds()
+        self.ends.add(float(problem.times[0]), problem.audited_start(), self.system)
         self.progress = progress
         self.status: RunStatus | None = None
 
     def __call__(self, integrator: Any) -> bool:
         """Return whether the run continues; heyoka calls this after every step."""
-        if self.system is not None:
-            state = integrator.state
+        state = integrator.state
+        if self.projects:
             state[BODY] = projected_state(self.system.body, self.system.anchor, state[BODY])
+        self.ends.add(integrator.time, state.copy(), self.system)
         if self.progress is not None:
             self.progress(integrator.time)
         if self.deadline.recording_time:

@@ -28,6 +28,7 @@ from rbstab.integrate.heyoka.mode_samples import ModeSamples
 from rbstab.integrate.heyoka.symbols import energy_scale, parameter_values
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.step_ends import StepEnds
 from rbstab.integrate.switching.current_phase import CurrentPhase
 from rbstab.integrate.switching.first_switch import first_switch
 from rbstab.integrate.switching.phases import MISSED, Phase
@@ -88,6 +89,8 @@ class HeyokaModeRun:
         set_motion(self.integrator, problem.times[0], problem.audited_start())
         self._set_parameters()
         self.samples.add(float(problem.times[0]), problem.audited_start())
+        self.ends = StepEnds()
+        self.ends.add(float(problem.times[0]), problem.audited_start(), self.phase.system)
 
     @property
     def phase(self) -> Phase:
@@ -129,6 +132,7 @@ class HeyokaModeRun:
             is_next = time > samples.last_time and not samples.lacks(time)
             if is_next and np.isfinite(state).all():
                 samples.add(time, state)
+                self.ends.add(time, state, self.phase.system)
             status, reason = stop.status, f"{stop} at t = {samples.last_time:.9g} s"
         found = trajectory(
             self.problem,
@@ -139,6 +143,7 @@ class HeyokaModeRun:
             self.steps,
             tuple(self.samples.systems),
             self.reached_breakpoints,
+            self.ends,
         )
         return self.current.recorded(found)
 
@@ -351,6 +356,7 @@ class HeyokaModeRun:
 
     def _go_on(self, before: Array, after: Array) -> None:
         """Go on in the current phase from the state after a switch, which may have jumped."""
+        self.ends.add(self.integrator.time, after, self.phase.system)
         if after is not before and self.current.impacts is not None:
             self._go_on_from(after)
             return
@@ -389,4 +395,6 @@ class HeyokaModeRun:
     def _add_samples_of_step(self) -> None:
         """Add the samples within the last step."""
         before, self.inner.before = self.inner.before, None
+        system = self.phase.system if before is None else before.system
+        self.ends.add(self.integrator.time, self._state.copy(), system)
         self.samples.add_passed(self.integrator, before)

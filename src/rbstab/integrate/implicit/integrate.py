@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 
 from rbstab.integrate.deadline import Deadline
-from rbstab.integrate.implicit.axis_modes import Modes, system_for_modes
 from rbstab.integrate.implicit.run import ImplicitRun, Sample
 from rbstab.integrate.implicit.steps import Stepper
 from rbstab.integrate.problem import Problem, Progress, Trajectory, trajectory
@@ -43,17 +42,12 @@ def integrate(
     run = ImplicitRun(problem, stepper, deadline)
     samples: list[Sample] = []
     systems: list[System] = []
-    known: dict[Modes, System] = {}
     chatter = Chatter(problem.system)
     chatter_energies: list[float] = []
     try:
         for sample in run.samples():
             state = sample.run_state
-            # Samples in the same modes share one system: what is made for it serves all of them.
-            if state.modes not in known:
-                known[state.modes] = system_for_modes(problem.system, state.modes)
-            system = known[state.modes]
-            systems.append(system)
+            systems.append(run.system_of(state.modes))
             chatter_energies.append(chatter.energy(state.state) if problem.diagnosed else np.nan)
             samples.append(sample)
             deadline.samples = len(samples)
@@ -72,7 +66,7 @@ def integrate(
         reason = _stop_reason(status, problem, run, deadline, last.reason)
         detail = f"{reason} at t = {last.time:.9g} s"
     rows = [(s.run_state.time, s.run_state.state) for s in samples]
-    result = trajectory(problem, rows, status, detail, run.steps, run.evaluations)
+    result = trajectory(problem, rows, status, detail, run.steps, run.evaluations, ends=run.ends)
     switches = _switch_trace(samples, chatter_energies[: len(samples)], run.log)
     if problem.diagnosed:
         switches = switches._replace(

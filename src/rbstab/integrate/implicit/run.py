@@ -12,13 +12,14 @@ from rbstab.integrate.implicit.axis_modes import Modes, initial_modes, system_fo
 from rbstab.integrate.implicit.steps import Stepper, StepResult
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
+from rbstab.integrate.step_ends import StepEnds
 from rbstab.integrate.switch_trace import StickSlip
 from rbstab.integrate.switching.switch_log import SwitchLog
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import BODY, E_OF_W, THETA
 from rbstab.systems.connector import connector_of
-from rbstab.systems.system import CONTACT_WORK
+from rbstab.systems.system import CONTACT_WORK, System
 
 ROUND_OFF = 1e-9
 """Relative tolerance of the bound of an equivalent force, and of the number of steps."""
@@ -94,11 +95,20 @@ class ImplicitRun:
         self.log = SwitchLog(self.switching.stored_switches, self.switching.switch_limit)
         self.steps = self.evaluations = 0
         self.deadline = deadline
+        self.ends = StepEnds()
+        self._systems: dict[Modes, System] = {}
+
+    def system_of(self, modes: Modes) -> System:
+        """Return the system in some modes; what is made for it serves all steps in them."""
+        if modes not in self._systems:
+            self._systems[modes] = system_for_modes(self.problem.system, modes)
+        return self._systems[modes]
 
     def samples(self) -> Iterator[Sample]:
         """Yield the samples in order; the last has a status if the run stopped early."""
         current = initial_state(self.problem)
         self.modes = current.modes
+        self.ends.add(current.time, current.state, self.system_of(self.modes))
         initial_energy = self._connector_energy(current.state)
         yield Sample(current, tuple(self.log.counts), 0.0)
         for end in self.problem.times[1:].tolist() if current.status is None else []:
@@ -129,6 +139,7 @@ class ImplicitRun:
                 return current._replace(status=RunStatus.DIVERGED)
             time_reached = end if k == count else begin + k * h
             self._record_switches(time_reached, modes)
+            self.ends.add(time_reached, after.state, self.system_of(modes))
             status = self._stop_status(after.state)
             current = RunState(time_reached, after.state, current.modes, status=status)
             if k == count or status is not None:

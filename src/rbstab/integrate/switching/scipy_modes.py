@@ -44,7 +44,7 @@ class ModeRun(ScipyRun):
     ) -> None:
         self.current = CurrentPhase(problem, switch_limit)
         super().__init__(problem, progress, deadline)
-        self.rates.audited_rates = self.phase.audited_rates
+        self._follow_modes()
 
     @property
     def phase(self) -> Phase:
@@ -63,7 +63,7 @@ class ModeRun(ScipyRun):
     def _integrate(self) -> None:
         if self.current.impacts is not None:
             self.y = self.current.impacts.begin(self.t, self.y)
-            self.rates.audited_rates = self.phase.audited_rates
+            self._follow_modes()
         super()._integrate()
 
     def _follow_to(self, end: float) -> None:
@@ -72,7 +72,7 @@ class ModeRun(ScipyRun):
 
     def _begin_leg(self, t: float) -> None:
         self.y = self.current.begin_leg(t, self.y)
-        self.rates.audited_rates = self.phase.audited_rates
+        self._follow_modes()
 
     def _follow_phase(self, end: float) -> None:
         """Step until a time, or through the first switch."""
@@ -129,4 +129,9 @@ class ModeRun(ScipyRun):
         """Switch a mode at the current state, with all that switch at the same time."""
         coinciding = self.phase.coinciding(self.y, self.t).tolist()
         self.y = self.current.cross(sorted({mode, *coinciding}), self.t, self.y)
-        self.rates.audited_rates = self.phase.audited_rates
+        self._follow_modes()
+
+    def _follow_modes(self) -> None:
+        """Go on in the current phase, from a state that may have jumped."""
+        self.system, self.rates.audited_rates = self.phase.system, self.phase.audited_rates
+        self.ends.add(self.t, self.y, self.system)

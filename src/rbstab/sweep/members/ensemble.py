@@ -2,8 +2,8 @@
 
 Members with switching, projection or breakpoints of inputs are single runs. A member is also
 computed by a single run, which gives its status, if a batch does not integrate it to the end, or
-not within the step limit.
-θ2 of a member may come so close to the end of the range that the samples do not show whether the
+not within the step limit, or if its steps do not tell how it turns past θ2 = ±90°.
+θ2 of a member may come so close to the end of the range that its steps do not show whether the
 member left the range. The engine then integrates this member again, outside the batch. If the
 integration does not complete, the member is computed by a single run.
 """
@@ -41,17 +41,20 @@ from rbstab.sweep.members.approached_states import (
 )
 from rbstab.sweep.members.binding import Binding
 from rbstab.sweep.members.engine import MemberEngine, Shard, columns_of_failed
-from rbstab.sweep.members.ensemble_peaks import EnsemblePeaks
+from rbstab.sweep.members.ensemble_extremes import EnsembleExtremes
 from rbstab.sweep.members.identity import run_ids
 from rbstab.sweep.members.outcome import STATUSES, MemberTrajectories, outcome_columns, outcome_of
-from rbstab.sweep.members.refinement import PARTS
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.members.traces import copy_traces, layout_of
 from rbstab.sweep.plan.plan import Plan
 from rbstab.systems.modes import has_modes
 
-SAMPLES_IN_MEMORY = 1024 * 201
-"""Samples in memory at once (50 MB). With fewer, more time is spent between numpy's functions."""
+STATES_IN_MEMORY = 1024 * 201
+"""States in memory at once, at samples and at the ends of steps (50 MB). With fewer, more time is
+spent between numpy's functions."""
+
+ENDS_EXPECTED = 1000
+"""The ends of the steps of a member that are expected before some were integrated."""
 
 
 def ensemble_engine(plan: Plan) -> MemberEngine:
@@ -88,7 +91,7 @@ class EnsembleEngine:
         trace_rows = np.cumsum(selected) - 1
         traces = self.layout.empty(int(selected.sum())) if selected.any() else None
         pending = np.ones(members, dtype=bool)
-        for engine, chunk in self._chunks(values, members):
+        for engine, chunk in self._chunks(values, members, traces is not None):
             chunk_values = {key: column[chunk] for key, column in values.items()}
             with_trace = np.flatnonzero(selected[chunk])
             outcome, pending[chunk], batch_traces = engine.outcome(chunk_values, with_trace)
@@ -109,18 +112,27 @@ class EnsembleEngine:
         return Shard(columns, traces)
 
     def _chunks(
-        self, values: dict[str, Array], members: int
+        self, values: dict[str, Array], members: int, keeps: bool
     ) -> Iterator[tuple["_VariantEngine", Array]]:
-        """Yield each batch as the engine of its variant, and the rows of its members."""
+        """Yield each batch as the engine of its variant, and the rows of its members.
+
+        Args:
+            values: The values of the members.
+            members: The number of members.
+            keeps: Whether samples of members are kept.
+        """
         variants = values.get("controller.variant")
         for variant, engine in self.variant_engines.items():
             of_variant = np.ones(members, bool) if variants is None else variants == variant
             rows = np.flatnonzero(of_variant)
             if len(rows):
                 rows = rows[engine.order({key: column[rows] for key, column in values.items()})]
-            size = max(SIMD, SAMPLES_IN_MEMORY // len(engine.problem.times) // SIMD * SIMD)
-            for first in range(0, len(rows), size):
+            first = 0
+            while first < len(rows):
+                states = engine.ends + (len(engine.problem.times) if keeps else 0)
+                size = max(SIMD, STATES_IN_MEMORY // states // SIMD * SIMD)
                 yield engine, rows[first : first + size]
+                first += size
 
 
 def _can_run_in_batches(problem: Problem) -> bool:
@@ -145,14 +157,10 @@ class _VariantEngine:
         self.problem = self.binding.problem
         problem, varies = self.problem, self.binding.varies
         self.ensemble = Ensemble(
-            problem.system,
-            problem.rtol,
-            problem.times,
-            varies,
-            PARTS,
-            quaternion=problem.quaternion,
+            problem.system, problem.rtol, problem.times, varies, quaternion=problem.quaternion
         )
-        self.peaks = EnsemblePeaks(self.ensemble, problem.rtol, SAMPLES_IN_MEMORY)
+        self.extremes = EnsembleExtremes(self.ensemble)
+        self.ends = ENDS_EXPECTED
         self.approached = ApproachedStates(problem.system, self._shared_rest_state())
         has_traces = plan.keep.count(plan.members)
         self.trace_names = layout_of(plan).names
@@ -196,12 +204,14 @@ class _VariantEngine:
             which are only valid until the next call.
         """
         parameters, starts = self.binding.parameters_and_starts(values)
-        trajectories = self.ensemble.run(parameters, starts)
+        sampled = bool(len(with_trace))
+        trajectories = self.ensemble.run(parameters, starts, sampled=sampled)
+        self.ends = int(trajectories.steps.mean()) + 1
         observed = self.ensemble.observer.observe(parameters, trajectories)
         # Members that were not integrated to the end are computed by single runs.
         last = np.where(trajectories.done, trajectories.states[..., -1], np.nan)
         positions = self.ensemble.observer.positions(
-            parameters, trajectories, only_last=not len(with_trace)
+            parameters, trajectories, only_last=not sampled
         )
         rest = self._rest_states(values, parameters, last, positions.X[..., -1])
         energy = observed.energy - rest.energy[:, np.newaxis]
@@ -212,9 +222,11 @@ class _VariantEngine:
             trajectories, observed, positions, energy, residual, round_off, rest
         )
         with np.errstate(all="ignore"):
-            peaks = self.peaks.find(parameters, starts, trajectories, observed)
-            outcome = outcome_of(members, peaks)
-            near = self._may_have_left_range(members, outcome) & (not self.problem.quaternion)
+            extremes, residuals = self.extremes.find(
+                parameters, trajectories, members, lambda k: self._problem(values, k).system
+            )
+            outcome = outcome_of(members, extremes) | residuals
+            near = self._may_have_left_range(outcome) & (not self.problem.quaternion)
         outcome["status"] = np.full(len(near), STATUSES.index(RunStatus.COMPLETED))
         outcome["steps"] = trajectories.steps
         needs_single_run = ~trajectories.done | (trajectories.steps > self.problem.step_limit)
@@ -282,9 +294,8 @@ class _VariantEngine:
 
         states, own_states = trajectories.states, self.problem.system.own_states
         return MemberTrajectories(
-            time=self.problem.times,
+            time=self.problem.times[[0, -1]] if len(energy[0]) == 2 else self.problem.times,
             orientation=along(states[THETA]),
-            orientation_rate=along(observed.Theta_rate),
             angular_velocity=along(states[OMEGA]),
             position=along(positions.X),
             velocity=along(positions.V),
@@ -299,34 +310,7 @@ class _VariantEngine:
             supplied_energy=trajectories.supplied_energy,
         )
 
-    def _may_have_left_range(self, members: MemberTrajectories, outcome: dict[str, Array]) -> Array:
+    def _may_have_left_range(self, outcome: dict[str, Array]) -> Array:
         """Whether |θ2| may have reached the end of the range between samples, shape (m,)."""
-        angle, rate = members.orientation[..., 1], members.orientation_rate[..., 1]
-        h, end = np.diff(members.time), math.acos(self.problem.range_bound)
-        farthest = np.abs(angle).max(axis=1) + h.max() * np.abs(rate).max(axis=1)
-        error = np.nan_to_num(outcome["peak_orientation_error"])
-        beyond = outcome["peak_orientation"][:, 1] + error >= end
-        may_have_left = ~(farthest < end)
-        # Only the few members above this rough bound need the sharper one.
-        rows = np.flatnonzero(may_have_left)
-        may_have_left[rows] = ~(_largest_magnitude(angle[rows], rate[rows], h) < end)
-        return may_have_left | beyond
-
-
-def _largest_magnitude(values: Array, rates: Array, h: Array) -> Array:
-    """Return an upper bound of a quantity's magnitude between samples, shape (m,).
-
-    The cubic Hermite interpolant between two samples stays inside the convex hull of its Bézier
-    points. Near the end of the range the motion is not a cubic: it turns at a corner, which does
-    not exceed the intersection of the tangents. So the bound adds an eighth of the change of the
-    rate times the interval.
-
-    Args:
-        values: The samples, shape (m, n).
-        rates: Their rates, shape (m, n).
-        h: The intervals between samples, shape (n - 1,).
-    """
-    a, b, up, down = values[:, :-1], values[:, 1:], rates[:, :-1], rates[:, 1:]
-    points = np.array([a, b, a + up * h / 3, b - down * h / 3])
-    corner = np.abs(down - up) * h / 8
-    return (np.abs(points).max(axis=0) + corner).max(axis=1)
+        farthest = outcome["peak_orientation"][:, 1] + outcome["peak_orientation_error"]
+        return ~(farthest < math.acos(self.problem.range_bound))

@@ -6,8 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rbstab.analysis.lyapunov import ENERGY_SCALE, energy_scale
-from rbstab.analysis.peak_search import Peaks, Samples, find_peaks
-from rbstab.analysis.settling import last_above, settling_times
+from rbstab.analysis.run_extremes import E_ROWS, THETA_ROWS, Extremes
 from rbstab.elements.declarations import OwnState
 from rbstab.elements.registry import OWN_STATES
 from rbstab.integrate.status import RunStatus
@@ -16,12 +15,6 @@ from rbstab.store.table import Column
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import MOTION_COLUMNS
 from rbstab.systems.quantities import is_element_state
-
-SETTLED_DISTANCE = 1e-3
-"""The contact point has settled when |E| stays below this distance, m."""
-
-E_ROWS, THETA_ROWS = slice(0, 3), slice(3, 6)
-"""The rows of E and of Θ in `Peaks`."""
 
 FINAL = ("orientation", "angular_velocity", "position", "velocity")
 """The quantities of `MemberTrajectories` whose final values are columns."""
@@ -68,7 +61,7 @@ COLUMNS: dict[str, Column] = {
     "lyapunov_end": _number("f8", "J", "v at the end"),
     "energy_at_rest": _number("f8", "J", "stored energy of the rest state at which v is zero"),
     "rest_orientation": _vector("rad", "Θ of that rest state; NaN: the member approaches none"),
-    "energy_residual": _number("f8", "J", "the largest |r| of the samples"),
+    "energy_residual": _number("f8", "J", "the largest |r| of the samples or ends of steps"),
     "energy_scale": _number("f8", "J", f"the {ENERGY_SCALE}: |r| is divided by it"),
     "peak_contact_displacement": _vector("m", "E farthest from 0, by axis"),
     "peak_time": _vector("s", "when it is there"),
@@ -118,7 +111,6 @@ class MemberTrajectories:
     Args:
         time: Shape (n,), s.
         orientation: Θ, rad; shape (m, n, 3), as all other vectors below.
-        orientation_rate: Θ̇ = BΩ, rad/s.
         angular_velocity: Ω, rad/s, body.
         position: X, m, inertial; without a trace only at the last sample, shape (m, 1, 3).
         velocity: V, m/s, inertial, in the same form.
@@ -130,14 +122,11 @@ class MemberTrajectories:
         energy_round_off: The energy below which v is round-off, shape (m,), J.
         rest_orientation: Θ of that rest state, shape (m, 3), rad.
         own_states: The own states of the elements by name, each of shape (m, n, size).
-        contact_work: ε, shape (m, n), J, if `lyapunov` is v - ε (for s = F + κE); otherwise None.
-            v - ε does not end at zero, so settling times are computed from v.
         supplied_energy: ∫supplied dt, shape (m, n), J; None if no element supplies power.
     """
 
     time: Array
     orientation: Array
-    orientation_rate: Array
     angular_velocity: Array
     position: Array
     velocity: Array
@@ -149,38 +138,26 @@ class MemberTrajectories:
     energy_round_off: Array
     rest_orientation: Array
     own_states: dict[str, Array] = field(default_factory=dict)
-    contact_work: Array | None = None
     supplied_energy: Array | None = None
 
 
-def outcome_of(members: MemberTrajectories, peaks: Peaks | None = None) -> dict[str, Array]:
+def outcome_of(members: MemberTrajectories, extremes: Extremes) -> dict[str, Array]:
     """Return the columns computed from trajectories: all but `run_id`, `status` and `steps`.
 
     Args:
         members: The trajectories.
-        peaks: The peaks of `peak_samples`; default those found from the samples alone.
+        extremes: Their extremes.
     """
-    peaks = peaks or find_peaks(peak_samples(members))
-    times, count = members.time, len(members.lyapunov)
+    count = len(members.lyapunov)
+    peaks, settling = extremes.extrema, extremes.settling.time
     last = {FINAL_PREFIX + name: getattr(members, name)[:, -1] for name in FINAL}
     for state in OWN_STATES.values():
         last[f"final_{state.name}"] = np.full((count, state.size), np.nan)
     for name, values in members.own_states.items():
         last[f"final_{name}"] = values[:, -1]
     peak, angles = peaks.value[E_ROWS].T, np.abs(peaks.value[THETA_ROWS]).T
-    x, y, z = np.moveaxis(members.contact_displacement, 2, 0)
-    distance = np.sqrt(x * x + y * y + z * z)
-    work = members.contact_work
-    value = members.lyapunov if work is None else members.lyapunov + work
-    settling = settling_times(
-        times,
-        value,
-        members.orientation[:, -1] - members.rest_orientation,
-        members.energy_round_off,
-        members.supplied_energy,
-    )
     return last | {
-        "end_time": np.full(count, times[-1]),
+        "end_time": np.full(count, members.time[-1]),
         "lyapunov_start": members.lyapunov[:, 0],
         "lyapunov_end": members.lyapunov[:, -1],
         "energy_at_rest": members.energy_at_rest,
@@ -197,7 +174,7 @@ def outcome_of(members: MemberTrajectories, peaks: Peaks | None = None) -> dict[
         "peak_contact_displacement_error": peaks.error[E_ROWS].max(axis=0),
         "peak_orientation_error": peaks.error[THETA_ROWS].max(axis=0),
         "settling_time": settling,
-        "displacement_settling_time": last_above(times, distance, np.full(count, SETTLED_DISTANCE)),
+        "displacement_settling_time": extremes.displacement_settling.time,
     }
 
 
@@ -210,15 +187,3 @@ def largest_of_finals(members: MemberTrajectories) -> dict[str, Array]:
     return {
         LARGEST_PREFIX + name: np.abs(values).max(axis=1) for name, values in quantities.items()
     }
-
-
-def peak_samples(members: MemberTrajectories) -> Samples:
-    """Return the quantities whose peaks are columns, in the order of `E_ROWS` and `THETA_ROWS`."""
-    values = members.contact_displacement, members.orientation
-    rates = members.contact_velocity, members.orientation_rate
-    return Samples(members.time, _components(values), _components(rates))
-
-
-def _components(vectors: Iterable[Array]) -> Array:
-    """Return the components of vectors, arrays of shape (m, n, 3), one after the other."""
-    return np.concatenate([np.moveaxis(vector, -1, 0) for vector in vectors])

@@ -7,15 +7,14 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from rbstab.analysis.run_extremes import extremes_of
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.config.sections.integration import MIN_SCIPY_RTOL
 from rbstab.experiment.record import recorded, recording_time, rest_state_of, zero_of
-from rbstab.experiment.switching_record import has_no_potential
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem, Trajectory
-from rbstab.mechanics.attitude import angle_rates
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.members.engine import Shard, columns_of_failed
 from rbstab.sweep.members.identity import run_ids
@@ -27,9 +26,7 @@ from rbstab.sweep.members.outcome import (
     largest_of_finals,
     outcome_columns,
     outcome_of,
-    peak_samples,
 )
-from rbstab.sweep.members.single_peaks import SinglePeaks
 from rbstab.sweep.members.traces import TIME, copy_single_run, layout_of
 from rbstab.sweep.plan.plan import Plan
 from rbstab.systems.parameters import parameters
@@ -124,8 +121,8 @@ class SingleRuns:
         try:
             with np.errstate(all="ignore"):
                 member = trajectory_of(problem, quantities)
-                search = SinglePeaks(problem, self._engine, deadline)
-                outcome = outcome_of(member, search.find(trajectory, peak_samples(member)))
+                extremes = extremes_of(problem, trajectory, quantities, deadline)
+                outcome = outcome_of(member, extremes)
                 return outcome | (largest_of_finals(member) if self._with_largest else {})
         except Exception:
             # A motion with a single sample has no outcome; its columns keep their defaults.
@@ -158,19 +155,13 @@ def _key_of_system(problem: Problem) -> Hashable:
 
 def trajectory_of(problem: Problem, quantities: dict[str, Array]) -> MemberTrajectories:
     """Return the quantities of a single run as `MemberTrajectories` of one member."""
-    Theta, Omega = quantities["orientation"], quantities["angular_velocity"]
-    rates = quantities.get("orientation_rate")
-    if rates is None:
-        rates = angle_rates(Theta, Omega)
     arrays = {name: array[np.newaxis] for name, array in quantities.items() if name != TIME}
     return MemberTrajectories(
         time=quantities[TIME],
-        orientation_rate=rates[np.newaxis],
         energy_at_rest=arrays["energy_at_rest"],
         energy_round_off=arrays["energy_round_off"],
         rest_orientation=arrays["rest_orientation"],
         own_states={name: arrays[name] for name in problem.system.own_states},
-        contact_work=arrays["contact_work"] if has_no_potential(problem.system) else None,
         supplied_energy=arrays.get("supplied_energy"),
         **{name: arrays[name] for name in _COMMON_QUANTITIES},
     )

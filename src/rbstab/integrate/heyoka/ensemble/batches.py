@@ -1,6 +1,7 @@
 """Integration of members in batches over samples; see `Batches`."""
 
-from typing import NamedTuple
+from io import BytesIO
+from typing import Any, NamedTuple
 
 import heyoka as hy
 import numpy as np
@@ -21,13 +22,14 @@ GRID_COMPLETED = hy.taylor_outcome.time_limit
 class Lanes(NamedTuple):
     """Inputs and outputs of a run. The lanes are the last axis.
 
-    In `states` and in those of the divided first interval they are the middle one.
+    In `states` they are the middle one. `ends` has, for each member, the times and the audited
+    states at the ends of its steps, shape (1 + states, ends).
     """
 
     parameters: Array
     starts: Array
     states: Array
-    first: Array
+    ends: list[Array]
     steps: Array
     done: Array
     grid: BatchGrid
@@ -42,30 +44,30 @@ class Batches:
     Args:
         compiled: The structure.
         times: The samples, shape (n,), s.
-        parts: The parts of the first interval between samples.
 
     Attributes:
-        grid: The samples, with those that divide the first interval.
+        grid: The samples.
+        first_and_last: The first and the last one.
     """
 
-    def __init__(self, compiled: CompiledStructure, times: Array, parts: int) -> None:
+    def __init__(self, compiled: CompiledStructure, times: Array) -> None:
         self._compiled = compiled
         self._integrator = compiled.integrator
         # Views of the integrator's memory: getting them takes as long as a step.
         self._pars, self._state = self._integrator.pars, self._integrator.state
+        self._views = [memoryview(view).cast("B") for view in (self._integrator.time, self._state)]
+        self._ends = BytesIO()
         self._memory = ReusedMemory()
-        first = np.linspace(times[0], times[1], parts + 1)
-        self.parts = parts
-        self.grid = BatchGrid.of(np.concatenate([first[:-1], times[1:]]), SIMD)
+        self.grid = BatchGrid.of(times, SIMD)
+        self.first_and_last = BatchGrid.of(times[[0, -1]], SIMD)
 
-    def run(  # noqa: PLR0913 (all that a run depends on)
+    def run(
         self,
         parameters: Array,
         starts: Array,
         scales: Array,
-        times: Array | None,
-        begin: Array,
         *,
+        sampled: bool,
         reuse: bool = True,
     ) -> Lanes:
         """Integrate members.
@@ -74,24 +76,22 @@ class Batches:
             parameters: Shape (parameters, m).
             starts: The initial states, shape (states, m).
             scales: The energy scales, shape (m,), J.
-            times: Other samples, shape (n,), s; None for those of the batches.
-            begin: The time of the start of each member, shape (m,), s.
-            reuse: Whether the memory of the states is used again by the next call, if the samples
-                are those of the batches.
+            sampled: Whether the states are evaluated at all samples, or only at the first and the
+                last one.
+            reuse: Whether the memory of the states is used again by the next call.
         """
         compiled, members = self._compiled, starts.shape[1]
         full = lanes_of(members)
-        grid = self.grid if times is None else BatchGrid.of(times, SIMD)
-        parts = self.parts if times is None else 1
-        shape = (compiled.audited_size, len(full), len(grid) - parts + 1)
+        grid = self.grid if sampled else self.first_and_last
+        shape = (compiled.audited_size, len(full), len(grid))
         audits = np.zeros((compiled.audited_size - compiled.size, members))
-        pars = np.vstack([parameters[compiled.open_indices], scales, begin])
+        pars = np.vstack([parameters[compiled.open_indices], scales])
         lanes = Lanes(
             # heyoka has no `par[]` after the last one that the equations use.
             pars[: len(self._pars), full],
             np.vstack([starts, audits])[:, full],
-            self._memory.array("states", shape) if times is None and reuse else np.empty(shape),
-            np.empty((compiled.audited_size, len(full), parts + 1)),
+            self._memory.array("states", shape) if reuse else np.empty(shape),
+            [np.empty(0)] * len(full),
             np.zeros(len(full), dtype=int),
             np.zeros(len(full), dtype=bool),
             grid,
@@ -112,17 +112,27 @@ class Batches:
         integrator.set_time(lanes.grid.entries[0])
         self._pars[:] = lanes.parameters[:, chosen]
         self._state[:] = lanes.starts[:, chosen]
-        _, found = integrator.propagate_grid(lanes.grid, max_steps=MAX_STEPS)
+        self._ends.seek(0)
+        self._write_end(integrator)
+        _, found = integrator.propagate_grid(
+            lanes.grid, max_steps=MAX_STEPS, callback=self._write_end
+        )
         used = chosen.stop - chosen.start
-        sampled = found.transpose(1, 2, 0)[:, :used]
-        parts = lanes.first.shape[2] - 1
-        lanes.states[:, chosen, 1:] = sampled[..., parts:]
-        lanes.states[:, chosen, 0] = sampled[..., 0]
-        if parts > 1:
-            lanes.first[:, chosen] = sampled[..., : parts + 1]
+        lanes.states[:, chosen] = found.transpose(1, 2, 0)[:, :used]
         outcomes = integrator.propagate_res[:used]
-        lanes.steps[chosen] = [taken for _, _, _, taken in outcomes]
+        lanes.steps[chosen] = steps = [taken for _, _, _, taken in outcomes]
         lanes.done[chosen] = [outcome == GRID_COMPLETED for outcome, _, _, _ in outcomes]
+        size = self._ends.tell() // 8
+        ends = np.frombuffer(self._ends.getbuffer(), count=size)
+        ends = ends.reshape(-1, len(self._state) + 1, SIMD).transpose(1, 2, 0).copy()
+        for lane, taken in enumerate(steps):
+            lanes.ends[chosen.start + lane] = ends[:, lane, : taken + 1]
+
+    def _write_end(self, _: Any) -> bool:
+        """Keep the time and the state at the end of a step."""
+        for view in self._views:
+            self._ends.write(view)
+        return True
 
 
 def _check_finite(lanes: Lanes) -> None:

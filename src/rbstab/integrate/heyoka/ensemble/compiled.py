@@ -1,5 +1,6 @@
 """The compiled equations of a structure for batches of members."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import heyoka as hy
@@ -29,8 +30,8 @@ no member in a batch has a law that needs it, and it takes a tenth of the time."
 class CompiledStructure:
     """The compiled audited equations of a structure, for one batch, and its symbols.
 
-    The `par[]` of the integrator are the parameters that differ between members, the energy scale,
-    and the time of the start.
+    The `par[]` of the integrator are the parameters that differ between members, and the energy
+    scale.
 
     Args:
         system: Any system of the structure.
@@ -38,17 +39,19 @@ class CompiledStructure:
         varies: Which parameters differ between members, shape (parameters,); by default all. The
             others are compiled in, with the values of `system`: zeros and products of constants
             then cost nothing.
-        quaternion: Whether the integrator has a quaternion in place of Θ. All else has Θ.
+        quaternion: Whether the integrator has a quaternion in place of Θ.
 
     Attributes:
         integrator: heyoka's batch integrator.
         symbolic: The system of symbols.
         symbols: The symbols of its state.
+        moving: The one that is integrated: in quaternions, or the same.
         q: The coordinates with a quaternion that the integrator has; None if it has none.
         size: The number of states of the integrator.
         audited_size: The number of its audited states, without ε.
         timed: Whether its equations depend on the time.
         open_indices: The indices of the parameters that differ between members.
+        audited_rates: The rates of its states, with those of the audit states in W.
         observation: What is observed of the symbolic system.
         energies: The expressions of its energies, J.
     """
@@ -77,13 +80,12 @@ class CompiledStructure:
         self.q: QuaternionCoordinates | None = None
         if quaternion:
             moving, self.q = in_quaternions(symbolic)
+        self.moving = moving
         self.size, self.audited_size = moving.size, moving.audited_size + CONTACT_WORK
         y = state_symbols(self.audited_size)
         scale = hy.par[len(self.open_indices)]
-        # The samples of a run count from its start, which may be any time of the motion.
-        time = hy.time + hy.par[len(self.open_indices) + 1] if self.timed else hy.time
-        audited = moving.audited_rates(y, time)[:CONTACT_WORK]
-        rates = scaled_audit(audited, self.size, scale)
+        self.audited_rates = moving.audited_rates(y, hy.time)[:CONTACT_WORK]
+        rates = scaled_audit(self.audited_rates, self.size, scale)
         self.integrator = hy.taylor_adaptive_batch(
             list(zip(y, rates, strict=True)),
             state=np.zeros((len(y), SIMD)),
@@ -94,9 +96,16 @@ class CompiledStructure:
         self.observation = symbolic.observe(self.symbols)
         self.energies = [hy.expression(0.0) + entry for entry in self.observation.energy.tolist()]
 
-    def function(self, entries: list[Any]) -> Any:
-        """Return a compiled function of the state and the parameters that differ."""
-        return hy.cfunc(entries, vars=list(self.symbols))
+    def function(self, entries: Iterable[Any], size: int | None = None) -> Any:
+        """Return a compiled function of the state and the parameters that differ.
+
+        Args:
+            entries: Expressions, or numbers.
+            size: The number of states; default that with Θ.
+        """
+        expressions = [hy.expression(0.0) + entry for entry in entries]
+        symbols = self.symbols if size is None else state_symbols(size)
+        return hy.cfunc(expressions, vars=list(symbols))
 
     def open_parameters(self, parameters: Array, compiled: Any) -> Array:
         """Return those of the parameters, shape (parameters, m), that a compiled function has."""

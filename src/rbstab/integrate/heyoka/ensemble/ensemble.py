@@ -1,24 +1,18 @@
 """Integration of many members of one structure: compiled Taylor integration in SIMD batches."""
 
-from collections.abc import Callable
-
 import numpy as np
 
-from rbstab.integrate.heyoka.compiled_map import SIMD, lanes_of
+from rbstab.integrate.heyoka.compiled_map import lanes_of
 from rbstab.integrate.heyoka.ensemble.batches import Batches, Lanes
 from rbstab.integrate.heyoka.ensemble.compiled import CHANGE_ROW, CompiledStructure
 from rbstab.integrate.heyoka.ensemble.energy_scales import EnergyScales
 from rbstab.integrate.heyoka.ensemble.observer import EnsembleObserver
 from rbstab.integrate.heyoka.ensemble.trajectories import EnsembleTrajectories
-from rbstab.integrate.in_quaternions import parts_needed, refined
+from rbstab.integrate.in_quaternions import LONGEST_TURN
 from rbstab.mechanics.numbers import Array
-from rbstab.mechanics.quaternion import same_turns
 from rbstab.mechanics.states import THETA
 from rbstab.systems.coordinates import QuaternionCoordinates
 from rbstab.systems.system import System
-
-MAX_FINE_SAMPLES = 1024 * 201
-"""The most samples that are in memory at once of motions that are sampled finer."""
 
 
 class Ensemble:
@@ -29,8 +23,7 @@ class Ensemble:
         tolerance: heyoka's tolerance.
         times: The samples, shape (n,), s.
         varies: Which parameters differ between members; see `CompiledStructure`.
-        parts: The parts of the first interval between samples; see `EnsembleTrajectories.first`.
-        quaternion: Whether a quaternion is integrated in place of Θ. All states have Θ.
+        quaternion: Whether a quaternion is integrated in place of Θ. All samples have Θ.
 
     Attributes:
         times: The samples, shape (n,), s.
@@ -40,76 +33,54 @@ class Ensemble:
         observer: Observes their trajectories.
     """
 
-    def __init__(  # noqa: PLR0913 (what is compiled, and how it is sampled)
+    def __init__(
         self,
         system: System,
         tolerance: float,
         times: Array,
         varies: Array | None = None,
-        parts: int = 1,
         *,
         quaternion: bool = False,
     ) -> None:
         self.times = times
         self.compiled = CompiledStructure(system, tolerance, varies, quaternion=quaternion)
         self.scales = EnergyScales(self.compiled)
-        self.batches = Batches(self.compiled, times, parts)
+        self.batches = Batches(self.compiled, times)
         self.observer = EnsembleObserver(self.compiled)
         self._supplies = system.supplies
 
     def run(
-        self,
-        parameters: Array,
-        starts: Array,
-        times: Array | None = None,
-        begin: Array | None = None,
+        self, parameters: Array, starts: Array, *, sampled: bool = True
     ) -> EnsembleTrajectories:
         """Integrate members over the samples.
 
         Args:
             parameters: Shape (parameters, m).
             starts: The initial states, shape (states, m).
-            times: Other samples, shape (n,), s. Trajectories at other samples stay valid. More
-                samples between the same ends do not change a trajectory.
-            begin: The time of the start of each member, shape (m,), s, which is added to the
-                samples; default 0.
+            sampled: Whether the result has all samples, or only the first and the last one.
         """
         size, members, q = self.compiled.size, slice(starts.shape[1]), self.compiled.q
-        begin = np.zeros(starts.shape[1]) if begin is None else begin
         scales = self.scales.at_start(parameters, starts)
         given = starts if q is None else q.from_angles(starts)
-        found = self.batches.run(parameters, given, scales, times, begin)
+        found = self.batches.run(parameters, given, scales, sampled=sampled)
         if self._supplies:
-            scales = self._repeat_misfits(found, parameters, starts, given, scales, times, begin)
+            scales = self._repeat_misfits(found, parameters, starts, given, scales)
         lanes = found.states
         change = lanes[CHANGE_ROW, members] * scales[:, np.newaxis]
-        supplied, first = None, None
+        supplied = None
         if self._supplies:
             supplied = lanes[size, members] * scales[:, np.newaxis]
-        if times is None and self.batches.parts > 1:
-            first = found.first[:size]
         steps, done = found.steps[members], found.done[members]
         trajectories = EnsembleTrajectories(
-            lanes[:size], change, steps, done, first=first, supplied_energy=supplied
+            lanes[:size], change, steps, done, found.ends[members], scales, supplied
         )
         if q is None:
             return trajectories
+        times = self.times if sampled else self.times[[0, -1]]
+        return _with_angles(q, trajectories, starts[THETA], times)
 
-        def finer(rows: Array, fine: Array) -> Array:
-            return self.run(parameters[:, rows], starts[:, rows], fine, begin[rows]).states[THETA]
-
-        sampled = self.times if times is None else times
-        return _with_angles(q, trajectories, starts[THETA], sampled, finer)
-
-    def _repeat_misfits(  # noqa: PLR0913, PLR0917 (all that a run depends on)
-        self,
-        found: Lanes,
-        parameters: Array,
-        starts: Array,
-        given: Array,
-        scales: Array,
-        times: Array | None,
-        begin: Array,
+    def _repeat_misfits(
+        self, found: Lanes, parameters: Array, starts: Array, given: Array, scales: Array
     ) -> Array:
         """Integrate members again whose scale does not fit to what was supplied.
 
@@ -130,46 +101,41 @@ class Ensemble:
             parameters[:, rows],
             given[:, rows],
             scales[rows],
-            times,
-            begin[rows],
+            sampled=found.grid is self.batches.grid,
             reuse=False,
         )
-        for name in ("states", "first", "steps", "done"):
-            target, source = getattr(found, name), getattr(repeated, name)
-            if name in {"states", "first"}:
-                target[:, rows] = source[:, : len(rows)]
-            else:
-                target[rows] = source[: len(rows)]
+        found.states[:, rows] = repeated.states[:, : len(rows)]
+        found.steps[rows], found.done[rows] = (
+            part[: len(rows)] for part in (repeated.steps, repeated.done)
+        )
+        for row, ends in zip(rows.tolist(), repeated.ends, strict=False):
+            found.ends[row] = ends
         return scales
 
 
 def _with_angles(
-    q: QuaternionCoordinates,
-    found: EnsembleTrajectories,
-    start: Array,
-    times: Array,
-    finer: Callable[[Array, Array], Array],
+    q: QuaternionCoordinates, found: EnsembleTrajectories, start: Array, times: Array
 ) -> EnsembleTrajectories:
     """Return trajectories of quaternions with Θ.
+
+    A member whose steps do not tell how it turns past θ2 = ±90° is not done.
 
     Args:
         q: The coordinates.
         found: The trajectories.
         start: Θ at their start, shape (3, m), rad.
         times: Their samples, shape (n,), s.
-        finer: Returns Θ of some members at finer samples.
     """
-    start = start[:, lanes_of(start.shape[1])]
-    lanes, turns = q.to_angles(found.lanes, times, start)
-    parts = parts_needed(turns[: len(found.steps)], found.steps, len(times), 1)
-    parts[~found.done] = 1.0
-    for needed in np.unique(parts[parts > 1.0]).astype(int).tolist():
-        rows, fine = np.flatnonzero(parts == needed), refined(times, needed)
-        size = max(SIMD, MAX_FINE_SAMPLES // len(fine) // SIMD * SIMD)
-        for chosen in np.split(rows, range(size, len(rows), size)):
-            known = finer(chosen, fine)[..., ::needed]
-            lanes[THETA, chosen] = same_turns(lanes[THETA, chosen], known)
-    first = found.first
-    if first is not None:
-        first, _ = q.to_angles(first, refined(times[:2], first.shape[2] - 1), start)
-    return found._replace(lanes=lanes, first=first)
+    size, members, done = q.angles.size, len(found.steps), found.done.copy()
+    full = lanes_of(members)
+    lanes = np.delete(found.lanes, size, axis=0)
+    angles = []
+    for k in range(members):
+        ends = found.ends[k]
+        y, t = ends[1 : 1 + len(found.lanes)], ends[0]
+        Theta, turn = q.angles_along(found.lanes[:, k], times, start[:, k], y, t)
+        lanes[THETA, k] = Theta[:, : len(times)]
+        angles.append(Theta[:, len(times) :])
+        done[k] &= turn <= LONGEST_TURN
+    lanes[THETA, members:] = lanes[THETA, full[members:]]
+    return found._replace(lanes=lanes, done=done, angles=angles)

@@ -31,9 +31,8 @@ class EnsembleForces:
         system, y = self.structure.symbolic, self.structure.symbols
         force = system.observe(y[: system.size], hy.time).contact_force
         rate = system.audited_rates(y, hy.time)[LYAPUNOV_CHANGE]
-        entries = [hy.expression(0.0) + entry for entry in (*force.tolist(), rate)]
         self.times = ensemble.times if self.structure.timed else None
-        self.compiled = self.structure.function(entries)
+        self.compiled = self.structure.function([*force, rate])
 
     def along(
         self, parameters: Array, trajectories: EnsembleTrajectories, rows: Array

@@ -1,8 +1,5 @@
 """What is observed of the members of an ensemble at their samples."""
 
-from typing import Any
-
-import heyoka as hy
 import numpy as np
 
 from rbstab.integrate.heyoka.ensemble.compiled import CompiledStructure
@@ -30,23 +27,22 @@ class EnsembleObserver:
         self._memory = ReusedMemory()
         motion = compiled.observation.motion
         along = [motion.E, motion.Theta, motion.F, motion.B @ motion.Omega]
-        self._observed = compiled.function([*_entries(along), sum(compiled.energies)])
-        self._positions = compiled.function(_entries([motion.X, motion.V]))
+        self._observed = compiled.function([*np.concatenate(along), sum(compiled.energies)])
+        self._positions = compiled.function([*motion.X, *motion.V])
 
     def observe(
-        self, parameters: Array, trajectories: EnsembleTrajectories, *, reuse: bool = True
+        self, parameters: Array, trajectories: EnsembleTrajectories
     ) -> ObservedTrajectories:
-        """Return the observed quantities at the samples of a run.
+        """Return the observed quantities at the samples of a run, valid until the next such call.
 
         Args:
             parameters: Shape (parameters, m).
             trajectories: The result of `Ensemble.run`.
-            reuse: Whether memory is reused. Then the result is valid until the next such call.
         """
         # Complete batches are complete SIMD vectors; see `lanes_of`.
         size, full, samples = trajectories.lanes.shape
         shape = (OBSERVED_SIZE, full * samples)
-        found = self._memory.array("observed", shape) if reuse else np.empty(shape)
+        found = self._memory.array("observed", shape)
         chosen = self._compiled.open_parameters(parameters, self._observed)
         self._observed(
             trajectories.lanes.reshape(size, full * samples),
@@ -82,8 +78,3 @@ class EnsembleObserver:
         found[:, : chosen.shape[1]] = chosen[:, :, np.newaxis]
         found[:, chosen.shape[1] :] = chosen[:, -1:, np.newaxis]
         return found.reshape(len(chosen), full * samples)
-
-
-def _entries(vectors: list[Array]) -> list[Any]:
-    """Return the entries of vectors as expressions, also those that are numbers."""
-    return [hy.expression(0.0) + entry for vector in vectors for entry in vector.tolist()]

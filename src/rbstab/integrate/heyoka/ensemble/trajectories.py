@@ -1,10 +1,8 @@
 """The results of an ensemble: the trajectories of its members, and what is observed along them."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-
-from rbstab.integrate.heyoka.compiled_map import lanes_of
 from rbstab.mechanics.numbers import Array
 
 
@@ -20,30 +18,27 @@ class EnsembleTrajectories(NamedTuple):
         steps: Accepted steps, shape (m,).
         done: Whether a member reached the last sample, shape (m,). The values of a member that did
             not are meaningless.
-        first: The states at the ends of all parts of the first interval, shape (states, lanes,
-            parts + 1), if the ensemble divides it and the samples are its own. Valid as the others.
+        ends: The times and the audited states at the ends of the steps of each member, shape (1 +
+            states, ends), the latter as the integrator scales them.
+        scales: The scales of their audit states, shape (m,), J.
         supplied_energy: ∫supplied dt, shape (m, n), J; None if no element supplies power.
+        angles: Where `ends` has quaternions, Θ there, with θ1 and θ3 continued, shape (3, ends),
+            rad; else nothing.
     """
 
     lanes: Array
     lyapunov_change: Array
     steps: Array
     done: Array
-    first: Array | None = None
+    ends: list[Array]
+    scales: Array
     supplied_energy: Array | None = None
+    angles: Sequence[Array] = ()
 
     @property
     def states(self) -> Array:
         """The states in the system's coordinates, shape (states, m, n)."""
         return self.lanes[:, : len(self.steps)]
-
-    def in_first_interval(self, members: Array) -> "EnsembleTrajectories":
-        """Return the trajectories of some members, shape (k,), in the divided first interval."""
-        assert self.first is not None
-        lanes = np.take(self.first, members[lanes_of(len(members))], axis=1)
-        # Nobody asks for v within the first interval.
-        change = np.full((len(members), lanes.shape[2]), np.nan)
-        return EnsembleTrajectories(lanes, change, self.steps[members], self.done[members])
 
 
 class ObservedTrajectories(NamedTuple):

@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.hermite import HermitePolynomials, hermite_table
 from rbstab.config.build import problem_of
 from rbstab.config.user_code.permission import has_code
 from rbstab.mechanics.motion import motion_from_centre
@@ -67,13 +66,13 @@ def path_between_samples(run: Run) -> Path:
         found = _cubics(run, samples)
     if found is None:
         return Path(samples[:, :3], samples[:, 3:], 0, intervals)
-    polynomials, times, drawn = found
+    cubics, drawn = found
     visible = VISIBLE * np.ptp(samples, axis=0)
     parts = []
     for number in range(intervals):
         parts.append(samples[number : number + 1])
         if drawn[number]:
-            inner = _inner_points(polynomials, number, times[number : number + 2])
+            inner = _at(cubics[:, number], SHARES[:, np.newaxis])
             straight = samples[number] + SHARES[:, np.newaxis] * np.diff(
                 samples[[number, number + 1]], axis=0
             )
@@ -83,8 +82,11 @@ def path_between_samples(run: Run) -> Path:
     return Path(path[:, :3], path[:, 3:], int(drawn.sum()), intervals)
 
 
-def _cubics(run: Run, samples: Array) -> tuple[HermitePolynomials, Array, Array] | None:
-    """Return the cubics of Θ and Ω in all intervals, the times, and which cubics are drawn."""
+def _cubics(run: Run, samples: Array) -> tuple[Array, Array] | None:
+    """Return the cubics of Θ and Ω in all intervals, and which of them are drawn.
+
+    A cubic is its coefficients by the share of the interval, shape (4, intervals, 6).
+    """
     system, times = smooth_system(run), run.result["time"]
     if system is None or not 2 <= len(times) <= MAX_SAMPLES:
         return None
@@ -92,27 +94,25 @@ def _cubics(run: Run, samples: Array) -> tuple[HermitePolynomials, Array, Array]
     if states is None or not np.isfinite(states).all():
         return None
     rates = np.array([system.rates(y, t) for y, t in zip(states, times.tolist(), strict=True)])
-    # Shapes (2, intervals, states): both ends of each interval.
-    ends = [np.stack([array[:-1], array[1:]]) for array in (states, rates)]
-    both = np.broadcast_to(np.stack([times[:-1], times[1:]])[..., np.newaxis], ends[0].shape)
-    cubics = hermite_table(both, *ends).through(0, 2)
-    inside = times[:-1] + CHECKED_AT * np.diff(times)
-    y, slopes, _ = cubics.at(np.broadcast_to(inside[:, np.newaxis], ends[0].shape[1:]))
-    expected = np.array([system.rates(*pair) for pair in zip(y, inside.tolist(), strict=True)])
-    defect = np.abs(slopes - expected)[:, STATES] * np.diff(times)[:, np.newaxis]
-    drawn = (defect <= MAX_DEFECT * np.ptp(samples, axis=0)).all(axis=1)
-    rotation = HermitePolynomials(
-        cubics.nodes[..., STATES], [part[..., STATES] for part in cubics.coefficients]
+    lengths = np.diff(times)[:, np.newaxis]
+    change, first, last = np.diff(states, axis=0), lengths * rates[:-1], lengths * rates[1:]
+    cubics = np.array(
+        [states[:-1], first, 3.0 * change - 2.0 * first - last, first + last - 2.0 * change]
     )
-    return rotation, times, drawn
+    s = CHECKED_AT
+    slopes = cubics[1] + s * (2.0 * cubics[2] + s * 3.0 * cubics[3])
+    inside = times[:-1] + s * np.diff(times)
+    points = zip(_at(cubics, s), inside.tolist(), strict=True)
+    expected = np.array([system.rates(*point) for point in points])
+    defect = np.abs(slopes - lengths * expected)[:, STATES]
+    drawn = (defect <= MAX_DEFECT * np.ptp(samples, axis=0)).all(axis=1)
+    return cubics[..., STATES], drawn
 
 
-def _inner_points(polynomials: HermitePolynomials, interval: int, ends: Array) -> Array:
-    """Return Θ and Ω at points inside an interval, shape (POINTS - 1, 6)."""
-    nodes, coefficients = polynomials
-    own = HermitePolynomials(nodes[:, interval], [part[interval] for part in coefficients])
-    times = ends[0] + SHARES * (ends[1] - ends[0])
-    return np.array([own.values_at(np.full(own.nodes.shape[1], t)) for t in times])
+def _at(cubics: Array, s: Array | float) -> Array:
+    """Return the values of cubics, given their coefficients, at shares of their intervals."""
+    a, b, c, d = cubics
+    return np.asarray(a + s * (b + s * (c + s * d)))
 
 
 def smooth_system(run: Run) -> System | None:

@@ -40,10 +40,7 @@ def distribution_figure(runs: Sequence[Run]) -> Figure:
             panels.append(_histogram(shown, axis))
         if len(shown) < len(runs):
             missing.append(f"{axis.label}: {len(runs) - len(shown)}")
-    caption = (
-        "A run has settled when v stays below v(0)/1000. Between samples v is interpolated "
-        f"linearly. {ENERGY_SCALE_NOTE}"
-    )
+    caption = f"A run has settled when v stays below v(0)/1000. {ENERGY_SCALE_NOTE}"
     if missing:
         caption += f" Number of runs without a value to draw: {'; '.join(missing)}."
     return Figure(

@@ -1,0 +1,356 @@
+"""The extrema of a single run and when it settles, from the ends of its steps."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import DOP853
+
+from rbstab.analysis.configuration import stored_energies
+from rbstab.analysis.extrema import (
+    ABSOLUTE,
+    ORDERS,
+    Crossings,
+    Extrema,
+    Steps,
+    Watch,
+    along,
+    farthest_from_zero,
+    last_above,
+    sampled_steps,
+)
+from rbstab.analysis.lyapunov import has_no_potential
+from rbstab.analysis.settling import settling_times
+from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.in_quaternions import LONGEST_TURN
+from rbstab.integrate.problem import Problem, Trajectory
+from rbstab.integrate.step_ends import StepEnds
+from rbstab.integrate.watched_rates import EquationsInTime, audited_rates_of
+from rbstab.mechanics.derivatives import STEP
+from rbstab.mechanics.numbers import Array, Number
+from rbstab.mechanics.quaternion import beyond_ends
+from rbstab.mechanics.states import PITCH, THETA
+from rbstab.systems.coordinates import QuaternionCoordinates
+from rbstab.systems.impact import stop_of
+from rbstab.systems.system import System
+
+E_ROWS, THETA_ROWS, SQUARE, VALUE = slice(0, 3), slice(3, 6), 6, 7
+"""The rows of what is watched: E, m, Θ, rad, |E|², m², and v, J."""
+
+SETTLED_DISTANCE = 1e-3
+"""The contact point has settled when |E| stays below this distance, m."""
+
+FINEST = 1e-12
+"""The relative tolerance of the parts of a step that is divided."""
+
+PARTS_IN_QUATERNIONS = 64
+"""So many parts of a step show θ1 and θ3 near θ2 = ±90°."""
+
+MOST_PARTS = 200
+"""A step is not divided into more parts: it is one of stiff equations."""
+
+
+class Extremes(NamedTuple):
+    """The extrema of m motions, and when they settle.
+
+    Attributes:
+        extrema: Those of E, Θ, |E|² and v, shape (8, m). An error is NaN if only samples are known.
+        settling: From when v is small, see `settling_times`.
+        displacement_settling: From when |E| < `SETTLED_DISTANCE`.
+    """
+
+    extrema: Extrema
+    settling: Crossings
+    displacement_settling: Crossings
+
+
+def extremes_of(
+    problem: Problem,
+    trajectory: Trajectory,
+    quantities: Mapping[str, Array],
+    deadline: Deadline | None,
+) -> Extremes:
+    """Return the extremes of a run; those of its samples if its steps are not known.
+
+    Args:
+        problem: The problem.
+        trajectory: Its trajectory.
+        quantities: Its recorded quantities.
+        deadline: The deadline of the run; None for no limit.
+    """
+    ends, steps, turn = trajectory.ends, None, 0.0
+    if ends is not None and ends.complete and len(ends.times) > 1:
+        rest = float(quantities["energy_at_rest"])
+        known = _StepsOfRun(ends, rest, deadline, problem.start[THETA])
+        steps, turn = known.steps(), known.turn
+    if steps is None:
+        v = quantities["lyapunov"]
+        if has_no_potential(problem.system):
+            v = v + quantities["contact_work"]
+        return extremes_of_samples(quantities, v)
+    found = _extremes(steps, quantities)
+    if problem.quaternion:
+        extrema = pitch_of_sine(found.extrema)
+        if turn > LONGEST_TURN:
+            # The steps do not tell how the body turns.
+            for rows in (extrema.value, extrema.error):
+                rows[THETA_ROWS][::2] = np.nan
+        found = found._replace(extrema=extrema)
+    stop = stop_of(problem.system)
+    if stop is not None:
+        # An impact is at the stop but for round-off.
+        pitch = found.extrema.value[THETA_ROWS.start + PITCH]
+        np.clip(pitch, -stop.angle, stop.angle, out=pitch)
+    return found
+
+
+def extremes_of_samples(quantities: Mapping[str, Array], v: Array) -> Extremes:
+    """Return the extremes of the samples of a run. The errors of its extrema are not known.
+
+    Args:
+        quantities: Its recorded quantities.
+        v: The Lyapunov function, shape (n,), J.
+    """
+    E, times = quantities["contact_displacement"], quantities["time"]
+    values = np.array([*E.T, *quantities["orientation"].T, (E * E).sum(axis=1), v])
+    if len(times) == 1:
+        # Nothing is missed beside a single sample, and it does not show whether it stays there.
+        extrema = Extrema(values, np.full_like(values, times[0]), np.zeros_like(values))
+        unknown = Crossings(*np.full((2, 1), np.nan))
+        return Extremes(extrema, unknown, unknown)
+    found = _extremes(sampled_steps(times, values), quantities)
+    lengths = np.append(np.diff(times), 0.0)
+    after = [np.searchsorted(times, crossing.time) for crossing in found[1:]]
+    # A crossing is somewhere between two samples.
+    settling, near = (
+        Crossings(crossing.time, np.where(crossing.time > 0, lengths[place - 1], crossing.time))
+        for crossing, place in zip(found[1:], after, strict=True)
+    )
+    unknown_error = np.full_like(found.extrema.error, np.nan)
+    return Extremes(found.extrema._replace(error=unknown_error), settling, near)
+
+
+def _extremes(steps: Steps, quantities: Mapping[str, Array]) -> Extremes:
+    """Return the extremes of the steps of a run."""
+    extrema = farthest_from_zero(steps)
+    # Runs of before layout version 2 do not name the rest state at which their v is zero, and those
+    # of before version 4 not its round-off.
+    last = quantities["orientation"][-1:]
+    rest = quantities.get("rest_orientation", last)
+    round_off = float(quantities.get("energy_round_off", np.finfo(float).tiny))
+    settling = settling_times(
+        steps,
+        VALUE,
+        extrema.value[VALUE],
+        last - rest,
+        np.array([round_off]),
+        supplied="supplied_energy" in quantities,
+    )
+    return Extremes(extrema, settling, last_above(steps, SQUARE, np.array([SETTLED_DISTANCE**2])))
+
+
+def stored_extremes(extremes: Extremes) -> dict[str, Array]:
+    """Return the extremes of a run as named arrays."""
+    value, _, error = (part[:, 0] for part in extremes.extrema)
+    pitch, distance = THETA_ROWS.start + PITCH, np.sqrt(value[SQUARE])
+    numbers = {
+        "peak_distance": distance,
+        "peak_distance_error": error[SQUARE] / (2.0 * distance if distance > 0 else 1.0),
+        "largest_pitch": abs(value[pitch]),
+        "largest_pitch_error": error[pitch],
+        "settling_time": extremes.settling.time[0],
+        "settling_time_error": extremes.settling.error[0],
+    }
+    vectors = {
+        "peak_contact_displacement": value[E_ROWS],
+        "peak_contact_displacement_error": error[E_ROWS],
+    }
+    return vectors | {name: np.array(number) for name, number in numbers.items()}
+
+
+def quaternion_of(system: System) -> QuaternionCoordinates | None:
+    """Return the coordinates of a system with a quaternion; None if it has Θ."""
+    coordinates = system.coordinates
+    return coordinates if isinstance(coordinates, QuaternionCoordinates) else None
+
+
+def leave_open(table: Array, beyond: Array, first: Array, members: Array) -> None:
+    """Make the rates of θ1 and θ3 infinite where their extrema may be between the ends of steps.
+
+    Those steps are divided; where no part shows the extremum, its error is infinite.
+
+    Args:
+        table: The values and rates at both ends of steps, shape (2, 2, 8, n).
+        beyond: How far θ1 and θ3 go beyond both ends, shape (2, n), rad.
+        first: The first step of each member, shape (m,).
+        members: The member of each step, shape (n,).
+    """
+    for row, over in zip((THETA_ROWS.start, THETA_ROWS.stop - 1), beyond, strict=True):
+        ends = np.abs(table[:, 0, row]).max(axis=0)
+        largest = np.maximum.reduceat(ends, first)[members]
+        is_open = (over > ABSOLUTE) & (ends + over > largest)
+        table[:, 1, row, is_open] = np.inf
+        rates = table[:, 1, row]
+        rates[np.isnan(rates)] = np.inf
+
+
+def pitch_of_sine(extrema: Extrema) -> Extrema:
+    """Return extrema with θ2 in place of sin θ2; of unknown angles with errors that are NaN."""
+    value, error = extrema.value.copy(), extrema.error.copy()
+    pitch = THETA_ROWS.start + PITCH
+    sine = np.abs(value[pitch])
+    value[pitch] = np.arcsin(np.clip(value[pitch], -1.0, 1.0))
+    farthest = np.arcsin(np.minimum(sine + error[pitch], 1.0))
+    error[pitch] = np.maximum(farthest - np.abs(value[pitch]), 0.0)
+    error[np.isinf(error)] = np.nan
+    return extrema._replace(value=value, error=error)
+
+
+class _StepsOfRun:
+    """The steps of a run, and derivatives of what is watched, from the equations of each step.
+
+    Args:
+        ends: The ends of the steps.
+        rest: The energy at rest, J.
+        deadline: The deadline of the run.
+        Theta: Θ at the start, from which θ1 and θ3 of quaternions are continued, rad.
+
+    Attributes:
+        turn: The largest turn in doubt, see `QuaternionCoordinates.angles_along`.
+    """
+
+    def __init__(
+        self, ends: StepEnds, rest: float, deadline: Deadline | None, Theta: Array
+    ) -> None:
+        self.ends, self.rest, self.deadline, self.Theta = ends, rest, deadline, Theta
+        self.q = quaternion_of(ends.systems[0])
+        self._table, self.turn = np.empty(0), 0.0
+        self._equations: dict[int, tuple[EquationsInTime, EquationsInTime]] = {}
+
+    def steps(self) -> Steps | None:
+        """Return the steps; None if the deadline has expired."""
+        ends = self.ends
+        rows: list[tuple[Array, Array]] = []
+        known = None
+        for number, system in enumerate(ends.systems[1:]):
+            if self.deadline is not None and self.deadline.remaining() < 0:
+                return None
+            if known is not system or ends.times[number] == ends.times[number - 1]:
+                before = self._observed(system, number)
+            after = self._observed(system, number + 1)
+            rows.append((before, after))
+            before, known = after, system
+        # Shape (end, value or rate, watched, step).
+        table: Array = np.moveaxis(np.array(rows), 0, -1)
+        times = np.array(ends.times)
+        if self.q is not None:
+            y, size = np.array(ends.states).T, self.q.size
+            start, later = (y[:, :1], times[:1], self.Theta), (y[:, 1:], times[1:])
+            Theta, self.turn = self.q.angles_along(*start, *later)
+            turned = self.q.watched(y)
+            turned[0, ::2] = Theta[::2]
+            table[0][:, THETA_ROWS], table[1][:, THETA_ROWS] = turned[..., :-1], turned[..., 1:]
+            motion = y[[size - 1, *range(6)]]
+            beyond = beyond_ends(motion[:, :-1], motion[:, 1:], np.diff(times))
+            leave_open(table, beyond, np.zeros(1, dtype=int), np.zeros(len(beyond[0]), dtype=int))
+        self._table = table
+        return Steps(
+            np.zeros(1, dtype=int),
+            times[:-1],
+            np.diff(times),
+            (table[0, 0], table[1, 0]),
+            (table[0, 1], table[1, 1]),
+            self._derivatives,
+            self._divide,
+        )
+
+    def _of(self, system: System) -> tuple[EquationsInTime, EquationsInTime]:
+        """Return the rates of a system and what is watched of it."""
+        found = self._equations.get(id(system))
+        if found is None:
+            watched = EquationsInTime(_watched, system, system.timed)
+            found = self._equations[id(system)] = audited_rates_of(system), watched
+        return found
+
+    def _observed(self, system: System, end: int) -> Array:
+        """Return the values and rates of what is watched at the end of a step, shape (2, 8)."""
+        return self._watch(system)(self.ends.states[end], self.ends.times[end])
+
+    def _watch(self, system: System) -> Watch:
+        """Return the function of a state and a time that returns values and rates, see `along`."""
+        rates, watched = self._of(system)
+
+        def observe(y: Array, t: float) -> Array:
+            found = watched(y + 1j * STEP * rates(y, t), t + 1j * STEP)
+            values, slopes = found.real.copy(), found.imag / STEP
+            values[VALUE] -= self.rest
+            if self.q is not None:
+                values[THETA_ROWS], slopes[THETA_ROWS] = self.q.watched(y)
+            return np.array([values, slopes])
+
+        return observe
+
+    def _derivatives(self, quantity: Array, step: Array) -> Array:
+        """Return values and three derivatives at both ends of steps (see `Steps`)."""
+        found, ends = np.empty((2, ORDERS, len(step))), self.ends
+        for number in np.unique(step).tolist():
+            places, system = np.flatnonzero(step == number), ends.systems[number + 1]
+            watch, (rates, _) = self._watch(system), self._of(system)
+            length = ends.times[number + 1] - ends.times[number]
+            for end in range(2):
+                y, t = ends.states[number + end], ends.times[number + end]
+                found[end][:, places] = along(watch, rates, y, t, length)[:, quantity[places]]
+        if self.q is not None:
+            found[:, :2] = self._table[:, :, quantity, step]
+        return found
+
+    def _divide(self, step: int) -> Steps | None:
+        ends = self.ends
+        times = ends.times[step], ends.times[step + 1]
+        Theta = self._table[0, 0, THETA_ROWS, step]
+        return divided(ends.systems[step + 1], times, ends.states[step], self.rest, Theta)
+
+
+def divided(
+    system: System, times: tuple[float, float], start: Array, rest: float, Theta: Array
+) -> Steps | None:
+    """Return a step as shorter ones, made from its begin; None if they are too many.
+
+    Args:
+        system: Its smooth system.
+        times: Its begin and its end, s.
+        start: The audited state at its begin.
+        rest: The energy at rest, J.
+        Theta: Θ at its begin, rad.
+    """
+    if times[0] == times[1]:
+        return None
+    rates = audited_rates_of(system)
+    longest = (times[1] - times[0]) / PARTS_IN_QUATERNIONS if quaternion_of(system) else np.inf
+    solver = DOP853(
+        lambda t, y: rates(y, t),
+        times[0],
+        start,
+        times[1],
+        rtol=FINEST,
+        atol=FINEST,
+        max_step=longest,
+    )
+    parts = StepEnds()
+    parts.add(times[0], start, system)
+    while solver.status == "running" and len(parts.times) < MOST_PARTS:
+        solver.step()
+        parts.add(solver.t, solver.y, system)
+    if solver.status != "finished":
+        return None
+    found = _StepsOfRun(parts, rest, None, Theta).steps()
+    return found and found._replace(divide=lambda _: None)
+
+
+def _watched(system: System, y: Array, t: Number = 0.0) -> Array:
+    """Return E, Θ, |E|² and the energy, shape (8,). In quaternions Θ is something else."""
+    motion = system.motion(y, t)
+    kinetic = system.body.kinetic_energy(motion.Omega, motion.V)
+    stored = stored_energies(system, motion, y[system.coordinates.size : system.size])
+    E = motion.E
+    return np.concatenate([E, motion.Theta, np.array([E @ E, kinetic + sum(stored)])])

@@ -16,7 +16,7 @@ STORED = Path(__file__).parent / "data" / "run_format_1.h5"
 
 REFERENCE = Path(__file__).parents[1] / "data" / "paper_state.json"
 
-DIGEST = "50aced8d718d8e9da76d1fde45dd374ff715bbe965aafe6ee454016457e03835"
+DIGEST = "be62f82e826f1454585cc9a6f8e28a0982b18f3465ec88754927c3780ffde64a"
 
 
 @pytest.fixture(scope="module")

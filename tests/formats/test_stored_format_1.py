@@ -30,7 +30,7 @@ RUNS = {
 }
 
 
-DIGEST = "5fc95997d69e83ab3cd828a2c86b30dae8bd35918e34eddd4cd7cfe33550bce2"
+DIGEST = "402126cb9e763062b164170637787b2a193368714a6193b83dd81824b33e23ba"
 
 
 def call(*arguments):

@@ -182,7 +182,8 @@ def test_both_engines_agree(folder, run, rbstab):
 def test_a_sweep_varies_its_gains_and_states(folder, rbstab):
     # One thread, for a worker process of another Python could not find the copy.
     rbstab("sweep", "--no-prove", "plan.yaml", "--threads", "1")
-    with h5py.File(folder / "results" / "plan" / "members.h5") as file:
+    rbstab("export", "results/plan", "-o", "plan.nc")
+    with h5py.File(folder / "plan.nc") as file:
         assert file["controller_k_m"].attrs["units"] == "N/m"
         assert file["initial_dashpot_length_1"].attrs["units"] == "m"
         assert file["final_dashpot_length"].shape == (6, 2)

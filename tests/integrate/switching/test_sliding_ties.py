@@ -197,7 +197,7 @@ def refusal(elements):
 def test_what_a_config_may_not_have():
     slope = {"slope": 2.0}
     said = refusal({"one": tie(law={"implicit": 1e-3})})
-    assert "elements.one.law: has implicit steps, which only a sliding controller has" in said
+    assert "elements.one.law.implicit: is unknown (expected one of boundary_layer)" in said
     assert "elements.one.surface.slope: is -1" in refusal({"one": tie(surface={"slope": -1.0})})
     said = refusal({"one": tie(law={"boundary_layr": 0.1})})
     assert "elements.one.law.boundary_layr: is unknown (did you mean boundary_layer?)" in said

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import DOP853
 
 from rbstab.analysis.configuration import stored_energies
 from rbstab.analysis.extrema import (
@@ -325,6 +324,8 @@ def divided(
     """
     if times[0] == times[1]:
         return None
+    from scipy.integrate import DOP853  # imported late: batches and most runs need none of it
+
     rates = audited_rates_of(system)
     longest = (times[1] - times[0]) / PARTS_IN_QUATERNIONS if quaternion_of(system) else np.inf
     solver = DOP853(

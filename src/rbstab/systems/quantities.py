@@ -263,7 +263,7 @@ QUANTITIES = (
         "X of the rest state at which v is zero, inertial",
     ),
     *(
-        Quantity(name, "-", unit, shape, meaning)
+        Quantity(name, "-", unit, shape, meaning, optional=True)
         for name, unit, shape, meaning in (
             ("peak_contact_displacement", "m", ("axis",), "E farthest from 0, by axis"),
             ("peak_contact_displacement_error", "m", ("axis",), _ERROR),

@@ -12,7 +12,7 @@ from rbstab.config.load import load_config, resolved
 from rbstab.integrate.heyoka.compiled_map import SIMD
 from rbstab.sweep.execution.pools import Pool, Processes, Threads
 from rbstab.sweep.execution.run import ShardRun
-from rbstab.sweep.folder.gather import digest_of_shards, gather
+from rbstab.sweep.folder.members_file import digest_of_shards, write_members_file
 from rbstab.sweep.folder.open_folder import open_for_sweep
 from rbstab.sweep.folder.shard_inventory import shard_inventory
 from rbstab.sweep.members.engine import EngineFactory, MemberEngine
@@ -156,5 +156,5 @@ class Sweeping:
             ShardRun(self.plan, place.folder, self.pools).compute(inventory)
             stored = time.perf_counter()
             if gathered:
-                gather(self.plan, place.folder, digest_of_shards(inventory), None)
+                write_members_file(self.plan, place.folder, digest_of_shards(inventory), None)
             return stored - begin, time.perf_counter() - stored

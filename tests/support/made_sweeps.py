@@ -17,7 +17,7 @@ from rbstab.sweep.members.outcome import STATUSES, columns_of
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import Plan, plan_id
-from rbstab.sweep.proofs.columns import GATHERED_COLUMNS
+from rbstab.sweep.proofs.columns import KNOWN_COLUMNS
 from support.configs import VISCO_ELASTIC, plain
 
 SPIN = "initial.angular_velocity"
@@ -47,7 +47,7 @@ def write_sweep(
         plan_keys: Other keys of the plan.
     """
     plan = load_plan({"title": "Made up", "base": plain(VISCO_ELASTIC), "vary": vary} | plan_keys)
-    known = varied_layout(plan) | GATHERED_COLUMNS
+    known = varied_layout(plan) | KNOWN_COLUMNS
     attributes: dict[str, str | int | float] = {
         "title": plan.title,
         "plan_id": plan_id(plan),
@@ -80,7 +80,7 @@ def _arrays(plan: Plan, columns: Columns) -> dict[str, Any]:
     for name in ("status", "rest_orientation", "final_orientation"):
         if name in arrays:
             arrays[name][:] = 0
-    for name, column in GATHERED_COLUMNS.items():
+    for name, column in KNOWN_COLUMNS.items():
         arrays[name] = np.zeros(plan.members, column.dtype)
     given = columns(arrays)
     return arrays | {k: np.asarray(v).astype(arrays[k].dtype) for k, v in given.items()}

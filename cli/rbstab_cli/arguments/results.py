@@ -118,7 +118,7 @@ def _counted(results: Iterable[Path]) -> str:
 
 
 def _is_unfinished(path: Path) -> bool:
-    """Whether a path is the folder of a sweep that is not gathered.
+    """Whether a path is the folder of a sweep that is not finished.
 
     Raises:
         OSError: The disk reports an error.

@@ -16,8 +16,8 @@ from rbstab.report.model.words import NO_VALUE, number, untrusted
 from rbstab.report.reading.sources import Run, SweepFile, read_sources
 from rbstab.report.runs.config_tables import flat, value_text, with_unit
 from rbstab.store.errors import StoreError
-from rbstab.sweep.folder.gather import sweep_summary
 from rbstab.sweep.folder.member_answers import member_answers
+from rbstab.sweep.folder.members_file import sweep_summary
 from rbstab.sweep.folder.sweep_table import read_sweep
 
 Outcome = dict[str, float | str]

@@ -236,16 +236,16 @@ def _sweep(path: Path) -> _Said:
     )
 
 
-def _proved_of(folder: SweepFolder, gathered: dict[str, int], found: MemberAnswers | None) -> str:
+def _proved_of(folder: SweepFolder, stored: dict[str, int], found: MemberAnswers | None) -> str:
     """Return how many members of a sweep are proved to converge, in words.
 
     Args:
         folder: The folder of the sweep.
-        gathered: The number of members with each word of the column `convergence`.
+        stored: The number of members with each word of the column `convergence`.
         found: What is known of its members now; None for a sweep of very many.
     """
     members, results = folder.manifest.members, folder.path.absolute().parent
-    may_grow = UNKNOWN in gathered or not gathered
+    may_grow = UNKNOWN in stored or not stored
     proofs = proofs_in(results)
     if may_grow and found is not None and proofs:
         return (
@@ -253,8 +253,8 @@ def _proved_of(folder: SweepFolder, gathered: dict[str, int], found: MemberAnswe
             if found.any_proof
             else NOT_PROVED
         )
-    if all(word == UNKNOWN for word in gathered):
+    if all(word == UNKNOWN for word in stored):
         # Of very many members it is not counted what the proofs cover.
         return NOT_KNOWN if proofs or why_unreadable(results) else NOT_PROVED
-    proved = sum(count for word, count in gathered.items() if word.startswith("proved"))
+    proved = sum(count for word, count in stored.items() if word.startswith("proved"))
     return f"{grouped(proved)} of {grouped(members)} proved"

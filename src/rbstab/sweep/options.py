@@ -20,7 +20,7 @@ class SweepOptions:
         retry_failed: Run shards with failed members again.
         fail_fast: Stop at the first member that failed.
         force: Rename the folder of a different sweep with the same name; not for a part.
-        part: Run only this part, without gathering; by default the whole sweep is run.
+        part: Run only this part, without finishing the sweep; by default the whole sweep is run.
         pool: Computes the members, instead of threads and processes of this machine.
         compare: How many members are run again by SciPy; default 4 (`members_to_compare`).
 

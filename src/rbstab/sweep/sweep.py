@@ -12,16 +12,16 @@ import numpy as np
 from rbstab.processes.processors import processor_count
 from rbstab.store.disk.existence import check_writable
 from rbstab.sweep.execution.comparison import compare_with_scipy, read_comparison
-from rbstab.sweep.execution.events import EventCallback, Gathering, Started
+from rbstab.sweep.execution.events import EventCallback, Finishing, Started
 from rbstab.sweep.execution.pools import Pool, Processes, Threads
 from rbstab.sweep.execution.run import ShardRun
 from rbstab.sweep.folder.disk_space import check_disk_space
-from rbstab.sweep.folder.gather import (
+from rbstab.sweep.folder.members_file import (
     digest_of_shards,
-    gather,
-    gathered_convergence,
-    is_gathered,
+    is_finished,
+    known_convergence,
     stored_convergence,
+    write_members_file,
 )
 from rbstab.sweep.folder.open_folder import (
     OpenFolder,
@@ -40,7 +40,7 @@ from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.bodies import Bodies, bodies_of
 from rbstab.sweep.proofs.boxes import prove_boxes
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, keep_proofs
-from rbstab.sweep.proofs.gathered import PROOF_COLUMNS, convergence_now
+from rbstab.sweep.proofs.known import PROOF_COLUMNS, convergence_now
 from rbstab.sweep.proofs.one_state import one_state_of
 from rbstab.sweep.proofs.prove_bodies import BUDGET, FEW, BodyProofs, Progress, prove_bodies
 
@@ -53,7 +53,7 @@ class Sweep:
         folder: The folder of the sweep.
         inventory: The stored and the missing shards; for a part, only the shards of this part.
         comparison: The comparison with SciPy, if it was made.
-        finished: Whether all shards are stored and gathered.
+        finished: Whether all shards and the members file are stored.
         part: The part, if only one part was run.
     """
 
@@ -71,7 +71,7 @@ def sweep_to_folder(
     on_event: EventCallback = lambda _: None,
     stop: Event | None = None,
 ) -> Sweep:
-    """Run the missing shards of a sweep; when all are stored, gather them.
+    """Run the missing shards of a sweep; when all are stored, write the members file.
 
     Args:
         plan: The plan.
@@ -185,7 +185,7 @@ def prove_members(  # noqa: PLR0913 (options by name)
         seconds = monotonic() - begin
         proofs = proofs._replace(budget=budget, seconds=seconds, boxes=boxes, one_state=now)
         if not all(map(np.array_equal, proofs.found, stored)):
-            _gather_with(plan, sweep, proofs.found)
+            _write_known(plan, sweep, proofs.found)
     return proofs
 
 
@@ -208,12 +208,14 @@ def store_convergence(plan: Plan, sweep: Sweep, shared: ProvedConvergence) -> Me
     found = shared.of(0, plan.members).beside(stored)
     if not np.array_equal(found.codes, stored.codes):
         with locked_folder(sweep.folder.path):
-            _gather_with(plan, sweep, found)
+            _write_known(plan, sweep, found)
     return found
 
 
-def _gather_with(plan: Plan, sweep: Sweep, found: MemberConvergence) -> None:
-    gather(plan, sweep.folder, digest_of_shards(sweep.inventory), sweep.comparison, found)
+def _write_known(plan: Plan, sweep: Sweep, found: MemberConvergence) -> None:
+    write_members_file(
+        plan, sweep.folder, digest_of_shards(sweep.inventory), sweep.comparison, found
+    )
 
 
 def _open_folder(
@@ -238,11 +240,11 @@ def _finish(
     compare: int | None,
     control: _Control,
 ) -> Sweep:
-    """Compare members with SciPy, and gather the shards. All shards must be stored."""
+    """Compare members with SciPy, and write the members file. All shards must be stored."""
     on_event, stop = control
     digest = digest_of_shards(inventory)
-    gathered = is_gathered(folder, digest)
-    if not gathered:
+    finished = is_finished(folder, digest)
+    if not finished:
         check_writable(folder.sweep_file)
     comparison = None
     if plan.engine != ENGINE:
@@ -251,9 +253,9 @@ def _finish(
         if comparison is None:
             return Sweep(folder, inventory, None, finished=False)
         # The file of the sweep states the comparison.
-        gathered = gathered and comparison == before
-    if not gathered:
-        on_event(Gathering())
-        gather(plan, folder, digest, comparison, gathered_convergence(folder, digest))
+        finished = finished and comparison == before
+    if not finished:
+        on_event(Finishing())
+        write_members_file(plan, folder, digest, comparison, known_convergence(folder, digest))
     remove_part_locks(folder.path)
     return Sweep(folder, inventory, comparison, finished=True)

@@ -9,7 +9,7 @@ from support.sweeping import Listener, digest_of, run_sweep
 from support.sweeps import FakeEngine, plan_of, shard_files
 
 from rbstab.sweep.execution.events import ShardDone, Started, Warned
-from rbstab.sweep.folder.gather import counts_by_status, sweep_summary
+from rbstab.sweep.folder.members_file import counts_by_status, sweep_summary
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.options import SweepOptions
@@ -54,7 +54,7 @@ def test_a_damaged_shard_is_made_again(tmp_path, harm):
     assert digest_of(tmp_path / "a") == digest
 
 
-def test_a_damaged_or_missing_sweep_file_is_gathered_again(tmp_path):
+def test_a_damaged_or_missing_members_file_is_written_again(tmp_path):
     run_sweep(tmp_path / "a")
     path = tmp_path / "a" / "members.h5"
     digest = digest_of(tmp_path / "a")

@@ -15,7 +15,7 @@ from support.sweeps import FakeEngine, plan_of, shard_files
 
 from rbstab.store.disk.lock import FolderInUseError, locked
 from rbstab.store.errors import ResultExistsError
-from rbstab.sweep.execution.events import Gathering, Started
+from rbstab.sweep.execution.events import Finishing, Started
 from rbstab.sweep.folder.open_folder import MAX_WRITE_TIME, open_for_part, open_for_sweep
 from rbstab.sweep.folder.parts import Part, parse_part, parts_with_missing, running_parts
 from rbstab.sweep.folder.shard_inventory import shard_inventory
@@ -106,7 +106,7 @@ def test_a_folder_that_was_moved_is_finished_there(tmp_path):
             (moved / "members.h5").unlink()
         listener = Listener()
         assert run_sweep(moved, listener=listener).finished
-        assert bool(listener.of(Gathering)) == lost
+        assert bool(listener.of(Finishing)) == lost
         assert digest_of(moved) == digest
 
 

@@ -1,4 +1,4 @@
-"""Protects the gathered file of a sweep: it holds all members, their varied values and the plan."""
+"""Protects the table of a finished sweep: all members, their varied values and the plan."""
 
 import json
 from pathlib import Path
@@ -10,8 +10,8 @@ from support.sweeps import FakeEngine, plan_of
 
 import rbstab
 from rbstab.config.load import run_id
-from rbstab.sweep.folder.gather import counts_by_status, sweep_summary
 from rbstab.sweep.folder.layout import varied_layout
+from rbstab.sweep.folder.members_file import counts_by_status, sweep_summary
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.plan.load import load_plan
 from rbstab_cli.main import cli

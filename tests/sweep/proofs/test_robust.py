@@ -76,7 +76,7 @@ def test_the_load_is_that_of_each_member_although_the_base_has_none():
 
 
 def test_members_without_a_controller_are_never_proved(tmp_path):
-    """Their file is gathered beside the proof of a config with a controller and the same tie."""
+    """Their file is written beside the proof of a config with a controller and the same tie."""
     config = rbstab.load_config(config_data({"tie": TIE}, integration=SHORT))
     assert bodies_for(tmp_path, config, tolerances_of(config, ["body.mass=±1%"])).proved
     spin = {SPIN: {"values": [0.0, 0.1]}}

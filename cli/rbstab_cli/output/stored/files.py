@@ -65,17 +65,17 @@ def _show_sweep(folder: Path, *, as_json: bool) -> None:
     from rbstab_cli.output.sweeps.sweep_report import print_member_answers, report_status
 
     title = read_folder(folder).manifest.title
-    gathered = is_file(folder / SWEEP_FILE)
-    if gathered:
+    finished = is_file(folder / SWEEP_FILE)
+    if finished:
         print_unread_proofs([folder.parent])
-    answers = member_answers(folder / SWEEP_FILE) if gathered else None
+    answers = member_answers(folder / SWEEP_FILE) if finished else None
     if answers is not None and not as_json:
         click.echo(printable(title))
         print_member_answers(answers)
     report_status(folder, as_json=as_json, answers=answers)
     if not as_json:
         report = f"rbstab report {shell_word(folder)}"
-        click.echo(f"Next: {report if gathered else resuming_command(folder)}", err=True)
+        click.echo(f"Next: {report if finished else resuming_command(folder)}", err=True)
     if answers is not None and answers.provable is not None and not as_json:
         command = proving_member(folder, answers.provable)
         click.echo(f"Or try to prove a member that is only seen: {command}", err=True)

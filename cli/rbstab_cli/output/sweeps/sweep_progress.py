@@ -44,7 +44,7 @@ class ProgressPrinter:
         """Print an event; with None (no event for a while) only report an interrupt."""
         from rbstab.sweep.execution.events import (
             Comparing,
-            Gathering,
+            Finishing,
             ShardDone,
             Started,
             Warned,
@@ -59,8 +59,8 @@ class ProgressPrinter:
         elif isinstance(event, Comparing):
             text = f"comparing with scipy, {event.done} of {event.members} members"
             self._work.update(text, event.done / event.members)
-        elif isinstance(event, Gathering):
-            self._work.update("gathering")
+        elif isinstance(event, Finishing):
+            self._work.update("finishing")
         if self.interrupted.is_set() and not self._printed_stopping:
             self._printed_stopping = True
             self._work.print(
@@ -119,7 +119,7 @@ class ProgressPrinter:
         If the plan has `prove`, it begins with the number of proved members.
         """
         from rbstab.integrate.status import RunStatus
-        from rbstab.sweep.folder.gather import counts_by_status
+        from rbstab.sweep.folder.members_file import counts_by_status
 
         by_status = counts_by_status(self._inventory.counts)
         by_status.pop(RunStatus.COMPLETED, None)

@@ -32,8 +32,8 @@ def report_sweep(
         answers: What was proved of the members, for JSON.
         proofs_follow: Whether what is proved is printed afterwards, and so is not counted here.
     """
-    from rbstab.sweep.folder.gather import counts_by_status, sweep_summary
     from rbstab.sweep.folder.member_answers import member_answers
+    from rbstab.sweep.folder.members_file import counts_by_status, sweep_summary
 
     by_status = counts_by_status(sweep.inventory.counts)
     summary = sweep_summary(sweep.folder.sweep_file) if sweep.finished else None
@@ -80,7 +80,7 @@ def report_sweep(
 
 def counts_of(found: "MemberAnswers") -> str:
     """Return for how many members each answer holds: "3143 proved, 857 seen"."""
-    note = " (without proofs made later)" if found.as_gathered else ""
+    note = " (without proofs made later)" if found.as_finished else ""
     counts = (f"{grouped(count)} {word}" for word, count in found.by_word.items() if count)
     return ", ".join(counts) + note
 
@@ -126,7 +126,7 @@ def print_member_answers(found: "MemberAnswers") -> None:
     click.echo(f"  {'settled:':<13}{which}: {found.outcomes.at_rest} to the end.")
     for why, count in found.without_proof.items():
         click.echo(f"  {'no proof:':<13}{grouped(count)} of {members} members: {why}.")
-    if found.as_gathered:
+    if found.as_finished:
         click.echo("  Proofs made after the sweep was finished are not counted.")
 
 
@@ -157,7 +157,7 @@ def report_status(path: Path, *, as_json: bool, answers: "MemberAnswers | None" 
         StoreError: It is not the folder of a sweep, or cannot be read.
     """
     from rbstab.store.disk.lock import is_locked
-    from rbstab.sweep.folder.gather import counts_by_status, digest_of_shards, is_gathered
+    from rbstab.sweep.folder.members_file import counts_by_status, digest_of_shards, is_finished
     from rbstab.sweep.folder.parts import running_parts
     from rbstab.sweep.folder.shard_inventory import shard_inventory
     from rbstab.sweep.folder.sweep_folder import read_folder
@@ -165,7 +165,7 @@ def report_status(path: Path, *, as_json: bool, answers: "MemberAnswers | None" 
     folder = read_folder(path)
     inventory = shard_inventory(folder)
     damaged = inventory.damaged
-    gathered = not inventory.missing and is_gathered(folder, digest_of_shards(inventory))
+    finished = not inventory.missing and is_finished(folder, digest_of_shards(inventory))
     by_status = counts_by_status(inventory.counts)
     parts = running_parts(path)
     running = bool(parts) or is_locked(path)
@@ -174,7 +174,7 @@ def report_status(path: Path, *, as_json: bool, answers: "MemberAnswers | None" 
     if as_json:
         from rbstab_cli.output.json_output import print_json
 
-        more = {"finished": gathered, "running": running, "damaged_shards": damaged}
+        more = {"finished": finished, "running": running, "damaged_shards": damaged}
         more |= {"running_parts": [part._asdict() for part in parts], "traces": kept}
         first = {} if answers is None else answers.outcomes.data
         first |= {} if answers is None else {"answers": answers_data(answers)}
@@ -189,7 +189,7 @@ def report_status(path: Path, *, as_json: bool, answers: "MemberAnswers | None" 
         "shards": f"{len(inventory.done)} of {folder.shards}, {len(damaged)} damaged",
         "traces": f"of {grouped(kept)} members when all are done" if kept else "none",
         "running": ", ".join(f"part {part}" for part in parts) or ("yes" if running else "no"),
-        "finished": "yes" if gathered else "no",
+        "finished": "yes" if finished else "no",
     }
     _print_rows(rows)
     _print_statuses(by_status, manifest.members)
@@ -205,7 +205,7 @@ def report_dry_run(plan: "Plan", path: Path, options: "SweepOptions", *, as_json
 
     members, done = _member_counts(plan, path, options)
     threads = options.threads or processor_count()
-    # A part is not gathered, but has its share of the disk space of the whole.
+    # A part has its share of the disk space of the whole.
     space = round(sweep_bytes(plan) * members / plan.members)
     if as_json:
         from rbstab_cli.output.json_output import print_json

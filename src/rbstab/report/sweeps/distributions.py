@@ -14,7 +14,7 @@ from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions, 
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.quantities import MemberQuantity, regularity, settling_time, varies
 from rbstab.report.sweeps.table_entries import number, whole
-from rbstab.sweep.folder.gather import relative_residuals
+from rbstab.sweep.folder.members_file import relative_residuals
 
 QUANTILES = (0.5, 0.05, 0.95, 0.0, 1.0)
 """Orders of the quantiles; the median comes first: a narrow page shows only the first columns."""

@@ -19,7 +19,7 @@ from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import PROVED
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence
-from rbstab.sweep.proofs.gathered import convergence_now, without_theorem
+from rbstab.sweep.proofs.known import convergence_now, without_theorem
 from rbstab.sweep.proofs.one_state import OneState, one_state_of
 
 COLUMNS = (

@@ -47,11 +47,11 @@ class Comparing(NamedTuple):
     members: int
 
 
-class Gathering(NamedTuple):
-    """The shards are being gathered into one file."""
+class Finishing(NamedTuple):
+    """The members file is being written."""
 
 
-SweepEvent = Started | ShardDone | Warned | Comparing | Gathering
+SweepEvent = Started | ShardDone | Warned | Comparing | Finishing
 """Events of a sweep."""
 
 EventCallback = Callable[[SweepEvent | None], None]

@@ -9,7 +9,7 @@ from rbstab.sweep.folder.sweep_folder import SweepFolder
 from rbstab.sweep.members.outcome import columns_of
 from rbstab.sweep.members.traces import layout_of
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.proofs.columns import GATHERED_COLUMNS
+from rbstab.sweep.proofs.columns import KNOWN_COLUMNS
 
 _MEMBER_NUMBER_BYTES = 8
 
@@ -61,5 +61,5 @@ def _shard_bytes_per_member(plan: Plan) -> int:
 
 def _members_file_bytes(plan: Plan) -> int:
     """Return the size of the members file, per member."""
-    columns = varied_layout(plan) | GATHERED_COLUMNS
+    columns = varied_layout(plan) | KNOWN_COLUMNS
     return sum(column.size for column in columns.values()) + _MEMBER_NUMBER_BYTES

@@ -1,4 +1,4 @@
-"""For how many members of a gathered sweep is it proved, or seen, that they come to rest?"""
+"""For how many members of a finished sweep is it proved, or seen, that they come to rest?"""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -21,7 +21,7 @@ from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, NOT_PROVED, PROVED
 from rbstab.sweep.proofs.convergence import ProvedConvergence
-from rbstab.sweep.proofs.gathered import (
+from rbstab.sweep.proofs.known import (
     PROOF_COLUMNS,
     convergence_now,
     members_of_variant,
@@ -49,7 +49,7 @@ class MemberAnswers(NamedTuple):
         completed: Those whose run completed.
         without_proof: By the reason: how many members no proof covers.
         one_state: Which bodies have one rest state, by any proof.
-        as_gathered: Whether proofs that were made after the sweep was gathered are not counted.
+        as_finished: Whether proofs that were made after the sweep was finished are not counted.
         outcomes: What became of the members.
         provable: The first member that is only seen, and whose exact motion was not enclosed, but
             can be: a single run may prove it. None if there is none.
@@ -65,7 +65,7 @@ class MemberAnswers(NamedTuple):
     without_proof: dict[str, int]
     outcomes: SweepOutcomes
     one_state: OneState = OneState()
-    as_gathered: bool = False
+    as_finished: bool = False
     provable: int | None = None
 
     @property
@@ -85,7 +85,7 @@ class MemberAnswers(NamedTuple):
 
 
 def read_answers(file: Path) -> Table:
-    """Return the columns of a gathered file that `member_answers` needs, with the outcomes.
+    """Return the columns of a sweep that `member_answers` needs, with the outcomes.
 
     Raises:
         StoreError: The file cannot be read, or is damaged.
@@ -99,7 +99,7 @@ def member_answers(file: Path, read: Callable[[Path], Table] = read_answers) -> 
     """Return what is known of the members of a sweep, with the proofs that lie beside it now.
 
     Args:
-        file: The gathered file, in the folder of the sweep.
+        file: The members file of the sweep.
         read: Reads it; `read_answers`, perhaps in another process.
 
     Raises:
@@ -129,7 +129,7 @@ def member_answers(file: Path, read: Callable[[Path], Table] = read_answers) -> 
         without_proof=_without_proof(plan, codes == NO_PROOF, file.parent),
         outcomes=outcomes_of(table, plan, codes == PROVED),
         one_state=OneState() if proofs is None else one_state_of(proofs, found),
-        as_gathered=many,
+        as_finished=many,
         provable=then if first is None else first,
     )
 

@@ -101,7 +101,7 @@ class SweepTraces:
         return dataset_of({**motions.variables, **varied}, motions.attributes, varied)
 
     def _varied_values(self, members: Array) -> dict[str, Variable]:
-        """Return the values of the varied keys; none if the sweep is not gathered."""
+        """Return the values of the varied keys; none if the sweep is not finished."""
         if not path_exists(self.folder.sweep_file):
             return {}
         table = read_members_file(self.folder, read_members_file(self.folder, ()).varied)

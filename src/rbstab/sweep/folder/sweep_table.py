@@ -17,7 +17,7 @@ from rbstab.sweep.folder.sweep_folder import (
     read_folder,
     unfinished_error,
 )
-from rbstab.sweep.proofs.columns import GATHERED_COLUMNS
+from rbstab.sweep.proofs.columns import KNOWN_COLUMNS
 
 MEMBERS = "what is known of the members of a sweep"
 """The kind of the members file: the varied values, what is proved of each member, the plan."""
@@ -69,7 +69,7 @@ def read_members_file(folder: SweepFolder, names: Iterable[str] | None = None) -
     ours = table.attributes.get("plan_id") == manifest.plan_id
     ours = ours and len(table[RUN]) == manifest.members and table[RUN][0] == 0
     ours = ours and not any(column.dimensions for column in table.layout.values())
-    for name, column in GATHERED_COLUMNS.items():
+    for name, column in KNOWN_COLUMNS.items():
         if wanted is None or name in wanted:
             ours = ours and name in table.layout and is_older(table.layout[name], column)
     if not ours:

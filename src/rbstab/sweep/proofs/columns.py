@@ -56,12 +56,12 @@ ONE_STATE_COLUMN = Column(
 )
 """The column `one_rest_state` of a sweep."""
 
-GATHERED_COLUMNS: dict[str, Column] = {
+KNOWN_COLUMNS: dict[str, Column] = {
     "convergence": COLUMN,
     "proved_rest_state": REST_STATE,
     "one_rest_state": ONE_STATE_COLUMN,
 }
-"""The columns that every gathered sweep has beside those of its shards."""
+"""The columns of the members file that say what is proved."""
 
 MOTION_COLUMNS: dict[str, Column] = {
     "motion_proof": Column((), "i1", "1", "how the enclosure of the motion ended", MOTION_PROOFS),

@@ -238,7 +238,7 @@ class ProvedConvergence:
 
 
 def proved_columns(starts: MemberConvergence, shard: Mapping[str, Array]) -> dict[str, Array]:
-    """Return `GATHERED_COLUMNS` of a shard, and its own `proved_time` if it has that column.
+    """Return `KNOWN_COLUMNS` of a shard, and its own `proved_time` if it has that column.
 
     Args:
         starts: What is proved of the starts of its members.

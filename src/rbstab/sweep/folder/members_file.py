@@ -24,13 +24,13 @@ from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.members.scipy_comparison import ScipyComparison
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.proofs.columns import GATHERED_COLUMNS
+from rbstab.sweep.proofs.columns import KNOWN_COLUMNS
 from rbstab.sweep.proofs.convergence import (
     MemberConvergence,
     ProvedConvergence,
     proved_columns,
 )
-from rbstab.sweep.proofs.gathered import stored_convergence as stored_in
+from rbstab.sweep.proofs.known import stored_convergence as stored_in
 
 HAS_TRACE = Column((), "i1", "1", "whether the motion is kept in `traces`", ("no", "yes"))
 """The column `traces` of a sweep with traces."""
@@ -42,26 +42,26 @@ def digest_of_shards(inventory: ShardInventory) -> str:
     return hashlib.sha256(" ".join(digests).encode()).hexdigest()
 
 
-def is_gathered(folder: SweepFolder, shards_digest: str) -> bool:
-    """Whether the file of the sweep exists, is intact, and has these shards and the folder's plan.
+def is_finished(folder: SweepFolder, shards_digest: str) -> bool:
+    """Whether the members file exists, is intact, and is of these shards and the folder's plan.
 
     What is wanted of the bodies may have changed in the plan, which is then of the same identity.
     """
-    table = _gathered(folder, shards_digest)
+    table = _of_shards(folder, shards_digest)
     return table is not None and _has_plan_of(folder, table)
 
 
-def gathered_convergence(folder: SweepFolder, shards_digest: str) -> MemberConvergence | None:
-    """Return what the file of a sweep says of convergence; None if it is not of these shards."""
-    return None if _gathered(folder, shards_digest) is None else stored_convergence(folder)
+def known_convergence(folder: SweepFolder, shards_digest: str) -> MemberConvergence | None:
+    """Return what the members file says of convergence; None if it is not of these shards."""
+    return None if _of_shards(folder, shards_digest) is None else stored_convergence(folder)
 
 
-def _gathered(folder: SweepFolder, shards_digest: str) -> Table | None:
+def _of_shards(folder: SweepFolder, shards_digest: str) -> Table | None:
     """Return what is known of the members; None if it is not of these shards."""
     if not path_exists(folder.sweep_file):
         return None
     try:
-        table = read_members_file(folder, GATHERED_COLUMNS)
+        table = read_members_file(folder, KNOWN_COLUMNS)
     except NotAResultError:
         return None
     return table if table.attributes.get("shards_digest") == shards_digest else None
@@ -72,14 +72,14 @@ def _has_plan_of(folder: SweepFolder, table: Table) -> bool:
     return stored.encode(errors="replace") == read_regular(folder.path / PLAN_FILE)
 
 
-def gather(
+def write_members_file(
     plan: Plan,
     folder: SweepFolder,
     shards_digest: str,
     comparison: ScipyComparison | None,
     known: MemberConvergence | None = None,
 ) -> None:
-    """Write the file of the sweep; only one shard is in memory at a time. The shards are kept.
+    """Write the members file: the varied values, what is proved of each member, and the plan.
 
     Args:
         plan: The plan.
@@ -110,7 +110,7 @@ def gather(
     extras["plan"] = Variable((), text, "", "resolved plan, YAML")
     varied = varied_layout(plan)
     attributes[VARIED] = " ".join(varied)
-    layout = varied | GATHERED_COLUMNS
+    layout = varied | KNOWN_COLUMNS
     if plan.keep.count(plan.members):
         layout["traces"] = HAS_TRACE
     shards = list(_shards(plan, folder, known))
@@ -119,12 +119,12 @@ def gather(
 
 
 def stored_convergence(folder: SweepFolder) -> MemberConvergence:
-    """Return what the file of a sweep says of the convergence of its members.
+    """Return what the members file says of convergence.
 
     Raises:
         StoreError: The file cannot be read, or is damaged.
     """
-    return stored_in(read_members_file(folder, GATHERED_COLUMNS))
+    return stored_in(read_members_file(folder, KNOWN_COLUMNS))
 
 
 def _shards(
@@ -168,7 +168,7 @@ class SweepSummary(NamedTuple):
         settled: The number of completed members that settled.
         settling_median: The median of their settling times, s.
         worst_residual: The largest |r| of the completed members over their largest energy; NaN if
-            none completed, or an older version stored no largest energy.
+            none completed.
         convergence: The number of members with each word of the column `convergence` that occurs;
             empty if it is unknown of all members.
     """
@@ -182,7 +182,7 @@ class SweepSummary(NamedTuple):
 
 
 def sweep_summary(path: Path) -> SweepSummary:
-    """Return the summary of a sweep, read from its file.
+    """Return the summary of a finished sweep.
 
     Raises:
         StoreError: The file cannot be read, or is damaged.
@@ -207,15 +207,13 @@ RELATIVE_RESIDUAL = ("energy_residual", "energy_scale")
 
 
 def relative_residuals(table: Table) -> Array:
-    """Return the largest |r| of each member over its largest energy; NaN in older sweeps."""
-    if "energy_scale" not in table.layout:
-        return np.full(len(table["energy_residual"]), np.nan)
+    """Return the largest |r| of each member over its largest energy."""
     with np.errstate(all="ignore"):
         return np.asarray(table["energy_residual"] / table["energy_scale"])
 
 
 def _counts_of_convergence(table: Table) -> dict[str, int]:
-    if "convergence" not in table.layout or not table["convergence"].any():
+    if not table["convergence"].any():
         return {}
     flags = table.layout["convergence"].flags
     counts = np.bincount(table["convergence"], minlength=len(flags))

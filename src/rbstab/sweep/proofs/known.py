@@ -1,4 +1,4 @@
-"""What is proved of the members of a gathered sweep, with the proofs that lie beside it now."""
+"""What is proved of the members of a finished sweep, with the proofs that lie beside it now."""
 
 import numpy as np
 
@@ -6,15 +6,14 @@ from rbstab.config.source import key_of
 from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import Table
-from rbstab.store.variables import RUN
 from rbstab.sweep.plan.axes import VARIANT
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.proofs.columns import GATHERED_COLUMNS, NO_PROOF, PROVED
+from rbstab.sweep.proofs.columns import KNOWN_COLUMNS, NO_PROOF
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, undecided_reason
 from rbstab.sweep.proofs.robust import START_COLUMNS
 
-PROOF_COLUMNS = (*GATHERED_COLUMNS, *START_COLUMNS)
-"""The columns to read of the file of a sweep; older ones have not all of them."""
+PROOF_COLUMNS = (*KNOWN_COLUMNS, *START_COLUMNS)
+"""The columns to read of a sweep; not all sweeps have those of starts."""
 
 
 def without_theorem(plan: Plan) -> dict[str, Array]:
@@ -38,21 +37,8 @@ def members_of_variant(plan: Plan, variant: str) -> Array:
 
 
 def stored_convergence(table: Table) -> MemberConvergence:
-    """Return what the columns of a table say, without later proofs.
-
-    Sweeps of older versions do not say which bodies have one rest state. Still older ones have no
-    column of rest states: their proved members converge to the lowest one. The oldest have no such
-    column at all.
-    """
-    codes, rest_states, one_state = MemberConvergence.nothing(len(table[RUN]))
-    if "convergence" in table.layout:
-        codes = table["convergence"]
-        rest_states = (codes == PROVED).astype(np.int32)
-    if "proved_rest_state" in table.layout:
-        rest_states = table["proved_rest_state"]
-    if "one_rest_state" in table.layout:
-        one_state = table["one_rest_state"]
-    return MemberConvergence(codes, rest_states, one_state)
+    """Return what the columns of a table say, without later proofs."""
+    return MemberConvergence(*(table[name] for name in KNOWN_COLUMNS))
 
 
 def convergence_now(table: Table, proofs: ProvedConvergence | None) -> MemberConvergence:
@@ -63,10 +49,8 @@ def convergence_now(table: Table, proofs: ProvedConvergence | None) -> MemberCon
         proofs: The proofs in the folder of results; None if the plan cannot be read.
     """
     stored = stored_convergence(table)
-    # Columns of older versions were computed with one region only. Of other sweeps, members
-    # without a proof may have one now: variants have proofs of their own.
-    complete = "proved_rest_state" in table.layout and not (stored.codes == NO_PROOF).any()
-    if complete or proofs is None:
+    # Members without a proof may have one now: variants have proofs of their own.
+    if proofs is None or not (stored.codes == NO_PROOF).any():
         return stored
     members = len(stored.codes)
     found = proofs.of(0, members).beside(stored)

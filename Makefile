@@ -96,8 +96,7 @@ figures: $(READY)  ## make the figures of the documentation, and print its table
 	$(BIN)/python docs/figures/tutorials.py
 	$(BIN)/python docs/figures/gallery.py
 
-docs: $(READY)  ## write the tables of modules into docs/architecture.md; build the site, with warnings as errors
-	$(BIN)/python docs/architecture_tables.py
+docs: $(READY)  ## build the site, with warnings as errors
 	rm -rf $(SITE)
 	$(BIN)/python -m sphinx -q -W --keep-going -E -d build/doctrees -b html docs $(SITE)
 	$(BIN)/python docs/site_links.py $(SITE)

@@ -120,7 +120,6 @@ class Animation:
         anchor: The point to which the contact point is tied, inertial, shape (3,), m; None for a
             free body.
         ties: The elements that act between a point of the body and a point of space.
-        stills: The indices of the times of a few poses that show the motion in print; () for none.
     """
 
     name: str
@@ -132,7 +131,6 @@ class Animation:
     contact_point: Array
     anchor: Array | None
     ties: tuple[Tie, ...] = ()
-    stills: tuple[int, ...] = ()
 
 
 class Statement(NamedTuple):

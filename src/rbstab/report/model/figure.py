@@ -1,8 +1,8 @@
 """The content of a figure, independent of the library that draws it.
 
-A figure consists of panels, and a panel consists of marks. Any renderer can draw it: plotly for
-HTML pages, matplotlib for PDF and Markdown. A figure holds all data. A renderer may leave out only
-points that would not be visible (`decimate`).
+A figure consists of panels, and a panel consists of marks. `writers.vega` makes one specification
+of it, for pages and for files. A figure holds all data; a drawing leaves out only points that would
+not be visible (`decimate`).
 """
 
 from dataclasses import dataclass
@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.report.model.split_time import SplitTime
 
 MUTED = 6
 """Number of the colour of what stands back: grey, the last colour of the palette."""
@@ -30,7 +29,6 @@ class Axis:
         categories: Labels of the positions 0, 1, 2, ... on an axis of categories; () for numbers.
         ends: The ends of the axis; None for those of the data.
         colours: Numbers of the colours of the categories in the palette; (): 0, 1, 2, ...
-        split: The two parts of a time axis with two scales; None for one scale.
         whole: Whether its values are whole numbers, such as counts; its ticks are then, too.
         middle: Of the axis of colours: the value that divides two kinds of values; None for none.
             If there are values of both kinds, its colours diverge from there.
@@ -42,7 +40,6 @@ class Axis:
     categories: tuple[str, ...] = ()
     ends: tuple[float, float] | None = None
     colours: tuple[int, ...] = ()
-    split: SplitTime | None = None
     whole: bool = False
     middle: float | None = None
 

@@ -28,12 +28,6 @@ ANSWERS = {
 Not those of curves: their green looks as their grey to some readers, and two of them are blue.
 """
 
-SCALE = "viridis"
-"""Name of the colour map of maps, in both libraries.
-
-It is perceptually uniform, and readable with any kind of colour vision.
-"""
-
 DIVERGING = ("#2166AC", "#92C5DE", "#F7F7F7", "#C2A5CF", "#762A83")
 """The colours of a scale that diverges from its middle: blue, white, purple.
 
@@ -45,12 +39,6 @@ CASING, CASED = "#FFFFFF", "#303030"
 
 CASING_WIDTH = 3.0
 """The width of such a curve with its edges, over that of its middle."""
-
-GREY = "#808080"
-"""The colour of the cells of a map that have no value; the colour map has no grey."""
-
-GAPS = (0.15, 0.3, 0.5, 0.75)
-"""Opacities of these cells, by the reason: on a light page and on a dark one they stand back."""
 
 
 def colour(number: int) -> str:
@@ -76,11 +64,6 @@ def contrast(number: int) -> str:
     linear = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
     luminance = sum(weight * p for weight, p in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
     return "#000000" if luminance > 0.18 else "#FFFFFF"
-
-
-def gap_opacity(number: int) -> float:
-    """Return the opacity of the cells without a value for the reason with the given number."""
-    return GAPS[min(number, len(GAPS) - 1)]
 
 
 def rgb(number: int) -> tuple[int, int, int]:

@@ -18,9 +18,6 @@ from rbstab.report.runs.solid import semi_axes, solid_of
 MAX_FRAMES = 360
 """Maximum number of frames. A page stores the pose of each; more would not be visible."""
 
-STILLS = 6
-"""Number of poses that show the motion in print."""
-
 
 def animation_of(run: Run) -> Animation:
     """Return the motion of a run's body, with its shape.
@@ -41,7 +38,6 @@ def animation_of(run: Run) -> Animation:
     lengths, _ = semi_axes(system.body)
     scaled = X[finite] / lengths[-1]
     frames = _frames(times, scaled, turns, MAX_FRAMES)
-    stills = _frames(times[frames], scaled[frames], turns[frames], STILLS)
     has_anchor = run.config.controller.variant not in ("none", "free")
     return Animation(
         name=run.name,
@@ -54,7 +50,6 @@ def animation_of(run: Run) -> Animation:
         # E is measured from the contact point at X = 0, Θ = 0, moved by X_a (eq. 38).
         anchor=system.body.contact_point + system.anchor if has_anchor else None,
         ties=_ties(run, run.config, turns[frames], finite[frames]),
-        stills=tuple(stills.tolist()),
     )
 
 

@@ -20,7 +20,6 @@ from rbstab.report.runs.figures.phase import overlaid_phases, phase_figure
 from rbstab.report.runs.figures.sliding import sliding_figures
 from rbstab.report.runs.figures.states import overlaid_states, state_figures
 from rbstab.report.runs.figures.stop import stop_figures
-from rbstab.report.runs.figures.time_axis import with_room_for_transients
 
 MAX_CURVES = 24
 """Maximum number of runs drawn as curves; readers cannot distinguish more."""
@@ -93,7 +92,5 @@ def _run_figures(run: Run) -> tuple[Figure, ...]:
 
 
 def _shown(figures: Sequence[Figure]) -> list[Block]:
-    """Return figures as they are shown: without empty panels, with room for fast transients."""
-    blocks = [without_empty_panels(figure) for figure in figures]
-    over_time = iter(with_room_for_transients([b for b in blocks if isinstance(b, Figure)]))
-    return [next(over_time) if isinstance(block, Figure) else block for block in blocks]
+    """Return figures as they are shown: without empty panels."""
+    return [without_empty_panels(figure) for figure in figures]

@@ -146,8 +146,6 @@ def _axis_coordinates(values: Array, axis: Axis) -> Array:
     if axis.log:
         shown = np.isfinite(values) & (values > 0)
         return np.log10(np.where(shown, values, np.nan))
-    if axis.split is not None:
-        return axis.split.places(np.where(np.isfinite(values), values, np.nan))
     return np.where(np.isfinite(values), values, np.nan)
 
 

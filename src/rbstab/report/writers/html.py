@@ -1,13 +1,15 @@
 """A report as one HTML file that needs no network.
 
-The file contains the tables as HTML, the figures as data for plotly, plotly itself, and the
-scripts. Its content security policy forbids the browser to load anything or to run any other
-script; it lists the digests of the allowed scripts. So even an unescaped text could do no harm.
+The file contains the tables as HTML, the figures as Vega-Lite specifications, the bundle of Vega
+that draws them, and the scripts. Its content security policy forbids the browser to load anything
+or to run any other script; it lists the digests of the allowed scripts. So even an unescaped text
+could do no harm.
 """
 
 import base64
 import gzip
 import hashlib
+import json
 import re
 from functools import cache
 from importlib import resources
@@ -19,12 +21,12 @@ from rbstab.report.model.document import MARKS, Animation, Cards, Cell, Head, Re
 from rbstab.report.model.figure import Figure
 from rbstab.report.model.palette import colour
 from rbstab.report.model.words import unbroken
-from rbstab.report.writers.plotly_figures.renderer import JSON, plotly_data
-from rbstab.report.writers.plotly_figures.text import packed_array
 from rbstab.report.writers.sketches import svg_of_each
+from rbstab.report.writers.vega.marks import JSON
+from rbstab.report.writers.vega.page_data import packed_array, page_data
 
 SCRIPTS = (
-    *("theme", "tables", "columns", "time", "arrays", "figures", "cells", "copies", "csv"),
+    *("theme", "tables", "columns", "time", "arrays", "figures", "maps", "copies", "csv"),
     *("scene", "motions", "start"),
 )
 """Names of the scripts of the page, in the order in which they run."""
@@ -68,14 +70,15 @@ def page(report: Report) -> str:
     environment.globals["marks"] = MARKS
     environment.tests["animation"] = lambda block: isinstance(block, Animation)
     blocks = [block for section in report.sections for block in section.blocks]
+    figures = [block for block in blocks if isinstance(block, Figure)]
     script = "".join(_template(f"{name}.js") for name in SCRIPTS)
     text = environment.get_template("page.html").render(
         report=report,
         style=Markup(_template("page.css")),  # noqa: S704  (our own file)
         script=Markup(script),  # noqa: S704  (our own file)
         policy=_policy(script),
-        library=_compressed_library() if any(isinstance(b, Figure) for b in blocks) else "",
-        drawings={block.name: plotly_data(block) for block in blocks if isinstance(block, Figure)},
+        library=_base64(_bundle()) if figures else "",
+        drawings=_packed({figure.name: page_data(figure) for figure in figures}),
         motions={
             block.name: _animation_data(block) for block in blocks if isinstance(block, Animation)
         },
@@ -182,7 +185,9 @@ def _animation_data(animation: Animation) -> JSON:
 
 
 def _policy(script: str) -> str:
-    digests = " ".join(f"'sha256-{_digest(text)}'" for text in (script, _library()))
+    digests = " ".join(
+        f"'sha256-{_digest(text)}'" for text in (script, gzip.decompress(_bundle()).decode())
+    )
     return (
         f"default-src 'none'; script-src {digests}; style-src 'unsafe-inline'; "
         "img-src data: blob:; base-uri 'none'; form-action 'none'"
@@ -190,7 +195,7 @@ def _policy(script: str) -> str:
 
 
 def _digest(text: str) -> str:
-    return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
+    return _base64(hashlib.sha256(text.encode()).digest())
 
 
 def _template(name: str) -> str:
@@ -199,13 +204,16 @@ def _template(name: str) -> str:
 
 
 @cache
-def _library() -> str:
-    # Read as a file: importing plotly is slow, and only its JavaScript bundle is needed.
-    return (resources.files("plotly") / "package_data" / "plotly.min.js").read_text("utf-8")
+def _bundle() -> bytes:
+    """Return Vega, Vega-Lite and Vega-Embed as one script, compressed."""
+    return (resources.files("rbstab.report.writers.vega") / "bundle.js.gz").read_bytes()
 
 
-@cache
-def _compressed_library() -> str:
-    """Return plotly compressed with gzip, in base64; the browser decompresses it."""
-    packed = gzip.compress(_library().encode("utf-8"), compresslevel=9, mtime=0)
-    return base64.b64encode(packed).decode("ascii")
+def _packed(data: JSON) -> str:
+    """Return data as compressed JSON in base64; the browser decompresses it."""
+    text = json.dumps(data, allow_nan=False, separators=(",", ":"))
+    return _base64(gzip.compress(text.encode(), compresslevel=6, mtime=0))
+
+
+def _base64(content: bytes) -> str:
+    return base64.b64encode(content).decode("ascii")

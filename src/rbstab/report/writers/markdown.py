@@ -1,4 +1,4 @@
-"""A report as Markdown, with its figures as PNG files in a folder beside it."""
+"""A report as Markdown, with its figures as SVG files in a folder beside it."""
 
 import hashlib
 import re
@@ -13,14 +13,12 @@ from rbstab.config.errors import printable
 from rbstab.files.existence import is_dir
 from rbstab.report.model.document import Animation, Cards, Report, Table
 from rbstab.report.model.figure import Figure
-from rbstab.report.writers.motion_caption import stills_caption
+from rbstab.report.writers.figure_files import figure_bytes, figures_of
 from rbstab.report.writers.signature import SIGNATURES, pictures_folder
 from rbstab.store.disk.atomic import write_atomically
 
-PICTURE = re.compile(r"[a-z0-9-]+\.[0-9a-f]{12}\.png")
+PICTURE = re.compile(r"[a-z0-9-]+\.[0-9a-f]{12}\.svg")
 """File names of pictures: the name of the figure, and a digest of the file."""
-
-DOTS_PER_INCH = 150
 
 _MARKUP = re.compile(r"[\\`*_|~$]|\](?=[\[(:])|^#|^[-+](?=[\s+-])|(?<=:)/")
 _LIST_NUMBER = re.compile(r"^(\d+)(?=[.)](\s|$))")
@@ -54,8 +52,7 @@ def markdown(report: Report, pictures: Mapping[str, str]) -> str:
 
     Args:
         report: The report.
-        pictures: The link to the picture of each figure, by the name of the figure, and to the
-            stills of each motion.
+        pictures: The link to the picture of each figure, by the name of the figure.
     """
     environment = Environment(
         loader=PackageLoader("rbstab.report.writers"),
@@ -66,7 +63,6 @@ def markdown(report: Report, pictures: Mapping[str, str]) -> str:
         lstrip_blocks=True,
     )
     environment.filters["md"] = escaped
-    environment.filters["stills_caption"] = stills_caption
     environment.tests["table"] = lambda block: isinstance(block, Table)
     environment.tests["figure"] = lambda block: isinstance(block, Figure)
     environment.tests["cards"] = lambda block: isinstance(block, Cards)
@@ -83,26 +79,12 @@ def escaped(text: str) -> Markup:
 
 
 def _write_pictures(report: Report, folder: Path) -> dict[str, str]:
-    """Write the pictures of figures and motions; return the file names by their names.
-
-    The name of the stills of a motion is that of the motion, with "-motion" at its end.
-    """
-    # Imported late: matplotlib is slow to import, and only figures need it.
-    from rbstab.report.writers.matplotlib_figures.renderer import png
-    from rbstab.report.writers.matplotlib_figures.stills import stills_png
-
+    """Write the pictures of figures; return their file names by the names of the figures."""
     names = {}
-    blocks = [block for section in report.sections for block in section.blocks]
-    motions = [block for block in blocks if isinstance(block, Animation)]
-    for block in blocks:
-        if isinstance(block, Figure):
-            key, content = block.name, png(block, dpi=DOTS_PER_INCH)
-        elif isinstance(block, Animation) and block.stills:
-            key, content = f"{block.name}-motion", stills_png(block, motions, dpi=DOTS_PER_INCH)
-        else:
-            continue
+    for key, figure in figures_of(report).items():
+        content = figure_bytes(figure, "svg")
         folder.mkdir(exist_ok=True)
-        name = f"{key}.{hashlib.sha256(content).hexdigest()[:12]}.png"
+        name = f"{key}.{hashlib.sha256(content).hexdigest()[:12]}.svg"
         write_atomically(folder / name, content, replace=True)
         names[key] = name
     return names

@@ -22,9 +22,9 @@ SUFFIXES = {
 """The format of a report by the suffix of its file."""
 
 PACKAGES = {
-    "html": {"plotly": "plotly", "jinja2": "jinja2"},
-    "md": {"matplotlib": "matplotlib", "jinja2": "jinja2"},
-    "pdf": {"matplotlib": "matplotlib", "fpdf": "fpdf2"},
+    "html": {},
+    "md": {"vl_convert": "vl-convert-python"},
+    "pdf": {"vl_convert": "vl-convert-python", "typst": "typst"},
     "text": {},
 }
 """The packages of each format that a plain install lacks: the module and the name to install."""

@@ -16,10 +16,6 @@ from rbstab.systems.quantities import BY_NAME, Quantity, is_element_state
 
 TIME = Axis("time t", "s")
 
-SUBSCRIPTS = "₁₂₃₄₅₆₇₈₉"
-
-COMPONENT = "component {}"
-
 FORCES = ("contact_force", "stabilizing_force", "stabilizing_couple")
 """Quantities that a sliding connector makes jump."""
 
@@ -45,11 +41,16 @@ def axis_of(
     quantity = quantity or BY_NAME[name]
     symbol = quantity.symbol
     if component is not None:
-        symbol = f"{'θ' if symbol == 'Θ' else symbol}{SUBSCRIPTS[component]}"
+        symbol = component_of(symbol, component)
     words = [DISPLAY_NAMES.get(name, name.replace("_", " ").replace(".", ", "))]
     if symbol != "-":
         words.append(f"|{symbol}|" if magnitude and not symbol.startswith("|") else symbol)
     return Axis(" ".join(words), quantity.unit, log=magnitude)
+
+
+def component_of(symbol: str, number: int) -> str:
+    """Return the symbol of a component of a vector; number counts from 0."""
+    return f"{'θ' if symbol == 'Θ' else symbol.strip('-')}{number + 1}"
 
 
 def quantity_in(run: Run, name: str) -> Quantity:
@@ -66,13 +67,13 @@ def element_states(run: Run) -> tuple[str, ...]:
 
 def components(run: Run, name: str) -> Panel:
     """Return the components of a vector of a run over time."""
-    t, values = run.result["time"], run.result[name]
+    t, values, quantity = run.result["time"], run.result[name], quantity_in(run, name)
     curves = (
-        Line(t, values[:, number], COMPONENT.format(number + 1), colour=number, dash=number)
-        for number in range(values.shape[1])
+        Line(t, column, component_of(quantity.symbol, number), colour=number, dash=number)
+        for number, column in enumerate(values.T)
     )
     marks = [stepped(run, curve) if name in FORCES else curve for curve in curves]
-    return Panel(TIME, axis_of(name, quantity=quantity_in(run, name)), tuple(marks))
+    return Panel(TIME, axis_of(name, quantity=quantity), tuple(marks))
 
 
 def scalar(run: Run, name: str, *, magnitude: bool = False) -> Panel:

@@ -6,7 +6,7 @@ import numpy as np
 
 from rbstab.report.model.figure import Axis, Figure, Level, Line, Mark, Panel, Points
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.figures.curves import COMPONENT, TIME, axis_of
+from rbstab.report.runs.figures.curves import TIME, axis_of
 
 TRANSITION_STYLES = {"stick": (1, 0), "release": (2, 2)}
 """Colour and symbol of each kind of transition."""
@@ -59,7 +59,7 @@ def _switches(run: Run) -> Panel:
     t, counts = run.result["time"], run.result["switch_count"]
     marks = [
         Line(t, counts[:, axis].astype(float), label, colour=axis, dash=axis, step=True)
-        for axis, label in enumerate(map(COMPONENT.format, (1, 2, 3)))
+        for axis, label in enumerate(("axis 1", "axis 2", "axis 3"))
     ]
     return Panel(TIME, Axis("switches so far", whole=True), tuple(marks))
 

@@ -35,7 +35,7 @@ def _pitch(result: Result) -> Panel:
     """Return θ2 with its impacts, and where rests begin and end."""
     angle = float(result["stop_angle"])
     marks: list[Mark] = [
-        Line(result["time"], result["orientation"][:, 1], "θ₂"),
+        Line(result["time"], result["orientation"][:, 1], "θ2"),
         Level(angle, "stop"),
         Level(-angle),
     ]
@@ -58,7 +58,7 @@ def _rates(result: Result) -> Panel:
     """Return the rates with which θ2 meets its stop."""
     rates = Points(result["impact_time"], np.abs(result["impact_rate"]), "impact", colour=1)
     unit = BY_NAME["impact_rate"].unit
-    return Panel(TIME, Axis("rate of θ₂ before each impact", unit, log=True), (rates,))
+    return Panel(TIME, Axis("rate of θ2 before each impact", unit, log=True), (rates,))
 
 
 def _loss(result: Result) -> Panel:

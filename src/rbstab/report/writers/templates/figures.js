@@ -1,274 +1,362 @@
-// Figures: each is drawn when the reader scrolls near it; the first one also loads plotly.
+// Figures: each is drawn when the reader scrolls near it; the first one also loads Vega.
 
-const drawings = JSON.parse(document.getElementById("page.drawings").textContent);
+/** Return a text that was packed with gzip and base64. */
+async function inflated(id) {
+  const packed = document.getElementById(id).textContent;
+  const bytes = Uint8Array.from(atob(packed), (letter) => letter.charCodeAt(0));
+  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
+}
+
+let drawings = {};
 const figures = new Map();
 let library = null;
 
-/** Decompress plotly and run it, once. */
+/** Run Vega, Vega-Lite and Vega-Embed, once. */
 function loadLibrary() {
-  library ??= (async () => {
-    const packed = document.getElementById("page.library").textContent;
-    const bytes = Uint8Array.from(atob(packed), (letter) => letter.charCodeAt(0));
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+  library ??= inflated("page.library").then((text) => {
     const script = document.createElement("script");
-    script.textContent = await new Response(stream).text();
+    script.textContent = text;
     document.head.append(script);
-  })();
+  });
   return library;
 }
 
-const isNarrow = (box) => box.clientWidth < 620;
+const NARROW = 620;
+const BESIDE_PANEL = 72;
+const BESIDE_MAP = 62;
 
-// No toolbar on touch screens: it would stay over the curves.
-const hasToolbar = !matchMedia("(pointer: coarse)").matches;
-/** Return a layout in the colours of the page and in a width. */
-function themed(layout, width) {
-  const [text, grid, line, page] = ["text", "grid", "line", "page"].map(tone);
-  const look = { gridcolor: grid, zerolinecolor: line, linecolor: line, tickcolor: line };
-  const whole = {
-    ...layout,
-    width,
-    // Keep the zoom when colours or widths change.
-    uirevision: "kept",
-    font: { ...layout.font, color: text, family: getComputedStyle(document.body).fontFamily },
-    paper_bgcolor: "rgba(0,0,0,0)",
-    plot_bgcolor: "rgba(0,0,0,0)",
-    hoverlabel: { bgcolor: page, bordercolor: line, font: { color: text } },
-    modebar: { bgcolor: "rgba(0,0,0,0)", color: tone("soft"), activecolor: text },
-    dragmode: hasToolbar ? "zoom" : false,
-  };
-  for (const key of layout.meta.axes) whole[key] = { ...layout[key], ...look };
-  return whole;
-}
-
-const TICK_SIZE = "11px";
-const SCALE = 2;
-
-/** Return a picture of a figure: an SVG document in which all labels of ticks have one size. */
-async function drawnPicture(data, layout) {
-  const { width, height } = layout;
-  const address = await Plotly.toImage({ data, layout }, { format: "svg", width, height });
-  const text = decodeURIComponent(address.slice(address.indexOf(",") + 1));
-  const picture = new DOMParser().parseFromString(text, "image/svg+xml");
-  // As in the page: plotly draws powers of ten larger, and what is between them smaller.
-  for (const label of picture.querySelectorAll('g[class$="tick"] > text')) label.style.fontSize = TICK_SIZE;
-  return new XMLSerializer().serializeToString(picture);
-}
-
-/** Return an SVG document as the content of a PNG file. */
-async function asPng(text, width, height) {
-  const image = new Image();
-  image.src = `data:image/svg+xml,${encodeURIComponent(text)}`;
-  await image.decode();
-  const canvas = Object.assign(document.createElement("canvas"), { width: SCALE * width, height: SCALE * height });
-  canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
-  return new Promise((resolve) => canvas.toBlob(resolve, "image/png"));
-}
-
-/** The entry of a curve in the legend: its own name, or that of the curves among which it is one of many. */
-const entryOf = ({ meta, legendgroup }) => meta?.group ?? legendgroup;
-
-/** Save a figure as a PNG file, with its legend and title, on white. */
-async function download(name, title) {
-  const { data, layout } = drawings[name];
-  const escaped = title.replace(/&/g, "&amp;").replace(/</g, "&lt;");
-  const named = data.map((trace) => (trace.meta?.group ? { ...trace, name: trace.meta.group } : trace));
-  const whole = {
-    ...layout,
-    width: 1000,
-    height: layout.height + 110,
-    margin: { ...layout.margin, t: layout.margin.t + 50 },
-    title: { text: escaped, font: { size: 15 } },
-    showlegend: true,
-    paper_bgcolor: "#fff",
-    plot_bgcolor: "#fff",
-  };
-  saveFile(await asPng(await drawnPicture(named, whole), whole.width, whole.height), `${name}.png`);
-}
-
-const CAMERA = {
-  width: 1000,
-  height: 1000,
-  path: "M850 250H700l-60-90H360l-60 90H150c-28 0-50 22-50 50v480c0 28 22 50 50 50h700c28 0 50-22 50-50V300c0-28-22-50-50-50zM500 720a180 180 0 1 1 0-360 180 180 0 0 1 0 360z",
-};
-
-function settings(name, title) {
-  return {
-    displaylogo: false,
-    displayModeBar: hasToolbar ? "hover" : false,
-    // By default plotly has a button that sends the data to a server.
-    showSendToCloud: false,
-    plotlyServerURL: "",
-    modeBarButtonsToRemove: ["toImage", "lasso2d", "select2d", "autoScale2d"],
-    modeBarButtonsToAdd: [
-      { name: "picture", title: "Save as a picture", icon: CAMERA, click: () => download(name, title) },
-    ],
-  };
-}
-
-async function draw(box) {
-  const name = box.dataset.name;
-  if (figures.has(name)) return;
-  const figure = { box, narrow: isNarrow(box), cursors: [], hidden: new Set() };
-  figures.set(name, figure);
-  await loadLibrary();
-  drawNow(name, figure);
-}
-
-function drawNow(name, figure) {
-  if (figure.drawn) return;
-  figure.drawn = true;
-  const { data } = drawings[name];
-  const { box } = figure;
-  const title = box.getAttribute("aria-label");
-  const place = document.createElement("div");
-  box.append(place);
-  figure.place = place;
-  Plotly.newPlot(place, data, layoutOf(name, figure), settings(name, title));
-  if (drawings[name].layout.meta.time) followTime(figure);
-  followPointer(name, figure);
-  place.on("plotly_relayout", () => writeOut(name, figure, place));
-}
-
-const FEW_DECADES = 3;
-
-/** Write numbers out on the logarithmic axes that show few powers of ten, as `axes.py` does: 0.2 and not 2. After a zoom, choose other ticks. */
-function writeOut(name, figure, place) {
-  const drawn = drawings[name][figure.narrow ? "narrow" : "layout"];
-  const changes = {};
-  for (const key of drawn.meta.axes) {
-    const { type, range, tickformat, tickmode } = place._fullLayout[key];
-    const { range: whole, dtick } = drawn[key];
-    if (whole && dtick) {
-      // The ticks of a small or narrow panel are those of its whole axis.
-      const mode = range.every((end, k) => end === whole[k]) ? "linear" : "auto";
-      if (mode !== tickmode) changes[`${key}.tickmode`] = mode;
+/** Return the specification of a figure in a width, in the colours of the page. */
+function fitted(figure, width) {
+  const { spec, columns, small, square, bars, shared } = drawings[figure.name];
+  const fit = structuredClone(spec);
+  const isNarrow = width < NARROW;
+  fit.columns = Math.min(isNarrow ? (small && !bars ? 2 : 1) : columns, fit.concat.length);
+  const inside = Math.max(Math.floor(width / fit.columns) - BESIDE_PANEL - (bars && !isNarrow ? BESIDE_MAP : 0), 90);
+  fit.concat.forEach((panel, number) => {
+    panel.width = inside;
+    if (square[number]) panel.height = inside;
+    for (const { encoding } of panel.layer) {
+      // Panels with one vertical axis: its title stands at the first of each row.
+      if (shared.includes("y") && number % fit.columns && encoding.y) encoding.y.title = null;
+      if (isNarrow && encoding.fill?.legend) Object.assign(encoding.fill.legend, { orient: "bottom", gradientLength: inside });
     }
-    if (type !== "log") continue;
-    const few = Math.abs(range[1] - range[0]) < FEW_DECADES;
-    const wanted = few ? (Math.min(...range) < -4 || Math.max(...range) > 6 ? "~e" : "~g") : "";
-    if (wanted !== tickformat) Object.assign(changes, { [`${key}.tickformat`]: wanted, [`${key}.nticks`]: few ? 3 : 4 });
+  });
+  const values = signalsOf(figure);
+  for (const param of fit.params) if (param.name in values) param.value = values[param.name];
+  return fit;
+}
+
+/** Return the signals that the page sets: colours, hidden curves, the time, and the pictures of maps. */
+function signalsOf(figure) {
+  const values = { ink: tone("text"), paper: "transparent", grid: tone("grid"), hidden: [...figure.hidden] };
+  if (drawings[figure.name].time) values.now = clock.end > 0 ? clock.now : -1;
+  drawings[figure.name].panels.forEach(({ map }, number) => {
+    if (map) values[`image${number}`] = painted(map);
+  });
+  return values;
+}
+
+/** Prepare a figure: its legend, its buttons, and its height before it is drawn. */
+function prepare(box) {
+  const name = box.dataset.name;
+  const figure = { name, box, hidden: new Set(), view: null };
+  figures.set(name, figure);
+  const { rows, height } = drawings[name];
+  box.style.minHeight = `${rows * height}px`;
+  addLegend(figure);
+  addButtons(figure);
+}
+
+function draw(figure) {
+  figure.drawing ??= (async () => {
+    await loadLibrary();
+    figure.place = figure.box.appendChild(document.createElement("div"));
+    await embed(figure);
+    follow(figure);
+  })().catch((error) => failed(figure.box, error));
+  return figure.drawing;
+}
+
+/** Draw a figure anew in a width; its zoom is lost. */
+async function embed(figure, width = figure.box.clientWidth) {
+  figure.width = width;
+  figure.view?.finalize();
+  // Without eval, which the policy of the page forbids: `ast`.
+  const options = { mode: "vega-lite", ast: true, renderer: "svg", actions: false, tooltip: false };
+  const { view, vgSpec } = await vegaEmbed(figure.place, fitted(figure, width), options);
+  figure.view = view;
+  figure.spots = spotsOf(figure, vgSpec);
+}
+
+/** Give a drawn figure the colours of the page, the hidden curves and the time. */
+function refresh(figure) {
+  if (!figure.view) return;
+  for (const [name, value] of Object.entries(signalsOf(figure))) figure.view.signal(name, value);
+  figure.view.runAsync();
+}
+
+const refreshAll = () => figures.forEach(refresh);
+
+/** Draw again what has another width now. */
+function resizeAll() {
+  for (const figure of figures.values()) {
+    if (figure.view && figure.width !== figure.box.clientWidth) embed(figure);
   }
-  if (Object.keys(changes).length) Plotly.relayout(place, changes);
 }
 
-const layoutOf = (name, figure, width = figure.box.clientWidth) =>
-  themed(structuredClone(drawings[name][figure.narrow ? "narrow" : "layout"]), width);
-
-/** Redraw a figure in the current colours and width; hidden curves stay hidden. */
-function redraw(name, figure, width) {
-  if (!figure.drawn) return;
-  figure.narrow = width ? false : isNarrow(figure.box);
-  const layout = layoutOf(name, figure, width);
-  layout.shapes.forEach((shape) => (shape.visible = !figure.hidden.has(shape.legendgroup)));
-  figure.box.style.minHeight = `${layout.height}px`;
-  // Without the settings: with them, plotly 4 never returns.
-  Plotly.react(figure.place, figure.place.data, layout);
-}
-
-const redrawAll = () => figures.forEach((figure, name) => redraw(name, figure));
-
-/** Draw a cursor in each panel at the time of the animations. */
-function followTime(figure) {
-  const { place, box } = figure;
-  const show = () => {
-    const full = place._fullLayout;
-    const axes = drawings[box.dataset.name].layout.meta.axes.filter((key) => key.startsWith("x"));
-    axes.forEach((key, number) => {
-      const x = full[key];
-      // Both parts of a split time axis have the same vertical axis.
-      const y = full[`yaxis${x.anchor.slice(1)}`];
-      figure.cursors[number] ??= box.appendChild(Object.assign(document.createElement("div"), { className: "cursor" }));
-      const style = figure.cursors[number].style;
-      const at = x.c2p(clock.now);
-      style.display = clock.end > 0 && at >= 0 && at <= x._length ? "" : "none";
-      style.left = `${x._offset + at}px`;
-      style.top = `${y._offset}px`;
-      style.height = `${y._length}px`;
-    });
+/** Return where the panels are: their places in the drawing, and their scales. */
+function spotsOf({ view, name }, { scales = [] }) {
+  const names = new Set(scales.map((scale) => scale.name));
+  const spots = [];
+  const walk = (item, x, y) => {
+    for (const mark of item.items ?? []) {
+      const number = /^p(\d+)_group$/.exec(mark.name ?? "")?.[1];
+      for (const group of mark.marktype === "group" ? mark.items : []) {
+        const [left, top] = [x + (group.x || 0), y + (group.y || 0)];
+        if (number === undefined) walk(group, left, top);
+        else {
+          const { width, height } = group;
+          const scale = (side) => (names.has(`p${number}_${side}`) ? `p${number}_${side}` : side);
+          spots.push({ number: Number(number), left, top, width, height, x: scale("x"), y: scale("y") });
+        }
+      }
+    }
   };
-  clock.listeners.push(show);
-  place.on("plotly_afterplot", show);
-  place.on("plotly_click", ({ points }) => clock.end > 0 && setTime(points[0].x));
-  show();
+  for (const group of view.scenegraph().root.items) walk(group, group.x || 0, group.y || 0);
+  return spots.map((spot) => ({ ...spot, panel: drawings[name].panels[spot.number] }));
+}
+
+/** Return the panel under the pointer and the place in it, in pixels of the drawing; null beside all panels. */
+function spotAt({ view, place, spots }, event) {
+  const picture = place.querySelector("svg");
+  const frame = picture.getBoundingClientRect();
+  const shrunk = picture.viewBox.baseVal.width / frame.width;
+  const [left, top] = view.origin();
+  const { left: padLeft = 0, top: padTop = 0 } = view.padding();
+  for (const spot of spots) {
+    const x = (event.clientX - frame.left) * shrunk - left - padLeft - spot.left;
+    const y = (event.clientY - frame.top) * shrunk - top - padTop - spot.top;
+    if (x >= 0 && y >= 0 && x <= spot.width && y <= spot.height) return { ...spot, at: [x, y] };
+  }
+  return null;
+}
+
+/** Return the layers of a panel that have data of their own: not edges of curves, nor counts in bars. */
+const layersOf = (name, number) =>
+  drawings[name].spec.concat[number].layer.filter(({ mark, data }) => mark.aria !== false && data.values[0]?.series !== undefined);
+
+const NEAR = 14;
+const MOST = 8;
+
+/** Return a number as a text with four digits. */
+const short = (value) => String(Number(Number(value).toPrecision(4)));
+
+/** Return a value on an axis: its category, or the number with its unit. */
+function valueText({ categories, unit }, value) {
+  if (categories.length) return categories[Math.round(value)] ?? "";
+  return unit && unit !== "1" ? `${short(value)} ${unit}` : short(value);
+}
+
+/** Return what is under the pointer: lines of text, and the member of a sweep (-1: none). */
+function shownAt(figure, event) {
+  const spot = spotAt(figure, event);
+  if (!spot) return null;
+  const { panel, number, at } = spot;
+  const [x, y] = [figure.view.scale(spot.x), figure.view.scale(spot.y)];
+  const point = nearestPoint(figure, number, at, x, y);
+  if (point) return { ...point, spot };
+  if (panel.map) return cellAt(figure, spot, x.invert(at[0]), y.invert(at[1]));
+  return valuesAt(figure, spot, x, y);
+}
+
+/** Return the point of a mark of points, or of the end of an interval, near the pointer. */
+function nearestPoint(figure, number, [left, top], x, y) {
+  let best = null;
+  let least = NEAR ** 2;
+  const { panels } = drawings[figure.name];
+  for (const { mark, data } of layersOf(figure.name, number)) {
+    if (mark.type !== "point" && mark.type !== "rule" && mark.type !== "rect") continue;
+    for (const row of data.values) {
+      if (row.x == null || row.y == null || figure.hidden.has(row.series)) continue;
+      const [across, up] = [row.value ?? row.y, row.y2 ?? row.y];
+      const inBar = mark.type === "rect" && left >= x(row.x) && left <= x(row.x2) && top <= Math.max(y(row.y), y(up)) && top >= Math.min(y(row.y), y(up));
+      const distance = inBar ? 0 : mark.type === "rect" ? Infinity : (x(row.x) - left) ** 2 + (y(across) - top) ** 2;
+      if (distance >= least) continue;
+      [best, least] = [row, distance];
+    }
+  }
+  if (!best) return null;
+  const axes = panels[number];
+  const name = best.text ? best.text.split("\n") : [];
+  if (best.bar !== undefined) return { lines: [axes.y.categories[best.bar], `${best.series}: ${best.text}`], member: -1 };
+  const ends = best.x2 !== undefined ? [`${axes.x.label}: ${short(best.x)} to ${valueText(axes.x, best.x2)}`, `${axes.y.label}: ${valueText(axes.y, best.y)}`]
+    : [`${axes.x.label} = ${valueText(axes.x, best.x)}`, `${axes.y.label} = ${valueText(axes.y, best.value ?? best.y)}`];
+  if (best.value !== undefined) ends.push(`from ${valueText(axes.y, best.y)} to ${valueText(axes.y, best.y2)}`);
+  return { lines: [best.series, ...(name.length ? name : ends)].filter(Boolean), member: best.member ?? -1 };
+}
+
+/** Return the values of the curves of a panel at the pointer. */
+function valuesAt(figure, spot, x, y) {
+  const { panel, number, at } = spot;
+  const place = x.invert(at[0]);
+  const found = [];
+  for (const { mark, data } of layersOf(figure.name, number)) {
+    if (mark.type !== "line" && mark.type !== "area") continue;
+    const rows = data.values;
+    if (rows.length < 2 || figure.hidden.has(rows[0].series)) continue;
+    const value = curveAt(rows, place, mark.interpolate === "step-after");
+    if (value !== null) found.push([rows[0].text ?? rows[0].series, value, Math.abs(y(value) - at[1])]);
+  }
+  const nearest = found.sort((a, b) => a[2] - b[2]).slice(0, MOST);
+  if (!nearest.length) return null;
+  const lines = nearest.map(([label, value]) => `${label || panel.y.label} = ${valueText(panel.y, value)}`);
+  return { lines: [`${panel.x.label} = ${valueText(panel.x, place)}`, ...lines], member: -1, spot };
+}
+
+/** Return the value of a curve at a place; null where it has none, or where it goes back and forth. */
+function curveAt(rows, place, isStep) {
+  if (place < rows[0].x || place > rows.at(-1).x) return null;
+  let [low, high] = [0, rows.length - 1];
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (rows[middle].x <= place) low = middle;
+    else high = middle;
+  }
+  const [before, after] = [rows[low], rows[high]];
+  const [first, second] = [before.y2 ?? before.y, after.y2 ?? after.y];
+  if (before.y === null || after.y === null || after.x < before.x) return null;
+  if (isStep || after.x === before.x) return first;
+  return first + ((second - first) * (place - before.x)) / (after.x - before.x);
+}
+
+/** Show what is under the pointer; after a click the command of its member, or the motions at that time. */
+function follow(figure) {
+  const { box, name } = figure;
+  const { command, time } = drawings[name];
+  const tip = box.appendChild(Object.assign(document.createElement("div"), { className: "tip", hidden: true }));
+  const frame = box.appendChild(Object.assign(document.createElement("div"), { className: "cell", hidden: true }));
+  const hide = () => (tip.hidden = frame.hidden = true);
+  const show = (event) => {
+    const found = shownAt(figure, event);
+    tip.hidden = !found;
+    frame.hidden = !found?.cell;
+    if (!found) return;
+    tip.textContent = (command && found.member >= 0 ? [...found.lines, "Click: the command that runs it"] : found.lines).join("\n");
+    const { left, top, width } = box.getBoundingClientRect();
+    const [x, y] = [event.clientX - left, event.clientY - top];
+    const isRight = x > width / 2;
+    Object.assign(tip.style, { top: `${y + 14}px`, left: isRight ? "" : `${x + 14}px`, right: isRight ? `${width - x + 14}px` : "" });
+    if (found.cell) placeFrame(figure, frame, found);
+  };
+  figure.place.addEventListener("pointermove", show);
+  figure.place.addEventListener("pointerleave", (event) => event.pointerType !== "touch" && hide());
+  // A tap counts where the finger went down: a browser may move the click of a touch.
+  let down = null;
+  figure.place.addEventListener("pointerdown", (event) => {
+    down = event;
+    if (event.pointerType === "touch") show(event);
+  });
+  figure.place.addEventListener("pointerup", (event) => {
+    const isTap = down?.pointerId === event.pointerId && Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) < 10;
+    const found = isTap && shownAt(figure, down);
+    down = null;
+    if (!found) return;
+    if (command && found.member >= 0) showCommand(box, `${command} ${found.member}`, found);
+    else if (time && clock.end > 0) setTime(figure.view.scale(found.spot.x).invert(found.spot.at[0]));
+  });
+  figure.place.addEventListener("pointercancel", () => (down = null));
+  if (time) clock.listeners.push((now) => figure.view.signal("now", clock.end > 0 ? now : -1).runAsync());
+}
+
+/** Zoom all panels of a figure about their middle, or show all again. */
+function zoom(figure, factor) {
+  const { view, spots, name } = figure;
+  const { time, spec } = drawings[name];
+  const done = new Set();
+  for (const { number, x, y } of spots) {
+    const selection = time ? "zoom" : `zoom${number}`;
+    for (const [side, scale] of time ? [["x", x]] : [["x", x], ["y", y]]) {
+      if (done.has(`${selection}_${side}`)) continue;
+      done.add(`${selection}_${side}`);
+      const isLog = spec.concat[number].layer[0].encoding[side]?.scale?.type === "log";
+      const ends = view.scale(scale).domain().map((end) => (isLog ? Math.log(end) : end));
+      const [middle, half] = [(ends[0] + ends[1]) / 2, ((ends[1] - ends[0]) * factor) / 2];
+      const wanted = [middle - half, middle + half].map((end) => (isLog ? Math.exp(end) : end));
+      view.signal(`${selection}_${side}`, factor === 0 ? null : wanted);
+    }
+  }
+  view.runAsync();
 }
 
 /** Add a legend: swatches and names, with one button for all curves of a name. */
-function addLegend(box) {
-  const name = box.dataset.name;
-  const { data, layout } = drawings[name];
-  const legend = box.parentElement.querySelector(".legend");
-  const entries = [...data, ...layout.shapes].filter((entry) => entry.showlegend);
-  // The many that share an entry are drawn first, and named last.
-  for (const entry of entries.sort((a, b) => Boolean(a.meta?.group) - Boolean(b.meta?.group))) {
-    if (entry.type === "scatter" && entry.meta.mark === "cells") {
-      // A word of a map: there is no curve to hide.
-      const word = document.createElement("span");
-      word.append(swatch(entry), entry.legendgroup);
-      legend.append(word);
-      continue;
-    }
-    const button = document.createElement("button");
-    button.type = "button";
-    button.setAttribute("aria-pressed", "true");
-    button.append(swatch(entry), entryOf(entry));
-    button.addEventListener("click", () => toggle(name, box, entryOf(entry), button));
-    legend.append(button);
+function addLegend(figure) {
+  const legend = figure.box.parentElement.querySelector(".legend");
+  for (const entry of drawings[figure.name].legend) {
+    const isWord = entry.kind === "word" || entry.kind === "gap";
+    const item = document.createElement(isWord ? "span" : "button");
+    item.append(swatch(entry), entry.label);
+    legend.append(item);
+    if (isWord) continue;
+    item.type = "button";
+    item.setAttribute("aria-pressed", "true");
+    item.addEventListener("click", async () => {
+      await draw(figure);
+      const shown = figure.hidden.delete(entry.label);
+      if (!shown) figure.hidden.add(entry.label);
+      item.setAttribute("aria-pressed", String(shown));
+      refresh(figure);
+    });
   }
 }
 
-async function toggle(name, box, group, button) {
-  await draw(box);
-  const figure = figures.get(name);
-  const shown = figure.hidden.has(group);
-  if (shown) figure.hidden.delete(group);
-  else figure.hidden.add(group);
-  button.setAttribute("aria-pressed", String(shown));
-  const numbers = drawings[name].data.flatMap((trace, i) => (entryOf(trace) === group ? [i] : []));
-  if (numbers.length) await Plotly.restyle(figure.place, { visible: shown }, numbers);
-  const shapes = {};
-  drawings[name].layout.shapes.forEach((shape, i) => {
-    if (shape.legendgroup === group) shapes[`shapes[${i}].visible`] = shown;
-  });
-  if (Object.keys(shapes).length) await Plotly.relayout(figure.place, shapes);
+/** Add the buttons of a figure: zoom, picture, data. */
+function addButtons(figure) {
+  const tools = figure.box.closest(".plot").querySelector(".tools");
+  const add = (label, title, work) => {
+    const button = Object.assign(document.createElement("button"), { type: "button", textContent: label, title });
+    button.setAttribute("aria-label", `${title}: ${figure.box.getAttribute("aria-label")}`);
+    button.addEventListener("click", async () => {
+      await draw(figure);
+      work();
+    });
+    tools.append(button);
+  };
+  add("+", "Zoom in", () => zoom(figure, 0.5));
+  add("−", "Zoom out", () => zoom(figure, 2));
+  add("1:1", "Show all", () => zoom(figure, 0));
+  add("SVG", "Save as a picture", () => savePicture(figure));
+  add("CSV", "Download the data as CSV", () => saveFile(new Blob([csvOf(figure.name)], { type: "text/csv" }), `${figure.name}.csv`));
+  tools.hidden = false;
 }
 
-const DASHES = { dash: "6 4", dot: "2 3", dashdot: "7 3 2 3" };
-const svg = (name, attributes) => {
-  const element = document.createElementNS("http://www.w3.org/2000/svg", name);
-  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
-  return element;
-};
+/** Save what is shown, on white and with dark text. */
+async function savePicture(figure) {
+  const { view } = figure;
+  await view.signal("ink", "#1c2024").signal("paper", "#ffffff").signal("grid", "#e4e8ec").runAsync();
+  saveFile(new Blob([await view.toSVG()], { type: "image/svg+xml" }), `${figure.name}.svg`);
+  refresh(figure);
+}
+
+const DASHES = ["", "6 4", "2 3", "7 3 2 3"];
+const SYMBOLS = [
+  "M9 6a4 4 0 1 0 8 0a4 4 0 1 0 -8 0", "M9.5 2.5l7 7m0 -7l-7 7", "M9.5 2.5h7v7h-7z", "M13 1.5l4.5 4.5l-4.5 4.5l-4.5 -4.5z",
+  "M13 1.5l4.5 8.5h-9z", "M13 10.5l4.5 -8.5h-9z", "M13 1.5v9m-4.5 -4.5h9",
+];
 
 /** Return a small picture of the style of a curve. */
-function swatch(entry) {
-  const picture = svg("svg", { width: 26, height: 12, "aria-hidden": "true" });
-  const { type, line, marker, colorscale } = entry;
-  // That of a bar, or the tone of the cells of a map that have no value.
-  const fillcolor = entry.fillcolor ?? (type === "bar" ? marker.color : colorscale?.[1][1]);
-  if (fillcolor) picture.append(svg("rect", { x: 3, y: 1, width: 20, height: 10, fill: fillcolor }));
-  else if (marker) picture.append(svg("path", symbol({ ...marker, color: entry.meta.key ?? marker.color })));
-  else {
-    const d = "M1 6H25";
-    // The edges of a curve on a map: without them its dark middle is lost on a dark page.
-    if (entry.meta?.edges) {
-      picture.append(svg("path", { d, stroke: entry.meta.edges, "stroke-width": 6 }));
-    }
-    const dash = DASHES[line.dash] ? { "stroke-dasharray": DASHES[line.dash] } : {};
-    picture.append(svg("path", { d, stroke: line.color, "stroke-width": 2, fill: "none", ...dash }));
-  }
+function swatch({ kind, colour, dash, symbol }) {
+  const make = (name, attributes) => {
+    const element = document.createElementNS("http://www.w3.org/2000/svg", name);
+    for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+    return element;
+  };
+  const picture = make("svg", { width: 26, height: 12, "aria-hidden": "true" });
+  const box = { x: 3, y: 1, width: 20, height: 10 };
+  if (kind === "area" || kind === "word") picture.append(make("rect", { ...box, fill: colour }));
+  else if (kind === "gap") {
+    picture.append(make("rect", { ...box, fill: "none", stroke: "#8a8f96" }));
+    picture.append(make("path", { d: "M4 8L10 2M8 10L16 2M14 10L22 2", stroke: "#8a8f96", "stroke-width": 1.2 }));
+  } else if (kind === "point") picture.append(make("path", { d: SYMBOLS[symbol], stroke: colour, "stroke-width": 1.8, fill: symbol ? "none" : colour }));
+  else picture.append(make("path", { d: "M1 6H25", stroke: colour, "stroke-width": 2, fill: "none", "stroke-dasharray": DASHES[dash] }));
   return picture;
-}
-
-function symbol({ color, symbol: kind = "circle" }) {
-  const path = {
-    circle: "M9 6a4 4 0 1 0 8 0a4 4 0 1 0 -8 0",
-    x: "M9.5 2.5l7 7m0 -7l-7 7",
-    "square-open": "M9.5 2.5h7v7h-7z",
-    "diamond-open": "M13 1.5l4.5 4.5l-4.5 4.5l-4.5 -4.5z",
-    "triangle-up-open": "M13 1.5l4.5 8.5h-9z",
-    "triangle-down-open": "M13 10.5l4.5 -8.5h-9z",
-    "cross-thin-open": "M13 1.5v9m-4.5 -4.5h9",
-  }[kind];
-  return { d: path, stroke: color, "stroke-width": 1.8, fill: kind === "circle" ? color : "none" };
 }

@@ -114,7 +114,7 @@ class MotionView {
       pen.moveTo(left, top);
       pen.lineTo(...at(0.55 * AXES));
       pen.stroke();
-      pen.fillText(`x${"₁₂₃"[number]}`, ...at(0.8 * AXES));
+      pen.fillText(`x${number + 1}`, ...at(0.8 * AXES));
     });
   }
 

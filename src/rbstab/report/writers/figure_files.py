@@ -1,0 +1,55 @@
+"""Single figures as files: drawings for papers, and their data."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+from rbstab.report.model.document import Report
+from rbstab.report.model.figure import Figure
+from rbstab.report.writers.figure_data import csv_of
+from rbstab.report.writers.vega.specification import specification
+
+FORMS = ("svg", "pdf", "png", "csv")
+"""The endings of the files."""
+
+WIDE, COLUMN = 642.0, 302.0
+"""The widths of drawings in pixels of 1/96 inch: 170 mm, and 80 mm for one column of a paper."""
+
+PIXELS_PER_INCH = 96
+DOTS_PER_INCH = 300
+
+
+def figures_of(report: Report) -> dict[str, Figure]:
+    """Return the figures of a report by their names, in their order."""
+    blocks = (block for section in report.sections for block in section.blocks)
+    return {block.name: block for block in blocks if isinstance(block, Figure)}
+
+
+def figure_bytes(figure: Figure, form: str, *, column: bool = False) -> bytes:
+    """Return a figure as the content of a file.
+
+    Args:
+        figure: The figure. Its title and caption are left to the text that it will stand in.
+        form: One of `FORMS`. The drawings are 170 mm wide; `csv` has the data.
+        column: Whether a drawing is 80 mm wide, for one column of a paper.
+    """
+    if form == "csv":
+        return csv_of(figure).encode("utf-8", "backslashreplace")
+    # Imported late: a plain install lacks it.
+    import vl_convert
+
+    if column:
+        figure = replace(figure, columns=2 if figure.small else 1)
+    spec = specification(figure, width=COLUMN if column else WIDE)
+    svg = vl_convert.vegalite_to_svg(json.dumps(spec), allowed_base_urls=[])
+    if form == "svg":
+        return str(svg).encode()
+    if form == "pdf":
+        return bytes(vl_convert.svg_to_pdf(svg))
+    return bytes(vl_convert.svg_to_png(svg, scale=DOTS_PER_INCH / PIXELS_PER_INCH))
+
+
+def form_of(path: Path) -> str | None:
+    """Return the form of a file by its ending; None for another ending."""
+    ending = path.suffix.lower().removeprefix(".")
+    return ending if ending in FORMS else None

@@ -1,1 +1,0 @@
-"""Single figures as files: drawings for papers, and their data."""

@@ -1,0 +1,160 @@
+// Maps of sweeps: painted from the levels of their cells; what a cell holds, and the command of its member.
+
+const TOP = 65000;
+const MISSING = 65535;
+const FINE = 1200;
+
+/** Return the levels of a map, row by row from the lowest y: the sums of their differences. */
+function levelsOf(map) {
+  if (map.cells) return map.cells;
+  const bytes = Uint8Array.from(atob(map.levels), (letter) => letter.charCodeAt(0));
+  const wide = map.x.length;
+  const count = wide * map.y.length;
+  const levels = new Uint16Array(count);
+  for (let k = 0; k < count; k++) {
+    levels[k] = ((bytes[k] << 8) | bytes[count + k]) + (k % wide ? levels[k - 1] : 0);
+  }
+  map.cells = levels;
+  return levels;
+}
+
+/** Return the cell of each pixel along an axis: one pixel a cell where all are equally wide. */
+function pixelsOf(edges, isLog) {
+  const places = isLog ? edges.map(Math.log) : edges;
+  const count = places.length - 1;
+  const whole = places[count] - places[0];
+  const isEven = places.slice(1).every((place, k) => Math.abs(((place - places[k]) * count) / whole - 1) < 1e-6);
+  if (isEven) return Array.from({ length: count }, (_, k) => k);
+  return Array.from({ length: FINE }, (_, k) => cellOf(places, places[0] + ((k + 0.5) / FINE) * whole));
+}
+
+/** Return the number of the cell between ascending edges that holds a value; -1 beside all. */
+function cellOf(edges, value) {
+  if (!(value >= edges[0] && value <= edges.at(-1))) return -1;
+  let [low, high] = [0, edges.length - 1];
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (edges[middle] <= value) low = middle;
+    else high = middle;
+  }
+  return low;
+}
+
+/** Return a map as the address of a picture, clear where a cell has no value. */
+function painted(map) {
+  if (map.picture) return map.picture;
+  const levels = levelsOf(map);
+  const tints = map.tints.map((tint) => {
+    const [red, green, blue] = [1, 3, 5].map((k) => parseInt(tint.slice(k, k + 2), 16));
+    return ((255 << 24) | (blue << 16) | (green << 8) | red) >>> 0;
+  });
+  const [across, up] = [pixelsOf(map.edges[0], map.log[0]), pixelsOf(map.edges[1], map.log[1])];
+  const canvas = Object.assign(document.createElement("canvas"), { width: across.length, height: up.length });
+  const pen = canvas.getContext("2d");
+  const image = pen.createImageData(across.length, up.length);
+  const out = new Uint32Array(image.data.buffer);
+  up.forEach((row, y) => {
+    const line = (up.length - 1 - y) * across.length;
+    across.forEach((column, x) => {
+      const level = levels[row * map.x.length + column];
+      const number = map.scale.categories.length ? level : Math.round((level / TOP) * (tints.length - 1));
+      out[line + x] = level > TOP ? 0 : tints[number];
+    });
+  });
+  pen.putImageData(image, 0, 0);
+  map.picture = canvas.toDataURL();
+  return map.picture;
+}
+
+/** Return the value of a cell; NaN where it has none. */
+function valueOf(map, cell) {
+  const level = levelsOf(map)[cell];
+  if (level > TOP) return NaN;
+  if (map.scale.categories.length) return level;
+  const [low, high] = map.scale.log ? map.span.map(Math.log) : map.span;
+  const value = low + ((high - low) * level) / TOP;
+  return map.scale.log ? Math.exp(value) : value;
+}
+
+/** Return the numbers of a packed array, row by row; it is unpacked once. */
+const arrays = new Map();
+function numbersOf(packed) {
+  if (!arrays.has(packed)) arrays.set(packed, flat(packed));
+  return arrays.get(packed);
+}
+
+/** Return what the cell at a place holds: lines of text, its member (-1: none), and what that is. */
+function cellAt(figure, spot, x, y) {
+  const { panel } = spot;
+  const { map } = panel;
+  const [column, row] = [cellOf(map.edges[0], x), cellOf(map.edges[1], y)];
+  if (column < 0 || row < 0) return null;
+  const cell = row * map.x.length + column;
+  const value = valueOf(map, cell);
+  const lines = [`${panel.x.label} = ${valueText(panel.x, map.x[column])}`, `${panel.y.label} = ${valueText(panel.y, map.y[row])}`];
+  // The title says of which condition the map is, or only of which quantity.
+  if (panel.title && panel.title !== map.scale.text) lines.unshift(panel.title);
+  if (!Number.isNaN(value)) lines.push(`${map.scale.label}: ${valueText(map.scale, value)}`);
+  const found = { lines, member: -1, role: "", spot, cell: [column, row] };
+  if (!map.counts) return found;
+  const [count, member] = [numbersOf(map.counts)[cell], numbersOf(map.shown)[cell]];
+  if (Number.isNaN(value) && count) lines.push(`${map.scale.label}: no value, ${map.reasons[MISSING - levelsOf(map)[cell]]}`);
+  found.member = member;
+  found.role = count > 1 ? `${map.role} of ${count < 10000 ? count : count.toLocaleString("en-US")} members` : "";
+  lines.push(count === 0 ? "no member" : `member ${member}${found.role && `, ${found.role}`}`);
+  return found;
+}
+
+/** Put the frame around the cell that is shown. */
+function placeFrame(figure, frame, { spot, cell: [column, row] }) {
+  const { view, place, box } = figure;
+  const picture = place.querySelector("svg").getBoundingClientRect();
+  const shrunk = place.querySelector("svg").viewBox.baseVal.width / picture.width;
+  const [left, top] = view.origin();
+  const { left: padLeft = 0, top: padTop = 0 } = view.padding();
+  const outer = box.getBoundingClientRect();
+  const [x, y] = [view.scale(spot.x), view.scale(spot.y)];
+  const { edges } = spot.panel.map;
+  const across = (value) => (x(value) + spot.left + left + padLeft) / shrunk + picture.left - outer.left;
+  const down = (value) => (y(value) + spot.top + top + padTop) / shrunk + picture.top - outer.top;
+  const [l, r, t, b] = [across(edges[0][column]), across(edges[0][column + 1]), down(edges[1][row + 1]), down(edges[1][row])];
+  Object.assign(frame.style, { left: `${l}px`, top: `${t}px`, width: `${Math.max(r - l, 3)}px`, height: `${Math.max(b - t, 3)}px` });
+}
+
+/** Show the command that runs a member, below a figure and briefly at the foot of the window; copy it where the browser allows it. */
+async function showCommand(box, command, { member, role }) {
+  let note = box.parentElement.querySelector(".chosen");
+  if (!note) {
+    note = Object.assign(document.createElement("p"), { className: "chosen" });
+    note.setAttribute("role", "status");
+    box.after(note);
+  }
+  const code = Object.assign(document.createElement("code"), { textContent: command });
+  const word = document.createElement("small");
+  note.replaceChildren(`Member ${member}${role ? ` (${role})` : ""} runs by `, code, " ", word);
+  try {
+    await navigator.clipboard.writeText(command);
+    word.textContent = "copied";
+  } catch {
+    // Some browsers allow it on secure pages only; the text can be selected.
+    word.textContent = "";
+  }
+  showBriefly(`Member ${member}${word.textContent ? ", copied" : ""}: `, command);
+}
+
+const SHOWN_FOR = 8000;
+let brief = null;
+let briefly = 0;
+
+/** Show a command for some seconds at the foot of the window: the note below a high figure may be out of sight. */
+function showBriefly(words, command) {
+  if (!brief) {
+    // Hidden from screen readers, which read the note below the figure.
+    brief = document.body.appendChild(Object.assign(document.createElement("p"), { className: "brief" }));
+    brief.setAttribute("aria-hidden", "true");
+  }
+  brief.replaceChildren(words, Object.assign(document.createElement("code"), { textContent: command }));
+  brief.hidden = false;
+  clearTimeout(briefly);
+  briefly = setTimeout(() => (brief.hidden = true), SHOWN_FOR);
+}

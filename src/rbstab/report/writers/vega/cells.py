@@ -1,0 +1,167 @@
+"""Maps: each panel is one picture, whose pixels are the levels of its cells.
+
+A cell has a level from 0 to `TOP` on the scale of colours, or the number of its category. A cell
+without a value has the level `MISSING` - k for the reason with the number k. The page paints the
+levels on a canvas, and files of figures have the picture that is made here.
+"""
+
+import base64
+import struct
+import zlib
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rbstab.mechanics.numbers import Array
+from rbstab.report.model.figure import Axis, Cells
+from rbstab.report.model.palette import DIVERGING, colour
+
+TOP = 65000
+"""The level of the largest value."""
+
+MISSING = 65535
+"""The level of a cell without a value, for the first reason."""
+
+VIRIDIS = (
+    *("#440154", "#482475", "#414487", "#355f8d", "#2a788e", "#21918c"),
+    *("#22a884", "#44bf70", "#7ad151", "#bddf26", "#fde725"),
+)
+"""The colour map of maps: perceptually uniform, and readable with any kind of colour vision."""
+
+SHADES = 64
+"""The number of colours of a scale of numbers."""
+
+FINE = 1200
+"""Pixels along an axis whose cells are not equally wide."""
+
+HATCH_SIZE, HATCH_STEP = 240, 8
+"""Pixels of the pattern behind cells without a value, and from one of its lines to the next."""
+
+PNG = b"\x89PNG\r\n\x1a\n"
+"""The first bytes of a PNG file."""
+
+Levels = NDArray[np.uint16]
+
+
+def span_of(cells: Cells) -> tuple[float, float]:
+    """Return the values at both ends of the scale of colours."""
+    if cells.span is not None:
+        return cells.span
+    values = cells.values[np.isfinite(cells.values) & ((cells.values > 0) | (not cells.scale.log))]
+    low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
+    if low < high:
+        return low, high
+    return (low / 1.1, high * 1.1) if cells.scale.log else (low - 0.5, high + 0.5)
+
+
+def levels_of(cells: Cells) -> Levels:
+    """Return the level of each cell, row by row from the lowest y; shape (m, n)."""
+    values = np.asarray(cells.values, dtype=float)
+    gaps = (
+        np.zeros(values.shape, int) if cells.members is None else np.maximum(cells.members.gaps, 0)
+    )
+    missing = MISSING - gaps
+    if cells.scale.categories:
+        known = np.isfinite(values)
+        return np.where(known, np.where(known, values, 0), missing).astype(np.uint16)
+    known = np.isfinite(values) & ((values > 0) | (not cells.scale.log))
+    low, high = (_place(np.array(end), cells.scale) for end in span_of(cells))
+    share = (_place(np.where(known, values, span_of(cells)[0]), cells.scale) - low) / (high - low)
+    return np.where(known, np.rint(np.clip(share, 0, 1) * TOP), missing).astype(np.uint16)
+
+
+def packed(levels: Levels) -> str:
+    """Return levels in base64: differences along the rows, their high bytes first.
+
+    Compressed, these are half as long as the levels.
+    """
+    before = np.concatenate([np.zeros((len(levels), 1), np.uint16), levels[:, :-1]], axis=1)
+    steps = (levels - before).ravel()
+    high, low = (part.astype(np.uint8).tobytes() for part in (steps >> 8, steps & 255))
+    return base64.b64encode(high + low).decode()
+
+
+def tints_of(cells: Cells) -> list[str]:
+    """Return the colours of the categories, or those along the scale from its low end on."""
+    scale = cells.scale
+    if scale.categories:
+        return [colour(number) for number in scale.colours or range(len(scale.categories))]
+    ends = span_of(cells)
+    if scale.middle is None or not ends[0] < scale.middle < ends[1]:
+        return _blended(VIRIDIS, np.linspace(0.0, 1.0, SHADES))
+    low, middle, high = _place(np.array([ends[0], scale.middle, ends[1]]), scale).tolist()
+    reach = max(high - middle, middle - low)
+    return _blended(DIVERGING, 0.5 + 0.5 * (np.linspace(low, high, SHADES) - middle) / reach)
+
+
+def edges_of(centres: Array, axis: Axis) -> Array:
+    """Return the edges of columns or rows, from their centres; shape (n + 1,)."""
+    places = _place(np.asarray(centres, dtype=float), axis)
+    if len(places) == 1:
+        places = places[0] + np.array([-0.5, 0.5])
+    else:
+        middle = 0.5 * (places[1:] + places[:-1])
+        places = np.concatenate(
+            [[2 * places[0] - middle[0]], middle, [2 * places[-1] - middle[-1]]]
+        )
+    return 10.0**places if axis.log else places
+
+
+def picture(cells: Cells, x: Axis, y: Axis) -> str:
+    """Return the picture of a map as an address with its data, clear where a cell has no value."""
+    tints = np.array([list(bytes.fromhex(tint[1:])) for tint in tints_of(cells)], np.uint8)
+    levels = levels_of(cells)
+    number = levels if cells.scale.categories else np.rint(levels / TOP * (len(tints) - 1))
+    number = np.where(levels > TOP, len(tints), number)
+    rows, columns = pixels(edges_of(cells.y, y), y), pixels(edges_of(cells.x, x), x)
+    return _address(number[np.ix_(rows[::-1], columns)].astype(np.uint8), tints)
+
+
+def pixels(edges: Array, axis: Axis) -> NDArray[np.intp]:
+    """Return the cell of each pixel along an axis: one pixel a cell where all are equally wide."""
+    places = _place(edges, axis)
+    widths = np.diff(places)
+    if np.allclose(widths, widths.mean(), rtol=1e-6):
+        return np.arange(len(widths))
+    centres = places[0] + (np.arange(FINE) + 0.5) / FINE * (places[-1] - places[0])
+    return np.clip(np.searchsorted(places, centres, side="right") - 1, 0, len(widths) - 1)
+
+
+def hatch() -> str:
+    """Return the pattern behind cells without a value: thin diagonal lines."""
+    across, up = np.meshgrid(np.arange(HATCH_SIZE), np.arange(HATCH_SIZE))
+    clear = ((across + up) % HATCH_STEP >= 2).astype(np.uint8)
+    return _address(clear, np.array([[0x8A, 0x8F, 0x96]], np.uint8))
+
+
+def _place(values: Array, axis: Axis) -> Array:
+    return np.log10(values) if axis.log else np.asarray(values, dtype=float)
+
+
+def _blended(colours: tuple[str, ...], shares: Array) -> list[str]:
+    """Return colours along a scale of colours, at shares of its length."""
+    anchors = np.array([list(bytes.fromhex(one[1:])) for one in colours], dtype=float)
+    at = np.linspace(0.0, 1.0, len(anchors))
+    parts = np.rint(np.stack([np.interp(shares, at, part) for part in anchors.T], axis=1))
+    return [f"#{red:02x}{green:02x}{blue:02x}" for red, green, blue in parts.astype(int)]
+
+
+def _address(image: NDArray[np.uint8], tints: NDArray[np.uint8]) -> str:
+    """Return an image of numbers of colours as a PNG in an address; one number more is clear."""
+    high, wide = image.shape
+    head = struct.pack(">IIBBBBB", wide, high, 8, 3, 0, 0, 0)
+    lines = np.concatenate([np.zeros((high, 1), np.uint8), image], axis=1)
+    palette = bytes(tints.ravel()) + b"\0\0\0"
+    parts = {
+        b"IHDR": head,
+        b"PLTE": palette,
+        b"tRNS": b"\xff" * len(tints) + b"\0",
+        b"IDAT": zlib.compress(lines.tobytes(), 9),
+        b"IEND": b"",
+    }
+    chunks = b"".join(
+        struct.pack(">I", len(data)) + tag + data + struct.pack(">I", zlib.crc32(tag + data))
+        for tag, data in parts.items()
+    )
+    png = base64.b64encode(PNG + chunks).decode()
+    return f"data:image/png;base64,{png}"

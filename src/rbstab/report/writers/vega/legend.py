@@ -1,0 +1,121 @@
+"""The legend of a figure: its entries, and the view that shows them in a file."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from rbstab.report.model.figure import (
+    Band,
+    Bars,
+    Cells,
+    Figure,
+    Intervals,
+    Level,
+    Line,
+    Mark,
+    Points,
+    Shares,
+    Stack,
+)
+from rbstab.report.model.palette import CASED, area_colour, colour
+from rbstab.report.writers.vega.cells import tints_of
+from rbstab.report.writers.vega.marks import DASHES, JSON, LEVEL, SYMBOLS, entry_of
+
+LETTER = 6.5
+"""Pixels for a letter."""
+
+SWATCH = 38
+"""Pixels for what is beside the letters of an entry."""
+
+GAP = "#8a8f96"
+"""The colour of the frame of what has no value."""
+
+
+def legend_of(figure: Figure) -> list[JSON]:
+    """Return the entries of the legend: `label`, `colour`, `kind`, `dash` and `symbol` of each.
+
+    The kind is line, area or point; or it is what a map shows and what cannot be hidden: word, or
+    gap for cells without a value. What many curves share is named last.
+    """
+    entries: dict[str, JSON] = {}
+    marks = [mark for panel in figure.panels for mark in panel.marks]
+    for mark in sorted(marks, key=lambda mark: bool(getattr(mark, "group", ""))):
+        for entry in _entries(mark):
+            entries.setdefault(entry["label"], entry)
+    return [entry for entry in entries.values() if entry["label"]]
+
+
+def _entries(mark: Mark) -> Iterable[JSON]:
+    """Yield the entries of a mark; those without a label are not shown."""
+    match mark:
+        case Line():
+            tint = CASED if mark.cased else colour(mark.colour)
+            yield _entry(entry_of(mark), tint, "line", dash=mark.dash % len(DASHES))
+        case Points():
+            tint = colour(mark.colour if mark.key is None else mark.key)
+            yield _entry(entry_of(mark), tint, "point", symbol=mark.symbol % len(SYMBOLS))
+        case Intervals():
+            yield _entry(mark.label, colour(mark.colour), "point")
+        case Level():
+            yield _entry(mark.label, LEVEL, "line", dash=1)
+        case Bars() | Band():
+            yield _entry(mark.label, colour(mark.colour), "area")
+        case Stack():
+            yield from (
+                _entry(label, area_colour(k), "area") for k, label in enumerate(mark.labels)
+            )
+        case Shares():
+            for label, number in zip(mark.labels, mark.colours, strict=True):
+                yield _entry(label, colour(number), "area")
+        case Cells():
+            for label, tint in zip(mark.scale.categories, tints_of(mark), strict=False):
+                yield _entry(label, tint, "word")
+            if reasons := reasons_of(mark):
+                yield _entry(f"no value: {', '.join(reasons)}", GAP, "gap")
+
+
+def _entry(label: str, tint: str, kind: str, *, dash: int = 0, symbol: int = 0) -> JSON:
+    return {"label": label, "colour": tint, "kind": kind, "dash": dash, "symbol": symbol}
+
+
+def reasons_of(cells: Cells) -> list[str]:
+    """Return why cells of a map have no value: the reasons that occur."""
+    if cells.members is None:
+        return []
+    found = set(np.unique(cells.members.gaps).tolist())
+    return [reason for number, reason in enumerate(cells.members.reasons) if number in found]
+
+
+def legend_view(entries: list[JSON], width: float) -> JSON:
+    """Return the legend of a file: a view without anything else."""
+    names = [entry["label"] for entry in entries]
+    shapes = {"line": "stroke", "area": "square", "word": "square", "gap": "square"}
+    filled = [
+        entry["colour"] if entry["kind"] in ("area", "word") else "transparent" for entry in entries
+    ]
+    ranges: dict[str, list[Any]] = {
+        "stroke": [entry["colour"] for entry in entries],
+        "fill": filled,
+        "strokeDash": [DASHES[entry["dash"]] for entry in entries],
+        "shape": [shapes.get(entry["kind"], SYMBOLS[entry["symbol"]]) for entry in entries],
+    }
+    columns = max(1, int(width / (LETTER * max(map(len, names)) + SWATCH)))
+    look = {"orient": "top", "columns": columns, "symbolStrokeWidth": 1.8, "symbolSize": 120}
+    return {
+        "width": width,
+        "height": 1,
+        "view": {"stroke": None},
+        "data": {"values": [{"series": name} for name in names]},
+        "mark": {"type": "point", "size": 0, "opacity": 1},
+        "encoding": {
+            channel: {
+                "field": "series",
+                "type": "nominal",
+                "scale": {"domain": names, "range": values},
+                "title": None,
+                "legend": look,
+            }
+            for channel, values in ranges.items()
+        },
+    }

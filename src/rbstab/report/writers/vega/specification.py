@@ -1,0 +1,224 @@
+"""Figures as Vega-Lite specifications, for the page and for files.
+
+A specification has all data. The page sets its signals: `ink`, `paper` and `grid` are its colours,
+`hidden` the names of the curves that are not shown, `now` the time of the cursor, and `image0`,
+`image1`, ... the pictures of maps.
+"""
+
+import json
+
+from rbstab.report.model.figure import Axis, Cells, Figure, Shares
+from rbstab.report.writers.decimate import decimate
+from rbstab.report.writers.vega.cells import edges_of, hatch, picture, span_of, tints_of
+from rbstab.report.writers.vega.domains import Domain, domains_of
+from rbstab.report.writers.vega.legend import legend_of, legend_view
+from rbstab.report.writers.vega.marks import JSON, layers_of
+
+FONT = "Liberation Sans, Arimo, sans-serif"
+
+INK = {"ink": "#1c2024", "paper": "#ffffff", "grid": "#e4e8ec"}
+"""The colours of a figure on a light page."""
+
+ONE_ROW, SEVERAL_ROWS = 240, 170
+"""The height of a panel in pixels, where panels are in one row and in several."""
+
+AROUND = 75
+"""Pixels beside a panel for its axis."""
+
+BAR = 32
+"""Pixels for a bar of shares."""
+
+NUMBER = "format(datum.value, '.6~g')"
+"""A number at a tick: written out up to a million."""
+
+BESIDE_TOUCH = "event.pointerType != 'touch'"
+"""Fingers scroll the page: they zoom by buttons."""
+
+
+def specification(figure: Figure, *, width: float, for_page: bool = False) -> JSON:
+    """Return a figure as a Vega-Lite specification.
+
+    Args:
+        figure: The figure.
+        width: Its width in pixels.
+        for_page: Whether the page draws it: it has the legend, and it paints the maps.
+    """
+    figure = decimate(figure)
+    columns = min(figure.columns, len(figure.panels))
+    domains = domains_of(figure)
+    size = max(width / columns - AROUND, 60)
+    panels = [
+        _panel(figure, number, size, domains[number], for_page)
+        for number in range(len(figure.panels))
+    ]
+    signals: JSON = INK | {"hidden": [], "now": -1}
+    for number, panel in enumerate(figure.panels):
+        for cells in (mark for mark in panel.marks if isinstance(mark, Cells)):
+            signals["hatch"] = hatch()
+            signals[f"image{number}"] = "" if for_page else picture(cells, panel.x, panel.y)
+    params: list[JSON] = [{"name": name, "value": value} for name, value in signals.items()]
+    shared = {"x": "shared"} if figure.shares_time else {}
+    view: JSON = {
+        "concat": panels,
+        "columns": columns,
+        "spacing": 16,
+        "resolve": {"scale": shared | {"fill": "independent"}},
+    }
+    entries = legend_of(figure)
+    if for_page:
+        params += _zooms(figure)
+    elif entries:
+        view = {"vconcat": [legend_view(entries, width), view], "spacing": 4}
+    return {"config": _config(), "params": params} | view
+
+
+def _panel(figure: Figure, number: int, size: float, domain: Domain, for_page: bool) -> JSON:
+    panel = figure.panels[number]
+    high: float = ONE_ROW if len(figure.panels) <= figure.columns else SEVERAL_ROWS
+    if any(isinstance(mark, Shares) for mark in panel.marks):
+        high = BAR * (len(panel.y.categories) + 1)
+    at = {side: _axis(getattr(panel, side), side, domain[side]) for side in ("x", "y")}
+    if not for_page and "y" in figure.shared and number % min(figure.columns, len(figure.panels)):
+        at["y"]["title"] = None
+    layers: list[JSON] = []
+    for mark in panel.marks:
+        if isinstance(mark, Cells):
+            layers += _map(figure, number, mark, at)
+        else:
+            layers += layers_of(mark, panel, at["x"], at["y"])
+    if not layers:
+        layers = [
+            {"data": {"values": [{}]}, "mark": {"type": "point", "opacity": 0}, "encoding": at}
+        ]
+    layers[0]["name"] = f"p{number}_data"
+    if figure.shares_time:
+        layers.append(_cursor(at["x"]))
+    view: JSON = {
+        "name": f"p{number}",
+        "width": size,
+        "height": size if panel.square or panel.equal else high,
+        "layer": layers,
+    }
+    return view | ({"title": panel.title} if panel.title else {})
+
+
+def _axis(axis: Axis, field: str, domain: tuple[float, float]) -> JSON:
+    """Return the encoding of an axis."""
+    scale: JSON = {"type": "linear", "domain": list(domain), "nice": False, "zero": False}
+    look: JSON = {"labelExpr": NUMBER, "tickCount": 5, "labelOverlap": True}
+    if axis.log:
+        scale = {"type": "log", "domain": list(domain), "nice": False}
+        # Its own format labels powers of ten first.
+        look = {"format": "~g", "tickCount": 5, "labelOverlap": True}
+    if axis.whole:
+        look["tickMinStep"] = 1
+    if axis.categories:
+        look = {
+            "values": list(range(len(axis.categories))),
+            "labelExpr": f"{_literal(axis.categories)}[datum.value]",
+            "grid": False,
+            "ticks": False,
+        }
+    title = axis.text or None
+    return {"field": field, "type": "quantitative", "scale": scale, "title": title, "axis": look}
+
+
+def _literal(words: tuple[str, ...]) -> str:
+    """Return texts as an array of Vega's expression language."""
+    # The strings of JSON are strings of that language.
+    return json.dumps(words)
+
+
+def _map(figure: Figure, number: int, cells: Cells, at: JSON) -> list[JSON]:
+    """Return the pictures of a map, and what carries its scale of colours."""
+    panel = figure.panels[number]
+    x, y = edges_of(cells.x, panel.x), edges_of(cells.y, panel.y)
+    box = [{"x": x[0], "x2": x[-1], "y": y[0], "y2": y[-1]}]
+    place = at | {"x2": {"field": "x2"}, "y2": {"field": "y2"}}
+    style = {"type": "image", "aspect": False, "smooth": False, "clip": True}
+    layers: list[JSON] = [
+        {"data": {"values": box}, "mark": style | {"url": {"expr": name}}, "encoding": place}
+        for name in ("hatch", f"image{number}")
+    ]
+    scale = cells.scale
+    last = min(figure.columns, len(figure.panels)) - 1
+    if scale.categories or (figure.shares_scale and number != last):
+        return layers
+    ends = list(span_of(cells))
+    bar = {"orient": "right", "gradientThickness": 12, "labelExpr": NUMBER, "tickCount": 5}
+    fill = {
+        "field": "value",
+        "type": "quantitative",
+        "title": scale.text if figure.shares_scale or scale.text != panel.title else None,
+        "scale": {
+            "type": "log" if scale.log else "linear",
+            "domain": ends,
+            "range": tints_of(cells),
+            "interpolate": "rgb",
+            "nice": False,
+        },
+        "legend": bar,
+    }
+    carrier = {"type": "point", "filled": True, "size": 0, "opacity": 1}
+    rows = [{"value": end} for end in ends]
+    return [*layers, {"data": {"values": rows}, "mark": carrier, "encoding": {"fill": fill}}]
+
+
+def _cursor(x: JSON) -> JSON:
+    """Return the line at the time of the animations; it is not shown before they have one."""
+    shown = {"condition": {"test": "now >= 0", "value": 0.65}, "value": 0}
+    return {
+        "data": {"values": [{}]},
+        "mark": {"type": "rule", "strokeWidth": 1.5, "clip": True, "color": {"expr": "ink"}},
+        "encoding": {
+            "x": {"datum": {"expr": "now"}, "type": "quantitative", "scale": x["scale"]},
+            "opacity": shown,
+        },
+    }
+
+
+def _zooms(figure: Figure) -> list[JSON]:
+    """Return the parameters that zoom and move: by the wheel with Ctrl, and by dragging."""
+    how = {
+        "type": "interval",
+        "zoom": "wheel![event.ctrlKey]",
+        "translate": f"[pointerdown[{BESIDE_TOUCH}], window:pointerup] > window:pointermove!",
+        "clear": "dblclick",
+    }
+    views = [f"p{number}_data" for number in range(len(figure.panels))]
+    if figure.shares_time:
+        return [
+            {"name": "zoom", "select": how | {"encodings": ["x"]}, "bind": "scales", "views": views}
+        ]
+    return [
+        {
+            "name": f"zoom{number}",
+            "select": how | {"encodings": ["x", "y"]},
+            "bind": "scales",
+            "views": [view],
+        }
+        for number, view in enumerate(views)
+    ]
+
+
+def _config() -> JSON:
+    ink, grid = {"expr": "ink"}, {"expr": "grid"}
+    text = {
+        "labelColor": ink,
+        "titleColor": ink,
+        "labelFontSize": 11,
+        "titleFontSize": 12,
+        "titleFontWeight": "normal",
+    }
+    return {
+        "font": FONT,
+        "background": {"expr": "paper"},
+        "padding": 4,
+        "view": {"stroke": grid},
+        "axis": text | {"gridColor": grid, "tickColor": ink, "domainColor": ink},
+        "legend": text | {"labelLimit": 420},
+        "title": {"color": ink, "fontSize": 12, "anchor": "start", "offset": 6},
+        "aria": False,
+        "mark": {"invalid": "break-paths-show-domains"},
+        "style": {"cell": {"stroke": grid}},
+    }

@@ -31,9 +31,8 @@ function csvOf(name) {
 }
 
 function cellRows(map) {
-  return Array.from(levelsOf(map), (_, cell) => {
-    const value = valueOf(map, cell);
-    const shown = map.scale.categories.length ? map.scale.categories[value] ?? "nan" : Number(value.toPrecision(5));
+  return Array.from(numbersOf(map.values), (value, cell) => {
+    const shown = map.scale.categories.length ? map.scale.categories[value] ?? "nan" : Number(value.toPrecision(7));
     return [map.x[cell % map.x.length], map.y[Math.floor(cell / map.x.length)], "", "", Number.isNaN(value) ? "nan" : shown];
   });
 }

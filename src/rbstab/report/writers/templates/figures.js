@@ -24,21 +24,28 @@ function loadLibrary() {
 const NARROW = 620;
 const BESIDE_PANEL = 72;
 const BESIDE_MAP = 62;
+const BELOW = 60;
+
+/** Return the number of columns of a figure in a width, and the width of a panel. */
+function sizes({ columns, small, bars, panels }, width) {
+  const isNarrow = width < NARROW;
+  const count = Math.min(isNarrow ? (small && !bars ? 2 : 1) : columns, panels.length);
+  return [count, Math.max(Math.floor(width / count) - BESIDE_PANEL - (bars && !isNarrow ? BESIDE_MAP : 0), 90)];
+}
 
 /** Return the specification of a figure in a width, in the colours of the page. */
 function fitted(figure, width) {
-  const { spec, columns, small, square, bars, shared } = drawings[figure.name];
+  const { spec, square, shared } = drawings[figure.name];
   const fit = structuredClone(spec);
-  const isNarrow = width < NARROW;
-  fit.columns = Math.min(isNarrow ? (small && !bars ? 2 : 1) : columns, fit.concat.length);
-  const inside = Math.max(Math.floor(width / fit.columns) - BESIDE_PANEL - (bars && !isNarrow ? BESIDE_MAP : 0), 90);
+  const [count, inside] = sizes(drawings[figure.name], width);
+  fit.columns = count;
   fit.concat.forEach((panel, number) => {
     panel.width = inside;
     if (square[number]) panel.height = inside;
     for (const { encoding } of panel.layer) {
       // Panels with one vertical axis: its title stands at the first of each row.
       if (shared.includes("y") && number % fit.columns && encoding.y) encoding.y.title = null;
-      if (isNarrow && encoding.fill?.legend) Object.assign(encoding.fill.legend, { orient: "bottom", gradientLength: inside });
+      if (width < NARROW && encoding.fill?.legend) Object.assign(encoding.fill.legend, { orient: "bottom", gradientLength: inside });
     }
   });
   const values = signalsOf(figure);
@@ -61,8 +68,10 @@ function prepare(box) {
   const name = box.dataset.name;
   const figure = { name, box, hidden: new Set(), view: null };
   figures.set(name, figure);
-  const { rows, height } = drawings[name];
-  box.style.minHeight = `${rows * height}px`;
+  // Nothing below moves when it is drawn.
+  const [count, inside] = sizes(drawings[name], box.clientWidth);
+  const high = drawings[name].square.some(Boolean) ? inside : drawings[name].height;
+  box.style.minHeight = `${Math.ceil(drawings[name].panels.length / count) * (high + BELOW + (drawings[name].bars && box.clientWidth < NARROW ? BESIDE_MAP : 0))}px`;
   addLegend(figure);
   addButtons(figure);
 }
@@ -92,7 +101,8 @@ async function embed(figure, width = figure.box.clientWidth) {
 function refresh(figure) {
   if (!figure.view) return;
   for (const [name, value] of Object.entries(signalsOf(figure))) figure.view.signal(name, value);
-  figure.view.runAsync();
+  // At once: printing does not wait.
+  figure.view.run();
 }
 
 const refreshAll = () => figures.forEach(refresh);
@@ -163,9 +173,9 @@ function shownAt(figure, event) {
   if (!spot) return null;
   const { panel, number, at } = spot;
   const [x, y] = [figure.view.scale(spot.x), figure.view.scale(spot.y)];
+  if (panel.map) return cellAt(figure, spot, x.invert(at[0]), y.invert(at[1]));
   const point = nearestPoint(figure, number, at, x, y);
   if (point) return { ...point, spot };
-  if (panel.map) return cellAt(figure, spot, x.invert(at[0]), y.invert(at[1]));
   return valuesAt(figure, spot, x, y);
 }
 

@@ -1,22 +1,6 @@
-// Maps of sweeps: painted from the levels of their cells; what a cell holds, and the command of its member.
+// Maps of sweeps: painted from the values of their cells; what a cell holds, and the command of its member.
 
-const TOP = 65000;
-const MISSING = 65535;
 const FINE = 1200;
-
-/** Return the levels of a map, row by row from the lowest y: the sums of their differences. */
-function levelsOf(map) {
-  if (map.cells) return map.cells;
-  const bytes = Uint8Array.from(atob(map.levels), (letter) => letter.charCodeAt(0));
-  const wide = map.x.length;
-  const count = wide * map.y.length;
-  const levels = new Uint16Array(count);
-  for (let k = 0; k < count; k++) {
-    levels[k] = ((bytes[k] << 8) | bytes[count + k]) + (k % wide ? levels[k - 1] : 0);
-  }
-  map.cells = levels;
-  return levels;
-}
 
 /** Return the cell of each pixel along an axis: one pixel a cell where all are equally wide. */
 function pixelsOf(edges, isLog) {
@@ -43,7 +27,10 @@ function cellOf(edges, value) {
 /** Return a map as the address of a picture, clear where a cell has no value. */
 function painted(map) {
   if (map.picture) return map.picture;
-  const levels = levelsOf(map);
+  const values = numbersOf(map.values);
+  const { categories, log } = map.scale;
+  const place = (value) => (log ? Math.log(value) : value);
+  const [low, high] = map.span.map(place);
   const tints = map.tints.map((tint) => {
     const [red, green, blue] = [1, 3, 5].map((k) => parseInt(tint.slice(k, k + 2), 16));
     return ((255 << 24) | (blue << 16) | (green << 8) | red) >>> 0;
@@ -56,24 +43,15 @@ function painted(map) {
   up.forEach((row, y) => {
     const line = (up.length - 1 - y) * across.length;
     across.forEach((column, x) => {
-      const level = levels[row * map.x.length + column];
-      const number = map.scale.categories.length ? level : Math.round((level / TOP) * (tints.length - 1));
-      out[line + x] = level > TOP ? 0 : tints[number];
+      const value = values[row * map.x.length + column];
+      const share = Math.min(Math.max((place(value) - low) / (high - low), 0), 1);
+      const number = categories.length ? value : Math.round(share * (tints.length - 1));
+      out[line + x] = Number.isFinite(value) && !(log && value <= 0) ? tints[number] : 0;
     });
   });
   pen.putImageData(image, 0, 0);
   map.picture = canvas.toDataURL();
   return map.picture;
-}
-
-/** Return the value of a cell; NaN where it has none. */
-function valueOf(map, cell) {
-  const level = levelsOf(map)[cell];
-  if (level > TOP) return NaN;
-  if (map.scale.categories.length) return level;
-  const [low, high] = map.scale.log ? map.span.map(Math.log) : map.span;
-  const value = low + ((high - low) * level) / TOP;
-  return map.scale.log ? Math.exp(value) : value;
 }
 
 /** Return the numbers of a packed array, row by row; it is unpacked once. */
@@ -90,15 +68,20 @@ function cellAt(figure, spot, x, y) {
   const [column, row] = [cellOf(map.edges[0], x), cellOf(map.edges[1], y)];
   if (column < 0 || row < 0) return null;
   const cell = row * map.x.length + column;
-  const value = valueOf(map, cell);
+  const value = numbersOf(map.values)[cell];
   const lines = [`${panel.x.label} = ${valueText(panel.x, map.x[column])}`, `${panel.y.label} = ${valueText(panel.y, map.y[row])}`];
   // The title says of which condition the map is, or only of which quantity.
   if (panel.title && panel.title !== map.scale.text) lines.unshift(panel.title);
   if (!Number.isNaN(value)) lines.push(`${map.scale.label}: ${valueText(map.scale, value)}`);
   const found = { lines, member: -1, role: "", spot, cell: [column, row] };
+  const isHere = (point) => cellOf(map.edges[0], point.x) === column && cellOf(map.edges[1], point.y) === row;
+  for (const { mark, data } of layersOf(figure.name, spot.number)) {
+    const marked = mark.type === "point" && data.values.find((point) => point.member !== undefined && isHere(point));
+    if (marked) lines.unshift(marked.series);
+  }
   if (!map.counts) return found;
   const [count, member] = [numbersOf(map.counts)[cell], numbersOf(map.shown)[cell]];
-  if (Number.isNaN(value) && count) lines.push(`${map.scale.label}: no value, ${map.reasons[MISSING - levelsOf(map)[cell]]}`);
+  if (Number.isNaN(value) && count) lines.push(`${map.scale.label}: no value, ${map.reasons[numbersOf(map.gaps)[cell]]}`);
   found.member = member;
   found.role = count > 1 ? `${map.role} of ${count < 10000 ? count : count.toLocaleString("en-US")} members` : "";
   lines.push(count === 0 ? "no member" : `member ${member}${found.role && `, ${found.role}`}`);

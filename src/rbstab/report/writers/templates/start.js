@@ -1,7 +1,5 @@
 // Runs when the page opens, is resized, or is printed.
 
-const PAPER = 680;
-
 /** Call back when an element comes near the window, and when it leaves. */
 function observe(element, callback) {
   new IntersectionObserver(([entry]) => callback(entry.isIntersecting), { rootMargin: "300px" }).observe(element);
@@ -26,6 +24,9 @@ themeListeners.push(refreshAll, paintAll);
 const boxes = [...document.querySelectorAll(".drawing")];
 if (boxes.length) {
   drawings = JSON.parse(await inflated("page.drawings"));
+  for (const { panels, arrays } of Object.values(drawings)) {
+    for (const { map } of panels) if (map) for (const key of ["values", "counts", "shown", "gaps"]) map[key] = arrays[map[key]];
+  }
   for (const box of boxes) {
     try {
       prepare(box);
@@ -34,8 +35,16 @@ if (boxes.length) {
       failed(box, error);
     }
   }
-  // Load Vega before the page is printed: printing does not wait for it.
-  (globalThis.requestIdleCallback ?? setTimeout)(() => loadLibrary());
+  drawInTurn(boxes);
+}
+
+/** Draw all figures that are not folded, one after the other: printing does not wait for them. */
+function drawInTurn([box, ...others]) {
+  if (!box) return;
+  (globalThis.requestIdleCallback ?? setTimeout)(async () => {
+    if (box.clientWidth) await draw(figures.get(box.dataset.name)).catch(() => {});
+    drawInTurn(others);
+  });
 }
 
 let resizing = 0;

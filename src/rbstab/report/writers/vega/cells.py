@@ -1,8 +1,7 @@
-"""Maps: each panel is one picture, whose pixels are the levels of its cells.
+"""Maps: each panel is one picture with a pixel for each cell.
 
-A cell has a level from 0 to `TOP` on the scale of colours, or the number of its category. A cell
-without a value has the level `MISSING` - k for the reason with the number k. The page paints the
-levels on a canvas, and files of figures have the picture that is made here.
+The page paints the pictures from the values of the cells; those of files are made here, by the same
+rule. A cell without a value is clear, and shows the pattern behind it.
 """
 
 import base64
@@ -15,12 +14,6 @@ from numpy.typing import NDArray
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Cells
 from rbstab.report.model.palette import DIVERGING, colour
-
-TOP = 65000
-"""The level of the largest value."""
-
-MISSING = 65535
-"""The level of a cell without a value, for the first reason."""
 
 VIRIDIS = (
     *("#440154", "#482475", "#414487", "#355f8d", "#2a788e", "#21918c"),
@@ -40,45 +33,16 @@ HATCH_SIZE, HATCH_STEP = 240, 8
 PNG = b"\x89PNG\r\n\x1a\n"
 """The first bytes of a PNG file."""
 
-Levels = NDArray[np.uint16]
-
 
 def span_of(cells: Cells) -> tuple[float, float]:
     """Return the values at both ends of the scale of colours."""
     if cells.span is not None:
         return cells.span
-    values = cells.values[np.isfinite(cells.values) & ((cells.values > 0) | (not cells.scale.log))]
+    values = cells.values[shown(cells)]
     low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
     if low < high:
         return low, high
     return (low / 1.1, high * 1.1) if cells.scale.log else (low - 0.5, high + 0.5)
-
-
-def levels_of(cells: Cells) -> Levels:
-    """Return the level of each cell, row by row from the lowest y; shape (m, n)."""
-    values = np.asarray(cells.values, dtype=float)
-    gaps = (
-        np.zeros(values.shape, int) if cells.members is None else np.maximum(cells.members.gaps, 0)
-    )
-    missing = MISSING - gaps
-    if cells.scale.categories:
-        known = np.isfinite(values)
-        return np.where(known, np.where(known, values, 0), missing).astype(np.uint16)
-    known = np.isfinite(values) & ((values > 0) | (not cells.scale.log))
-    low, high = (_place(np.array(end), cells.scale) for end in span_of(cells))
-    share = (_place(np.where(known, values, span_of(cells)[0]), cells.scale) - low) / (high - low)
-    return np.where(known, np.rint(np.clip(share, 0, 1) * TOP), missing).astype(np.uint16)
-
-
-def packed(levels: Levels) -> str:
-    """Return levels in base64: differences along the rows, their high bytes first.
-
-    Compressed, these are half as long as the levels.
-    """
-    before = np.concatenate([np.zeros((len(levels), 1), np.uint16), levels[:, :-1]], axis=1)
-    steps = (levels - before).ravel()
-    high, low = (part.astype(np.uint8).tobytes() for part in (steps >> 8, steps & 255))
-    return base64.b64encode(high + low).decode()
 
 
 def tints_of(cells: Cells) -> list[str]:
@@ -110,11 +74,26 @@ def edges_of(centres: Array, axis: Axis) -> Array:
 def picture(cells: Cells, x: Axis, y: Axis) -> str:
     """Return the picture of a map as an address with its data, clear where a cell has no value."""
     tints = np.array([list(bytes.fromhex(tint[1:])) for tint in tints_of(cells)], np.uint8)
-    levels = levels_of(cells)
-    number = levels if cells.scale.categories else np.rint(levels / TOP * (len(tints) - 1))
-    number = np.where(levels > TOP, len(tints), number)
+    number = np.where(shown(cells), _shades(cells, len(tints)), len(tints))
     rows, columns = pixels(edges_of(cells.y, y), y), pixels(edges_of(cells.x, x), x)
     return _address(number[np.ix_(rows[::-1], columns)].astype(np.uint8), tints)
+
+
+def shown(cells: Cells) -> NDArray[np.bool_]:
+    """Return which cells have a value that the scale of colours can show, shape (m, n)."""
+    values = np.asarray(cells.values, dtype=float)
+    return np.isfinite(values) & ((values > 0) | (not cells.scale.log))
+
+
+def _shades(cells: Cells, count: int) -> Array:
+    """Return the number of the colour of each cell; any number for those without a value."""
+    low, high = span_of(cells)
+    values = np.where(shown(cells), cells.values, 0 if cells.scale.categories else low)
+    if cells.scale.categories:
+        return values
+    low, high = _place(np.array([low, high]), cells.scale).tolist()
+    share = (_place(values, cells.scale) - low) / (high - low)
+    return np.rint(np.clip(share, 0.0, 1.0) * (count - 1))
 
 
 def pixels(edges: Array, axis: Axis) -> NDArray[np.intp]:

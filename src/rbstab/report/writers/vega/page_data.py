@@ -1,12 +1,13 @@
 """What a page needs of a figure beside its specification: legend, axes, and the cells of maps."""
 
 import base64
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rbstab.report.model.figure import Axis, Cells, Figure, Panel
-from rbstab.report.writers.vega.cells import edges_of, levels_of, packed, span_of, tints_of
+from rbstab.report.writers.vega.cells import edges_of, span_of, tints_of
 from rbstab.report.writers.vega.legend import legend_of
 from rbstab.report.writers.vega.marks import JSON
 from rbstab.report.writers.vega.specification import specification
@@ -19,10 +20,12 @@ def page_data(figure: Figure) -> JSON:
     """Return a figure in the form that `figures.js` reads."""
     spec = specification(figure, width=WIDE, for_page=True)
     heights = [panel["height"] for panel in spec["concat"]]
+    arrays: list[JSON] = []
     return {
         "spec": spec,
         "legend": legend_of(figure),
-        "panels": [_panel_data(panel) for panel in figure.panels],
+        "panels": [_panel_data(panel, arrays) for panel in figure.panels],
+        "arrays": arrays,
         "columns": figure.columns,
         "small": figure.small,
         "shared": figure.shared,
@@ -32,15 +35,14 @@ def page_data(figure: Figure) -> JSON:
         ),
         "time": figure.shares_time,
         "command": figure.command,
-        "rows": -(-len(figure.panels) // spec["columns"]),
         "height": max(heights),
     }
 
 
-def _panel_data(panel: Panel) -> JSON:
+def _panel_data(panel: Panel, arrays: list[JSON]) -> JSON:
     maps = [mark for mark in panel.marks if isinstance(mark, Cells)]
     axes = {"title": panel.title, "x": _axis_data(panel.x), "y": _axis_data(panel.y)}
-    return axes | ({"map": _map_data(maps[0], panel)} if maps else {})
+    return axes | ({"map": _map_data(maps[0], panel, arrays)} if maps else {})
 
 
 def _axis_data(axis: Axis) -> JSON:
@@ -55,13 +57,21 @@ def _axis_data(axis: Axis) -> JSON:
     }
 
 
-def _map_data(cells: Cells, panel: Panel) -> JSON:
+def _map_data(cells: Cells, panel: Panel, arrays: list[JSON]) -> JSON:
+    """Return a map; its arrays are numbers of `arrays`, where those of several maps stand once."""
+
+    def number(array: NDArray[Any]) -> int:
+        found = packed_array(array)
+        if found not in arrays:
+            arrays.append(found)
+        return arrays.index(found)
+
     data: JSON = {
         "x": cells.x.tolist(),
         "y": cells.y.tolist(),
         "edges": [edges_of(cells.x, panel.x).tolist(), edges_of(cells.y, panel.y).tolist()],
         "log": [panel.x.log, panel.y.log],
-        "levels": packed(levels_of(cells)),
+        "values": number(cells.values),
         "scale": _axis_data(cells.scale),
         "span": list(span_of(cells)),
         "tints": tints_of(cells),
@@ -70,16 +80,23 @@ def _map_data(cells: Cells, panel: Panel) -> JSON:
         return data
     members = cells.members
     return data | {
-        "counts": packed_array(members.counts.astype(np.int32)),
-        "shown": packed_array(members.shown.astype(np.int32)),
+        "counts": number(members.counts),
+        "shown": number(members.shown),
         "role": members.role,
+        "gaps": number(members.gaps),
         "reasons": list(members.reasons),
     }
 
 
-def packed_array(array: NDArray[np.generic]) -> JSON:
-    """Return numbers as the page reads them: their type and their bytes in base64."""
-    kept = array.astype(np.float32) if array.dtype == np.float64 else array
-    little = kept.astype(kept.dtype.newbyteorder("<"))
-    data = base64.b64encode(np.ascontiguousarray(little).tobytes()).decode()
-    return {"dtype": f"{kept.dtype.kind}{kept.dtype.itemsize}", "bdata": data}
+def packed_array(array: NDArray[Any]) -> JSON:
+    """Return numbers as the page reads them: their type and their bytes in base64.
+
+    Whole numbers have the smallest type that holds them, others single precision.
+    """
+    kind = "f4"
+    if array.dtype.kind in "iu":
+        ends = array.min(initial=0), array.max(initial=0)
+        types = ("i1", "i2", "i4")
+        kind = next(k for k in types if all(int(e) == np.array(e).astype(k) for e in ends))
+    data = np.ascontiguousarray(array).astype(f"<{kind}").tobytes()
+    return {"dtype": kind, "bdata": base64.b64encode(data).decode()}

@@ -67,7 +67,7 @@ def test_help_does_not_wait_for_numerical_packages() -> None:
 
 
 UNUSED_PACKAGES = ("heyoka", "rich", "flint", "loky", "multiprocessing")
-OPTIONAL_PACKAGES = ("xarray", "netCDF4", "pandas", "matplotlib", "plotly", "distributed")
+OPTIONAL_PACKAGES = ("xarray", "netCDF4", "pandas", "vl_convert", "typst", "distributed")
 UNUSED_MODULES = (
     "rbstab.proof",
     *("rbstab.experiment.proof", "rbstab.experiment.stored_proof"),

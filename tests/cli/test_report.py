@@ -289,16 +289,14 @@ def test_show_prints_one_thing_at_a_time(runs: list[str], rbstab: Invoke) -> Non
 
 PLAIN_INSTALL = """
 import sys
-for name in ("fpdf", "jinja2", "matplotlib", "plotly"):
+for name in ("typst", "vl_convert"):
     sys.modules[name] = None  # as if it were not installed
 from rbstab_cli.main import main
 main()
 """
 
 
-@pytest.mark.parametrize(
-    ("form", "package"), [("html", "plotly"), ("md", "matplotlib"), ("pdf", "fpdf2")]
-)
+@pytest.mark.parametrize(("form", "package"), [("md", "vl-convert-python"), ("pdf", "typst")])
 def test_a_plain_install_names_the_package_that_a_format_needs(
     runs: list[str], form: str, package: str
 ) -> None:
@@ -309,10 +307,13 @@ def test_a_plain_install_names_the_package_that_a_format_needs(
     assert "Traceback" not in done.stderr
 
 
-def test_a_plain_install_reports_as_text(runs: list[str]) -> None:
+def test_a_plain_install_reports_as_a_page_and_as_text(runs: list[str], tmp_path: Path) -> None:
     done = plain_install(runs, "--format", "text")
     assert done.returncode == 0, done.stderr
     assert "completed" in done.stdout
+    done = plain_install(runs, "-o", str(tmp_path / "report.html"))
+    assert done.returncode == 0, done.stderr
+    assert "vegaEmbed" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
 def plain_install(runs: list[str], *arguments: str) -> "subprocess.CompletedProcess[str]":

@@ -31,14 +31,13 @@ MODULES = (
     "rbstab.report.build",
     "rbstab.report.writers.html",
     "rbstab.report.writers.markdown",
-    "rbstab.report.writers.matplotlib_figures.renderer",
     "rbstab.report.writers.pdf",
     "rbstab.report.writers.text",
     "rbstab.sweep.sweep",
     "rbstab_cli.output.sweeps.sweep_report",
 )
 
-CLOCKS = ("fpdf.fpdf", "rbstab.experiment.provenance", "rbstab.report.build")
+CLOCKS = ("rbstab.experiment.provenance", "rbstab.report.build")
 """The modules that write the time into files."""
 
 

@@ -27,13 +27,7 @@ if TYPE_CHECKING:
 @click.option(
     "--column",
     is_flag=True,
-    help="Draw it 80 mm wide, for one column of a paper: its panels are below each other, and its "
-    "texts have 8 points.",
-)
-@click.option(
-    "--linear-time",
-    is_flag=True,
-    help="Draw the whole time on one scale, also where a fast transient has its own.",
+    help="Draw it 80 mm wide, for one column of a paper: its panels are below each other.",
 )
 @click.option("--force", is_flag=True, help="Replace FILE if it exists.")
 def command(
@@ -41,7 +35,6 @@ def command(
     name: str | None,
     output: Path | None,
     column: bool,
-    linear_time: bool,
     force: bool,
 ) -> None:
     """Draw one figure of runs and sweeps, or write its data.
@@ -49,12 +42,9 @@ def command(
     The figures are those of `rbstab report` on the same results, which may be folders of results.
     Without --figure their names and titles are listed. The drawing has no title: that is left to
     the caption of the paper.
-
-    Where a fast transient would be a vertical line, the time axis has two linear scales: the first
-    one ends at a dotted line. The label of the axis says so; --linear-time draws one scale.
     """
     from rbstab.config.errors import hint
-    from rbstab.report.writers.figure_files.files import FORMS, figure_bytes, form_of
+    from rbstab.report.writers.figure_files import FORMS, figure_bytes, form_of
     from rbstab_cli.output.progress import working
     from rbstab_cli.output.text_file import check_target
 
@@ -66,11 +56,8 @@ def command(
         raise click.UsageError(f"-o {output}: expected a file name that ends in {endings}")
     if column and form in (None, "csv"):
         raise click.UsageError("--column is of use only with -o FILE that ends in .svg, .pdf, .png")
-    if linear_time and form in (None, "csv"):
-        drawn = "-o FILE that ends in .svg, .pdf, .png"
-        raise click.UsageError(f"--linear-time is of use only with {drawn}")
     if form is not None and form != "csv":
-        _check_matplotlib()
+        _check_drawing()
     if output is not None:
         check_target(output, force=force)
     with working("figures", wanted=True):
@@ -82,16 +69,16 @@ def command(
         one_of = f"{', '.join(figures)}{hint(name, figures)}"
         raise click.UsageError(f"--figure {name}: unknown; expected one of {one_of}")
     figure = figures[name]
-    content = figure_bytes(figure, form, column=column, linear_time=linear_time)
+    content = figure_bytes(figure, form, column=column)
     _write(output, content, force=force)
 
 
-def _check_matplotlib() -> None:
+def _check_drawing() -> None:
     from importlib.util import find_spec
 
-    if find_spec("matplotlib") is None:
+    if find_spec("vl_convert") is None:
         raise click.UsageError(
-            "figures need matplotlib, which a plain install lacks. Run "
+            "drawings need vl-convert-python, which a plain install lacks. Run "
             '`pip install "rbstab[report]"`; a .csv file needs nothing more.'
         )
 
@@ -103,7 +90,7 @@ def _figures(taken: Taken) -> "dict[str, Figure]":
     """
     from rbstab.report.build import report_of
     from rbstab.report.reading.sources import read_sources
-    from rbstab.report.writers.figure_files.files import figures_of
+    from rbstab.report.writers.figure_files import figures_of
     from rbstab.store.errors import StoreError
 
     try:

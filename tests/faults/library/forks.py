@@ -129,7 +129,7 @@ def import_all() -> None:
     for name in CLOCKS:
         importlib.import_module(name).__dict__["datetime"] = StoppedClock
     # Imported by the libraries at their first use.
-    for name in ("h5py", "fpdf", "jinja2", "matplotlib.backends.backend_agg", "loky.backend"):
+    for name in ("h5py", "jinja2", "loky.backend", "typst", "vl_convert"):
         importlib.import_module(name)
     threads = len(os.listdir("/proc/self/task"))  # noqa: PTH208 (names alone)
     assert threads == 1, f"{threads} threads: a fork would be unsafe"
@@ -142,16 +142,15 @@ def remember_pictures(folder: Path) -> None:
 
     Drawing takes most of the time of a report, and calls nothing that can fail.
     """
-    from rbstab.report.writers import pdf
-    from rbstab.report.writers.matplotlib_figures import renderer
+    from rbstab.report.writers import figure_files, markdown, pdf
 
-    draw = renderer.png
+    draw = figure_files.figure_bytes
 
-    def png(figure: Figure, *, dpi: float = 200.0) -> bytes:
-        kept = folder / hashlib.sha256(pickle.dumps((figure, dpi))).hexdigest()
+    def figure_bytes(figure: Figure, form: str, *, column: bool = False) -> bytes:
+        kept = folder / hashlib.sha256(pickle.dumps((figure, form, column))).hexdigest()
         if not kept.exists():
-            kept.write_bytes(draw(figure, dpi=dpi))
+            kept.write_bytes(draw(figure, form, column=column))
         return kept.read_bytes()
 
-    for module in (renderer, pdf):
-        module.__dict__["png"] = png
+    for module in (figure_files, markdown, pdf):
+        module.__dict__["figure_bytes"] = figure_bytes

@@ -12,8 +12,8 @@ from rbstab.report.model.figure import MUTED, Level
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.figures.extremes import MOST_COLOURED, extremes_in_colour
 from rbstab.report.runs.sections import run_sections
-from rbstab.report.writers.matplotlib_figures.renderer import draw_figure
-from rbstab.report.writers.plotly_figures.renderer import plotly_data
+from rbstab.report.writers.vega.legend import legend_of
+from rbstab.report.writers.vega.specification import specification
 from rbstab.store.result import Result
 
 COUNT = 9
@@ -122,17 +122,20 @@ def test_figures_of_single_runs_are_as_in_other_reports(sections):
     assert not any(getattr(mark, "group", "") for mark in marks)
 
 
-def test_a_printed_legend_names_the_others_once_and_last(sections):
-    (legend,) = draw_figure(figures_in(sections)["runs-decay"]).legends
-    texts = [text.get_text() for text in legend.get_texts()]
-    assert sorted(texts[:-1]) == ["r1", "r2", "r5", "r7"]
-    assert texts[-1] == "5 other runs"
+def test_the_legend_names_the_others_once_and_last(sections):
+    figure = figures_in(sections)["runs-decay"]
+    labels = [entry["label"] for entry in legend_of(figure)]
+    assert sorted(labels[:-1]) == ["r1", "r2", "r5", "r7"]
+    assert labels[-1] == "5 other runs"
 
 
-def test_a_page_has_one_entry_for_the_others_and_the_name_of_each(sections):
-    data = plotly_data(figures_in(sections)["runs-decay"])["data"]
-    shown = [trace["meta"].get("group", trace["name"]) for trace in data if trace["showlegend"]]
-    assert sorted(shown) == ["5 other runs", "r1", "r2", "r5", "r7"]
-    # The pointer and the data as CSV name each run.
-    assert {trace["name"] for trace in data} == {f"r{k}" for k in range(COUNT)}
-    assert {trace["legendgroup"] for trace in data} == {f"r{k}" for k in range(COUNT)}
+def test_the_pointer_names_each_run(sections):
+    layers = specification(figures_in(sections)["runs-decay"], width=800.0)["vconcat"][1]
+    rows = [
+        row
+        for panel in layers["concat"]
+        for layer in panel["layer"]
+        for row in layer["data"]["values"]
+    ]
+    named = {row.get("text", row["series"]) for row in rows if "series" in row}
+    assert named == {f"r{k}" for k in range(COUNT)}

@@ -84,7 +84,7 @@ def test_the_curves_are_the_stored_arrays():
 def test_components_are_told_apart_without_colours_too():
     panel = figures_of("free")["run-1-rotation"].panels[0]
     labels = [line.label for line in lines_of(panel)]
-    assert labels == ["component 1", "component 2", "component 3"]
+    assert labels == ["θ1", "θ2", "θ3"]
     assert len({line.dash for line in lines_of(panel)}) == 3
     assert len({line.colour for line in lines_of(panel)}) == 3
 

@@ -11,7 +11,7 @@ from support.paper_runs import paper_config
 import rbstab
 from rbstab.config.load import load_config
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.motion import MAX_FRAMES, STILLS, animation_of
+from rbstab.report.runs.motion import MAX_FRAMES, animation_of
 
 
 def run(variant: str, with_gravity: bool = False, **changes: Any) -> Run:
@@ -43,18 +43,6 @@ def test_a_view_has_no_more_frames_than_it_needs_and_both_ends() -> None:
     steps = Rotation.from_quat(motion.rotations, scalar_first=True)
     # At (16, 32, -16) rad/s, equal time steps would turn the body by 0.2 rad in the first frame.
     assert (steps[:-1].inv() * steps[1:]).magnitude().max() < 0.1
-
-
-def test_stills_are_a_few_frames_closer_together_where_the_body_is_fast() -> None:
-    motion = animation_of(run("visco-elastic", samples=2001))
-    assert len(motion.stills) == STILLS
-    times = motion.times[list(motion.stills)]
-    assert (times[0], times[-1]) == (0.0, 2.0)
-    steps = np.diff(times)
-    # The body settles within the first second.
-    assert steps[0] < 0.5 * steps[-1]
-    turns = Rotation.from_quat(motion.rotations[list(motion.stills)], scalar_first=True)
-    assert (turns[0].inv() * turns[1]).magnitude() > 0.5
 
 
 def test_a_free_body_is_tied_to_nothing() -> None:

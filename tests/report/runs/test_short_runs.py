@@ -14,9 +14,7 @@ from support.sections import figures_in
 
 from rbstab.report.runs.sections import MAX_CURVES, run_sections
 from rbstab.report.writers.decimate import decimate
-from rbstab.report.writers.matplotlib_figures.renderer import png
-
-PNG = b"\x89PNG"
+from rbstab.report.writers.figure_files import figure_bytes
 
 
 def figures_of(*runs):
@@ -28,7 +26,7 @@ def figures_of(*runs):
 
 
 def drawn(figures):
-    assert all(png(figure, dpi=40).startswith(PNG) for figure in figures.values())
+    assert all(figure_bytes(figure, "svg").startswith(b"<svg") for figure in figures.values())
 
 
 @pytest.mark.parametrize("kind", KINDS)

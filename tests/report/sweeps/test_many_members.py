@@ -11,7 +11,7 @@ from rbstab.report.model.document import Cards, Table
 from rbstab.report.model.figure import Figure, Shares
 from rbstab.report.reading.sources import read_sources
 from rbstab.report.writers.plain_data import data_of
-from rbstab.report.writers.plotly_figures.renderer import plotly_data
+from rbstab.report.writers.vega.specification import specification
 
 MANY = {f"{SPIN}[0]": {"linspace": [-2, 2, 300]}, f"{SPIN}[1]": {"linspace": [0, 30, 100]}}
 """30,000 members."""
@@ -77,10 +77,9 @@ def test_bars_have_separators(report):
         for block in blocks_of(report)
         if isinstance(block, Figure) and isinstance(block.panels[0].marks[0], Shares)
     )
-    data = plotly_data(figure)
-    assert [trace["text"] for trace in data["data"]] == [["11,000"], ["12,000"], ["7000"]]
-    hovers = [trace["hovertext"][0] for trace in data["data"]]
-    assert hovers[0] == "30,000 members: 11,000 of 30,000"
+    layers = specification(figure, width=800.0, for_page=True)["concat"][0]["layer"]
+    texts = [row["text"] for layer in layers[::2] for row in layer["data"]["values"]]
+    assert texts == ["11,000", "12,000", "7000"]
 
 
 def test_data_have_none(report):

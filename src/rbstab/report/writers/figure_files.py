@@ -1,6 +1,7 @@
 """Single figures as files: drawings for papers, and their data."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +18,9 @@ WIDE, COLUMN = 642.0, 302.0
 
 PIXELS_PER_INCH = 96
 DOTS_PER_INCH = 300
+
+_SIZE = {side: re.compile(rf'( {side}=")([\d.]+)(")') for side in ("width", "height")}
+_NAME = re.compile(r"\b(clip|gradient_)\d+\b")
 
 
 def figures_of(report: Report) -> dict[str, Figure]:
@@ -40,13 +44,30 @@ def figure_bytes(figure: Figure, form: str, *, column: bool = False) -> bytes:
 
     if column:
         figure = replace(figure, columns=2 if figure.small else 1)
-    spec = specification(figure, width=COLUMN if column else WIDE)
-    svg = vl_convert.vegalite_to_svg(json.dumps(spec), allowed_base_urls=[])
+    wanted = COLUMN if column else WIDE
+    spec = specification(figure, width=wanted)
+    drawn = vl_convert.vegalite_to_svg(json.dumps(spec), allowed_base_urls=[])
+    svg = _sized(_renumbered(drawn), wanted)
     if form == "svg":
-        return str(svg).encode()
+        return svg.encode()
     if form == "pdf":
         return bytes(vl_convert.svg_to_pdf(svg))
     return bytes(vl_convert.svg_to_png(svg, scale=DOTS_PER_INCH / PIXELS_PER_INCH))
+
+
+def _sized(svg: str, width: float) -> str:
+    """Return a drawing in a width: labels of axes may have made it wider or narrower."""
+    head, rest = svg.split(">", 1)
+    high, wide = (float(_SIZE[side].search(head)[2]) for side in ("height", "width"))  # type: ignore[index]  # (Vega writes both)
+    for side, size in (("width", width), ("height", high * width / wide)):
+        head = _SIZE[side].sub(rf"\g<1>{size:.2f}\g<3>", head)
+    return f"{head}>{rest}"
+
+
+def _renumbered(svg: str) -> str:
+    """Return a drawing with names that do not depend on the drawings before it."""
+    names: dict[str, str] = {}
+    return _NAME.sub(lambda m: names.setdefault(m[0], f"{m[1]}{len(names)}"), svg)
 
 
 def form_of(path: Path) -> str | None:

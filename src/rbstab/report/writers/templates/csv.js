@@ -10,7 +10,7 @@ const quoted = (entry) => (/[",\n]/.test(String(entry)) ? `"${String(entry).repl
 /** Return x, y, low, high and value of a row of a layer. */
 function entriesOf({ type }, row, axes) {
   const [x, y] = [named(axes.x, row.x ?? NaN), named(axes.y, row.y ?? NaN)];
-  if (row.bar !== undefined) return [row.x2 - row.x, axes.y.categories[row.bar], "", "", row.text];
+  if (row.bar !== undefined) return [row.x2 - row.x, axes.y.categories[row.bar], "", "", row.count];
   if (row.value !== undefined) return [x, row.value, row.y, row.y2, ""];
   if (type === "rect") return [(row.x + row.x2) / 2, row.y, row.x, row.x2, ""];
   if (type === "area") return row.part === undefined ? [x, "", row.y, row.y2, ""] : [x, row.part, "", "", ""];

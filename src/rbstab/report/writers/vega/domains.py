@@ -19,6 +19,7 @@ from rbstab.report.model.figure import (
     Stack,
 )
 from rbstab.report.writers.vega.cells import edges_of
+from rbstab.report.writers.vega.marks import LARGEST
 
 PADDING = 0.04
 """Room around the data, as a share of the axis."""
@@ -56,7 +57,7 @@ def _ends_of(panel: Panel, axis: Axis, side: int, padding: float) -> tuple[float
         return -0.5, len(axis.categories) - 0.5
     found = [np.ravel(array) for mark in panel.marks for array in _values(mark, panel)[side]]
     values = np.concatenate([np.zeros(0), *found])
-    values = values[np.isfinite(values) & ((values > 0) | (not axis.log))]
+    values = values[(np.abs(values) <= LARGEST) & ((values > 0) | (not axis.log))]
     if not len(values):
         return (0.1, 1.0) if axis.log else (0.0, 1.0)
     ends = np.array([values.min(), values.max()])

@@ -5,12 +5,12 @@ for the other end, `text` for the reader who points at it, `member`, and `k` for
 reads the same rows when it shows what is under the pointer and when it writes CSV.
 """
 
-import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
+from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import (
     Axis,
@@ -45,6 +45,9 @@ SYMBOLS = (
 
 WIDTH = 1.5
 """The width of a curve in front, in pixels."""
+
+LARGEST = 1e300
+"""Numbers beyond this are not drawn: the length of an axis would be infinite."""
 
 HALF_BAR = 0.34
 """Half the height of a bar of shares, where the distance of bars is 1."""
@@ -144,7 +147,7 @@ def _rows(panel: Panel, series: str, **columns: Array | Sequence[Any]) -> list[J
 def _numbers(values: Array | Sequence[float], axis: Axis) -> list[float | None]:
     """Return numbers as JSON takes them, with seven digits; null where none can be drawn."""
     return [
-        float(f"{value:.7g}") if math.isfinite(value) and (value > 0 or not axis.log) else None
+        float(f"{value:.7g}") if abs(value) <= LARGEST and (value > 0 or not axis.log) else None
         for value in np.asarray(values, dtype=float).tolist()
     ]
 
@@ -210,7 +213,8 @@ def _shares(mark: Shares, at: JSON) -> Iterator[JSON]:
                 "y2": bar + HALF_BAR,
                 "middle": (begin + end) / 2,
                 "bar": bar,
-                "text": str(count),
+                "text": grouped(count),
+                "count": count,
             }
             for bar, (begin, end, count) in enumerate(zip(*columns, strict=True))
         ]

@@ -1,0 +1,288 @@
+"""Protects figures as Vega-Lite: what is drawn, where, and in which colour."""
+
+import base64
+import json
+import math
+from dataclasses import replace
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+import pytest
+import vl_convert
+from matplotlib import colormaps
+from PIL import Image
+from support.pages import figures
+
+from rbstab.report.model.figure import (
+    Axis,
+    Band,
+    Bars,
+    CellMembers,
+    Cells,
+    Figure,
+    Intervals,
+    Level,
+    Line,
+    Panel,
+    Points,
+    Shares,
+    Stack,
+)
+from rbstab.report.model.palette import colour
+from rbstab.report.writers.figure_files import figure_bytes
+from rbstab.report.writers.vega.cells import edges_of, picture, tints_of
+from rbstab.report.writers.vega.domains import domains_of
+from rbstab.report.writers.vega.legend import legend_of
+from rbstab.report.writers.vega.page_data import page_data
+from rbstab.report.writers.vega.specification import specification
+
+PLAIN = Axis("quantity")
+T = np.array([0.0, 1.0, 2.0, 4.0])
+
+
+def figure_of(*marks: Any, x: Axis = PLAIN, y: Axis = PLAIN, **options: Any) -> Figure:
+    return Figure("f", "F", (Panel(x, y, marks),), **options)
+
+
+def layers_of(figure: Figure) -> list[dict[str, Any]]:
+    layers: list[dict[str, Any]] = specification(figure, width=475.0, for_page=True)["concat"][0][
+        "layer"
+    ]
+    return layers
+
+
+def drawn(figure: Figure) -> list[dict[str, Any]]:
+    """Return the marks that Vega draws, with their items in pixels."""
+    scene = vl_convert.vegalite_to_scenegraph(json.dumps(specification(figure, width=475.0)))
+    found: list[dict[str, Any]] = []
+
+    def walk(node: dict[str, Any]) -> None:
+        if node.get("role") == "mark":
+            found.append(node)
+        for item in node.get("items", []):
+            if isinstance(item, dict):
+                walk(item)
+
+    walk(scene["scenegraph"])
+    return found
+
+
+def places(figure: Figure, kind: str) -> list[list[tuple[float, float]]]:
+    marks = [mark for mark in drawn(figure) if mark["marktype"] == kind]
+    return [[(item.get("x", 0), item.get("y", 0)) for item in mark["items"]] for mark in marks]
+
+
+def test_a_curve_is_where_its_axes_say() -> None:
+    x, y = Axis("x", ends=(0.0, 4.0)), Axis("y", ends=(0.0, 10.0))
+    (points,) = places(figure_of(Line(T, T**2 / 2), x=x, y=y), "line")
+    # A panel of one row is 400 px wide and 240 px high.
+    assert points == [pytest.approx((100 * t, 240 - 24 * t**2 / 2)) for t in T]
+
+
+def test_a_logarithmic_axis_shows_logarithms_and_nothing_at_or_below_zero() -> None:
+    y = Axis("y", log=True, ends=(1e-4, 1.0))
+    line = Points(T, np.array([1.0, 0.0, -1.0, 1e-2]))
+    rows = layers_of(figure_of(line, y=y))[0]["data"]["values"]
+    assert [row["y"] for row in rows] == [1.0, None, None, 1e-2]
+    (points,) = places(figure_of(Points(T[[0, 3]], line.y[[0, 3]]), y=y), "symbol")
+    assert [place[1] for place in points] == pytest.approx([0.0, 120.0])
+
+
+def test_a_gap_stays_a_gap() -> None:
+    (mark,) = [
+        m for m in drawn(figure_of(Line(T, np.array([0, 1, np.nan, 3])))) if m["marktype"] == "line"
+    ]
+    assert [item.get("defined", True) for item in mark["items"]] == [True, True, False, True]
+
+
+def test_every_kind_of_mark_is_drawn_in_every_form() -> None:
+    for figure in figures():
+        assert b"<svg" in figure_bytes(figure, "svg")[:100]
+    for form, begin in (("pdf", b"%PDF"), ("png", b"\x89PNG")):
+        assert figure_bytes(figures()[0], form).startswith(begin)
+
+
+def test_a_column_is_narrower_and_has_its_panels_below_each_other() -> None:
+    figure = figures()[0]
+    sizes = []
+    for column in (False, True):
+        image = Image.open(BytesIO(figure_bytes(figure, "png", column=column)))
+        sizes.append(image.size)
+    # 170 and 80 mm at 300 dots per inch.
+    assert sizes[0][0] == pytest.approx(170 / 25.4 * 300, abs=3)
+    assert sizes[1][0] == pytest.approx(80 / 25.4 * 300, abs=3)
+    assert sizes[1][1] > 1.3 * sizes[0][1]
+
+
+def test_a_stack_adds_up_and_what_is_negative_goes_down() -> None:
+    parts = np.array([[1.0, -2.0, 3.0], [-4.0, 5.0, -6.0]])
+    layers = layers_of(figure_of(Stack(T[:2], parts, ("a", "b", "c"))))
+    ends = [[(row["y"], row["y2"]) for row in layer["data"]["values"]] for layer in layers]
+    assert ends == [[(0, 1), (0, -4)], [(0, -2), (0, 5)], [(1, 4), (-4, -10)]]
+    low, high = domains_of(figure_of(Stack(T[:2], parts, ("a", "b", "c"))))[0]["y"]
+    assert low < -10 < 5 < high
+
+
+def test_shares_fill_a_bar_and_name_their_counts() -> None:
+    mark = Shares(np.array([[3, 1], [0, 5]]), ("good", "bad"), (0, 1))
+    figure = figure_of(
+        mark, y=Axis("", categories=("second", "first")), x=Axis("share", ends=(0, 1))
+    )
+    bars = [m for m in drawn(figure) if m["marktype"] == "rect"]
+    widths = [[item["width"] for item in mark["items"]] for mark in bars]
+    assert widths == [pytest.approx([300, 0]), pytest.approx([100, 400])]
+    texts = [i["text"] for m in drawn(figure) if m["marktype"] == "text" for i in m["items"]]
+    assert sorted(texts) == ["1", "3", "5"]
+
+
+def test_intervals_bands_bars_and_levels_have_both_ends() -> None:
+    ends = T[:2], T[:2] + 1
+    marks = (
+        Intervals(T[:2], T[:2] + 0.5, *ends, "i"),
+        Band(T[:2], *ends, "b"),
+        Bars(np.array([0.0, 1.0, 3.0]), np.array([2.0, 4.0]), "h"),
+        Level(0.5, "l"),
+        Level(1.5, "v", vertical=True),
+    )
+    layers = layers_of(figure_of(*marks))
+    rows = [layer["data"]["values"][0] for layer in layers]
+    assert (rows[0]["y"], rows[0]["y2"], rows[0]["value"]) == (0, 1, 0.5)
+    assert (rows[2]["y"], rows[2]["y2"]) == (0, 1)
+    assert rows[3] == {"series": "h", "x": 0, "x2": 1, "y": 2, "y2": 0}
+    assert (rows[4], rows[5]) == ({"series": "l", "y": 0.5}, {"series": "v", "x": 1.5})
+
+
+def pixels(cells: Cells, x: Axis = PLAIN, y: Axis = PLAIN) -> Any:
+    """Return the picture of a map as an array of red, green, blue and opacity."""
+    data = base64.b64decode(picture(cells, x, y).split(",")[1])
+    return np.array(Image.open(BytesIO(data)).convert("RGBA"))
+
+
+def test_a_map_has_the_colour_of_each_value_with_the_lowest_row_below() -> None:
+    values = np.array([[0.0, 1.0, 2.0], [np.nan, 3.0, 4.0]])
+    found = pixels(Cells(np.arange(3.0), np.arange(2.0), values, Axis("z")))
+    assert found.shape == (2, 3, 4)
+    assert found[0, 0, 3] == 0
+    expected = [[colormaps["viridis"](v / 4)[:3] for v in row] for row in ([0, 3, 4], [0, 1, 2])]
+    shown = found[..., 3] == 255
+    np.testing.assert_allclose(found[shown][:, :3] / 255, np.array(expected)[shown], atol=0.03)
+
+
+def test_a_logarithmic_scale_colours_logarithms() -> None:
+    values = np.array([[1e-6, 1e-3, 1.0, 0.0]])
+    found = pixels(Cells(np.arange(4.0), np.zeros(1), values, Axis("z", log=True)))
+    np.testing.assert_allclose(found[0, 1, :3] / 255, colormaps["viridis"](0.5)[:3], atol=0.03)
+    assert found[0, 3, 3] == 0
+
+
+def test_the_span_of_a_map_holds_for_its_colours() -> None:
+    values = np.array([[1.0, 9.0]])
+    found = pixels(Cells(np.arange(2.0), np.zeros(1), values, Axis("z"), span=(0.0, 2.0)))
+    for column, share in ((0, 0.5), (1, 1.0)):
+        expected = colormaps["viridis"](share)[:3]
+        np.testing.assert_allclose(found[0, column, :3] / 255, expected, atol=0.03)
+
+
+def test_colours_diverge_from_the_middle_where_values_are_on_both_sides() -> None:
+    values = np.array([[-1.0, 0.0, 3.0]])
+    cells = Cells(np.arange(3.0), np.zeros(1), values, Axis("z", middle=0.0))
+    found = pixels(cells)[0, :, :3].astype(int)
+    assert found[1].min() > 235
+    assert found[2, 1] < 80
+    # Three times as far on the other side: this side has a third of its colours.
+    assert found[0].min() > 150
+    one_sided = replace(cells, values=np.abs(values) + 1)
+    assert tints_of(one_sided)[0] == "#440154"
+
+
+def test_cells_of_unequal_widths_are_as_wide_as_they_are() -> None:
+    x = np.array([0.0, 1.0, 4.0])
+    assert edges_of(x, PLAIN) == pytest.approx([-0.5, 0.5, 2.5, 5.5])
+    found = pixels(Cells(x, np.zeros(1), np.array([[0.0, 1.0, 2.0]]), Axis("z")))[0]
+    changes = np.flatnonzero(np.any(found[1:] != found[:-1], axis=1)) + 1
+    assert changes / len(found) == pytest.approx([1 / 6, 3 / 6], abs=2e-3)
+    log = Axis("x", log=True)
+    assert edges_of(np.array([1.0, 100.0]), log) == pytest.approx([0.1, 10.0, 1000.0])
+
+
+def test_categories_have_their_colours() -> None:
+    scale = Axis("answer", categories=("a", "b"), colours=(3, 5))
+    found = pixels(Cells(np.arange(3.0), np.zeros(1), np.array([[1.0, 0.0, np.nan]]), scale))[0]
+    expected = [list(bytes.fromhex(colour(n)[1:])) for n in (5, 3)]
+    assert found[:2, :3].tolist() == expected
+    assert found[2, 3] == 0
+
+
+def test_axes_end_where_they_are_told_or_where_the_data_end() -> None:
+    told = domains_of(figure_of(Line(T, T), x=Axis("x", ends=(-1.0, 9.0))))[0]
+    assert told["x"] == (-1.0, 9.0)
+    assert -0.5 < told["y"][0] < 0
+    assert 4 < told["y"][1] < 4.5
+    for values in (np.zeros(4), np.full(4, 7.0), np.full(4, np.nan), np.full(4, 1e300)):
+        low, high = domains_of(figure_of(Line(T, values)))[0]["y"]
+        assert low < high
+        assert math.isfinite(low + high)
+
+
+def test_panels_share_their_axes() -> None:
+    one, other = (Panel(PLAIN, PLAIN, (Line(T, factor * T),)) for factor in (1, 10))
+    figure = Figure("f", "F", (one, other), 2)
+    assert domains_of(figure)[0]["y"][1] < 5
+    shared = domains_of(replace(figure, shared="y"))
+    assert shared[0]["y"] == shared[1]["y"]
+    assert shared[0]["y"][1] > 40
+    late = Panel(PLAIN, PLAIN, (Line(T + 3, T),))
+    assert domains_of(Figure("f", "F", (one, late), shares_time=True))[0]["x"] == (0.0, 7.0)
+    (equal,) = domains_of(Figure("f", "F", (replace(other, equal=True),)))
+    (left, right), (low, high) = equal["x"], equal["y"]
+    assert right - left == pytest.approx(high - low)
+
+
+def test_the_legend_names_each_curve_once_and_the_many_last() -> None:
+    many = [Line(T, T, f"run {k}", colour=6, group="the others") for k in range(3)]
+    curves = (Line(T, T, "first", colour=2, dash=1), Points(T, T, "ends", symbol=2), Line(T, T))
+    panel = Panel(PLAIN, PLAIN, (*many, *curves))
+    entries = legend_of(Figure("f", "F", (panel, panel)))
+    assert [entry["label"] for entry in entries] == ["first", "ends", "the others"]
+    assert entries[0] == {
+        "label": "first",
+        "colour": colour(2),
+        "kind": "line",
+        "dash": 1,
+        "symbol": 0,
+    }
+    svg = figure_bytes(Figure("f", "F", (panel, panel)), "svg").decode()
+    assert svg.count(">the others<") == 1
+
+
+def test_the_legend_says_why_cells_have_no_value() -> None:
+    members = CellMembers(
+        np.ones((1, 2), int), np.array([[4, 5]]), "", np.array([[-1, 1]]), ("late", "lost")
+    )
+    cells = Cells(
+        np.arange(2.0), np.zeros(1), np.array([[1.0, np.nan]]), Axis("z"), members=members
+    )
+    (entry,) = legend_of(figure_of(cells))
+    assert (entry["label"], entry["kind"]) == ("no value: lost", "gap")
+
+
+def test_a_page_has_equal_arrays_of_several_maps_once() -> None:
+    members = CellMembers(np.ones((1, 2), int), np.array([[4, 70000]]), "", np.full((1, 2), -1))
+    maps = [
+        Cells(np.arange(2.0), np.zeros(1), np.array([[k, 2.5]]), PLAIN, members=members)
+        for k in range(3)
+    ]
+    panels = tuple(Panel(PLAIN, PLAIN, (cells,)) for cells in maps)
+    data = page_data(Figure("f", "F", panels, 3))
+    # Three arrays of values, one of counts, one of members, one of reasons.
+    assert len(data["arrays"]) == 6
+    shown = data["arrays"][data["panels"][0]["map"]["shown"]]
+    numbers = np.frombuffer(base64.b64decode(shown["bdata"]), dtype=f"<{shown['dtype']}")
+    assert numbers.tolist() == [4, 70000]
+
+
+def test_a_specification_is_valid_json_whatever_the_values() -> None:
+    line = Line(T, np.array([np.inf, -np.inf, 1e308, -1e308]), "l")
+    json.dumps(specification(figure_of(line), width=475.0), allow_nan=False)
+    json.dumps(page_data(figure_of(line)), allow_nan=False)

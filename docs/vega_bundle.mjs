@@ -26,6 +26,8 @@ for (const path of Object.keys(metafile.inputs)) {
   const found = /^(.*node_modules\/(?:@[^/]+\/)?[^/]+)\//.exec(path);
   if (found) folders.add(found[1]);
 }
+// d3-delaunay comes with these inside.
+for (const name of ["delaunator", "robust-predicates"]) folders.add(join("node_modules", name));
 const sections = [...folders].sort().map((folder) => {
   const { name, version, license } = JSON.parse(readFileSync(join(folder, "package.json"), "utf8"));
   const file = readdirSync(folder).find((one) => /^licen[cs]e/i.test(one));

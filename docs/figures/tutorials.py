@@ -33,10 +33,10 @@ def save_configs(page: str) -> None:
 
 
 def take(result: str, figure: str, name: str) -> None:
-    """Make a report in Markdown, and keep one of its pictures with 64 colours."""
-    run("report", result, "--format", "md", "-o", "report.md", "--force")
-    (picture,) = Path("report_files").glob(f"{figure}.*.png")
-    Image.open(picture).convert("RGB").quantize(64).save(PICTURES / name, optimize=True)
+    """Draw one figure of a report, and keep it with 64 colours and half of its dots."""
+    run("plot", result, "--figure", figure, "-o", "figure.png", "--force")
+    drawn = Image.open("figure.png").convert("RGB").reduce(2)
+    drawn.quantize(64).save(PICTURES / name, optimize=True)
 
 
 def main() -> None:

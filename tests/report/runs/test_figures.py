@@ -113,12 +113,12 @@ def test_an_overlay_has_a_row_for_each_component():
     figure = figures_in(run_sections(runs))["runs-rotation"]
     assert figure.columns == 2
     assert [panel.y.text for panel in figure.panels] == [
-        "orientation θ₁ [rad]",
-        "angular velocity Ω₁ [rad/s]",
-        "orientation θ₂ [rad]",
-        "angular velocity Ω₂ [rad/s]",
-        "orientation θ₃ [rad]",
-        "angular velocity Ω₃ [rad/s]",
+        "orientation θ1 [rad]",
+        "angular velocity Ω1 [rad/s]",
+        "orientation θ2 [rad]",
+        "angular velocity Ω2 [rad/s]",
+        "orientation θ3 [rad]",
+        "angular velocity Ω3 [rad/s]",
     ]
     for row in range(3):
         for column, name in enumerate(("orientation", "angular_velocity")):

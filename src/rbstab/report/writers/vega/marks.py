@@ -97,7 +97,8 @@ def _layers(mark: Mark, panel: Panel, at: JSON) -> Iterator[JSON]:
             yield _layer(rows, {"type": "area"}, at | _ends("y2"), colour(mark.colour), 0.25)
         case Level():
             side = "x" if mark.vertical else "y"
-            rows = [{"series": mark.label, side: mark.value}]
+            (value,) = _numbers([mark.value], panel.x if mark.vertical else panel.y)
+            rows = [{"series": mark.label, side: value}]
             style = {"type": "rule", "strokeDash": [4, 3], "strokeWidth": 1.2}
             yield _layer(rows, style, {side: at[side]}, LEVEL)
         case Shares():

@@ -4,17 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rbstab.analysis.approached_state import LyapunovZero
-from rbstab.analysis.certificate.checks import checks_of
-from rbstab.analysis.certificate.evidence import MAX_AUDIT_BOUND, Evidence, Supply, audit_bound
 from rbstab.analysis.certificate.verdict import Check, Verdict
-from rbstab.analysis.configuration import as_at_rest
-from rbstab.analysis.exact import exact_rest_energy
-from rbstab.analysis.lyapunov import energy_scale, has_no_potential
-from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.experiment.answers.state_words import kinds_of
-from rbstab.integrate.problem import Problem, Trajectory
-from rbstab.mechanics.numbers import Array
+from rbstab.integrate.problem import Problem
 from rbstab.store.variables import Variable
 
 if TYPE_CHECKING:
@@ -38,59 +30,6 @@ it counts from the rest state below the end of the motion."""
 
 GROUP = "certificate"
 """Name of the group of a result file that holds the certificate."""
-
-
-def certificate_of(
-    problem: Problem, trajectory: Trajectory, arrays: dict[str, Array], zero: LyapunovZero
-) -> list[Check]:
-    """Return the checks of a trajectory that need no proof.
-
-    Args:
-        problem: The problem.
-        trajectory: Its trajectory.
-        arrays: The quantities along the trajectory, by their names.
-        zero: The rest state at which v is zero.
-    """
-    systems = trajectory.systems or (problem.system,) * len(trajectory.times)
-    v, supplied = arrays["lyapunov"], trajectory.supplied_energy
-    evidence = Evidence(
-        times=trajectory.times,
-        states=trajectory.states,
-        systems=systems,
-        value=v,
-        rate=arrays["lyapunov_rate"],
-        dissipation=arrays["dissipation"],
-        residual=arrays["energy_residual"],
-        energy=arrays["energy"],
-        rest=zero.rest,
-        approached=zero.approached and as_at_rest(problem.system) is problem.system,
-        exact_rest_energy=lambda: exact_rest_energy(smooth_rest_system(problem), zero.rest),
-        scale=float(energy_scale(v, arrays["energy_round_off"], supplied)),
-        has_potential=not has_no_potential(problem.system),
-        audit_bound=computed_audit_bound(problem),
-        supply=_supply_of(problem, trajectory, arrays),
-    )
-    return checks_of(evidence)
-
-
-def _supply_of(problem: Problem, trajectory: Trajectory, arrays: dict[str, Array]) -> Supply | None:
-    """Return what the elements of a run supply; None if they are passive."""
-    if trajectory.supplied_energy is None:
-        return None
-    breakpoints = np.array(problem.breakpoints())
-    return Supply(
-        power=arrays["supplied_power"],
-        energy=trajectory.supplied_energy,
-        breakpoints=breakpoints[breakpoints < trajectory.times[-1]],
-        reached=trajectory.breakpoints,
-    )
-
-
-def computed_audit_bound(problem: Problem) -> float:
-    """Return the allowed error of a run, relative to the size of what is compared."""
-    # Implicit steps are of first order: the tolerance has no effect on them.
-    implicit = problem.switching is not None and problem.switching.step > 0
-    return MAX_AUDIT_BOUND if implicit else audit_bound(problem.rtol)
 
 
 def rest_state_check(proof: "Proof | None") -> Check:

@@ -6,7 +6,6 @@ from rbstab.analysis.certificate.evidence import (
     ROUND_OFF,
     SUM_ERROR,
     Evidence,
-    Supply,
     residual_bound,
     rounding_of,
 )
@@ -47,10 +46,10 @@ def rise(run: Evidence) -> Check:
     return Check("decrease", Verdict.DRIVEN, value, np.inf, time, quantity)
 
 
-def supplied(run: Evidence, supply: Supply) -> Check:
+def supplied(run: Evidence, energy: Array) -> Check:
     """Check that v never rises by more than is supplied, as far as the residual allows."""
-    rises = np.diff(run.value) - np.diff(supply.energy)
-    sizes = np.abs(run.value - run.value[0]) + np.abs(supply.energy)
+    rises = np.diff(run.value) - np.diff(energy)
+    sizes = np.abs(run.value - run.value[0]) + np.abs(energy)
     quantity = f"largest rise of v beyond what is supplied / {ENERGY_SCALE}"
     return _bounded_rise(run, "supply", rises, sizes, quantity)
 
@@ -82,14 +81,13 @@ def _largest(run: Evidence, rises: Array) -> tuple[float, float]:
     return value, float(run.times[worst]) if value > 0 else np.nan
 
 
-def breakpoints(supply: Supply) -> Check:
+def breakpoints(run: Evidence) -> list[Check]:
     """Check that a step ended on every breakpoint: the audit does not see one that was missed."""
-    missed = np.setdiff1d(supply.breakpoints, supply.reached)
-    time = float(missed[0]) if len(missed) else np.nan
-    quantity = f"missed breakpoints of {len(supply.breakpoints)}"
-    return Check(
-        "breakpoints", verdict_of(not len(missed)), float(len(missed)), 0.0, time, quantity
-    )
+    missed = np.setdiff1d(run.breakpoints, run.reached)
+    time, count = float(missed[0]) if len(missed) else np.nan, float(len(missed))
+    quantity = f"missed breakpoints of {len(run.breakpoints)}"
+    check = Check("breakpoints", verdict_of(not count), count, 0.0, time, quantity)
+    return [check] if len(run.breakpoints) else []
 
 
 def positive(run: Evidence) -> Check:
@@ -101,7 +99,7 @@ def positive(run: Evidence) -> Check:
         rounding = np.maximum(ROUND_OFF, rounding_of(run) / run.scale)
         bound = -float(rounding[worst])
         below = np.flatnonzero(~(run.value / run.scale >= -rounding))
-        if len(below) and run.supply is not None:
+        if len(below) and run.supplied is not None:
             # Inputs may carry the motion from a lower rest state to a higher one.
             verdict = Verdict.DRIVEN
         elif len(below) and run.rest.is_at_rest and run.approached:

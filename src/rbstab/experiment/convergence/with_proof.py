@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
+from rbstab.analysis.certificate.evidence import computed_audit_bound
 from rbstab.analysis.certificate.verdict import Check, Verdict, overall
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
@@ -39,7 +40,6 @@ from rbstab.experiment.run_certificate import (
     GLOBAL_STABILITY,
     LEAST_REST_STATES,
     certificate_variables,
-    computed_audit_bound,
     proved_checks,
     rest_state_check,
 )

@@ -132,17 +132,13 @@ def extremes_of_samples(quantities: Mapping[str, Array], v: Array) -> Extremes:
 def _extremes(steps: Steps, quantities: Mapping[str, Array]) -> Extremes:
     """Return the extremes of the steps of a run."""
     extrema = farthest_from_zero(steps)
-    # Runs of before layout version 2 do not name the rest state at which their v is zero, and those
-    # of before version 4 not its round-off.
-    last = quantities["orientation"][-1:]
-    rest = quantities.get("rest_orientation", last)
-    round_off = float(quantities.get("energy_round_off", np.finfo(float).tiny))
+    from_rest = quantities["orientation"][-1:] - quantities["rest_orientation"]
     settling = settling_times(
         steps,
         VALUE,
         extrema.value[VALUE],
-        last - rest,
-        np.array([round_off]),
+        from_rest,
+        quantities["energy_round_off"][np.newaxis],
         supplied="supplied_energy" in quantities,
     )
     return Extremes(extrema, settling, last_above(steps, SQUARE, np.array([SETTLED_DISTANCE**2])))

@@ -1,5 +1,6 @@
 """The certificate of a run, as arrays of its result."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -94,7 +95,7 @@ COLUMNS = {
 """The columns of a stored certificate, each with its unit and its meaning."""
 
 
-def certificate_variables(checks: list[Check]) -> dict[str, Variable]:
+def certificate_variables(checks: Sequence[Check]) -> dict[str, Variable]:
     """Return the checks as arrays of the group `certificate`."""
     variables = {}
     for (name, described), entries in zip(COLUMNS.items(), zip(*checks, strict=True), strict=True):

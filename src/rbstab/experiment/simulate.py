@@ -17,12 +17,11 @@ from rbstab.experiment.convergence.with_proof import with_proof
 from rbstab.experiment.convergence.zero_description import no_rest_state_warning, zero_description
 from rbstab.experiment.provenance import provenance
 from rbstab.experiment.record import (
-    motion_warnings,
     record_of,
     recording_time,
     rest_state_of,
 )
-from rbstab.experiment.resolution import inverse_warnings, resolution_warnings
+from rbstab.experiment.resolution import inverse_warnings, motion_warnings, resolution_warnings
 from rbstab.experiment.run_certificate import certificate_variables
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine

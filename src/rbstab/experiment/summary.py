@@ -119,10 +119,9 @@ def at_rest_from(result: Result) -> str:
 
 def moves_on_in(result: Result) -> bool:
     """Return whether the body of a run moves on without damping, see `moves_on`."""
-    parts = result["part"].tolist()
-    if is_driven(result) or KINETIC not in parts:
+    if is_driven(result):
         return False
-    kinetic = result["energy"][:, parts.index(KINETIC)]
+    kinetic = result["energy"][:, result["part"].tolist().index(KINETIC)]
     v = lyapunov_function_of(result)
     return moves_on(result["time"], v, kinetic, float(result["energy_round_off"]))
 

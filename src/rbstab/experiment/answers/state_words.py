@@ -19,6 +19,11 @@ KINDS = {True: "stable", False: "unstable", None: "not known to be stable"}
 """The kind of a rest state in a word, by `ProvedState.stable`."""
 
 
+def capitalized(sentence: str) -> str:
+    """Return a sentence with a capital letter at its begin."""
+    return f"{sentence[:1].upper()}{sentence[1:]}"
+
+
 def angles(Theta: Iterable[float]) -> str:
     """Return the angles of an attitude, rad, as text."""
     # Round-off is no angle, and zero has no sign.
@@ -150,3 +155,27 @@ def reached(proof: "Proof", found: "AlmostEveryStart") -> str:
     if len(found.states) == 1:
         return f"rest state {found.states[0]}, the only stable one {proof.place}, {tilt}"
     return f"one of the {len(found.states)} stable rest states, {tilt}"
+
+
+def every_motion(proof: "Proof | None") -> str:
+    """Return which motions converge to the only rest state, without a full stop.
+
+    Args:
+        proof: The proof; None if it is not known. Then it holds of all that stay in the range.
+    """
+    where, kept = "the only rest state in the range", ""
+    if proof is not None and proof.almost_every_start.proved:
+        where = reached(proof, proof.almost_every_start)
+    if proof is not None and proof.kept_by:
+        kept = f", which {proof.kept_by} keeps away from θ2 = ±π/2"
+    keeps = keeps_distance(proof)
+    keeps = f", and {keeps}" if keeps else ""
+    return f"every motion that stays in the range{kept}{keeps}, converges to {where}"
+
+
+def keeps_distance(proof: "Proof | None") -> str:
+    """Return from what a motion must keep a distance, as the end of a phrase; "" from nothing."""
+    ends = [] if proof is not None and proof.kept_by else ["from θ2 = ±π/2"]
+    if proof is not None and proof.needs_lengths:
+        ends.append("from springs without length")
+    return f"keeps a distance {' and '.join(ends)}" if ends else ""

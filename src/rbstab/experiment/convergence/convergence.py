@@ -21,6 +21,8 @@ EVERY_START = "every start in the range converges"
 ASK_FOR_PROOF = "rbstab run CONFIG --prove"
 """The command that makes a proof, and has no brief limits; CONFIG is the file of the config."""
 
+NO_PROOF = f"no proof of the rest states is stored; {ASK_FOR_PROOF} tries to make it"
+
 ATTRIBUTE = "convergence"
 """The attribute of a result that holds one of the three words; others begin with its name."""
 

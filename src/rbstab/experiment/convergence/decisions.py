@@ -12,6 +12,7 @@ from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.sliding_ties import SlidingByModes
 from rbstab.experiment.convergence.convergence import (
     ASK_FOR_PROOF,
+    NO_PROOF,
     Convergence,
     Undecided,
     undecided,
@@ -84,8 +85,7 @@ def refusal(problem: Problem, proof: "Proof | None") -> Convergence | None:
     if refused is not None:
         return refused
     if proof is None:
-        why = f"no proof of the rest states is stored; {ASK_FOR_PROOF} tries to make it"
-        return undecided(Undecided.NO_REGION, why)
+        return undecided(Undecided.NO_REGION, NO_PROOF)
     # Imported late: most runs have no proof.
     from rbstab.experiment.convergence.region_bounds import region_energies
     from rbstab.experiment.stored_proof.proof import GOES_ON

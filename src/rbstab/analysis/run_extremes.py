@@ -8,7 +8,6 @@ import numpy as np
 from rbstab.analysis.configuration import stored_energies
 from rbstab.analysis.extrema import (
     ABSOLUTE,
-    ORDERS,
     Crossings,
     Extrema,
     Steps,
@@ -253,8 +252,7 @@ class _StepsOfRun:
             np.zeros(1, dtype=int),
             times[:-1],
             np.diff(times),
-            (table[0, 0], table[1, 0]),
-            (table[0, 1], table[1, 1]),
+            table,
             self._derivatives,
             self._divide,
         )
@@ -286,8 +284,8 @@ class _StepsOfRun:
         return observe
 
     def _derivatives(self, quantity: Array, step: Array) -> Array:
-        """Return values and three derivatives at both ends of steps (see `Steps`)."""
-        found, ends = np.empty((2, ORDERS, len(step))), self.ends
+        """Return second and third derivatives at both ends of steps (see `Steps`)."""
+        found, ends = np.empty((2, 2, len(step))), self.ends
         for number in np.unique(step).tolist():
             places, system = np.flatnonzero(step == number), ends.systems[number + 1]
             watch, (rates, _) = self._watch(system), self._of(system)
@@ -295,8 +293,6 @@ class _StepsOfRun:
             for end in range(2):
                 y, t = ends.states[number + end], ends.times[number + end]
                 found[end][:, places] = along(watch, rates, y, t, length)[:, quantity[places]]
-        if self.q is not None:
-            found[:, :2] = self._table[:, :, quantity, step]
         return found
 
     def _divide(self, step: int) -> Steps | None:

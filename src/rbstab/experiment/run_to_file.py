@@ -19,7 +19,7 @@ from rbstab.experiment.store_run import (
     refuse_different,
     store_run,
 )
-from rbstab.experiment.stored_certificate import stored_lines
+from rbstab.experiment.stored_certificate import certificate_lines
 from rbstab.integrate.problem import Problem, Progress
 from rbstab.store.disk.atomic import remove_abandoned
 from rbstab.store.disk.existence import check_writable, path_exists
@@ -136,7 +136,7 @@ def _has_proof(
     enclosed = Enclose.NOTHING if convergence is None else convergence.enclosed
     if not enclosed.covers(enclose):
         return False
-    stored = {line.check: line.verdict for line in stored_lines(result)}
+    stored = {line.check: line.verdict for line in certificate_lines(result)}
     return proof is None or all(
         stored.get(c.check) == c.verdict for c in proved_checks(problem, proof)
     )

@@ -35,14 +35,14 @@ def decrease(run: Evidence) -> Check:
     If the residual is above its own bound, a rise that only the residual allows is not decided.
     """
     sizes = np.abs(run.value - run.value[0])
-    quantity = f"largest rise of v between samples / {ENERGY_SCALE}"
+    quantity = f"largest rise of {_name(run)} between samples / {ENERGY_SCALE}"
     return _bounded_rise(run, "decrease", np.diff(run.value), sizes, quantity)
 
 
 def rise(run: Evidence) -> Check:
     """Say how much v rises between two samples, and where. It may: inputs supply power."""
     value, time = _largest(run, np.diff(run.value))
-    quantity = f"largest rise of v between samples / {ENERGY_SCALE}; inputs supply power"
+    quantity = f"largest rise of {_name(run)} between samples / {ENERGY_SCALE}; inputs supply power"
     return Check("decrease", Verdict.DRIVEN, value, np.inf, time, quantity)
 
 
@@ -50,7 +50,7 @@ def supplied(run: Evidence, energy: Array) -> Check:
     """Check that v never rises by more than is supplied, as far as the residual allows."""
     rises = np.diff(run.value) - np.diff(energy)
     sizes = np.abs(run.value - run.value[0]) + np.abs(energy)
-    quantity = f"largest rise of v beyond what is supplied / {ENERGY_SCALE}"
+    quantity = f"largest rise of {_name(run)} beyond what is supplied / {ENERGY_SCALE}"
     return _bounded_rise(run, "supply", rises, sizes, quantity)
 
 
@@ -94,6 +94,7 @@ def positive(run: Evidence) -> Check:
     """Check that v is nowhere below its value at rest."""
     worst = int(run.value.argmin())
     value, bound, verdict = float(run.value[worst]) / run.scale, -np.inf, Verdict.CONSISTENT
+    name = "v" if run.has_potential else f"({_name(run)})"
     # v - ε has no lower bound.
     if run.has_potential:
         rounding = np.maximum(ROUND_OFF, rounding_of(run) / run.scale)
@@ -115,7 +116,12 @@ def positive(run: Evidence) -> Check:
         elif len(below) or not run.rest.is_at_rest:
             verdict = Verdict.UNKNOWN
     time = float(run.times[worst])
-    return Check("positive", verdict, value, bound, time, f"min v / {ENERGY_SCALE}")
+    return Check("positive", verdict, value, bound, time, f"min {name} / {ENERGY_SCALE}")
+
+
+def _name(run: Evidence) -> str:
+    """Return the name of what is compared."""
+    return "v" if run.has_potential else "v - ε"
 
 
 def _exact_value(run: Evidence, row: int, energy_at_rest: Ball) -> Ball:

@@ -40,7 +40,7 @@ from rbstab.experiment.run_certificate import (
     proved_checks,
     rest_state_check,
 )
-from rbstab.experiment.stored_certificate import stored_lines
+from rbstab.experiment.stored_certificate import certificate_lines
 from rbstab.experiment.stored_config import stored_config
 from rbstab.integrate.problem import Problem
 from rbstab.store.errors import StoreError
@@ -78,7 +78,7 @@ def with_proof(
     else:
         convergence = convergence_at_start(problem, proof)
     replaced = GLOBAL_STABILITY, CERTIFIED_REGION, COMPUTED_MOTION
-    checks = [line for line in stored_lines(result) if line.check not in replaced]
+    checks = [line for line in certificate_lines(result) if line.check not in replaced]
     if samples is not None:
         enclosure = enclosure_variables(samples, problem.system)
         bound = computed_audit_bound(problem)
@@ -155,7 +155,7 @@ def with_later_proof(result: Result, config: Config | None, proof: "Proof | None
         config: Its config; None if this version cannot read it. Then nothing is added.
         proof: The proof in the folder of the result, if there is one.
     """
-    lines = {line.check: line for line in stored_lines(result)}
+    lines = {line.check: line for line in certificate_lines(result)}
     stable, region = lines.get(GLOBAL_STABILITY), lines.get(CERTIFIED_REGION)
     # Its start would need the equations, and a stored result must not run code of a user.
     if proof is None or config is None or has_code(config) or not (stable and region):

@@ -7,6 +7,7 @@ import numpy as np
 
 from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.experiment.answers.state_words import kinds_of
+from rbstab.experiment.convergence.decisions import convergence_at_start
 from rbstab.integrate.problem import Problem
 from rbstab.store.variables import Variable
 
@@ -69,16 +70,13 @@ def proved_checks(problem: Problem, proof: "Proof | None") -> list[Check]:
     if proof is None or not (proof.states or proof.proved):
         return [stable, region]
     # Imported late: most runs have no proof.
-    from rbstab.experiment.convergence.region_bounds import level_of
-    from rbstab.experiment.stored_proof.starts import start_level, start_state
+    from rbstab.experiment.stored_proof.starts import start_level
 
-    level, number = start_level(problem, proof), start_state(problem, proof)
-    if level is not None and number is not None:
-        energy = level + proof.states[0].energy
-        value = energy - proof.states[number - 1].energy
-        bound = level_of(proof, number, energy)
-        quantity = ABOVE.replace("1", str(number))
-        region = Check(CERTIFIED_REGION, Verdict.CERTIFIED, value, bound, np.nan, quantity)
+    level, found = start_level(problem, proof), convergence_at_start(problem, proof)
+    if level is not None and found.rest_state is not None and found.bound is not None:
+        value = level + proof.states[0].energy - proof.states[found.rest_state - 1].energy
+        quantity = ABOVE.replace("1", str(found.rest_state))
+        region = Check(CERTIFIED_REGION, Verdict.CERTIFIED, value, found.bound, np.nan, quantity)
     elif level is not None and proof.region is not None:
         region = region._replace(value=level, bound=proof.region.lower_bound)
     return [stable, region]

@@ -74,16 +74,11 @@ def counterexample(proof: "Proof", own: int | None = None) -> str | None:
     Returns:
         It as text: a stable one if there is one. None if no other one is proved.
     """
-    others = [
-        (state.stable is not True, number, state)
-        for number, state in enumerate(proof.states, start=1)
-        if state.proved and number != (own or 1)
-    ]
+    others = [one for one in _others(proof, own) if one[1].proved]
     if not others:
         return None
-    _, number, state = min(others, key=lambda one: one[:2])
-    where = f"rest state {number}, Θ = {angles(state.orientation)} rad"
-    kind = KINDS[state.stable]
+    number, state = min(others, key=lambda one: (one[1].stable is not True, one[0]))
+    where, kind = _named(number, state), KINDS[state.stable]
     return f"{where}, {kind}" if state.stable is None else f"the {kind} {where}"
 
 
@@ -94,15 +89,19 @@ def found_stable(proof: "Proof", own: int | None = None) -> str | None:
         proof: The proof.
         own: The number of the rest state in which a start ends; by default the lowest.
     """
-    others = [
-        (number, state)
-        for number, state in enumerate(proof.states, start=1)
-        if state.index == 0 and number != (own or 1)
-    ]
+    others = [one for one in _others(proof, own) if one[1].index == 0]
     if not others or any(state.proved for _, state in others):
         return None
-    number, state = others[0]
-    return f"rest state {number}, Θ = {angles(state.orientation)} rad, stable and not proved"
+    return f"{_named(*others[0])}, stable and not proved"
+
+
+def _others(proof: "Proof", own: int | None) -> "list[tuple[int, ProvedState]]":
+    """Return all rest states but one, with their numbers."""
+    return [one for one in enumerate(proof.states, start=1) if one[0] != (own or 1)]
+
+
+def _named(number: int, state: "ProvedState") -> str:
+    return f"rest state {number}, Θ = {angles(state.orientation)} rad"
 
 
 def almost_sentence(proof: "Proof", found: "AlmostEveryStart") -> str:

@@ -219,7 +219,7 @@ class _StepsOfRun:
         self.ends, self.rest, self.deadline, self.Theta = ends, rest, deadline, Theta
         self.q = quaternion_of(ends.systems[0])
         self._table, self.turn = np.empty(0), 0.0
-        self._equations: dict[int, tuple[EquationsInTime, EquationsInTime]] = {}
+        self._equations: dict[int, tuple[EquationsInTime, Watch]] = {}
 
     def steps(self) -> Steps | None:
         """Return the steps; None if the deadline has expired."""
@@ -257,38 +257,33 @@ class _StepsOfRun:
             self._divide,
         )
 
-    def _of(self, system: System) -> tuple[EquationsInTime, EquationsInTime]:
-        """Return the rates of a system and what is watched of it."""
-        found = self._equations.get(id(system))
-        if found is None:
+    def _of(self, system: System) -> tuple[EquationsInTime, Watch]:
+        """Return the rates of a system, and the values and rates of what is watched of it."""
+        if id(system) not in self._equations:
+            rates = audited_rates_of(system)
             watched = EquationsInTime(_watched, system, system.timed)
-            found = self._equations[id(system)] = audited_rates_of(system), watched
-        return found
+
+            def observe(y: Array, t: float) -> Array:
+                found = watched(y + 1j * STEP * rates(y, t), t + 1j * STEP)
+                values, slopes = found.real.copy(), found.imag / STEP
+                values[VALUE] -= self.rest
+                if self.q is not None:
+                    values[THETA_ROWS], slopes[THETA_ROWS] = self.q.watched(y)
+                return np.array([values, slopes])
+
+            self._equations[id(system)] = rates, observe
+        return self._equations[id(system)]
 
     def _observed(self, system: System, end: int) -> Array:
         """Return the values and rates of what is watched at the end of a step, shape (2, 8)."""
-        return self._watch(system)(self.ends.states[end], self.ends.times[end])
-
-    def _watch(self, system: System) -> Watch:
-        """Return the function of a state and a time that returns values and rates, see `along`."""
-        rates, watched = self._of(system)
-
-        def observe(y: Array, t: float) -> Array:
-            found = watched(y + 1j * STEP * rates(y, t), t + 1j * STEP)
-            values, slopes = found.real.copy(), found.imag / STEP
-            values[VALUE] -= self.rest
-            if self.q is not None:
-                values[THETA_ROWS], slopes[THETA_ROWS] = self.q.watched(y)
-            return np.array([values, slopes])
-
-        return observe
+        return self._of(system)[1](self.ends.states[end], self.ends.times[end])
 
     def _derivatives(self, quantity: Array, step: Array) -> Array:
         """Return second and third derivatives at both ends of steps (see `Steps`)."""
         found, ends = np.empty((2, 2, len(step))), self.ends
         for number in np.unique(step).tolist():
-            places, system = np.flatnonzero(step == number), ends.systems[number + 1]
-            watch, (rates, _) = self._watch(system), self._of(system)
+            places = np.flatnonzero(step == number)
+            rates, watch = self._of(ends.systems[number + 1])
             length = ends.times[number + 1] - ends.times[number]
             for end in range(2):
                 y, t = ends.states[number + end], ends.times[number + end]

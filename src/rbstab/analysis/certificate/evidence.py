@@ -2,10 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.analysis.approached_state import LyapunovZero
+from rbstab.analysis.certificate.verdict import SEVERITY, Verdict
 from rbstab.analysis.configuration import as_at_rest
 from rbstab.analysis.exact import Ball, exact_rest_energy
 from rbstab.analysis.lyapunov import energy_scale, has_no_potential
@@ -28,6 +30,9 @@ ROUND_OFF = 1e-12
 
 SUM_ERROR = 16 * EPSILON
 """The round-off of a sum of energies, relative to the sum of their absolute values."""
+
+MAX_REPEATED = 12
+"""Number of samples that a check repeats in exact arithmetic; each takes some milliseconds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,3 +135,31 @@ def rounding_of(run: Evidence) -> Array:
     """Return the round-off of v, a sum of energies minus that at rest, shape (n,), J."""
     at_rest = np.abs(run.energy.sum(axis=1) - run.value)
     return SUM_ERROR * (np.abs(run.energy).sum(axis=1) + at_rest)
+
+
+class Finding(NamedTuple):
+    """The verdict on one sample, and the number that it rests on."""
+
+    verdict: Verdict
+    value: float
+    row: int
+
+
+def confirmed(violated: bool) -> Verdict:
+    """Return the verdict on a comparison that failed in double precision."""
+    return Verdict.VIOLATED if violated else Verdict.UNKNOWN
+
+
+def repeated(repeat: Callable[[int], Finding], rows: Array) -> Finding:
+    """Repeat a check in exact arithmetic at samples where it failed, and return the worst finding.
+
+    Args:
+        repeat: Repeats the check at one sample.
+        rows: The samples, worst first; the check is repeated at the first `MAX_REPEATED`.
+    """
+    findings = []
+    for row in rows[:MAX_REPEATED].tolist():
+        findings.append(repeat(row))
+        if findings[-1].verdict is Verdict.VIOLATED:
+            break
+    return max(findings, key=lambda found: (SEVERITY.index(found.verdict), abs(found.value)))

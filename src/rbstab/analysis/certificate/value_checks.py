@@ -6,10 +6,12 @@ from rbstab.analysis.certificate.evidence import (
     ROUND_OFF,
     SUM_ERROR,
     Evidence,
+    Finding,
+    confirmed,
+    repeated,
     residual_bound,
     rounding_of,
 )
-from rbstab.analysis.certificate.exact_repeats import Finding, confirmed, repeated
 from rbstab.analysis.certificate.verdict import Check, Verdict, verdict_of
 from rbstab.analysis.exact import Ball, ball, exact_energy, in_balls
 from rbstab.analysis.lyapunov import ENERGY_SCALE

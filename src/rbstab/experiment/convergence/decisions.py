@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rbstab.analysis.approached_state import SAME_STATE
 from rbstab.elements.guards.soft_guards import SoftGuard
 from rbstab.elements.guards.stop import Stop
 from rbstab.elements.ligament import Ligament
@@ -21,6 +22,7 @@ from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
+    from rbstab.experiment.stored_proof.entries import Triple
     from rbstab.experiment.stored_proof.proof import Proof
 
 NO_REGION = "no certified region is proved"
@@ -62,7 +64,6 @@ def convergence_at_start(problem: Problem, proof: "Proof | None") -> Convergence
         assert refused is not None
         return refused
     # Imported late: most runs have no proof.
-    from rbstab.experiment.convergence.region_bounds import region_energies
     from rbstab.experiment.stored_proof.starts import start_bounds
 
     start = start_bounds(problem) if proof.has_energy else None
@@ -87,7 +88,6 @@ def refusal(problem: Problem, proof: "Proof | None") -> Convergence | None:
     if proof is None:
         return undecided(Undecided.NO_REGION, NO_PROOF)
     # Imported late: most runs have no proof.
-    from rbstab.experiment.convergence.region_bounds import region_energies
     from rbstab.experiment.stored_proof.proof import GOES_ON
     from rbstab.experiment.stored_proof.starts import has_no_rest_state
 
@@ -159,7 +159,6 @@ def convergence_in(
         box: The smallest and the largest Θ, each of shape (3,), rad.
         t: The time, s.
     """
-    from rbstab.experiment.convergence.region_bounds import level_of
     from rbstab.experiment.stored_proof.starts import OPEN_RANGE, reached_state
 
     low, high = energy
@@ -172,3 +171,50 @@ def convergence_in(
     in_range = bool(np.all(np.abs(box) <= OPEN_RANGE))
     bound = level_of(proof, number, high, in_range=in_range)
     return Convergence(True, rest_state=number, time=t, energy=(at_least, at_most), bound=bound)
+
+
+def region_energies(proof: "Proof", *, in_range: bool = True) -> "list[tuple[Triple, float]]":
+    """Return the regions of a proof: the Θ of their rest states, and their bounds on the energy, J.
+
+    Args:
+        proof: The proof.
+        in_range: Whether to include the regions in the range of eq. 5; those for all real θ1 and θ3
+            come after them. Where every start converges, the bound is infinite.
+    """
+    found = list["tuple[Triple, float]"]()
+    if proof.every_start:
+        all_of = proof if proof.unwrapped is None else proof.unwrapped
+        found.append((all_of.states[0].orientation, math.inf))
+    for part in (proof if in_range else None, proof.unwrapped):
+        if part is None:
+            continue
+        if part.region is not None and part.region.lower_bound > 0:
+            lowest = part.states[0]
+            bound = part.region.energy_bound
+            absolute = lowest.energy + part.region.lower_bound if bound is None else bound
+            found.append((lowest.orientation, absolute))
+        found += [
+            (part.states[region.rest_state - 1].orientation, region.energy_bound)
+            for region in part.regions
+        ]
+    return found
+
+
+def level_of(proof: "Proof", number: int, energy: float, *, in_range: bool = True) -> float:
+    """Return the level of the region of a rest state in which a motion is, as a value of v, J.
+
+    Args:
+        proof: The proof.
+        number: The number of the rest state, from 1 for the lowest.
+        energy: The sum of all energies, J, of a motion that is in a region of this rest state.
+        in_range: Whether its Θ is in the range of eq. 5.
+    """
+    rest = proof.states[number - 1]
+    bounds = [
+        bound
+        for orientation, bound in region_energies(proof, in_range=in_range)
+        if np.abs(np.subtract(orientation, rest.orientation)).max() < SAME_STATE
+    ]
+    # An energy in doubles can be above its bound by round-off, although the exact one is below.
+    bound = next((bound for bound in bounds if bound > energy), max(bounds, default=energy))
+    return bound if bound == math.inf else math.nextafter(bound - rest.energy, -math.inf)

@@ -7,9 +7,13 @@ import numpy as np
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.experiment.convergence.convergence import Convergence, Undecided
-from rbstab.experiment.convergence.decisions import LEAST_FALL, PATIENCE, convergence_in
+from rbstab.experiment.convergence.decisions import (
+    LEAST_FALL,
+    PATIENCE,
+    convergence_in,
+    region_energies,
+)
 from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
-from rbstab.experiment.convergence.region_bounds import region_energies
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.motion.equations import Equations

@@ -10,7 +10,7 @@ from rbstab_cli import exit_codes
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
     from rbstab.experiment.convergence.convergence import Enclose
-    from rbstab.experiment.run_to_file import FiledRun
+    from rbstab.experiment.store_run import FiledRun
     from rbstab.experiment.stored_proof.proof import Proof
 
 MAX_NAMED = 6
@@ -91,19 +91,13 @@ class Batch:
             self.proved = number + 1
 
     def _proved(self, finished: Finished) -> Finished:
-        """Return a run with its proof; a proof that cannot be stored leaves the run as it is.
-
-        So does, unless `--prove` is given, a result of an old version that takes no proof.
-        """
+        """Return a run with its proof; a proof that cannot be stored leaves the run as it is."""
         from rbstab.config.build import problem_of
-        from rbstab.experiment.convergence.with_proof import takes_proof
         from rbstab.experiment.proof_cache import OLDER, is_older, proof_for
         from rbstab.experiment.run_to_file import prove_run
         from rbstab.store.errors import StoreError
 
         label, config, run, _ = finished
-        if self.prove is None and not takes_proof(run.result):
-            return finished
         problem = problem_of(config)
         try:
             if is_older(self.output, config):

@@ -23,7 +23,7 @@ def steps_of(times, function=oscillation, rates=RATES, parts=8):
     first = np.cumsum(sizes) - sizes
 
     def derivatives(quantity, step):
-        found = np.empty((2, 4, len(step)))
+        found = np.empty((2, 2, len(step)))
         for number, one in enumerate(members):
             of = (step >= first[number]) & (step < first[number] + sizes[number])
             found[..., of] = one.derivatives(quantity[of], step[of] - first[number])
@@ -33,29 +33,26 @@ def steps_of(times, function=oscillation, rates=RATES, parts=8):
         member = int(np.searchsorted(first, step, side="right")) - 1
         return members[member].divide(step - first[member])
 
-    def joined(sides):
-        return tuple(np.concatenate(side, axis=1) for side in zip(*sides, strict=True))
-
     return Steps(
         first,
         np.concatenate([one.begin for one in members]),
         np.concatenate([one.length for one in members]),
-        joined([one.values for one in members]),
-        joined([one.rates for one in members]),
+        np.concatenate([one.table for one in members], axis=-1),
         derivatives,
         divide,
     )
 
 
 def part_of(times, function, rates, parts):
-    ends = times[:-1], times[1:]
-
-    def values(order):
-        return tuple(np.array([function(rate, order, t) for rate in rates]) for t in ends)
+    table = np.array(
+        [
+            [[function(rate, order, t) for rate in rates] for order in range(4)]
+            for t in (times[:-1], times[1:])
+        ]
+    )
 
     def derivatives(quantity, step):
-        table = np.array([values(order) for order in range(4)])
-        return np.swapaxes(table[:, :, quantity, step], 0, 1)
+        return table[:, 2:, quantity, step]
 
     def divide(step):
         if not parts:
@@ -63,9 +60,7 @@ def part_of(times, function, rates, parts):
         finer = np.linspace(times[step], times[step + 1], parts + 1)
         return part_of(finer, function, rates, 0)
 
-    return Steps(
-        np.zeros(1, int), times[:-1], np.diff(times), values(0), values(1), derivatives, divide
-    )
+    return Steps(np.zeros(1, int), times[:-1], np.diff(times), table[:, :2], derivatives, divide)
 
 
 def true_extremum(rate, end):

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from support.evidence import CONSISTENT, UNKNOWN, VIOLATED, check, settled
 
-from rbstab.analysis.certificate.evidence import Supply
 from rbstab.analysis.certificate.value_checks import breakpoints, decrease, supplied
 from rbstab.analysis.exact import ball
 
@@ -76,8 +75,7 @@ def test_v_may_rise_by_what_is_supplied(share, verdict):
     run = settled()
     rise = 2.0 * run.scale
     risen = replace(run, value=np.array([0.0, rise]))
-    supply = Supply(np.zeros((2, 1)), np.array([0.0, share * rise]), np.zeros(0), np.zeros(0))
-    found = supplied(risen, supply)
+    found = supplied(risen, np.array([0.0, share * rise]))
     assert found.verdict is verdict
     assert found.value == pytest.approx(2.0 * (1.0 - share), abs=1e-12)
     assert decrease(risen).verdict is VIOLATED
@@ -88,8 +86,7 @@ def test_v_may_rise_by_what_is_supplied(share, verdict):
     [([0.2, 0.5, 1.5], 0, np.nan), ([0.5], 1, 1.5), ([], 2, 0.5)],
 )
 def test_a_step_must_end_on_every_breakpoint(reached, missed, first):
-    nothing = np.zeros(2)
-    found = breakpoints(Supply(nothing, nothing, np.array([0.5, 1.5]), np.array(reached)))
+    (found,) = breakpoints(replace(settled(), breakpoints=[0.5, 1.5], reached=reached))
     assert found.verdict is (VIOLATED if missed else CONSISTENT)
     assert found.value == missed
     assert found.when == pytest.approx(first, nan_ok=True)

@@ -17,7 +17,7 @@ import rbstab
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.experiment import proof as proofs
-from rbstab.experiment.convergence.exact_motion import convergence_at_start
+from rbstab.experiment.convergence.decisions import convergence_at_start
 from rbstab.experiment.stability import stability_of
 from rbstab.experiment.summary import at_rest_from, settling_time_of
 from rbstab.proof import limits
@@ -123,7 +123,7 @@ def test_the_mounts_damp_every_motion() -> None:
     assert second.energy == pytest.approx(4 * 0.5 * (3000 * 0.4**2), abs=1e-6)
     assert proof.region is not None
     assert 0.99 * 960 < proof.region.lower_bound < 960
-    assert convergence_at_start(config, problem_of(config), proof).proved
+    assert convergence_at_start(problem_of(config), proof).proved
     modes = stability_of(problem_of(config), proof).linearisations[0]
     assert modes is not None
     assert sorted(modes.natural_frequencies[::2]) == pytest.approx(frequencies(K_C))
@@ -181,7 +181,7 @@ def test_whether_more_boxes_help_is_said(monkeypatch: pytest.MonkeyPatch) -> Non
             "at this rate, the 8000 of the longest proof are too few; the same body held at C "
             "(variant: permanent) may be proved in its place"
         )
-        found = convergence_at_start(config, problem_of(config), proof)
+        found = convergence_at_start(problem_of(config), proof)
         assert found.why.startswith(f"no certified region is proved ({proof.ended})")
         assert "outside" not in found.why
 

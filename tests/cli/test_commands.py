@@ -71,7 +71,7 @@ OPTIONAL_PACKAGES = ("xarray", "netCDF4", "pandas", "vl_convert", "typst", "dist
 UNUSED_MODULES = (
     "rbstab.proof",
     *("rbstab.experiment.proof", "rbstab.experiment.stored_proof"),
-    *("rbstab.experiment.convergence.exact_motion", "rbstab.experiment.convergence.region_bounds"),
+    "rbstab.experiment.convergence.exact_motion",
     *(
         "rbstab.processes.workers",
         "rbstab.processes.mapped",

@@ -10,6 +10,7 @@ from support.user_code import element_text, loaded_with, mine
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.experiment.convergence.convergence import Enclose
+from rbstab.experiment.convergence.decisions import convergence_at_start
 from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.proof import prove
 from rbstab.experiment.simulate import simulate
@@ -46,7 +47,8 @@ def test_of_a_tied_body_each_spring_has_a_length():
     assert start_state(problem_of(config), proof) == 1
     text = said(config, proof)
     assert "at which each spring has a length: 1 stable; proved to be all" in text
-    assert "and each spring from a length of 0, converges" in text
+    distance = "keeps a distance from θ2 = ±π/2 and from springs without length"
+    assert f"and {distance}, converges to the only rest state in the range" in text
     fast = of({"strut": SPRING}, initial={"angular_velocity": [14.0, 12.0, -9.0]})
     assert start_state(problem_of(fast), proof) is None
     assert prove_convergence(fast, problem_of(fast), proof).convergence.proved
@@ -56,7 +58,7 @@ def test_of_a_tied_body_each_spring_has_a_length():
         assert (found.globally_stable, found.kept_by) == (True, "a barrier")
         assert not found.every_start
         assert start_state(problem_of(config), found) == 1
-        assert "keeps each spring from a length of 0" in said(config, found)
+        assert "and keeps a distance from springs without length, converges" in said(config, found)
 
 
 def test_no_barrier_is_enough_for_every_start_with_a_spring(monkeypatch):
@@ -77,6 +79,8 @@ def test_with_a_stop_every_start_converges():
     assert "Every start in the range converges: proved. A stop keeps every motion away" in text
     far = np.array([40.0, 1.1, -300.0])
     assert reached_state(proof, 1e9, far, far) == 1
+    # No enclosure follows a motion against a stop.
+    assert convergence_at_start(problem_of(config), proof).bound == np.inf
 
 
 def test_a_start_in_the_region_of_a_ligament_converges():

@@ -13,7 +13,7 @@ import yaml
 
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
-from rbstab.experiment.convergence.exact_motion import convergence_at_start
+from rbstab.experiment.convergence.decisions import convergence_at_start
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stability import stability_of
 from rbstab.experiment.stored_proof.proof import Proof
@@ -46,7 +46,7 @@ def test_every_start_converges():
     assert proof.every_start
     assert proof.globally_stable
     np.testing.assert_allclose(proof.states[0].orientation, 0.0, atol=1e-12)
-    convergence = convergence_at_start(config, problem_of(config), proof)
+    convergence = convergence_at_start(problem_of(config), proof)
     assert (convergence.proved, convergence.bound) == (True, np.inf)
     assert convergence.as_data()["bound"] is None
     text = said(config, proof, convergence)
@@ -125,7 +125,7 @@ def test_barriers_on_all_angles_close_the_range_of_eq_5():
     text = said(config, proof)
     assert "Every start in the range converges: proved. Barriers keep every motion in" in text
     assert "not decided" not in text
-    assert convergence_at_start(config, problem_of(config), proof).bound == np.inf
+    assert convergence_at_start(problem_of(config), proof).bound == np.inf
     other = guarded(outer_stiffness=2.0 * (1 + 1e-9))
     wrong = {finding.claim for finding in verify(proof, other).findings if not finding.verified}
     assert wrong == {"id", "energy"}

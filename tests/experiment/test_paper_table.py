@@ -64,13 +64,3 @@ def test_largest_force_that_holds_the_point():
     # With the damping of cases 2 and 3; the expected number is truncated to whole newtons.
     force = finely_sampled("permanent", L_t=[200.0, 200.0, 140.0])["contact_force"]
     assert np.abs(force).max() == pytest.approx(16_041, abs=1)
-
-
-# At the start all energy is kinetic: ½ Ω'JΩ, or about the contact point ½ Ω'(J - mŘ²)Ω.
-@each_engine
-@pytest.mark.parametrize(
-    ("variant", "joules"),
-    [("free", 5427), ("permanent", 8894), ("visco-elastic", 5427), ("embedded", 5427)],
-)
-def test_energy_at_the_start(variant, joules, engine):
-    assert round(float(paper_run(variant, False, engine)["lyapunov"][0])) == joules

@@ -63,7 +63,7 @@ def test_the_better_of_two_results_is_kept(  # noqa: PLR0917 (fixtures and one c
     for title, samples in (("first", first), ("second", second)):
         result = whole if samples is None else cut(whole, samples)
         stored = store(path, titled(result, title), **(options if title == "second" else {}))
-    assert (stored.written, stored.moved_aside) == (written, None)
+    assert (stored.computed, stored.moved_aside) == (written, None)
     assert open_result(path).attributes["title"] == ("second" if written else "first")
     assert stored.result.attributes["title"] == open_result(path).attributes["title"]
     assert list(tmp_path.iterdir()) == [path]
@@ -74,7 +74,7 @@ def test_force_moves_a_better_result_aside(tmp_path, whole):
     store(path, whole)
     before = path.read_bytes()
     stored = store(path, cut(whole, 2), force=True)
-    assert stored.written
+    assert stored.computed
     assert stored.moved_aside is not None
     assert stored.moved_aside.read_bytes() == before
     assert open_result(path).status == "time limit"
@@ -163,7 +163,7 @@ def test_a_better_result_that_comes_between_reading_and_writing_is_not_lost(
         write_result(path, result, replace=replace)
 
     monkeypatch.setattr("rbstab.experiment.store_run.write_result", write_after_the_other)
-    assert store(path, cut(whole, 3)).written
+    assert store(path, cut(whole, 3)).computed
     other.join(30.0)
     assert not other.is_alive()
     assert len(open_result(path)["time"]) == 5

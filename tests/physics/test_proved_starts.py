@@ -14,7 +14,7 @@ from support.valleys import TWO_VALLEYS
 
 import rbstab
 from rbstab.config.build import problem_of
-from rbstab.experiment.convergence.region_bounds import region_energies
+from rbstab.experiment.convergence.decisions import region_energies
 from rbstab.experiment.proof_cache import proof_for
 from rbstab.integrate.engines import engine
 from rbstab.sweep.members.engines import factory_for

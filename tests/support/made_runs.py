@@ -149,6 +149,7 @@ def _attributes(config: str) -> dict[str, str | int | float]:
         "status_detail": "",
         "warnings": "",
         "verdict": "consistent",
+        "lyapunov_zero": "the rest state that the motion approaches; no lower one is known",
         "run_id": identity,
         "engine": "scipy",
         "steps": 200,

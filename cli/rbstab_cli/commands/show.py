@@ -245,8 +245,6 @@ def _zero_of_v(known: "KnownNow") -> list[tuple[str, str]]:
     from rbstab.experiment.answers.rest_modes import rest_modes
 
     result = known.result
-    if "lyapunov_zero" not in result.attributes:
-        return []
     rows = [("v = 0 at", str(result.attributes["lyapunov_zero"]))]
     rows.append(("", f"Θ = {_vector(result['rest_orientation'])} rad"))
     modes = rest_modes(result, known.config)

@@ -51,18 +51,17 @@ class Steps(NamedTuple):
         first: The first step of each member, shape (m,).
         begin: The begin of each step, shape (n,), s.
         length: Shape (n,), s. A step of no length is a jump.
-        values: The values at the begin and at the end of the steps, shape (q, n) each.
-        rates: Their derivatives there, in the same form.
-        derivatives: Returns the value and three derivatives of quantities at both ends of steps,
-            shape (2, 4, p), given the numbers of the quantities and of the steps, shape (p,) each.
+        table: The values and rates at both ends of the steps, shape (2, 2, q, n): by end, then by
+            order.
+        derivatives: Returns the second and third derivatives of quantities at both ends of steps,
+            shape (2, 2, p), given the numbers of the quantities and of the steps, shape (p,) each.
         divide: Returns a step as several ones; None where it cannot be divided.
     """
 
     first: Array
     begin: Array
     length: Array
-    values: tuple[Array, Array]
-    rates: tuple[Array, Array]
+    table: Array
     derivatives: Callable[[Array, Array], Array]
     divide: "Callable[[int], Steps | None]" = lambda _: None
 
@@ -72,22 +71,28 @@ class Steps(NamedTuple):
         counts = np.diff(np.append(self.first, len(self.begin)))
         return np.repeat(np.arange(len(self.first)), counts)
 
-    def reach(self, sign: int = 0) -> Array:
+    @property
+    def values(self) -> Array:
+        """The values at the begin and at the end of the steps, shape (2, q, n)."""
+        return self.table[:, 0]
+
+    def reach(self, sign: int = 0, rows: slice = slice(None)) -> Array:
         """Return how far from zero quantities may be in steps, shape (q, n); with a sign, how high.
 
         Args:
             sign: 1 for the highest value; 0 for the largest magnitude.
+            rows: The quantities.
         """
         sized = np.abs if sign == 0 else np.asarray
         inner = REACH * self.length
-        (begin, end), (leaving, arriving) = self.values, self.rates
+        (begin, leaving), (end, arriving) = self.table[:, :, rows]
         found = np.maximum(sized(begin), sized(end))
         np.maximum(found, sized(begin + inner * leaving), out=found)
         return np.maximum(found, sized(end - inner * arriving), out=found)
 
 
 def along(observe: Watch, rates: Watch, y: Array, t: Array, length: Array) -> Array:
-    """Return quantities and three derivatives at states of motions, shape (4, q, ...).
+    """Return second and third derivatives of quantities of motions at states, shape (2, q, ...).
 
     Args:
         observe: Returns the quantities and their rates, shape (2, q, ...), at states of shape
@@ -95,16 +100,16 @@ def along(observe: Watch, rates: Watch, y: Array, t: Array, length: Array) -> Ar
         rates: Returns the rates of the states.
         y: The states.
         t: The times, s.
-        length: The lengths of the steps, s. Where it is 0, only values and rates are right.
+        length: The lengths of the steps, s. Where it is 0, the derivatives have no meaning.
     """
     tau = DIFFERENCE * np.where(length > 0, length, 1e-6)
     first = rates(y, t)
     before, after = (rates(y + h * first, t + h) for h in (-tau, tau))
     second = (after - before) / (2.0 * tau)
-    value, slope = observe(y, t)
+    slope = observe(y, t)[1]
     before, after = (observe(y + h * (first + 0.5 * h * second), t + h)[1] for h in (-tau, tau))
     third = (after - 2.0 * slope + before) / (tau * tau)
-    return np.array([value, slope, (after - before) / (2.0 * tau), third])
+    return np.array([(after - before) / (2.0 * tau), third])
 
 
 def sampled_steps(times: Array, values: Array) -> Steps:
@@ -114,17 +119,12 @@ def sampled_steps(times: Array, values: Array) -> Steps:
         times: Shape (n,), s, at least two.
         values: Shape (q, n).
     """
-    begin, end = values[:, :-1], values[:, 1:]
-    nothing = np.zeros_like(begin)
-
-    def derivatives(quantity: Array, step: Array) -> Array:
-        found = np.zeros((2, ORDERS, len(step)))
-        found[:, 0] = begin[quantity, step], end[quantity, step]
-        return found
-
+    table = np.zeros((2, 2, len(values), len(times) - 1))
+    table[:, 0] = values[:, :-1], values[:, 1:]
     first = np.zeros(1, dtype=int)
-    lengths = np.diff(times)
-    return Steps(first, times[:-1], lengths, (begin, end), (nothing, nothing), derivatives)
+    return Steps(
+        first, times[:-1], np.diff(times), table, lambda _, step: np.zeros((2, 2, len(step)))
+    )
 
 
 class Extrema(NamedTuple):
@@ -201,54 +201,26 @@ class _Polynomials(NamedTuple):
     @classmethod
     def of(cls, steps: Steps, quantity: Array, step: Array) -> "_Polynomials":
         """Return the polynomials of quantities on steps."""
-        data = steps.derivatives(quantity, step)
+        ends = steps.table[:, :, quantity, step], steps.derivatives(quantity, step)
+        data = np.concatenate(ends, axis=1)
         for order in range(1, ORDERS):
             data[:, order:] *= steps.length[step]
         data = data.reshape(2 * ORDERS, -1)
         best = _combined(BEST, data)
         slopes = _combined(SLOPES_AT_SHARES, data)
         part, number = np.nonzero((slopes[:-1] > 0) != (slopes[1:] > 0))
-        of_turns = cls(best[:, number], best[:, :0], best[:0], (number, number, number))
-        rising = slopes[part, number] > 0
-        share = of_turns.root(
-            SHARES[part], SHARES[part + 1], lambda s: _signed(of_turns.at(s)[1:], rising)
-        )
-        turns = number, share, of_turns.at(share)[0]
+        turning, sign = best[:, number], np.where(slopes[part, number] > 0, 1.0, -1.0)
+
+        def slope(s: Array) -> Array:
+            return sign * np.array(_evaluated(turning, s)[1:])
+
+        share = _root(SHARES[part], SHARES[part + 1], slope)
+        turns = number, share, _evaluated(turning, share)[0]
         return cls(best, best - _combined(LOWER, data), _combined(AT_SHARES, data), turns)
 
-    def at(self, s: Array) -> tuple[Array, Array, Array]:
-        """Return values, first and second derivatives at shares of the steps, shape (p,)."""
-        value = self.coefficients[-1]
-        first = second = np.zeros_like(value)
-        for coefficient in self.coefficients[-2::-1]:
-            second = second * s + 2.0 * first
-            first = first * s + value
-            value = value * s + coefficient
-        return value, first, second
-
-    def errors_at(self, s: Array) -> Array:
-        """Return the estimated errors of the values at shares of the steps."""
-        return np.abs(self._replace(coefficients=self.errors).at(s)[0])
-
-    def errors_at_turns(self) -> Array:
-        """Return the estimated errors of the values at the turning points."""
-        number, share, _ = self.turns
-        errors = self._replace(coefficients=self.errors[:, number])
-        return np.abs(errors.at(share)[0])
-
-    @staticmethod
-    def root(low: Array, high: Array, value_and_slope: Callable[[Array], Any]) -> Array:
-        """Return where values fall through zero, between shares at which they are above and below.
-
-        It is Newton's method, or bisection where that leaves the bracket.
-        """
-        s = 0.5 * (low + high)
-        for _ in range(ROOT_STEPS):
-            value, slope = value_and_slope(s)
-            low, high = np.where(value >= 0, s, low), np.where(value >= 0, high, s)
-            step = s - value / np.where(slope != 0, slope, np.inf)
-            s = np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
-        return np.asarray(s)
+    def errors_at(self, s: Array, numbers: Array | slice = slice(None)) -> Array:
+        """Return the estimated errors of some values at shares of the steps."""
+        return np.abs(_evaluated(self.errors[:, numbers], s)[0])
 
     def farthest(self) -> tuple[Array, Array]:
         """Return the shares of the steps farthest from zero, and the values there."""
@@ -272,21 +244,41 @@ class _Polynomials(NamedTuple):
         high = SHARES[np.minimum(np.searchsorted(SHARES, low, side="right"), PARTS)]
 
         def excess(s: Array) -> tuple[Array, Array]:
-            value, slope, _ = self.at(s)
+            value, slope, _ = _evaluated(self.coefficients, s)
             return value - level, slope
 
-        return reached, self.root(low, high, excess)
+        return reached, _root(low, high, excess)
 
 
-def _signed(value_and_slope: tuple[Array, Array], positive: Array) -> tuple[Array, Array]:
-    sign = np.where(positive, 1.0, -1.0)
-    return sign * value_and_slope[0], sign * value_and_slope[1]
+def _evaluated(coefficients: Array, s: Array) -> tuple[Array, Array, Array]:
+    """Return values, first and second derivatives of polynomials at shares of steps, shape (p,)."""
+    value = coefficients[-1]
+    first = second = np.zeros_like(value)
+    for coefficient in coefficients[-2::-1]:
+        second = second * s + 2.0 * first
+        first = first * s + value
+        value = value * s + coefficient
+    return value, first, second
+
+
+def _root(low: Array, high: Array, value_and_slope: Callable[[Array], Any]) -> Array:
+    """Return where values fall through zero, between shares at which they are above and below.
+
+    It is Newton's method, or bisection where that leaves the bracket.
+    """
+    s = 0.5 * (low + high)
+    for _ in range(ROOT_STEPS):
+        value, slope = value_and_slope(s)
+        low, high = np.where(value >= 0, s, low), np.where(value >= 0, high, s)
+        step = s - value / np.where(slope != 0, slope, np.inf)
+        s = np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
+    return np.asarray(s)
 
 
 def farthest_from_zero(steps: Steps) -> Extrema:
     """Return the extrema of all quantities of all members."""
     members = steps.members
-    ends = np.maximum(*map(np.abs, steps.values))
+    ends = np.abs(steps.values).max(axis=0)
     largest = np.maximum.reduceat(ends, steps.first, axis=1)
     lowest = np.maximum(largest, ABSOLUTE)[:, members]
     quantity, step = np.nonzero(steps.reach() > lowest)
@@ -364,8 +356,8 @@ def last_above(steps: Steps, quantity: int, level: Array) -> Crossings:
     time, error = np.zeros((2, count))
     not_below = ~(steps.values[1][quantity, last] < level)
     time[not_below] = error[not_below] = np.nan
-    only = steps._replace(values=_row(steps.values, quantity), rates=_row(steps.rates, quantity))
-    candidates = np.flatnonzero((only.reach(1)[0] >= level[members]) & ~not_below[members])
+    highest = steps.reach(1, slice(quantity, quantity + 1))[0]
+    candidates = np.flatnonzero((highest >= level[members]) & ~not_below[members])
     while len(candidates):
         # The last candidate of each member; those before it wait.
         final = np.append(members[candidates[1:]] != members[candidates[:-1]], [True])
@@ -377,11 +369,6 @@ def last_above(steps: Steps, quantity: int, level: Array) -> Crossings:
     return Crossings(time, error)
 
 
-def _row(sides: tuple[Array, Array], row: int) -> tuple[Array, Array]:
-    begin, end = sides
-    return begin[row : row + 1], end[row : row + 1]
-
-
 def _crossings_in(
     steps: Steps, quantity: int, step: Array, level: Array
 ) -> tuple[Crossings, Array]:
@@ -390,15 +377,16 @@ def _crossings_in(
     reached, share = polynomials.last_above(level)
     reached |= steps.values[0][quantity, step] >= level
     length = steps.length[step]
-    slope = np.abs(polynomials.at(share)[1])
+    slope = np.abs(_evaluated(polynomials.coefficients, share)[1])
     with np.errstate(all="ignore"):
         error = np.minimum(polynomials.errors_at(share) / slope, 1.0) * length
     error = np.where(np.isfinite(error), error, length)
     time = steps.begin[step] + share * length
     # A level that the quantity only just reaches is decided by shorter steps, too.
-    number, _, top = polynomials.turns
+    number, turn, top = polynomials.turns
     grazing = np.zeros(len(step), dtype=bool)
-    grazing[number[np.abs(top - level[number]) <= polynomials.errors_at_turns()]] = True
+    errors = polynomials.errors_at(turn, number)
+    grazing[number[np.abs(top - level[number]) <= errors]] = True
     for place in np.flatnonzero((error > OF_TIME * time) | grazing).tolist():
         parts = steps.divide(int(step[place]))
         if parts is None:

@@ -8,7 +8,6 @@ import numpy as np
 from rbstab.analysis.configuration import stored_energies
 from rbstab.analysis.extrema import (
     ABSOLUTE,
-    ORDERS,
     Crossings,
     Extrema,
     Steps,
@@ -132,17 +131,13 @@ def extremes_of_samples(quantities: Mapping[str, Array], v: Array) -> Extremes:
 def _extremes(steps: Steps, quantities: Mapping[str, Array]) -> Extremes:
     """Return the extremes of the steps of a run."""
     extrema = farthest_from_zero(steps)
-    # Runs of before layout version 2 do not name the rest state at which their v is zero, and those
-    # of before version 4 not its round-off.
-    last = quantities["orientation"][-1:]
-    rest = quantities.get("rest_orientation", last)
-    round_off = float(quantities.get("energy_round_off", np.finfo(float).tiny))
+    from_rest = quantities["orientation"][-1:] - quantities["rest_orientation"]
     settling = settling_times(
         steps,
         VALUE,
         extrema.value[VALUE],
-        last - rest,
-        np.array([round_off]),
+        from_rest,
+        quantities["energy_round_off"][np.newaxis],
         supplied="supplied_energy" in quantities,
     )
     return Extremes(extrema, settling, last_above(steps, SQUARE, np.array([SETTLED_DISTANCE**2])))
@@ -224,7 +219,7 @@ class _StepsOfRun:
         self.ends, self.rest, self.deadline, self.Theta = ends, rest, deadline, Theta
         self.q = quaternion_of(ends.systems[0])
         self._table, self.turn = np.empty(0), 0.0
-        self._equations: dict[int, tuple[EquationsInTime, EquationsInTime]] = {}
+        self._equations: dict[int, tuple[EquationsInTime, Watch]] = {}
 
     def steps(self) -> Steps | None:
         """Return the steps; None if the deadline has expired."""
@@ -257,50 +252,42 @@ class _StepsOfRun:
             np.zeros(1, dtype=int),
             times[:-1],
             np.diff(times),
-            (table[0, 0], table[1, 0]),
-            (table[0, 1], table[1, 1]),
+            table,
             self._derivatives,
             self._divide,
         )
 
-    def _of(self, system: System) -> tuple[EquationsInTime, EquationsInTime]:
-        """Return the rates of a system and what is watched of it."""
-        found = self._equations.get(id(system))
-        if found is None:
+    def _of(self, system: System) -> tuple[EquationsInTime, Watch]:
+        """Return the rates of a system, and the values and rates of what is watched of it."""
+        if id(system) not in self._equations:
+            rates = audited_rates_of(system)
             watched = EquationsInTime(_watched, system, system.timed)
-            found = self._equations[id(system)] = audited_rates_of(system), watched
-        return found
+
+            def observe(y: Array, t: float) -> Array:
+                found = watched(y + 1j * STEP * rates(y, t), t + 1j * STEP)
+                values, slopes = found.real.copy(), found.imag / STEP
+                values[VALUE] -= self.rest
+                if self.q is not None:
+                    values[THETA_ROWS], slopes[THETA_ROWS] = self.q.watched(y)
+                return np.array([values, slopes])
+
+            self._equations[id(system)] = rates, observe
+        return self._equations[id(system)]
 
     def _observed(self, system: System, end: int) -> Array:
         """Return the values and rates of what is watched at the end of a step, shape (2, 8)."""
-        return self._watch(system)(self.ends.states[end], self.ends.times[end])
-
-    def _watch(self, system: System) -> Watch:
-        """Return the function of a state and a time that returns values and rates, see `along`."""
-        rates, watched = self._of(system)
-
-        def observe(y: Array, t: float) -> Array:
-            found = watched(y + 1j * STEP * rates(y, t), t + 1j * STEP)
-            values, slopes = found.real.copy(), found.imag / STEP
-            values[VALUE] -= self.rest
-            if self.q is not None:
-                values[THETA_ROWS], slopes[THETA_ROWS] = self.q.watched(y)
-            return np.array([values, slopes])
-
-        return observe
+        return self._of(system)[1](self.ends.states[end], self.ends.times[end])
 
     def _derivatives(self, quantity: Array, step: Array) -> Array:
-        """Return values and three derivatives at both ends of steps (see `Steps`)."""
-        found, ends = np.empty((2, ORDERS, len(step))), self.ends
+        """Return second and third derivatives at both ends of steps (see `Steps`)."""
+        found, ends = np.empty((2, 2, len(step))), self.ends
         for number in np.unique(step).tolist():
-            places, system = np.flatnonzero(step == number), ends.systems[number + 1]
-            watch, (rates, _) = self._watch(system), self._of(system)
+            places = np.flatnonzero(step == number)
+            rates, watch = self._of(ends.systems[number + 1])
             length = ends.times[number + 1] - ends.times[number]
             for end in range(2):
                 y, t = ends.states[number + end], ends.times[number + end]
                 found[end][:, places] = along(watch, rates, y, t, length)[:, quantity[places]]
-        if self.q is not None:
-            found[:, :2] = self._table[:, :, quantity, step]
         return found
 
     def _divide(self, step: int) -> Steps | None:

@@ -78,10 +78,9 @@ def _read(file: Path) -> "Proof | None":
     """Read a proof; None if it is missing or damaged. It is read once, until its file changes."""
     try:
         # A proof appears by a rename, so a new one is another file.
-        identity = identity_of(file.stat())
+        return _known(file, identity_of(file.stat()))
     except (OSError, ValueError):
-        identity = ()  # reading it raises the error
-    return _known(file, identity) if identity else _known.__wrapped__(file, identity)
+        return _known.__wrapped__(file, ())  # reading it tells the error
 
 
 @lru_cache(MAX_KNOWN)

@@ -2,14 +2,16 @@
 
 import math
 import time
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rbstab.analysis.approached_state import LyapunovZero, lyapunov_zero
+from rbstab.analysis.certificate.checks import checks_of
+from rbstab.analysis.certificate.evidence import evidence_of
 from rbstab.analysis.certificate.verdict import Check
-from rbstab.analysis.configuration import stored_energies
 from rbstab.analysis.lyapunov import has_no_potential, lyapunov_trace
 from rbstab.analysis.rest_state import RestState, nearest_rest_state
 from rbstab.analysis.rest_system import smooth_rest_system
@@ -18,21 +20,16 @@ from rbstab.analysis.settling import value_round_off
 from rbstab.elements.registry import NAMED_ELEMENTS
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
-from rbstab.experiment.convergence.zero_description import no_rest_state_warning
-from rbstab.experiment.run_certificate import certificate_of
-from rbstab.experiment.switching_record import (
-    impact_arrays,
-    switching_arrays,
-)
+from rbstab.experiment.switching_record import event_arrays
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Trajectory, first_samples
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.watched_rates import EquationsInTime
 from rbstab.mechanics.algebra import ZERO
-from rbstab.mechanics.motion import Motion
+from rbstab.mechanics.motion import Wrench
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.store.variables import Variable
-from rbstab.systems.quantities import Quantity, quantities_with, run_dimensions
+from rbstab.systems.quantities import quantities_with
 from rbstab.systems.system import System
 
 RECORDING_MARGIN = 0.1
@@ -46,15 +43,6 @@ TIMED_OBSERVATIONS = 5
 """The fastest of this many observations counts; the others may have been interrupted."""
 
 
-_EVENTS = {
-    "switch": "switch_time",
-    "transition": "transition_time",
-    "impact": "impact_time",
-    "rest": "rest_begin",
-}
-"""The dimensions along which events are stored, each with an array that has it."""
-
-
 class Record(NamedTuple):
     """The stored data of a run.
 
@@ -64,14 +52,12 @@ class Record(NamedTuple):
             dimensions.
         checks: The checks of the certificate that need no proof.
         zero: The rest state at which v is zero.
-        warnings: Warnings about the rest state.
     """
 
     trajectory: Trajectory
     variables: dict[str, Variable]
     checks: list[Check]
     zero: LyapunovZero
-    warnings: list[str]
 
 
 class RecordedTrajectory(NamedTuple):
@@ -121,7 +107,7 @@ def zero_of(
 
 def recording_time(problem: Problem, only_outcome: bool = False) -> float:
     """Measure the time to record one sample of a problem, s; `only_outcome` as for `recorded`."""
-    observe = _Observer(only_outcome)
+    observe = _Observer(tuple(_shapes(problem.system, only_outcome)))
     first = float(problem.times[0])
     with np.errstate(all="ignore"):
         # The first observation of a system takes longer than all others.
@@ -152,31 +138,38 @@ def record_of(
     with np.errstate(all="ignore"):
         trajectory, arrays = recorded(problem, trajectory, zero.rest, deadline)
         arrays |= stored_extremes(extremes_of(problem, trajectory, arrays, deadline))
-        checks = certificate_of(problem, trajectory, arrays, zero)
-    parts = np.array(problem.system.parts, dtype=object)
-    quantities = quantities_with(problem.system.declared_states)
-    coordinates = {
-        name: Variable((name,), np.arange(1, len(arrays[source]) + 1), "1", f"number of the {name}")
-        for name, source in _EVENTS.items()
-        if source in arrays
-    } | {
-        **{
-            name: Variable((name,), np.arange(1, length + 1), "1", "component of a vector")
-            for name, length in run_dimensions(problem.system.declared_states).items()
-            if any(name in quantities[array].dimensions for array in arrays)
-        },
-        "part": Variable(("part",), parts, "1", "part of the system"),
-    }
-    named = np.array(named_elements(problem.system), dtype=object)
-    if len(named):
-        coordinates["element"] = Variable(("element",), named, "1", "element of the config")
+        checks = checks_of(evidence_of(problem, trajectory, arrays, zero))
+    return Record(trajectory, _variables(problem.system, arrays), checks, zero)
+
+
+def _variables(system: System, arrays: dict[str, Array]) -> dict[str, Variable]:
+    """Return quantities as they are stored, after the coordinates of their dimensions."""
+    quantities = quantities_with(system.declared_states)
     described = {
-        name: _variable(quantity, arrays[name])
+        name: Variable(
+            quantity.dimensions,
+            arrays[name],
+            quantity.unit,
+            f"{quantity.symbol}: {quantity.meaning}",
+        )
         for name, quantity in quantities.items()
         if name in arrays
     }
-    warnings = [] if zero.rest.is_at_rest else [no_rest_state_warning(problem.system)]
-    return Record(trajectory, coordinates | described, checks, zero, warnings)
+    words = {"part": system.parts, "element": named_elements(system)}
+    meanings = {"part": "part of the system", "element": "element of the config"}
+    meanings |= {
+        name: f"number of the {name}" for name in ("switch", "transition", "impact", "rest")
+    }
+    coordinates: dict[str, Variable] = {}
+    for variable in described.values():
+        for name, count in zip(variable.dimensions, variable.data.shape, strict=True):
+            if name in words:
+                labels = np.array(words[name], dtype=object)
+            else:
+                labels = np.arange(1, count + 1)
+            meaning = meanings.get(name, "component of a vector")
+            coordinates[name] = Variable((name,), labels, "1", meaning)
+    return coordinates | described
 
 
 def recorded(
@@ -207,14 +200,10 @@ def recorded(
             trajectory = first_samples(trajectory, count, deadline)
         arrays = {"time": trajectory.times, **arrays, **_of_states(system, trajectory, arrays)}
         change = trajectory.lyapunov_change
-        if trajectory.switches is not None:
-            arrays |= switching_arrays(trajectory.switches)
-            change = change - trajectory.switches.discarded_energy
-        if trajectory.trusted_until is not None:
-            arrays["trusted_until"] = np.array(trajectory.trusted_until)
-        if trajectory.impacts is not None:
-            arrays |= impact_arrays(system, trajectory.impacts)
-            change = change - trajectory.impacts.lost
+        events = event_arrays(system, trajectory)
+        arrays |= events
+        for lost in ("discarded_energy", "impact_loss"):
+            change = change - events.get(lost, 0.0)
         if has_no_potential(system):
             # The contact force has no potential, so v - ε replaces v (eq. 28).
             arrays["energy"][:, system.parts.index("connector")] = -trajectory.contact_work
@@ -244,61 +233,15 @@ def _round_off(system: System, trajectory: Trajectory) -> float:
     return float(value_round_off(lambda y: system.observe(y).energy, trajectory.states[0]))
 
 
-def motion_warnings(trajectory: Trajectory) -> list[str]:
-    """Return warnings about a motion.
-
-    θ1 or θ3 may leave the range of eq. 5; no equation becomes singular then. `trusted_until` may be
-    unknown, or earlier than the end. Numbers of a config may overflow or underflow in the rates.
-    """
-    warnings = []
-    if trajectory.status is RunStatus.DIVERGED and len(trajectory.times) == 1:
-        warnings.append(
-            "numbers of the config are too small or too large: its rates underflow or overflow in "
-            "double precision"
-        )
-    for index, name in ((0, "θ1"), (2, "θ3")):
-        outside = np.abs(trajectory.states[:, index]) > math.pi
-        if outside.any():
-            t = trajectory.times[int(outside.argmax())]
-            warnings.append(f"{name} is outside [-π, π], the range of eq. 5, from t = {t:.6g} s")
-    switches, trusted = trajectory.switches, trajectory.trusted_until
-    if switches is not None:
-        trusted = switches.trusted_until
-    if trusted is not None and np.isnan(trusted):
-        warnings.append("trusted_until is unknown: the time limit ended the run that determines it")
-    elif trusted is not None and trusted < _last_comparable(trajectory):
-        warnings.append(
-            f"the motion is not reproducible after t = {trusted:.6g} s (trusted_until): a start "
-            "that differs in the last digit leads to another motion"
-        )
-    return warnings
-
-
-def _last_comparable(trajectory: Trajectory) -> float:
-    """Return the last time at which two runs of one motion can be compared, s.
-
-    Where a run ends early, its last sample is no common one.
-    """
-    completed = trajectory.status is RunStatus.COMPLETED
-    return float(trajectory.times[-1 if completed else max(-2, -len(trajectory.times))])
-
-
 def _observed(
     system: System, trajectory: Trajectory, deadline: Deadline | None, only_outcome: bool
 ) -> dict[str, Array]:
     """Return the observed quantities of the samples; of fewer if the deadline expires."""
-    parts, named = len(system.parts), len(named_elements(system))
-    shapes: dict[str, tuple[int, ...]] = {**dict.fromkeys(_MOTION, (3,)), "energy": (parts,)}
-    if not only_outcome:
-        shapes |= dict.fromkeys(_FORCES, (3,)) | {"dissipation": (parts,)}
-        if named:
-            shapes |= dict.fromkeys(_OF_ELEMENTS, (named, 3))
-        if system.supplies:
-            shapes["supplied_power"] = (parts,)
+    shapes = _shapes(system, only_outcome)
     ends = np.cumsum([0, *map(math.prod, shapes.values())]).tolist()
     count = len(trajectory.times)
     table = np.empty((count, ends[-1]))
-    observe = _Observer(only_outcome)
+    observe = _Observer(tuple(shapes))
     systems = trajectory.systems or (system,) * count
     samples = zip(systems, trajectory.states, trajectory.times.tolist(), strict=True)
     for row, (system_now, state, t) in enumerate(samples):
@@ -319,11 +262,11 @@ class _Observer:
     but systems that differ in their modes share one code.
 
     Args:
-        only_outcome: As for `recorded`.
+        names: The names of the quantities.
     """
 
-    def __init__(self, only_outcome: bool) -> None:
-        self._quantities = _outcome_at if only_outcome else _all_at
+    def __init__(self, names: tuple[str, ...]) -> None:
+        self._quantities = _Quantities(names)
         self._of: dict[int, EquationsInTime] = {}
 
     def __call__(self, system: System, state: Array, t: float) -> Array:
@@ -335,30 +278,55 @@ class _Observer:
         return found(state, t)
 
 
-_MOTION = (
-    *("orientation", "angular_velocity", "position", "velocity"),
-    *("contact_displacement", "contact_velocity"),
-)
+_MOTION = {
+    "orientation": "Theta",
+    "angular_velocity": "Omega",
+    "position": "X",
+    "velocity": "V",
+    "contact_displacement": "E",
+    "contact_velocity": "F",
+}
+"""The observed vectors of a motion, with their names in `Motion`."""
+
 _FORCES = ("contact_force", "stabilizing_force", "stabilizing_couple")
-_OF_ELEMENTS = ("element_force", "element_couple")
 
 
-def _all_at(system: System, state: Array, t: Number = 0.0) -> Array:
-    """Return `_MOTION`, energies, `_FORCES` and dissipations at a state, one after the other.
+def _shapes(system: System, only_outcome: bool) -> dict[str, tuple[int, ...]]:
+    """Return the shapes of the observed quantities of a sample, by their names."""
+    parts = (len(system.parts),)
+    shapes: dict[str, tuple[int, ...]] = {**dict.fromkeys(_MOTION, (3,)), "energy": parts}
+    if only_outcome:
+        return shapes
+    shapes |= dict.fromkeys(_FORCES, (3,)) | {"dissipation": parts}
+    named = len(named_elements(system))
+    if named:
+        shapes |= dict.fromkeys(("element_force", "element_couple"), (named, 3))
+    return shapes | ({"supplied_power": parts} if system.supplies else {})
 
-    Then come `_OF_ELEMENTS` if the system has named elements, and the power that each part supplies
-    if an element supplies any.
-    """
-    seen, names = system.observe(state, t), [element.name for element in system.elements]
-    force = couple = ZERO
-    if TranslationalStabilizer.name in names:
-        force = seen.wrenches[names.index(TranslationalStabilizer.name)].force
-        couple = seen.wrenches[names.index(RotationalStabilizer.name)].couple
-    forces = seen.contact_force, force, couple
-    own = [seen.wrenches[names.index(name)] for name in named_elements(system)]
-    rows = [*_motion_rows(seen.motion), seen.energy, *forces, seen.dissipation]
-    rows += [one.force for one in own] + [one.couple for one in own]
-    return np.concatenate([*rows, seen.supplied] if system.supplies else rows)
+
+@dataclass(frozen=True)
+class _Quantities:
+    """Some observed quantities of a system, one after the other, as a function of its state."""
+
+    names: tuple[str, ...]
+
+    def __call__(self, system: System, state: Array, t: Number = 0.0) -> Array:
+        """Return the quantities. What no name needs is left out of the code that is made."""
+        seen = system.observe(state, t)
+        of = dict(zip((one.name for one in system.elements), seen.wrenches, strict=True))
+        none, own = Wrench(ZERO, ZERO, ZERO), [of[name] for name in named_elements(system)]
+        rows: dict[str, Any] = {
+            **{name: getattr(seen.motion, symbol) for name, symbol in _MOTION.items()},
+            "energy": seen.energy,
+            "contact_force": seen.contact_force,
+            "stabilizing_force": of.get(TranslationalStabilizer.name, none).force,
+            "stabilizing_couple": of.get(RotationalStabilizer.name, none).couple,
+            "dissipation": seen.dissipation,
+            "element_force": [one.force for one in own],
+            "element_couple": [one.couple for one in own],
+            "supplied_power": seen.supplied,
+        }
+        return np.concatenate([np.ravel(rows[name]) for name in self.names])
 
 
 def named_elements(system: System) -> tuple[str, ...]:
@@ -368,18 +336,6 @@ def named_elements(system: System) -> tuple[str, ...]:
         for element in system.elements
         if isinstance(element, NAMED_ELEMENTS) or element.from_user
     )
-
-
-def _outcome_at(system: System, state: Array, t: Number = 0.0) -> Array:
-    """Return `_MOTION` and the energy of each part at a state, one after the other."""
-    motion = system.motion(state, t)
-    kinetic = system.body.kinetic_energy(motion.Omega, motion.V)
-    stored = stored_energies(system, motion, state[system.coordinates.size :])
-    return np.concatenate([*_motion_rows(motion), np.array([kinetic, *stored])])
-
-
-def _motion_rows(motion: Motion) -> tuple[Array, ...]:
-    return motion.Theta, motion.Omega, motion.X, motion.V, motion.E, motion.F
 
 
 def _of_states(
@@ -392,8 +348,3 @@ def _of_states(
             residual = np.linalg.norm(observed[f"contact_{source}"], axis=1)
             arrays[f"constraint_{level}_residual"] = residual
     return arrays
-
-
-def _variable(quantity: Quantity, data: Array) -> Variable:
-    long_name = f"{quantity.symbol}: {quantity.meaning}"
-    return Variable(quantity.dimensions, data, quantity.unit, long_name)

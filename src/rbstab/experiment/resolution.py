@@ -1,5 +1,6 @@
-"""Warnings about lost digits: of quantities that are too small, and of matrices in inverses."""
+"""Warnings about a run: its range, and lost digits of small quantities and inverses."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,45 @@ LARGEST_SHARE = 1e-8
 
 LARGEST_INVERSE_ERROR = 1e-9
 """The largest error of the inverse of a matrix that needs no warning, relative to the matrix."""
+
+
+def motion_warnings(trajectory: Trajectory) -> list[str]:
+    """Return warnings about a motion.
+
+    θ1 or θ3 may leave the range of eq. 5; no equation becomes singular then. `trusted_until` may be
+    unknown, or earlier than the end. Numbers of a config may overflow or underflow in the rates.
+    """
+    warnings = []
+    if trajectory.status is RunStatus.DIVERGED and len(trajectory.times) == 1:
+        warnings.append(
+            "numbers of the config are too small or too large: its rates underflow or overflow in "
+            "double precision"
+        )
+    for index, name in ((0, "θ1"), (2, "θ3")):
+        outside = np.abs(trajectory.states[:, index]) > math.pi
+        if outside.any():
+            t = trajectory.times[int(outside.argmax())]
+            warnings.append(f"{name} is outside [-π, π], the range of eq. 5, from t = {t:.6g} s")
+    switches, trusted = trajectory.switches, trajectory.trusted_until
+    if switches is not None:
+        trusted = switches.trusted_until
+    if trusted is not None and np.isnan(trusted):
+        warnings.append("trusted_until is unknown: the time limit ended the run that determines it")
+    elif trusted is not None and trusted < _last_comparable(trajectory):
+        warnings.append(
+            f"the motion is not reproducible after t = {trusted:.6g} s (trusted_until): a start "
+            "that differs in the last digit leads to another motion"
+        )
+    return warnings
+
+
+def _last_comparable(trajectory: Trajectory) -> float:
+    """Return the last time at which two runs of one motion can be compared, s.
+
+    Where a run ends early, its last sample is no common one.
+    """
+    completed = trajectory.status is RunStatus.COMPLETED
+    return float(trajectory.times[-1 if completed else max(-2, -len(trajectory.times))])
 
 
 def resolution_warnings(

@@ -1,20 +1,14 @@
 """The certificate of a run, as arrays of its result."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rbstab.analysis.approached_state import LyapunovZero
-from rbstab.analysis.certificate.checks import checks_of
-from rbstab.analysis.certificate.evidence import MAX_AUDIT_BOUND, Evidence, Supply, audit_bound
 from rbstab.analysis.certificate.verdict import Check, Verdict
-from rbstab.analysis.configuration import as_at_rest
-from rbstab.analysis.exact import exact_rest_energy
-from rbstab.analysis.lyapunov import energy_scale, has_no_potential
-from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.experiment.answers.state_words import kinds_of
-from rbstab.integrate.problem import Problem, Trajectory
-from rbstab.mechanics.numbers import Array
+from rbstab.experiment.convergence.decisions import convergence_at_start
+from rbstab.integrate.problem import Problem
 from rbstab.store.variables import Variable
 
 if TYPE_CHECKING:
@@ -38,59 +32,6 @@ it counts from the rest state below the end of the motion."""
 
 GROUP = "certificate"
 """Name of the group of a result file that holds the certificate."""
-
-
-def certificate_of(
-    problem: Problem, trajectory: Trajectory, arrays: dict[str, Array], zero: LyapunovZero
-) -> list[Check]:
-    """Return the checks of a trajectory that need no proof.
-
-    Args:
-        problem: The problem.
-        trajectory: Its trajectory.
-        arrays: The quantities along the trajectory, by their names.
-        zero: The rest state at which v is zero.
-    """
-    systems = trajectory.systems or (problem.system,) * len(trajectory.times)
-    v, supplied = arrays["lyapunov"], trajectory.supplied_energy
-    evidence = Evidence(
-        times=trajectory.times,
-        states=trajectory.states,
-        systems=systems,
-        value=v,
-        rate=arrays["lyapunov_rate"],
-        dissipation=arrays["dissipation"],
-        residual=arrays["energy_residual"],
-        energy=arrays["energy"],
-        rest=zero.rest,
-        approached=zero.approached and as_at_rest(problem.system) is problem.system,
-        exact_rest_energy=lambda: exact_rest_energy(smooth_rest_system(problem), zero.rest),
-        scale=float(energy_scale(v, arrays["energy_round_off"], supplied)),
-        has_potential=not has_no_potential(problem.system),
-        audit_bound=computed_audit_bound(problem),
-        supply=_supply_of(problem, trajectory, arrays),
-    )
-    return checks_of(evidence)
-
-
-def _supply_of(problem: Problem, trajectory: Trajectory, arrays: dict[str, Array]) -> Supply | None:
-    """Return what the elements of a run supply; None if they are passive."""
-    if trajectory.supplied_energy is None:
-        return None
-    breakpoints = np.array(problem.breakpoints())
-    return Supply(
-        power=arrays["supplied_power"],
-        energy=trajectory.supplied_energy,
-        breakpoints=breakpoints[breakpoints < trajectory.times[-1]],
-        reached=trajectory.breakpoints,
-    )
-
-
-def computed_audit_bound(problem: Problem) -> float:
-    """Return the allowed error of a run, relative to the size of what is compared."""
-    # Implicit steps are of first order: the tolerance has no effect on them.
-    implicit = problem.switching is not None and problem.switching.step > 0
-    return MAX_AUDIT_BOUND if implicit else audit_bound(problem.rtol)
 
 
 def rest_state_check(proof: "Proof | None") -> Check:
@@ -129,16 +70,13 @@ def proved_checks(problem: Problem, proof: "Proof | None") -> list[Check]:
     if proof is None or not (proof.states or proof.proved):
         return [stable, region]
     # Imported late: most runs have no proof.
-    from rbstab.experiment.convergence.region_bounds import level_of
-    from rbstab.experiment.stored_proof.starts import start_level, start_state
+    from rbstab.experiment.stored_proof.starts import start_level
 
-    level, number = start_level(problem, proof), start_state(problem, proof)
-    if level is not None and number is not None:
-        energy = level + proof.states[0].energy
-        value = energy - proof.states[number - 1].energy
-        bound = level_of(proof, number, energy)
-        quantity = ABOVE.replace("1", str(number))
-        region = Check(CERTIFIED_REGION, Verdict.CERTIFIED, value, bound, np.nan, quantity)
+    level, found = start_level(problem, proof), convergence_at_start(problem, proof)
+    if level is not None and found.rest_state is not None and found.bound is not None:
+        value = level + proof.states[0].energy - proof.states[found.rest_state - 1].energy
+        quantity = ABOVE.replace("1", str(found.rest_state))
+        region = Check(CERTIFIED_REGION, Verdict.CERTIFIED, value, found.bound, np.nan, quantity)
     elif level is not None and proof.region is not None:
         region = region._replace(value=level, bound=proof.region.lower_bound)
     return [stable, region]
@@ -155,7 +93,7 @@ COLUMNS = {
 """The columns of a stored certificate, each with its unit and its meaning."""
 
 
-def certificate_variables(checks: list[Check]) -> dict[str, Variable]:
+def certificate_variables(checks: Sequence[Check]) -> dict[str, Variable]:
     """Return the checks as arrays of the group `certificate`."""
     variables = {}
     for (name, described), entries in zip(COLUMNS.items(), zip(*checks, strict=True), strict=True):

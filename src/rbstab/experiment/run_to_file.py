@@ -2,23 +2,24 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from rbstab.config.build import problem_of
 from rbstab.config.load import resolved_yaml, run_id
 from rbstab.config.schema import Config
 from rbstab.experiment.convergence.convergence import Enclose, stored_convergence
-from rbstab.experiment.convergence.with_proof import takes_proof, with_proof
+from rbstab.experiment.convergence.with_proof import with_proof
 from rbstab.experiment.run_certificate import proved_checks
 from rbstab.experiment.simulate import simulate_problem
 from rbstab.experiment.store_run import (
+    FiledRun,
     aside_path,
     depends_on_machine,
     existing_result,
     refuse_different,
     store_run,
 )
-from rbstab.experiment.stored_certificate import stored_lines
+from rbstab.experiment.stored_certificate import certificate_lines
 from rbstab.integrate.problem import Problem, Progress
 from rbstab.store.disk.atomic import remove_abandoned
 from rbstab.store.disk.existence import check_writable, path_exists
@@ -28,25 +29,6 @@ from rbstab.store.run_file import open_result
 
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.proof import Proof
-
-
-class FiledRun(NamedTuple):
-    """A run and its file.
-
-    Attributes:
-        path: The file.
-        result: The result in it.
-        computed: Whether the run was integrated now; otherwise its finished result was read.
-        moved_aside: The new path of an earlier result that had this name; None if there was none.
-        kept: Whether the run was integrated now, but the file holds a result of the same config
-            that is better, or that another process has finished in the meantime. It is kept.
-    """
-
-    path: Path
-    result: Result
-    computed: bool
-    moved_aside: Path | None
-    kept: bool = False
 
 
 def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
@@ -84,21 +66,17 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
     text = resolved_yaml(config)
 
     def is_final(found: Result) -> bool:
-        is_current = found.config == text and _is_final(found, problem, proof)
-        return is_current and _enclosed(found).covers(enclose)
+        is_current = found.config == text and not depends_on_machine(found)
+        return is_current and _has_proof(found, problem, proof, enclose)
 
     if old is not None and identical and not force:
         if old.config != text:
             # The motion is the same; what is wanted of it has changed.
             old = store_run(path, replace(old, config=text), is_final).result
-        if is_final(old):
+        if not depends_on_machine(old):
             # Its writer may have been killed as soon as the result was complete.
             remove_abandoned(path)
-            return FiledRun(path, old, computed=False, moved_aside=None)
-        if not depends_on_machine(old) and takes_proof(old):
-            result = with_proof(old, config, problem, proof, enclose)
-            stored = store_run(path, result, is_final)
-            return FiledRun(path, stored.result, computed=False, moved_aside=None)
+            return prove_run(FiledRun(path, old), config, problem, proof, enclose)
     different = path_exists(path) and not identical
     if different and not force:
         refuse_different(path, old)
@@ -106,17 +84,16 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
     check_writable(aside_path(path, old) if different else path)
     result = simulate_problem(config, problem, progress=progress, proof=proof, enclose=enclose)
     # Another process may have written this file in the meantime.
-    stored = store_run(path, result, is_final, force=force)
-    return FiledRun(path, stored.result, stored.written, stored.moved_aside, not stored.written)
+    return store_run(path, result, is_final, force=force)
 
 
 def prove_run(
-    run: FiledRun, config: Config, problem: Problem, proof: "Proof", enclose: Enclose
+    run: FiledRun, config: Config, problem: Problem, proof: "Proof | None", enclose: Enclose
 ) -> FiledRun:
     """Return a run with what its proof says, and store that with it.
 
     Args:
-        run: The run. An older one that takes no proof is integrated again.
+        run: The run.
         config: Its config.
         problem: The problem of the config.
         proof: The proof of its rest states.
@@ -127,15 +104,12 @@ def prove_run(
     """
 
     def is_final(found: Result) -> bool:
-        return _has_proof(found, problem, proof) and _enclosed(found).covers(enclose)
+        return _has_proof(found, problem, proof, enclose)
 
     if is_final(run.result):
         return run
-    if not takes_proof(run.result):
-        return run_to_file(config, run.path, problem, proof=proof, enclose=enclose)
     result = with_proof(run.result, config, problem, proof, enclose)
-    stored = store_run(run.path, result, is_final)
-    return run._replace(result=stored.result)
+    return run._replace(result=store_run(run.path, result, is_final).result)
 
 
 def finished_run(
@@ -150,23 +124,19 @@ def finished_run(
         found = open_result(path)
     except StoreError:
         return None
-    final = found.run_id == run_id(config) and _is_final(found, problem, proof)
-    return found if final else None
+    same = found.run_id == run_id(config) and not depends_on_machine(found)
+    return found if same and _has_proof(found, problem, proof) else None
 
 
-def _is_final(result: Result, problem: Problem, proof: "Proof | None") -> bool:
-    return not depends_on_machine(result) and _has_proof(result, problem, proof)
-
-
-def _enclosed(result: Result) -> Enclose:
-    """Return how far the exact motion of a result was enclosed, by the method of this version."""
-    found = stored_convergence(result.attributes)
-    return Enclose.NOTHING if found is None else found.enclosed
-
-
-def _has_proof(result: Result, problem: Problem, proof: "Proof | None") -> bool:
-    """Return whether the certificate of a result has the checks that a proof decides."""
-    if proof is None:
-        return True
-    stored = {line.check: line.verdict for line in stored_lines(result)}
-    return all(stored.get(c.check) == c.verdict for c in proved_checks(problem, proof))
+def _has_proof(
+    result: Result, problem: Problem, proof: "Proof | None", enclose: Enclose = Enclose.NOTHING
+) -> bool:
+    """Return whether a result has the checks that a proof decides, and is enclosed so far."""
+    convergence = stored_convergence(result.attributes)
+    enclosed = Enclose.NOTHING if convergence is None else convergence.enclosed
+    if not enclosed.covers(enclose):
+        return False
+    stored = {line.check: line.verdict for line in certificate_lines(result)}
+    return proof is None or all(
+        stored.get(c.check) == c.verdict for c in proved_checks(problem, proof)
+    )

@@ -14,15 +14,14 @@ from rbstab.config.warnings import config_warnings
 from rbstab.experiment.answers.result import Result
 from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.convergence.with_proof import with_proof
-from rbstab.experiment.convergence.zero_description import zero_description
+from rbstab.experiment.convergence.zero_description import no_rest_state_warning, zero_description
 from rbstab.experiment.provenance import provenance
 from rbstab.experiment.record import (
-    motion_warnings,
     record_of,
     recording_time,
     rest_state_of,
 )
-from rbstab.experiment.resolution import inverse_warnings, resolution_warnings
+from rbstab.experiment.resolution import inverse_warnings, motion_warnings, resolution_warnings
 from rbstab.experiment.run_certificate import certificate_variables
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
@@ -110,7 +109,7 @@ def simulate_problem(
         "warnings": "\n".join(
             [
                 *config_warnings(config),
-                *record.warnings,
+                *([] if record.zero.rest.is_at_rest else [no_rest_state_warning(problem.system)]),
                 *motion_warnings(trajectory),
                 *inverse_warnings(problem.system),
                 *resolution_warnings(config.integration, trajectory, record.variables),

@@ -1,5 +1,6 @@
 """Stability of one config, and sentences that describe it."""
 
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -10,20 +11,22 @@ from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.experiment.answers.state_words import (
     almost_sentence,
+    capitalized,
     counted_states,
     counterexample,
+    every_motion,
     families_of,
+    keeps_distance,
     kinds_of,
     other_family,
 )
-from rbstab.experiment.convergence.convergence import Convergence
+from rbstab.experiment.convergence.convergence import EVERY_START, Convergence
 from rbstab.experiment.stored_proof.proof import (
     GOES_ON,
     NO_LENGTH,
     STOP,
     UNSPRUNG,
     Proof,
-    ProvedMinimum,
     ProvedState,
     ProvedStates,
 )
@@ -105,11 +108,8 @@ def stability_of(
 
 def statements_of(proof: Proof) -> list[str]:
     """Return sentences on a proof by itself, without a start."""
-    return [
-        *_rest_state_sentences(proof),
-        *_region_sentences(proof),
-        *_unwrapped_sentences(proof),
-    ]
+    parts = (*_rest_states(proof), *_regions(proof), *_unwrapped(proof))
+    return [f"{sentence}." for sentence in parts]
 
 
 def kind_of(state: ProvedState) -> str:
@@ -126,21 +126,22 @@ def kind_of(state: ProvedState) -> str:
     return f"{kind}, held" if state.held else kind
 
 
-def _rest_state_sentences(proof: Proof) -> list[str]:
-    if not (proof.states or proof.proved or proof.families):
-        return [f"Rest states: not decided ({proof.ended})."]
+def _rest_states(proof: Proof) -> Iterator[str]:
+    """Yield how many rest states there are, which starts reach them, and how sure that is."""
     almost, count = proof.almost_every_start, len(proof.states)
-    sentences = [_counts_sentence(proof), _global_sentence(proof)]
+    if not (count or proof.proved or proof.families):
+        yield f"Rest states: not decided ({proof.ended})"
+        return
+    yield f"Rest states: {_counted(proof)}"
     if almost.proved and not proof.globally_stable:
-        sentence = almost_sentence(proof, almost)
-        sentences.insert(1, f"Almost every start: proved. {sentence[:1].upper()}{sentence[1:]}.")
-    elif (proof.proved and count > 1) or proof.families:
-        sentences.append(f"Almost every start: not decided ({almost.why}).")
-    return sentences
+        yield f"Almost every start: proved. {capitalized(almost_sentence(proof, almost))}"
+    yield f"Globally stable: {_global(proof)}"
+    if not almost.proved and ((proof.proved and count > 1) or proof.families):
+        yield f"Almost every start: not decided ({almost.why})"
 
 
-def _counts_sentence(proof: Proof) -> str:
-    """Return a sentence on how many rest states there are, and how sure that is."""
+def _counted(proof: Proof) -> str:
+    """Return how many rest states there are, and how sure that is."""
     count, boxes = len(proof.states), f"{grouped(proof.examined)} boxes"
     if proof.on_rotations is not None and not proof.examined:
         boxes = "exactly, as eigenvectors"
@@ -148,158 +149,132 @@ def _counts_sentence(proof: Proof) -> str:
     if proof.families:
         alone = f"{count or 'no'} isolated rest state{'s' if count > 1 else ''}"
         others = f"and a continuum (a family): {families_of(proof)}"
-        return f"Rest states: {alone} on SO(3){kinds}, {others}; proved to be all ({boxes})."
+        return f"{alone} on SO(3){kinds}, {others}; proved to be all ({boxes})"
     if proof.proved:
         every = " to be all" if count else ""
         lengths = " at which each spring has a length" if proof.needs_lengths else ""
-        where = f"{proof.place}{lengths}{kinds}"
-        return f"Rest states: {counted_states(count)} {where}; proved{every} ({boxes})."
+        return f"{counted_states(count)} {proof.place}{lengths}{kinds}; proved{every} ({boxes})"
     known = sum(state.proved for state in proof.states)
     some = f"; {known} of them proved" if 0 < known < count else ""
-    found = f"{counted_states(count)} found{kinds}{some}"
-    return f"Rest states: {found}; not proved to be all: {proof.ended}."
+    return f"{counted_states(count)} found{kinds}{some}; not proved to be all: {proof.ended}"
 
 
-def _global_sentence(proof: Proof) -> str:
-    """Return a sentence on whether every start converges."""
-    if proof.globally_stable:
-        return f"Globally stable: proved. {_all_motions(proof)}."
-    count = len(proof.states)
-    if proof.proved and not count and not proof.needs_lengths:
-        return "Globally stable: false; no motion that stays in the range comes to rest."
-    if proof.unique and proof.globally_stable is False:
-        return "Globally stable: false; the only rest state in the range is not a minimum."
+def _global(proof: Proof) -> str:
+    """Return whether every start converges."""
+    count, answer = len(proof.states), "not decided"
     other = counterexample(proof) if proof.unique is False else other_family(proof)
-    if other is not None:
+    if proof.globally_stable:
+        motions = every_motion(proof)
+        if proof.every_start:
+            keeper = f"{capitalized(str(proof.kept_by))} keeps every motion away from θ2 = ±π/2"
+            if proof.within_barriers:
+                keeper = "Barriers keep every motion in the range"
+            motions = f"{EVERY_START}: proved. {keeper}"
+        answer = f"proved. {capitalized(motions)}"
+    elif proof.proved and not count and not proof.needs_lengths:
+        answer = "false; no motion that stays in the range comes to rest"
+    elif proof.unique and proof.globally_stable is False:
+        answer = "false; the only rest state in the range is not a minimum"
+    elif other is not None:
         not_all = "not every start" if proof.stable_count == 1 else "false"
-        also = "also " if count else ""
-        return f"Globally stable: {not_all}; the body can {also}rest at {other}."
-    if count > 1:
-        return "Globally stable: not decided; false if two of these are rest states."
-    return "Globally stable: not decided."
+        answer = f"{not_all}; the body can {'also ' if count else ''}rest at {other}"
+    elif count > 1:
+        answer = "not decided; false if two of these are rest states"
+    return answer
 
 
-def _all_motions(proof: Proof) -> str:
-    """Return of which motions it is proved that they converge to the only rest state."""
-    if proof.every_start:
-        return f"Every start in the range converges: proved. {_keeper(proof)}"
-    keeps, kept = f", and keeps a distance from θ2 = ±π/2{and_lengths(proof)},", ""
-    if proof.kept_by:
-        keeps = ", and keeps each spring from a length of 0," if proof.needs_lengths else ""
-        kept = f"; {proof.kept_by} keeps it away from θ2 = ±π/2"
-    return f"Every motion that stays in the range{keeps} converges to the rest state{kept}"
-
-
-def _keeper(proof: Proof) -> str:
-    """Return what keeps motions in the range, as a sentence without its end."""
-    if proof.within_barriers:
-        return "Barriers keep every motion in the range"
-    return f"{str(proof.kept_by).capitalize()} keeps every motion away from θ2 = ±π/2"
-
-
-def and_lengths(proof: Proof) -> str:
-    """Return what else a motion must keep, as the end of a list: lengths of springs, or nothing."""
-    return " and each spring from a length of 0" if proof.needs_lengths else ""
-
-
-def _region_sentences(proof: Proof) -> list[str]:
+def _regions(proof: Proof) -> Iterator[str]:
+    """Yield the certified region, and the regions of other minima."""
     region = proof.region
     if proof.every_start and proof.states:
-        return ["Certified region: all of the range; c* is infinite."]
-    if region is None:
-        return ["Certified region: none."]
-    where = f"on {region.face}" if region.face else "at another rest state"
-    if region.face == NO_LENGTH:
-        where = f"at {NO_LENGTH}"
-    goes_on = f"; {GOES_ON}" if proof.goes_on else ""
-    if region.lower_bound > 0:
-        sentences = [
-            f"Certified region: every motion that starts less than "
-            f"{rounded_down(region.lower_bound)} J above the lowest rest state converges to it, "
-            f"proved (c* is attained {where})."
-        ]
-    elif region.level > 0:
-        sentences = [
-            f"Certified region: less than {region.level:.6g} J above the lowest rest state, from a "
-            f"search, not proved (c* is attained {where}){goes_on}."
-        ]
-    elif proof.regions:
-        sentences = [
-            "Certified region: no level above the lowest rest state is enough, as others lie as "
-            "low. Each has a region of its own."
-        ]
+        found = "all of the range; c* is infinite"
+    elif region is None:
+        found = "none"
     else:
-        sentences = ["Certified region: empty."]
-    return [*sentences, *_minimum_sentences(proof)]
+        where = f"on {region.face}" if region.face else "at another rest state"
+        if region.face == NO_LENGTH:
+            where = f"at {NO_LENGTH}"
+        attained, goes_on = f"(c* is attained {where})", f"; {GOES_ON}" if proof.goes_on else ""
+        if region.lower_bound > 0:
+            found = f"{_converging(region.lower_bound)} {attained}"
+        elif region.level > 0:
+            level = f"less than {region.level:.6g} J above the lowest rest state"
+            found = f"{level}, from a search, not proved {attained}{goes_on}"
+        elif proof.regions:
+            found = (
+                "no level above the lowest rest state is enough, as others lie as low. Each has a "
+                "region of its own"
+            )
+        else:
+            found = "empty"
+    yield f"Certified region: {found}"
+    if region is not None and not (proof.every_start and proof.states):
+        yield from _of_minima(proof)
 
 
-def _minimum_sentences(proof: ProvedStates, what: str = "Region") -> list[str]:
-    """Return a sentence on each region that goes beyond the certified one."""
+def _converging(level: float) -> str:
+    """Return that motions below a level converge."""
+    start = (
+        f"every motion that starts less than {rounded_down(level)} J above the lowest rest state"
+    )
+    return f"{start} converges to it, proved"
+
+
+def _of_minima(proof: ProvedStates, what: str = "Region") -> Iterator[str]:
+    """Yield a sentence on each region that goes beyond the certified one."""
     certified = 0.0 if proof.region is None else proof.region.lower_bound
-    return [
-        f"{what} of rest state {one.rest_state}: {rounded_down(one.lower_bound)} J deep, proved. "
-        f"Every motion in it converges to this rest state; its pass is {_pass_of(one)}."
-        for one in proof.regions
-        if one.rest_state > 1 or one.lower_bound > certified * (1 + NOT_DEEPER)
-    ]
+    for one in proof.regions:
+        where = "not located" if one.pass_face is None else f"on {one.pass_face}"
+        if one.pass_state is not None:
+            where = f"at rest state {one.pass_state}"
+        if one.rest_state > 1 or one.lower_bound > certified * (1 + NOT_DEEPER):
+            yield (
+                f"{what} of rest state {one.rest_state}: {rounded_down(one.lower_bound)} J deep, "
+                f"proved. Every motion in it converges to this rest state; its pass is {where}"
+            )
 
 
-def _pass_of(region: ProvedMinimum) -> str:
-    if region.pass_state is not None:
-        return f"at rest state {region.pass_state}"
-    return "not located" if region.pass_face is None else f"on {region.pass_face}"
-
-
-def _unwrapped_sentences(proof: Proof) -> list[str]:
-    """Return sentences on all real θ1 and θ3."""
-    if not proof.has_energy or proof.outcome == SEARCHED or proof.on_rotations is not None:
-        return []
-    found = proof.unwrapped
-    if proof.within_barriers:
-        return []
+def _unwrapped(proof: Proof) -> Iterator[str]:
+    """Yield sentences on all real θ1 and θ3."""
+    found, on_rotations = proof.unwrapped, proof.on_rotations is not None
+    searched = not proof.has_energy or proof.outcome == SEARCHED
+    if searched or on_rotations or proof.within_barriers:
+        return
     if found is None and (proof.brief or not proof.proved):
-        return [f"{UNWRAPPED}: not decided{f' ({GOES_ON})' if proof.goes_on else ''}."]
-    if found is None:
+        yield f"{UNWRAPPED}: not decided{f' ({GOES_ON})' if proof.goes_on else ''}"
+    elif found is None:
         cause = f"{UNSPRUNG}, so " if proof.unsprung else ""
         why = f"{cause}rest states may have angles too large for a proof"
-        return [f"{UNWRAPPED}: not decided; {why}."]
-    if not found.proved:
-        return [f"{UNWRAPPED}: not decided ({proof.ended_in(found)})."]
-    kinds = f": {kinds_of(found.states)}" if found.states else ""
-    first = (
-        f"{UNWRAPPED}: {counted_states(len(found.states))}{kinds}; proved "
-        f"({grouped(found.examined)} boxes)"
-    )
-    if proof.every_start:
-        where = "within the stop" if proof.kept_by == STOP else "with |θ2| < π/2"
-        first += f"; globally stable: every start {where} converges"
-    elif found.globally_stable:
-        keeps = f"keeps a distance from θ2 = ±π/2{and_lengths(proof)}"
-        if proof.kept_by and proof.needs_lengths:
-            keeps = "keeps each spring from a length of 0"
-        first += f"; globally stable: every motion that {keeps} converges"
-    sentences, region = [f"{first}."], found.region
-    if region is not None and region.lower_bound > 0:
-        sentences.append(
-            f"{UNWRAPPED}: every motion that starts less than {rounded_down(region.lower_bound)} J "
-            f"above the lowest rest state converges to it, proved."
-        )
-    return [*sentences, *_minimum_sentences(found, f"{UNWRAPPED}: region")]
+        yield f"{UNWRAPPED}: not decided; {why}"
+    elif not found.proved:
+        yield f"{UNWRAPPED}: not decided ({proof.ended_in(found)})"
+    else:
+        kinds, boxes = f": {kinds_of(found.states)}" if found.states else "", found.examined
+        sure = f"{counted_states(len(found.states))}{kinds}; proved ({grouped(boxes)} boxes)"
+        every = ""
+        if proof.every_start:
+            every = f"start {'within the stop' if proof.kept_by == STOP else 'with |θ2| < π/2'}"
+        elif found.globally_stable:
+            every = f"motion that {keeps_distance(proof) or 'stays at |θ2| < π/2'}"
+        stable = f"; globally stable: every {every} converges" if every else ""
+        yield f"{UNWRAPPED}: {sure}{stable}"
+        if found.region is not None and found.region.lower_bound > 0:
+            yield f"{UNWRAPPED}: {_converging(found.region.lower_bound)}"
+        yield from _of_minima(found, f"{UNWRAPPED}: region")
 
 
 def _start_sentences(stability: Stability) -> list[str]:
-    every = stability.proof.every_start and stability.inside
-    if stability.start is None or not (every or stability.proof.region is not None):
+    proof, inside, level = stability.proof, stability.inside, stability.start
+    every, convergence = proof.every_start and inside, stability.convergence
+    if level is None or not (every or proof.region is not None):
         return []
-    start = f"This start: {stability.start:.6g} J above the lowest rest state"
+    start = f"This start: {level:.6g} J above the lowest rest state"
     if every:
         return [f"{start}; convergence is proved, as of every start."]
-    convergence = stability.convergence
-    if not stability.inside and convergence is not None:
-        its = "Its" if convergence.proved is None else "Its exact motion"
-        return [f"{start}, not inside.", f"{its} {convergence.sentence}."]
-    if not stability.inside:
+    if inside:
+        to = "" if len(proof.states) == 1 else f" to rest state {stability.reached}"
+        return [f"{start}, inside; convergence{to} is proved."]
+    if convergence is None:
         return [f"{start}, not inside; nothing is proved for it."]
-    if len(stability.proof.states) == 1:
-        return [f"{start}, inside; convergence is proved."]
-    return [f"{start}, inside; convergence to rest state {stability.reached} is proved."]
+    its = "Its" if convergence.proved is None else "Its exact motion"
+    return [f"{start}, not inside.", f"{its} {convergence.sentence}."]

@@ -1,10 +1,9 @@
 """Store the result of a run beside other processes; no better result of its config is lost."""
 
 import os
-import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple, NoReturn
 
@@ -33,19 +32,23 @@ LOCK_INTERVAL = 0.02
 """Time between two attempts to lock, s."""
 
 
-class StoredRun(NamedTuple):
-    """The outcome of storing a result.
+class FiledRun(NamedTuple):
+    """A run and its file.
 
     Attributes:
-        result: The result in the file.
-        written: Whether it is the given result; otherwise the file holds a better one, or one that
-            another process has finished.
+        path: The file.
+        result: The result in it.
+        computed: Whether the run was integrated now; otherwise its finished result was read.
         moved_aside: The new path of an earlier result that had this name; None if there was none.
+        kept: Whether the run was integrated now, but the file holds a result of the same config
+            that is better, or that another process has finished in the meantime. It is kept.
     """
 
+    path: Path
     result: Result
-    written: bool
-    moved_aside: Path | None
+    computed: bool = False
+    moved_aside: Path | None = None
+    kept: bool = False
 
 
 def depends_on_machine(result: Result) -> bool:
@@ -57,7 +60,7 @@ def depends_on_machine(result: Result) -> bool:
 
 def store_run(
     path: Path, result: Result, is_final: Callable[[Result], bool], *, force: bool = False
-) -> StoredRun:
+) -> FiledRun:
     """Write a result to its file, unless the file holds a better result of the same config.
 
     A result that does not depend on the machine is better than one that does; of two others, the
@@ -80,17 +83,17 @@ def store_run(
             if not path_exists(path):
                 with suppress(ResultExistsError):
                     write_result(path, result)
-                    return StoredRun(result, written=True, moved_aside=aside)
+                    return FiledRun(path, result, computed=True, moved_aside=aside)
                 continue
             now = existing_result(path, force=force)
             if now is not None and now.run_id == result.run_id:
-                is_better = _rank(now) > _rank(result)
-                if not force and (is_better or is_final(now)):
-                    return StoredRun(now, written=False, moved_aside=aside)
-                if not is_better:
+                better = _rank(now) > _rank(result)
+                if not force and (better or is_final(now)):
+                    return FiledRun(path, now, moved_aside=aside, kept=True)
+                if not better:
                     write_result(path, result, replace=True)
-                    return StoredRun(result, written=True, moved_aside=aside)
-            elif not force:
+                    return FiledRun(path, result, computed=True, moved_aside=aside)
+            if not force:
                 refuse_different(path, now)
             aside = _moved_aside(path, now)
     raise StoreError(f"{path} cannot be written: other processes keep changing it")
@@ -156,32 +159,16 @@ def _locked(folder: Path) -> Iterator[None]:
     The lock leaves no file. Without it, a result may be replaced by a worse one that another
     process writes in the same millisecond.
     """
-    if sys.platform == "win32":
-        yield
-        return
-    try:
-        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    except OSError:
-        # The folder is missing, or not readable.
-        yield
-        return
-    try:
-        _try_lock(descriptor)
-        yield
-    finally:
-        # Nothing was written to it: an error of closing means nothing.
+    with ExitStack() as opened:
+        # The folder is missing or not readable, or the system cannot lock folders.
         with suppress(OSError):
-            os.close(descriptor)
+            descriptor = os.open(folder, os.O_RDONLY)
+            opened.callback(os.close, descriptor)
+            import fcntl  # Windows has none, and opens no folder
 
-
-def _try_lock(descriptor: int) -> None:
-    import fcntl
-
-    with suppress(OSError):
-        for _ in range(LOCK_ATTEMPTS):
-            try:
-                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
+            for _ in range(LOCK_ATTEMPTS):
+                with suppress(BlockingIOError):
+                    fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    break
                 time.sleep(LOCK_INTERVAL)
-            else:
-                return
+        yield

@@ -55,7 +55,7 @@ def summary_of(result: Result) -> Summary:
     v = result["lyapunov"]
     supplied = result["supplied_energy"] if is_driven(result) else None
     with np.errstate(all="ignore"):
-        scale = energy_scale(v, _round_off(result), supplied)
+        scale = energy_scale(v, result["energy_round_off"], supplied)
         (x, y, z), are_shown = _peak(result, "peak_contact_displacement")
         (farthest,), is_shown = _peak(result, "peak_distance")
         (pitch,), pitch_shown = _peak(result, "largest_pitch")
@@ -74,23 +74,10 @@ def summary_of(result: Result) -> Summary:
 
 def _peak(result: Result, name: str) -> tuple[list[float], bool]:
     """Return the components of a stored peak, and whether their errors are small."""
-    found = _extremes_of(result)
-    peak, error = (np.atleast_1d(found[entry]) for entry in (name, f"{name}_error"))
+    peak, error = (np.atleast_1d(result[entry]) for entry in (name, f"{name}_error"))
     # Where a quantity is no number, its peak is none, and no sample would help.
     shown = (error <= np.maximum(RESOLVED * np.abs(peak), ABSOLUTE)) | np.isnan(peak)
     return peak.tolist(), bool(shown.all())
-
-
-def _extremes_of(result: Result) -> Result | dict[str, Array]:
-    """Return arrays with the extremes of a result; of an older version, those of its samples."""
-    if "settling_time" in result:
-        return result
-    # Imported late: it imports SciPy's integrators.
-    from rbstab.analysis.run_extremes import extremes_of_samples, stored_extremes
-
-    with np.errstate(all="ignore"):
-        arrays = {name: result[name] for name in result.variables}
-        return stored_extremes(extremes_of_samples(arrays, lyapunov_function_of(result)))
 
 
 def lyapunov_function_of(result: Result) -> Array:
@@ -117,20 +104,12 @@ def settling_time_of(result: Result) -> float:
     without damping, however small v is. If inputs supply power, the largest v takes the place of
     v(0).
     """
-    return _settling_of(result)[0]
-
-
-def _settling_of(result: Result) -> tuple[float, float]:
-    """Return the settling time, s, and its error."""
-    if moves_on_in(result):
-        return np.nan, np.nan
-    found = _extremes_of(result)
-    return float(found["settling_time"]), float(found["settling_time_error"])
+    return np.nan if moves_on_in(result) else float(result["settling_time"])
 
 
 def at_rest_from(result: Result) -> str:
     """Return the settling time as text, s: with ≤ if its error shows in it; "" without one."""
-    settled, error = _settling_of(result)
+    settled, error = settling_time_of(result), float(result["settling_time_error"])
     if np.isnan(settled):
         return ""
     if error <= 0.5 * 10.0 ** (1 - TIME_DIGITS) * settled:
@@ -140,18 +119,11 @@ def at_rest_from(result: Result) -> str:
 
 def moves_on_in(result: Result) -> bool:
     """Return whether the body of a run moves on without damping, see `moves_on`."""
-    parts = result["part"].tolist()
-    if is_driven(result) or KINETIC not in parts:
+    if is_driven(result):
         return False
-    kinetic = result["energy"][:, parts.index(KINETIC)]
-    v, round_off = lyapunov_function_of(result), _round_off(result)
-    return moves_on(result["time"], v, kinetic, round_off)
-
-
-def _round_off(result: Result) -> float:
-    """Return the energy below which v is round-off, J; runs before layout version 4 have none."""
-    name = "energy_round_off"
-    return float(result[name]) if name in result else float(np.finfo(float).tiny)
+    kinetic = result["energy"][:, result["part"].tolist().index(KINETIC)]
+    v = lyapunov_function_of(result)
+    return moves_on(result["time"], v, kinetic, float(result["energy_round_off"]))
 
 
 def is_driven(result: Result) -> bool:
@@ -198,10 +170,8 @@ def half_unit(printed: float) -> float:
 
 def _exact_end(result: Result, name: str) -> tuple[Triple, Triple] | None:
     """Return bounds on a quantity of the exact motion at the end, if the run has them."""
-    time, low, high = (f"{GROUP}/{entry}" for entry in ("time", f"{name}_low", f"{name}_high"))
-    if any(entry not in result for entry in (time, low, high)):
-        return None
-    if result[time][-1] != result["time"][-1]:
+    low, high, time = (f"{GROUP}/{entry}" for entry in (f"{name}_low", f"{name}_high", "time"))
+    if low not in result or result[time][-1] != result["time"][-1]:
         return None
     (a, b, c), (d, e, f) = result[low][-1].tolist(), result[high][-1].tolist()
     return (a, b, c), (d, e, f)
@@ -217,15 +187,13 @@ def reference_values_of(
         reference: The `Reference` of the config.
         summary: The summary of the result, if the caller has it.
     """
-    values = []
-    final = getattr(reference, "final", None)
+    values, final = [], getattr(reference, "final", None)
     for name in ("orientation", "angular_velocity", "position", "velocity"):
         printed = getattr(final, name, None)
         if printed is not None:
-            variable = result.variables[name]
-            x, y, z = variable.data[-1].tolist()
-            exact = _exact_end(result, name)
-            values.append(ReferenceValue(f"final {name}", variable.unit, printed, (x, y, z), exact))
+            x, y, z = result[name][-1].tolist()
+            unit, exact = result.variables[name].unit, _exact_end(result, name)
+            values.append(ReferenceValue(f"final {name}", unit, printed, (x, y, z), exact))
     printed = getattr(reference, "peak_contact_displacement", None)
     if printed is not None:
         computed = (summary or summary_of(result)).peak_contact_displacement

@@ -13,10 +13,9 @@ from support.leg import leg
 import rbstab
 from rbstab.config.load import run_id
 from rbstab.config.schema import Config
-from rbstab.experiment.answers.outcome import KIND_OF_STATUS, OutcomeKind, outcome_of, pushes_of
+from rbstab.experiment.answers.outcome import outcome_of, pushes_of
 from rbstab.experiment.answers.rest_modes import rest_modes
 from rbstab.experiment.run_to_file import run_to_file
-from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.attitude import tilt
 from rbstab.store.result import Result
 
@@ -86,12 +85,6 @@ def test_a_motion_that_does_not_come_to_rest(
     assert found.time == result["time"][-1]
     assert found.orientation == tuple(result["orientation"][-1])
     assert found.sentence.startswith(f"{found.kind.words} at t = ")
-
-
-def test_each_status_has_a_kind():
-    assert set(KIND_OF_STATUS) == set(RunStatus)
-    left = [s for s, kind in KIND_OF_STATUS.items() if kind is OutcomeKind.LEFT_RANGE]
-    assert left == [RunStatus.RANGE_LEFT]
 
 
 @pytest.mark.heavy

@@ -13,7 +13,6 @@ from support.paper_runs import paper_config
 
 import rbstab
 from rbstab.config.build import problem_of
-from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.convergence import exact_motion
 from rbstab.experiment.convergence.convergence import (
     Convergence,
@@ -170,12 +169,8 @@ def test_what_is_stored_is_read_again(given):
     assert again.sentence == given.sentence
 
 
-def test_older_results_and_wrong_words():
+def test_wrong_words():
     assert stored_convergence({"verdict": "certified"}) is None
-    reason = "some motions may lose no energy, because no damper acts on them"
-    old = stored_convergence({"convergence": "not decided", "convergence_reason": reason})
-    assert old is not None
-    assert old.why == NOT_DAMPED
     with pytest.raises(ValueError, match="convergence is 'perhaps'"):
         stored_convergence({"convergence": "perhaps"})
 

@@ -21,7 +21,7 @@ from rbstab.experiment.run_certificate import (
     REST_STATES,
     rest_state_check,
 )
-from rbstab.experiment.stored_certificate import certificate_lines, stored_lines
+from rbstab.experiment.stored_certificate import certificate_lines
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.store.result import Result
 
@@ -46,7 +46,7 @@ def same(one: Result, other: Result) -> bool:
     texts = [
         {k: v for k, v in result.attributes.items() if k not in times} for result in (one, other)
     ]
-    lines = [str(stored_lines(result)) for result in (one, other)]
+    lines = [str(certificate_lines(result)) for result in (one, other)]
     return texts[0] == texts[1] and lines[0] == lines[1]
 
 

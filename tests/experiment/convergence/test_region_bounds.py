@@ -7,8 +7,8 @@ import pytest
 from support.paper_runs import paper_config
 
 import rbstab
-from rbstab.experiment.convergence import region_bounds
-from rbstab.experiment.convergence.region_bounds import level_of, region_energies
+from rbstab.experiment.convergence import decisions
+from rbstab.experiment.convergence.decisions import level_of, region_energies
 from rbstab.experiment.proof import prove
 
 
@@ -28,7 +28,7 @@ def test_the_first_region_above_the_energy_counts(proof):
 def test_of_several_regions_the_lowest_that_has_the_motion_counts(monkeypatch):
     upright, lying = (0.0, 0.0, 0.0), (0.0, 1.5, 0.0)
     bounds = [(upright, 5.0), (lying, 6.0), (upright, 8.0), (lying, 9.0)]
-    monkeypatch.setattr(region_bounds, "region_energies", lambda *_, **__: bounds)
+    monkeypatch.setattr(decisions, "region_energies", lambda *_, **__: bounds)
     states = [SimpleNamespace(orientation=upright, energy=1.0)]
     states.append(SimpleNamespace(orientation=lying, energy=2.0))
     proof: Any = SimpleNamespace(states=states)

@@ -20,12 +20,13 @@ def run_of(path):
 
 
 def with_v(path, change):
-    """Write a made up run with another v, and return it as a source of a report."""
+    """Write a made up run with another v, which does not settle, as a source of a report."""
     result = made_result()
     v = result.variables["lyapunov"]
     data = change(result["time"], v.data.copy())
     result.variables["lyapunov"] = v._replace(data=data)
-    del result.variables["settling_time"]
+    settled = result.variables["settling_time"]
+    result.variables["settling_time"] = settled._replace(data=np.array(np.nan))
     write_result(path, result)
     return run_of(path)
 

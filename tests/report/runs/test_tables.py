@@ -138,9 +138,11 @@ def test_a_run_that_does_not_settle_and_is_not_finite(tmp_path):
     made = made_result(status="diverged")
     v = made["lyapunov"].copy()
     v[200:] = np.nan
-    variables = {**made.variables, "lyapunov": made.variables["lyapunov"]._replace(data=v)}
-    del variables["settling_time"]
-    write_result(tmp_path / "a.h5", Result(variables, made.attributes, made.config))
+    settled = {"lyapunov": v, "settling_time": np.array(np.nan)}
+    changed = {name: made.variables[name]._replace(data=data) for name, data in settled.items()}
+    write_result(
+        tmp_path / "a.h5", Result({**made.variables, **changed}, made.attributes, made.config)
+    )
     table = summary_table(facts(tmp_path / "a.h5"))
     assert column(table, "at rest from")["a"].text == "-"
     assert column(table, "v(end)")["a"].text == "-"

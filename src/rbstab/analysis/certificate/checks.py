@@ -16,9 +16,8 @@ from rbstab.analysis.certificate.verdict import Check
 
 def checks_of(run: Evidence) -> list[Check]:
     """Return the checks that need only the run, not a proof."""
-    if run.supply is None:
-        return [audit(run), decrease(run), damping(run), positive(run), rate(run)]
-    driven = [rise(run), supplied(run, run.supply)]
-    if len(run.supply.breakpoints):
-        driven.append(breakpoints(run.supply))
-    return [audit(run), *driven, damping(run), positive(run), rate(run)]
+    if run.supplied is None:
+        falls = [decrease(run)]
+    else:
+        falls = [rise(run), supplied(run, run.supplied), *breakpoints(run)]
+    return [audit(run), *falls, damping(run), positive(run), rate(run)]

@@ -2,8 +2,13 @@
 
 import numpy as np
 
-from rbstab.analysis.certificate.evidence import ROUND_OFF, Evidence
-from rbstab.analysis.certificate.exact_repeats import Finding, confirmed, repeated
+from rbstab.analysis.certificate.evidence import (
+    ROUND_OFF,
+    Evidence,
+    Finding,
+    confirmed,
+    repeated,
+)
 from rbstab.analysis.certificate.verdict import Check, verdict_of
 from rbstab.analysis.exact import exact_dissipation, in_balls
 from rbstab.mechanics.numbers import Array

@@ -6,8 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.exact import Ball
+from rbstab.analysis.approached_state import LyapunovZero
+from rbstab.analysis.certificate.verdict import SEVERITY, Verdict
+from rbstab.analysis.configuration import as_at_rest
+from rbstab.analysis.exact import Ball, exact_rest_energy
+from rbstab.analysis.lyapunov import energy_scale, has_no_potential
 from rbstab.analysis.rest_state import RestState
+from rbstab.analysis.rest_system import smooth_rest_system
+from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 
@@ -25,21 +31,8 @@ ROUND_OFF = 1e-12
 SUM_ERROR = 16 * EPSILON
 """The round-off of a sum of energies, relative to the sum of their absolute values."""
 
-
-class Supply(NamedTuple):
-    """What the elements of a run supply, and the breakpoints of its inputs.
-
-    Attributes:
-        power: By part, shape (n, parts), W.
-        energy: The sum of all, integrated together with the motion, shape (n,), J.
-        breakpoints: All breakpoints up to the end of the run, s.
-        reached: Those on which a step ended, s.
-    """
-
-    power: Array
-    energy: Array
-    breakpoints: Array
-    reached: Array
+MAX_REPEATED = 12
+"""Number of samples that a check repeats in exact arithmetic; each takes some milliseconds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +56,9 @@ class Evidence:
         has_potential: Whether the contact force is the gradient of an energy; if not, v - ε
             replaces v.
         audit_bound: The largest allowed |residual| / scale.
-        supply: What inputs supply; None if there are none.
+        supplied: What inputs supply, integrated with the motion, shape (n,), J; None without any.
+        breakpoints: All breakpoints of the inputs up to the end of the run, s.
+        reached: Those on which a step ended, s.
     """
 
     times: Array
@@ -80,7 +75,50 @@ class Evidence:
     scale: float
     has_potential: bool
     audit_bound: float
-    supply: Supply | None = None
+    supplied: Array | None = None
+    breakpoints: Sequence[float] = ()
+    reached: Array | Sequence[float] = ()
+
+
+def evidence_of(
+    problem: Problem, trajectory: Trajectory, arrays: dict[str, Array], zero: LyapunovZero
+) -> Evidence:
+    """Return the evidence of a run.
+
+    Args:
+        problem: The problem.
+        trajectory: Its trajectory.
+        arrays: The recorded quantities along it, by their names.
+        zero: The state at which v is zero.
+    """
+    system, times, v = problem.system, trajectory.times, arrays["lyapunov"]
+    supplied = trajectory.supplied_energy
+    return Evidence(
+        times=times,
+        states=trajectory.states,
+        systems=trajectory.systems or (system,) * len(times),
+        value=v,
+        rate=arrays["lyapunov_rate"],
+        dissipation=arrays["dissipation"],
+        residual=arrays["energy_residual"],
+        energy=arrays["energy"],
+        rest=zero.rest,
+        approached=zero.approached and as_at_rest(system) is system,
+        exact_rest_energy=lambda: exact_rest_energy(smooth_rest_system(problem), zero.rest),
+        scale=float(energy_scale(v, arrays["energy_round_off"], supplied)),
+        has_potential=not has_no_potential(system),
+        audit_bound=computed_audit_bound(problem),
+        supplied=supplied,
+        breakpoints=[t for t in problem.breakpoints() if t < times[-1]],
+        reached=trajectory.breakpoints,
+    )
+
+
+def computed_audit_bound(problem: Problem) -> float:
+    """Return the allowed error of a run, relative to the size of what is compared."""
+    # Implicit steps are of first order: the tolerance has no effect on them.
+    implicit = problem.switching is not None and problem.switching.step > 0
+    return MAX_AUDIT_BOUND if implicit else audit_bound(problem.rtol)
 
 
 def audit_bound(tolerance: float) -> float:
@@ -97,3 +135,31 @@ def rounding_of(run: Evidence) -> Array:
     """Return the round-off of v, a sum of energies minus that at rest, shape (n,), J."""
     at_rest = np.abs(run.energy.sum(axis=1) - run.value)
     return SUM_ERROR * (np.abs(run.energy).sum(axis=1) + at_rest)
+
+
+class Finding(NamedTuple):
+    """The verdict on one sample, and the number that it rests on."""
+
+    verdict: Verdict
+    value: float
+    row: int
+
+
+def confirmed(violated: bool) -> Verdict:
+    """Return the verdict on a comparison that failed in double precision."""
+    return Verdict.VIOLATED if violated else Verdict.UNKNOWN
+
+
+def repeated(repeat: Callable[[int], Finding], rows: Array) -> Finding:
+    """Repeat a check in exact arithmetic at samples where it failed, and return the worst finding.
+
+    Args:
+        repeat: Repeats the check at one sample.
+        rows: The samples, worst first; the check is repeated at the first `MAX_REPEATED`.
+    """
+    findings = []
+    for row in rows[:MAX_REPEATED].tolist():
+        findings.append(repeat(row))
+        if findings[-1].verdict is Verdict.VIOLATED:
+            break
+    return max(findings, key=lambda found: (SEVERITY.index(found.verdict), abs(found.value)))

@@ -2,8 +2,13 @@
 
 import numpy as np
 
-from rbstab.analysis.certificate.evidence import EPSILON, Evidence
-from rbstab.analysis.certificate.exact_repeats import Finding, confirmed, repeated
+from rbstab.analysis.certificate.evidence import (
+    EPSILON,
+    Evidence,
+    Finding,
+    confirmed,
+    repeated,
+)
 from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.analysis.exact import Ball, ball, exact_powers, in_balls
 from rbstab.mechanics.derivatives import derivative_along

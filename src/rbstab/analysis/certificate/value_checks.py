@@ -6,11 +6,12 @@ from rbstab.analysis.certificate.evidence import (
     ROUND_OFF,
     SUM_ERROR,
     Evidence,
-    Supply,
+    Finding,
+    confirmed,
+    repeated,
     residual_bound,
     rounding_of,
 )
-from rbstab.analysis.certificate.exact_repeats import Finding, confirmed, repeated
 from rbstab.analysis.certificate.verdict import Check, Verdict, verdict_of
 from rbstab.analysis.exact import Ball, ball, exact_energy, in_balls
 from rbstab.analysis.lyapunov import ENERGY_SCALE
@@ -36,22 +37,22 @@ def decrease(run: Evidence) -> Check:
     If the residual is above its own bound, a rise that only the residual allows is not decided.
     """
     sizes = np.abs(run.value - run.value[0])
-    quantity = f"largest rise of v between samples / {ENERGY_SCALE}"
+    quantity = f"largest rise of {_name(run)} between samples / {ENERGY_SCALE}"
     return _bounded_rise(run, "decrease", np.diff(run.value), sizes, quantity)
 
 
 def rise(run: Evidence) -> Check:
     """Say how much v rises between two samples, and where. It may: inputs supply power."""
     value, time = _largest(run, np.diff(run.value))
-    quantity = f"largest rise of v between samples / {ENERGY_SCALE}; inputs supply power"
+    quantity = f"largest rise of {_name(run)} between samples / {ENERGY_SCALE}; inputs supply power"
     return Check("decrease", Verdict.DRIVEN, value, np.inf, time, quantity)
 
 
-def supplied(run: Evidence, supply: Supply) -> Check:
+def supplied(run: Evidence, energy: Array) -> Check:
     """Check that v never rises by more than is supplied, as far as the residual allows."""
-    rises = np.diff(run.value) - np.diff(supply.energy)
-    sizes = np.abs(run.value - run.value[0]) + np.abs(supply.energy)
-    quantity = f"largest rise of v beyond what is supplied / {ENERGY_SCALE}"
+    rises = np.diff(run.value) - np.diff(energy)
+    sizes = np.abs(run.value - run.value[0]) + np.abs(energy)
+    quantity = f"largest rise of {_name(run)} beyond what is supplied / {ENERGY_SCALE}"
     return _bounded_rise(run, "supply", rises, sizes, quantity)
 
 
@@ -82,26 +83,26 @@ def _largest(run: Evidence, rises: Array) -> tuple[float, float]:
     return value, float(run.times[worst]) if value > 0 else np.nan
 
 
-def breakpoints(supply: Supply) -> Check:
+def breakpoints(run: Evidence) -> list[Check]:
     """Check that a step ended on every breakpoint: the audit does not see one that was missed."""
-    missed = np.setdiff1d(supply.breakpoints, supply.reached)
-    time = float(missed[0]) if len(missed) else np.nan
-    quantity = f"missed breakpoints of {len(supply.breakpoints)}"
-    return Check(
-        "breakpoints", verdict_of(not len(missed)), float(len(missed)), 0.0, time, quantity
-    )
+    missed = np.setdiff1d(run.breakpoints, run.reached)
+    time, count = float(missed[0]) if len(missed) else np.nan, float(len(missed))
+    quantity = f"missed breakpoints of {len(run.breakpoints)}"
+    check = Check("breakpoints", verdict_of(not count), count, 0.0, time, quantity)
+    return [check] if len(run.breakpoints) else []
 
 
 def positive(run: Evidence) -> Check:
     """Check that v is nowhere below its value at rest."""
     worst = int(run.value.argmin())
     value, bound, verdict = float(run.value[worst]) / run.scale, -np.inf, Verdict.CONSISTENT
+    name = "v" if run.has_potential else f"({_name(run)})"
     # v - ε has no lower bound.
     if run.has_potential:
         rounding = np.maximum(ROUND_OFF, rounding_of(run) / run.scale)
         bound = -float(rounding[worst])
         below = np.flatnonzero(~(run.value / run.scale >= -rounding))
-        if len(below) and run.supply is not None:
+        if len(below) and run.supplied is not None:
             # Inputs may carry the motion from a lower rest state to a higher one.
             verdict = Verdict.DRIVEN
         elif len(below) and run.rest.is_at_rest and run.approached:
@@ -117,7 +118,12 @@ def positive(run: Evidence) -> Check:
         elif len(below) or not run.rest.is_at_rest:
             verdict = Verdict.UNKNOWN
     time = float(run.times[worst])
-    return Check("positive", verdict, value, bound, time, f"min v / {ENERGY_SCALE}")
+    return Check("positive", verdict, value, bound, time, f"min {name} / {ENERGY_SCALE}")
+
+
+def _name(run: Evidence) -> str:
+    """Return the name of what is compared."""
+    return "v" if run.has_potential else "v - ε"
 
 
 def _exact_value(run: Evidence, row: int, energy_at_rest: Ball) -> Ball:

@@ -203,13 +203,9 @@ def _guards_of(system: System, q: Array) -> Array:
 
 def _kinked_modes(system: System) -> list[int]:
     """Return the places of the modes of kinked elements among all modes."""
-    places: list[int] = []
-    begin = 0
-    for element in system.elements:
-        end = begin + element.mode_count
-        places += range(begin, end) if type(element).kinked else ()
-        begin = end
-    return places
+    counts = [element.mode_count for element in system.elements]
+    kinked = np.repeat([type(element).kinked for element in system.elements], counts)
+    return [int(place) for place in np.flatnonzero(kinked)]
 
 
 def _modes(system: System) -> list[Any]:

@@ -31,7 +31,7 @@ from rbstab.systems.system import System
 
 STARTS = 60
 
-MERGE_DISTANCE = 3e-4
+SAME = 3e-4
 """rad and m: configurations closer than this count as one."""
 
 DESCENTS = 6
@@ -71,15 +71,13 @@ def searched_rest_states(system: System, seed: int = 0) -> list[SearchedState]:
         seed: Seed of the random starts; Θ = 0 is added.
     """
     at_rest = configurations(as_at_rest(system))
-    found: list[Array] = []
+    found: list[SearchedState] = []
     for Theta in [np.zeros(3), *_random_attitudes(seed)]:
         q = _root(at_rest, _at_attitude(at_rest, Theta))
         if q is None or not _is_balanced(at_rest, q) or not _is_isolated(at_rest, q):
             continue
-        if all(np.abs(q - other).max() >= MERGE_DISTANCE for other in found):
-            found.append(q)
-    states = [SearchedState(rest_state_at(at_rest, q), _index(at_rest, q)) for q in found]
-    return sorted(states, key=lambda one: one.state.energy)
+        _add(found, SearchedState(rest_state_at(at_rest, q), _index(at_rest, q)), at_rest, SAME)
+    return sorted(found, key=lambda one: one.state.energy)
 
 
 @np.errstate(all="ignore")
@@ -93,7 +91,7 @@ def searched_minima(system: System, seed: int = 0) -> list[SearchedState]:
         seed: Seed of the random starts; Θ = 0 is added.
     """
     at_rest, stop = configurations(as_at_rest(system)), stop_of(system)
-    states: list[RestState] = []
+    found: list[SearchedState] = []
     for Theta in [np.zeros(3), *_random_attitudes(seed)[:DESCENTS]]:
         if stop is not None:
             Theta[PITCH] = np.clip(Theta[PITCH], -stop.angle, stop.angle)
@@ -104,11 +102,20 @@ def searched_minima(system: System, seed: int = 0) -> list[SearchedState]:
         held = state.on_kink or (stop is not None and abs(q[PITCH]) >= stop.angle)
         if not held and not _is_balanced(at_rest, q):
             continue
-        others = (at_rest.configuration(one.motion, one.own) for one in states)
-        if all(np.abs(q - other).max() >= SAME_MINIMUM for other in others):
-            states.append(state)
-    found = [SearchedState(state, 0) for state in states]
+        _add(found, SearchedState(state, 0), at_rest, SAME_MINIMUM)
     return sorted(found, key=lambda one: one.state.energy)
+
+
+def _add(
+    found: list[SearchedState], new: SearchedState, at_rest: Configurations, distance: float
+) -> None:
+    """Add a state to those that were found, unless it is one of them."""
+
+    def place(one: SearchedState) -> Array:
+        return at_rest.configuration(one.state.motion, one.state.own)
+
+    if all(np.abs(place(new) - place(other)).max() >= distance for other in found):
+        found.append(new)
 
 
 def _random_attitudes(seed: int) -> Array:

@@ -1,6 +1,7 @@
 """A check of a certificate in words: how sure it is, and what was compared with what."""
 
 import math
+import operator
 
 from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.experiment.answers.words import Sureness, word_of
@@ -11,19 +12,16 @@ from rbstab.experiment.run_certificate import (
 )
 from rbstab.experiment.stored_certificate import compares_v_minus_work
 
+AT_MOST, AT_LEAST = ("≤", ">", operator.le), ("≥", "<", operator.ge)
+
 RELATIONS = {
-    "audit": ("≤", ">"),
-    "decrease": ("≤", ">"),
-    "damping": ("≥", "<"),
-    "positive": ("≥", "<"),
-    "derivative": ("≤", ">"),
-    "computed motion": ("≤", ">"),
-    "supply": ("≤", ">"),
-    "breakpoints": ("≤", ">"),
-    GLOBAL_STABILITY: ("=", "≠"),
-    CERTIFIED_REGION: ("<", "≥"),
+    **dict.fromkeys(("audit", "decrease", "derivative", "computed motion"), AT_MOST),
+    **dict.fromkeys(("supply", "breakpoints"), AT_MOST),
+    **dict.fromkeys(("damping", "positive"), AT_LEAST),
+    GLOBAL_STABILITY: ("=", "≠", operator.eq),
+    CERTIFIED_REGION: ("<", "≥", operator.lt),
 }
-"""By check: the relation of value and bound where the check holds, and where it does not."""
+"""By check: the relation of value and bound where it holds, where it does not, and its test."""
 
 NO_PROOF = "nothing is proved"
 """What is said of a check that only a proof decides, if there is none, or if it decides nothing."""
@@ -59,19 +57,7 @@ def comparison(line: Check) -> str:
         return f"{value}; every start converges"
     if not math.isfinite(line.bound) or line.check not in RELATIONS:
         return value
-    holds, fails = RELATIONS[line.check]
+    holds, fails, test = RELATIONS[line.check]
     if line.quantity == LEAST_REST_STATES:
         fails = ">"
-    return f"{value} {holds if _holds(line, holds) else fails} {line.bound:.4g}"
-
-
-def _holds(line: Check, relation: str) -> bool:
-    """Whether a relation holds between the stored numbers."""
-    value, bound = line.value, line.bound
-    return {
-        "≤": value <= bound,
-        "≥": value >= bound,
-        "<": value < bound,
-        ">": value > bound,
-        "=": value == bound,
-    }[relation]
+    return f"{value} {holds if test(line.value, line.bound) else fails} {line.bound:.4g}"

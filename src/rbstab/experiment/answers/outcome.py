@@ -13,7 +13,7 @@ from rbstab.config.schema import Config
 from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.experiment.answers.wanted import in_degrees, one_in_degrees, wanted
 from rbstab.experiment.answers.words import Sureness
-from rbstab.experiment.convergence.convergence import Convergence, stored_convergence
+from rbstab.experiment.convergence.convergence import stored_convergence
 from rbstab.experiment.summary import settling_time_of
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
@@ -141,13 +141,19 @@ def outcome_of(
     """
     status, settled = result.status, settling_time_of(result)
     at_rest = status == RunStatus.COMPLETED and not math.isnan(settled)
-    known = at_rest and "rest_orientation" in result
-    end = result["rest_orientation"] if known else result["orientation"][-1]
-    found = stored_convergence(result.attributes)
-    rest_state, exact = _proved_state(found, proof)
-    if at_rest and exact is not None:
-        end = np.array(exact)
-    aim = wanted(config)
+    end = result["rest_orientation"] if at_rest else result["orientation"][-1]
+    found, aim = stored_convergence(result.attributes), wanted(config)
+    proved = None if found is None else found.proved
+    number, state = found.rest_state if found is not None and proved else None, None
+    if proof is not None:
+        if number is None and at_rest:
+            # Imported late: it reads proofs.
+            from rbstab.experiment.stored_proof.starts import number_of
+
+            number = number_of(proof, end)
+        state = proof.states[number - 1] if number and number <= len(proof.states) else None
+    if at_rest and proved and state is not None:
+        end = np.array(state.orientation)
     Theta = tuple(end.tolist()) if np.isfinite(end).all() else None
     away = None if Theta is None else aim.tilt(Theta)
     code = outcome_codes(
@@ -156,67 +162,27 @@ def outcome_of(
         np.array([math.nan if away is None else away]),
         aim.within,
     )
-    if rest_state is None and at_rest:
-        rest_state = _number_of(proof, end)
+    sureness, why = Sureness.SEEN, ""
+    if result.attributes.get("verdict") == Verdict.VIOLATED:
+        sureness = Sureness.NOT_DECIDED
+    if (proved and at_rest) or (proved is False and not at_rest):
+        sureness = Sureness.PROVED
+    if status not in {RunStatus.COMPLETED, RunStatus.RANGE_LEFT}:
+        why = printable(status)
+    elif not at_rest and number is not None:  # only a proof knows it
+        there = "its rest state" if state is None else in_degrees(state.orientation)
+        why = f"the exact motion is proved to converge to {there}"
+    elif at_rest and state is not None and state.index:
+        why = "an unstable rest state"
     return Outcome(
         kind=KINDS[int(code[0])],
-        sureness=_sureness(result, found, at_rest=at_rest),
+        sureness=sureness,
         time=settled if at_rest else float(result["time"][-1]),
         orientation=Theta,
         tilt=away,
-        rest_state=rest_state,
-        why=_addition(result, proof, rest_state, exact, at_rest=at_rest),
+        rest_state=number,
+        why=why,
     )
-
-
-def _proved_state(
-    found: Convergence | None, proof: "Proof | None"
-) -> tuple[int | None, tuple[float, ...] | None]:
-    """Return the rest state to which the exact motion is proved to converge, and its Θ."""
-    if found is None or not found.proved or found.rest_state is None:
-        return None, None
-    if proof is None or found.rest_state > len(proof.states):
-        return found.rest_state, None
-    return found.rest_state, proof.states[found.rest_state - 1].orientation
-
-
-def _number_of(proof: "Proof | None", Theta: Array) -> int | None:
-    """Return the number of the rest state of a proof at which a computed run is at rest."""
-    if proof is None:
-        return None
-    # Imported late: it reads proofs.
-    from rbstab.experiment.stored_proof.starts import number_of
-
-    return number_of(proof, Theta)
-
-
-def _sureness(result: Result, found: Convergence | None, *, at_rest: bool) -> Sureness:
-    proved = None if found is None else found.proved
-    if (proved and at_rest) or (proved is False and not at_rest):
-        return Sureness.PROVED
-    failed = result.attributes.get("verdict") == Verdict.VIOLATED
-    return Sureness.NOT_DECIDED if failed else Sureness.SEEN
-
-
-def _addition(
-    result: Result,
-    proof: "Proof | None",
-    rest_state: int | None,
-    exact: tuple[float, ...] | None,
-    *,
-    at_rest: bool,
-) -> str:
-    """Return what else is to be said: why a run failed, or to which state it is proved to go."""
-    if result.status not in {RunStatus.COMPLETED, RunStatus.RANGE_LEFT}:
-        return printable(result.status)
-    if not at_rest:
-        there = "its rest state" if exact is None else in_degrees(exact)
-        goes = rest_state is not None  # only a proof knows it
-        return f"the exact motion is proved to converge to {there}" if goes else ""
-    if proof is None or rest_state is None or rest_state > len(proof.states):
-        return ""
-    state = proof.states[rest_state - 1]
-    return "an unstable rest state" if state.index else ""
 
 
 def pushes_of(config: Config | None, proof: "Proof | None") -> str:

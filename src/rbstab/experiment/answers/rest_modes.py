@@ -46,20 +46,22 @@ class RestModes(NamedTuple):
         shown = ", ".join(f"{value:.4g}" for value in self.frequencies)
         parts = [f"natural frequencies {shown} rad/s"] if self.frequencies else []
         if self.others:
-            one = self.others == 1
-            parts.append(f"{self.others} {'mode does' if one else 'modes do'} not oscillate")
+            parts.append(_counted(self.others, "does not oscillate", "do not oscillate"))
         if self.growing:
-            modes = "1 mode grows" if self.growing == 1 else f"{self.growing} modes grow"
-            parts.append(f"{modes}: this rest state is unstable")
+            parts.append(f"{_counted(self.growing, 'grows', 'grow')}: this rest state is unstable")
         elif self.staying == len(self.frequencies) + self.others:
             parts.append("no mode decays")
         else:
+            of_others = ""
             if self.staying:
-                one = self.staying == 1
-                parts.append(f"{self.staying} {'mode does' if one else 'modes do'} not decay")
-            others = "of the others, " if self.staying else ""
-            parts.append(f"{others}the slowest mode decays with τ = {self.slowest:.4g} s")
+                parts.append(_counted(self.staying, "does not decay", "do not decay"))
+                of_others = "of the others, "
+            parts.append(f"{of_others}the slowest mode decays with τ = {self.slowest:.4g} s")
         return f"{'; '.join(parts)}; at the rest state where v = 0"
+
+
+def _counted(count: int, one: str, several: str) -> str:
+    return f"1 mode {one}" if count == 1 else f"{count} modes {several}"
 
 
 @np.errstate(all="ignore")
@@ -70,7 +72,7 @@ def rest_modes(result: Result, config: Config | None) -> RestModes | None:
         result: The result.
         config: Its config; None if this version cannot read it. The code of users is not run.
     """
-    if config is None or has_code(config) or "rest_position" not in result:
+    if config is None or has_code(config):
         return None
     system = smooth_rest_system(problem_of(config))
     at_rest = configurations(as_at_rest(system))
@@ -84,13 +86,12 @@ def rest_modes(result: Result, config: Config | None) -> RestModes | None:
         stiffness = numerical_hessian(at_rest.gradient, q)[own, own]
         q[own] -= np.linalg.lstsq(stiffness, at_rest.gradient(q)[own])[0]
     rest = rest_state_at(at_rest, q)
+    if not rest.is_at_rest:
+        return None
     try:
-        found = linearise(system, rest.motion, rest.own) if rest.is_at_rest else None
+        values = linearise(system, rest.motion, rest.own).eigenvalues
     except NoDerivativesError:
         return None
-    if found is None:
-        return None
-    values = found.eigenvalues
     size = np.abs(values).max()
     zero = np.abs(values) <= ZERO * size
     real = are_real(values) | zero

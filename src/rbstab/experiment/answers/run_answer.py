@@ -15,16 +15,19 @@ from rbstab.experiment.answers.state_words import (
     angles,
     counted_states,
     counterexample,
+    every_motion,
     exceptions,
     found_stable,
-    reached,
 )
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import (
     ASK_FOR_PROOF,
     EVERY_START,
+    NO_PROOF,
     Convergence,
+    Undecided,
     stored_convergence,
+    undecided,
 )
 from rbstab.experiment.convergence.zero_description import A_LOWER_ONE, OUTSIDE, is_below_end
 from rbstab.experiment.run_certificate import (
@@ -130,7 +133,7 @@ def answer_of(
     """
     pushes = pushes_of(config, proof)
     lines = {line.check: line for line in certificate_lines(result)}
-    found = stored_convergence(result.attributes)
+    found = stored_convergence(result.attributes) or undecided(Undecided.NO_REGION, NO_PROOF)
     return RunAnswer(
         outcome_of(result, config, proof),
         _this_start(result, found, lines),
@@ -153,42 +156,48 @@ def answer_beside(result: Result, config: Config | None, proof: "Proof | None") 
     return answer_of(with_later_proof(result, config, proof), config, proof)
 
 
-def _this_start(result: Result, found: Convergence | None, lines: dict[str, Check]) -> Answer:
-    if found is not None and found.proved is not None:
-        if not found.proved:
-            return Answer(Sureness.FALSE, f"the exact motion never comes to rest: {found.why}")
-        return Answer(Sureness.PROVED, _proved(found, _rest_states(lines), _leaning(result)))
-    if result.attributes.get("verdict") == Verdict.CERTIFIED:
-        # So it is in results of before the attribute `convergence`.
-        return Answer(Sureness.PROVED, "the exact motion comes to rest")
-    seen = _seen(result, lines)
-    reason = _why_not_proved(found, lines.get(CERTIFIED_REGION))
-    return Answer(seen.sureness, f"{seen.sentence}. Not proved: {reason}")
+def _this_start(result: Result, found: Convergence, lines: dict[str, Check]) -> Answer:
+    if found.proved is False:
+        return Answer(Sureness.FALSE, f"the exact motion never comes to rest: {found.why}")
+    if found.proved:
+        which = _reached_state(result, found, lines.get(GLOBAL_STABILITY))
+        sentence = f"the exact motion converges to {which}{_how_proved(found)}"
+        return Answer(Sureness.PROVED, sentence)
+    seen, region, margin = _seen(result, lines), lines.get(CERTIFIED_REGION), ""
+    if region is not None and region.bound > 0 and region.value >= region.bound:
+        level = rounded_down(region.bound, 4)
+        margin = (
+            f"the start is {region.value:.4g} J above the lowest rest state, not below c* = {level}"
+            f" J, the level of the certified region; "
+        )
+    return Answer(seen.sureness, f"{seen.sentence}. Not proved: {margin}{found.why}")
+
+
+def _reached_state(result: Result, found: Convergence, line: Check | None) -> str:
+    """Return which rest state the exact motion reaches, and of how many if that is known."""
+    state = f"rest state {found.rest_state}"
+    decided = line is not None and line.verdict in {Verdict.CERTIFIED, Verdict.VIOLATED}
+    if line is None or not decided or line.value <= 0 or line.quantity == LEAST_REST_STATES:
+        return state
+    if line.value == 1:
+        return f"the only rest state in the range{_leaning(result)}"
+    return f"{state} of {int(line.value)}"
+
+
+def _how_proved(found: Convergence) -> str:
+    if found.bound == math.inf:
+        return f", as from {EVERY_START.split(' conv')[0]}"
+    if not found.time:
+        return f": it starts inside {found.region}"
+    return f": it is inside {found.region} from t = {rounded_up(found.time)} s on"
 
 
 def _leaning(result: Result) -> str:
     """Return at which angles the body rests where v is zero, if it is not upright there."""
     text = str(result.attributes.get("lyapunov_zero"))
-    if "rest_orientation" not in result or not is_below_end(text) or OUTSIDE in text:
-        return ""
     Theta = result["rest_orientation"]
-    leans = bool((abs(Theta) >= UPRIGHT).any())
+    leans = is_below_end(text) and OUTSIDE not in text and bool((abs(Theta) >= UPRIGHT).any())
     return f", Θ = {angles(Theta)} rad" if leans else ""
-
-
-def _proved(found: Convergence, count: int | None, leaning: str) -> str:
-    which = f"rest state {found.rest_state} of {count}"
-    if count == 1:
-        which = f"the only rest state in the range{leaning}"
-    if count is None:
-        which = f"rest state {found.rest_state}"
-    if found.bound == math.inf:
-        return f"the exact motion converges to {which}, as from {EVERY_START.split(' conv')[0]}"
-    if found.energy is None or found.bound is None or not found.time:
-        where = f"it starts inside {found.region}"
-    else:
-        where = f"it is inside {found.region} from t = {rounded_up(found.time)} s on"
-    return f"the exact motion converges to {which}: {where}"
 
 
 def _from(settled: str) -> str:
@@ -215,9 +224,13 @@ def _fall_of(result: Result) -> str:
 def _seen(result: Result, lines: dict[str, Check]) -> Answer:
     """Return what was seen of the computed motion: only one at rest was seen to come to rest."""
     status, end = result.status, float(result["time"][-1])
-    failed = [line for line in lines.values() if line.verdict == Verdict.VIOLATED]
-    failed = [line for line in failed if line.check not in {GLOBAL_STABILITY, CERTIFIED_REGION}]
     settled = at_rest_from(result)
+    of_proofs = {GLOBAL_STABILITY, CERTIFIED_REGION}
+    failed = [
+        line
+        for line in lines.values()
+        if line.verdict == Verdict.VIOLATED and line.check not in of_proofs
+    ]
     if failed:
         line = failed[0]
         what = f"the check {line.check} of the computed run failed"
@@ -228,92 +241,45 @@ def _seen(result: Result, lines: dict[str, Check]) -> Answer:
         why = f"the computed motion left the range of θ2 at t = {end:.4g} s"
     elif status != RunStatus.COMPLETED:
         why = f"the run ended early: {status} at t = {end:.4g} s"
-    elif not lines:
-        why = "the result has no certificate"
     elif result.attributes.get("verdict") == Verdict.DRIVEN:
-        stays = f"{SETTLED_DRIVEN} {_from(settled)}"
-        if not settled:
-            stays = SETTLED_DRIVEN.replace("stays", "does not stay")
+        stays = SETTLED_DRIVEN.replace("stays", "does not stay")
+        if settled:
+            stays = f"{SETTLED_DRIVEN} {_from(settled)}"
         why = f"inputs drive the computed motion to t = {end:.4g} s; {stays}"
-    elif settled:
+    elif not settled:
+        why = _fall_of(result)
+    else:
         text = f"the computed motion is at rest {_from(settled)} ({SETTLED})"
         if settled == "0":
             text = "the computed motion starts at rest, and stays there (v stays at round-off)"
         if str(result.attributes.get("lyapunov_zero")).endswith(A_LOWER_ONE):
             text += ", at a rest state that is not the lowest one known"
         return Answer(Sureness.SEEN, text)
-    else:
-        why = _fall_of(result)
     return Answer(Sureness.NOT_DECIDED, why)
-
-
-def _why_not_proved(found: Convergence | None, region: Check | None) -> str:
-    """Return why nothing is proved of a start."""
-    if found is None:
-        return f"there is no proof; {ASK_FOR_PROOF} tries to make it"
-    margin = ""
-    if region is not None and region.bound > 0 and region.value >= region.bound:
-        level = rounded_down(region.bound, 4)
-        margin = (
-            f"the start is {region.value:.4g} J above the lowest rest state, not below c* = {level}"
-            f" J, the level of the certified region; "
-        )
-    return f"{margin}{found.why}"
 
 
 def _whole_range(
-    result: Result,
-    found: Convergence | None,
-    line: Check | None,
-    proof: "Proof | None",
+    result: Result, found: Convergence, line: Check | None, proof: "Proof | None"
 ) -> Answer:
     if result.attributes.get("verdict") == Verdict.DRIVEN:
-        return Answer(
-            Sureness.NOT_DECIDED, "inputs supply power: nothing is proved of such motions"
-        )
-    if line is None or (line.verdict == Verdict.UNKNOWN and math.isnan(line.value)):
-        why = f"no proof of the rest states is stored; {ASK_FOR_PROOF} tries to make it"
-        if proof is not None:
-            why = proof.ended
+        why = "inputs supply power: nothing is proved of such motions"
         return Answer(Sureness.NOT_DECIDED, why)
-    if line.verdict == Verdict.CERTIFIED:
-        almost = None if proof is None else proof.almost_every_start
-        outcome = "" if almost is None else almost.outcome
-        return Answer(Sureness.PROVED, _every_start(found, proof), outcome)
-    if line.verdict == Verdict.VIOLATED:
-        return _not_every_start(line, proof, None if found is None else found.rest_state)
-    found_states = counted_states(int(line.value))
-    reason = f" ({proof.ended})" if proof is not None else ""
-    why = f"a search found {found_states}, and it is not proved that there are no others{reason}"
-    return Answer(Sureness.NOT_DECIDED, why)
-
-
-def _every_start(found: Convergence | None, proof: "Proof | None") -> str:
-    """Return which motions converge to the one rest state."""
-    if found is not None and found.bound == math.inf:
-        return EVERY_START
-    keeps = "that stays in the range, and away from θ2 = ±π/2,"
-    if proof is not None and proof.kept_by:
-        keeps = f"that stays in the range, which {proof.kept_by} keeps away from θ2 = ±π/2,"
-        if proof.needs_lengths:
-            keeps = f"{keeps} and away from springs without length,"
-    elif proof is not None and proof.needs_lengths:
-        keeps = "that stays in the range, away from θ2 = ±π/2 and from springs without length,"
-    where = "the only rest state in the range"
-    if proof is not None and proof.almost_every_start.proved:
-        where = reached(proof, proof.almost_every_start)
-    return f"every motion {keeps} converges to {where}"
-
-
-def _not_every_start(line: Check, proof: "Proof | None", own: int | None) -> Answer:
-    """Return what is known of almost every start, or else a counterexample."""
-    if proof is not None:
-        almost = proof.almost_every_start
-        if almost.proved:
-            sentence = f"{almost_sentence(proof, almost)}; {exceptions(proof)}"
-            scope = f"{ALMOST} {almost.outcome}".rstrip()
-            return Answer(Sureness.PROVED, sentence, scope)
-    return Answer(Sureness.FALSE, _counterexample(line, proof, own))
+    verdict = Verdict.UNKNOWN if line is None else line.verdict
+    if line is None or (verdict == Verdict.UNKNOWN and math.isnan(line.value)):
+        return Answer(Sureness.NOT_DECIDED, NO_PROOF if proof is None else proof.ended)
+    almost = None if proof is None else proof.almost_every_start
+    if verdict == Verdict.CERTIFIED:
+        every = EVERY_START if found.bound == math.inf else every_motion(proof)
+        return Answer(Sureness.PROVED, every, "" if almost is None else almost.outcome)
+    if verdict != Verdict.VIOLATED:
+        ended = "" if proof is None else f" ({proof.ended})"
+        states = counted_states(int(line.value))
+        why = f"a search found {states}, and it is not proved that there are no others{ended}"
+        return Answer(Sureness.NOT_DECIDED, why)
+    if proof is not None and almost is not None and almost.proved:
+        sentence = f"{almost_sentence(proof, almost)}; {exceptions(proof)}"
+        return Answer(Sureness.PROVED, sentence, f"{ALMOST} {almost.outcome}".rstrip())
+    return Answer(Sureness.FALSE, _counterexample(line, proof, found.rest_state))
 
 
 def _counterexample(line: Check, proof: "Proof | None", own: int | None) -> str:
@@ -323,25 +289,13 @@ def _counterexample(line: Check, proof: "Proof | None", own: int | None) -> str:
         return "no motion that stays in the range comes to rest: it has no rest state"
     if count == 1:
         return "the only rest state in the range is not stable"
-    other = None if proof is None else counterexample(proof, own)
-    rests = "" if other is None else f"the body can also rest at {other}; "
-    stable = None if proof is None else found_stable(proof, own)
-    if stable is not None:
-        rests += f"a search also found {stable}; "
-    least, more = "", ""
-    if line.quantity == LEAST_REST_STATES:
-        least = "at least "
-        more = "" if proof is None else f"; a search found {len(proof.states)}"
-    _, _, kinds = line.quantity.partition(": ")
-    kinds = f": {kinds}" if kinds else ""
-    place = "in the range" if proof is None else proof.place
-    return f"{rests}it has {least}{counted_states(count)} {place}{kinds}{more}"
-
-
-def _rest_states(lines: dict[str, Check]) -> int | None:
-    """Return the number of rest states in the range, if it is known."""
-    line = lines.get(GLOBAL_STABILITY)
-    if line is None or line.quantity == LEAST_REST_STATES:
-        return None
-    known = line.verdict in {Verdict.CERTIFIED, Verdict.VIOLATED}
-    return int(line.value) if known and line.value > 0 else None
+    rests, more, place = "", "", "in the range"
+    least = "at least " if line.quantity == LEAST_REST_STATES else ""
+    if proof is not None:
+        other, stable = counterexample(proof, own), found_stable(proof, own)
+        rests = "" if other is None else f"the body can also rest at {other}; "
+        rests += "" if stable is None else f"a search also found {stable}; "
+        more = f"; a search found {len(proof.states)}" if least else ""
+        place = proof.place
+    _, colon, kinds = line.quantity.partition(": ")
+    return f"{rests}it has {least}{counted_states(count)} {place}{colon}{kinds}{more}"

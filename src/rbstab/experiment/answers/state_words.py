@@ -19,6 +19,11 @@ KINDS = {True: "stable", False: "unstable", None: "not known to be stable"}
 """The kind of a rest state in a word, by `ProvedState.stable`."""
 
 
+def capitalized(sentence: str) -> str:
+    """Return a sentence with a capital letter at its begin."""
+    return f"{sentence[:1].upper()}{sentence[1:]}"
+
+
 def angles(Theta: Iterable[float]) -> str:
     """Return the angles of an attitude, rad, as text."""
     # Round-off is no angle, and zero has no sign.
@@ -69,16 +74,11 @@ def counterexample(proof: "Proof", own: int | None = None) -> str | None:
     Returns:
         It as text: a stable one if there is one. None if no other one is proved.
     """
-    others = [
-        (state.stable is not True, number, state)
-        for number, state in enumerate(proof.states, start=1)
-        if state.proved and number != (own or 1)
-    ]
+    others = [one for one in _others(proof, own) if one[1].proved]
     if not others:
         return None
-    _, number, state = min(others, key=lambda one: one[:2])
-    where = f"rest state {number}, Θ = {angles(state.orientation)} rad"
-    kind = KINDS[state.stable]
+    number, state = min(others, key=lambda one: (one[1].stable is not True, one[0]))
+    where, kind = _named(number, state), KINDS[state.stable]
     return f"{where}, {kind}" if state.stable is None else f"the {kind} {where}"
 
 
@@ -89,15 +89,19 @@ def found_stable(proof: "Proof", own: int | None = None) -> str | None:
         proof: The proof.
         own: The number of the rest state in which a start ends; by default the lowest.
     """
-    others = [
-        (number, state)
-        for number, state in enumerate(proof.states, start=1)
-        if state.index == 0 and number != (own or 1)
-    ]
+    others = [one for one in _others(proof, own) if one[1].index == 0]
     if not others or any(state.proved for _, state in others):
         return None
-    number, state = others[0]
-    return f"rest state {number}, Θ = {angles(state.orientation)} rad, stable and not proved"
+    return f"{_named(*others[0])}, stable and not proved"
+
+
+def _others(proof: "Proof", own: int | None) -> "list[tuple[int, ProvedState]]":
+    """Return all rest states but one, with their numbers."""
+    return [one for one in enumerate(proof.states, start=1) if one[0] != (own or 1)]
+
+
+def _named(number: int, state: "ProvedState") -> str:
+    return f"rest state {number}, Θ = {angles(state.orientation)} rad"
 
 
 def almost_sentence(proof: "Proof", found: "AlmostEveryStart") -> str:
@@ -150,3 +154,27 @@ def reached(proof: "Proof", found: "AlmostEveryStart") -> str:
     if len(found.states) == 1:
         return f"rest state {found.states[0]}, the only stable one {proof.place}, {tilt}"
     return f"one of the {len(found.states)} stable rest states, {tilt}"
+
+
+def every_motion(proof: "Proof | None") -> str:
+    """Return which motions converge to the only rest state, without a full stop.
+
+    Args:
+        proof: The proof; None if it is not known. Then it holds of all that stay in the range.
+    """
+    where, kept = "the only rest state in the range", ""
+    if proof is not None and proof.almost_every_start.proved:
+        where = reached(proof, proof.almost_every_start)
+    if proof is not None and proof.kept_by:
+        kept = f", which {proof.kept_by} keeps away from θ2 = ±π/2"
+    keeps = keeps_distance(proof)
+    keeps = f", and {keeps}" if keeps else ""
+    return f"every motion that stays in the range{kept}{keeps}, converges to {where}"
+
+
+def keeps_distance(proof: "Proof | None") -> str:
+    """Return from what a motion must keep a distance, as the end of a phrase; "" from nothing."""
+    ends = [] if proof is not None and proof.kept_by else ["from θ2 = ±π/2"]
+    if proof is not None and proof.needs_lengths:
+        ends.append("from springs without length")
+    return f"keeps a distance {' and '.join(ends)}" if ends else ""

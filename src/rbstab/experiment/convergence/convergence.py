@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from typing import Any
 
-from rbstab.experiment.answers.reasons import in_new_words
 from rbstab.experiment.answers.rounded import rounded_down, rounded_up
 
 METHOD_VERSION = 1
@@ -14,11 +13,15 @@ METHOD_VERSION = 1
 
 PROVED, FALSE, NOT_DECIDED = "proved", "false", "not decided"
 
+_WORDS = {True: PROVED, False: FALSE, None: NOT_DECIDED}
+
 EVERY_START = "every start in the range converges"
 """What is said where the level of the region is infinite."""
 
 ASK_FOR_PROOF = "rbstab run CONFIG --prove"
 """The command that makes a proof, and has no brief limits; CONFIG is the file of the config."""
+
+NO_PROOF = f"no proof of the rest states is stored; {ASK_FOR_PROOF} tries to make it"
 
 ATTRIBUTE = "convergence"
 """The attribute of a result that holds one of the three words; others begin with its name."""
@@ -77,8 +80,8 @@ class Enclose(IntEnum):
 
     def covers(self, other: "Enclose") -> bool:
         """Return whether an enclosure of this extent makes one of extent `other` unnecessary."""
-        order = (Enclose.NOTHING, Enclose.BRIEFLY, Enclose.UNTIL_PROVED, Enclose.TO_END)
-        return order.index(self) >= order.index(other)
+        order = (0, 2, 3, 1)  # a brief one comes after nothing
+        return order[self] >= order[other]
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +118,7 @@ class Convergence:
     @property
     def word(self) -> str:
         """One of proved, false, not decided."""
-        return {True: PROVED, False: FALSE, None: NOT_DECIDED}[self.proved]
+        return _WORDS[self.proved]
 
     @property
     def sentence(self) -> str:
@@ -160,52 +163,66 @@ class Convergence:
         }
 
 
+def undecided(reason: Undecided, why: str) -> Convergence:
+    """Return a convergence that is not decided."""
+    return Convergence(None, why=why, reason=reason)
+
+
+_ENTRIES = {
+    "rest_state": int,
+    "time": float,
+    "energy_low": float,
+    "energy_high": float,
+    "bound": float,
+    "reason": str,
+    "steps": int,
+    "wall_time": float,
+    "method": int,
+    "enclosed": int,
+}
+"""What a result stores of a convergence, besides the word; and the last four of an enclosure."""
+
+
 def convergence_attributes(found: Convergence) -> Attributes:
     """Return a convergence as attributes of a result; what it lacks is left out."""
-    low, high = found.energy if found.energy is not None else (None, None)
-    entries = {
-        "rest_state": found.rest_state,
-        "time": found.time,
-        "energy_low": low,
-        "energy_high": high,
-        "bound": found.bound,
-        "reason": found.why or None,
-        "steps": found.steps if found.enclosed else None,
-        "wall_time": found.seconds if found.enclosed else None,
-        "method": METHOD_VERSION if found.enclosed else None,
-        "enclosed": int(found.enclosed) if found.enclosed else None,
+    low, high = found.energy or (None, None)
+    values = [found.rest_state, found.time, low, high, found.bound, found.why or None]
+    if found.enclosed:
+        values += [found.steps, found.seconds, METHOD_VERSION, int(found.enclosed)]
+    stored = {
+        f"{ATTRIBUTE}_{name}": value
+        for name, value in zip(_ENTRIES, values, strict=False)
+        if value is not None
     }
-    known = {f"{ATTRIBUTE}_{name}": value for name, value in entries.items() if value is not None}
-    return {ATTRIBUTE: found.word, **known}
+    return {ATTRIBUTE: found.word, **stored}
 
 
 def stored_convergence(attributes: Mapping[str, Any]) -> Convergence | None:
-    """Return the convergence in the attributes of a result; None for an older result.
+    """Return the convergence in the attributes of a result; None if there is none.
 
     Raises:
         ValueError: An attribute is not what this program writes.
     """
     if ATTRIBUTE not in attributes:
         return None
-
-    def entry(name: str, kind: type) -> Any:
-        value = attributes.get(f"{ATTRIBUTE}_{name}")
-        return None if value is None else kind(value)
-
-    proved = {PROVED: True, FALSE: False, NOT_DECIDED: None}
     word = str(attributes[ATTRIBUTE])
-    if word not in proved:
+    if word not in _WORDS.values():
         raise ValueError(f"{ATTRIBUTE} is {word!r}")
-    is_current = entry("method", int) == METHOD_VERSION
-    low, high = entry("energy_low", float), entry("energy_high", float)
+    names = {name: f"{ATTRIBUTE}_{name}" for name in _ENTRIES}
+    given = {
+        name: kind(attributes[names[name]])
+        for name, kind in _ENTRIES.items()
+        if names[name] in attributes
+    }
+    is_current = given.get("method") == METHOD_VERSION
     return Convergence(
-        proved=proved[word],
-        rest_state=entry("rest_state", int),
-        time=entry("time", float),
-        energy=None if low is None or high is None else (low, high),
-        bound=entry("bound", float),
-        why=in_new_words(entry("reason", str) or ""),
-        steps=entry("steps", int) or 0,
-        seconds=entry("wall_time", float) or 0.0,
-        enclosed=Enclose((entry("enclosed", int) or 0) if is_current else 0),
+        proved={known: proved for proved, known in _WORDS.items()}[word],
+        rest_state=given.get("rest_state"),
+        time=given.get("time"),
+        energy=(given["energy_low"], given["energy_high"]) if "energy_high" in given else None,
+        bound=given.get("bound"),
+        why=given.get("reason", ""),
+        steps=given.get("steps", 0),
+        seconds=given.get("wall_time", 0.0),
+        enclosed=Enclose(given.get("enclosed", 0) if is_current else 0),
     )

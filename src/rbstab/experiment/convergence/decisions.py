@@ -5,30 +5,37 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rbstab.analysis.approached_state import SAME_STATE
 from rbstab.elements.guards.soft_guards import SoftGuard
 from rbstab.elements.guards.stop import Stop
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.sliding_ties import SlidingByModes
-from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF, Convergence, Undecided
+from rbstab.experiment.convergence.convergence import (
+    ASK_FOR_PROOF,
+    NO_PROOF,
+    Convergence,
+    Undecided,
+    undecided,
+)
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
+    from rbstab.experiment.stored_proof.entries import Triple
     from rbstab.experiment.stored_proof.proof import Proof
-
-NOT_ENCLOSED = (
-    Undecided.SLIDING,
-    Undecided.SWITCHES,
-    Undecided.INPUT,
-    Undecided.USER_CODE,
-)
-"""The reasons for which not even the motion is enclosed."""
 
 NO_REGION = "no certified region is proved"
 
 IN_PROOFS = (Ligament, SoftGuard, Stop)
 """Elements that switch, and that proofs of rest states take into account."""
+
+OUTSIDE = (
+    f"the start is outside of every certified region; {ASK_FOR_PROOF} follows the exact motion"
+)
+
+BY_REGION = (Undecided.SWITCHES, Undecided.USER_CODE)
+"""The reasons for which no motion is enclosed, while its start may be in a region."""
 
 MAX_STEPS = 2000
 """Steps after which the enclosure of a motion ends: a limit that is the same on every machine. A
@@ -44,30 +51,54 @@ LEAST_FALL = 1e-6
 """Relative to the energy that the motion has lost since its start."""
 
 
+def convergence_at_start(problem: Problem, proof: "Proof | None") -> Convergence:
+    """Return what a proof of the rest states says about the start of a problem.
+
+    Args:
+        problem: The problem.
+        proof: The proof; None if there is none.
+    """
+    refused = refusal(problem, proof)
+    # Where no motion is enclosed, there may be a region all the same, and this start in it.
+    if proof is None or (refused is not None and refused.reason not in BY_REGION):
+        assert refused is not None
+        return refused
+    # Imported late: most runs have no proof.
+    from rbstab.experiment.stored_proof.starts import start_bounds
+
+    start = start_bounds(problem) if proof.has_energy else None
+    if start is not None:
+        energy, box = (start.least, start.energy), (start.low, start.high)
+        inside = convergence_in(proof, energy, box, 0.0)
+        if inside is not None:
+            return inside
+    if refused is None:
+        return undecided(Undecided.OUTSIDE, OUTSIDE)
+    if region_energies(proof):
+        return refused
+    only = f". Only a region could decide: {refused.why}" if proof.has_energy else ""
+    return undecided(Undecided.NO_REGION, f"{no_region(proof)}{only}")
+
+
 def refusal(problem: Problem, proof: "Proof | None") -> Convergence | None:
     """Return a convergence that no enclosure can decide, with the reason; None if one may."""
-    reason = not_enclosed(problem)
-    if reason is not None:
-        return reason
+    refused = not_enclosed(problem)
+    if refused is not None:
+        return refused
     if proof is None:
-        why = f"no proof of the rest states is stored; {ASK_FOR_PROOF} tries to make it"
-        return Convergence(None, why=why, reason=Undecided.NO_REGION)
+        return undecided(Undecided.NO_REGION, NO_PROOF)
     # Imported late: most runs have no proof.
-    from rbstab.experiment.convergence.region_bounds import region_energies
     from rbstab.experiment.stored_proof.proof import GOES_ON
     from rbstab.experiment.stored_proof.starts import has_no_rest_state
 
     if has_no_rest_state(proof, at_poles=problem.quaternion):
         return Convergence(False, why="there is no rest state with |θ2| < π/2")
     if proof.proved and not proof.states:
-        why = "the range of eq. 5 has no rest state"
-        return Convergence(None, why=why, reason=Undecided.NO_REGION)
-    if not region_energies(proof):
-        why = no_region(proof)
-        if proof.proved and proof.goes_on:
-            why = f"{NO_REGION}; {GOES_ON}"
-        return Convergence(None, why=why, reason=Undecided.NO_REGION)
-    return None
+        return undecided(Undecided.NO_REGION, "the range of eq. 5 has no rest state")
+    if region_energies(proof):
+        return None
+    goes_on = f"; {GOES_ON}" if proof.proved and proof.goes_on else ""
+    return undecided(Undecided.NO_REGION, f"{no_region(proof)}{goes_on}")
 
 
 def no_region(proof: "Proof") -> str:
@@ -81,25 +112,25 @@ def not_enclosed(problem: Problem) -> Convergence | None:
     Either an input supplies power, or the equations are not smooth, or the code of a user has no
     formulas.
     """
-    if any(element.from_user for element in problem.system.elements):
+    elements = problem.system.elements
+    if any(element.from_user for element in elements):
         from rbstab.proof.motion.recorded import why_not_recorded
 
         why_not = why_not_recorded(problem.system)
         if why_not is not None:
             why = f"{why_not}, and only motions under formulas can be enclosed"
-            return Convergence(None, why=why, reason=Undecided.USER_CODE)
+            return undecided(Undecided.USER_CODE, why)
     if problem.system.supplies:
-        why = "an input supplies power, so v may rise"
-        return Convergence(None, why=why, reason=Undecided.INPUT)
-    if any(isinstance(element, SlidingConnector) for element in problem.system.elements):
+        return undecided(Undecided.INPUT, "an input supplies power, so v may rise")
+    if any(isinstance(element, SlidingConnector) for element in elements):
         why = "the force of a sliding connector jumps, and only smooth equations can be enclosed"
-        return Convergence(None, why=why, reason=Undecided.SLIDING)
-    for element in problem.system.elements:
+        return undecided(Undecided.SLIDING, why)
+    for element in elements:
         stops = isinstance(element, Stop)
         if stops or isinstance(element, SlidingByModes) or element.holds or element.slides:
             how = "turns the motion back at once" if stops else "may slide on a surface"
             why = f"an element switches in a way that no enclosure follows: {element.name} {how}"
-            return Convergence(None, why=why, reason=Undecided.SWITCHES)
+            return undecided(Undecided.SWITCHES, why)
     return None
 
 
@@ -107,34 +138,14 @@ def nothing_proved(problem: Problem) -> Convergence | None:
     """Return a convergence that is not decided as there is no proof of rest states, or None.
 
     That of a body with ligaments, soft guards or a stop may be proved, although they switch, and
-    that of one with code of a user.
+    that of one with code of a user: the proof of its rest states says why there is none.
     """
     found = not_enclosed(problem)
-    if found is not None and found.reason is Undecided.USER_CODE:
-        return None  # the proof of the rest states says why there is none
+    if found is None or found.reason is Undecided.USER_CODE:
+        return None
     switching = [element for element in problem.system.elements if element.mode_count]
-    if all(isinstance(element, IN_PROOFS) or element.from_user for element in switching):
-        return None if found is not None and found.reason is Undecided.SWITCHES else found
-    return found
-
-
-BY_REGION = (Undecided.SWITCHES, Undecided.USER_CODE)
-"""The reasons for which no motion is enclosed, while its start may be in a region."""
-
-
-def start_in_region(problem: Problem, proof: "Proof | None") -> Convergence | None:
-    """Return what is proved of a start by a region alone; None if nothing is.
-
-    No motion is enclosed then. But there may be a region, and this start in it.
-    """
-    from rbstab.experiment.stored_proof.starts import start_bounds
-
-    if proof is None or not proof.has_energy:
-        return None
-    start = start_bounds(problem)
-    if start is None:
-        return None
-    return convergence_in(proof, (start.least, start.energy), (start.low, start.high), 0.0)
+    in_proofs = all(isinstance(one, IN_PROOFS) or one.from_user for one in switching)
+    return None if in_proofs and found.reason is Undecided.SWITCHES else found
 
 
 def convergence_in(
@@ -148,7 +159,6 @@ def convergence_in(
         box: The smallest and the largest Θ, each of shape (3,), rad.
         t: The time, s.
     """
-    from rbstab.experiment.convergence.region_bounds import level_of
     from rbstab.experiment.stored_proof.starts import OPEN_RANGE, reached_state
 
     low, high = energy
@@ -161,3 +171,50 @@ def convergence_in(
     in_range = bool(np.all(np.abs(box) <= OPEN_RANGE))
     bound = level_of(proof, number, high, in_range=in_range)
     return Convergence(True, rest_state=number, time=t, energy=(at_least, at_most), bound=bound)
+
+
+def region_energies(proof: "Proof", *, in_range: bool = True) -> "list[tuple[Triple, float]]":
+    """Return the regions of a proof: the Θ of their rest states, and their bounds on the energy, J.
+
+    Args:
+        proof: The proof.
+        in_range: Whether to include the regions in the range of eq. 5; those for all real θ1 and θ3
+            come after them. Where every start converges, the bound is infinite.
+    """
+    found = list["tuple[Triple, float]"]()
+    if proof.every_start:
+        all_of = proof if proof.unwrapped is None else proof.unwrapped
+        found.append((all_of.states[0].orientation, math.inf))
+    for part in (proof if in_range else None, proof.unwrapped):
+        if part is None:
+            continue
+        if part.region is not None and part.region.lower_bound > 0:
+            lowest = part.states[0]
+            bound = part.region.energy_bound
+            absolute = lowest.energy + part.region.lower_bound if bound is None else bound
+            found.append((lowest.orientation, absolute))
+        found += [
+            (part.states[region.rest_state - 1].orientation, region.energy_bound)
+            for region in part.regions
+        ]
+    return found
+
+
+def level_of(proof: "Proof", number: int, energy: float, *, in_range: bool = True) -> float:
+    """Return the level of the region of a rest state in which a motion is, as a value of v, J.
+
+    Args:
+        proof: The proof.
+        number: The number of the rest state, from 1 for the lowest.
+        energy: The sum of all energies, J, of a motion that is in a region of this rest state.
+        in_range: Whether its Θ is in the range of eq. 5.
+    """
+    rest = proof.states[number - 1]
+    bounds = [
+        bound
+        for orientation, bound in region_energies(proof, in_range=in_range)
+        if np.abs(np.subtract(orientation, rest.orientation)).max() < SAME_STATE
+    ]
+    # An energy in doubles can be above its bound by round-off, although the exact one is below.
+    bound = next((bound for bound in bounds if bound > energy), max(bounds, default=energy))
+    return bound if bound == math.inf else math.nextafter(bound - rest.energy, -math.inf)

@@ -7,13 +7,17 @@ import numpy as np
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.experiment.convergence.convergence import Convergence, Undecided
-from rbstab.experiment.convergence.decisions import LEAST_FALL, PATIENCE, convergence_in
+from rbstab.experiment.convergence.decisions import (
+    LEAST_FALL,
+    PATIENCE,
+    convergence_in,
+    region_energies,
+)
 from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
-from rbstab.experiment.convergence.region_bounds import region_energies
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.motion.equations import Equations
-from rbstab.proof.motion.motion import MAX_STEPS, Followed, followed
+from rbstab.proof.motion.motion import MAX_STEPS, Followed, Watch, followed
 from rbstab.proof.motion.motion_set import MotionSet, point_sets
 
 BATCH_SIZE = 256
@@ -47,8 +51,17 @@ class Motions:
         Returns:
             What came of each set. Its decision is its `Convergence`, `Undecided.AT_REST`, or None.
         """
-        decide = Decisions(self.proof, self.equations, rests=rests)
-        return followed(self.equations, starts, self.scale, decide, max_steps)
+        return self.decided(starts, Decisions(self.proof, self.equations, rests=rests), max_steps)
+
+    def decided(
+        self,
+        starts: MotionSet,
+        decide: "Decisions",
+        max_steps: int = MAX_STEPS,
+        watch: Watch | None = None,
+    ) -> list[Followed]:
+        """Follow the motions of some sets of starts until each is decided; see `followed`."""
+        return followed(self.equations, starts, self.scale, decide, max_steps, watch)
 
     def follow_all(self, values: Array, errors: Array, max_steps: int) -> list[Followed]:
         """Follow the motions from some starts, as `follow` does, some at a time.
@@ -72,10 +85,17 @@ class Decisions:
         proof: The proof of the rest states and of their regions.
         equations: The equations.
         rests: Whether to decide that a motion has come to rest.
+        last: The time up to which motions are followed in any case, s.
+
+    Attributes:
+        found: What is proved of the convergence of motions so far, by their numbers.
     """
 
-    def __init__(self, proof: Proof, equations: Equations, *, rests: bool = True) -> None:
-        self.proof, self.equations, self.rests = proof, equations, rests
+    def __init__(
+        self, proof: Proof, equations: Equations, *, rests: bool = True, last: float = 0.0
+    ) -> None:
+        self.proof, self.equations, self.rests, self.last = proof, equations, rests, last
+        self.found: dict[int, Convergence] = {}
         self._highest = max((bound for _, bound in region_energies(proof)), default=-np.inf)
         self._lows: dict[int, list[float]] = {}
 
@@ -85,15 +105,19 @@ class Decisions:
         """Return what is decided of each set; see `Decide`."""
         lows, highs = self.equations.energy_bounds(states)
         boxes = zip(*states.angle_bounds(), strict=True)
-        found: list[Convergence | Undecided | None] = []
         rows = (lows.tolist(), highs.tolist(), boxes, times.tolist(), numbers.tolist())
-        for low, high, box, time, number in zip(*rows, strict=True):
-            reached = None
-            if high < self._highest:
-                reached = convergence_in(self.proof, (low, high), box, time)
-            rests = self.rests and self._rests(number, low)
-            found.append(reached or (Undecided.AT_REST if rests else None))
-        return found
+        return [self._decision(*row) for row in zip(*rows, strict=True)]
+
+    def _decision(
+        self, low: float, high: float, box: tuple[Array, Array], time: float, number: int
+    ) -> Convergence | Undecided | None:
+        found = self.found.get(number)
+        if found is None and high < self._highest:
+            found = convergence_in(self.proof, (low, high), box, time)
+        if found is None:
+            return Undecided.AT_REST if self.rests and self._rests(number, low) else None
+        self.found[number] = found
+        return found if time >= self.last else None
 
     def _rests(self, number: int, low: float) -> bool:
         """Return whether the energy of a motion, at least `low`, has stopped falling.

@@ -11,8 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
-import numpy as np
-
+from rbstab.analysis.certificate.evidence import computed_audit_bound
 from rbstab.analysis.certificate.verdict import Check, Verdict, overall
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
@@ -24,10 +23,9 @@ from rbstab.experiment.convergence.convergence import (
     convergence_attributes,
     stored_convergence,
 )
-from rbstab.experiment.convergence.decisions import refusal
+from rbstab.experiment.convergence.decisions import convergence_at_start
 from rbstab.experiment.convergence.enclosed_samples import (
     COMPUTED_MOTION,
-    EnclosedSamples,
     computed_motion_check,
     enclosure_variables,
 )
@@ -39,27 +37,20 @@ from rbstab.experiment.run_certificate import (
     GLOBAL_STABILITY,
     LEAST_REST_STATES,
     certificate_variables,
-    computed_audit_bound,
     proved_checks,
     rest_state_check,
 )
-from rbstab.experiment.run_certificate import GROUP as CERTIFICATE
-from rbstab.experiment.stored_certificate import stored_lines
+from rbstab.experiment.stored_certificate import certificate_lines
 from rbstab.experiment.stored_config import stored_config
 from rbstab.integrate.problem import Problem
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
+from rbstab.store.variables import Variable
 
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.proof import Proof
 
 AnyResult = TypeVar("AnyResult", bound=Result)
-
-
-def takes_proof(result: Result) -> bool:
-    """Return whether a result has what `with_proof` needs; some of older versions have not."""
-    has_certificate = f"{CERTIFICATE}/check" in result and "rest_orientation" in result
-    return has_certificate and "lyapunov_zero" in result.attributes
 
 
 def with_proof(
@@ -78,71 +69,49 @@ def with_proof(
         proof: The proof; without one, convergence is not decided.
         enclose: How far to enclose the exact motion; this needs the proof.
     """
-    convergence, samples = _convergence(config, problem, proof, enclose)
-    enclosure = {} if samples is None else enclosure_variables(samples, problem.system)
+    samples, enclosure = None, dict[str, Variable]()
+    if enclose and proof is not None:
+        # Imported late: most runs have no proof.
+        from rbstab.experiment.convergence.exact_motion import prove_convergence
+
+        convergence, samples = prove_convergence(config, problem, proof, enclose)
+    else:
+        convergence = convergence_at_start(problem, proof)
     replaced = GLOBAL_STABILITY, CERTIFIED_REGION, COMPUTED_MOTION
-    checks = [line for line in stored_lines(result) if line.check not in replaced]
+    checks = [line for line in certificate_lines(result) if line.check not in replaced]
     if samples is not None:
+        enclosure = enclosure_variables(samples, problem.system)
         bound = computed_audit_bound(problem)
         checks.append(computed_motion_check(samples, result.variables, bound))
-    lines = certificate_variables([*checks, *proved_checks(problem, proof)])
     kept = {
         name: variable
         for name, variable in result.variables.items()
-        if name not in lines and name.partition("/")[0] != ENCLOSURE
+        if name.partition("/")[0] != ENCLOSURE
     }
-    attributes = attributes_with_proof(result, proof, str(overall(checks)), convergence)
-    return replace(result, variables=kept | lines | enclosure, attributes=attributes)
+    attributes = result.attributes | {"verdict": str(overall(checks))}
+    whole = replace(result, variables=kept | enclosure, attributes=attributes)
+    return _stated(whole, [*checks, *proved_checks(problem, proof)], proof, convergence)
 
 
-def _convergence(
-    config: Config, problem: Problem, proof: "Proof | None", enclose: Enclose
-) -> tuple[Convergence, EnclosedSamples | None]:
-    """Return what is proved of the exact motion; it is followed only if asked."""
-    if proof is None:
-        refused = refusal(problem, None)
-        assert refused is not None
-        return refused, None
-    # Imported late: most runs have no proof.
-    from rbstab.experiment.convergence.exact_motion import convergence_at_start, prove_convergence
-
-    if enclose:
-        convergence, samples = prove_convergence(config, problem, proof, enclose)
-        return convergence, samples
-    return convergence_at_start(config, problem, proof), None
-
-
-def attributes_with_proof(
-    result: Result, proof: "Proof | None", verdict: str, convergence: Convergence
-) -> dict[str, str | int | float]:
-    """Return the attributes of a result, with those of its proof in the place of older ones.
-
-    Args:
-        result: The result.
-        proof: The proof; None without one.
-        verdict: The verdict of the computed run.
-        convergence: What is proved of the exact motion.
-    """
-    changed: dict[str, str | int | float] = {}
-    for name, value in result.attributes.items():
-        if name.partition("_")[0] == ATTRIBUTE:
-            continue
-        changed[name] = value
-        if name == "verdict":
-            changed |= {"verdict": verdict, **convergence_attributes(convergence)}
-    if "lyapunov_zero" not in changed or "rest_orientation" not in result:
-        return changed  # an older result does not say from which state its v counts
-    zero = str(changed["lyapunov_zero"])
-    Theta = result["rest_orientation"].astype(np.float64)
+def _stated(
+    result: AnyResult, checks: Sequence[Check], proof: "Proof | None", convergence: Convergence
+) -> AnyResult:
+    """Return a result with other checks, and other attributes of what is proved of it."""
+    changed = {
+        name: value
+        for name, value in result.attributes.items()
+        if name.partition("_")[0] != ATTRIBUTE
+    }
+    changed |= convergence_attributes(convergence)
+    zero, Theta = str(changed["lyapunov_zero"]), result["rest_orientation"]
     described = described_by_proof(zero, Theta, proof, convergence.rest_state)
     if zero.startswith(NO_REST_STATE):
         # The warning begins with the same words, and goes on with what may be the reason.
-        lines = [
-            f"{described}{line.removeprefix(zero)}" if line.startswith(zero) else line
-            for line in str(changed.get("warnings", "")).splitlines()
-        ]
-        changed["warnings"] = "\n".join(lines)
-    return changed | {"lyapunov_zero": described}
+        warnings = f"\n{changed.get('warnings', '')}".replace(f"\n{zero}", f"\n{described}")
+        changed["warnings"] = warnings[1:]
+    variables = {**result.variables, **certificate_variables(checks)}
+    attributes = changed | {"lyapunov_zero": described}
+    return replace(result, variables=variables, attributes=attributes)
 
 
 class KnownNow(NamedTuple):
@@ -186,63 +155,35 @@ def with_later_proof(result: Result, config: Config | None, proof: "Proof | None
         config: Its config; None if this version cannot read it. Then nothing is added.
         proof: The proof in the folder of the result, if there is one.
     """
-    lines = stored_lines(result)
-    if proof is None or config is None or not _says_more(proof, lines):
+    lines = {line.check: line for line in certificate_lines(result)}
+    stable, region = lines.get(GLOBAL_STABILITY), lines.get(CERTIFIED_REGION)
+    # Its start would need the equations, and a stored result must not run code of a user.
+    if proof is None or config is None or has_code(config) or not (stable and region):
         return result
-    if has_code(config):
-        # Its start would need the equations, and a stored result must not run code of a user.
+    level, bound = -math.inf if proof.region is None else proof.region.lower_bound, region.bound
+    is_deeper = level > (-math.inf if math.isnan(bound) else bound)
+    counted = _knowing_more(stable, rest_state_check(proof))
+    if counted[1:3] == stable[1:3] and not (is_deeper and region.verdict == Verdict.UNKNOWN):
         return result
-    # Imported late: it needs the proofs.
-    from rbstab.experiment.convergence.exact_motion import convergence_at_start
-
     problem = problem_of(config)
-    new = {one.check: one for one in proved_checks(problem, proof)}
+    for new in proved_checks(problem, proof):
+        lines[new.check] = _knowing_more(lines[new.check], new)
     found = stored_convergence(result.attributes)
     if found is None or found.proved is None:
-        found = _further(found, convergence_at_start(config, problem, proof))
-    changed = [_knowing_more(line, new.get(line.check)) for line in lines]
-    attributes = attributes_with_proof(result, proof, str(result.attributes["verdict"]), found)
-    variables = {**result.variables, **certificate_variables(changed)}
-    return replace(result, variables=variables, attributes=attributes)
+        now = convergence_at_start(problem, proof)
+        # A motion that was enclosed says why it was in vain.
+        found = now if found is None or now.proved is not None or not found.steps else found
+    return _stated(result, list(lines.values()), proof, found)
 
 
-def _says_more(proof: "Proof", lines: Sequence[Check]) -> bool:
-    """Return whether a proof may say more of a run than its certificate.
-
-    A certificate without these checks is of an old version, and takes none.
-    """
-    by_name = {line.check: line for line in lines}
-    stable, region = by_name.get(GLOBAL_STABILITY), by_name.get(CERTIFIED_REGION)
-    if stable is None or region is None:
-        return False
-    if math.isnan(stable.value):
-        return True
-    now = rest_state_check(proof)
-    if math.isnan(now.value):
-        return False
-    if (now.verdict, now.value) != (stable.verdict, stable.value):
-        # A longer search has found more, or has proved it.
-        return stable.verdict == Verdict.UNKNOWN or now.verdict != Verdict.UNKNOWN
-    level = math.nan if proof.region is None else proof.region.lower_bound
-    is_new = math.isnan(region.bound) and not math.isnan(level)
-    return region.verdict == Verdict.UNKNOWN and (is_new or level > region.bound)
-
-
-def _knowing_more(stored: Check, new: Check | None) -> Check:
+def _knowing_more(stored: Check, new: Check) -> Check:
     """Return the check that says more: a shorter proof may have less than the result has."""
-    if new is None or math.isnan(new.value):
-        return stored
-    if math.isnan(stored.value):
-        return new
-    decided = [one.verdict != Verdict.UNKNOWN for one in (stored, new)]
-    if stored.check == CERTIFIED_REGION:
-        return new if decided[1] or not decided[0] else stored
+    if math.isnan(new.value) or math.isnan(stored.value):
+        return stored if math.isnan(new.value) else new
+    known, decides = (one.verdict != Verdict.UNKNOWN for one in (stored, new))
+    if not known or stored.check == CERTIFIED_REGION:
+        return new if decides or not known else stored
     # A complete count of rest states stays, as does one of more states that were proved.
     counts_all = stored.quantity != LEAST_REST_STATES
     is_less = new.quantity == LEAST_REST_STATES and (counts_all or new.value < stored.value)
-    return stored if decided[0] and (not decided[1] or is_less) else new
-
-
-def _further(stored: Convergence | None, new: Convergence) -> Convergence:
-    """Return the convergence that says more: a motion that was enclosed says why it was in vain."""
-    return stored if stored is not None and stored.steps and new.proved is None else new
+    return new if decides and not is_less else stored

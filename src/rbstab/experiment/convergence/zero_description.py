@@ -71,16 +71,6 @@ def no_rest_state_warning(system: System) -> str:
     return f"{NO_REST_STATE} ({', '.join(names)}: {hint}; `rbstab check --element` tells)"
 
 
-def none_found(text: str, known: int) -> str:
-    """Return a text that begins with `NO_REST_STATE`, where a longer search knows rest states."""
-    if not known:
-        return text
-    return (
-        f"{NO_REST_STATE} by a descent in energy from the unloaded position; a longer search knows "
-        f"{known}, and v counts from none of them"
-    )
-
-
 def described_by_proof(
     text: str, Theta: Array, proof: "Proof | None", reached: int | None = None
 ) -> str:
@@ -92,8 +82,12 @@ def described_by_proof(
         proof: The proof of the config, if there is one.
         reached: The number of the rest state to which the exact motion converges, if it is proved.
     """
-    if proof is not None and text.startswith(NO_REST_STATE):
-        return none_found(text, len(proof.states))
+    known = 0 if proof is None else len(proof.states)
+    if known and text.startswith(NO_REST_STATE):
+        return (
+            f"{NO_REST_STATE} by a descent in energy from the unloaded position; a longer search "
+            f"knows {known}, and v counts from none of them"
+        )
     if proof is None or not is_below_end(text):
         return text
     # Imported late: most runs have no proof.
@@ -105,8 +99,9 @@ def described_by_proof(
     number = number_of(proof, Theta)
     if number is None:
         return text
-    name, count = text.partition(";")[0], len(proof.states)
-    place = "in the range of eq. 5" if proof.on_rotations is None else proof.place
-    if count == 1:
+    name, place = text.partition(";")[0], "in the range of eq. 5"
+    if proof.on_rotations is not None:
+        place = proof.place
+    if known == 1:
         return f"{name}; proved to be the only one {place}"
-    return f"{name}; number {number} of the {count} {place}, the lowest first"
+    return f"{name}; number {number} of the {known} {place}, the lowest first"

@@ -8,7 +8,6 @@ from typing import Any, ClassVar, Literal
 from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt, PositiveInt
 
 from rbstab.config.tolerances import Tolerance
-from rbstab.experiment.answers.reasons import Reason
 
 Triple = tuple[float, float, float]
 
@@ -55,7 +54,7 @@ class WithinRecord(Model):
     id: str
     version: PositiveInt
     tolerances: tuple[StoredTolerance, ...]
-    why: Reason
+    why: str
     seconds: NonNegativeFloat
 
 

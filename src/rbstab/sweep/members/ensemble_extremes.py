@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.analysis.extrema import ORDERS, Steps, along, farthest_from_zero, last_above
+from rbstab.analysis.extrema import Steps, along, farthest_from_zero, last_above
 from rbstab.analysis.lyapunov import energy_scale
 from rbstab.analysis.run_extremes import (
     SETTLED_DISTANCE,
@@ -149,8 +149,7 @@ class _StepsOfMembers:
             self._first,
             self._times,
             self._lengths,
-            (table[0, 0], table[1, 0]),
-            (table[0, 1], table[1, 1]),
+            table,
             self._derivatives,
             self._divide,
         )
@@ -163,7 +162,7 @@ class _StepsOfMembers:
         return found
 
     def _derivatives(self, quantity: Array, step: Array) -> Array:
-        """Return values and three derivatives at both ends of steps (see `Steps`)."""
+        """Return second and third derivatives at both ends of steps (see `Steps`)."""
         chosen, inverse = np.unique(step, return_inverse=True)
         both, of = np.append(chosen, self._after[chosen]), np.tile(self.member[chosen], 2)
         found = along(
@@ -172,11 +171,8 @@ class _StepsOfMembers:
             self._states[:, both],
             self._times[both],
             np.tile(self._lengths[chosen], 2),
-        ).reshape(ORDERS, VALUE + 1, 2, -1)
-        chosen_ends = np.moveaxis(found, 2, 0)[:, :, quantity, inverse]
-        if self._compiled.structure.q is not None:
-            chosen_ends[:, :2] = self._table[:, :, quantity, step]
-        return chosen_ends
+        ).reshape(2, VALUE + 1, 2, -1)
+        return np.moveaxis(found, 2, 0)[:, :, quantity, inverse]
 
     def _divide(self, step: int) -> Steps | None:
         member = int(self.member[step])

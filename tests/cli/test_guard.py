@@ -231,8 +231,8 @@ def test_the_least_stiffness_is_found_between_two_of_the_ladder(
 
     monkeypatch.setattr(guarding, "prove", fake)
     found = guard(load_config(case1))
-    assert found.stiffness is not None
-    assert 3.3 <= found.stiffness <= 3.6
+    assert found.strength is not None
+    assert 3.3 <= found.strength <= 3.6
     tried = dict(found.tried)
     assert {0.01, 2.0, 5.0} <= set(tried)
     assert 10.0 not in tried

@@ -125,17 +125,19 @@ def upper(number: Ball) -> float:
 def decimals(values: Array) -> Array:
     """Return the numbers that the doubles of a config mean, as fractions: 0.4 is 2/5.
 
-    A double means the shortest decimal that reads as the same double.
+    A double means the shortest decimal that reads as the same double. Fractions stay as they are.
 
     Raises:
         OverflowError: A double is not finite.
     """
     entries = np.empty(values.shape, dtype=object)
     for index in np.ndindex(values.shape):
-        value = float(values[index])
-        if not math.isfinite(value):
-            raise OverflowError(f"{value} is not a finite number")
-        entries[index] = Fraction(repr(value))
+        value: Any = values[index]
+        if not isinstance(value, Fraction):
+            if not math.isfinite(value):
+                raise OverflowError(f"{value} is not a finite number")
+            value = Fraction(repr(float(value)))
+        entries[index] = value
     return entries
 
 

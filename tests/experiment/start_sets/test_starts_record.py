@@ -5,7 +5,7 @@ from support.configs import BY_VARIANT, plain
 from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment import proof_cache
-from rbstab.experiment.robust import cache as robust_cache
+from rbstab.experiment.robust import record as robust_record
 from rbstab.experiment.robust.record import bounds_of
 from rbstab.experiment.start_sets import prove_starts, starts_record
 from rbstab.experiment.start_sets.prove_starts import starts_for
@@ -74,7 +74,7 @@ def test_a_proof_that_cannot_be_stored_is_returned_with_the_error(tmp_path, monk
     for name in ("prove", "proof_for"):
         monkeypatch.setattr(prove_starts, name, lambda *_: None)
     config = load_config(plain())
-    for room, broken in ((robust_cache, "write_document"), (proof_cache, "read_model")):
+    for room, broken in ((robust_record, "write_document"), (proof_cache, "read_model")):
         with monkeypatch.context() as patch:
             patch.setattr(room, broken, fails)
             found, problem = starts_for(tmp_path, config, tolerances_of(config, [TEXT]))

@@ -99,7 +99,7 @@ def test_what_is_proved(config, states):
     [
         (guard(method="stop", angle=1.0, restitution=0.5), "the force of limit jumps"),
         (guard(method="repelling", couple=0.1, soft_angle=0.3), "the force of limit jumps"),
-        (rope(0.5), "rope may be just taut at an unstable rest state"),
+        (rope(0.5), "rope may begin to act just at an unstable rest state"),
         (
             {"slider": {"kind": "sliding", "point": [0, 0, 0], "anchor": [0, 0, 0]}
             | {"K_s": [5, 5, 5], "surface": "position"}},

@@ -14,8 +14,7 @@ from rbstab.config.numbers import is_of_initial_state
 from rbstab.config.schema import Config
 from rbstab.config.source import Path as KeyPath
 from rbstab.config.source import Source, key_of
-from rbstab.experiment.robust.bodies import bodies_id
-from rbstab.experiment.robust.cache import all_bodies
+from rbstab.experiment.robust.bodies import all_bodies, bodies_id
 from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.mechanics.numbers import Array
 

@@ -43,7 +43,7 @@ def may_be(config, Theta, radius=NARROW, energy=None):
     box = np.array([Theta - radius, Theta + radius])
     proof: Any = SimpleNamespace(reduced_energy=energy)
     state: Any = SimpleNamespace(enclosure=box)
-    return may_switch(proof, state, config, next(iter(config.elements)))
+    return may_switch(proof, state, config, next(iter(config.elements)), 1)
 
 
 @pytest.mark.parametrize(("slack", "expected"), [(0.5, True), (0.51, False), (0.49, False)])

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.mechanics import numbers
-from rbstab.mechanics.numbers import FUNCTIONS, Array
+from rbstab.mechanics.numbers import FUNCTIONS, Array, entrywise
 
 UNIT = 2.0**-52
 """Twice the relative error of one operation."""
@@ -230,13 +230,11 @@ def bounded_decimals(values: Array) -> Array:
     A double means the shortest decimal that reads as the same double, so it is at most half a unit
     of the last place away. Entries that are bounded already stay as they are.
     """
-    found = np.empty(values.shape, dtype=object)
-    for index in np.ndindex(values.shape):
-        entry: Any = values[index]
-        if type(entry) is not Bounded and entry != 0:
-            entry = bounded_decimal(float(entry))
-        found[index] = entry
-    return found
+
+    def bounded(entry: Any) -> Any:
+        return entry if type(entry) is Bounded or entry == 0 else bounded_decimal(float(entry))
+
+    return entrywise(bounded, values)
 
 
 def bounded_decimal(value: Value) -> Bounded:

@@ -9,9 +9,8 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
 import numpy as np
-from flint import ctx
 
-from rbstab.analysis.exact import PRECISION, balls, exact_system
+from rbstab.analysis.exact import balls, exact_system, exactly
 from rbstab.config.user_code.trial import wrong_values
 from rbstab.elements.user_code.loaded import UserCode, failure
 from rbstab.experiment.element_check.states import Sample, statements
@@ -115,7 +114,7 @@ def ball_problems(code: UserCode, sample: Sample) -> Iterator[str]:
     """Yield where the balls of python-flint fail, or give another value."""
 
     def middles(sample: Sample) -> Array:
-        with ctx.workprec(PRECISION):
+        with exactly():
             found = values(exact_system(sample.system), balls(sample.y)).tolist()
         return np.array([float(x.mid()) if hasattr(x, "mid") else float(x) for x in found])
 

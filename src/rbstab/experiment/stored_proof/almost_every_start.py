@@ -120,9 +120,10 @@ def _not_smooth(proof: "Proof", config: Config, unstable: "list[ProvedState]") -
         yield f"{name} is an element of your own with switches, or with states of its own"
     for element in system_of(without_code(config)).elements:
         if isinstance(element, (StiffGuard, Ligament)):
-            # Without a damper, the force of a ligament begins with a slope of zero.
+            # Of a ligament, only its damper begins to act with a slope, and that where it is taut.
+            first = 1 if isinstance(element, Ligament) else None
             smooth = isinstance(element, Ligament) and not element.damping > 0
-            switches = (may_switch(proof, state, config, element.name) for state in unstable)
+            switches = (may_switch(proof, one, config, element.name, first) for one in unstable)
             if not smooth and any(switches):
                 yield f"{element.name} may begin to act just at an unstable rest state"
         elif element.mode_count or element.slides or element.holds:

@@ -22,7 +22,9 @@ WEIGHT = 2000
 """The number of a variable t, which is zero: ∂/∂t of the least U + t h is h at the lowest point."""
 
 
-def may_switch(proof: "Proof", state: "ProvedState", config: Config, name: str) -> bool:
+def may_switch(
+    proof: "Proof", state: "ProvedState", config: Config, name: str, first: int | None = None
+) -> bool:
     """Return whether an event function h of an element may be zero at a proved rest state.
 
     It is bounded over the enclosure of Θ. If h depends on the position too, it is taken where U is
@@ -33,6 +35,7 @@ def may_switch(proof: "Proof", state: "ProvedState", config: Config, name: str) 
         state: The rest state; what is returned holds for all of its enclosure.
         config: The config of the proof.
         name: The name of an element that is no code of a user.
+        first: How many of its first event functions count; None: all.
     """
     from rbstab.proof.exact.expr import numbers, variable
 
@@ -43,7 +46,8 @@ def may_switch(proof: "Proof", state: "ProvedState", config: Config, name: str) 
     (element,) = (one for one in exact.system.elements if one.name == name)
     box = np.array(state.enclosure)[:, :, None]
     with np.errstate(all="ignore"):
-        found = [_over(proof, box, plain, event) for event in element.guards(motion, NO_STATE)]
+        events = element.guards(motion, NO_STATE)[:first]
+        found = [_over(proof, box, plain, event) for event in events]
     return any(one is None or bool(one.lo[0] <= 0 <= one.hi[0]) for one in found)
 
 

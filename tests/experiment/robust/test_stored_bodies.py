@@ -143,3 +143,15 @@ def test_largest_ends_where_the_bounds_are_no_config(record: BodiesRecord) -> No
     assert found.why is None
     assert found.percent == Fraction(100)
     assert "a bound is not a valid number" in largest_sentences(found, [])[0]
+
+
+def test_dampings_must_be_definite_for_each_body() -> None:
+    """With both entries high, or both low, the least eigenvalue is 41 - 25 N m s/rad.
+
+    With one high and one low, it is 41 - 2 * 25 N m s/rad.
+    """
+    matrix = [[41, 0, 0], [0, 41, 25], [0, 25, 41]]
+    config = config_of("permanent", controller={"L_r": matrix})
+    texts = ["controller.L_r[0][1]=±25", "controller.L_r[0][2]=±25"]
+    found = prove_within(config, tolerances_of(config, texts))
+    assert (found.proved, found.why) == (None, "L_r is not positive definite for each body")

@@ -201,23 +201,16 @@ def kernel(matrix: Array) -> list[Array]:
     Args:
         matrix: M, of doubles or of rational numbers, shape (m, n).
     """
-    rows = np.array([[Fraction(x) for x in row] for row in matrix.tolist()], dtype=object)
-    pivots: list[int] = []
-    for column in range(matrix.shape[1]):
-        done = len(pivots)
-        chosen = next((i for i in range(done, len(rows)) if rows[i, column]), None)
-        if chosen is None:
-            continue
-        rows[[done, chosen]] = rows[[chosen, done]]
-        rows[done] /= rows[done, column]
-        for i in range(len(rows)):
-            if i != done:
-                rows[i] = rows[i] - rows[i, column] * rows[done]
-        pivots.append(column)
+    from flint import fmpq, fmpq_mat
+
+    height, count = matrix.shape
+    numbers = [fmpq(*Fraction(x).as_integer_ratio()) for x in matrix.ravel().tolist()]
+    reduced, rank = fmpq_mat(height, count, numbers).rref()
+    rows = [[Fraction(int(x.p), int(x.q)) for x in row] for row in reduced.tolist()[:rank]]
+    pivots = [next(k for k, entry in enumerate(row) if entry) for row in rows]
     basis = []
-    for free in sorted(set(range(matrix.shape[1])) - set(pivots)):
-        vector = np.array([Fraction(0)] * matrix.shape[1], dtype=object)
-        vector[free] = Fraction(1)
-        vector[pivots] = -rows[: len(pivots), free]
+    for free in sorted(set(range(count)) - set(pivots)):
+        vector = np.array([Fraction(k == free) for k in range(count)], dtype=object)
+        vector[pivots] = [-row[free] for row in rows]
         basis.append(vector)
     return basis

@@ -5,10 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rbstab.experiment.stored_proof.entries import OnRotations, ProvedFamily
 from rbstab.experiment.stored_proof.proof import (
-    OnRotations,
     Proof,
-    ProvedFamily,
     ProvedMinimum,
     ProvedRegion,
     ProvedState,

@@ -147,6 +147,10 @@ def test_each_hypothesis_is_needed(falling):
     config = rbstab.load_config(FALLING)
     stop = guard(method="stop", angle=1.0, restitution=0.5)
     stopped, switching = rbstab.load_config(leg([5, 5, 2.5], stop)), latch()
+    line = {"kind": "spring", "point": [0, 0, 0.3], "anchor": [0, 0, 0.8], "rest_length": 0}
+    damped = {"line": line | {"stiffness": 1, "damping": 1}}
+    sliding = {"variant": "sliding", "K_s": [9, 9, 9], "surface": "position"}
+    slider = rbstab.load_config(FALLING | {"controller": FALLING["controller"] | sliding})
     at_zero = ((-1e-9, -1e-9, -1e-9), (1e-9, 1e-9, 1e-9))
     stiff = rbstab.load_config(leg([5, 5, 2.5], guard(method="stiff", stiffness=1, soft_angle=0.3)))
     at_guard = ((-1e-9, 0.3 - 1e-9, -1e-9), (1e-9, 0.3 + 1e-9, 1e-9))
@@ -161,6 +165,8 @@ def test_each_hypothesis_is_needed(falling):
         (changed(falling, 9, enclosure=at_guard), stiff, "may begin to act just at"),
         (falling, stopped, "the force of limit jumps"),
         (falling, switching, "is an element of your own with switches"),
+        (falling, rbstab.load_config(leg([5, 5, 2.5], damped)), "the force of line jumps, or is"),
+        (falling, slider, "jumps, or is not shown to be smooth"),
     ]
     for proof, given, words in cases:
         found = almost_every_start(proof, given)

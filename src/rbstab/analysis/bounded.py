@@ -82,10 +82,10 @@ class Bounded:
         return Bounded(-self.value, self.error)
 
     def __sub__(self, other: Any) -> Any:
-        return NotImplemented if isinstance(other, np.ndarray) else self + -other
+        return self + -other
 
     def __rsub__(self, other: Any) -> Any:
-        return NotImplemented if isinstance(other, np.ndarray) else -self + other
+        return -self + other
 
     def __mul__(self, other: Any) -> Any:
         if type(other) is not Bounded:
@@ -115,8 +115,6 @@ class Bounded:
         return self * (other if type(other) is Bounded else _exact(other)).inverse()
 
     def __rtruediv__(self, other: Any) -> Any:
-        if isinstance(other, np.ndarray):
-            return NotImplemented
         return self.inverse() * other
 
     def __pow__(self, exponent: int) -> Any:

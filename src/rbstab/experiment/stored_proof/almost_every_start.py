@@ -13,8 +13,11 @@ from rbstab.analysis.exact import decimals
 from rbstab.config.build import system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import switching_code, without_code
+from rbstab.elements.element import Element
 from rbstab.elements.guards.soft_guards import StiffGuard
 from rbstab.elements.ligament import Ligament
+from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.spring import Spring
 from rbstab.experiment.answers.wanted import wanted
 from rbstab.experiment.stored_proof.switches import may_switch
 from rbstab.proof.passive.damping import indefinite_parameter, why_not_damped
@@ -126,5 +129,16 @@ def _not_smooth(proof: "Proof", config: Config, unstable: "list[ProvedState]") -
             switches = (may_switch(proof, one, config, element.name, first) for one in unstable)
             if not smooth and any(switches):
                 yield f"{element.name} may begin to act just at an unstable rest state"
-        elif element.mode_count or element.slides or element.holds:
+        elif not _is_smooth(element):
             yield f"the force of {element.name} jumps, or is not shown to be smooth"
+
+
+def _is_smooth(element: Element) -> bool:
+    """Return whether the force of an element has continuous derivatives wherever |θ2| < π/2.
+
+    A line with a rest length has a length in all motions that count.
+    """
+    if isinstance(element, Spring) and element.rest_length > 0:
+        return True
+    jumps = element.mode_count or element.slides or isinstance(element, SlidingConnector)
+    return not (jumps or element.holds or element.clearance_count)

@@ -149,7 +149,7 @@ def test_each_hypothesis_is_needed(falling):
     stopped, switching = rbstab.load_config(leg([5, 5, 2.5], stop)), latch()
     line = {"kind": "spring", "point": [0, 0, 0.3], "anchor": [0, 0, 0.8], "rest_length": 0}
     damped = {"line": line | {"stiffness": 1, "damping": 1}}
-    sliding = {"variant": "sliding", "K_s": [9, 9, 9], "surface": "position"}
+    sliding = {"variant": "sliding", "K_s": [9, 9, 9], "surface": "position", "L_t": [1, 1, 1]}
     slider = rbstab.load_config(FALLING | {"controller": FALLING["controller"] | sliding})
     at_zero = ((-1e-9, -1e-9, -1e-9), (1e-9, 1e-9, 1e-9))
     stiff = rbstab.load_config(leg([5, 5, 2.5], guard(method="stiff", stiffness=1, soft_angle=0.3)))

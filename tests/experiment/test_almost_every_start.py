@@ -99,7 +99,7 @@ def test_what_is_proved(config, states):
     [
         (guard(method="stop", angle=1.0, restitution=0.5), "the force of limit jumps"),
         (guard(method="repelling", couple=0.1, soft_angle=0.3), "the force of limit jumps"),
-        (rope(0.5), "rope may be just taut at an unstable rest state"),
+        (rope(0.5), "rope may begin to act just at an unstable rest state"),
         (
             {"slider": {"kind": "sliding", "point": [0, 0, 0], "anchor": [0, 0, 0]}
             | {"K_s": [5, 5, 5], "surface": "position"}},
@@ -147,6 +147,10 @@ def test_each_hypothesis_is_needed(falling):
     config = rbstab.load_config(FALLING)
     stop = guard(method="stop", angle=1.0, restitution=0.5)
     stopped, switching = rbstab.load_config(leg([5, 5, 2.5], stop)), latch()
+    line = {"kind": "spring", "point": [0, 0, 0.3], "anchor": [0, 0, 0.8], "rest_length": 0}
+    damped = {"line": line | {"stiffness": 1, "damping": 1}}
+    sliding = {"variant": "sliding", "K_s": [9, 9, 9], "surface": "position", "L_t": [1, 1, 1]}
+    slider = rbstab.load_config(FALLING | {"controller": FALLING["controller"] | sliding})
     at_zero = ((-1e-9, -1e-9, -1e-9), (1e-9, 1e-9, 1e-9))
     stiff = rbstab.load_config(leg([5, 5, 2.5], guard(method="stiff", stiffness=1, soft_angle=0.3)))
     at_guard = ((-1e-9, 0.3 - 1e-9, -1e-9), (1e-9, 0.3 + 1e-9, 1e-9))
@@ -161,6 +165,8 @@ def test_each_hypothesis_is_needed(falling):
         (changed(falling, 9, enclosure=at_guard), stiff, "may begin to act just at"),
         (falling, stopped, "the force of limit jumps"),
         (falling, switching, "is an element of your own with switches"),
+        (falling, rbstab.load_config(leg([5, 5, 2.5], damped)), "the force of line jumps, or is"),
+        (falling, slider, "jumps, or is not shown to be smooth"),
     ]
     for proof, given, words in cases:
         found = almost_every_start(proof, given)

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from rbstab.config.errors import ConfigError
-from rbstab.experiment.robust.cache import all_bodies
+from rbstab.experiment.robust.bodies import all_bodies
 from rbstab.files.existence import exists, is_dir, is_file
 from rbstab.listing.kinds import kind_of
 from rbstab.report.reading.untrusted import file_of

@@ -3,24 +3,18 @@
 import json
 from fractions import Fraction
 
-import numpy as np
 import pytest
 
-from rbstab.proof.boxes import Box, Boxes
 from rbstab.proof.exact.expr import Expr, variable
 from rbstab.proof.model import Energy
 from rbstab.proof.record import (
-    Claims,
     WrongRecordError,
-    claims_record,
     difference_from,
     energy_record,
     expression_of,
     operations_of,
     read_energy,
 )
-from rbstab.proof.search import Zeros
-from rbstab.proof.zeros import Zero
 
 X, Y, Z = variable(0), variable(1), variable(2)
 
@@ -71,30 +65,3 @@ def test_each_part_of_an_energy_is_compared() -> None:
     record["operations"][-1][2] = "-1"
     with pytest.raises(WrongRecordError, match="digest"):
         read_energy(record)
-
-
-def test_a_record_of_claims_has_all_of_them() -> None:
-    box = Box(np.array([-0.1, 0.2, 0.0]), np.array([0.1, 0.3, 1e-17]))
-    zero = Zero(box.lo, box, box, 1, 0.0, np.array([0.0, 1.0, 0.0]), ridge=True)
-    left = Boxes(np.array([[1.0], [1.0], [1.0]]), np.array([[2.0], [1.5], [3.0]]))
-    claims = Claims(
-        Zeros((zero,), left, 7),
-        (2.5, "9/10", "pi"),
-        everywhere=True,
-        level=1.5,
-        regions={1: 2.5},
-        every_start=True,
-    )
-    found = json.loads(json.dumps(claims_record(claims)))
-    enclosure = [box.lo.tolist(), box.hi.tolist()]
-    state = {"enclosure": enclosure, "index": 1, "held": True, "ridge": True}
-    assert found == {
-        "end": [2.5, "9/10", "pi"],
-        "complete": False,
-        "states": [state],
-        "undecided": [[[1.0, 1.0, 1.0], [2.0, 1.5, 3.0]]],
-        "everywhere": True,
-        "level": 1.5,
-        "regions": [[1, 2.5]],
-        "every_start": True,
-    }

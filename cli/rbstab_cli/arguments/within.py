@@ -161,7 +161,7 @@ def proved_within(
         time_limit: The wall time for the tolerances, and for each key of `largest`, s; by default
             `SECONDS_OF_BODIES` or `SECONDS_OF_STARTS`.
     """
-    from rbstab.experiment.robust.largest import largest_within, proving
+    from rbstab.experiment.robust.largest import largest_within
 
     if not texts and not largest:
         return None
@@ -174,8 +174,8 @@ def proved_within(
     found = []
     for key in largest:
         is_late = _late_after(time_limit)
-        prove = proving(config, _prove(config, results, is_late))
-        found.append(largest_within(prove, key, texts, is_late))
+        prove = _prove(config, results, is_late)
+        found.append(largest_within(config, prove, key, texts, is_late))
     return Within(texts, record, tuple(found))
 
 
@@ -212,8 +212,7 @@ def _proved_starts(
 def _prove(
     config: "Config", results: Path, is_late: "Callable[[], bool]"
 ) -> "Callable[[Sequence[Tolerance]], BodiesRecord]":
-    from rbstab.experiment.robust.bodies import prove_within
-    from rbstab.experiment.robust.cache import bodies_for
+    from rbstab.experiment.robust.bodies import bodies_for, prove_within
     from rbstab.store.errors import StoreError
 
     def prove(tolerances: "Sequence[Tolerance]") -> "BodiesRecord":

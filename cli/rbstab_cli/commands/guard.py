@@ -21,7 +21,6 @@ from rbstab_cli.arguments.options import (
 if TYPE_CHECKING:
     from rbstab.config.schema import Config
     from rbstab.experiment.tuning.guard import Guarded
-    from rbstab.experiment.tuning.soft_guard import SoftlyGuarded
 
 BARRIER = "barrier"
 STRENGTHS = {
@@ -94,23 +93,37 @@ def command(
     check_target(target, force=force)
     ((path, loaded),) = load_all([config], changes, allow_python=allow_python).items()
     with motion_errors(path), working(f"{path.name}: guard", wanted=not quiet) as work:
-        if method == BARRIER:
-            from rbstab.experiment.tuning.guard import guard
+        from rbstab.experiment.tuning.guard import SOFT_ANGLE, guard
 
-            def tried(stiffness: float, outcome: str) -> None:
-                if not quiet:
-                    work.print(f"k = {stiffness:g} N m: {outcome}")
+        def tried(stiffness: float, outcome: str) -> None:
+            if not quiet:
+                work.print(f"k = {stiffness:g} N m: {outcome}")
 
-            barrier = guard(loaded, tried)
-        else:
-            from rbstab.experiment.tuning.soft_guard import SOFT_ANGLE, soft_guard
+        angle = SOFT_ANGLE if soft_angle is None else soft_angle
+        found = guard(loaded, method, angle, limit, tried)
+    accepted = found.config is not None and found.limit_kept is not False
+    _write(found.config if accepted else None, target, force=force)
+    if as_json:
+        from rbstab_cli.output.json_output import print_json
 
-            angle = SOFT_ANGLE if soft_angle is None else soft_angle
-            soft = soft_guard(loaded, method, angle, limit)
-    if method == BARRIER:
-        _finish_barrier(path, barrier, target, force=force, as_json=as_json)
+        file = str(target) if accepted else None
+        print_json({"file": file, "method": method, **_data(found, method, angle, limit)})
     else:
-        _finish_soft(path, soft, (method, angle, limit), target, force=force, as_json=as_json)
+        from rbstab_cli.output.guarded import print_runs
+
+        strength = (STRENGTHS[method], found.strength)
+        print_runs(strength, found.given, found.guarded, _soft_facts(found, limit))
+    if found.strength == 0:
+        click.echo(f"{path}: keeps the range without a guard: proved; nothing is written", err=True)
+    elif not accepted:
+        reason = _why_none(found, method, limit)
+        click.echo(f"{path}: {reason}; nothing is written", err=True)
+        raise click.exceptions.Exit(exit_codes.NOT_COMPLETED)
+    elif found.kept is None:
+        click.echo(f"{path}: every start in the range converges: proved -> {target}", err=True)
+    else:
+        click.echo(f"{path}: this start keeps the range: proved -> {target}", err=True)
+        click.echo(f"{path}: convergence {found.kept.convergence}", err=True)
 
 
 def _check_options(method: str, soft_angle: float | None, limit: float | None) -> None:
@@ -124,72 +137,23 @@ def _check_options(method: str, soft_angle: float | None, limit: float | None) -
         raise click.UsageError(f"--limit is {limit:g} (expected a couple above 0, N m)")
 
 
-def _finish_barrier(
-    path: Path, found: "Guarded", target: Path, *, force: bool, as_json: bool
-) -> None:
-    """Write the config with a barrier, and report."""
-    _write(found.config, target, force=force)
-    if as_json:
-        _print_json(
-            {
-                "file": None if found.config is None else str(target),
-                "method": BARRIER,
-                "stiffness": found.stiffness,
-                "tried": [{"stiffness": k, "outcome": outcome} for k, outcome in found.tried],
-                "given": found.given._asdict(),
-                "guarded": None if found.guarded is None else found.guarded._asdict(),
-            }
+def _why_none(found: "Guarded", method: str, limit: float | None) -> str:
+    """Return why nothing is written."""
+    if found.config is not None:
+        return _excess(found, limit)
+    if method != BARRIER:
+        return f"no guard was found: {found.reason}"
+    from rbstab.experiment.tuning.guard import ANY_ANGLES
+
+    if found.tried and ANY_ANGLES in found.tried[-1][1]:
+        return (
+            f"no barrier was found. Every start can converge to one rest state only if there is no "
+            f"other {ANY_ANGLES}; a barrier keeps only θ2. For this start alone: --method stiff"
         )
-    else:
-        from rbstab_cli.output.guarded import print_runs
-
-        print_runs((STRENGTHS[BARRIER], found.stiffness), found.given, found.guarded)
-    if found.config is None:
-        from rbstab.experiment.tuning.guard import ANY_ANGLES
-
-        reason = "no barrier was found"
-        if found.tried and ANY_ANGLES in found.tried[-1][1]:
-            reason += (
-                f". Every start can converge to one rest state only if there is no other "
-                f"{ANY_ANGLES}; a barrier keeps only θ2. For this start alone: --method stiff"
-            )
-        _end_without(path, reason)
-    click.echo(f"{path}: every start in the range converges: proved -> {target}", err=True)
+    return "no barrier was found"
 
 
-def _finish_soft(
-    path: Path,
-    found: "SoftlyGuarded",
-    options: tuple[str, float, float | None],
-    target: Path,
-    *,
-    force: bool,
-    as_json: bool,
-) -> None:
-    """Write the config with a soft guard, and report."""
-    method, _, limit = options
-    accepted = found.config is not None and found.limit_kept is not False
-    _write(found.config if accepted else None, target, force=force)
-    if as_json:
-        _print_json(_soft_data(found, options, str(target) if accepted else None))
-    else:
-        from rbstab_cli.output.guarded import print_runs
-
-        strength = (STRENGTHS[method], found.strength)
-        print_runs(strength, found.given, found.guarded, _soft_facts(found, limit))
-    if found.strength == 0:
-        click.echo(f"{path}: keeps the range without a guard: proved; nothing is written", err=True)
-        return
-    if found.config is None or found.kept is None:
-        _end_without(path, f"no guard was found: {found.reason}")
-    if not accepted:
-        _end_without(path, _excess(found, limit))
-    assert found.kept is not None
-    click.echo(f"{path}: this start keeps the range: proved -> {target}", err=True)
-    click.echo(f"{path}: convergence {found.kept.convergence}", err=True)
-
-
-def _excess(found: "SoftlyGuarded", limit: float | None) -> str:
+def _excess(found: "Guarded", limit: float | None) -> str:
     """Return why a couple is not known to stay below the limit."""
     if found.guarded is None or limit is None or found.guarded.largest_couple > limit:
         return f"the couple exceeds the limit of {limit:g} N m in the run"
@@ -199,7 +163,7 @@ def _excess(found: "SoftlyGuarded", limit: float | None) -> str:
     )
 
 
-def _soft_facts(found: "SoftlyGuarded", limit: float | None) -> tuple[tuple[str, str], ...]:
+def _soft_facts(found: "Guarded", limit: float | None) -> tuple[tuple[str, str], ...]:
     """Return rows on what is proved with a soft guard."""
     from rbstab_cli.output.tables import number
 
@@ -219,31 +183,33 @@ def _soft_facts(found: "SoftlyGuarded", limit: float | None) -> tuple[tuple[str,
     return tuple(rows)
 
 
-def _soft_data(
-    found: "SoftlyGuarded", options: tuple[str, float, float | None], file: str | None
-) -> dict[str, Any]:
-    method, soft_angle, limit = options
-    kept = found.kept
-    return {
-        "file": file,
-        "method": method,
-        "soft_angle": soft_angle,
-        "couple" if method == "repelling" else "stiffness": found.strength,
-        "proved": None
-        if kept is None
-        else {
+def _data(found: "Guarded", method: str, soft_angle: float, limit: float | None) -> dict[str, Any]:
+    """Return what was found, as plain data."""
+    runs = {
+        "given": found.given._asdict(),
+        "guarded": None if found.guarded is None else found.guarded._asdict(),
+    }
+    if method == BARRIER:
+        tried = [{"stiffness": k, "outcome": outcome} for k, outcome in found.tried]
+        return {"stiffness": found.strength, "tried": tried, **runs}
+    kept, proved = found.kept, None
+    if kept is not None:
+        proved = {
             "keeps_range": True,
             "energy": kept.energy,
             "energy_bound": kept.energy_bound,
             "couple_bound": found.couple_bound,
             "converges": bool(kept.states),
             "rest_orientations": [state.orientation for state in kept.states],
-        },
+        }
+    return {
+        "soft_angle": soft_angle,
+        "couple" if method == "repelling" else "stiffness": found.strength,
+        "proved": proved,
         "reason": found.reason or (kept.reason if kept is not None else ""),
         "limit": limit,
         "below_limit": found.limit_kept,
-        "given": found.given._asdict(),
-        "guarded": None if found.guarded is None else found.guarded._asdict(),
+        **runs,
     }
 
 
@@ -253,14 +219,3 @@ def _write(config: "Config | None", target: Path, *, force: bool) -> None:
         from rbstab_cli.output.text_file import write_text
 
         write_text(target, resolved_yaml(config), force=force)
-
-
-def _print_json(data: dict[str, Any]) -> None:
-    from rbstab_cli.output.json_output import print_json
-
-    print_json(data)
-
-
-def _end_without(path: Path, reason: str) -> None:
-    click.echo(f"{path}: {reason}; nothing is written", err=True)
-    raise click.exceptions.Exit(exit_codes.NOT_COMPLETED)

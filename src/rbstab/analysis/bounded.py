@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.mechanics import numbers
-from rbstab.mechanics.numbers import FUNCTIONS, Array
+from rbstab.mechanics.numbers import FUNCTIONS, Array, entrywise
 
 UNIT = 2.0**-52
 """Twice the relative error of one operation."""
@@ -82,10 +82,10 @@ class Bounded:
         return Bounded(-self.value, self.error)
 
     def __sub__(self, other: Any) -> Any:
-        return NotImplemented if isinstance(other, np.ndarray) else self + -other
+        return self + -other
 
     def __rsub__(self, other: Any) -> Any:
-        return NotImplemented if isinstance(other, np.ndarray) else -self + other
+        return -self + other
 
     def __mul__(self, other: Any) -> Any:
         if type(other) is not Bounded:
@@ -115,8 +115,6 @@ class Bounded:
         return self * (other if type(other) is Bounded else _exact(other)).inverse()
 
     def __rtruediv__(self, other: Any) -> Any:
-        if isinstance(other, np.ndarray):
-            return NotImplemented
         return self.inverse() * other
 
     def __pow__(self, exponent: int) -> Any:
@@ -230,13 +228,11 @@ def bounded_decimals(values: Array) -> Array:
     A double means the shortest decimal that reads as the same double, so it is at most half a unit
     of the last place away. Entries that are bounded already stay as they are.
     """
-    found = np.empty(values.shape, dtype=object)
-    for index in np.ndindex(values.shape):
-        entry: Any = values[index]
-        if type(entry) is not Bounded and entry != 0:
-            entry = bounded_decimal(float(entry))
-        found[index] = entry
-    return found
+
+    def bounded(entry: Any) -> Any:
+        return entry if type(entry) is Bounded or entry == 0 else bounded_decimal(float(entry))
+
+    return entrywise(bounded, values)
 
 
 def bounded_decimal(value: Value) -> Bounded:

@@ -8,6 +8,7 @@ instead.
 
 import math
 from collections.abc import Callable
+from contextlib import AbstractContextManager, suppress
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -16,7 +17,7 @@ import numpy as np
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.rest_state import RestState
 from rbstab.mechanics.derivatives import jacobian
-from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.numbers import Array, entrywise
 from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
 
@@ -52,19 +53,23 @@ def ball(x: float) -> Ball:
     return arb(x)
 
 
+def exactly() -> AbstractContextManager[None]:
+    """Return a context in which balls have `PRECISION` bits."""
+    from flint import ctx
+
+    found: AbstractContextManager[None] = ctx.workprec(PRECISION)
+    return found
+
+
 def in_balls(compute: Callable[[], Any]) -> Any:
     """Return compute(), with balls of `PRECISION` bits.
 
     Returns:
         The result; None if an element does not accept balls.
     """
-    from flint import ctx
-
-    with ctx.workprec(PRECISION):
-        try:
-            return compute()
-        except (TypeError, AttributeError):
-            return None
+    with exactly(), suppress(TypeError, AttributeError):
+        return compute()
+    return None
 
 
 def exact_powers(system: System, y: Array, t: float = 0.0) -> ExactPowers:
@@ -111,10 +116,7 @@ def exact_system(system: System) -> System:
 
 def balls(values: Array) -> Array:
     """Return an array of doubles as an object array of balls, in the same shape."""
-    entries = np.empty(values.shape, dtype=object)
-    for index in np.ndindex(values.shape):
-        entries[index] = ball(float(values[index]))
-    return entries
+    return entrywise(ball, values)
 
 
 def upper(number: Ball) -> float:
@@ -125,27 +127,25 @@ def upper(number: Ball) -> float:
 def decimals(values: Array) -> Array:
     """Return the numbers that the doubles of a config mean, as fractions: 0.4 is 2/5.
 
-    A double means the shortest decimal that reads as the same double.
+    A double means the shortest decimal that reads as the same double. Fractions stay as they are.
 
     Raises:
         OverflowError: A double is not finite.
     """
-    entries = np.empty(values.shape, dtype=object)
-    for index in np.ndindex(values.shape):
-        value = float(values[index])
-        if not math.isfinite(value):
-            raise OverflowError(f"{value} is not a finite number")
-        entries[index] = Fraction(repr(value))
-    return entries
+    return entrywise(_decimal, values)
+
+
+def _decimal(value: Any) -> Fraction:
+    if isinstance(value, Fraction):
+        return value
+    if not math.isfinite(value):
+        raise OverflowError(f"{value} is not a finite number")
+    return Fraction(repr(float(value)))
 
 
 def decimal_balls(values: Array) -> Array:
     """Return the numbers that the doubles of a config mean, as balls of the current precision."""
-    entries = decimals(values)
-    for index in np.ndindex(values.shape):
-        number: Any = entries[index]
-        entries[index] = fraction_ball(number)
-    return entries
+    return entrywise(fraction_ball, decimals(values))
 
 
 def fraction_ball(number: Fraction) -> Ball:
@@ -201,23 +201,16 @@ def kernel(matrix: Array) -> list[Array]:
     Args:
         matrix: M, of doubles or of rational numbers, shape (m, n).
     """
-    rows = np.array([[Fraction(x) for x in row] for row in matrix.tolist()], dtype=object)
-    pivots: list[int] = []
-    for column in range(matrix.shape[1]):
-        done = len(pivots)
-        chosen = next((i for i in range(done, len(rows)) if rows[i, column]), None)
-        if chosen is None:
-            continue
-        rows[[done, chosen]] = rows[[chosen, done]]
-        rows[done] /= rows[done, column]
-        for i in range(len(rows)):
-            if i != done:
-                rows[i] = rows[i] - rows[i, column] * rows[done]
-        pivots.append(column)
+    from flint import fmpq, fmpq_mat
+
+    height, count = matrix.shape
+    numbers = [fmpq(*Fraction(x).as_integer_ratio()) for x in matrix.ravel().tolist()]
+    reduced, rank = fmpq_mat(height, count, numbers).rref()
+    rows = [[Fraction(int(x.p), int(x.q)) for x in row] for row in reduced.tolist()[:rank]]
+    pivots = [next(k for k, entry in enumerate(row) if entry) for row in rows]
     basis = []
-    for free in sorted(set(range(matrix.shape[1])) - set(pivots)):
-        vector = np.array([Fraction(0)] * matrix.shape[1], dtype=object)
-        vector[free] = Fraction(1)
-        vector[pivots] = -rows[: len(pivots), free]
+    for free in sorted(set(range(count)) - set(pivots)):
+        vector = np.array([Fraction(k == free) for k in range(count)], dtype=object)
+        vector[pivots] = [-row[free] for row in rows]
         basis.append(vector)
     return basis

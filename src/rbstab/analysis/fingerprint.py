@@ -15,7 +15,7 @@ import numpy as np
 
 from rbstab.analysis.configuration import configurations, without_inputs
 from rbstab.analysis.exact import decimals
-from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.numbers import Array, entrywise
 from rbstab.systems.system import System
 
 P = 2**127 - 1
@@ -101,10 +101,7 @@ def residue(number: Any) -> Residue:
 
 def residues(values: Array) -> Array:
     """Return the numbers that the doubles of a config mean, modulo p."""
-    entries = decimals(values)
-    for index in np.ndindex(values.shape):
-        entries[index] = residue(entries[index])
-    return entries
+    return entrywise(residue, decimals(values))
 
 
 def fingerprint(exact_system: Callable[[Callable[[Array], Array]], System]) -> str:

@@ -39,7 +39,7 @@ from rbstab.integrate.switching.saltation import NotDifferentiableError
 from rbstab.integrate.switching.sliding_connector import with_connector_by_modes
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.motion import Motion
-from rbstab.mechanics.numbers import Array, Number
+from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import PITCH
 from rbstab.systems.impact import side_of, stop_of
 from rbstab.systems.modes import modes_of, with_modes, with_modes_at
@@ -108,102 +108,63 @@ def baseline(problem: Problem) -> Baseline:
         UnfinishedRunError: The run did not complete.
         NotDifferentiableError: The motion is chaotic.
     """
-    course = course_of(problem, TOLERANCE)
+    course, resting = course_of(problem, TOLERANCE), smooth_rest_system(problem)
     compiled = variational_system(course.first)
-    span = np.array([problem.times[0], problem.times[-1]])
-    rest = nearest_rest_state(smooth_rest_system(problem))
-    coarse = _completed(compiled.integrate(problem, course, span, Levels(rest.energy)))
-    rest = _approached(problem, coarse.states[-1], rest)
-    largest_at, value = _largest_value(problem, course, compiled, rest, coarse)
-    level = float(settling_level(value, _round_off(course.first, problem.start)))
-    coarse = _completed(compiled.integrate(problem, course, span, Levels(rest.energy, level)))
+    begin, end = span = np.array([problem.times[0], problem.times[-1]])
+    nearest = nearest_rest_state(resting)
+    zero = nearest.energy
+
+    def run(times: Array, level: float = 0.0) -> VariationalTrajectory:
+        found = compiled.integrate(problem, course, times, Levels(zero, level))
+        return _completed(found)
+
+    def value(system: System, y: Array) -> float:
+        """Return the Lyapunov function v, J."""
+        return float(system.observe(y).energy.sum() - zero)
+
+    coarse = run(span)
+    # v is zero at the rest state that the motion approaches.
+    last = coarse.states[-1]
+    own, moved = last[problem.system.coordinates.size :], problem.system.motion(last)
+    rest = lyapunov_zero(resting, moved, own, nearest).rest
+    zero = rest.energy
+    values = {float(begin): value(course.first, problem.start)}
+    if problem.system.supplies:
+        found = run(np.unique(np.concatenate([coarse.times, coarse.power_zeros])))
+        pairs = zip(found.times.tolist(), found.states, strict=True)
+        values = {t: value(course.system_at(t), y) for t, y in pairs}
+        values |= {t: passage.energy - zero for t, passage in found.passages.items()}
+    largest_at = max(values, key=values.__getitem__)
+    largest = values[largest_at]
+    noise = float(value_round_off(lambda y: course.first.observe(y).energy, problem.start))
+    level = float(settling_level(largest, noise))
+    coarse = run(span, level)
+    settling = np.nan
+    ends, away = np.array([value(course.systems[-1], last)]), moved.Theta - rest.motion.Theta
+    near = ends_near_rest(ends, np.array([abs(largest)]), away[None], np.array([noise]))[0]
+    if rest.is_at_rest and near and ends[0] < level:
+        # A motion that begins at rest has settled then.
+        crossings = [*([begin] if largest < level else []), *coarse.crossings]
+        settling = float(crossings[-1]) if crossings else np.nan
     impacts = [one.time for one in course.transitions if one.impact]
     times = np.unique(np.concatenate([span, *coarse.turning_times, coarse.crossings, impacts]))
-    trajectory = _completed(compiled.integrate(problem, course, times, Levels(rest.energy)))
+    trajectory = run(times)
     E = np.array([problem.system.motion(y).E for y in trajectory.states])
     sizes = np.column_stack([np.abs(E), np.linalg.norm(E, axis=1)])
     peaks = np.argmax(sizes, axis=0)
-    settling = _settling_time(problem, course, rest, coarse, value)
-    end = span[-1]
     settled = end if np.isnan(settling) else settling
-    evaluation_times = np.array([*times[peaks], largest_at, settled, end])
-    interior_peaks = (times[peaks[PEAKS]] > span[0]) & (times[peaks[PEAKS]] < end)
+    at_peaks = times[peaks[PEAKS]]
     outcome = Outcome(
         _final(problem.system.observe(trajectory.states[-1])),
         E[peaks[PEAKS], range(3)],
-        times[peaks[PEAKS]],
+        at_peaks,
         float(sizes[peaks[LARGEST_DISTANCE], LARGEST_DISTANCE]),
         settling,
         float(trajectory.lyapunov_integral[-1]) if rest.is_at_rest else np.nan,
     )
+    evaluation_times = np.array([*times[peaks], largest_at, settled, end])
+    interior_peaks = (at_peaks > begin) & (at_peaks < end)
     return Baseline(problem, course, rest, compiled, evaluation_times, interior_peaks, outcome)
-
-
-def _largest_value(
-    problem: Problem,
-    course: Course,
-    compiled: VariationalSystem,
-    rest: RestState,
-    coarse: VariationalTrajectory,
-) -> tuple[float, float]:
-    """Return the time and the value of v(0), or of the largest v if inputs supply power.
-
-    Args:
-        problem: The problem.
-        course: The systems of its motion.
-        compiled: Its compiled equations.
-        rest: The rest state at which v is zero.
-        coarse: Its run.
-    """
-    begin = float(problem.times[0])
-    start = _value(course.first, problem.start, rest.energy)
-    if not problem.system.supplies:
-        return begin, start
-    times = np.unique(np.concatenate([coarse.times, coarse.power_zeros]))
-    found = _completed(compiled.integrate(problem, course, times, Levels(rest.energy)))
-    pairs = zip(times.tolist(), found.states, strict=True)
-    values = {t: _value(course.system_at(t), y, rest.energy) for t, y in pairs}
-    for time, passage in found.passages.items():
-        values[time] = passage.energy - rest.energy
-    largest = max(values, key=values.__getitem__)
-    return largest, values[largest]
-
-
-def _approached(problem: Problem, last: Array, nearest: RestState) -> RestState:
-    """Return the rest state at which v of a run is zero, from its last state."""
-    system = problem.system
-    own = last[system.coordinates.size :]
-    return lyapunov_zero(smooth_rest_system(problem), system.motion(last), own, nearest).rest
-
-
-def _settling_time(
-    problem: Problem,
-    course: Course,
-    rest: RestState,
-    trajectory: VariationalTrajectory,
-    value: float,
-) -> float:
-    """Return the last time at which v falls below its fraction of v(0), or NaN if there is none.
-
-    It is the start of a motion that begins at rest.
-    """
-    round_off = _round_off(course.first, problem.start)
-    level = float(settling_level(value, round_off))
-    last = trajectory.states[-1]
-    end = np.array([_value(course.systems[-1], last, rest.energy)])
-    from_rest = problem.system.motion(last).Theta - rest.motion.Theta
-    largest, noise = np.array([abs(value)]), np.array([round_off])
-    near = ends_near_rest(end, largest, from_rest[np.newaxis], noise)[0]
-    if not (rest.is_at_rest and near and end[0] < level):
-        return np.nan
-    begin = [problem.times[0]] if value < level else []
-    times = [*begin, *trajectory.crossings]
-    return float(times[-1]) if times else np.nan
-
-
-def _round_off(system: System, start: Array) -> float:
-    """Return the energy below which v is round-off, J."""
-    return float(value_round_off(lambda y: system.observe(y).energy, start))
 
 
 def derivative_along(base: Baseline, shifted: Shifted) -> Outcome:
@@ -313,12 +274,8 @@ def _settling_derivative(
     level = SETTLED_FRACTION * (largest_slope - rest_slope)
     excess = _derivative(settling.energy.sum()) - rest_slope - level
     with np.errstate(all="ignore"):
-        return float(-excess / np.float64(_power(settling)))
-
-
-def _power(observation: Observation) -> float:
-    """Return v', W."""
-    return float((observation.supplied.sum() - observation.dissipation.sum()).real)
+        power = (settling.supplied.sum() - settling.dissipation.sum()).real
+        return float(-excess / np.float64(power))
 
 
 def _rest_energy_derivative(base: Baseline, shifted: System) -> float:
@@ -341,11 +298,6 @@ def _by_modes(problem: Problem, system: System) -> System:
     if problem.switching is None:
         return system
     return with_connector_by_modes(replace(problem, system=system))
-
-
-def _value(system: System, y: Array, rest_energy: float) -> Number:
-    """Return the Lyapunov function v, J."""
-    return system.observe(y).energy.sum() - rest_energy
 
 
 def _final(observation: Observation) -> Array:

@@ -133,10 +133,15 @@ def power(x: Array, exponent: int) -> Array:
     return half * half * x if exponent % 2 else half * half
 
 
+def entrywise(function: Callable[[Any], Number], values: Array) -> Array:
+    """Return an object array of a function of each entry of an array."""
+    entries = [function(entry) for entry in values.ravel().tolist()]
+    return np.array(entries, dtype=object).reshape(values.shape)
+
+
 def _applied(by_numpy: Callable[[Any], Any], of_number: Callable[[Number], Number], x: Any) -> Any:
     if isinstance(x, np.ndarray):
         if x.dtype != object:
             return by_numpy(x)
-        entries = [of_number(entry) for entry in x.ravel()]
-        return np.array(entries, dtype=object).reshape(x.shape)
+        return entrywise(of_number, x)
     return by_numpy(x) if isinstance(x, np.generic) else of_number(x)

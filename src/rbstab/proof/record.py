@@ -19,11 +19,8 @@ An operation takes the results of earlier ones by their numbers; the last one is
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
-
-import numpy as np
 
 from rbstab.proof.exact.expr import (
     FUNCTIONS,
@@ -41,20 +38,12 @@ from rbstab.proof.exact.expr import (
 )
 from rbstab.proof.exact.rewriting import with_outlined_steps
 from rbstab.proof.model import Energy
-from rbstab.proof.search import Zeros
-from rbstab.proof.zeros import Zero
 
 FORMAT = 1
 """The number of this format."""
 
 Record = dict[str, Any]
 """Plain data: what JSON can hold."""
-
-End = str | float
-"""The end of a range of an angle, rad: "pi", "pi/2", a rational number as text, or a double."""
-
-EQ_5: tuple[End, End, End] = ("pi", "pi/2", "pi")
-"""The ends of the range of eq. 5."""
 
 
 class WrongRecordError(ValueError):
@@ -222,71 +211,3 @@ def difference_from(record: Mapping[str, Any], energy: Energy) -> str | None:
     if stored.stop != energy.stop:
         return "their stops are different"
     return None if stored.closed == energy.closed else "barriers close different angles"
-
-
-# -- claims ---------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, eq=False)
-class Claims:
-    """What is proved about a range of Θ.
-
-    Attributes:
-        zeros: The rest states, lowest first, and boxes that may contain others.
-        end: The ends of |Θ|.
-        everywhere: Whether it is claimed that all rest states with any real θ1 and θ3 are in it.
-        level: An energy, J: each motion that once is in the range below it converges to the first
-            rest state. None: not claimed.
-        regions: For some rest states, by their places, an energy, J: so do motions in the
-            component of {U < energy} around each.
-        every_start: Whether every motion in the range converges to the only rest state.
-    """
-
-    zeros: Zeros
-    end: tuple[End, End, End] = EQ_5
-    everywhere: bool = False
-    level: float | None = None
-    regions: Mapping[int, float] | None = None
-    every_start: bool = False
-
-
-def claims_record(claims: Claims) -> Record:
-    """Return claims as plain data: one value of "ranges" in a record."""
-    zeros = claims.zeros
-    found: Record = {
-        "end": list(claims.end),
-        "complete": zeros.proved,
-        "states": [_state(zero) for zero in zeros.zeros],
-    }
-    if zeros.undecided.count:
-        found["undecided"] = np.stack([zeros.undecided.lo.T, zeros.undecided.hi.T], 1).tolist()
-    if claims.everywhere:
-        found["everywhere"] = True
-    if claims.level is not None:
-        found["level"] = claims.level
-    if claims.regions:
-        found["regions"] = [[k, claims.regions[k]] for k in sorted(claims.regions)]
-    if claims.every_start:
-        found["every_start"] = True
-    return found
-
-
-def _state(zero: Zero) -> Record:
-    found: Record = {
-        "enclosure": [zero.enclosure.lo.tolist(), zero.enclosure.hi.tolist()],
-        "index": zero.index,
-    }
-    if zero.held:
-        found["held"] = True
-    if zero.ridge:
-        found["ridge"] = True
-    return found
-
-
-def record_of(energy: Energy, claims: Sequence[Claims]) -> Record:
-    """Return a whole record: an energy, and claims about one range or more."""
-    return {
-        "format": FORMAT,
-        "energy": energy_record(energy),
-        "ranges": [claims_record(one) for one in claims],
-    }

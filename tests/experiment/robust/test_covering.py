@@ -10,7 +10,7 @@ from support.robust import robust_levels
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.robust import covering
-from rbstab.experiment.robust.cache import bodies_for, keep
+from rbstab.experiment.robust.bodies import bodies_for
 from rbstab.experiment.robust.covering import one_state_of, valid_proofs
 
 K_T = ("controller", "K_t", 0)
@@ -76,10 +76,10 @@ def test_the_highest_level_counts_and_only_of_proofs_of_these_equations(
     )
     varied = {K_T: np.array([4110.0, 4300.0])}
     assert robust_levels(tmp_path, config, varied, 2).tolist() == [narrow.level, wide.level]
-    keep(tmp_path, wide.model_copy(update={"proved": None}))
+    wide.model_copy(update={"proved": None}).keep(tmp_path)
     assert robust_levels(tmp_path, config, varied, 2).tolist() == [narrow.level, 0.0]
     # Without a level, each body has one rest state all the same.
-    keep(tmp_path, wide.model_copy(update={"level": 0.0}))
+    wide.model_copy(update={"level": 0.0}).keep(tmp_path)
     assert robust_levels(tmp_path, config, varied, 2).tolist() == [narrow.level, 0.0]
     states = one_state_of(valid_proofs(tmp_path, config), config, {K_T: np.array([4300, 9e3])}, 2)
     assert states.tolist() == [1, 0]

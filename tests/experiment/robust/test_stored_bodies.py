@@ -6,13 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.bodies import config_of
+from support.bodies import HEAVY, config_of
 
-from rbstab.config.tolerances import tolerances_of
-from rbstab.experiment.robust import cache
-from rbstab.experiment.robust.bodies import bodies_id, prove_within
-from rbstab.experiment.robust.cache import all_bodies, bodies_for, keep, kept, kept_file
-from rbstab.experiment.robust.largest import largest_within, proving
+from rbstab.config.tolerances import Tolerance, tolerances_of
+from rbstab.experiment.robust import bodies
+from rbstab.experiment.robust.bodies import all_bodies, bodies_for, bodies_id, prove_within
+from rbstab.experiment.robust.largest import largest_within
 from rbstab.experiment.robust.record import BodiesRecord, bounds_of
 from rbstab.experiment.robust.sentences import largest_sentences, within_sentences
 
@@ -31,12 +30,12 @@ def test_a_stored_proof_is_read_again(tmp_path: Path, monkeypatch: pytest.Monkey
     tolerances = tolerances_of(config, TEXTS)
     first = bodies_for(tmp_path, config, tolerances)
     (file,) = (tmp_path / "proofs").iterdir()
-    assert file == kept_file(tmp_path, BodiesRecord, first.id)
+    assert file == BodiesRecord.file(tmp_path, first.id)
 
     def fail(*_: Any) -> None:
         raise AssertionError("it is made again")
 
-    monkeypatch.setattr(cache, "prove_within", fail)
+    monkeypatch.setattr(bodies, "prove_within", fail)
     assert bodies_for(tmp_path, config, tolerances) == first
     # The order of the tolerances, the initial state and the integration have no effect.
     turned = tolerances_of(config, TEXTS[::-1])
@@ -47,16 +46,16 @@ def test_a_stored_proof_is_read_again(tmp_path: Path, monkeypatch: pytest.Monkey
 @pytest.mark.parametrize("damage", ["", "edited"])
 def test_a_damaged_proof_is_missing(tmp_path: Path, record: BodiesRecord, damage: str) -> None:
     """So is one that was edited, and the file of another proof is not taken for this one."""
-    keep(tmp_path, record)
-    file = kept_file(tmp_path, BodiesRecord, record.id)
-    assert kept(tmp_path, BodiesRecord, record.id) == record
+    record.keep(tmp_path)
+    file = BodiesRecord.file(tmp_path, record.id)
+    assert BodiesRecord.kept(tmp_path, record.id) == record
     whole = file.read_text()
     text = whole.replace('"proved": true', '"proved": false') if damage == "edited" else damage
     file.write_text(text)
-    assert kept(tmp_path, BodiesRecord, record.id) is None
+    assert BodiesRecord.kept(tmp_path, record.id) is None
     assert all_bodies(tmp_path) == []
-    kept_file(tmp_path, BodiesRecord, "1" * 32).write_text(whole)
-    assert kept(tmp_path, BodiesRecord, "1" * 32) is None
+    BodiesRecord.file(tmp_path, "1" * 32).write_text(whole)
+    assert BodiesRecord.kept(tmp_path, "1" * 32) is None
 
 
 def test_id_depends_on_body_tolerances_and_equations(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -68,7 +67,7 @@ def test_id_depends_on_body_tolerances_and_equations(monkeypatch: pytest.MonkeyP
     }
     assert len(ids) == 9
     before = bodies_id(config, ())
-    monkeypatch.setattr("rbstab.experiment.robust.bodies.fingerprint", lambda _: "other")
+    monkeypatch.setattr("rbstab.experiment.robust.bodies.equations_of", lambda _: "other")
     assert bodies_id(config, ()) != before
 
 
@@ -87,12 +86,16 @@ def test_a_false_claim_names_the_body() -> None:
     assert sentence.endswith(f"rad: {key} = 4000.5; the rest as in the config.")
 
 
+HEAVY_BODY, FIXED = config_of("permanent", gravity=HEAVY), ["body.contact_point=±0.01"]
+
+
 def fake(record: BodiesRecord, threshold: float, tried: list[float]) -> Any:
     """Return a function that "proves" percentages up to a threshold."""
 
-    def prove(texts: Sequence[str]) -> BodiesRecord | None:
-        assert texts[0] == "gravity=±1"
-        percent = float(texts[1].partition("±")[2].rstrip("%"))
+    def prove(tolerances: Sequence[Tolerance]) -> BodiesRecord:
+        fixed, *_, varied = tolerances
+        assert (fixed.entry.key, fixed.radius) == ("body.contact_point[0]", Fraction(1, 100))
+        percent = float(100 * varied.radius / abs(varied.middle))
         tried.append(percent)
         return record.model_copy(update={"proved": True if percent <= threshold else None})
 
@@ -102,7 +105,7 @@ def fake(record: BodiesRecord, threshold: float, tried: list[float]) -> Any:
 @pytest.mark.parametrize("threshold", [0.05, 3.21, 640.0])
 def test_largest_is_found_to_one_percent(record: BodiesRecord, threshold: float) -> None:
     tried: list[float] = []
-    found = largest_within(fake(record, threshold, tried), "controller", ["gravity=±1"])
+    found = largest_within(HEAVY_BODY, fake(record, threshold, tried), "gravity", FIXED)
     assert found.percent is not None
     assert found.not_proved is not None
     assert float(found.percent) <= threshold < float(found.not_proved)
@@ -113,12 +116,12 @@ def test_largest_is_found_to_one_percent(record: BodiesRecord, threshold: float)
 def test_largest_tells_what_it_has_at_its_limit_of_time(record: BodiesRecord) -> None:
     tried: list[float] = []
     found = largest_within(
-        fake(record, 3.21, tried), "controller", ["gravity=±1"], is_late=lambda: len(tried) == 3
+        HEAVY_BODY, fake(record, 3.21, tried), "gravity", FIXED, is_late=lambda: len(tried) == 3
     )
     # 1 % and 2 % are proved, and 4 % is not.
     assert found.late
     assert (found.percent, found.not_proved) == (Fraction(2), Fraction(4))
-    first = largest_sentences(found, ["gravity=±1"])[0]
+    first = largest_sentences(found, FIXED)[0]
     assert "found by the time limit: ±2 %, proved. At ±4 % it is not decided" in first
 
 
@@ -136,7 +139,19 @@ def test_a_proof_that_ended_by_time_is_made_again(
 def test_largest_ends_where_the_bounds_are_no_config(record: BodiesRecord) -> None:
     """Gains cannot be negative, so 101 % is not valid; here every valid percentage is "proved"."""
     config = config_of("permanent")
-    found = largest_within(proving(config, lambda _: record), "controller", [])
+    found = largest_within(config, lambda _: record, "controller", [])
     assert found.why is None
     assert found.percent == Fraction(100)
     assert "a bound is not a valid number" in largest_sentences(found, [])[0]
+
+
+def test_dampings_must_be_definite_for_each_body() -> None:
+    """With both entries high, or both low, the least eigenvalue is 41 - 25 N m s/rad.
+
+    With one high and one low, it is 41 - 2 * 25 N m s/rad.
+    """
+    matrix = [[41, 0, 0], [0, 41, 25], [0, 25, 41]]
+    config = config_of("permanent", controller={"L_r": matrix})
+    texts = ["controller.L_r[0][1]=±25", "controller.L_r[0][2]=±25"]
+    found = prove_within(config, tolerances_of(config, texts))
+    assert (found.proved, found.why) == (None, "L_r is not positive definite for each body")

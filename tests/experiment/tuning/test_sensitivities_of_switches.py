@@ -135,7 +135,7 @@ CONTROLLER |= {"K_r": [0.3, 0.4, 0.5], "L_r": [0.03, 0.05, 0.04]}
 
 def test_shifted_legs_begin_with_those_of_the_run():
     """To the last digit, although k/rate has other digits for a complex rate."""
-    from rbstab.experiment.tuning.search import shifted_along
+    from rbstab.experiment.tuning.sensitivities import shifted_along
 
     rate = 49.0
     signal = {"kind": "noise", "seed": 1, "rate": rate, "correlation_time": 0.2}

@@ -12,9 +12,12 @@ from support.paper_runs import paper_config
 
 from rbstab.config.load import load_config
 from rbstab.experiment.simulate import simulate
+from rbstab.experiment.tuning import guard as guards
 from rbstab.experiment.tuning import soft_guard as searching
-from rbstab.experiment.tuning.soft_guard import guard_of, keeps_range, unguarded
+from rbstab.experiment.tuning.soft_guard import SoftLaw, unguarded
 from rbstab.integrate.status import RunStatus
+
+guard: Any = guards.guard
 
 SHORT: dict[str, Any] = {"duration": 0.4, "samples": 81, "rtol": 1e-8}
 
@@ -31,10 +34,6 @@ def config(
     return load_config(data | {"schema_version": 2, "elements": elements or {}})
 
 
-def soft_guard(*arguments: Any) -> Any:
-    return searching.soft_guard(*arguments)
-
-
 ROOM: dict[str, Any] = {
     "stiff": lambda angle, start: (math.pi / 2 - angle) ** 2 / 2 - max(0, start - angle) ** 2 / 2,
     "repelling": lambda angle, start: math.pi / 2 - max(angle, start),
@@ -46,7 +45,7 @@ def test_the_least_strength_has_three_digits_and_less_is_not_proved(method):
     """At the start the guard has energy already, 5 % of that at the border or more."""
     angle, pitch = 0.7, -0.9
     given = config(orientation=[0.0, pitch, 0.0])
-    found = soft_guard(given, method, angle)
+    found = guard(given, method, angle)
     energy = simulate(given)["energy"][0].sum()
     border = found.kept.energy_bound - found.strength * ROOM[method](angle, 0.0)
     least = (energy - border) / ROOM[method](angle, abs(pitch))
@@ -56,14 +55,14 @@ def test_the_least_strength_has_three_digits_and_less_is_not_proved(method):
     added = found.strength * (ROOM[method](angle, 0.0) - ROOM[method](angle, abs(pitch)))
     assert found.kept.energy == pytest.approx(energy + added, rel=1e-12)
     start = unguarded(given)
-    assert keeps_range(start, guard_of(method, found.strength, angle))
-    assert not keeps_range(start, guard_of(method, 0.985 * found.strength, angle))
+    assert start.keeps_range(SoftLaw(method, found.strength, angle))
+    assert not start.keeps_range(SoftLaw(method, 0.985 * found.strength, angle))
 
 
 def test_a_fast_body_leaves_the_range_and_not_with_a_guard():
     """The numbers say nothing of convergence within 0.4 s: that is proved, not seen."""
     given = config(variant="free", angular_velocity=[0.0, 32.0, 0.0])
-    found = soft_guard(given, "stiff", 1.3)
+    found = guard(given, "stiff", 1.3)
     assert found.given.status is RunStatus.RANGE_LEFT
     assert found.guarded.status is RunStatus.COMPLETED
     assert 1.3 < found.guarded.largest_pitch < math.pi / 2
@@ -81,24 +80,24 @@ def test_a_fast_body_leaves_the_range_and_not_with_a_guard():
 def test_what_is_not_decided_says_why():
     spring: dict[str, Any] = {"kind": "spring", "point": [0, 0, 0.1], "anchor": [0, 0, 0.5]}
     spring |= {"stiffness": 100.0, "rest_length": 0.3}
-    found = soft_guard(config({"strut": spring}), "stiff")
+    found = guard(config({"strut": spring}), "stiff")
     assert (found.config, found.strength, found.kept) == (None, None, None)
     assert found.reason is not None
     assert found.reason.startswith("the least soft guard is not looked for beside springs")
-    soft = soft_guard(config(soft=0.15), "stiff")
+    soft = guard(config(soft=0.15), "stiff")
     assert soft.config is not None
     assert soft.kept.states == ()
     assert (
         soft.kept.convergence == "not decided: a rest state beyond the soft angle is not excluded"
     )
     start = ["initial.orientation=[0, 1.5707963267, 0]", "integration.range_bound=1e-12"]
-    close = soft_guard(load_config(config(), start), "stiff")
+    close = guard(load_config(config(), start), "stiff")
     assert close.reason == "the start is too close to θ2 = ±π/2 for a soft guard"
 
 
 def test_a_refusal_of_the_checker_is_not_called_proved(monkeypatch):
     true: Any = searching.energy_bound  # type: ignore[attr-defined]
     monkeypatch.setattr(searching, "energy_bound", lambda *args: true(*args) + 1e-3)
-    found = soft_guard(config(), "stiff")
+    found = guard(config(), "stiff")
     assert found.config is None
     assert found.reason.startswith("the checker refuses it: Every motion with an energy below")

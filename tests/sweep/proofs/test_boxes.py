@@ -16,7 +16,6 @@ from rbstab.config.source import key_of
 from rbstab.experiment.proof import prove
 from rbstab.experiment.proof_cache import proof_for
 from rbstab.experiment.robust.bodies import bodies_id
-from rbstab.experiment.robust.cache import kept_file
 from rbstab.experiment.robust.record import BodiesRecord, bounds_of
 from rbstab.store.document import read_model
 from rbstab.sweep.members.engines import factory_for
@@ -114,7 +113,7 @@ def undecided(tmp_path: Path) -> tuple[Any, Path]:
     plan = plan_of(UNDECIDED, gravity=[0.0, 0.0, -9.81])
     whole = box_of(plan)
     prove_boxes(plan, tmp_path, LONG)
-    return plan, kept_file(tmp_path, BodiesRecord, bodies_id(whole[0], bounds_of(whole[1])))
+    return plan, BodiesRecord.file(tmp_path, bodies_id(whole[0], bounds_of(whole[1])))
 
 
 def box_of(plan):

@@ -10,7 +10,7 @@ from support.sweeping import run_sweep
 
 import rbstab
 from rbstab.config.tolerances import tolerances_of
-from rbstab.experiment.robust.cache import bodies_for
+from rbstab.experiment.robust.bodies import bodies_for
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs import robust

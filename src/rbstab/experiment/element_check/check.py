@@ -2,51 +2,37 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from itertools import pairwise
+from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.config.files.named_files import read_python
-from rbstab.config.user_code.trial import wrong_values
 from rbstab.elements.element import Element
-from rbstab.elements.user_code.loaded import (
-    DeclarationError,
-    UserCode,
-    UserCodeError,
-    element_classes,
-    failure,
-)
-from rbstab.experiment.element_check.kinds_of_number import (
-    ball_problems,
-    complex_problems,
-    has_heyoka,
-    heyoka_problems,
-    is_traced,
-)
-from rbstab.experiment.element_check.power import (
-    problems_at_rest,
-    problems_in_motion,
-    problems_of_velocities,
-)
-from rbstab.experiment.element_check.states import Sample, samples_of, with_state
-from rbstab.experiment.element_check.switches import (
-    force_jumps,
-    guard_problems,
-    jump_problems,
-    kink_problems,
-    untested_switches,
-)
+from rbstab.elements.user_code.loaded import UserCode, UserCodeError, element_classes, failure
+from rbstab.experiment.element_check import probes, switches
+from rbstab.experiment.element_check.states import Sample, samples_of
+from rbstab.experiment.element_check.switches import JUMP, Switch, force_at_rest
+from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.proof.passive.passive import in_proofs, why_not_in_proofs
-from rbstab.systems.coordinates import CentreCoordinates, Coordinates, ReducedCoordinates
-from rbstab.systems.system import System
+from rbstab.systems.coordinates import CentreCoordinates, ReducedCoordinates
 
 STATES = 100
 """The number of random states."""
 
 BALL_STATES = 10
 """The number of them that are evaluated in balls, which are slow."""
+
+CONTACT_POINT = np.array([0.1, 0.2, 0.3])
+"""m, body coordinates."""
+
+USABLE = "floats pass, with finite values of the right shapes"
+AT_REST = "the wrench on a body at rest is the slope of `stored`"
+IN_MOTION = "stored' + dissipated = -(power of the wrench), and `dissipated` is not negative"
+
+Find = Callable[[], Iterator[str]]
 
 
 class Checked(NamedTuple):
@@ -92,155 +78,108 @@ def check_file(path: Path) -> tuple[Checked, ...]:
 
 def check_class(kind: type[Element], code: UserCode) -> Checked:
     """Check an element class at random states, with random parameters of its declared gains."""
-    passed, problems, wrong = [], [], set[str]()
+    passed, problems, notes = list[str](), dict[str, str](), list[str]()
     with np.errstate(all="ignore"):
         samples = samples_of(kind, STATES)
-        for words, find in _checks(kind, samples, code).items():
-            if words == IN_MOTION and AT_REST in wrong:
+        # They are looked for once, and not before the event functions are known to be usable.
+        crossed = list[Switch]()
+        for words, find in _checks(kind, samples, crossed, code).items():
+            if words == IN_MOTION and AT_REST in problems:
                 continue  # it would blame the wrong statement
-            found = _first(find, code)
+            try:
+                found = next(find(), None)
+            except Exception as error:
+                found = f"a statement fails: {failure(code, error)}"
             if found is None:
                 passed.append(words)
                 continue
-            problems.append(found)
+            problems[words] = found
             if words == USABLE:
                 break  # nothing else can be computed
-            wrong.add(words)
-        notes = [] if problems else list(_notes(samples))
-    return Checked(kind.__name__, tuple(passed), tuple(problems), tuple(notes))
+        if not problems:
+            notes += _notes(samples, crossed)
+    return Checked(kind.__name__, tuple(passed), tuple(problems.values()), tuple(notes))
 
 
-USABLE = "floats pass, with finite values of the right shapes"
-AT_REST = "the wrench on a body at rest is the slope of `stored`"
-IN_MOTION = "stored' + dissipated = -(power of the wrench), and `dissipated` is not negative"
-
-Find = Callable[[], Iterator[str]]
-
-
-def _checks(kind: type[Element], samples: list[Sample], code: UserCode) -> dict[str, Find]:
+def _checks(
+    kind: type[Element], samples: list[Sample], crossed: list[Switch], code: UserCode
+) -> dict[str, Find]:
     """Return each check by what it shows, in words."""
 
-    def each(problems: Callable[[Sample], Iterator[str]]) -> Find:
-        return lambda: (f"{found}; {s.words}" for s in samples for found in problems(s))
+    def each(problems: Callable[[Sample], Iterator[str]], count: int | None = None) -> Find:
+        return lambda: (f"{one}; {s.words}" for s in samples[:count] for one in problems(s))
+
+    def jumps() -> Iterator[str]:
+        crossed.extend(switches.switches_between(samples))
+        return switches.jump_problems(crossed)
 
     checks = {
-        USABLE: each(_unusable),
-        "complex numbers pass, and have the slopes of differences": lambda: complex_problems(
-            samples, code
+        USABLE: each(probes.unusable),
+        "complex numbers pass, and have the slopes of differences": each(
+            partial(probes.complex_problems, code)
         ),
-        "balls of python-flint pass": lambda: ball_problems(samples[:BALL_STATES], code),
-        "no statement depends on the time": each(_timed),
-        "`stored` depends on no velocity": each(problems_of_velocities),
-        AT_REST: each(problems_at_rest),
-        IN_MOTION: each(problems_in_motion),
+        "balls of python-flint pass": each(partial(probes.ball_problems, code), BALL_STATES),
+        "no statement depends on the time": each(probes.timed),
+        "`stored` depends on no velocity": each(probes.problems_of_velocities),
+        AT_REST: each(probes.problems_at_rest),
+        IN_MOTION: each(probes.problems_in_motion),
     }
     if kind.state_size:
         # What the wrench gives at rest may go into own states; the balance in motion counts it.
         del checks[AT_REST]
-    if has_heyoka():
-        checks["heyoka's expressions pass"] = lambda: heyoka_problems(samples, code)
+    if _has_heyoka():
+        checks["heyoka's expressions pass"] = partial(probes.heyoka_problems, samples, code)
     if kind.mode_count:
-        pairs = [(s, with_state(s, t.y)) for s, t in pairwise(samples)]
-        checks["`guards` depends on positions only"] = each(guard_problems)
-        checks["`stored` is continuous at each switch"] = lambda: (
-            f"{found}; {one.words}" for one, other in pairs for found in jump_problems(one, other)
-        )
+        checks["`guards` depends on positions only"] = each(switches.guard_problems)
+        checks["`stored` is continuous at each switch"] = jumps
     if kind.kinked:
-        checks["`stored` is linear in each mode, as `kinked` says"] = each(kink_problems)
+        checks["`stored` is linear in each mode, as `kinked` says"] = each(switches.kink_problems)
     return checks
 
 
-def _unusable(sample: Sample) -> Iterator[str]:
-    """Yield what the statements return that is not finite, or not of the right type and shape."""
-    element, motion, own = sample.element, sample.motion, sample.own
-    wrong = list(wrong_values(element, motion, own))
-    yield from wrong
-    if wrong:
-        return
-    wrench = element.wrench(motion, own)
-    for name, value in (
-        ("wrench", np.concatenate(wrench)),
-        ("stored", element.stored(motion, own)),
-        ("dissipated", element.dissipated(motion, own)),
-        ("rates", element.rates(motion, own)),
-    ):
-        if not np.isfinite(value).all():
-            yield f"`{name}` is not finite"
+def _has_heyoka() -> bool:
+    return find_spec("heyoka") is not None
 
 
-def _timed(sample: Sample) -> Iterator[str]:
-    """Yield a statement that depends on the time: only inputs may."""
-    element, motions = sample.element, [sample.system.motion(sample.y, t) for t in (0.0, 1.0)]
-    for name in ("rates", "wrench", "stored", "dissipated", "guards"):
-        one, other = (np.ravel(getattr(element, name)(motion, sample.own)) for motion in motions)
-        if np.any(one != other):
-            yield f"`{name}` depends on `motion.time`; only inputs of the program may"
-
-
-def _first(find: Find, code: UserCode) -> str | None:
-    """Return the first problem; an error of the code is one."""
-    try:
-        return next(find(), None)
-    except Exception as error:
-        return f"a statement fails: {failure(code, error)}"
-
-
-def _notes(samples: list[Sample]) -> Iterator[str]:
+def _notes(samples: list[Sample], crossed: list[Switch]) -> Iterator[str]:
     sample = samples[0]
-    if not is_traced(sample):
+    line = StraightLine(probes.values, sample.system, sample.system.size)
+    if line.finite_value(sample.y) is None:
         yield (
             "SciPy's engine evaluates it with numpy, which is some 15 times slower: it uses an "
             "operation that cannot be traced"
         )
-    pairs = [(s, with_state(s, t.y)) for s, t in pairwise(samples)]
-    for number in untested_switches(pairs):
+    for index in sorted(set(range(sample.element.mode_count)) - {one.event for one in crossed}):
         yield (
-            f"event function {number} has one sign at all these states, so that nothing was tested "
-            "at its switch"
+            f"event function {index + 1} has one sign at all these states, so that nothing was "
+            "tested at its switch"
         )
-    if not sample.element.kinked and any(force_jumps(one, other) for one, other in pairs):
+    jumps = (one.sides(force_at_rest, JUMP) is not None for one in crossed)
+    if not sample.element.kinked and any(jumps):
         yield (
             "its force jumps at a switch: declare `kinked = True` in the class, so that searches "
             "find rest states at which it holds the body"
         )
-    yield in_which_proofs(sample.system, sample.element)
-    if not has_heyoka():
+    yield _in_which_proofs(sample)
+    if not _has_heyoka():
         yield "heyoka is not installed, so its expressions were not tried"
 
 
-CONTACT_POINT = np.array([0.1, 0.2, 0.3])
-"""m, body coordinates."""
-
-
-def in_which_proofs(system: System, element: Element) -> str:
-    """Return whether proofs take an element into account, as a sentence.
-
-    Args:
-        system: A system in which the element acts.
-        element: The element.
-    """
-    why = _why_never(element) or _why_not(system, element, ReducedCoordinates())
-    if why is not None:
-        return f"no proof takes it into account: {why}"
-    why = _why_not(system, element, CentreCoordinates())
-    if why is not None:
-        return f"proofs of a held body take it into account, those of other bodies do not: {why}"
-    return "proofs take it into account"
-
-
-def _why_never(element: Element) -> str | None:
+def _in_which_proofs(sample: Sample) -> str:
+    """Return whether proofs take an element into account, as a sentence."""
+    element, never = sample.element, "no proof takes it into account: "
     if element.supplies:
-        return "it supplies power"
-    return None if in_proofs(element) else "it has own states beside switches, or too many switches"
-
-
-def _why_not(system: System, element: Element, coordinates: Coordinates) -> str | None:
-    """Return why no proof takes an element into account in some coordinates."""
+        return f"{never}it supplies power"
+    if not in_proofs(element):
+        return f"{never}it has own states beside switches, or too many switches"
     # Away from the contact point, so that the centre moves.
-    body = replace(system.body, contact_point=CONTACT_POINT)
-    alone = replace(system, body=body, elements=(element,), coordinates=coordinates)
-    why = why_not_in_proofs(alone)
-    return None if why is None else why.partition(": ")[2]
-
-
-__all__ = ["Checked", "DeclarationError", "ElementFileError", "check_class", "check_file"]
+    body = replace(sample.system.body, contact_point=CONTACT_POINT)
+    for coordinates, words in (
+        (ReducedCoordinates(), never),
+        (CentreCoordinates(), "proofs of a held body take it into account, those of other bodies "
+                              "do not: "),
+    ):  # fmt: skip
+        why = why_not_in_proofs(replace(sample.system, body=body, coordinates=coordinates))
+        if why is not None:
+            return f"{words}{why.partition(': ')[2]}"
+    return "proofs take it into account"

@@ -9,15 +9,13 @@ from rbstab.elements.declarations import Gain
 from rbstab.elements.element import Element
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.body import Body
+from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import OMEGA, THETA, V_OF_Z, X_OF_Z
 from rbstab.systems.coordinates import CentreCoordinates
 from rbstab.systems.modes import with_modes_at
 from rbstab.systems.system import System
-
-NAME = "element"
-"""The name of the element in its system."""
 
 LARGEST_ANGLE = 1.0
 """rad; the angles of random states lie between plus and minus this."""
@@ -52,19 +50,38 @@ class Sample(NamedTuple):
         return own_in(self.system, self.y)
 
     @property
+    def stored_slopes(self) -> Array:
+        """The derivatives of the stored energy by the entries of y, by complex steps."""
+        return jacobian(lambda y: statements(self.system, y)["stored"][0], self.y)
+
+    @property
     def words(self) -> str:
         """The state and the parameters of the element, for a message."""
-        names = {"Θ": THETA, "Ω": OMEGA, "X": X_OF_Z, "V": V_OF_Z}
-        parts = [f"{name} = {_rounded(self.y[place])}" for name, place in names.items()]
-        parts += [
-            f"{name.partition('.')[2]} = {_rounded(self.y[place])}"
-            for name, place in self.system.own_states.items()
-        ]
-        parts += [
-            f"{gain.name} = {_rounded(getattr(self.element, gain.name))}"
-            for gain in self.element.gains
-        ]
+        places = {"Θ": THETA, "Ω": OMEGA, "X": X_OF_Z, "V": V_OF_Z}
+        places |= {name.partition(".")[2]: at for name, at in self.system.own_states.items()}
+        known = {name: self.y[place] for name, place in places.items()}
+        known |= {gain.name: getattr(self.element, gain.name) for gain in self.element.gains}
+        parts = []
+        for name, value in known.items():
+            text = np.array2string(np.asarray(value, dtype=float), precision=4, separator=", ")
+            parts.append(f"{name} = {' '.join(text.split())}")
         return f"state {self.number}: {', '.join(parts)}"
+
+    def at(self, y: Array) -> "Sample":
+        """Return a sample with another state, in its modes."""
+        return self._replace(system=with_modes_at(self.system, y), y=y)
+
+    def in_modes(self, modes: Array) -> "Sample":
+        """Return a sample with other modes of its element."""
+        element = replace(self.element, mode=modes)
+        return self._replace(system=replace(self.system, elements=(element,)))
+
+    @property
+    def resting(self) -> "Sample":
+        """The sample with a body at rest, in the same modes."""
+        y = self.y.copy()
+        y[OMEGA] = y[V_OF_Z] = 0.0
+        return self._replace(y=y)
 
 
 def own_in(system: System, y: Array) -> Array:
@@ -72,37 +89,38 @@ def own_in(system: System, y: Array) -> Array:
     return y[system.coordinates.size :]
 
 
-def samples_of(kind: type[Element], count: int) -> list[Sample]:
+def statements(system: System, y: Array, time: float = 0.0) -> dict[str, Array]:
+    """Return all that the first element of a system states at a state and a time, by name."""
+    element, motion, own = system.elements[0], system.motion(y, time), own_in(system, y)
+    # The others may depend on the time through the rates alone, so these come first.
+    found = {"rates": element.rates(motion, own)} if element.state_size else {}
+    found["wrench"] = np.concatenate(element.wrench(motion, own))
+    found["stored"] = np.array([element.stored(motion, own)])
+    found["dissipated"] = np.array([element.dissipated(motion, own)])
+    if element.mode_count:
+        found["guards"] = element.guards(motion, own)
+    return found
+
+
+def samples_of(kind: Any, count: int) -> list[Sample]:
     """Return random samples of an element; the same in every call.
 
     Args:
         kind: The class of the element.
         count: How many.
     """
-    return [_sample(kind, number) for number in range(1, count + 1)]
-
-
-def with_state(sample: Sample, y: Array) -> Sample:
-    """Return a sample with another state, in its modes."""
-    return sample._replace(system=with_modes_at(sample.system, y), y=y)
-
-
-def with_modes(sample: Sample, modes: Array) -> Sample:
-    """Return a sample with other modes of its element."""
-    element = replace(sample.element, mode=modes)
-    return sample._replace(system=replace(sample.system, elements=(element,)))
-
-
-def _sample(kind: Any, number: int) -> Sample:
-    rng = np.random.default_rng(number)
-    gains = {gain.name: _random_gain(rng, gain) for gain in kind.gains}
-    modes = {"mode": np.zeros(kind.mode_count)} if kind.mode_count else {}
-    body = Body(float(rng.uniform(0.5, 2.0)), _positive_definite(rng), rng.normal(size=3))
-    element = kind(name=NAME, **gains, **modes)
-    system = System(body, (element,), CentreCoordinates(), ZERO.copy())
-    y = rng.normal(size=system.size)
-    y[THETA] = rng.uniform(-LARGEST_ANGLE, LARGEST_ANGLE, 3)
-    return with_state(Sample(number, system, y), y)
+    found = []
+    for number in range(1, count + 1):
+        rng = np.random.default_rng(number)
+        gains = {gain.name: _random_gain(rng, gain) for gain in kind.gains}
+        modes = {"mode": np.zeros(kind.mode_count)} if kind.mode_count else {}
+        body = Body(float(rng.uniform(0.5, 2.0)), _positive_definite(rng), rng.normal(size=3))
+        element: Element = kind(name="element", **gains, **modes)
+        system = System(body, (element,), CentreCoordinates(), ZERO.copy())
+        y = rng.normal(size=system.size)
+        y[THETA] = rng.uniform(-LARGEST_ANGLE, LARGEST_ANGLE, 3)
+        found.append(Sample(number, system, y).at(y))
+    return found
 
 
 def _random_gain(rng: np.random.Generator, gain: Gain) -> Any:
@@ -114,10 +132,10 @@ def _random_gain(rng: np.random.Generator, gain: Gain) -> Any:
         direction = rng.normal(size=3)
         return direction / np.linalg.norm(direction)
     size = 3 if gain.shape == "diagonal" else None
-    positive = gain.positive or gain.default is not None
     bound = gain.below if gain.below is not None else gain.at_most
     if bound is not None:
         return bound * float(rng.uniform(0.2, 0.8))
+    positive = gain.positive or gain.default is not None
     values = rng.uniform(0.5, 2.0, size) if positive else rng.normal(size=size)
     return values if size else float(values)
 
@@ -125,8 +143,3 @@ def _random_gain(rng: np.random.Generator, gain: Gain) -> Any:
 def _positive_definite(rng: np.random.Generator) -> Array:
     root = rng.normal(size=(3, 3))
     return root @ root.T + 0.5 * np.eye(3)
-
-
-def _rounded(value: Any) -> str:
-    text = np.array2string(np.asarray(value, dtype=float), precision=4, separator=", ")
-    return " ".join(text.split())

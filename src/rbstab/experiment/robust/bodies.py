@@ -1,31 +1,28 @@
 """Proofs for all bodies, gravities and controllers within tolerances of a config."""
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
-from functools import partial
+from itertools import product
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rbstab.analysis.exact import decimals
-from rbstab.analysis.fingerprint import fingerprint
 from rbstab.config.build import system_of
 from rbstab.config.load import acting_sections
 from rbstab.config.numbers import replaced
 from rbstab.config.schema import Config
+from rbstab.config.source import Path as KeyPath
 from rbstab.config.tolerances import Tolerance, decimal_text
 from rbstab.config.user_code.permission import has_code, without_code
 from rbstab.experiment.answers.reasons import NOT_DAMPED
-from rbstab.experiment.robust.record import (
-    BodiesRecord,
-    StoredTolerance,
-    bounds_of,
-    digest_of,
-)
+from rbstab.experiment.proof_cache import NO_FILE_ERRORS, PROOFS
+from rbstab.experiment.robust.record import BodiesRecord, StoredTolerance, bounds_of
+from rbstab.experiment.stored_proof.identity import digest_of, equations_of
 from rbstab.experiment.stored_proof.proof import SUPPLIES
-from rbstab.mechanics.numbers import Array
-from rbstab.systems.system import System
+from rbstab.store.errors import StoreError
 
 if TYPE_CHECKING:
     from rbstab.proof.robust.numbers import Members
@@ -46,8 +43,54 @@ NOT_DECIDED = "not decided"
 def bodies_id(config: Config, tolerances: Iterable[StoredTolerance]) -> str:
     """Return the identity of a proof: a digest of the config, its tolerances, and the equations."""
     bounds = sorted((one.key, one.low, one.high) for one in tolerances)
-    equations = fingerprint(partial(system_of, without_code(config)))
-    return digest_of("bodies", BODIES_VERSION, acting_sections(config), bounds, equations)
+    parts = ("bodies", BODIES_VERSION, acting_sections(config), bounds, equations_of(config))
+    return digest_of(parts)
+
+
+def bodies_for(
+    folder: Path,
+    config: Config,
+    tolerances: Sequence[Tolerance],
+    is_late: Callable[[], bool] = lambda: False,
+) -> BodiesRecord:
+    """Return the stored proof for tolerances of a config; if there is none, make and store it.
+
+    A brief one that decided nothing is made again.
+
+    Args:
+        folder: The folder of results.
+        config: The config.
+        tolerances: Tolerances of body, gravity and controller.
+        is_late: As for `prove_within`.
+
+    Raises:
+        StoreError: The proof cannot be written, or the disk fails to read it.
+    """
+    found = BodiesRecord.kept(folder, bodies_id(config, bounds_of(tolerances)))
+    if found is None or found.brief:
+        found = prove_within(config, tolerances, is_late=is_late)
+        found.keep(folder)
+    return found
+
+
+def all_bodies(folder: Path) -> list[BodiesRecord]:
+    """Return all stored proofs for bodies within tolerances, in the order of their names.
+
+    Damaged files are left out.
+
+    Raises:
+        StoreError: The disk reports an error.
+    """
+    try:
+        names = sorted(path.name for path in (folder / PROOFS).iterdir())
+    except OSError as error:
+        if error.errno in NO_FILE_ERRORS:
+            return []  # as a single proof there
+        raise StoreError(f"{folder} cannot be read: {error.strerror or error}") from error
+    prefix, end = BodiesRecord.PREFIX, ".json"
+    ids = [name[len(prefix) : -len(end)] for name in names if name.startswith(prefix)]
+    found = [BodiesRecord.kept(folder, one) for one in ids]
+    return [record for record in found if record is not None]
 
 
 def prove_within(
@@ -69,88 +112,83 @@ def prove_within(
     from rbstab.proof.robust.numbers import Part
 
     start, bounds = time.perf_counter(), bounds_of(tolerances)
-    facts: dict[str, Any] = {
-        "id": bodies_id(config, bounds),
-        "version": BODIES_VERSION,
-        "sections": acting_sections(config),
-        "tolerances": bounds,
-    }
-    why = _unknown_code(config, tolerances) or _undamped(config, tolerances)
-    if why is not None:
-        return BodiesRecord(
-            outcome=NOT_DECIDED,
-            proved=None,
-            level=0.0,
-            parts=0,
-            boxes=0,
-            why=why,
-            seconds=time.perf_counter() - start,
-            **facts,
-        )
-    box = Part(tuple(one.middle for one in tolerances), tuple(one.radius for one in tolerances))
-    with np.errstate(all="ignore"):
-        limit = PART_LIMIT if part_limit is None else part_limit
-        proof = prove_bodies(members_of(config, tolerances), box, limit, is_late)
-    if proof.false is not None:
-        pairs = zip(tolerances, proof.false.numbers, strict=True)
-        facts["body"] = {one.entry.key: decimal_text(number) for one, number in pairs}
-        facts["rest_states"] = proof.false.rest_states.tolist()
-    proved = {BodiesOutcome.PROVED: True, BodiesOutcome.SEVERAL: False}
-    proved[BodiesOutcome.NO_MINIMUM] = False
-    fewer = proof.outcome is BodiesOutcome.PART_LIMIT and limit < PART_LIMIT
-    limited = fewer or proof.outcome is BodiesOutcome.TIME_LIMIT
+    limit = PART_LIMIT if part_limit is None else part_limit
+    facts: dict[str, Any] = {"outcome": NOT_DECIDED, "proved": None, "level": 0.0}
+    facts |= {"parts": 0, "boxes": 0, "why": _why_not(config, tolerances)}
+    if not facts["why"]:
+        box = Part(tuple(one.middle for one in tolerances), tuple(one.radius for one in tolerances))
+        with np.errstate(all="ignore"):
+            found = prove_bodies(members_of(config, tolerances), box, limit, is_late)
+        ended = found.outcome
+        false = ended in {BodiesOutcome.SEVERAL, BodiesOutcome.NO_MINIMUM}
+        fewer = ended is BodiesOutcome.PART_LIMIT and limit < PART_LIMIT
+        facts |= {
+            "outcome": ended.value,
+            "proved": True if ended is BodiesOutcome.PROVED else False if false else None,
+            "level": float(found.level),
+            "parts": found.parts,
+            "boxes": found.boxes,
+            "why": found.reason,
+            "widest": None if found.axis is None else tolerances[found.axis].entry.key,
+            "brief": True if fewer or ended is BodiesOutcome.TIME_LIMIT else None,
+        }
+        if found.false is not None:
+            pairs = zip(tolerances, found.false.numbers, strict=True)
+            facts["body"] = {one.entry.key: decimal_text(number) for one, number in pairs}
+            facts["rest_states"] = found.false.rest_states.tolist()
     return BodiesRecord(
-        outcome=proof.outcome.value,
-        proved=proved.get(proof.outcome),
-        level=float(proof.level),
-        parts=proof.parts,
-        boxes=proof.boxes,
-        why=proof.reason,
+        id=bodies_id(config, bounds),
+        version=BODIES_VERSION,
+        sections=acting_sections(config),
+        tolerances=bounds,
         seconds=time.perf_counter() - start,
-        widest=None if proof.axis is None else tolerances[proof.axis].entry.key,
-        brief=True if limited else None,
         **facts,
     )
 
 
-def _unknown_code(config: Config, tolerances: Sequence[Tolerance]) -> str | None:
-    """Return why code of users is not shown to be passive for each body; None if it is, or none is.
-
-    It is shown for the body in the middle (`why_not_in_proofs`); mass, inertia, gravity and the
-    gains of other elements do not enter its statements.
-    """
-    if not has_code(config):
-        return None
+def _why_not(config: Config, tolerances: Sequence[Tolerance]) -> str:
+    """Return why it is not known that each body loses energy in each motion; empty if it is."""
+    from rbstab.proof.passive.damping import indefinite_parameter, why_not_damped
     from rbstab.proof.passive.passive import in_proofs, why_not_in_proofs
 
     system = system_of(config)
-    users = [element for element in system.elements if element.from_user]
-    fixed = [("body", "contact_point"), *(("elements", element.name) for element in users)]
-    paths = [path for one in tolerances for path in one.entry.paths]
-    moved = any(path[: len(start)] == start for path in paths for start in fixed)
-    if moved or getattr(config.controller, "anchor", "origin") == "equilibrium":
-        return CODE_VARIES
-    if not all(in_proofs(element) for element in users):
-        return UNUSUAL_CODE
-    return why_not_in_proofs(system)
-
-
-def _undamped(config: Config, tolerances: Sequence[Tolerance]) -> str | None:
-    """Return why it is not known that each body loses energy in each motion; None if it is."""
-    from rbstab.proof.passive.damping import indefinite_parameter, why_not_damped
-    from rbstab.proof.robust.definite import lowest_systems
-
-    if system_of(config).supplies:
+    if has_code(config):
+        # It is shown of code of users for the body in the middle. Mass, inertia, gravity and the
+        # gains of other elements do not enter its statements.
+        users = [element for element in system.elements if element.from_user]
+        fixed = [("body", "contact_point"), *(("elements", element.name) for element in users)]
+        paths = [path for one in tolerances for path in one.entry.paths]
+        moved = any(path[: len(start)] == start for path in paths for start in fixed)
+        if moved or getattr(config.controller, "anchor", "origin") == "equilibrium":
+            return CODE_VARIES
+        why = why_not_in_proofs(system) if all(map(in_proofs, users)) else UNUSUAL_CODE
+        if why is not None:
+            return why
+    if system.supplies:
         return SUPPLIES
-    for system in lowest_systems(partial(_corner, config, tolerances)):
-        indefinite = indefinite_parameter(system)
+    members = members_of(config, tolerances)
+    for numbers in lowest_numbers(tolerances):
+        lowest = members.exact(numbers, decimals)
+        indefinite = indefinite_parameter(lowest)
         if indefinite is not None:
             return f"{indefinite} is not positive definite for each body"
         # The points of the body may have tolerances.
-        undamped = why_not_damped(system, points_vary=True)
+        undamped = why_not_damped(lowest, points_vary=True)
         if undamped is not None:
             return f"{NOT_DAMPED}: {undamped}"
-    return None
+    return ""
+
+
+def lowest_numbers(tolerances: Sequence[Tolerance]) -> Iterator[list[Fraction]]:
+    """Yield the numbers of the bodies that decide what is definite for all bodies in a box.
+
+    x'Mx is linear in each entry of a symmetric matrix M, and grows with its diagonal. So M, or a
+    sum of such matrices, is positive (semi)definite for all bodies if it is so with the lowest
+    diagonal and each of the eight choices of low or high entries (1, 2), (1, 3) and (2, 3).
+    """
+    for high in product((False, True), repeat=3):
+        beside: dict[KeyPath, bool] = {(0, 1): high[0], (0, 2): high[1], (1, 2): high[2]}
+        yield [one.high if beside.get(one.entry.paths[0][-2:]) else one.low for one in tolerances]
 
 
 def members_of(config: Config, tolerances: Sequence[Tolerance]) -> "Members":
@@ -166,21 +204,3 @@ def members_of(config: Config, tolerances: Sequence[Tolerance]) -> "Members":
         lambda numbers, convert: system_of(changed(known, numbers), convert),
         lambda numbers: system_of(changed(config, numbers)),
     )
-
-
-def _corner(config: Config, tolerances: Sequence[Tolerance], signs: tuple[int, int, int]) -> System:
-    """Return the system at one corner of the tolerances, in rational numbers."""
-    from rbstab.proof.robust.definite import bound_at
-
-    numbers = [bound_at(one.entry.paths[0], one.low, one.high, signs) for one in tolerances]
-    return members_of(config, tolerances).exact(numbers, _rational)
-
-
-def _rational(numbers: Array) -> Array:
-    """Convert the doubles of an array to the decimals that they mean; leave fractions."""
-    entries = np.empty(numbers.shape, dtype=object)
-    for index in np.ndindex(numbers.shape):
-        entry: Any = numbers[index]
-        exact = isinstance(entry, Fraction)
-        entries[index] = entry if exact else decimals(np.array(float(entry)))[()]
-    return entries

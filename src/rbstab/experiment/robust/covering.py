@@ -1,7 +1,7 @@
 """Members of a sweep that lie inside the box of a stored proof for all bodies within tolerances."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -14,10 +14,12 @@ from rbstab.config.numbers import is_of_initial_state
 from rbstab.config.schema import Config
 from rbstab.config.source import Path as KeyPath
 from rbstab.config.source import Source, key_of
-from rbstab.experiment.robust.bodies import bodies_id
-from rbstab.experiment.robust.cache import all_bodies
-from rbstab.experiment.robust.record import BodiesRecord, StoredTolerance
+from rbstab.experiment.robust.bodies import all_bodies, bodies_id
+from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.mechanics.numbers import Array
+
+Box = dict[str, tuple[Fraction, Fraction]]
+"""The bounds of numbers by their keys."""
 
 
 def valid_proofs(folder: Path, config: Config) -> list[BodiesRecord]:
@@ -57,7 +59,7 @@ def levels_of(
     levels = np.zeros(count)
     for record in records:
         inside = covered(record, config, varied, count)
-        levels = np.where(inside, np.maximum(levels, record.level), levels)
+        levels[inside] = np.maximum(levels[inside], record.level)
     return levels
 
 
@@ -71,10 +73,7 @@ def one_state_of(
     """
     found = np.zeros(count, dtype=np.int8)
     for record in sorted(records, key=lambda one: one.proved is False):
-        if record.proved:
-            found[covered(record, config, varied, count)] = 1
-        elif record.proved is False:
-            found[covered(_body_alone(record), config, varied, count)] = -1
+        found[covered(record, config, varied, count)] = 1 if record.proved else -1
     return found
 
 
@@ -86,66 +85,74 @@ def counterexample_between(
     Of several, it is that of the widest box: it stays the same when parts of the box are examined.
     The arguments are those of `levels_of`.
     """
-    for record in sorted(records, key=_width, reverse=True):
-        if record.proved is False and _body_lies_between(record, config, varied):
-            return record
-    return None
+
+    def width(record: BodiesRecord) -> Fraction:
+        ends = ((Fraction(one.low), Fraction(one.high)) for one in record.tolerances)
+        return sum((high - low for low, high in ends), Fraction(0))
+
+    def lies_between(record: BodiesRecord) -> bool:
+        compared = _compared(record, config, varied, _box_of(record))
+        return compared is not None and all(
+            Fraction(repr(float(values.min()))) <= number <= Fraction(repr(float(values.max())))
+            for values, number, _ in compared
+        )
+
+    false = (one for one in records if one.proved is False and lies_between(one))
+    return max(false, key=width, default=None)
 
 
 def covered(record: BodiesRecord, config: Config, varied: Mapping[Any, Array], count: int) -> Array:
     """Return whether each member lies inside the box of a proof, shape (count,)."""
-    inside = np.ones(count, dtype=bool)
-    compared = _compared(record, config, varied)
-    if compared is None:
-        return ~inside
-    numbers, bounds = compared
-    for path, value in numbers.items():
-        low, high = bounds[path]
-        values = np.asarray(varied.get(path, value), dtype=float)
+    compared = _compared(record, config, varied, _box_of(record))
+    inside = np.full(count, compared is not None)
+    for values, low, high in compared or ():
         inside &= (values >= _least_double(low)) & (values <= -_least_double(-high))
-        if not inside.any():
-            break
     return inside
 
 
-def _body_lies_between(record: BodiesRecord, config: Config, varied: Mapping[Any, Array]) -> bool:
-    """Return whether the body of a counterexample is between the ends of all varied numbers."""
-    compared = _compared(_body_alone(record), config, varied)
-    if compared is None:
-        return False
-    numbers, bounds = compared
-    for path, value in numbers.items():
-        values = np.asarray(varied.get(path, value), dtype=float)
-        ends = (Fraction(repr(float(end))) for end in (values.min(), values.max()))
-        if not next(ends) <= bounds[path][0] <= next(ends):
-            return False
-    return True
-
-
-def _width(record: BodiesRecord) -> Fraction:
-    """Return the sum of the widths of a box; no part of it has a larger one."""
-    ends = ((Fraction(one.low), Fraction(one.high)) for one in record.tolerances)
-    return sum((high - low for low, high in ends), Fraction(0))
-
-
-def _body_alone(record: BodiesRecord) -> BodiesRecord:
-    """Return a counterexample with the body that it names as its whole box."""
-    body = (record.body or {}).items()
-    alone = tuple(StoredTolerance(key=key, low=number, high=number) for key, number in body)
-    return record.model_copy(update={"tolerances": alone})
+def _box_of(record: BodiesRecord) -> Box:
+    """Return the bounds of the numbers that have a tolerance; of a counterexample, its body."""
+    if record.proved is False:
+        return {key: (Fraction(number),) * 2 for key, number in (record.body or {}).items()}
+    return {one.key: (Fraction(one.low), Fraction(one.high)) for one in record.tolerances}
 
 
 def _compared(
-    record: BodiesRecord, config: Config, varied: Mapping[Any, Array]
-) -> tuple[dict[KeyPath, float], dict[KeyPath, tuple[Fraction, Fraction]]] | None:
-    """Return the numbers of a config, and the bounds of a proof on each; None if others differ."""
-    numbers, settings = _leaves(acting_sections(config))
-    middle, own_settings = _leaves(record.sections)
-    acting = (path for path in varied if not is_of_initial_state(path))
-    known = {path for path in acting if path[0] in record.sections}
-    if settings != own_settings or numbers.keys() != middle.keys() or not known <= numbers.keys():
+    record: BodiesRecord, config: Config, varied: Mapping[Any, Array], box: Box
+) -> list[tuple[Array, Fraction, Fraction]] | None:
+    """Return the numbers of members beside their bounds in a box; None if anything else differs.
+
+    The bounds of an entry of a matrix hold for its mirror image.
+    """
+    own, others = dict(_leaves(record.sections)), dict(_leaves(acting_sections(config)))
+    acting = {
+        path for path in varied if path[0] in record.sections and not is_of_initial_state(path)
+    }
+    if own.keys() != others.keys() or not acting <= own.keys():
         return None
-    return numbers, _bounds_by_path(record, middle)
+    found = []
+    for path, middle in own.items():
+        if not isinstance(middle, float) or not isinstance(others[path], float):
+            if middle != others[path]:
+                return None
+            continue
+        is_entry = all(isinstance(part, int) for part in path[-2:])
+        mirrored = (*path[:-2], *sorted(path[-2:])) if is_entry else path
+        exact = Fraction(repr(middle))
+        values = np.asarray(varied.get(path, others[path]), dtype=float)
+        found.append((values, *box.get(key_of(mirrored), (exact, exact))))
+    return found
+
+
+def _leaves(value: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, Any]]:
+    """Yield all values of plain data by their paths, numbers as doubles."""
+    if isinstance(value, dict | list | tuple):
+        items = value.items() if isinstance(value, dict) else enumerate(value)
+        for name, entry in items:
+            yield from _leaves(entry, (*path, name))
+    else:
+        is_number = isinstance(value, float | int) and not isinstance(value, bool)
+        yield path, float(value) if is_number else value
 
 
 def _is_valid(record: BodiesRecord, config: Config) -> bool:
@@ -153,46 +160,11 @@ def _is_valid(record: BodiesRecord, config: Config) -> bool:
     data = resolved(config)
     if record.sections["controller"].get("variant") != data["controller"]["variant"]:
         return False
-    data.update(record.sections)
     try:
-        middle = validated(Source(data, {(): Location("proof")}))
+        middle = validated(Source(data | record.sections, {(): Location("proof")}))
     except ConfigError:
         return False
     return bodies_id(middle, record.tolerances) == record.id
-
-
-def _leaves(value: Any, path: KeyPath = ()) -> tuple[dict[KeyPath, float], dict[KeyPath, Any]]:
-    """Return the numbers of plain data by path, and everything else."""
-    if isinstance(value, dict):
-        children = [((*path, name), entry) for name, entry in value.items()]
-    elif isinstance(value, list | tuple):
-        children = [((*path, index), entry) for index, entry in enumerate(value)]
-    elif isinstance(value, float | int) and not isinstance(value, bool):
-        return {path: float(value)}, {}
-    else:
-        return {}, {path: value}
-    numbers: dict[KeyPath, float] = {}
-    others: dict[KeyPath, Any] = {}
-    for own_path, entry in children:
-        own_numbers, own_others = _leaves(entry, own_path)
-        numbers |= own_numbers
-        others |= own_others
-    return numbers, others
-
-
-def _bounds_by_path(
-    record: BodiesRecord, middle: Mapping[KeyPath, float]
-) -> dict[KeyPath, tuple[Fraction, Fraction]]:
-    """Return the bounds of each number; those of an entry of a matrix hold for its mirror image."""
-    by_key = {one.key: (Fraction(one.low), Fraction(one.high)) for one in record.tolerances}
-    found = {}
-    for path, value in middle.items():
-        exact = Fraction(repr(value))
-        mirrored = path
-        if len(path) > 1 and isinstance(path[-1], int) and isinstance(path[-2], int):
-            mirrored = (*path[:-2], min(path[-2:]), max(path[-2:]))
-        found[path] = by_key.get(key_of(mirrored), (exact, exact))
-    return found
 
 
 def _least_double(bound: Fraction) -> float:

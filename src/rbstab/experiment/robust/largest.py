@@ -6,17 +6,14 @@ from fractions import Fraction
 
 from rbstab.config.errors import ConfigError
 from rbstab.config.schema import Config
-from rbstab.config.tolerances import decimal_text, tolerances_of
+from rbstab.config.tolerances import Tolerance, decimal_text, tolerances_of
 from rbstab.experiment.robust.record import BodiesRecord
 
 FIRST = Fraction(1)
 """%: the first percentage that is tried. It is doubled or halved until the answer changes."""
 
-LEAST = Fraction(1, 64)
-"""%: smaller percentages are not tried."""
-
-HIGHEST = Fraction(1024)
-"""%: larger percentages are not tried."""
+LEAST, HIGHEST = Fraction(1, 64), Fraction(1024)
+"""%: smaller and larger percentages are not tried."""
 
 DIGITS = 3
 """The number of significant digits of a percentage that is tried."""
@@ -43,66 +40,42 @@ class Largest:
     late: bool = False
 
 
-Prove = Callable[[Sequence[str]], BodiesRecord | None]
-"""A function that proves the tolerances of some texts; None if their bounds are not valid."""
-
-
-def proving(config: Config, prove: Callable[..., BodiesRecord]) -> Prove:
-    """Return the function for `largest_within` that reads and proves tolerances of a config.
-
-    Args:
-        config: The config.
-        prove: Proves a list of `Tolerance`.
-    """
-
-    def proved(texts: Sequence[str]) -> BodiesRecord | None:
-        try:
-            tolerances = tolerances_of(config, texts)
-        except ConfigError:
-            return None
-        return prove(tolerances)
-
-    return proved
-
-
 def largest_within(
-    prove: Prove, key: str, fixed: Sequence[str], is_late: Callable[[], bool] = lambda: False
+    config: Config,
+    prove: Callable[[Sequence[Tolerance]], BodiesRecord],
+    key: str,
+    fixed: Sequence[str],
+    is_late: Callable[[], bool] = lambda: False,
 ) -> Largest:
     """Return the largest percentage p such that KEY=±p% is proved, by bisection to 1 % of p.
 
     A smaller box is part of a larger one. So if a percentage is not proved, no larger one is tried.
 
     Args:
-        prove: Proves the tolerances of some texts.
+        config: The config.
+        prove: Proves tolerances of it.
         key: The key.
         fixed: The texts of other tolerances, which stay.
         is_late: Returns whether no further percentage is to be tried.
     """
     low: Fraction | None = None
     high: Fraction | None = None
-    best: BodiesRecord | None = None
-    failed: BodiesRecord | None = None
-    percent = FIRST
-    while LEAST <= percent <= HIGHEST:
-        if is_late():
-            return Largest(key, low, best, high, failed, late=True)
-        record = prove([*fixed, f"{key}=±{decimal_text(percent)}%"])
+    best = failed = None
+    percent, late = FIRST, False
+    while LEAST <= percent <= HIGHEST and not (late := is_late()):
+        texts = [*fixed, f"{key}=±{decimal_text(percent)}%"]
+        try:
+            record = prove(tolerances_of(config, texts))
+        except ConfigError:
+            record = None
         if record is not None and record.proved:
             low, best = percent, record
         else:
             high, failed = percent, record
-        if low is not None and high is not None and high - low <= low / 100:
-            break
         if low is None or high is None:
             percent = percent * 2 if high is None else percent / 2
             continue
-        middle = _rounded((low + high) / 2)
-        if not low < middle < high:
+        percent = Fraction(f"{float((low + high) / 2):.{DIGITS}g}")
+        if high - low <= low / 100 or not low < percent < high:
             break
-        percent = middle
-    return Largest(key, low, best, high, failed)
-
-
-def _rounded(number: Fraction) -> Fraction:
-    """Return a number with `DIGITS` significant digits."""
-    return Fraction(f"{float(number):.{DIGITS}g}")
+    return Largest(key, low, best, high, failed, late)

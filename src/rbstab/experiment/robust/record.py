@@ -1,24 +1,18 @@
-"""Proofs within tolerances as plain data: for all bodies, or all starts; and their identities."""
+"""Proofs within tolerances as plain data: for all bodies, or all starts; and their files."""
 
-import hashlib
-import json
 from collections.abc import Iterable
-from typing import Any, ClassVar, Literal
+from pathlib import Path
+from typing import Any, ClassVar, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt, PositiveInt
+from pydantic import NonNegativeFloat, NonNegativeInt, PositiveInt
 
 from rbstab.config.tolerances import Tolerance
-
-Triple = tuple[float, float, float]
-
-
-class Model(BaseModel):
-    """Plain data that cannot be changed."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
+from rbstab.experiment.proof_cache import PROOFS, stored_model
+from rbstab.experiment.stored_proof.entries import Entry, Triple
+from rbstab.store.document import write_document
 
 
-class StoredTolerance(Model):
+class StoredTolerance(Entry):
     """The bounds of one number of a config, both included, as exact decimals.
 
     key is its key, such as `controller.K_r[0]`.
@@ -37,13 +31,7 @@ def bounds_of(tolerances: Iterable[Tolerance]) -> tuple[StoredTolerance, ...]:
     )
 
 
-def digest_of(*parts: Any) -> str:
-    """Return the identity of a proof: a digest of all that it depends on."""
-    text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()[:32]
-
-
-class WithinRecord(Model):
+class WithinRecord(Entry):
     """What all proofs within tolerances have; their files begin with `PREFIX`.
 
     tolerances has the bounds of numbers of a config, and why says why nothing is decided.
@@ -56,6 +44,29 @@ class WithinRecord(Model):
     tolerances: tuple[StoredTolerance, ...]
     why: str
     seconds: NonNegativeFloat
+
+    @classmethod
+    def file(cls, folder: Path, identity: str) -> Path:
+        """Return the file of a proof in a folder of results."""
+        return folder / PROOFS / f"{cls.PREFIX}{identity}.json"
+
+    @classmethod
+    def kept(cls, folder: Path, identity: str) -> Self | None:
+        """Return a stored proof of this kind; None if it is missing or damaged.
+
+        Raises:
+            StoreError: The disk reports an error; the proof may be whole.
+        """
+        found = stored_model(cls.file(folder, identity), cls)
+        return found if found is not None and found.id == identity else None
+
+    def keep(self, folder: Path) -> None:
+        """Store the proof in a folder of results.
+
+        Raises:
+            StoreError: The proof cannot be written.
+        """
+        write_document(self.file(folder, self.id), self.model_dump(mode="json"))
 
 
 class BodiesRecord(WithinRecord):

@@ -32,28 +32,17 @@ def sentences_of(bodies: str, record: BodiesRecord) -> list[str]:
     if record.proved is None:
         return [f"{bodies}: not decided{_why_undecided(record)} [{effort}]."]
     if not record.proved:
-        numbers = _body(record)
-        rest = " and ".join(angles(Theta) for Theta in record.rest_states)
-        if len(record.rest_states) > 1:
-            return [
-                f"{bodies}: one rest state: false, proved. A body in the box can rest at "
-                f"Θ = {rest} rad: {numbers}."
-            ]
-        return [
-            f"{bodies}: one rest state, a minimum: false, proved. A body in the box has a rest "
-            f"state that is no minimum, Θ = {rest} rad: {numbers}."
-        ]
-    sentences = [
-        f"{bodies}: one rest state, a minimum, proved ({effort}). Every motion that stays in the "
-        f"range of eq. 5, and keeps a distance from θ2 = ±π/2, converges to it."
-    ]
+        claim = "one rest state" if len(record.rest_states) > 1 else "one rest state, a minimum"
+        body = f"A body in the box {_resting(record)}: {_changed_numbers(record)}"
+        return [f"{bodies}: {claim}: false, proved. {body}."]
+    level = "no level of v is proved"
     if record.level > 0:
-        sentences.append(
-            f"{bodies}: every motion with v(0) < {rounded_down(record.level)} J converges, proved."
-        )
-    else:
-        sentences.append(f"{bodies}: no level of v is proved.")
-    return sentences
+        level = f"every motion with v(0) < {rounded_down(record.level)} J converges, proved"
+    return [
+        f"{bodies}: one rest state, a minimum, proved ({effort}). Every motion that stays in the "
+        f"range of eq. 5, and keeps a distance from θ2 = ±π/2, converges to it.",
+        f"{bodies}: {level}.",
+    ]
 
 
 def named_body(record: BodiesRecord) -> str:
@@ -71,19 +60,21 @@ def named_body(record: BodiesRecord) -> str:
             numbers.append(f"{name} = [{', '.join(left.pop(axis) for axis in axes)}]")
         else:
             numbers.append(f"{key} = {left.pop(key)}")
-    states = " and ".join(angles(Theta) for Theta in record.rest_states)
-    what = "can rest at" if len(record.rest_states) > 1 else "has a rest state that is no minimum,"
-    return f"The body with {', '.join(numbers)} {what} Θ = {states} rad"
+    return f"The body with {', '.join(numbers)} {_resting(record)}"
 
 
-def _body(record: BodiesRecord) -> str:
+def _resting(record: BodiesRecord) -> str:
+    """Return where the body of a counterexample rests, as the end of a sentence."""
+    several = len(record.rest_states) > 1
+    what = "can rest at" if several else "has a rest state that is no minimum,"
+    return f"{what} Θ = {' and '.join(map(angles, record.rest_states))} rad"
+
+
+def _changed_numbers(record: BodiesRecord) -> str:
     """Return the numbers of the named body that differ from those of the config."""
     middles = {one.key: (Fraction(one.low) + Fraction(one.high)) / 2 for one in record.tolerances}
-    changed = [
-        f"{key} = {value}"
-        for key, value in (record.body or {}).items()
-        if Fraction(value) != middles[key]
-    ]
+    body = (record.body or {}).items()
+    changed = [f"{key} = {value}" for key, value in body if Fraction(value) != middles[key]]
     return f"{', '.join(changed)}; the rest as in the config" if changed else "that of the config"
 
 

@@ -1,23 +1,21 @@
 """Prove that the motions from all starts within tolerances converge; store the proof."""
 
-import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from fractions import Fraction
+from math import inf, nextafter, prod
 from pathlib import Path
 
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
-from rbstab.experiment.convergence.convergence import Convergence
 from rbstab.experiment.convergence.decisions import refusal
 from rbstab.experiment.convergence.enclosed_system import state_scale
 from rbstab.experiment.convergence.many_motions import Motions
 from rbstab.experiment.proof import prove
 from rbstab.experiment.proof_cache import proof_for
-from rbstab.experiment.robust.cache import keep, kept
 from rbstab.experiment.robust.record import bounds_of
 from rbstab.experiment.start_sets.start_set import start_set_of
 from rbstab.experiment.start_sets.starts_record import (
@@ -29,13 +27,7 @@ from rbstab.experiment.start_sets.starts_record import (
 )
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.processes.workers import waited, worker_pool
-from rbstab.proof.motion.motion import (
-    MAX_STEPS,
-    NARROWEST,
-    Followed,
-    Part,
-    whole,
-)
+from rbstab.proof.motion.motion import MAX_STEPS, NARROWEST, Followed, Part, whole
 from rbstab.proof.motion.motion_set import MotionSet
 from rbstab.store.errors import StoreError
 
@@ -68,30 +60,35 @@ def prove_starts(  # noqa: PLR0913 (options by name)
         progress: Called after each part that is decided.
         is_late: Returns whether no further part is to be followed.
     """
-    begin = time.perf_counter()
-    problem = problem_of(config)
+    begin, problem = time.perf_counter(), problem_of(config)
     refused = refusal(problem, proof)
     parts: list[ProvedPart] = []
-    examined, steps, given_up = 0, 0, 0
-    waiting, why = ([], refused.why) if refused is not None else _all_starts(config, tolerances)
+    examined, steps, given_up, waiting = 0, 0, 0, list[Part]()
+    why = "" if refused is None else refused.why
+    if refused is None:
+        starts = start_set_of(config, tolerances, state_scale(problem))
+        waiting = [] if starts is None else [whole(starts)]
+        why = (
+            "" if waiting else "the tolerances are too wide, or the numbers of the start too large"
+        )
     while waiting and len(parts) + len(waiting) + given_up <= MAX_PARTS and not is_late():
         halves: list[Part] = []
         for part, result in _all_followed(config, proof, waiting, processes, is_late):
             examined, steps = examined + 1, steps + result.steps
             if result.decision is not None:
                 parts.append(_proved_part(part, result))
-            elif result.variable is None:
-                given_up += 1
-                why = f"v is too large after {MAX_STEPS} steps, at t = {result.time:.4g} s"
-            elif not part.can_be_halved(result.variable):
+            elif result.variable is not None and part.can_be_halved(result.variable):
+                halves += part.halves(result.variable)
+            else:
                 given_up += 1
                 why = f"a part that is narrower than {NARROWEST:.1g} of the tolerances is left"
-            else:
-                halves += part.halves(result.variable)
+                if result.variable is None:
+                    why = f"v is too large after {MAX_STEPS} steps, at t = {result.time:.4g} s"
             if progress is not None:
                 progress(_fraction(parts), len(waiting) + len(halves))
         waiting = halves
-    if is_late() and _fraction(parts) < 1.0:
+    fraction = _fraction(parts)
+    if is_late() and fraction < 1.0:
         why = TIME_LIMIT
     elif waiting:
         why = f"more than {MAX_PARTS} parts would be needed"
@@ -100,7 +97,7 @@ def prove_starts(  # noqa: PLR0913 (options by name)
         version=VERSION,
         tolerances=bounds_of(tolerances),
         parts=tuple(parts),
-        fraction=_fraction(parts),
+        fraction=fraction,
         examined=examined,
         steps=steps,
         why=why,
@@ -108,26 +105,15 @@ def prove_starts(  # noqa: PLR0913 (options by name)
     )
 
 
-def _all_starts(config: Config, tolerances: Sequence[Tolerance]) -> tuple[list[Part], str]:
-    """Return all starts as one part; none, and the reason, if they have no bounds."""
-    starts = start_set_of(config, tolerances, state_scale(problem_of(config)))
-    if starts is None:
-        return [], "the tolerances are too wide, or the numbers of the start too large"
-    return [whole(starts)], ""
-
-
 def _proved_part(part: Part, result: Followed) -> ProvedPart:
-    found: Convergence = result.decision
-    assert found.rest_state is not None
-    assert found.energy is not None
-    assert found.bound is not None
+    found = result.decision
     return ProvedPart(
-        low=tuple(part.low.tolist()),
-        high=tuple(part.high.tolist()),
+        low=part.low,
+        high=part.high,
         rest_state=found.rest_state,
         time=result.time,
         energy=found.energy,
-        bound=None if found.bound == math.inf else found.bound,
+        bound=None if found.bound == inf else found.bound,
         steps=result.steps,
     )
 
@@ -137,9 +123,9 @@ def _fraction(parts: list[ProvedPart]) -> float:
     volume = Fraction(0)
     for part in parts:
         sides = zip(part.low, part.high, strict=True)
-        volume += math.prod((Fraction(high) - Fraction(low)) / 2 for low, high in sides)
+        volume += prod((Fraction(high) - Fraction(low)) / 2 for low, high in sides)
     rounded = float(volume)
-    return rounded if Fraction(rounded) <= volume else math.nextafter(rounded, 0.0)
+    return rounded if Fraction(rounded) <= volume else nextafter(rounded, 0.0)
 
 
 def _all_followed(
@@ -162,31 +148,25 @@ def _all_followed(
                 yield left.pop(0), result
                 if is_late():
                     return
-    motions = Motions(config, proof) if left else None
+    if left:
+        _set_up(config, proof)
     for part in left:
         if is_late():
             return
-        assert motions is not None
-        yield part, _followed(motions, part.start)
+        yield part, _follow(part.start)
 
 
-_motions: Motions | None = None
-"""Follows the parts of a worker process; set by `_set_up`."""
+_motions: list[Motions] = []
+"""Follows the parts in a process; set by `_set_up`."""
 
 
 def _set_up(config: Config, proof: Proof) -> None:
-    global _motions  # noqa: PLW0603 (the state of a worker between tasks)
-    _motions = Motions(config, proof)
+    _motions[:] = [Motions(config, proof)]
 
 
 def _follow(start: MotionSet) -> Followed:
-    assert _motions is not None
-    return _followed(_motions, start)
-
-
-def _followed(motions: Motions, start: MotionSet) -> Followed:
     """Follow one set; a wide one may seem to rest, and is followed further."""
-    (found,) = motions.follow(start, rests=False)
+    (found,) = _motions[0].follow(start, rests=False)
     return found
 
 
@@ -213,9 +193,8 @@ def starts_for(  # noqa: PLR0913 (options by name)
         The proof, and the error if it could not be read or stored.
     """
     problem: StoreError | None = None
-    identity = starts_id(config, tolerances)
     try:
-        stored = kept(folder, StartsProof, identity)
+        stored = StartsProof.kept(folder, starts_id(config, tolerances))
         if stored is not None:
             return stored, None
         rest_states = proof_for(folder, config)
@@ -226,7 +205,7 @@ def starts_for(  # noqa: PLR0913 (options by name)
     )
     if problem is None and found.why != TIME_LIMIT:
         try:
-            keep(folder, found)
+            found.keep(folder)
         except StoreError as error:
             problem = error
     return found, problem

@@ -3,21 +3,18 @@
 import math
 from collections.abc import Sequence
 from decimal import Decimal
-from functools import partial
 from typing import Any
 
 from pydantic import NonNegativeFloat, NonNegativeInt, PositiveInt
 
-from rbstab.analysis.fingerprint import fingerprint
-from rbstab.config.build import system_of
 from rbstab.config.load import initial_sections
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
-from rbstab.config.user_code.permission import without_code
 from rbstab.experiment.answers.rounded import LEVEL_DIGITS, rounded_down, rounded_up
 from rbstab.experiment.convergence.convergence import EVERY_START, PROVED
-from rbstab.experiment.robust.record import Model, WithinRecord, bounds_of, digest_of
-from rbstab.experiment.stored_proof.identity import proof_id
+from rbstab.experiment.robust.record import WithinRecord, bounds_of
+from rbstab.experiment.stored_proof.entries import Entry, Numbers
+from rbstab.experiment.stored_proof.identity import digest_of, equations_of, proof_id
 
 MAX_PARTS = 64
 """The most parts into which the starts are divided: a limit that is the same on every machine."""
@@ -26,7 +23,7 @@ VERSION = 1
 """To be increased when a change of the method changes its results. Older files are not used."""
 
 
-class ProvedPart(Model):
+class ProvedPart(Entry):
     """A part of the starts of which every motion converges, proved.
 
     Number i of the tolerances is its middle plus its radius times z_i, with low <= z_i <= high.
@@ -34,8 +31,8 @@ class ProvedPart(Model):
     that time, J, is in `energy`, below `bound`; None where every start in the range converges.
     """
 
-    low: tuple[float, ...]
-    high: tuple[float, ...]
+    low: Numbers
+    high: Numbers
     rest_state: PositiveInt
     time: NonNegativeFloat
     energy: tuple[float, float]
@@ -122,11 +119,7 @@ def starts_id(config: Config, tolerances: Sequence[Tolerance]) -> str:
     It is a digest of the body, the gravity, the controller, the initial state, the tolerances, the
     method and the equations.
     """
-    return digest_of(
-        VERSION,
-        MAX_PARTS,
-        proof_id(config),
-        *initial_sections(config),
-        [one.model_dump() for one in bounds_of(tolerances)],
-        fingerprint(partial(system_of, without_code(config))),
-    )
+    sections = initial_sections(config)
+    bounds = [one.model_dump() for one in bounds_of(tolerances)]
+    equations = equations_of(config)
+    return digest_of((VERSION, MAX_PARTS, proof_id(config), *sections, bounds, equations))

@@ -7,43 +7,23 @@ a list among all rotations the hypotheses of theorem 15 were checked where it wa
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from rbstab.analysis.exact import decimals
 from rbstab.config.build import system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import switching_code, without_code
-from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.element import Element
-from rbstab.elements.embedded import EmbeddedConnector
-from rbstab.elements.gravity import Gravity
-from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.guards.soft_guards import StiffGuard
 from rbstab.elements.ligament import Ligament
-from rbstab.elements.rotational_stabilizer import RotationalStabilizer
-from rbstab.elements.spring import Spring, ZeroLengthSpring
-from rbstab.elements.translational_stabilizer import TranslationalStabilizer
-from rbstab.elements.visco_elastic import ViscoElasticConnector
+from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.spring import Spring
 from rbstab.experiment.answers.wanted import wanted
-from rbstab.experiment.stored_proof.strains import may_be_just_taut
-from rbstab.mechanics.states import PITCH
+from rbstab.experiment.stored_proof.switches import may_switch
 from rbstab.proof.passive.damping import indefinite_parameter, why_not_damped
 
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.proof import Proof, ProvedState
-
-SMOOTH = (
-    Gravity,
-    TranslationalStabilizer,
-    RotationalStabilizer,
-    ViscoElasticConnector,
-    EmbeddedConnector,
-    AttitudeSpring,
-    ZeroLengthSpring,
-    Barrier,
-)
-"""Elements whose forces have continuous derivatives wherever |θ2| < π/2."""
 
 
 @dataclass(frozen=True)
@@ -122,49 +102,43 @@ def _failing(proof: "Proof", config: Config | None) -> Iterator[str]:
         if not (state.proved and state.index_proved):
             yield f"whether rest state {number} is stable is not proved"
     unstable = [state for state in proof.states if state.index > 0]
-    if unstable and config is None:
+    if not unstable:
+        return
+    if config is None:
         yield "it is not known what acts on the body: the config of the proof is needed"
-    elif unstable and config is not None:
-        yield from _not_damped(config)
-        yield from _not_smooth(proof, config, unstable)
-
-
-def _not_damped(config: Config) -> Iterator[str]:
-    """Yield why a motion near an unstable rest state may not leave it (A3)."""
+        return
+    # A motion near an unstable rest state may not leave it without damping (A3).
     exact = system_of(without_code(config), decimals)
-    undamped = why_not_damped(exact)
+    undamped, indefinite = why_not_damped(exact), indefinite_parameter(exact)
     if undamped is not None:
         yield f"without elements of your own, {undamped}"
-    indefinite = indefinite_parameter(exact)
     if indefinite is not None:
         yield f"{indefinite} is not positive definite"
+    yield from _not_smooth(proof, config, unstable)
 
 
 def _not_smooth(proof: "Proof", config: Config, unstable: "list[ProvedState]") -> Iterator[str]:
     """Yield why forces may not be Lipschitz, or not smooth near an unstable rest state (A4, A5)."""
     for name in switching_code(config):
         yield f"{name} is an element of your own with switches, or with states of its own"
-    elements: list[Any] = list(system_of(without_code(config)).elements)
-    for element in elements:
-        if isinstance(element, StiffGuard):
-            if any(_may_be_at(element, state) for state in unstable):
+    for element in system_of(without_code(config)).elements:
+        if isinstance(element, (StiffGuard, Ligament)):
+            # Of a ligament, only its damper begins to act with a slope, and that where it is taut.
+            first = 1 if isinstance(element, Ligament) else None
+            smooth = isinstance(element, Ligament) and not element.damping > 0
+            switches = (may_switch(proof, one, config, element.name, first) for one in unstable)
+            if not smooth and any(switches):
                 yield f"{element.name} may begin to act just at an unstable rest state"
-        elif not isinstance(element, (*SMOOTH, Ligament)) and not _has_direction(element):
+        elif not _is_smooth(element):
             yield f"the force of {element.name} jumps, or is not shown to be smooth"
-    ligaments = [element for element in elements if isinstance(element, Ligament)]
-    for state in unstable if any(one.damping > 0 for one in ligaments) else ():
-        for ligament, taut in zip(ligaments, may_be_just_taut(proof, state, config), strict=True):
-            if taut and ligament.damping > 0:
-                yield f"{ligament.name} may be just taut at an unstable rest state"
 
 
-def _has_direction(element: Element) -> bool:
-    """Return whether an element is a spring whose line has a length in all motions that count."""
-    return isinstance(element, Spring) and element.rest_length > 0
+def _is_smooth(element: Element) -> bool:
+    """Return whether the force of an element has continuous derivatives wherever |θ2| < π/2.
 
-
-def _may_be_at(guard: StiffGuard, state: "ProvedState") -> bool:
-    """Return whether a rest state may be just where a guard begins to act."""
-    low, high = (Fraction(corner[PITCH]) for corner in state.enclosure)
-    angle = Fraction(repr(float(guard.soft_angle)))
-    return low <= angle <= high or low <= -angle <= high
+    A line with a rest length has a length in all motions that count.
+    """
+    if isinstance(element, Spring) and element.rest_length > 0:
+        return True
+    jumps = element.mode_count or element.slides or isinstance(element, SlidingConnector)
+    return not (jumps or element.holds or element.clearance_count)

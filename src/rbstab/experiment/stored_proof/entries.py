@@ -79,3 +79,32 @@ class ProvedEnergy(Entry):
         from rbstab.proof.exact.lengths import springs_of
 
         return bool(self.free) and bool(springs_of(self.energy.U, self.free).lines)
+
+
+class ProvedFamily(Entry):
+    """Rest states of one energy, J, that form a curve (dimension 1), a surface (2) or SO(3) (3).
+
+    index is the number of independent directions in which the energy falls.
+    """
+
+    energy: float
+    index: NonNegativeInt
+    dimension: PositiveInt
+
+
+class OnRotations(Entry):
+    """That the rest states are those among all rotations: the energy depends on no Euler angles.
+
+    Then `Proof.states` are all rest states on SO(3), each once, also with θ2 = ±π/2, and no motion
+    has a range to leave. quaternions has a unit quaternion of each of them, w first; the exact one
+    is at most the entry of `radii` away, and its index is proved. If there are `families`, these
+    are the isolated ones, `Proof.proved` is False, and both together are proved to be all.
+
+    why is the first hypothesis of theorem 15 that is not known to hold; empty if all do. Then every
+    motion exists for all times and converges to a rest state, and almost every one to a stable one.
+    """
+
+    quaternions: tuple[Quadruple, ...]
+    radii: tuple[float, ...]
+    why: str
+    families: tuple[ProvedFamily, ...] = ()

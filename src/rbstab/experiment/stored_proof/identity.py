@@ -1,8 +1,9 @@
-"""The identity of a proof: a digest of all that it depends on."""
+"""The identities of proofs: digests of all that they depend on."""
 
 import hashlib
 import json
 from functools import partial
+from typing import Any
 
 from rbstab.analysis.fingerprint import fingerprint
 from rbstab.config.build import system_of
@@ -20,21 +21,25 @@ def proof_id(config: Config) -> str:
     The equations are in it by their `fingerprint`: if they are changed, older proofs are not found.
     The code of users is not run for it: their text is part of the elements.
     """
-    parts = [acting_sections(config), _equations_of(config)]
+    return digest_of([acting_sections(config), equations_of(config)])
+
+
+def digest_of(parts: Any) -> str:
+    """Return a digest of plain data, in 32 characters."""
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
 _KNOWN_EQUATIONS: dict[str, str] = {}
-"""The fingerprints of the last configs, by the text of what acts on their bodies."""
+"""The fingerprints of the last configs, by the digest of what acts on their bodies."""
 
 MOST_KNOWN = 1024
 """The largest number of them that is kept."""
 
 
-def _equations_of(config: Config) -> str:
+def equations_of(config: Config) -> str:
     """Return the `fingerprint` of a config; it is computed once for all with equal bodies."""
-    key = json.dumps([acting_sections(config), config.integration.coordinates], sort_keys=True)
+    key = digest_of([acting_sections(config), config.integration.coordinates])
     if key not in _KNOWN_EQUATIONS:
         if len(_KNOWN_EQUATIONS) >= MOST_KNOWN:
             _KNOWN_EQUATIONS.clear()

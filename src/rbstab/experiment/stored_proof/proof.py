@@ -9,8 +9,9 @@ from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF
 from rbstab.experiment.stored_proof.entries import (
     Entry,
     Numbers,
+    OnRotations,
     ProvedEnergy,
-    Quadruple,
+    ProvedFamily,
     Triple,
 )
 from rbstab.experiment.stored_proof.identity import PROOF_VERSION
@@ -146,24 +147,10 @@ class ProvedStates(Entry):
     regions: tuple[ProvedMinimum, ...] = ()
     end: Triple | None = None
 
-    @model_validator(mode="after")
-    def _check_states(self) -> Self:
-        count = len(self.states)
-        if (self.unique is not None and self.unique != (count == 1)) or (self.region and not count):
-            raise ValueError("the number of states does not fit the other entries")
-        if any(max(one.rest_state, one.pass_state or 1) > count for one in self.regions):
-            raise ValueError("a region belongs to a state that is not listed")
-        return self
-
     @property
     def stable_count(self) -> int:
         """The number of stable rest states: the minima of the energy."""
         return sum(state.stable is True for state in self.states)
-
-    @property
-    def _has_families(self) -> bool:
-        """Whether rest states form families beside those that are listed."""
-        return False
 
     @property
     def globally_stable(self) -> bool | None:
@@ -171,10 +158,8 @@ class ProvedStates(Entry):
 
         By La Salle's theorem this is true if that state is a minimum, for motions that keep a
         distance from θ2 = ±π/2: the theorem needs a closed set in which the equations are smooth.
-        With a barrier all motions keep it. None: not known. It is false beside a family.
+        With a barrier all motions keep it. None: not known.
         """
-        if self._has_families:
-            return False
         if self.unique and self.states[0].index_proved is False:
             return None
         return self.unique and self.states[0].index == 0
@@ -192,41 +177,6 @@ class UnwrappedStates(ProvedStates):
     """
 
     every_start: Literal[True] | None = None
-
-    @model_validator(mode="after")
-    def _check_every_start(self) -> Self:
-        if self.every_start and not (self.proved and self.globally_stable):
-            raise ValueError("not every start converges to the only rest state")
-        return self
-
-
-class ProvedFamily(Entry):
-    """Rest states of one energy, J, that form a curve (dimension 1), a surface (2) or SO(3) (3).
-
-    index is the number of independent directions in which the energy falls.
-    """
-
-    energy: float
-    index: NonNegativeInt
-    dimension: PositiveInt
-
-
-class OnRotations(Entry):
-    """That the rest states are those among all rotations: the energy depends on no Euler angles.
-
-    Then `Proof.states` are all rest states on SO(3), each once, also with θ2 = ±π/2, and no motion
-    has a range to leave. quaternions has a unit quaternion of each of them, w first; the exact one
-    is at most the entry of `radii` away, and its index is proved. If there are `families`, these
-    are the isolated ones, `Proof.proved` is False, and both together are proved to be all.
-
-    why is the first hypothesis of theorem 15 that is not known to hold; empty if all do. Then every
-    motion exists for all times and converges to a rest state, and almost every one to a stable one.
-    """
-
-    quaternions: tuple[Quadruple, ...]
-    radii: tuple[float, ...]
-    why: str
-    families: tuple[ProvedFamily, ...] = ()
 
 
 class Proof(ProvedStates):
@@ -281,12 +231,6 @@ class Proof(ProvedStates):
             raise ValueError("the proof is of an older program")
         return self
 
-    @model_validator(mode="after")
-    def _check_closed(self) -> Self:
-        if self.closed and not (self.proved and self.globally_stable):
-            raise ValueError("not every start converges to the only rest state")
-        return self
-
     def of(self, config: Config) -> Self:
         """Return this proof for one of the configs that it is about.
 
@@ -338,8 +282,9 @@ class Proof(ProvedStates):
         return self.reduced_energy is not None or self.on_rotations is not None
 
     @property
-    def _has_families(self) -> bool:
-        return bool(self.families)
+    def globally_stable(self) -> bool | None:
+        """The same as in `ProvedStates`; it is false beside a family of rest states."""
+        return False if self.families else super().globally_stable
 
     @property
     def families(self) -> tuple[ProvedFamily, ...]:
@@ -359,8 +304,7 @@ class Proof(ProvedStates):
     @property
     def goes_on(self) -> bool:
         """Whether `rbstab run --prove` may prove more, as it takes more boxes."""
-        stays = self.outcome.startswith(TOO_FEW) or self.unsprung
-        return self.brief is True and not stays
+        return self.brief is True and not (self.outcome.startswith(TOO_FEW) or self.unsprung)
 
     @property
     def ended(self) -> str:
@@ -371,10 +315,10 @@ class Proof(ProvedStates):
         """Return the same of the search in one of both ranges."""
         if states.outcome != STOPPED:
             return states.outcome
-        needs = f"the proof needs more than {grouped(states.examined)} boxes"
+        then = f"; {GOES_ON}" if self.brief else ", the most that are tried"
         if self.unsprung:
-            return f"{needs}; {UNSPRUNG}, so rest states may form a family, for which none suffice"
-        return f"{needs}; {GOES_ON}" if self.brief else f"{needs}, the most that are tried"
+            then = f"; {UNSPRUNG}, so rest states may form a family, for which none suffice"
+        return f"the proof needs more than {grouped(states.examined)} boxes{then}"
 
     @property
     def unsprung(self) -> bool:
@@ -392,16 +336,13 @@ class Proof(ProvedStates):
         """What keeps every motion away from θ2 = ±π/2: "a barrier" or "a stop"; None: nothing."""
         if self.reduced_energy is not None and self.reduced_energy.stop is not None:
             return STOP
-        return BARRIER if PITCH in self.closed_angles else None
+        return BARRIER if PITCH in self._closed_angles else None
 
     @property
     def every_start(self) -> bool:
         """Whether every motion from the range (up to a stop) converges to the one rest state."""
-        if self.kept_by is None:
-            return False
-        if self.within_barriers:
-            return self.closed is True
-        return self.unwrapped is not None and self.unwrapped.every_start is True
+        wide = self.unwrapped and self.unwrapped.every_start
+        return self.kept_by is not None and bool(self.closed if self.within_barriers else wide)
 
     @property
     def confined(self) -> bool:
@@ -409,19 +350,18 @@ class Proof(ProvedStates):
 
         This set is |θ2| < π/2 with all real θ1 and θ3, or the range itself with barriers on these.
         """
-        if self.kept_by is None or self.needs_lengths or not self.proved:
-            return False
         wide = self.unwrapped
         same = wide is not None and wide.proved and len(wide.states) == len(self.states)
-        return self.within_barriers or same
+        known = self.proved and not self.needs_lengths and (self.within_barriers or same)
+        return self.kept_by is not None and known
 
     @property
     def within_barriers(self) -> bool:
         """Whether barriers on θ1 and θ3 keep these angles between -π and π."""
-        return 0 in self.closed_angles
+        return 0 in self._closed_angles
 
     @property
-    def closed_angles(self) -> tuple[int, ...]:
+    def _closed_angles(self) -> tuple[int, ...]:
         """The angles, 0 to 2, of which a barrier or a stop lets no motion reach the end."""
         return () if self.reduced_energy is None else self.reduced_energy.closed
 

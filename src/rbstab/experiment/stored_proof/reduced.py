@@ -2,9 +2,12 @@
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rbstab.experiment.stored_proof.entries import Entry
 from rbstab.experiment.stored_proof.proof import (
     NO_LENGTH,
     Proof,
+    ProvedMinimum,
+    ProvedRegion,
     ProvedState,
     UnwrappedStates,
     no_proof,
@@ -30,12 +33,11 @@ def searched_record(identity: str, states: "list[SearchedState]", outcome: str) 
     from rbstab.proof.boxes import Box
     from rbstab.proof.rest_points import RestPoint
 
-    def state(one: "SearchedState") -> ProvedState:
-        Theta = one.state.motion.Theta
-        return _state(RestPoint(one.state, one.index, Box(Theta, Theta), False, False))
-
-    nothing = no_proof(identity, outcome)
-    return nothing.model_copy(update={"states": tuple(map(state, states))})
+    points = [
+        RestPoint(one.state, one.index, Box(*[one.state.motion.Theta] * 2), False, False)
+        for one in states
+    ]
+    return no_proof(identity, outcome).model_copy(update={"states": tuple(map(_state, points))})
 
 
 class Found(NamedTuple):
@@ -110,28 +112,21 @@ def _state(point: "RestPoint") -> ProvedState:
 
 def _region(region: "Certified", rest: "RestStates") -> dict[str, Any]:
     """Return the entries of a `ProvedRegion`."""
-    return {
-        "energy": region.energy,
-        "level": region.level,
-        "lower_bound": region.lower_bound,
-        "attained_at": region.attained_at,
-        "face": NO_LENGTH if region.spring else _face(region.face, rest.end),
-        "proved": rest.proved and region.closed,
-        "energy_bound": region.energy_bound,
-    }
+    face = NO_LENGTH if region.spring else _face(region.face, rest.end)
+    proved = rest.proved and region.closed
+    return _same(region, ProvedRegion) | {"face": face, "proved": proved}
 
 
 def _minimum(region: "Region", end: Array) -> dict[str, Any]:
-    """Return the entries of a `ProvedMinimum`."""
-    return {
-        "rest_state": region.state + 1,
-        "level": region.level,
-        "lower_bound": region.lower_bound,
-        "energy_bound": region.energy_bound,
-        "pass_state": None if region.pass_state is None else region.pass_state + 1,
-        "pass_face": _face(region.pass_face, end),
-        "pass_at": region.pass_at,
-    }
+    """Return the entries of a `ProvedMinimum`, which counts from 1."""
+    passed = None if region.pass_state is None else region.pass_state + 1
+    face = {"pass_face": _face(region.pass_face, end), "pass_state": passed}
+    return _same(region, ProvedMinimum) | face | {"rest_state": region.state + 1}
+
+
+def _same(region: object, model: type[Entry]) -> dict[str, Any]:
+    """Return the fields of a region that an entry of a proof has too."""
+    return {name: value for name, value in vars(region).items() if name in model.model_fields}
 
 
 def _face(face: "Face | None", end: Array) -> str | None:

@@ -5,7 +5,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rbstab.experiment.stored_proof.proof import Proof, ProvedState
+from rbstab.experiment.stored_proof.entries import OnRotations, ProvedFamily
+from rbstab.experiment.stored_proof.proof import (
+    Proof,
+    ProvedMinimum,
+    ProvedRegion,
+    ProvedState,
+)
 from rbstab.mechanics import contact
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.numbers import Array
@@ -20,6 +26,9 @@ COMPLETE = "all rest states among all rotations were found"
 
 FAMILIES = "all rest states among all rotations were found; some form a continuum (a family)"
 """That of one with families."""
+
+NOWHERE: dict[str, Any] = dict.fromkeys(("pass_state", "pass_face", "pass_at"))
+"""The pass of a region that is not located."""
 
 POLE = 1e-6
 """|cos θ2| below which θ1 and θ3 are not determined by the rotation."""
@@ -41,53 +50,61 @@ def rotations_record(
         found: The rest states: all of them, or all that are isolated.
         why_not: Why almost every start is not proved to converge to a stable one; else empty.
     """
-    states = [_state(system, energy, state) for state in found.states]
-    on_rotations = {
-        "quaternions": [state.quaternion for state in found.states],
-        "radii": [state.radius for state in found.states],
-        "why": why_not,
-        "families": [
-            {"energy": one.energy, "index": one.index, "dimension": one.dimension}
-            for one in found.families
-        ],
-    }
-    return Proof.model_validate(
-        {
-            "id": identity,
-            "outcome": COMPLETE if found.proved else FAMILIES,
-            "proved": found.proved,
-            "unique": (len(states) == 1) if found.proved else None,
-            "examined": found.examined,
-            "undecided": (),
-            "states": states,
-            "region": _region(found, states),
-            "regions": _regions(found),
-            "on_rotations": on_rotations,
-        }
+    states = tuple(_state(system, energy, state) for state in found.states)
+    minima = [n for n, state in enumerate(found.states, start=1) if not state.index]
+    depths = {n: _below(found.level - found.states[n - 1].high) for n in minima}
+    return Proof(
+        id=identity,
+        outcome=COMPLETE if found.proved else FAMILIES,
+        proved=found.proved,
+        unique=(len(states) == 1) if found.proved else None,
+        examined=found.examined,
+        undecided=(),
+        states=states,
+        region=_region(found, states),
+        # Each is a component of {U < c} with one rest state.
+        regions=tuple(
+            ProvedMinimum(
+                rest_state=n, level=depth, lower_bound=depth, energy_bound=found.level, **NOWHERE
+            )
+            for n, depth in depths.items()
+            if depth > 0
+        ),
+        on_rotations=OnRotations(
+            quaternions=tuple(state.quaternion for state in found.states),
+            radii=tuple(state.radius for state in found.states),
+            why=why_not,
+            families=tuple(
+                ProvedFamily(energy=one.energy, index=one.index, dimension=one.dimension)
+                for one in found.families
+            ),
+        ),
     )
+
+
+def _below(number: float) -> float:
+    return math.nextafter(number, -math.inf)
 
 
 def _state(system: System, energy: "RotationEnergy", state: "RestRotation") -> ProvedState:
     from rbstab.proof.rotations.lists import configuration_at
 
-    placed = configuration_at(energy, state)
-    A, held = state.rotation, system.coordinates.holds_contact
-    if held:
+    placed, A = configuration_at(energy, state), state.rotation
+    if system.coordinates.holds_contact:
         X = contact.centre_position(system.body, A, ZERO, system.anchor)
     else:
         X = np.array([placed.pop(k) for k in (3, 4, 5)])
     Theta = angles_of(A)
-    entries = {
-        "orientation": Theta,
-        "position": X,
-        "connector_state": [placed[k] for k in sorted(placed)],
-        "energy": state.energy,
-        "index": state.index,
-        "proved": True,
-        "enclosure": _enclosure(Theta, state.radius),
-        "index_proved": True,
-    }
-    return ProvedState.model_validate(entries)
+    return ProvedState(
+        orientation=Theta,
+        position=X,
+        connector_state=[placed[k] for k in sorted(placed)],
+        energy=state.energy,
+        index=state.index,
+        proved=True,
+        enclosure=_enclosure(Theta, state.radius),
+        index_proved=True,
+    )
 
 
 def angles_of(A: Array) -> Array:
@@ -115,35 +132,22 @@ def _enclosure(Theta: Array, radius: float) -> tuple[Array, Array]:
     return Theta - reach, Theta + reach
 
 
-def _region(found: "Rotations", states: list[ProvedState]) -> dict[str, Any] | None:
+def _region(found: "Rotations", states: tuple[ProvedState, ...]) -> ProvedRegion | None:
     """Return the region of the lowest rest state: all motions with less energy than any other."""
     if not found.states or found.states[0].index:
         return None
-    lowest, others = found.states[0], found.states[1:]
-    bounds = [state.low for state in others] + [family.low for family in found.families]
+    bounds = [s.low for s in found.states[1:]] + [f.low for f in found.families]
     bound = min(bounds, default=-math.inf)
-    level = math.nextafter(bound - lowest.high, -math.inf)
+    level = _below(bound - found.states[0].high)
     if not level > 0:
         return None
     place = next((k for k, state in enumerate(found.states) if state.low == bound), 0)
-    return {
-        "energy": bound,
-        "level": level,
-        "lower_bound": level,
-        "attained_at": states[place].orientation,
-        "face": None,
-        "proved": True,
-        "energy_bound": bound,
-    }
-
-
-def _regions(found: "Rotations") -> list[dict[str, Any]]:
-    """Return the regions of all minima: components of {U < c}, each of which has one rest state."""
-    regions: list[dict[str, Any]] = []
-    for number, state in enumerate(found.states, start=1):
-        depth = math.nextafter(found.level - state.high, -math.inf)
-        if not state.index and depth > 0:
-            entries = {"level": depth, "lower_bound": depth, "energy_bound": found.level}
-            nowhere = dict.fromkeys(("pass_state", "pass_face", "pass_at"))
-            regions.append({"rest_state": number, **entries, **nowhere})
-    return regions
+    return ProvedRegion(
+        energy=bound,
+        level=level,
+        lower_bound=level,
+        attained_at=states[place].orientation,
+        face=None,
+        proved=True,
+        energy_bound=bound,
+    )

@@ -9,7 +9,6 @@ import numpy as np
 
 from rbstab.analysis.approached_state import SAME_STATE
 from rbstab.analysis.exact import ball, decimal_balls, in_balls, upper
-from rbstab.experiment.stored_proof.entries import ProvedEnergy
 from rbstab.experiment.stored_proof.proof import Proof, ProvedState, ProvedStates
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.attitude import tilt
@@ -117,48 +116,36 @@ def reached_states(proof: Proof, energy: Array, low: Array, high: Array) -> Arra
         high: Shape (m, 3), rad.
     """
     found, wide = np.zeros(len(energy), dtype=np.int32), proof.unwrapped
-    finite = np.isfinite(energy)
 
     def inside(end: Array) -> Array:
-        within: Array = np.all((low >= -end) & (low <= high) & (high <= end), axis=1)
-        return finite & within
+        within = np.all((low >= -end) & (low <= high) & (high <= end), axis=1)
+        return np.asarray(within & np.isfinite(energy))
 
-    if proof.every_start and proof.within_barriers:
-        found[inside(OPEN_RANGE)] = 1
-        return found
     if proof.on_rotations is not None:
-        found[finite & (energy < _lowest_level(proof))] = 1
+        found[np.isfinite(energy) & (energy < _lowest_level(proof))] = 1
         return found
-    ranges: list[tuple[ProvedStates, Array]] = [(proof, OPEN_RANGE)]
-    if wide is not None and wide.end is not None:
+    if not proof.has_energy:
+        return found
+    ranges: list[tuple[ProvedStates, Array, float]] = [(proof, OPEN_RANGE, _lowest_level(proof))]
+    if proof.every_start and proof.within_barriers:
+        ranges = [(proof, OPEN_RANGE, np.inf)]
+    elif wide is not None and proof.every_start:
+        ranges.append((wide, START_RANGE, np.inf))
+    elif wide is not None and wide.end is not None:
         end = np.array([wide.end[0], OPEN_RANGE[1], wide.end[2]])
-        ranges.append((wide, START_RANGE if proof.every_start else end))
-    for states, end in ranges:
+        ranges.append((wide, end, _lowest_level(wide)))
+    for states, end, level in ranges:
         rows = np.flatnonzero((found == 0) & inside(end))
-        if len(rows):
-            found[rows] = _reached(proof, states, energy[rows], low[rows], high[rows])
-    return found
-
-
-def _reached(proof: Proof, states: ProvedStates, energy: Array, low: Array, high: Array) -> Array:
-    """Return the numbers of the rest states that sets in one range of a proof approach, or 0."""
-
-    def number(of_range: int) -> int:
-        same = states is proof
-        return of_range if same else same_state(proof, states.states[of_range - 1]) or 0
-
-    found, every = np.zeros(len(energy), dtype=np.int32), proof.every_start and states is not proof
-    if not (every or proof.has_energy):
-        return found
-    below = energy < (np.inf if every else _lowest_level(states))
-    if below.any():
-        found[below] = number(1)
-    left = np.flatnonzero(~below)
-    highest = max((region.energy_bound for region in states.regions), default=-np.inf)
-    regions = start_regions(proof, states) if np.any(energy[left] < highest) else None
-    if regions is not None:
-        numbers = np.array([0, *(number(region.rest_state) for region in states.regions)])
-        found[left] = numbers[regions.find(energy[left], low[left], high[left]) + 1]
+        numbers = np.arange(len(states.states) + 1)
+        if states is not proof:
+            numbers = np.array([0, *(same_state(proof, one) or 0 for one in states.states)])
+        found[rows[energy[rows] < level]] = numbers[1] if len(numbers) > 1 else 0
+        rows = rows[energy[rows] >= level]
+        highest = max((region.energy_bound for region in states.regions), default=-np.inf)
+        regions = start_regions(proof, states) if np.any(energy[rows] < highest) else None
+        if regions is not None:
+            of_regions = numbers[[0, *(region.rest_state for region in states.regions)]]
+            found[rows] = of_regions[regions.find(energy[rows], low[rows], high[rows]) + 1]
     return found
 
 
@@ -179,32 +166,28 @@ def start_regions(proof: Proof, states: ProvedStates) -> "StartRegions | None":
         proof: The proof.
         states: Its rest states in this range.
     """
-    if proof.reduced_energy is None or states.end is None or not states.regions:
+    stored = proof.reduced_energy
+    if stored is None or states.end is None or not states.regions:
         return None
+    # It is no field, as `Proof.of` has it.
     kept = vars(states)
     if START_REGIONS not in kept:
-        # It is no field, as `Proof.of` has it.
-        kept[START_REGIONS] = _made_regions(proof.reduced_energy, states, np.array(states.end))
+        from rbstab.proof.boxes import Box, joined, one_box
+        from rbstab.proof.regions.starts import RegionLevel, StartRegions
+        from rbstab.proof.search import Zeros
+        from rbstab.proof.zeros import Zero
+
+        zeros = []
+        for state in states.states:
+            box, index = Box(*map(np.array, state.enclosure)), state.index
+            at = np.array(state.orientation)
+            zeros.append(Zero(at, box, box, index if state.index_proved else None, state.energy))
+        undecided = [one_box(Box(*map(np.array, corners))) for corners in states.undecided]
+        listed, end = Zeros(tuple(zeros), joined(undecided, 3), 0), np.array(states.end)
+        levels = [RegionLevel(one.rest_state - 1, one.energy_bound) for one in states.regions]
+        kept[START_REGIONS] = StartRegions(stored.energy, listed, Box(-end, end), levels)
     found: StartRegions = kept[START_REGIONS]
     return found
-
-
-def _made_regions(stored: ProvedEnergy, states: ProvedStates, end: Array) -> "StartRegions":
-    from rbstab.proof.boxes import Box, joined, one_box
-    from rbstab.proof.regions.starts import RegionLevel, StartRegions
-    from rbstab.proof.search import Zeros
-    from rbstab.proof.zeros import Zero
-
-    zeros = []
-    for state in states.states:
-        low, high = np.array(state.enclosure)
-        point, enclosure = np.array(state.orientation), Box(low, high)
-        index = state.index if state.index_proved else None
-        zeros.append(Zero(point, enclosure, enclosure, index, state.energy))
-    undecided = [one_box(Box(*map(np.array, corners))) for corners in states.undecided]
-    levels = [RegionLevel(one.rest_state - 1, one.energy_bound) for one in states.regions]
-    listed = Zeros(tuple(zeros), joined(undecided, 3), 0)
-    return StartRegions(stored.energy, listed, Box(-end, end), levels)
 
 
 def same_state(proof: Proof, state: ProvedState) -> int | None:
@@ -215,10 +198,10 @@ def same_state(proof: Proof, state: ProvedState) -> int | None:
     """
     low, high = np.array(state.enclosure)
     for number, other in enumerate(proof.states, start=1):
-        other_low, other_high = np.array(other.enclosure)
-        nested = np.all(other_low <= low) and np.all(high <= other_high)
-        nested = nested or (np.all(low <= other_low) and np.all(other_high <= high))
-        if other.proved and state.proved and nested:
+        least, most = np.array(other.enclosure)
+        inner = np.all(least <= low) and np.all(high <= most)
+        outer = np.all(low <= least) and np.all(most <= high)
+        if other.proved and state.proved and (inner or outer):
             return number
     return None
 
@@ -245,18 +228,13 @@ def enclosed_start(
 ) -> EnclosedStart:
     """Return bounds on the energy at the start, and a box of Θ; call it by `in_balls`."""
     system, start = exact(decimal_balls)
-    energies = [
-        sum(one.observe(start).energy.tolist(), ball(0.0)) for one in _in_modes(system, start)
-    ]
+    energies = [sum(one.observe(start).energy, ball(0.0)) for one in _in_modes(system, start)]
     Theta = [ball(0.0) + angle for angle in system.motion(start).Theta]
     low, high = [-upper(-angle) for angle in Theta], [upper(angle) for angle in Theta]
-    return EnclosedStart(
-        # Unlike those of Python, these keep what is no number.
-        float(np.min([-upper(-one) for one in energies])),
-        float(np.max([upper(one) for one in energies])),
-        np.array(low),
-        np.array(high),
-    )
+    # Unlike those of Python, the extremes of numpy keep what is no number.
+    least = np.min([-upper(-one) for one in energies])
+    most = np.max([upper(one) for one in energies])
+    return EnclosedStart(float(least), float(most), np.array(low), np.array(high))
 
 
 def _in_modes(system: System, start: Array) -> list[System]:

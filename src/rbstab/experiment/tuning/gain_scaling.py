@@ -1,19 +1,16 @@
 """Scaling of the gains that a tuning may change."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from rbstab.config.elements import declarations_of, parameter_path
 from rbstab.config.errors import closest_keys, did_you_mean
-from rbstab.config.load import changed_config, resolved, with_numbers
 from rbstab.config.numbers import Entry, entries_under, value_at
 from rbstab.config.schema import Config
 from rbstab.config.source import Path, key_of
 from rbstab.config.units import number_key
 from rbstab.elements.declarations import ANCHOR, POINT
 from rbstab.elements.registry import GAINS
-
-MAX_TITLE_LENGTH = 200
 
 
 class TuningError(ValueError):
@@ -41,12 +38,10 @@ def gain_scalings(config: Config, keys: Iterable[str]) -> tuple[GainScaling, ...
     scalings: list[GainScaling] = []
     taken: dict[Path, str] = {}
     for key in keys:
-        scaling = GainScaling(key, _entries(config, key))
-        for place in (place for entry in scaling.entries for place in entry.paths):
-            if place in taken:
+        scalings.append(GainScaling(key, _entries(config, key)))
+        for place in (place for entry in scalings[-1].entries for place in entry.paths):
+            if taken.setdefault(place, key) != key:
                 raise TuningError(f"{key}: {key_of(place)} is scaled by {taken[place]} already")
-            taken[place] = key
-        scalings.append(scaling)
     if not scalings:
         raise TuningError("no gain to tune (expected a key such as controller.L_r)")
     return tuple(scalings)
@@ -82,24 +77,3 @@ def _entries(config: Config, key: str) -> tuple[Entry, ...]:
     if not any(entry.value for entry in entries):
         raise TuningError(f"{key}: is 0, so no factor changes it (expected a gain above 0)")
     return entries
-
-
-def scaled(config: Config, scalings: Sequence[GainScaling], factors: Sequence[float]) -> Config:
-    """Return the config with its gains scaled, validated.
-
-    Raises:
-        ConfigError: A scaled gain is not valid, for example because it is not finite.
-    """
-    numbers = {
-        path: entry.value * factor
-        for scaling, factor in zip(scalings, factors, strict=True)
-        for entry in scaling.entries
-        for path in entry.paths
-    }
-    return with_numbers(config, numbers)
-
-
-def with_title_suffix(config: Config, suffix: str) -> Config:
-    """Return the config with a suffix added to its title."""
-    title = config.title[: MAX_TITLE_LENGTH - len(suffix)] + suffix
-    return changed_config(config, {**resolved(config), "title": title})

@@ -7,30 +7,52 @@ if TYPE_CHECKING:
 
 
 class Objective(NamedTuple):
-    """A number that a tuning minimizes: its name, symbol, unit and meaning."""
+    """A number that a tuning minimizes.
+
+    Attributes:
+        name: Its name.
+        symbol: Its symbol.
+        unit: Its unit.
+        meaning: What it is, in words.
+        field: The field of an `Outcome` that holds it.
+    """
 
     name: str
     symbol: str
     unit: str
     meaning: str
+    field: str
 
     def of(self, outcome: "Outcome") -> float:
         """Return the number from an outcome, or its derivative from an outcome's derivative."""
-        fields = {
-            "settling_time": outcome.settling_time,
-            # The largest distance |E| has kinks only where another peak in time becomes the
-            # highest. The largest component has more: where another axis becomes the largest.
-            "peak_displacement": outcome.largest_distance,
-            "energy": outcome.lyapunov_integral,
-        }
-        return float(fields[self.name])
+        return float(getattr(outcome, self.field))
 
 
 OBJECTIVES = {
-    objective.name: objective
-    for objective in (
-        Objective("settling_time", "t_s", "s", "the time after which v stays below v(0)/1000"),
-        Objective("peak_displacement", "max|E|", "m", "the largest distance of C from its anchor"),
-        Objective("energy", "∫v dt", "J s", "the Lyapunov function integrated over the run"),
+    one.name: one
+    for one in (
+        Objective(
+            "settling_time",
+            "t_s",
+            "s",
+            "the time after which v stays below v(0)/1000",
+            "settling_time",
+        ),
+        # The largest distance |E| has kinks only where another peak in time becomes the highest.
+        # The largest component has more: where another axis becomes the largest.
+        Objective(
+            "peak_displacement",
+            "max|E|",
+            "m",
+            "the largest distance of C from its anchor",
+            "largest_distance",
+        ),
+        Objective(
+            "energy",
+            "∫v dt",
+            "J s",
+            "the Lyapunov function integrated over the run",
+            "lyapunov_integral",
+        ),
     )
 }

@@ -1,20 +1,20 @@
-"""Search for the factors of a tuning; the numbers of a run, shifted along a direction."""
+"""Search for the factors of a tuning."""
 
 import math
-from collections.abc import Iterable
+from itertools import chain
 
 import numpy as np
 
-from rbstab.analysis.sensitivity import Shifted, baseline, derivative_along
-from rbstab.config.build import input_legs, problem_of, system_and_start
-from rbstab.config.numbers import shifted
+from rbstab.analysis.sensitivity import baseline
+from rbstab.config.build import problem_of
+from rbstab.config.load import with_numbers
 from rbstab.config.schema import Config
 from rbstab.config.source import Path
-from rbstab.experiment.tuning.gain_scaling import GainScaling, scaled
+from rbstab.experiment.tuning.gain_scaling import GainScaling
 from rbstab.experiment.tuning.objective import Objective
+from rbstab.experiment.tuning.sensitivities import outcome_slope
 from rbstab.integrate.status import UnfinishedRunError
 from rbstab.integrate.switching.saltation import NotDifferentiableError
-from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
 
 SAMPLES = 32
@@ -57,26 +57,36 @@ class Search:
         return np.clip(np.exp(x), *self.bounds).tolist()
 
     def config_at(self, x: Array) -> Config:
-        """Return the config scaled by the factors at x.
+        """Return the config scaled by the factors at x, validated.
 
         Raises:
-            ConfigError: As `scaled`.
+            ConfigError: A scaled gain is not valid, for example because it is not finite.
         """
-        return scaled(self.config, self.scalings, self.factors(x))
+        return with_numbers(self.config, dict(chain.from_iterable(self._gains(x))))
 
-    def sample(self) -> list[Array]:
-        """Return a Latin hypercube sample of the bounds, the same at every call."""
-        rng = np.random.default_rng(0)
-        shape = SAMPLES, len(self.scalings)
+    def _gains(self, x: Array) -> list[list[tuple[Path, float]]]:
+        """Return the paths and the numbers of the gains at x, for each scaling."""
+        return [
+            [(path, factor * entry.value) for entry in scaling.entries for path in entry.paths]
+            for factor, scaling in zip(self.factors(x), self.scalings, strict=True)
+        ]
+
+    def minimize(self) -> float:
+        """Search from a sample of the bounds and from the given config; return its objective.
+
+        The sample is a Latin hypercube, the same at every call.
+        """
+        rng, start = np.random.default_rng(0), np.zeros(len(self.scalings))
+        shape = SAMPLES, len(start)
         ranks = rng.permuted(np.tile(np.arange(SAMPLES)[:, None], shape[1]), axis=0)
         low, high = self.logs
-        return list(low + (high - low) * (ranks + rng.uniform(size=shape)) / SAMPLES)
+        sample = low + (high - low) * (ranks + rng.uniform(size=shape)) / SAMPLES
+        given = self.value(start)
+        for x in (start, min(sample, key=self.value)):
+            self._descend(x)
+        return given
 
-    def value(self, x: Array) -> float:
-        """Return the objective at x; infinite if the run fails or has no finite objective."""
-        return self.evaluate(x, gradient=False)[0]
-
-    def descend(self, x: Array) -> None:
+    def _descend(self, x: Array) -> None:
         """Descend along the gradient from x, if the objective at x is finite and positive."""
         # Imported late: importing scipy.optimize takes longer than many runs.
         from scipy.optimize import minimize
@@ -95,6 +105,10 @@ class Search:
         options = {"maxiter": MAX_STEPS, "maxfun": 2 * MAX_STEPS}
         minimize(function, x, jac=True, method="L-BFGS-B", bounds=limits, options=options)
 
+    def value(self, x: Array) -> float:
+        """Return the objective at x; infinite if the run fails or has no finite objective."""
+        return self.evaluate(x, gradient=False)[0]
+
     def evaluate(self, x: Array, *, gradient: bool) -> tuple[float, Array]:
         """Return the objective at x and, if `gradient`, its gradient (otherwise zeros).
 
@@ -104,46 +118,23 @@ class Search:
             NotDifferentiableError: The motion of the given config has no derivatives.
         """
         self.runs += 1
+        value, slope = math.inf, np.zeros(len(x))
         try:
             with np.errstate(all="ignore"):
-                value, slope = self._run(x, gradient=gradient)
+                config = self.config_at(x)
+                base = baseline(problem_of(config))
+                value = self.objective.of(base.outcome)
+                # The derivative of a scaled gain by log(factor) is the scaled gain.
+                for index, gains in enumerate(self._gains(x) if gradient else ()):
+                    slope[index] = self.objective.of(outcome_slope(base, config, gains))
         except RUN_ERRORS as error:
             if isinstance(error, NotDifferentiableError) and not x.any():
                 raise
-            value, slope = math.inf, np.zeros(len(x))
+            value = math.inf
         if not math.isfinite(value):
             self.failures += 1
-            return math.inf, slope
+            return math.inf, np.zeros(len(x))
         self.worst = max(self.worst, value)
         if value < self.best_value:
             self.best_value, self.best = value, np.array(x)
         return value, slope
-
-    def _run(self, x: Array, *, gradient: bool) -> tuple[float, Array]:
-        config = self.config_at(x)
-        base = baseline(problem_of(config))
-        slope = np.zeros(len(x))
-        for index, scaling in enumerate(self.scalings if gradient else ()):
-            factor = self.factors(x)[index]
-            # The derivative of a scaled gain with respect to log(factor) is the scaled gain.
-            directions = [
-                (place, factor * entry.value) for entry in scaling.entries for place in entry.paths
-            ]
-            outcome = derivative_along(base, shifted_along(config, directions))
-            slope[index] = self.objective.of(outcome)
-        return self.objective.of(base.outcome), slope
-
-
-def shifted_along(config: Config, directions: Iterable[tuple[Path, float]]) -> Shifted:
-    """Return the numbers of a run, shifted by ih along a direction, with h = `derivatives.STEP`.
-
-    Args:
-        config: The config of the run.
-        directions: The paths of numbers of the config, and by how much the direction changes each.
-    """
-    changed = shifted(config, {path: 1j * STEP * change for path, change in directions})
-    # Complex arithmetic may change the last digit of a breakpoint, which tells when a leg begins.
-    # So the real parts are those of the given config.
-    moved = input_legs(changed)
-    legs = {name: legs + 1j * moved[name].imag for name, legs in input_legs(config).items()}
-    return Shifted(*system_and_start(changed), legs)

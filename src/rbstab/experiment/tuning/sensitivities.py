@@ -10,18 +10,20 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from rbstab.analysis.linearisation import BODY_STATES
-from rbstab.config.build import problem_of
+from rbstab.config.build import input_legs, problem_of, system_and_start
 from rbstab.config.controllers import Implicit
 from rbstab.config.load import load_config
-from rbstab.config.numbers import Entry, entries_of
+from rbstab.config.numbers import Entry, entries_of, shifted
 from rbstab.config.schema import Config
+from rbstab.config.source import Path as KeyPath
 from rbstab.integrate.engines import INSTALL_HEYOKA, EngineMissingError, engine
+from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
 from rbstab.store.cards import card, line
 from rbstab.systems.quantities import BY_NAME
 
 if TYPE_CHECKING:
-    from rbstab.analysis.sensitivity import Baseline, Outcome
+    from rbstab.analysis.sensitivity import Baseline, Outcome, Shifted
 
 
 class UnsuitedConfigError(ValueError):
@@ -152,18 +154,46 @@ def sensitivities(
     # Overflow needs no warning: the status of the run reports a divergence.
     with unsuited_motions(), np.errstate(all="ignore"):
         base = baseline(problem_of(config))
-        rows = [_derivatives(base, config, entry) for entry in entries]
-    return Sensitivities(entries, _quantities(base), _row(base, base.outcome), np.array(rows))
+        quantities, values = _quantities(base, base.outcome)
+        rows = []
+        for entry in entries:
+            # The derivative by entry / size is about as large as the motion itself.
+            size = abs(entry.value) or 1.0
+            slope = outcome_slope(base, config, [(path, size) for path in entry.paths])
+            rows.append(_quantities(base, slope)[1] / size)
+    return Sensitivities(entries, quantities, values, np.array(rows))
 
 
-def _derivatives(base: "Baseline", config: Config, entry: Entry) -> Array:
+def outcome_slope(
+    base: "Baseline", config: Config, directions: Iterable[tuple[KeyPath, float]]
+) -> "Outcome":
+    """Return the derivative of the outcome of a run along a direction.
+
+    Args:
+        base: The run.
+        config: Its config.
+        directions: The paths of numbers of the config, and by how much the direction changes each.
+    """
     from rbstab.analysis.sensitivity import derivative_along
-    from rbstab.experiment.tuning.search import shifted_along
 
-    # The derivative with respect to entry / size is about as large as the motion itself.
-    size = abs(entry.value) or 1.0
-    directions = [(path, size) for path in entry.paths]
-    return _row(base, derivative_along(base, shifted_along(config, directions))) / size
+    return derivative_along(base, shifted_along(config, directions))
+
+
+def shifted_along(config: Config, directions: Iterable[tuple[KeyPath, float]]) -> "Shifted":
+    """Return the numbers of a run, shifted by ih along a direction, with h = `derivatives.STEP`.
+
+    Args:
+        config: The config of the run.
+        directions: As for `outcome_slope`.
+    """
+    from rbstab.analysis.sensitivity import Shifted
+
+    changed = shifted(config, {path: 1j * STEP * change for path, change in directions})
+    # Complex arithmetic may change the last digit of a breakpoint, which tells when a leg begins.
+    # So the real parts are those of the given config.
+    moved = input_legs(changed)
+    legs = {name: legs + 1j * moved[name].imag for name, legs in input_legs(config).items()}
+    return Shifted(*system_and_start(changed), legs)
 
 
 def check_suited(config: Config) -> None:
@@ -210,27 +240,24 @@ def unsuited_motions() -> Iterator[None]:
         raise UnsuitedConfigError(str(error)) from error
 
 
-def _row(base: "Baseline", outcome: "Outcome") -> Array:
-    peaks = [] if _held(base) else [*outcome.peaks, *outcome.peak_times]
-    return np.array([outcome.settling_time, *peaks, *outcome.final], dtype=float)
+def _quantities(base: "Baseline", outcome: "Outcome") -> tuple[tuple[OutcomeQuantity, ...], Array]:
+    """Return the quantities of a run and their values, or the derivatives of these.
 
-
-def _quantities(base: "Baseline") -> tuple[OutcomeQuantity, ...]:
-    """Return the quantities of a row; a held contact point has no peaks."""
-    quantities = [OutcomeQuantity("settling_time", "s")]
-    if not _held(base):
-        quantities += _axes("peak_contact_displacement", "m")
-        quantities += _axes("peak_time", "s")
-    for name in BODY_STATES:
-        quantities += _axes(f"final.{name}", BY_NAME[name].unit)
-    for state in base.problem.system.declared_states:
-        quantities += _axes(f"final.{state.name}", state.unit, state.size)
-    return tuple(quantities)
-
-
-def _axes(name: str, unit: str, size: int = 3) -> list[OutcomeQuantity]:
-    return [OutcomeQuantity(f"{name}[{axis}]", unit) for axis in range(size)]
-
-
-def _held(base: "Baseline") -> bool:
-    return base.problem.system.coordinates.holds_contact
+    A held contact point has no peaks.
+    """
+    system = base.problem.system
+    vectors = [("settling_time", "s", 1), ("peak_contact_displacement", "m", 3)]
+    vectors += [("peak_time", "s", 3)]
+    vectors += [(f"final.{name}", BY_NAME[name].unit, 3) for name in BODY_STATES]
+    vectors += [(f"final.{one.name}", one.unit, one.size) for one in system.declared_states]
+    values = np.concatenate(
+        [[outcome.settling_time], outcome.peaks, outcome.peak_times, outcome.final]
+    )
+    quantities = [
+        OutcomeQuantity(name if size == 1 and at == 0 else f"{name}[{axis}]", unit)
+        for at, (name, unit, size) in enumerate(vectors)
+        for axis in range(size)
+    ]
+    has_peaks = not system.coordinates.holds_contact
+    kept = [k for k in range(len(values)) if has_peaks or not 1 <= k < 7]
+    return tuple(quantities[k] for k in kept), values[kept]

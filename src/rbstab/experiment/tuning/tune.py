@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from rbstab.config.load import load_config
+from rbstab.config.load import changed_config, load_config, resolved
 from rbstab.config.schema import Config
-from rbstab.experiment.tuning.gain_scaling import GainScaling, gain_scalings, with_title_suffix
+from rbstab.experiment.tuning.gain_scaling import GainScaling, gain_scalings
 from rbstab.experiment.tuning.objective import OBJECTIVES, Objective
 from rbstab.experiment.tuning.sensitivities import (
     UnsuitedConfigError,
@@ -18,6 +16,8 @@ from rbstab.experiment.tuning.sensitivities import (
     unsuited_motions,
 )
 from rbstab.store.cards import line
+
+MAX_TITLE_LENGTH = 200
 
 MIN_IMPROVEMENT = 1e-6
 """Smallest relative improvement with which a config counts as better."""
@@ -118,16 +118,13 @@ def tune(
     from rbstab.experiment.tuning.search import Search
 
     search = Search(config, chosen, scalings, bounds)
-    start = np.zeros(len(scalings))
     with unsuited_motions():
-        given = search.value(start)
-        best_sample = min(search.sample(), key=search.value)
-        for x in (start, best_sample):
-            search.descend(x)
+        given = search.minimize()
     least = MIN_IMPROVEMENT * abs(given if math.isfinite(given) else 0.0)
     factors, value = (1.0,) * len(scalings), given
     if search.best_value < given - least:
-        tuned = search.config_at(search.best)
-        config = with_title_suffix(tuned, f", tuned for {chosen.name}")
+        tuned, suffix = search.config_at(search.best), f", tuned for {chosen.name}"
+        title = tuned.title[: MAX_TITLE_LENGTH - len(suffix)] + suffix
+        config = changed_config(tuned, resolved(tuned) | {"title": title})
         factors, value = tuple(search.factors(search.best)), search.best_value
     return Tuned(config, chosen, scalings, factors, given, value, search.runs, search.failures)

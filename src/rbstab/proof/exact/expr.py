@@ -19,6 +19,8 @@ from weakref import WeakValueDictionary
 
 import numpy as np
 
+from rbstab.mechanics.numbers import entrywise
+
 VAR, SIN, COS, LET, STEP, POSITIVE = "var", "sin", "cos", "let", "step", "positive"
 OF = "of"
 
@@ -412,11 +414,11 @@ def as_factor(e: Expr) -> Expr:
 
 def numbers(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     """Return an array of doubles of a config as the numbers that they mean."""
-    found = np.empty(values.shape, dtype=object)
-    for index in np.ndindex(values.shape):
-        entry = values[index]
-        found[index] = entry if isinstance(entry, Expr) else Expr({(): as_decimal(entry)})
-    return found
+
+    def exact(entry: Any) -> Expr:
+        return entry if isinstance(entry, Expr) else Expr({(): as_decimal(entry)})
+
+    return entrywise(exact, values)
 
 
 def _whole(power: Any) -> int:

@@ -22,7 +22,6 @@ from rbstab.proof.robust.family import Family
 from rbstab.proof.robust.forms import forms_of
 from rbstab.proof.robust.numbers import Members, Part
 from rbstab.proof.robust.part import IsLate, PartProof, lowest_near, prove_part
-from rbstab.proof.zeros import Zero
 
 PART_LIMIT = 32
 """The number of parts that are examined at most."""
@@ -78,106 +77,79 @@ def prove_bodies(
         part_limit: The number of parts that are examined at most.
         is_late: Returns whether no further part is to be examined.
     """
+    pending, proved, examined, boxes = [box], 0, 0, 0
+    level, share, first_axis = np.inf, Fraction(0), None
+
+    def ended(
+        outcome: BodiesOutcome, reason: str = "", false: Counterexample | None = None
+    ) -> BodiesProof:
+        if outcome in {BodiesOutcome.PART_LIMIT, BodiesOutcome.TIME_LIMIT}:
+            reason = f"{len(pending)} of {len(pending) + proved} parts are not proved"
+            if proved:
+                percent = 100 * float(share)
+                reason += f"; the claim is proved for {percent:.4g} % of the tolerances"
+        lowest = level if outcome is BodiesOutcome.PROVED else 0.0
+        return BodiesProof(outcome, lowest, examined, boxes, reason, false, first_axis)
+
     try:
-        search = _Search(members, box)
-    except NoReducedEnergy as error:
-        return BodiesProof(BodiesOutcome.NO_ENERGY, 0.0, 0, 0, str(error))
-    return search.run(part_limit, is_late)
-
-
-class _Search:
-    """The parts of one box that are not proved yet, and what is proved of the others."""
-
-    def __init__(self, members: Members, box: Part) -> None:
-        self.members, self.whole = members, box
         # If the body in the middle has no energy of the right form, smaller boxes do not help.
-        self.middle = Family(forms_of(members, box.without_width()))
-        self.pending = [box]
-        self.level, self.proved, self.examined, self.boxes = np.inf, 0, 0, 0
-        self.share = Fraction(0)
-        self.axis: int | None = None
+        known = _Known(members, box, Family(forms_of(members, box.without_width())))
+    except NoReducedEnergy as error:
+        return ended(BodiesOutcome.NO_ENERGY, str(error))
+    while pending:
+        if examined == part_limit or is_late():
+            late = examined < part_limit
+            return ended(BodiesOutcome.TIME_LIMIT if late else BodiesOutcome.PART_LIMIT)
+        part, examined, false = pending.pop(), examined + 1, None
+        try:
+            family = Family(forms_of(members, part))
+        except NoReducedEnergy as error:
+            if error.reason not in OF_WIDE_BOXES:
+                return ended(BodiesOutcome.NO_ENERGY, str(error))
+            axis: int | None = _widest(part)
+        else:
+            found = prove_part(family, known.near, is_late)
+            boxes += found.examined
+            if found.proved:
+                level, proved = min(level, found.level), proved + 1
+                share += part.share_of(box)
+                continue
+            if is_late():
+                pending.append(part)
+                return ended(BodiesOutcome.TIME_LIMIT)
+            starts = np.concatenate([known.zeros, found.doubtful])
+            false = counterexample(members, part, starts, family)
+            axis = _axis(family, part, found)
+        first_axis = axis if examined == 1 else first_axis
+        if false is not None or axis is None:
+            outcome = BodiesOutcome.UNDECIDED
+            if false is not None:
+                several = len(false.rest_states) > 1
+                outcome = BodiesOutcome.SEVERAL if several else BodiesOutcome.NO_MINIMUM
+            return ended(outcome, false=false)
+        pending += part.halves(axis)
+    return ended(BodiesOutcome.PROVED)
+
+
+@dataclass(frozen=True, eq=False)
+class _Known:
+    """What is known of the body in the middle of a box."""
+
+    members: Members
+    box: Part
+    middle: Family
 
     @cached_property
-    def zeros(self) -> list[Zero]:
-        """Proved rest states of the body in the middle, from a grid of starts."""
-        return proved_rest_states(self.members, self.whole.middle, _grid())
+    def zeros(self) -> Array:
+        """Its proved rest states, from a grid of starts, shape (n, 3), rad."""
+        zeros = proved_rest_states(self.members, self.box.middle, _grid())
+        return np.array([zero.point for zero in zeros]).reshape(-1, 3)
 
     @cached_property
     def near(self) -> Array:
-        """The rest state of the body in the middle, or a point from where it is looked for."""
+        """Its rest state, or a point from where it is looked for."""
         found = lowest_near(self.middle, np.zeros(3))
-        if found is not None:
-            return found
-        return self.zeros[0].point if self.zeros else np.zeros(3)
-
-    def run(self, part_limit: int, is_late: IsLate) -> BodiesProof:
-        """Examine the parts until all are proved, one is false, or a limit is reached."""
-        while self.pending:
-            if self.examined == part_limit:
-                return self._ended(BodiesOutcome.PART_LIMIT)
-            if is_late():
-                return self._ended(BodiesOutcome.TIME_LIMIT)
-            part = self.pending.pop()
-            self.examined += 1
-            ended = self._examine(part, is_late)
-            if ended is not None:
-                return ended
-        return self._ended(BodiesOutcome.PROVED)
-
-    def _examine(self, part: Part, is_late: IsLate) -> BodiesProof | None:
-        """Prove a part, or halve it; return a result if this ends the proof."""
-        try:
-            family = Family(forms_of(self.members, part))
-        except NoReducedEnergy as error:
-            if error.reason not in OF_WIDE_BOXES:
-                return BodiesProof(
-                    BodiesOutcome.NO_ENERGY, 0.0, self.examined, self.boxes, str(error)
-                )
-            return self._halve(part, _widest(part))
-        proof = prove_part(family, self.near, is_late)
-        self.boxes += proof.examined
-        if proof.proved:
-            self.level, self.proved = min(self.level, proof.level), self.proved + 1
-            self.share += part.share_of(self.whole)
-            return None
-        if is_late():
-            self.pending.append(part)
-            return self._ended(BodiesOutcome.TIME_LIMIT)
-        starts = np.array([zero.point for zero in self.zeros]).reshape(-1, 3)
-        starts = np.concatenate([starts, proof.doubtful])
-        false = counterexample(self.members, part, starts, family)
-        return self._halve(part, _axis(family, part, proof), false)
-
-    def _halve(
-        self, part: Part, axis: int | None, false: Counterexample | None = None
-    ) -> BodiesProof | None:
-        """Halve a part that is not proved; return a result if this ends the proof.
-
-        It does if a body in the part is `false`, or if halves would not help (`axis` is None).
-        """
-        if self.examined == 1:
-            self.axis = axis
-        if false is not None:
-            return self._false(false)
-        if axis is None:
-            return self._ended(BodiesOutcome.UNDECIDED)
-        self.pending += part.halves(axis)
-        return None
-
-    def _false(self, false: Counterexample) -> BodiesProof:
-        several = len(false.rest_states) > 1
-        return self._ended(BodiesOutcome.SEVERAL if several else BodiesOutcome.NO_MINIMUM, false)
-
-    def _ended(self, outcome: BodiesOutcome, false: Counterexample | None = None) -> BodiesProof:
-        level = self.level if outcome is BodiesOutcome.PROVED else 0.0
-        reason = ""
-        if outcome in {BodiesOutcome.PART_LIMIT, BodiesOutcome.TIME_LIMIT}:
-            parts = len(self.pending) + self.proved
-            reason = f"{len(self.pending)} of {parts} parts are not proved"
-            if self.proved:
-                percent = 100 * float(self.share)
-                reason += f"; the claim is proved for {percent:.4g} % of the tolerances"
-        return BodiesProof(outcome, level, self.examined, self.boxes, reason, false, self.axis)
+        return np.vstack([self.zeros, np.zeros(3)])[0] if found is None else found
 
 
 def _grid() -> Array:

@@ -3,6 +3,7 @@
 The search is numerical; what it finds is proved for the exact numbers of the body.
 """
 
+from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
 from typing import NamedTuple
@@ -43,21 +44,16 @@ def counterexample(
         starts: Points at which the gradient of some body may be zero, shape (n, 3), rad.
         family: The energies of the box.
     """
-    found = _shown_by(members, part.middle, starts)
-    if found is None and len(starts):
-        found = _shown_by(members, _flattest(family, part, starts), starts)
-    if found is None and len(starts):
-        found = _shown_by(members, _softest(family, part, starts[0]), starts)
-    return found
-
-
-def _shown_by(
-    members: Members, numbers: tuple[Fraction, ...], starts: Array
-) -> Counterexample | None:
-    zeros = proved_rest_states(members, numbers, np.concatenate([np.zeros((1, 3)), starts]))
-    if not zeros or (len(zeros) == 1 and not zeros[0].index):
-        return None
-    return Counterexample(numbers, np.array([zero.point for zero in zeros]))
+    chosen: list[Callable[[], tuple[Fraction, ...]]] = [lambda: part.middle]
+    if len(starts):
+        chosen.append(lambda: _flattest(family, part, starts))
+        chosen.append(lambda: _softest(family, part, starts[0]))
+    for choose in chosen:
+        numbers = choose()
+        zeros = proved_rest_states(members, numbers, np.vstack([np.zeros(3), starts]))
+        if len(zeros) > 1 or any(zero.index for zero in zeros):
+            return Counterexample(numbers, np.array([zero.point for zero in zeros]))
+    return None
 
 
 @np.errstate(all="ignore")  # comparisons with NaN are false

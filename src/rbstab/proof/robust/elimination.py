@@ -18,7 +18,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.exact.expr import VAR, Expr, Monomial, atom
-from rbstab.proof.exact.rewriting import inverse_of_definite, quadratic_in
+from rbstab.proof.exact.rewriting import quadratic_in
 from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy
 from rbstab.proof.robust.majorants import lower_bound
 from rbstab.proof.robust.numbers import (
@@ -139,24 +139,17 @@ def _minimiser(of: _Quadratic) -> "tuple[dict[Powers, fmpq_mat], dict[Powers, fm
 
 def _inverse(of: _Quadratic) -> "fmpq_mat":
     """Return H_0⁻¹, where H_0 is the stiffness of the body in the middle."""
-    from flint import fmpq_mat
-
-    middle, exact = of.H.get(()), None
-    if middle is not None:
-        exact = inverse_of_definite([[_fraction(c) for c in row] for row in middle.tolist()])
-    if exact is None:
-        raise NoReducedEnergy(NoEnergyReason.NOT_HELD)
-    return fmpq_mat([[_fmpq(c) for c in row] for row in exact])
+    try:
+        inverse: fmpq_mat = of.H[()].inv()
+    except (KeyError, ZeroDivisionError) as error:
+        raise NoReducedEnergy(NoEnergyReason.NOT_HELD) from error
+    return inverse
 
 
 def _fmpq(c: Fraction) -> "fmpq":
     from flint import fmpq
 
     return fmpq(c.numerator, c.denominator)
-
-
-def _fraction(c: "fmpq") -> Fraction:
-    return Fraction(int(c.p), int(c.q))
 
 
 def _of_order(
@@ -223,4 +216,4 @@ def _bounded(of: _Quadratic, q: "Mapping[Powers, fmpq_mat]") -> tuple[Array, Arr
 
 
 def _doubles(matrix: "fmpq_mat") -> Array:
-    return np.array([[float(_fraction(c)) for c in row] for row in matrix.tolist()])
+    return np.array([[int(c.p) / int(c.q) for c in row] for row in matrix.tolist()])

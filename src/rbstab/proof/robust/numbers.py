@@ -5,7 +5,7 @@ traced expressions. Where z stands in a polynomial, it is a *weight*; inside a f
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
@@ -175,7 +175,7 @@ class _Splitting:
             if spread >= abs(middle):
                 raise NoReducedEnergy(NoEnergyReason.DIVISOR)
             delta = spread / abs(middle)
-            deviation = joined({powers: expr(c / middle) for powers, c in sizes.items()})
+            deviation = q.scaled(1 / middle) - 1
             series, power, n = expr(1), expr(1), 1
             while n < SERIES and delta**n > SMALL:
                 power = power * -deviation
@@ -213,14 +213,6 @@ def times(p: Powers, q: Powers) -> Powers:
     for z, n in q:
         found[z] = found.get(z, 0) + n
     return tuple(sorted(found.items()))
-
-
-def joined(terms: Mapping[Powers, Expr]) -> Expr:
-    """Return a polynomial in z as one expression."""
-    total = expr(0)
-    for powers, x in terms.items():
-        total = total + math.prod((variable(z) ** n for z, n in powers), start=x)
-    return total
 
 
 def chebyshev(power: int) -> dict[int, Fraction]:

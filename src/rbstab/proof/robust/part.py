@@ -1,11 +1,12 @@
 """The proof for one box of bodies, without cutting it: one rest state each, and a level of v."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import PITCH
 from rbstab.proof.boxes import Box, Boxes, joined, one_box
 from rbstab.proof.enclosures.bounds import inverses
 from rbstab.proof.model import RANGE_END
@@ -67,23 +68,16 @@ def prove_part(family: Family, near: Array, is_late: IsLate = lambda: False) -> 
     box = range_of(family)
     if minimum is None or not _inside(minimum.enclosure, box):
         return PartProof(False, 0.0, 0, point[None])
+    # The range, and the faces at a stop, which can hold a body that would move on.
+    faces = open_faces(box, [PITCH]) if family.forms.stop is not None else ()
     examined = 0
-    for boxes, side in _regions(family, box):
-        search = _Search(family, minimum, side)
-        search.run(boxes, is_late)
-        examined += search.examined
-        if len(search.doubtful):
-            doubtful = np.concatenate([point[None], search.doubtful])
-            return PartProof(False, 0.0, examined, doubtful)
+    for side, boxes in ((0, one_box(box)), *((face[1], boxes) for face, boxes in faces)):
+        count, doubtful = _searched(family, minimum, boxes, side, is_late)
+        examined += count
+        if len(doubtful):
+            return PartProof(False, 0.0, examined, np.vstack([point, doubtful]))
     height = border_height(family, minimum.point, box, is_late)
     return PartProof(True, height.lower_bound, examined + height.examined, np.zeros((0, 3)))
-
-
-def _regions(family: Family, box: Box) -> Iterator[tuple[Boxes, int]]:
-    """Yield the range, and the faces at a stop, which can hold a body that would move on."""
-    yield one_box(box), 0
-    for face, boxes in open_faces(box, [1]) if family.forms.stop is not None else ():
-        yield boxes, face[1]
 
 
 def _inside(inner: Box, outer: Box) -> bool:
@@ -98,78 +92,76 @@ def lowest_near(family: Family, near: Array) -> Array | None:
     return x[:, 0]
 
 
-class _Search:
-    """Branch and bound for boxes in which no body has a rest state but the known one.
+@np.errstate(all="ignore")  # comparisons with NaN are false
+def _searched(
+    family: Family, minimum: Minimum, pending: Boxes, side: int, is_late: IsLate
+) -> tuple[int, Array]:
+    """Exclude boxes, by branch and bound, in which no body has a rest state but the known one.
 
     Args:
         family: The energies.
         minimum: The rest states of all bodies.
+        pending: The boxes.
         side: The sign of θ2 on the face of a stop, or 0.
+        is_late: Returns whether the search is to be given up.
+
+    Returns:
+        The number of boxes that were examined; and some points at which a body may rest, or at
+        which the search was given up, shape (n, 3), rad. Without any, all boxes are excluded.
     """
-
-    def __init__(self, family: Family, minimum: Minimum, side: int) -> None:
-        self.family, self.minimum, self.side = family, minimum, side
-        self.examined, self.doubtful = 0, np.zeros((0, 3))
-
-    @np.errstate(all="ignore")  # comparisons with NaN are false
-    def run(self, pending: Boxes, is_late: IsLate) -> None:
-        """Examine boxes until all are done, or one of them cannot be."""
-        while pending.count and not len(self.doubtful):
-            if self.examined >= BOX_LIMIT or is_late():
-                self._doubt(pending)
-                return
-            size = self.family.batch
-            batch, pending = pending[slice(-size, None)], pending[slice(0, -size)]
-            self.examined += batch.count
-            if not self.side:
-                batch = batch[~batch.within(self.minimum.domain)]
-            if batch.count:
-                pending = joined([pending, self._halves(batch)], 3)
-
-    def _doubt(self, boxes: Boxes) -> None:
-        self.doubtful = (0.5 * boxes.lo + 0.5 * boxes.hi).T[:MOST_DOUBTFUL]
-
-    def _halves(self, boxes: Boxes) -> Boxes:
-        """Return the halves of the boxes that are not done."""
-        local = self.family.over(boxes.lo, boxes.hi)
-        directions = self._directions(local)
-        open_ = ~local.rises(self.side)
+    examined, domain = 0, minimum.domain
+    while pending.count:
+        if examined >= BOX_LIMIT or is_late():
+            return examined, _centres(pending)
+        size = family.batch
+        batch, pending = pending[slice(-size, None)], pending[slice(0, -size)]
+        examined += batch.count
+        if not side:
+            batch = batch[~batch.within(domain)]
+        if not batch.count:
+            continue
+        local = family.over(batch.lo, batch.hi)
+        directions = _directions(local, minimum.point)
+        left = ~local.rises(side)
         for y in directions:
-            open_ &= ~local.excluded(y, self.side)
-        left = boxes[open_]
-        if not left.count:
-            return left
-        flat = self._flat(local, directions) & open_
-        if flat.any():
-            self._doubt(boxes[flat])
-        return left.halved(self._axis(local, left.hi - left.lo, open_))
-
-    def _axis(self, local: Over, width: Array, open_: Array) -> Array:
-        """Return the axis that spoils the bounds most, if it is not narrow."""
-        smear = (np.abs(local.bend.middle[:, :3]).sum(axis=0) * local.radius[:3])[:, open_]
-        widest, columns = width.argmax(axis=0), np.arange(width.shape[1])
-        axis = np.where(np.all(np.isfinite(smear), axis=0), smear.argmax(axis=0), widest)
-        return np.where(width[axis, columns] < 0.2 * width.max(axis=0), widest, axis)
-
-    def _flat(self, local: Over, directions: list[Array]) -> Array:
-        """Return at which centres outside the domain no test succeeds, nor in smaller boxes."""
-        domain = self.minimum.domain
-        inside = (local.centre >= domain.lo[:, None]) & (local.centre <= domain.hi[:, None])
-        flat = ~np.all(inside, axis=0) if not self.side else np.ones(local.centre.shape[1], bool)
-        flat &= np.all(np.isfinite(local.slope.middle), axis=0)
+            left &= ~local.excluded(y, side)
+        if not left.any():
+            continue
+        # Where no test succeeds at the centre, none does in smaller boxes about it.
+        flat = left & np.all(np.isfinite(local.slope.middle), axis=0)
+        if not side:
+            inside = np.clip(local.centre.T, domain.lo, domain.hi) == local.centre.T
+            flat &= ~inside.all(axis=1)
         for y in directions:
             rise, spread = local.along(y, at_centre=True)
             flat &= ~(np.abs(rise) > spread)
-        return flat
+        if flat.any():
+            return examined, _centres(batch[flat])
+        pending = joined([pending, batch[left].halved(_axis(local, batch, left))], 3)
+    return examined, np.zeros((0, 3))
 
-    def _directions(self, local: Over) -> list[Array]:
-        """Return vectors y that are worth trying, each of shape (3, boxes)."""
-        g, H = local.slope.middle, local.bend.middle[:, :3]
-        found = [np.broadcast_to(axis[:, None], g.shape) for axis in np.eye(3)]
-        steps = np.einsum("ijm,jm->im", inverses(H), g)
-        found += [g, steps, local.centre - self.minimum.point[:, None]]
-        largest = [np.abs(y).max(axis=0, keepdims=True) for y in found]
-        return [
-            np.where(np.isfinite(y) & (size > 0), y / size, 0.0)
-            for y, size in zip(found, largest, strict=True)
-        ]
+
+def _centres(boxes: Boxes) -> Array:
+    return (0.5 * boxes.lo + 0.5 * boxes.hi).T[:MOST_DOUBTFUL]
+
+
+def _axis(local: Over, boxes: Boxes, left: Array) -> Array:
+    """Return the axis that spoils the bounds of the boxes that are left most, if not narrow."""
+    width = (boxes.hi - boxes.lo)[:, left]
+    smear = (np.abs(local.bend.middle[:, :3]).sum(axis=0) * local.radius[:3])[:, left]
+    widest, columns = width.argmax(axis=0), np.arange(width.shape[1])
+    axis = np.where(np.all(np.isfinite(smear), axis=0), smear.argmax(axis=0), widest)
+    return np.where(width[axis, columns] < 0.2 * width.max(axis=0), widest, axis)
+
+
+def _directions(local: Over, point: Array) -> list[Array]:
+    """Return vectors y that are worth trying, each of shape (3, boxes)."""
+    g, H = local.slope.middle, local.bend.middle[:, :3]
+    steps = np.einsum("ijm,jm->im", inverses(H), g)
+    axes = (np.broadcast_to(axis[:, None], g.shape) for axis in np.eye(3))
+    found = [*axes, g, steps, local.centre - point[:, None]]
+    largest = [np.abs(y).max(axis=0, keepdims=True) for y in found]
+    return [
+        np.where(np.isfinite(y) & (size > 0), y / size, 0.0)
+        for y, size in zip(found, largest, strict=True)
+    ]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.quaternion import rotation
 from rbstab.proof.zeros import Zero
 
 FAMILY = "rest states seem to form a family"
@@ -46,10 +47,7 @@ class RestRotation:
     @property
     def rotation(self) -> Array:
         """A, shape (3, 3), to round-off."""
-        w, v = self.quaternion[0], self.quaternion[1:]
-        cross = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
-        A = (w * w - v @ v) * np.eye(3) + 2 * np.outer(v, v) + 2 * w * cross
-        return np.asarray(A / (self.quaternion @ self.quaternion))
+        return rotation(self.quaternion[0], self.quaternion[1:])
 
 
 @dataclass(frozen=True, eq=False)

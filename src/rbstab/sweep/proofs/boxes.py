@@ -25,7 +25,6 @@ from rbstab.config.schema import Config
 from rbstab.config.source import Path
 from rbstab.config.tolerances import Tolerance
 from rbstab.experiment.robust.bodies import bodies_id, prove_within
-from rbstab.experiment.robust.cache import keep, kept
 from rbstab.experiment.robust.record import BodiesRecord, bounds_of
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.plan import Plan
@@ -174,7 +173,7 @@ def _examined(
     Raises:
         StoreError: A proof cannot be written or read.
     """
-    known = kept(results, BodiesRecord, bodies_id(config, bounds_of(tolerances)))
+    known = BodiesRecord.kept(results, bodies_id(config, bounds_of(tolerances)))
     keys = {one.entry.key for one in tolerances}
     if known is not None and (known.proved or known.widest in keys):
         more = known.brief and known.parts < PART_LIMIT
@@ -186,7 +185,7 @@ def _examined(
         return known  # as with proofs of one body, what raises such an error is not decided
     # What another command has not decided is not replaced: it examined more parts.
     if known is None or known.brief or made.proved is not None:
-        keep(results, made)
+        made.keep(results)
     return made
 
 

@@ -1,4 +1,4 @@
-"""Whether a ligament may be just taut at a rest state: never denied where it is.
+"""Whether an element may switch just at a rest state: never denied where it does.
 
 The places are found by SciPy with the stored energy of the system itself.
 """
@@ -17,7 +17,7 @@ from rbstab.analysis.configuration import configurations
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
 from rbstab.elements.ligament import Ligament
-from rbstab.experiment.stored_proof.strains import may_be_just_taut
+from rbstab.experiment.stored_proof.switches import may_switch
 from rbstab.proof.model import energy_of
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -43,8 +43,7 @@ def may_be(config, Theta, radius=NARROW, energy=None):
     box = np.array([Theta - radius, Theta + radius])
     proof: Any = SimpleNamespace(reduced_energy=energy)
     state: Any = SimpleNamespace(enclosure=box)
-    (found,) = may_be_just_taut(proof, state, config)
-    return found
+    return may_switch(proof, state, config, next(iter(config.elements)), 1)
 
 
 @pytest.mark.parametrize(("slack", "expected"), [(0.5, True), (0.51, False), (0.49, False)])

@@ -1,16 +1,16 @@
-"""The strains of ligaments at the rest states of a proof."""
+"""Whether an element may switch just at a rest state of a proof."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.analysis.configuration import configurations
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import without_code
-from rbstab.elements.ligament import Ligament
+from rbstab.elements.element import NO_STATE
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
@@ -22,49 +22,36 @@ WEIGHT = 2000
 """The number of a variable t, which is zero: ∂/∂t of the least U + t h is h at the lowest point."""
 
 
-def may_be_just_taut(proof: "Proof", state: "ProvedState", config: Config) -> list[bool]:
-    """Return of each ligament whether its strain may be zero at a proved rest state.
+def may_switch(
+    proof: "Proof", state: "ProvedState", config: Config, name: str, first: int | None = None
+) -> bool:
+    """Return whether an event function h of an element may be zero at a proved rest state.
 
-    Its event function h, which has the sign of the strain, is bounded over the enclosure of Θ. If
-    h depends on the position too, it is taken where U is least: with V(Θ, t) = min (U + t h),
-    ∂V/∂t = h there.
+    It is bounded over the enclosure of Θ. If h depends on the position too, it is taken where U is
+    least: with V(Θ, t) = min (U + t h), ∂V/∂t = h there.
 
     Args:
         proof: The proof.
         state: The rest state; what is returned holds for all of its enclosure.
-        config: The config of the proof, with the ligaments in the order of its elements.
+        config: The config of the proof.
+        name: The name of an element that is no code of a user.
+        first: How many of its first event functions count; None: all.
     """
-    exact = _exact(config)
-    q = _variables(exact.size)
-    motion, none = exact.motion(q), q[:0]
-    events = [
-        one.guards(motion, none)[0] for one in exact.system.elements if isinstance(one, Ligament)
-    ]
-    return [_may_vanish(proof, state, config, event) for event in events]
-
-
-def _exact(config: Config) -> Configurations:
-    """Return the configurations of the body of a config, with exact numbers, without user code."""
-    from rbstab.proof.exact.expr import numbers
+    from rbstab.proof.exact.expr import numbers, variable
 
     plain = without_code(config)
-    rest = smooth_rest_system(problem_of(plain))
-    return configurations(replace(system_of(plain, numbers), coordinates=rest.coordinates))
-
-
-def _variables(size: int) -> Array:
-    from rbstab.proof.exact.expr import variable
-
-    return np.array([variable(k) for k in range(size)], dtype=object)
-
-
-def _may_vanish(proof: "Proof", state: "ProvedState", config: Config, event: "Expr") -> bool:
+    coordinates = smooth_rest_system(problem_of(plain)).coordinates
+    exact = configurations(replace(system_of(plain, numbers), coordinates=coordinates))
+    motion = exact.motion(np.array([variable(k) for k in range(exact.size)], dtype=object))
+    (element,) = (one for one in exact.system.elements if one.name == name)
+    box = np.array(state.enclosure)[:, :, None]
     with np.errstate(all="ignore"):
-        found = _over(proof, np.array(state.enclosure), config, event)
-    return found is None or bool(found.lo[0] <= 0 <= found.hi[0])
+        events = element.guards(motion, NO_STATE)[:first]
+        found = [_over(proof, box, plain, event) for event in events]
+    return any(one is None or bool(one.lo[0] <= 0 <= one.hi[0]) for one in found)
 
 
-def _over(proof: "Proof", box: Array, config: Config, event: "Expr") -> "Intervals | None":
+def _over(proof: "Proof", box: Array, plain: Config, event: "Expr") -> "Intervals | None":
     """Return bounds on an event function at the lowest point, over a box of Θ; None if unknown."""
     from rbstab.proof.enclosures.bounds import BoundedEnergy
     from rbstab.proof.enclosures.levels import range_of
@@ -73,10 +60,9 @@ def _over(proof: "Proof", box: Array, config: Config, event: "Expr") -> "Interva
     from rbstab.proof.exact.rewriting import substituted
     from rbstab.proof.model import energy_of
 
-    low, high = box[:, :, None]
+    low, high = box
     if event.variables <= {0, 1, 2}:
         return range_of(BoundedEnergy(event).over(low, high))
-    plain = without_code(config)
     energy = energy_of(smooth_rest_system(problem_of(plain)), lambda kind: system_of(plain, kind))
     stored = proof.reduced_energy
     if stored is None or stored.energy.U != energy.U:
@@ -89,8 +75,7 @@ def _over(proof: "Proof", box: Array, config: Config, event: "Expr") -> "Interva
         else variable(k) + energy.shift.get(k, 0)
         for k in event.variables - {0, 1, 2}
     }
-    t = variable(WEIGHT)
-    U = energy.U + t * substituted(event, places)
+    U = energy.U + variable(WEIGHT) * substituted(event, places)
     V = BoundedEnergy(U, (0, 1, 2, WEIGHT), energy.free, energy.least)
     nothing = np.zeros((1, 1))
     return V.over(np.vstack([low, nothing]), np.vstack([high, nothing])).slopes[-1]

@@ -59,8 +59,8 @@ def problems(path: Path, element: str) -> list[str]:
                 "5:49: elements.a.direction: is zero, which has no direction (expected a vector of "
                 "any length)",
                 "5:71: elements.a.amplitude: is nan (expected a finite number)",
-                "5:77: elements.a.point: is unknown (expected one of amplitude, direction, kind, "
-                "quantity, signal)",
+                "5:77: elements.a.point: is unknown (expected one of kind, quantity, direction, "
+                "amplitude, signal)",
             ],
         ),
         (
@@ -155,7 +155,7 @@ def test_wrong_tables(tmp_path, text, expected):
 @pytest.mark.parametrize(
     ("raw", "reason"),
     [
-        (b"\xff\xfe0,1", "it is not text in UTF-8"),
+        (b"\xff0,1", "it is not text in UTF-8 in line 1"),
         (b"0,1\n" * 300_000, "it has more than 1048576 bytes"),
     ],
 )
@@ -247,7 +247,7 @@ REFUSED: dict[str, Any] = {
     ),
     "LSODA": (
         {"integration": {"method": "LSODA"}},
-        "integration: has method: LSODA, which loses its history at each leg of a (expected",
+        "integration: has method: LSODA, which loses its history at each switch or leg of a (",
     ),
     "long noise": (
         {"integration": {"duration": 1e5}},

@@ -11,13 +11,11 @@ from dataclasses import replace
 from pathlib import Path as FilePath
 from typing import Any
 
-from rbstab.config.errors import ConfigProblem, Location
-from rbstab.config.messages import describe
+from rbstab.config.errors import ConfigProblem, Location, describe
 from rbstab.config.sections.signals import MAX_ROWS
-from rbstab.config.source import BYTE_ORDER_MARK, MAX_FILE_SIZE, Path, Source, key_of
+from rbstab.config.source import Path, Source, key_of, read_text
 from rbstab.config.user_code.section import KIND as PYTHON
 from rbstab.elements.user_code.declared import MAX_SOURCE, sha256
-from rbstab.files.regular_file import open_regular
 
 COLUMNS = 2
 """A row of a table: a time, s, and a value."""
@@ -68,11 +66,11 @@ def _embed_python(source: Source, path: Path, element: dict[str, Any]) -> None:
 def _embed_table(source: Source, path: Path, signal: dict[str, Any]) -> None:
     file, rows = source.folder / signal.pop("file"), [(0.0, 0.0)]
     try:
-        text = _read(file, MAX_FILE_SIZE)
+        text = read_text(file)
     except (OSError, ValueError) as error:
         _note_unread(source, path, file, error, f"{_TABLE}, beside the config")
     else:
-        rows, problems = _rows(text.removeprefix(BYTE_ORDER_MARK), str(file), key_of(path))
+        rows, problems = _rows(text, str(file), key_of(path))
         source.problems += problems
         digest = hashlib.sha256(text.encode()).hexdigest()
         signal["source"] = f"{file.name[:100]}, SHA-256 {digest}"
@@ -84,19 +82,7 @@ def _note_unread(
 ) -> None:
     reason = getattr(error, "strerror", None) or str(error)
     found = f"is {file}, which cannot be read: {reason}"
-    source.problems.append(ConfigProblem(source.location(path), key_of(path), found, expected))
-
-
-def _read(file: FilePath, limit: int) -> str:
-    """Return the text of a file in UTF-8 with at most `limit` bytes."""
-    with open_regular(file) as opened:
-        raw = opened.read(limit + 1)
-    if len(raw) > limit:
-        raise ValueError(f"it has more than {limit} bytes")
-    try:
-        return raw.decode()
-    except UnicodeDecodeError as error:
-        raise ValueError("it is not text in UTF-8") from error
+    source.problems.append(source.problem(path, found, expected))
 
 
 def read_python(file: FilePath) -> str:
@@ -106,7 +92,7 @@ def read_python(file: FilePath) -> str:
         OSError: It cannot be read.
         ValueError: It is not text in UTF-8, or too long.
     """
-    text = _read(file, 4 * MAX_SOURCE).removeprefix(BYTE_ORDER_MARK)
+    text = read_text(file, 4 * MAX_SOURCE)
     if len(text) > MAX_SOURCE:
         raise ValueError(f"it has more than {MAX_SOURCE} characters")
     # The same file has one digest on every system.

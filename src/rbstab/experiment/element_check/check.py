@@ -9,14 +9,14 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.config.files.named_files import read_python
-from rbstab.config.user_code.trial import wrong_values
 from rbstab.elements.element import Element
+from rbstab.elements.user_code.declared import DeclarationError
 from rbstab.elements.user_code.loaded import (
-    DeclarationError,
     UserCode,
     UserCodeError,
     element_classes,
     failure,
+    wrong_values,
 )
 from rbstab.experiment.element_check.kinds_of_number import (
     ball_problems,

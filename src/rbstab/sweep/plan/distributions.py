@@ -19,7 +19,7 @@ from pydantic import (
     model_validator,
 )
 
-from rbstab.config.messages import describe
+from rbstab.config.errors import describe, entries, hint
 from rbstab.config.quantities import Count, Real, value_error, whole
 from rbstab.config.schema import VARIANTS
 from rbstab.mechanics.numbers import Array
@@ -38,15 +38,19 @@ def listed(form: str, *lengths: int) -> tuple[Any, ...]:
             found = "empty" if value in ([], ()) else describe(value)
             raise value_error(f"is {found}", f"expected {form}")
         if lengths and len(value) not in lengths:
-            entries = "entry" if len(value) == 1 else "entries"
-            raise value_error(f"has {len(value)} {entries}", f"expected {form}")
+            raise value_error(f"has {entries(value)}", f"expected {form}")
         return value
 
     return Field(strict=False, description=form), BeforeValidator(check)
 
 
 def _name_or_number(value: Any, number: Any) -> Any:
-    return value if isinstance(value, str) and value in VARIANTS else number(value)
+    if not isinstance(value, str):
+        return number(value)
+    if value not in VARIANTS:
+        expected = f"expected a number, or one of {', '.join(VARIANTS)}{hint(value, VARIANTS)}"
+        raise value_error(f"is {describe(value)}", expected)
+    return value
 
 
 Entry = Annotated[

@@ -3,8 +3,8 @@
 from typing import Any
 
 from rbstab.config.files.dump import as_yaml
+from rbstab.config.load import VARIANT_SECTIONS
 from rbstab.config.section import Section
-from rbstab.sweep.plan.bases import VARIANT_SECTIONS
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.plan_file import GRID, PLAN_VERSION
 from rbstab.sweep.plan.proof_selection import MOTION

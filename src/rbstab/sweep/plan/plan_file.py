@@ -11,7 +11,7 @@ from pydantic import (
     model_validator,
 )
 
-from rbstab.config.messages import describe
+from rbstab.config.errors import describe
 from rbstab.config.quantities import Count, Text, value_error, whole
 from rbstab.config.section import Section, word_or_section
 from rbstab.sweep.plan.distributions import (
@@ -60,7 +60,7 @@ class Spread(Section):
         keys = [key for key in known if key in self.model_fields_set]
         if len(keys) != 1:
             found = f"has {' and '.join(keys)}" if keys else "is empty"
-            raise value_error(found, f"expected a mapping of one of {', '.join(known)}")
+            raise value_error(found, f"expected one of {', '.join(known)}")
         return self
 
 

@@ -33,7 +33,8 @@ def models_at(model: type[BaseModel], location: Path) -> list[type[BaseModel]]:
     for part in parts:
         fields = [owner.model_fields[str(part)] for owner in models if part in owner.model_fields]
         if not fields:
-            models = [owner for owner in models if part in words_of([owner])]
+            is_tag = str(part).startswith("<")
+            models = [owner for owner in models if is_tag or part in words_of([owner])]
             continue
         models = [inner for field in fields for inner in _models_in(field)]
         if get_origin(fields[0].annotation) is dict:

@@ -7,7 +7,6 @@ from pydantic import BaseModel, ValidationError
 from rbstab.config.errors import ENOUGH_PROBLEMS, ConfigProblem, describe, entries, hint
 from rbstab.config.known_keys import keys_of, keys_of_variants, models_at, unknown_key, words_of
 from rbstab.config.numbers import value_at
-from rbstab.config.quantities import SHAPE_TAGS
 from rbstab.config.schema import NO_VARIANT, VARIANTS, Experiment, model_of
 from rbstab.config.source import Path, Source
 from rbstab.config.user_code.section import PARAMETERS, parameters_in
@@ -98,13 +97,13 @@ def _unknown(location: Path, path: Path, source: Source, model: type[BaseModel])
 def _without_tags(location: Path, data: Any) -> Path:
     """Return the path of an error in the data without the tags of unions that pydantic adds.
 
-    They are the words that choose a model, and the tags of shapes; the same text may be a key.
+    They are the words that choose a model, and tags such as <matrix>; the same text may be a key.
     """
     path: list[str | int] = []
     for part in location:
         inner: dict[Any, Any] = data if isinstance(data, dict) else {}
-        chosen = [*SHAPE_TAGS, *map(inner.get, TAGGED)]
-        if part in inner or isinstance(part, int) or part not in chosen:
+        is_tag = part in map(inner.get, TAGGED) or str(part).startswith("<")
+        if part in inner or isinstance(part, int) or not is_tag:
             path.append(part)
             is_entry = isinstance(data, list) and isinstance(part, int)
             data = data[part] if is_entry else inner.get(part)

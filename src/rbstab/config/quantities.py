@@ -6,6 +6,8 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
+from rbstab.config.errors import describe
+
 
 def value_error(problem: str, expected: str) -> PydanticCustomError:
     """Return a validation error with the two texts of a config problem."""
@@ -27,6 +29,21 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 def whole(value: Any) -> Any:
     """Return a float without fraction as the whole number: 1e3, or a value that a plan varies."""
     return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+def version(*known: int) -> BeforeValidator:
+    """Return the check of a schema version, which is one of some whole numbers."""
+
+    def check(value: Any) -> Any:
+        value = whole(value)
+        # True equals 1, so a literal would accept it.
+        if type(value) is not int or value not in known:
+            expected = f"expected {' or '.join(map(str, known))}"
+            found = f"is {describe(value)}, which this version of rbstab cannot read"
+            raise value_error(found, expected)
+        return value
+
+    return BeforeValidator(check)
 
 
 Whole = Annotated[int, BeforeValidator(whole)]
@@ -153,13 +170,11 @@ def _positive_semidefinite(rows: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 _SymmetricMatrix = Annotated[tuple[Vector, ...], _THREE, _LIST, AfterValidator(_symmetric)]
-SHAPE_TAGS = ("<diagonal>", "<matrix>")
-"""Tags that pydantic adds to the path of an error in a matrix; no key has such a name."""
 
 
 def _shape_tag(value: Any) -> str:
     rows = isinstance(value, list | tuple) and len(value) > 0 and isinstance(value[0], list | tuple)
-    return SHAPE_TAGS[1] if rows else SHAPE_TAGS[0]
+    return "<matrix>" if rows else "<diagonal>"
 
 
 _AS_MATRIX = _list_of(3, "three numbers or a 3x3 matrix")
@@ -173,8 +188,8 @@ def _matrix(entry: Any, *checks: Any) -> Any:
         entry: The type of an entry of the diagonal.
         checks: The validators of three rows.
     """
-    diagonal = Annotated[tuple[entry, ...], _THREE, _AS_MATRIX, Tag(SHAPE_TAGS[0])]
-    rows = Annotated[_SymmetricMatrix, *checks, Tag(SHAPE_TAGS[1])]
+    diagonal = Annotated[tuple[entry, ...], _THREE, _AS_MATRIX, Tag("<diagonal>")]
+    rows = Annotated[_SymmetricMatrix, *checks, Tag("<matrix>")]
     return Annotated[diagonal | rows, Discriminator(_shape_tag)]
 
 

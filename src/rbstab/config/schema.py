@@ -9,8 +9,7 @@ from functools import reduce
 from operator import or_
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, ValidationInfo, create_model, field_validator
-from pydantic_core import PydanticCustomError
+from pydantic import Field, ValidationInfo, create_model, field_validator
 
 from rbstab.config.controllers import CONTROLLERS, Implicit, NoController, Slope, model_name
 from rbstab.config.elements import (
@@ -24,7 +23,7 @@ from rbstab.config.elements import (
     switching,
 )
 from rbstab.config.errors import printable, shortened
-from rbstab.config.quantities import Text, Vector, components, value_error, whole
+from rbstab.config.quantities import Text, Vector, components, value_error, version
 from rbstab.config.section import FrozenMapping, Section
 from rbstab.config.sections.body import BodySection, FreeInitial, HeldInitial, zero_vector
 from rbstab.config.sections.desired import Desired
@@ -39,20 +38,7 @@ SCHEMA_VERSIONS = (1, 2)
 """The versions that this program reads."""
 
 
-def _check_whole(value: Any) -> Any:
-    # True equals 1, so a literal would accept it.
-    value = whole(value)
-    if type(value) is not int:
-        expected = {"expected": "the whole number 1 or 2"}
-        raise PydanticCustomError("literal_error", "not a whole number", expected)
-    if value not in SCHEMA_VERSIONS:
-        raise value_error(
-            f"is {value}, which this version of rbstab cannot read", "expected 1 or 2"
-        )
-    return value
-
-
-SchemaVersion = Annotated[Literal[1, 2], BeforeValidator(_check_whole)]
+SchemaVersion = Annotated[Literal[1, 2], version(*SCHEMA_VERSIONS)]
 
 
 class Experiment(Section):

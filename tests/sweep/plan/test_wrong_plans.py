@@ -214,7 +214,7 @@ TEXTS = [
     ),
     (PLAN, "body.mass: 5", f"is 5 (expected a mapping of {WORDS}, scale, zip, each, member)"),
     (PLAN, "body.mass: {scale: {}}", f"is empty (expected one of {WORDS})"),
-    (PLAN, "body.mass: {values: []}", "is empty (expected a list of values)"),
+    (PLAN, "body.mass: {values: []}", "has 0 entries (expected a list of values)"),
     (PLAN, "body.mass: {linspace: [1]}", "has 1 entry (expected [first, last, count])"),
     (
         PLAN,

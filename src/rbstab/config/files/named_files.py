@@ -7,11 +7,10 @@ other file, and neither its identity nor a stored run depends on one.
 import csv
 import hashlib
 import math
-from dataclasses import replace
 from pathlib import Path as FilePath
 from typing import Any
 
-from rbstab.config.errors import ConfigProblem, Location, describe
+from rbstab.config.errors import ConfigProblem, Location
 from rbstab.config.sections.signals import MAX_ROWS
 from rbstab.config.source import Path, Source, key_of, read_text
 from rbstab.config.user_code.section import KIND as PYTHON
@@ -19,9 +18,6 @@ from rbstab.elements.user_code.declared import MAX_SOURCE, sha256
 
 COLUMNS = 2
 """A row of a table: a time, s, and a value."""
-
-MAX_REPORTED = 10
-"""The most wrong rows of a table that are reported one by one; the others are counted."""
 
 _TABLE = "expected a CSV file of times, s, and values"
 
@@ -104,39 +100,29 @@ def _rows(text: str, name: str, key: str) -> tuple[list[tuple[float, float]], li
     rows: list[tuple[float, float]] = []
     problems: list[ConfigProblem] = []
 
-    def report(line: int, column: int, found: str, expected: str) -> None:
-        problems.append(ConfigProblem(Location(name, line, column), key, found, expected))
+    def report(line: int, found: str, expected: str) -> None:
+        problems.append(ConfigProblem(Location(name, line), key, found, expected))
 
     is_first = True
     for line, row in enumerate(csv.reader(text.splitlines()), start=1):
         entries = [entry.strip() for entry in row]
         if not any(entries) or entries[0].startswith("#"):
             continue
-        numbers = [_number(entry) for entry in entries]
-        if len(entries) != COLUMNS:
-            columns = "1 column" if len(entries) == 1 else f"{len(entries)} columns"
-            report(line, 1, f"has {columns}", "expected two: a time, s, then a comma and a value")
-        elif None not in numbers:
-            rows.append((numbers[0], numbers[1]))  # type: ignore[arg-type]
+        numbers = [number for number in map(_number, entries) if number is not None]
+        # The names of the columns may stand above them.
+        if len(entries) != COLUMNS or (len(numbers) != COLUMNS and (numbers or not is_first)):
+            found = f"is {', '.join(entries)}"
+            report(line, found, "expected two finite numbers: a time, s, then a comma and a value")
+        elif numbers:
+            rows.append((numbers[0], numbers[1]))
             if len(rows) > 1 and rows[-1][0] < rows[-2][0]:
                 found = f"is the time {rows[-1][0]:g} s after {rows[-2][0]:g} s"
-                report(line, 1, found, "expected times that do not fall")
-        # The names of the columns may stand above them.
-        elif not (is_first and numbers == [None, None]):
-            index = numbers.index(None)
-            column = 1 + sum(len(entry) + 1 for entry in row[:index])
-            report(line, column, f"is {describe(entries[index])}", "expected a finite number")
+                report(line, found, "expected times that do not fall")
         is_first = False
     if not rows and not problems:
-        report(1, 1, "has no row of numbers", _TABLE)
+        report(1, "has no row of numbers", _TABLE)
     if len(rows) > MAX_ROWS:
-        report(1, 1, f"has {len(rows)} rows", f"expected at most {MAX_ROWS}")
-    more = len(problems) - MAX_REPORTED
-    if more > 1:
-        last = replace(
-            problems[MAX_REPORTED], problem=f"is the first of {more} more wrong rows", expected=""
-        )
-        problems = [*problems[:MAX_REPORTED], last]
+        report(1, f"has {len(rows)} rows", f"expected at most {MAX_ROWS}")
     return [(0.0, 0.0)] if problems else rows, problems
 
 

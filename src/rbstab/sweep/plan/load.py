@@ -105,7 +105,7 @@ def _loaded(plan: str | FilePath | Mapping[str, Any], changes: list[str], code: 
     knows_variants = not any(key_of(VARIANT) in problem.key for problem in problems)
     base = file.base if knows_variants else None
     bases = read_bases(problems, base, folder, _variants(axes), changes, code)
-    loaded = Plan(file.title, bases, axes, design, file.keep, file.prove)
+    loaded = Plan(file, bases, axes, design)
     if bases:
         check_keys(problems, loaded)
         check_changes(problems, loaded, changes)
@@ -113,7 +113,7 @@ def _loaded(plan: str | FilePath | Mapping[str, Any], changes: list[str], code: 
         check_names(problems, axes)
     wrong = {problem.key.partition(".")[0] for problem in problems}
     if not source.problems and wrong.isdisjoint(MEMBER_KEYS):
-        for number in file.keep.members:
+        for number in loaded.keep.members:
             if number >= loaded.members:
                 path, expected = ("keep", "traces"), f"expected members below {loaded.members}"
                 problems.add(path, f"has {number}", expected)

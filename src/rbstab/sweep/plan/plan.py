@@ -25,7 +25,7 @@ from rbstab.store.cards import line
 from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey
 from rbstab.sweep.plan.designs import Design
 from rbstab.sweep.plan.distributions import FiniteList, Member
-from rbstab.sweep.plan.plan_file import PLAN_VERSION
+from rbstab.sweep.plan.plan_file import PLAN_VERSION, PlanFile
 from rbstab.sweep.plan.proof_selection import ProofSelection
 from rbstab.sweep.plan.trace_selection import TraceSelection
 
@@ -40,20 +40,31 @@ class Plan:
     """The plan of a sweep, made by `load_plan`; see docs/sweeps.md.
 
     Args:
-        title: The title of the sweep.
+        file: What the file of the plan says.
         bases: The base of each variant, in the order of the variants in the plan.
         axes: The varied keys, in groups that vary together.
         design: The points from which the axes without `each` draw their values; None for a grid.
-        keep: Selects the members with traces.
-        prove: Selects the members whose exact motions are enclosed; None: no member.
     """
 
-    title: str
+    file: PlanFile
     bases: Mapping[str, Config]
     axes: tuple[Axis, ...]
     design: Design | None
-    keep: TraceSelection
-    prove: ProofSelection | None = None
+
+    @property
+    def title(self) -> str:
+        """The title of the sweep."""
+        return self.file.title
+
+    @cached_property
+    def keep(self) -> TraceSelection:
+        """Selects the members with traces."""
+        return self.file.traces
+
+    @cached_property
+    def prove(self) -> ProofSelection | None:
+        """Selects the members whose exact motions are enclosed; None: no member."""
+        return self.file.proofs
 
     def __repr__(self) -> str:
         """Return one line: title, members, variants, varied keys."""
@@ -228,7 +239,7 @@ def plan_id(plan: Plan) -> str:
                 axis.name,
                 axis.each,
                 [
-                    [k.key, k.scale, k.distribution.keyword, k.distribution.arguments]
+                    [k.key, k.scale, k.distribution.keyword, list(k.distribution.root)]
                     for k in axis.varied_keys
                 ],
             ]

@@ -81,15 +81,6 @@ def test_a_folder_without_results_says_how_to_get_one(folder: Path, rbstab: Invo
     assert message in rbstab("compare", "my results", "my results").stderr
 
 
-def test_a_folder_of_configs_names_them_by_a_pattern(files: Path, rbstab: Invoke) -> None:
-    for command in ("run", "check"):
-        done = rbstab(command, BLANK)
-        assert done.exit_code == 2
-        assert f"(expected a YAML file; name those in it: '{BLANK}'/*.yaml)\n" in done.stderr
-    Path("empty").mkdir()
-    assert rbstab("run", "empty").stderr.endswith("Is a directory (expected a YAML file)\n")
-
-
 def test_the_named_command_works(files: Path, rbstab: Invoke) -> None:
     message = rbstab("plot", f"{BLANK}/good.yaml").stderr
     _, *words = words_of(message.partition("Run it: ")[2])

@@ -311,7 +311,12 @@ def run_id(config: Config) -> str:
     sorted and it has no spaces. Every number that may be a float is the shortest decimal that reads
     back as the same float.
     """
-    text = json.dumps(identifying(config), sort_keys=True, separators=(",", ":"))
+    return identity_of(identifying(config))
+
+
+def identity_of(data: Any) -> str:
+    """Return the identity of plain data, as `run_id` describes it."""
+    text = json.dumps(data, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from rbstab.config.elements import declarations_of
 from rbstab.config.errors import ConfigProblem, Location, closest_keys, describe, did_you_mean
 from rbstab.config.known_keys import keys_of_variants
-from rbstab.config.numbers import unit_problem, value_at
+from rbstab.config.numbers import found_at, unit_problem, value_at
 from rbstab.config.schema import Config
 from rbstab.config.source import Path, key_of
 from rbstab.config.units import names_in, number_key
@@ -135,14 +135,11 @@ def check_changes(problems: Problems, plan: Plan, changes: Iterable[str]) -> Non
 
 def _leaves(data: dict[str, Any], path: Path = ()) -> Iterator[Path]:
     """Yield the paths of all single values at a path of a base; none if there is no such."""
-    try:
-        value = value_at(data, path)
-    except LookupError:
-        return
+    value = found_at(data, path)
     if isinstance(value, dict | list):
         for part in value if isinstance(value, dict) else range(len(value)):
             yield from _leaves(data, (*path, part))
-    else:
+    elif value is not None:
         yield path
 
 

@@ -134,7 +134,9 @@ def describe(value: Any) -> str:  # noqa: PLR0911 (one for each type)
         return f"a list of {len(value)}"
     if isinstance(value, int) and abs(value) >= MAX_SHOWN_INTEGER:
         return "a whole number of more than 15 digits"
-    return f"{value:.12g}" if isinstance(value, int | float) else f"of type {type(value).__name__}"
+    name = type(value).__name__
+    article = "an" if name[0].lower() in "aeio" else "a"
+    return f"{value:.12g}" if isinstance(value, int | float) else f"{article} {name}"
 
 
 def entries(value: Sequence[Any]) -> str:

@@ -75,7 +75,7 @@ REFUSED = [
     (with_mass(-1), "config:1:1: body.mass: is -1 (expected a number greater than 0)"),
     (with_mass(float("nan")), "config:1:1: body.mass: is nan (expected a finite number)"),
     (with_mass(np.bool_(True)), "config:1:1: body.mass: is true (expected a number)"),
-    (with_mass(1j), "config:1:1: body.mass: is of type complex (expected a number)"),
+    (with_mass(1j), "config:1:1: body.mass: is a complex (expected a number)"),
     (with_mass(None), "config:1:1: body.mass: is empty (expected a number)"),
     (with_mass(np.array([1.0])), "config:1:1: body.mass: is a list of 1 (expected a number)"),
     (with_inertia(np.zeros((2, 3))), "config:1:1: body.inertia: has 2 entries (expected 3)"),

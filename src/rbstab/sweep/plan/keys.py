@@ -147,10 +147,7 @@ def _wrong_in_bases(plan: Plan, varied: VariedKey) -> Iterator[tuple[str, str]]:
     """Yield what is wrong with a varied key in the bases that have it, or that none has it."""
     owners = [variant for variant in plan.variants if varied in plan.varied_keys_of(variant)]
     if not owners:
-        leaves = [leaf for data in plan.templates.values() for leaf in _leaves(data)]
-        known = dict.fromkeys(key_of(path) for leaf in leaves for path in (leaf, names_in(leaf)))
-        meant = did_you_mean(closest_keys(varied.key, known))
-        yield "is not in the base", meant or "expected a key of the config"
+        yield _missing(plan, varied)
     for variant in owners:
         base, value = plan.bases[variant], value_at(plan.templates[variant], varied.path)
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
@@ -175,6 +172,23 @@ def _wrong_in_bases(plan: Plan, varied: VariedKey) -> Iterator[tuple[str, str]]:
             yield problem, "expected a base with rest_length or damping above 0"
         if not varied.scale:
             yield from filter(None, [unit_problem(base, varied.number_key)])
+
+
+def _missing(plan: Plan, varied: VariedKey) -> tuple[str, str]:
+    """Return what is wrong with a key that no base has, and what may be meant."""
+    templates = plan.templates.values()
+    if varied.path[:2] == ("initial", "position") and any(
+        template["initial"].get("attached") for template in templates
+    ):
+        expected = "expected another key, or a base without attached: true"
+        return "follows from the orientation, as initial.attached is true in the base", expected
+    leaves = [leaf for data in templates for leaf in _leaves(data)]
+    known = dict.fromkeys(key_of(path) for leaf in leaves for path in (leaf, names_in(leaf)))
+    # The keys of another element are no help if the base has the element that was named.
+    element = f"{key_of(varied.path[:2])}."
+    own = [key for key in known if varied.path[0] == "elements" and key.startswith(element)]
+    meant = did_you_mean(closest_keys(varied.key, own or known))
+    return "is not in the base", meant or "expected a key of the config"
 
 
 def _counts(varied: VariedKey) -> bool:

@@ -125,3 +125,12 @@ def test_an_alias_gets_no_second_complaint(complaints):
     """The value behind an alias is unknown, so its type is not checked."""
     assert len(complaints(edited("duration: 2.0", "duration: *d"))) == 1
     assert len(complaints(edited("samples: 11", "samples: &s 11"))) == 1
+
+
+def test_the_first_of_repeated_keys_is_kept_and_the_others_are_read():
+    read = source.parse_source("b: {c: [1, 2]}\nb: {c: {d: 3}, e: *x}\nb: 4\na: 5\n", "x")
+    assert read.data == {"b": {"c": [1, 2]}, "a": 5}
+    assert [str(problem.location) for problem in read.problems] == ["x:2:1", "x:2:19", "x:3:1"]
+    assert str(read.location(("b", "c", 1))) == "x:1:12"
+    assert ("b", "c", "d") not in read.values
+    assert ("b", "e") not in read.keys

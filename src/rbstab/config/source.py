@@ -51,14 +51,18 @@ TOO_DEEP = "is nested too deeply", f"at most {MAX_DEPTH} levels"
 
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
-_WORDS = {
-    **dict.fromkeys(("", "~", "null", "Null", "NULL"), None),
-    **dict.fromkeys(("true", "True", "TRUE"), True),
-    **dict.fromkeys(("false", "False", "FALSE"), False),
-    **dict.fromkeys((".nan", ".NaN", ".NAN"), math.nan),
-    **{f"{sign}{inf}": math.inf for sign in ("", "+") for inf in (".inf", ".Inf", ".INF")},
-    **dict.fromkeys(("-.inf", "-.Inf", "-.INF"), -math.inf),
+_BY_WORD = {
+    **dict.fromkeys(("", "~", "null")),
+    "true": True,
+    "false": False,
+    ".nan": math.nan,
+    ".inf": math.inf,
+    "+.inf": math.inf,
+    "-.inf": -math.inf,
 }
+_WORDS = {
+    form: value for word, value in _BY_WORD.items() for form in (word, word.title(), word.upper())
+} | {".NaN": math.nan}
 
 _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 

@@ -70,7 +70,7 @@ SET = [
 
 @pytest.mark.parametrize(("changes", "key", "expected"), SET)
 def test_a_value_is_set(load, changes, key, expected):
-    assert value_at(load(VISCO_ELASTIC, *changes), parse_key(key)) == expected
+    assert value_at(load(VISCO_ELASTIC, *changes), parse_key(key) or ()) == expected
 
 
 # Changes, and the source, the place and the key of each problem.

@@ -81,15 +81,6 @@ def test_a_folder_without_results_says_how_to_get_one(folder: Path, rbstab: Invo
     assert message in rbstab("compare", "my results", "my results").stderr
 
 
-def test_a_folder_of_configs_names_them_by_a_pattern(files: Path, rbstab: Invoke) -> None:
-    for command in ("run", "check"):
-        done = rbstab(command, BLANK)
-        assert done.exit_code == 2
-        assert f"(expected a YAML file; name those in it: '{BLANK}'/*.yaml)\n" in done.stderr
-    Path("empty").mkdir()
-    assert rbstab("run", "empty").stderr.endswith("Is a directory (expected a YAML file)\n")
-
-
 def test_the_named_command_works(files: Path, rbstab: Invoke) -> None:
     message = rbstab("plot", f"{BLANK}/good.yaml").stderr
     _, *words = words_of(message.partition("Run it: ")[2])
@@ -244,7 +235,7 @@ LARGEST = "--largest-within"
         (
             [LARGEST, "K_r=±5%"],
             f"{LARGEST} K_r=±5%:1:1: has a size, which is to be found (expected the key alone: "
-            f"{LARGEST} controller.K_r)",
+            f"{LARGEST} K_r)",
         ),
         (
             [LARGEST, "body.mass=5"],
@@ -268,8 +259,8 @@ LARGEST = "--largest-within"
         ),
         (
             ["--within", "body=±1%", LARGEST, "body.mass"],
-            f"{LARGEST} body.mass:1:1: gives a second tolerance of body.mass (expected a key "
-            f"without a tolerance; leave out {LARGEST} or that tolerance)",
+            f"{LARGEST} body.mass:1:1: gives a second tolerance of body.mass (expected one of "
+            "them)",
         ),
         (
             ["--within", "controler=±1%"],

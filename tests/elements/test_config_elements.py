@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from support.differences import derivative, jacobian, relative_error
 from support.elements import SMOOTH, random_element, random_spd
 from support.pose import angles, attitude, turned
-from support.systems import random_body, random_state, random_system, random_Z
+from support.systems import random_body, random_Z
 
 from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.element import NO_STATE
@@ -22,8 +22,6 @@ from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.spring import Spring, ZeroLengthSpring
 from rbstab.elements.visco_elastic import ViscoElasticConnector, ViscoElasticTie
 from rbstab.mechanics.motion import motion_from_centre
-from rbstab.systems.coordinates import CentreCoordinates, ContactCoordinates
-from rbstab.systems.system import System
 
 NO_MOTION = np.zeros(3)
 
@@ -163,32 +161,6 @@ def test_attitude_spring_of_a_rotation_about_an_axis(rng):
         assert couple == pytest.approx(-slope, rel=1e-9, abs=1e-9)
 
 
-def test_attitude_spring_with_one_stiffness(rng):
-    """With K = kI the energy is k(1 - cos φ): equal for all axes and in all frames."""
-    k, angle = 70.0, 1.1
-    upright = AttitudeSpring(name="a", K=k * np.eye(3), L=np.eye(3))
-    for _ in range(5):
-        n = rng.normal(size=3)
-        A = Rotation.from_rotvec(angle * n / np.linalg.norm(n)).as_matrix()
-        motion = at_attitude(rng, A)
-        assert upright.stored(motion, NO_STATE) == pytest.approx(k * (1 - np.cos(angle)))
-        couple = upright.wrench(motion, NO_STATE).couple
-        np.testing.assert_allclose(couple, -k * np.sin(angle) * n / np.linalg.norm(n), atol=1e-10)
-
-
-def test_attitude_spring_for_small_rotations(rng):
-    """The stiffness of a small rotation ω is (tr K I - K)/2."""
-    K = random_spd(rng, 100.0)
-    upright = AttitudeSpring(name="a", K=K, L=np.eye(3))
-    stiffness = (np.trace(K) * np.eye(3) - K) / 2
-
-    def couple(omega):
-        turned_by = Rotation.from_rotvec(omega).as_matrix()
-        return upright.wrench(at_attitude(np.random.default_rng(0), turned_by), NO_STATE).couple
-
-    assert relative_error(jacobian(couple, NO_MOTION, 1e-2), -stiffness) < 1e-11
-
-
 def test_spring_pulls_towards_its_anchor_in_closed_form():
     """A 3-4-5 triangle: e = [0.3, 0, 0.4] m, ℓ = 0.5 m."""
     spring = Spring(
@@ -207,19 +179,6 @@ def test_spring_pulls_towards_its_anchor_in_closed_form():
     np.testing.assert_allclose(wrench.couple, [0.0, 0.3 * 30.4, 0.0], rtol=1e-14)
     assert spring.stored(motion, NO_STATE) == pytest.approx(4.5)
     assert spring.dissipated(motion, NO_STATE) == pytest.approx(6.4)
-
-
-def test_short_spring_pushes():
-    spring = Spring(
-        name="a",
-        point=NO_MOTION,
-        anchor=np.array([0.0, 0.0, -0.1]),
-        stiffness=10.0,
-        rest_length=0.3,
-        damping=0.0,
-    )
-    motion = motion_from_centre(random_body(np.random.default_rng(0)), NO_MOTION, np.zeros(12))
-    np.testing.assert_allclose(spring.wrench(motion, NO_STATE).force, [0.0, 0.0, 2.0], atol=1e-15)
 
 
 def test_barrier_has_the_derivative_of_its_energy_to_thirty_digits(rng):
@@ -287,25 +246,6 @@ def test_tie_at_the_contact_point_is_the_connector(connector_class, tie_class, r
         assert relative_error(force.force, at_contact) < 1e-13
         moment = np.cross(body.contact_point, attitude(Z[:3]).T @ at_contact)
         assert relative_error(force.couple, moment) < 1e-13
-
-
-@pytest.mark.parametrize(
-    "coordinates", [CentreCoordinates(), ContactCoordinates()], ids=lambda one: one.name
-)
-def test_system_with_such_a_tie_moves_like_that_with_the_connector(rng, coordinates):
-    system = random_system(rng, "visco-elastic", coordinates)
-    *others, connector = system.elements
-    assert isinstance(connector, ViscoElasticConnector)
-    R = system.body.contact_point
-    tie = ViscoElasticTie(
-        name="a", point=R, anchor=R + system.anchor, K_c=connector.K_c, L_c=connector.L_c
-    )
-    tied = System(system.body, (*others, tie), coordinates, system.anchor)
-    y = random_state(rng, system)
-    assert relative_error(tied.rates(y), system.rates(y)) < 1e-13
-    found, expected = tied.observe(y), system.observe(y)
-    assert relative_error(found.energy, expected.energy) < 1e-13
-    assert relative_error(found.dissipation, expected.dissipation) < 1e-13
 
 
 def test_a_spring_without_a_length_is_one_whose_rest_length_is_zero(rng):

@@ -8,21 +8,9 @@ from rbstab.elements.declarations import Gain
 from rbstab.elements.element import (
     NO_STATE,
     Element,
-    couple_on_body,
-    force_at_centre,
-    force_at_contact,
 )
-from rbstab.elements.embedded import EmbeddedConnector
-from rbstab.elements.gravity import Gravity
 from rbstab.elements.registry import ELEMENTS
-from rbstab.elements.rotational_stabilizer import RotationalStabilizer
-from rbstab.elements.sliding import SlidingConnector
-from rbstab.elements.translational_stabilizer import TranslationalStabilizer
-from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.mechanics.motion import motion_from_centre
-
-VECTOR = np.array([1.0, 2.0, 3.0])
-NOTHING = np.zeros(3)
 
 
 @pytest.fixture
@@ -41,43 +29,6 @@ def test_element_that_states_nothing_neither_stores_nor_loses(motion):
 def test_element_has_to_state_its_wrench(motion):
     with pytest.raises(NotImplementedError):
         Element().wrench(motion, NO_STATE)
-
-
-@pytest.mark.parametrize(
-    ("wrench", "place"),
-    [
-        (force_at_centre(VECTOR), "force"),
-        (couple_on_body(VECTOR), "couple"),
-        (force_at_contact(VECTOR), "contact_force"),
-    ],
-)
-def test_wrench_of_one_force_or_couple(wrench, place):
-    expected = dict.fromkeys(("force", "couple", "contact_force"), NOTHING) | {place: VECTOR}
-    np.testing.assert_equal(wrench._asdict(), expected)
-
-
-def test_names_of_the_energy_parts():
-    names: dict[type[Element], str] = {
-        Gravity: "gravity",
-        TranslationalStabilizer: "translational stabilizer",
-        RotationalStabilizer: "rotational stabilizer",
-        ViscoElasticConnector: "connector",
-        EmbeddedConnector: "connector",
-        SlidingConnector: "connector",
-    }
-    assert {kind: kind.name for kind in names} == names
-
-
-def test_number_of_own_states():
-    sizes: dict[type[Element], int] = {
-        Gravity: 0,
-        TranslationalStabilizer: 0,
-        RotationalStabilizer: 0,
-        ViscoElasticConnector: 0,
-        EmbeddedConnector: 3,
-        SlidingConnector: 0,
-    }
-    assert {kind: kind.state_size for kind in sizes} == sizes
 
 
 def test_gains_of_one_name_are_declared_alike():

@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.differences import along
 from support.path import random_path
 from support.switching import random_guard, random_ligament
 from support.systems import random_body, random_Z
@@ -35,24 +34,6 @@ EACH = pytest.mark.parametrize("make", MAKERS, ids=range(len(MAKERS)))
 
 def power(wrench, motion):
     return wrench.force @ motion.V + wrench.couple @ motion.Omega + wrench.contact_force @ motion.F
-
-
-@EACH
-def test_energy_changes_by_the_power_and_the_dissipation(rng, make):
-    """In each mode, at any state: the formulas of a mode are smooth everywhere."""
-    element, body, anchor = make(rng), random_body(rng), rng.normal(size=3)
-    for _ in range(5):
-        Z = random_Z(rng)
-        motion = motion_from_centre(body, anchor, Z)
-        rates = np.concatenate([motion.B @ motion.Omega, Z[6:9], motion.V, -Z[3:6]])
-        stored = along(
-            lambda y: element.stored(motion_from_centre(body, anchor, y), NO_STATE), Z, rates
-        )
-        taken = -power(element.wrench(motion, NO_STATE), motion)
-        lost = element.dissipated(motion, NO_STATE)
-        assert lost >= 0
-        scale = abs(taken) + abs(lost) + 1e-12
-        assert abs(stored - taken + lost) < 1e-9 * scale
 
 
 @EACH
@@ -143,17 +124,6 @@ def test_couple_of_a_guard_turns_theta2_back(rng, kind, side):
     energy = 0.5 * size * beyond if kind is StiffGuard else size * beyond
     assert abs(element.stored(motion, NO_STATE) - energy) < 1e-12
     assert wrench.force.tolist() == wrench.contact_force.tolist() == [0, 0, 0]
-
-
-@pytest.mark.parametrize("kind", [StiffGuard, RepellingGuard])
-def test_a_guard_does_nothing_inside(rng, kind):
-    element = random_guard(rng, kind, (0.0, 0.0))
-    Z = random_Z(rng)
-    Z[1] = 0.99 * element.soft_angle
-    motion = motion_from_centre(random_body(rng), np.zeros(3), Z)
-    assert (element.guards(motion, NO_STATE) < 0).all()
-    assert element.stored(motion, NO_STATE) == 0
-    assert np.abs(element.wrench(motion, NO_STATE).couple).max() == 0
 
 
 def test_elements_without_modes_have_no_event_functions(rng):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rbstab.mechanics import numbers
-from rbstab.mechanics.numbers import FUNCTIONS, cos, cos_of, sin, sin_of, sqrt, sqrt_of
+from rbstab.mechanics.numbers import FUNCTIONS, cos, cos_of, sin, sin_of, sqrt
 
 
 @dataclass
@@ -42,13 +42,6 @@ def test_other_kinds_use_their_own_functions():
     assert cos(x).tolist() == ["cos a", "cos b"]
 
 
-@pytest.mark.parametrize("constant", [0.3, 2, 0.3 + 0.1j], ids=["float", "int", "complex"])
-def test_constants_among_symbols(constant):
-    x = np.array([Angle("a"), constant], dtype=object)
-    assert sin(x).tolist() == ["sin a", np.sin(constant)]
-    assert cos(x).tolist() == ["cos a", np.cos(constant)]
-
-
 def test_registered_functions_come_before_methods():
     class Registered(Angle):
         pass
@@ -66,24 +59,6 @@ def test_kind_without_functions_is_refused():
         sin(x)
     with pytest.raises(AttributeError, match="cos"):
         cos(x)
-
-
-@pytest.mark.parametrize("x", [2.0, 2, np.float64(2.0), 2.0 + 1e-3j, np.complex128(2.0 - 1.0j)])
-def test_square_root_of_one_number(x):
-    root = sqrt(x)
-    assert root == np.sqrt(x)
-    assert root * root == pytest.approx(x, rel=1e-15)
-
-
-def test_square_root_of_other_kinds():
-    class Registered(Angle):
-        pass
-
-    assert sqrt(Angle("a")) == "sqrt a"
-    sqrt_of.register(Registered, lambda x: f"registered sqrt {x.name}")
-    assert sqrt(Registered("a")) == "registered sqrt a"
-    with pytest.raises(AttributeError, match="sqrt"):
-        sqrt(Unknown())
 
 
 def test_square_root_has_the_derivative_of_a_complex_step():

@@ -25,7 +25,7 @@ def refuse_keys(command: click.Command, context: click.Context, words: Sequence[
         return
     # Imported late: the schema takes a while.
     from rbstab.config.errors import keys_named
-    from rbstab.config.unknown_keys import keys_of_variants
+    from rbstab.config.known_keys import keys_of_variants
 
     keys = keys_named(unknown.lstrip("-"), keys_of_variants())
     if keys:

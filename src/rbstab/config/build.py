@@ -45,6 +45,9 @@ from rbstab.systems.system import System
 Numbers = Callable[[Array], Array]
 """A function that converts an array of doubles to an array of a kind of number, in its shape."""
 
+Convert = dict[str, Callable[[Any], Any]]
+"""Functions that convert a config value to the field of an element, by the shape of a gain."""
+
 
 def doubles(values: Array) -> Array:
     """Return the values: the kind of number of all runs."""
@@ -122,8 +125,8 @@ def _matrix(value: Any) -> Array:
     return np.diag(array) if array.ndim == 1 else array
 
 
-def _conversions(numbers: Numbers) -> dict[str, Callable[[Any], Any]]:
-    """Return functions that convert a config value to the field of an element, by shape."""
+def _conversions(numbers: Numbers) -> Convert:
+    """Return the conversions to a kind of number."""
     return {
         "matrix": lambda value: numbers(_matrix(value)),
         "diagonal": lambda value: numbers(np.array(value)),
@@ -137,23 +140,23 @@ def _unit_vector(vector: Array) -> Array:
     return vector / sqrt(vector @ vector)
 
 
-def _gains(
-    element: type[Element], section: Any, convert: dict[str, Callable[[Any], Any]]
-) -> dict[str, Any]:
+def _gains(element: type[Element], section: Any, convert: Convert) -> dict[str, Any]:
     """Return the gains of an element by name, as arrays or numbers."""
     return {gain.name: convert[gain.shape](parameter(section, gain.name)) for gain in element.gains}
 
 
-def _connector(controller: Any, convert: dict[str, Callable[[Any], Any]]) -> list[Element]:
+def _connector(controller: Any, convert: Convert) -> list[Element]:
     """Return a list with the connector; it is empty for variants without a connector."""
     connector = CONNECTORS.get(controller.variant)
     if connector is None:
         return []
-    settings = _sliding_settings(controller) if connector is SlidingConnector else {}
+    settings: dict[str, Any] = {}
+    if connector is SlidingConnector:
+        settings = _surface_settings(controller) | {"mode": np.zeros(3), "layer": np.zeros(3)}
     return [connector(**_gains(connector, controller, convert), **settings)]
 
 
-def _elements(config: Config, convert: dict[str, Callable[[Any], Any]]) -> list[Element]:
+def _elements(config: Config, convert: Convert) -> list[Element]:
     """Return the elements of the config, in the order of their names."""
     found: list[Element] = []
     for name, section in config.elements.items():
@@ -170,7 +173,7 @@ def _elements(config: Config, convert: dict[str, Callable[[Any], Any]]) -> list[
     return found
 
 
-def _signal(signal: Any, duration: float, convert: dict[str, Callable[[Any], Any]]) -> Signal:
+def _signal(signal: Any, duration: float, convert: Convert) -> Signal:
     """Return a signal as it is at the start."""
     number = convert["number"]
     if signal.kind == "constant":
@@ -196,11 +199,6 @@ def input_legs(config: Config) -> dict[str, Array]:
     duration = config.integration.duration
     names = inputs(config.elements, with_legs=True)
     return {name: _legs(config.elements[name].signal, duration) for name in names}
-
-
-def _sliding_settings(controller: Any) -> dict[str, Any]:
-    """Return the fields of a sliding connector that are not gains."""
-    return {**_surface_settings(controller), "mode": np.zeros(3), "layer": np.zeros(3)}
 
 
 def _surface_settings(section: Any) -> dict[str, Any]:

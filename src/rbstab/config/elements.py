@@ -4,7 +4,7 @@ The fields of a kind follow from the declarations of its element (`rbstab.elemen
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import reduce
 from operator import or_
 from typing import Annotated, Any, Literal
@@ -120,18 +120,19 @@ def kind_of(element: Any) -> Kind:
     return Kind(kind or "", *others)
 
 
+def _named(elements: Mapping[str, Any], test: Callable[[Any], Any]) -> list[str]:
+    """Return the names of the elements of a config that pass a test."""
+    return [name for name, section in elements.items() if test(section)]
+
+
 def switching(elements: Mapping[str, Any]) -> list[str]:
     """Return the names of the elements of a config that switch (`Element.mode_count`)."""
-    return [name for name, section in elements.items() if declarations_of(section).mode_count]
+    return _named(elements, lambda section: declarations_of(section).mode_count)
 
 
 def stops(elements: Mapping[str, Any]) -> list[str]:
     """Return the names of the stops of a config."""
-    return [
-        name
-        for name, section in elements.items()
-        if section.kind != PYTHON and element_of(section).holds
-    ]
+    return _named(elements, lambda one: one.kind != PYTHON and element_of(one).holds)
 
 
 def reading_angles(controller: Any, elements: Mapping[str, Any]) -> list[str]:
@@ -140,22 +141,14 @@ def reading_angles(controller: Any, elements: Mapping[str, Any]) -> list[str]:
     import numpy as np
 
     stiff = bool(np.any(getattr(controller, "K_r", 0.0)))
-    names = [name for name, section in elements.items() if section.kind in ("guard", PYTHON)]
+    names = _named(elements, lambda section: section.kind in ("guard", PYTHON))
     return ["controller.K_r"] * stiff + names
 
 
 def inputs(elements: Mapping[str, Any], *, with_legs: bool = False) -> list[str]:
-    """Return the names of the inputs of a config.
-
-    Args:
-        elements: The elements.
-        with_legs: Whether only those are wanted whose signals are made of legs.
-    """
-    return [
-        name
-        for name, section in elements.items()
-        if section.kind == "input" and not (with_legs and section.signal.kind in SMOOTH_SIGNALS)
-    ]
+    """Return the names of the inputs of a config; only those whose signals have legs, if wanted."""
+    smooth = SMOOTH_SIGNALS if with_legs else ()
+    return _named(elements, lambda one: one.kind == "input" and one.signal.kind not in smooth)
 
 
 MAX_SLIDING = 3
@@ -164,11 +157,7 @@ MAX_SLIDING = 3
 
 def sliding_ties(elements: Mapping[str, Any]) -> list[str]:
     """Return the names of the ties that slide on s = F + κE with the exact law."""
-    return [
-        name
-        for name, section in elements.items()
-        if section.kind == "sliding" and section.form == "slope"
-    ]
+    return _named(elements, lambda one: one.kind == "sliding" and one.form == "slope")
 
 
 def followed_by_modes(elements: Mapping[str, Any]) -> list[str]:
@@ -176,13 +165,12 @@ def followed_by_modes(elements: Mapping[str, Any]) -> list[str]:
 
     Beside one of them the modes of a sliding connector are followed as those of elements.
     """
-    return [
-        name
-        for name, section in elements.items()
-        if section.kind == "input"
-        or declarations_of(section).mode_count
-        or declarations_of(section).states
-    ]
+
+    def is_followed(section: Any) -> bool:
+        declared = declarations_of(section)
+        return section.kind == "input" or bool(declared.mode_count or declared.states)
+
+    return _named(elements, is_followed)
 
 
 def check_sliding_points(sliding: Mapping[str, Any]) -> None:

@@ -67,27 +67,16 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in shown)
 
 
-MIN_MISSPELT = 3
-"""The shortest word that counts as misspelt: one letter is close to many words."""
-
-
 def closest(word: str, known: Iterable[str]) -> str | None:
     """Return the known word that a misspelt one most likely means, or None.
 
     A difference in case, hyphens, underscores and spaces counts for nothing: `kt` means `K_t`. The
     beginning of a word means it, if it is the beginning of no other.
     """
-    words = list(known)
-    by_folded = {folded(name): name for name in reversed(words)}
-    if folded(word) in by_folded:
-        return by_folded[folded(word)]
-    if len(word) < MIN_MISSPELT:
-        return None
-    close = get_close_matches(word, words, n=1) or get_close_matches(folded(word), by_folded, n=1)
-    if close:
-        return by_folded.get(close[0], close[0])
-    begun = [name for name in by_folded if name.startswith(folded(word))]
-    return by_folded[begun[0]] if len(begun) == 1 else None
+    by_folded = {folded(name): name for name in reversed(list(known))}
+    close = get_close_matches(folded(word), by_folded, n=1)
+    close = close or [name for name in by_folded if len(word) > 1 and name.startswith(folded(word))]
+    return by_folded[close[0]] if len(close) == 1 else None
 
 
 def did_you_mean(words: Sequence[str]) -> str:
@@ -110,14 +99,11 @@ def keys_named(key: str, known: Iterable[str]) -> list[str]:
 def closest_keys(key: str, known: Iterable[str]) -> list[str]:
     """Return the dotted keys that a misspelt one may mean: `mas` and `bdy.mass` are `body.mass`.
 
-    These are the keys whose last name is the same or the closest; else the closest key.
+    These are the keys whose last name is the same or the closest.
     """
     keys = list(known)
-    name = closest(_last_name(key), dict.fromkeys(map(_last_name, keys)))
-    if name is not None:
-        return keys_named(name, keys)
-    close = closest(key, keys)
-    return [close] if close is not None else []
+    name = closest(_last_name(key), map(_last_name, keys))
+    return [] if name is None else keys_named(name, keys)
 
 
 def _last_name(key: str) -> str:
@@ -129,23 +115,55 @@ def folded(word: str) -> str:
     return "".join(c for c in word.lower() if c not in "_- ")
 
 
+MAX_SHOWN_INTEGER = 10**15
+"""Messages do not show the digits of whole numbers of at least this magnitude."""
+
+
+def describe(value: Any) -> str:  # noqa: PLR0911 (one for each type)
+    """Return a short description of a value, for messages; numbers have up to 12 digits."""
+    if value is None:
+        return "empty"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        shown = value if len(value) <= 40 else value[:37] + "..."
+        return f"the text {shown!r}"
+    if isinstance(value, dict):
+        return "a mapping"
+    if isinstance(value, list | tuple):
+        return f"a list of {len(value)}"
+    if isinstance(value, int) and abs(value) >= MAX_SHOWN_INTEGER:
+        return "a whole number of more than 15 digits"
+    name = type(value).__name__
+    article = "an" if name[0].lower() in "aeio" else "a"
+    return f"{value:.12g}" if isinstance(value, int | float) else f"{article} {name}"
+
+
+def entries(value: Sequence[Any]) -> str:
+    """Return how many entries a list has, in words."""
+    return f"{len(value)} {'entry' if len(value) == 1 else 'entries'}"
+
+
+ENOUGH_PROBLEMS = 10 * MAX_PROBLEMS
+"""More problems are not described: a list of 100,000 wrong values would take seconds."""
+
+
 class ConfigError(ValueError):
     """A config or a plan is invalid; the error lists all its problems.
 
     Args:
-        problems: The problems, in any order.
-        complete: Whether these are all problems; a search for problems may end early.
+        problems: The problems, in any order. A search for them ends early at `ENOUGH_PROBLEMS`.
 
     Attributes:
         problems: The problems, ordered by location.
     """
 
-    def __init__(self, problems: list[ConfigProblem], *, complete: bool = True) -> None:
+    def __init__(self, problems: list[ConfigProblem]) -> None:
         ordered = sorted(problems)
         if len(ordered) > MAX_PROBLEMS:
             last = ordered[MAX_PROBLEMS - 1]
             more = f"{len(ordered) - MAX_PROBLEMS + 1} more problems are not listed"
-            more = more if complete else f"at least {more}"
+            more = more if len(ordered) < ENOUGH_PROBLEMS else f"at least {more}"
             ordered = [*ordered[: MAX_PROBLEMS - 1], ConfigProblem(last.location, "", more, "")]
         self.problems = tuple(ordered)
         super().__init__("\n".join(str(problem) for problem in self.problems))

@@ -11,9 +11,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from rbstab.config.errors import ConfigError, ConfigProblem, Location, closest, hint
+from rbstab.config.errors import ConfigError, ConfigProblem, Location, closest, describe, hint
 from rbstab.config.files.named_files import embed_files
-from rbstab.config.messages import describe, problems_of
+from rbstab.config.messages import problems_of
 from rbstab.config.numbers import replaced
 from rbstab.config.overrides import override
 from rbstab.config.schema import (
@@ -24,27 +24,22 @@ from rbstab.config.schema import (
     model_of,
     variant_of,
 )
-from rbstab.config.source import MAX_DEPTH, TOO_DEEP, YAML, Path, Source, key_of, read_source
-from rbstab.config.user_code.permission import check_code, may_run_code, without_code
+from rbstab.config.source import MAX_DEPTH, TOO_DEEP, Path, Source, read_source
+from rbstab.config.user_code.permission import Code, check_code, may_run_code, without_code
 from rbstab.config.user_code.section import ALLOW, PARAMETERS
 from rbstab.config.user_code.section import KIND as PYTHON
 from rbstab.elements.declarations import is_initial
-from rbstab.elements.registry import OWN_STATES
-from rbstab.files.existence import is_file
 from rbstab.mechanics.states import PITCH
+
+VARIANT = "controller.variant"
 
 FALLBACK_VARIANT = "visco-elastic"
 """The variant used to check the common keys of a config whose variant is unknown."""
 
-VARIANT_KEYS = (
-    "controller",
-    "initial.position",
-    "initial.velocity",
-    *(f"initial.{name}" for name in OWN_STATES),
-    "integration.coordinates",
-    "integration.drift_control",
-)
-"""Keys that can only be checked if the variant is known."""
+VARIANT_SECTIONS = ("controller", "initial", "integration")
+"""The sections whose keys depend on the variant."""
+
+IN_VARIANT_SECTIONS = tuple(f"{section}." for section in VARIANT_SECTIONS)
 
 PLAN_ONLY = {"base", "vary"}
 """The keys that show that a document is the plan of a sweep, valid or not."""
@@ -89,10 +84,37 @@ def load_config(
         allow_python = allow_python or may_run_code(config)
         config = plain_data(config)
     source = _changed_source(config, changes)
-    loaded = validated(source, allow_python=allow_python)
-    check_code(loaded, source, allow_python=allow_python)
-    _check_lengths(loaded, source)
-    return loaded
+    found = loaded(source, Code.ALLOWED if allow_python else Code.REFUSED)
+    _check_lengths(found, source)
+    return found
+
+
+def config_to_read(
+    config: str | FilePath | Mapping[str, Any], changes: Iterable[str] = ()
+) -> Config:
+    """Load and validate a config to read it; it cannot be run if it has elements of users.
+
+    Raises:
+        ConfigError: As `load_config`.
+    """
+    changes = [changes] if isinstance(changes, str) else changes
+    return loaded(_changed_source(config, changes), Code.NOT_RUN)
+
+
+def loaded(source: Source, code: Code) -> Config:
+    """Return the config of a source into which its files were read.
+
+    Args:
+        source: The source.
+        code: What becomes of the code of users.
+
+    Raises:
+        ConfigError: As `load_config`.
+    """
+    config = validated(source, allow_python=code is Code.ALLOWED)
+    if code is not Code.NOT_RUN:
+        check_code(config, source, allow_python=code is Code.ALLOWED)
+    return config
 
 
 def _check_lengths(config: Config, source: Source) -> None:
@@ -104,30 +126,18 @@ def _check_lengths(config: Config, source: Source) -> None:
 
     problems = []
     for name, length in springs_without_length(without_code(config)).items():
-        path = ("elements", name, "point")
         found = f"is on the anchor at the start ({length:.3g} m from it): the line has no direction"
-        problems.append(ConfigProblem(source.location(path), key_of(path), found, NO_DIRECTION))
+        problems.append(source.problem(("elements", name, "point"), found, NO_DIRECTION))
     if problems:
         raise ConfigError(problems)
-
-
-def config_to_read(
-    config: str | FilePath | Mapping[str, Any], changes: Iterable[str] = ()
-) -> Config:
-    """Load and validate a config to read it; it cannot be run if it has elements of users.
-
-    Raises:
-        ConfigError: As `load_config`.
-    """
-    return validated(_changed_source(config, changes))
 
 
 def _changed_source(config: str | FilePath | Mapping[str, Any], changes: Iterable[str]) -> Source:
     source = source_of(config)
     if not PLAN_ONLY.isdisjoint(source.data):
         expected = "expected a config; rbstab.load_plan loads a plan, and `rbstab sweep` runs it"
-        raise ConfigError.at(source.location(()), "is the plan of a sweep", expected)
-    override(source, [changes] if isinstance(changes, str) else changes)
+        raise ConfigError([source.problem((), "is the plan of a sweep", expected)])
+    override(source, changes)
     embed_files(source)
     return source
 
@@ -172,7 +182,7 @@ def source_of(
         source = document
     elif isinstance(document, Mapping):
         source = Source(_plain_data(document, MAX_DEPTH), {(): Location(name)})
-    elif isinstance(document, str) and _is_yaml_text(document):
+    elif isinstance(document, str) and "\n" in document:
         problem = "is a text that looks like YAML, and not the path of a file"
         expected = "expected the path of a YAML file, or a dictionary, as from yaml.safe_load(text)"
         raise ConfigError.at(Location(name), problem, expected)
@@ -186,19 +196,8 @@ def source_of(
     if source.data is None:
         source.data = {}  # then the required keys of an empty file are reported as missing
     if not isinstance(source.data, dict):
-        found = f"is {describe(source.data)}"
-        raise ConfigError.at(source.location(()), found, "expected a mapping")
+        raise ConfigError([source.problem((), f"is {describe(source.data)}", "expected a mapping")])
     return source
-
-
-def _is_yaml_text(document: str) -> bool:
-    """Whether a text is no path of a file, but has what YAML has and paths do not have."""
-    if "\n" not in document and (": " not in document or document.lower().endswith(YAML)):
-        return False
-    try:
-        return not is_file(FilePath(document))
-    except OSError:
-        return True
 
 
 def validated(source: Source, *, allow_python: bool = False) -> Config:
@@ -218,19 +217,14 @@ def validated(source: Source, *, allow_python: bool = False) -> Config:
     model = model_of(variant if known else meant or FALLBACK_VARIANT)
     try:
         config = model.model_validate(source.data, context={ALLOW: allow_python})
+        problems = _problems_of_start(config, source)
     except ValidationError as error:
         problems = problems_of(error, source, model)
-    else:
-        problems = _problems_of_start(config, source)
-    # Aliases and repeated keys were reported while reading; a second message is not needed.
-    already_wrong = {problem.location for problem in source.problems}
+    choices = f"expected one of {', '.join(VARIANTS)}{hint(variant, VARIANTS)}"
     problems = [
-        replace(p, expected=f"expected one of {', '.join(VARIANTS)}{hint(variant, VARIANTS)}")
-        if p.key == "controller.variant"
-        else p
-        for p in problems
-        if p.location not in already_wrong
-        and (known or meant is not None or not _depends_on_variant(p.key))
+        replace(p, expected=choices) if p.key == VARIANT else p
+        for p in source.new(problems)
+        if known or meant or p.key == VARIANT or not p.key.startswith(IN_VARIANT_SECTIONS)
     ]
     if source.problems or problems:
         raise ConfigError([*source.problems, *problems])
@@ -242,11 +236,10 @@ def _problems_of_start(config: Config, source: Source) -> list[ConfigProblem]:
     regularity, bound = math.cos(config.initial.orientation[PITCH]), config.integration.range_bound
     if regularity > bound or config.integration.coordinates == "quaternion":
         return []
-    path = ("initial", "orientation")
     found = f"has cos θ2 = {regularity:.2g}, and a run ends where it is {bound:g} or less"
     largest = math.degrees(math.acos(bound))
     expected = f"expected |θ2| below {largest:.6g}°, or a smaller integration.range_bound"
-    return [ConfigProblem(source.location(path), key_of(path), found, expected)]
+    return [source.problem(("initial", "orientation"), found, expected)]
 
 
 def plain_data(config: Config) -> dict[str, Any]:
@@ -318,13 +311,13 @@ def run_id(config: Config) -> str:
     sorted and it has no spaces. Every number that may be a float is the shortest decimal that reads
     back as the same float.
     """
-    text = json.dumps(identifying(config), sort_keys=True, separators=(",", ":"))
+    return identity_of(identifying(config))
+
+
+def identity_of(data: Any) -> str:
+    """Return the identity of plain data, as `run_id` describes it."""
+    text = json.dumps(data, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
-
-
-def _depends_on_variant(key: str) -> bool:
-    inside = any(key.startswith((f"{top}.", f"{top}[")) for top in VARIANT_KEYS)
-    return (inside or key in VARIANT_KEYS[1:]) and key != "controller.variant"
 
 
 def _plain_data(value: Any, levels: int) -> Any:

@@ -50,6 +50,14 @@ def value_at(owner: Any, path: Path) -> Any:
     return value
 
 
+def found_at(owner: Any, path: Path) -> Any:
+    """Return the value at a path of a config, or of plain data; None if there is no such path."""
+    try:
+        return value_at(owner, path)
+    except LookupError:
+        return None
+
+
 def numbers_below(owner: Any, path: Path) -> Iterator[tuple[Path, float]]:
     """Yield the path and the value of each number at a path and below it: of all matrix entries.
 
@@ -177,10 +185,7 @@ def is_of_initial_state(path: Path) -> bool:
 def unit_at(owner: Any, key: str) -> str:
     """Return the unit of a key of a config, or of plain data; empty if it has none."""
     path = parse_key(key) or ()
-    try:
-        kinds = [kind_of(value_at(owner, path[:2]))] if path[:1] == ("elements",) else []
-    except LookupError:
-        kinds = []
+    kinds = [kind_of(found_at(owner, path[:2]))] if path[:1] == ("elements",) else []
     return unit_of(key_of(names_in(path)), kinds)
 
 

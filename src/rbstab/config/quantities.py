@@ -6,6 +6,8 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
+from rbstab.config.errors import describe
+
 
 def value_error(problem: str, expected: str) -> PydanticCustomError:
     """Return a validation error with the two texts of a config problem."""
@@ -29,6 +31,21 @@ def whole(value: Any) -> Any:
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
+def version(*known: int) -> BeforeValidator:
+    """Return the check of a schema version, which is one of some whole numbers."""
+
+    def check(value: Any) -> Any:
+        value = whole(value)
+        # True equals 1, so a literal would accept it.
+        if type(value) is not int or value not in known:
+            expected = f"expected {' or '.join(map(str, known))}"
+            found = f"is {describe(value)}, which this version of rbstab cannot read"
+            raise value_error(found, expected)
+        return value
+
+    return BeforeValidator(check)
+
+
 Whole = Annotated[int, BeforeValidator(whole)]
 """A whole number, also written as 1e3 or 1000.0."""
 
@@ -48,26 +65,15 @@ LongText = Annotated[str, Field(max_length=1000), AfterValidator(_without_null)]
 # stays strict.
 _THREE = Field(min_length=3, max_length=3, strict=False)
 
-_MAX_LISTED = 100
-"""Entries of a list that are checked one by one. A list that is much too long has one problem."""
 
-
-def _list_of(size: int, expected: str = "", *, for_all: bool = False) -> BeforeValidator:
-    """Return a check that a value is a list, and not much longer than its correct size.
-
-    Args:
-        size: The correct size.
-        expected: What is expected instead of another value; default: a list of that size.
-        for_all: Whether one number in place of the list is likely meant for all its entries.
-    """
+def _list_of(size: int, expected: str = "") -> BeforeValidator:
+    """Return a check that a value is a list; if it is another, one of that size is expected."""
 
     def check(value: Any) -> Any:
         # Otherwise pydantic would accept a set, whose order is arbitrary.
         if not isinstance(value, list | tuple):
-            context = {"expected": expected or f"a list of {size}", "for_all": for_all}
+            context = {"expected": expected or f"a list of {size}"}
             raise PydanticCustomError("tuple_type", "not a list", context)
-        if len(value) > _MAX_LISTED:
-            raise value_error(f"has {len(value)} entries", f"expected {size}")
         return value
 
     return BeforeValidator(check)
@@ -77,16 +83,6 @@ _LIST = _list_of(3)
 
 Vector = Annotated[tuple[Real, ...], _THREE, _LIST]
 """Three finite numbers."""
-
-
-def _check_gravity(value: Any) -> Any:
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        raise value_error(f"is {value:g}", f"expected a list of 3; down is [0, 0, {-abs(value):g}]")
-    return value
-
-
-Gravity = Annotated[Vector, BeforeValidator(_check_gravity)]
-"""The acceleration of free fall, which is a vector."""
 
 
 SMALLEST_SQUARE, LARGEST_SQUARE = 1e-200, 1e200
@@ -112,7 +108,7 @@ def components(size: int) -> Any:
     return Vector if size == 3 else Annotated[tuple[Real, ...], length, _list_of(size)]
 
 
-Diagonal = Annotated[tuple[Positive, ...], _THREE, _list_of(3, "three numbers", for_all=True)]
+Diagonal = Annotated[tuple[Positive, ...], _THREE, _list_of(3, "three numbers")]
 """Three positive numbers."""
 
 
@@ -126,13 +122,11 @@ eigenvalue is uncertain."""
 
 
 def _symmetric(rows: tuple[Any, ...]) -> tuple[Any, ...]:
-    pairs = [(rows[i][j], rows[j][i]) for i in range(3) for j in range(i)]
+    below = {(i, j): rows[i][j] for i in range(3) for j in range(i)}
     largest = max(abs(entry) for row in rows for entry in row)
-    if any(abs(a - b) > SYMMETRIC * largest for a, b in pairs):
+    if any(abs(x - rows[j][i]) > SYMMETRIC * largest for (i, j), x in below.items()):
         raise value_error("is not symmetric", "expected a symmetric matrix")
-    mean = {
-        (i, j): rows[i][j] + 0.5 * (rows[j][i] - rows[i][j]) for i in range(3) for j in range(i)
-    }
+    mean = {(i, j): x + 0.5 * (rows[j][i] - x) for (i, j), x in below.items()}
     return tuple(
         tuple(mean.get((max(i, j), min(i, j)), rows[i][j]) for j in range(3)) for i in range(3)
     )
@@ -156,15 +150,11 @@ def is_regular(gain: tuple[Any, ...]) -> bool:
 
 def _positive_definite(rows: tuple[Any, ...]) -> tuple[Any, ...]:
     smallest, largest = _eigenvalue(rows)
-    if smallest <= -ROUND_OFF * largest:
+    if smallest <= ROUND_OFF * largest:
+        beyond = "" if smallest <= -ROUND_OFF * largest else " beyond round-off"
         raise value_error(
-            f"is not positive definite, its smallest eigenvalue is {smallest:.6g}",
-            "expected positive eigenvalues",
-        )
-    if not is_regular(rows):
-        raise value_error(
-            "is not positive definite beyond round-off",
-            f"expected a smallest eigenvalue above {ROUND_OFF:g} times the largest entry",
+            f"is not positive definite{beyond}, its smallest eigenvalue is {smallest:.6g}",
+            f"expected more than {ROUND_OFF:g} times the largest entry",
         )
     return rows
 
@@ -180,40 +170,15 @@ def _positive_semidefinite(rows: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 _SymmetricMatrix = Annotated[tuple[Vector, ...], _THREE, _LIST, AfterValidator(_symmetric)]
-SHAPE_TAGS = ("<diagonal>", "<matrix>")
-"""Tags that pydantic adds to the path of an error in a matrix; no key has such a name."""
 
 
 def _shape_tag(value: Any) -> str:
     rows = isinstance(value, list | tuple) and len(value) > 0 and isinstance(value[0], list | tuple)
-    return SHAPE_TAGS[1] if rows else SHAPE_TAGS[0]
+    return "<matrix>" if rows else "<diagonal>"
 
 
-_AS_MATRIX = _list_of(3, "three numbers or a 3x3 matrix", for_all=True)
+_AS_MATRIX = _list_of(3, "three numbers or a 3x3 matrix")
 """The check of the diagonal of a matrix: what is not a list of rows is read as a diagonal."""
-
-URDF = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-"""The order of six numbers in URDF. MuJoCo has another one: ixx iyy izz ixy ixz iyz."""
-
-
-def _refuse_six(value: Any) -> Any:
-    """Refuse six numbers, whose order is not certain, with the matrix that they most likely are."""
-    is_list = isinstance(value, list | tuple) and len(value) == len(URDF)
-    if is_list and all(type(entry) in (int, float) for entry in value):
-        xx, xy, xz, yy, yz, zz = (f"{entry:.12g}" for entry in value)
-        matrix = f"[[{xx}, {xy}, {xz}], [{xy}, {yy}, {yz}], [{xz}, {yz}, {zz}]]"
-        if not any(value[3:]):
-            first = f"[{xx}, {xy}, {xz}]"
-            raise value_error("has 6 entries", f"expected the first three alone: {first}")
-        raise value_error(
-            "has 6 entries",
-            f"expected three numbers or a 3x3 matrix; in URDF's order, {' '.join(URDF)}, they are "
-            f"{matrix}",
-        )
-    return value
-
-
-_NOT_SIX = BeforeValidator(_refuse_six)
 
 
 def _matrix(entry: Any, *checks: Any) -> Any:
@@ -223,8 +188,8 @@ def _matrix(entry: Any, *checks: Any) -> Any:
         entry: The type of an entry of the diagonal.
         checks: The validators of three rows.
     """
-    diagonal = Annotated[tuple[entry, ...], _THREE, _AS_MATRIX, _NOT_SIX, Tag(SHAPE_TAGS[0])]
-    rows = Annotated[_SymmetricMatrix, *checks, Tag(SHAPE_TAGS[1])]
+    diagonal = Annotated[tuple[entry, ...], _THREE, _AS_MATRIX, Tag("<diagonal>")]
+    rows = Annotated[_SymmetricMatrix, *checks, Tag("<matrix>")]
     return Annotated[diagonal | rows, Discriminator(_shape_tag)]
 
 

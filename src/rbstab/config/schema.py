@@ -9,8 +9,7 @@ from functools import reduce
 from operator import or_
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, ValidationInfo, create_model, field_validator
-from pydantic_core import PydanticCustomError
+from pydantic import Field, ValidationInfo, create_model, field_validator
 
 from rbstab.config.controllers import CONTROLLERS, Implicit, NoController, Slope, model_name
 from rbstab.config.elements import (
@@ -24,7 +23,7 @@ from rbstab.config.elements import (
     switching,
 )
 from rbstab.config.errors import printable, shortened
-from rbstab.config.quantities import Gravity, Text, components, value_error, whole
+from rbstab.config.quantities import Text, Vector, components, value_error, version
 from rbstab.config.section import FrozenMapping, Section
 from rbstab.config.sections.body import BodySection, FreeInitial, HeldInitial, zero_vector
 from rbstab.config.sections.desired import Desired
@@ -39,20 +38,7 @@ SCHEMA_VERSIONS = (1, 2)
 """The versions that this program reads."""
 
 
-def _check_whole(value: Any) -> Any:
-    # True equals 1, so a literal would accept it.
-    value = whole(value)
-    if type(value) is not int:
-        expected = {"expected": "the whole number 1 or 2"}
-        raise PydanticCustomError("literal_error", "not a whole number", expected)
-    if value not in SCHEMA_VERSIONS:
-        raise value_error(
-            f"is {value}, which this version of rbstab cannot read", "expected 1 or 2"
-        )
-    return value
-
-
-SchemaVersion = Annotated[Literal[1, 2], BeforeValidator(_check_whole)]
+SchemaVersion = Annotated[Literal[1, 2], version(*SCHEMA_VERSIONS)]
 
 
 class Experiment(Section):
@@ -61,7 +47,7 @@ class Experiment(Section):
     schema_version: SchemaVersion = 1
     title: Text = "untitled"
     body: BodySection
-    gravity: Gravity = zero_vector("m/s^2, inertial")
+    gravity: Vector = zero_vector("m/s^2, inertial")
     controller: Any
     elements: Elements = Field(default_factory=FrozenMapping)
     initial: Any = Field(default_factory=HeldInitial)
@@ -93,13 +79,6 @@ class Experiment(Section):
         allowed = any(getattr(element, "may_run", False) for element in self.elements.values())
         return _unpickled, (self.controller.variant, self.plain(), allowed)
 
-    @field_validator("elements")
-    @classmethod
-    def _check_version(cls, elements: Any, info: ValidationInfo) -> Any:
-        if info.data.get("schema_version") == 1:
-            raise value_error("is not a key of schema version 1", "expected schema_version: 2")
-        return elements
-
     @field_validator("controller")
     @classmethod
     def _check_controller(cls, controller: Any, info: ValidationInfo) -> Any:
@@ -109,7 +88,9 @@ class Experiment(Section):
 
     @field_validator("elements")
     @classmethod
-    def _check_sliding(cls, elements: Any, info: ValidationInfo) -> Any:
+    def _check_elements(cls, elements: Any, info: ValidationInfo) -> Any:
+        if info.data.get("schema_version") == 1:
+            raise value_error("is not a key of schema version 1", "expected schema_version: 2")
         controller: Any = info.data.get("controller")
         is_sliding = controller is not None and controller.variant == "sliding"
         beside = followed_by_modes(elements)
@@ -125,23 +106,19 @@ class Experiment(Section):
         if on_slope and body is not None and controller.law == "exact":
             sliding["connector"] = body.contact_point
         check_sliding_points(sliding)
-        if is_sliding and controller.stick_energy and stops(elements):
+        names = stops(elements)
+        if is_sliding and controller.stick_energy and names:
             raise value_error(
-                f"has {', '.join(stops(elements))} beside a sliding connector with a stick_energy: "
+                f"has {', '.join(names)} beside a sliding connector with a stick_energy: "
                 "each impact would throw the axes off that stick",
                 "expected stick_energy: 0, or no stops",
             )
-        return elements
-
-    @field_validator("elements")
-    @classmethod
-    def _check_stops(cls, elements: Any) -> Any:
-        if len(stops(elements)) > 1:
+        if len(names) > 1:
             raise value_error(
-                f"has several stops: {', '.join(stops(elements))}",
+                f"has several stops: {', '.join(names)}",
                 "expected one: the body would never reach the others",
             )
-        for name in stops(elements):
+        for name in names:
             angle = elements[name].angle
             beyond = [n for n, soft in elements.items() if getattr(soft, "soft_angle", 0) >= angle]
             if beyond:
@@ -165,44 +142,30 @@ class Experiment(Section):
 
     @field_validator("integration")
     @classmethod
-    def _check_switching(cls, integration: Any, info: ValidationInfo) -> Any:
-        names = ", ".join(switching(info.data.get("elements") or {}))
-        if names and integration.engine == "scipy" and integration.method == "LSODA":
+    def _check_integration(cls, integration: Any, info: ValidationInfo) -> Any:
+        controller, elements = info.data.get("controller"), info.data.get("elements") or {}
+        switches, legs = switching(elements), inputs(elements, with_legs=True)
+        interrupted = [*switches, *(name for name in legs if name not in switches)]
+        if interrupted and integration.engine == "scipy" and integration.method == "LSODA":
             raise value_error(
-                f"has method: LSODA, which loses its history at each switch of {names}",
+                f"has method: LSODA, which loses its history at each switch or leg of "
+                f"{', '.join(interrupted)}",
                 "expected another method",
             )
-        if names and getattr(integration, "drift_control", "none") == "projection":
+        if switches and getattr(integration, "drift_control", "none") == "projection":
             raise value_error(
-                f"has drift_control: projection, which moves the state past switches of {names}",
+                "has drift_control: projection, which moves the state past switches of "
+                f"{', '.join(switches)}",
                 "expected none or {baumgarte: rate}",
             )
-        return integration
-
-    @field_validator("integration")
-    @classmethod
-    def _check_quaternion(cls, integration: Any, info: ValidationInfo) -> Any:
         quaternion = integration.coordinates == "quaternion"
-        controller, elements = info.data.get("controller"), info.data.get("elements") or {}
         reading = reading_angles(controller, elements) if quaternion else []
         if reading:
             raise value_error(
                 f"has coordinates: quaternion, but {', '.join(reading)} may read Euler angles",
                 "expected other coordinates, or elements that do not: no K_r, guards or Python",
             )
-        return integration
-
-    @field_validator("integration")
-    @classmethod
-    def _check_inputs(cls, integration: Any, info: ValidationInfo) -> Any:
-        elements = info.data.get("elements") or {}
-        names = inputs(elements, with_legs=True)
-        if names and integration.engine == "scipy" and integration.method == "LSODA":
-            raise value_error(
-                f"has method: LSODA, which loses its history at each leg of {', '.join(names)}",
-                "expected another method",
-            )
-        for name in names:
+        for name in legs:
             signal = elements[name].signal
             knots = signal.rate * integration.duration if signal.kind == "noise" else 0.0
             if knots > MAX_KNOTS:

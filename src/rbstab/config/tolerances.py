@@ -45,8 +45,6 @@ DEGREE = Fraction(314159265358979323847, 180 * 10**20)
 LARGEST = 10**100
 """Tolerances are below this."""
 
-_SECOND = "gives a second tolerance of"
-
 _EXPECTED = (
     "expected KEY=±SIZE or KEY=±SIZE%, such as controller=±20% or body.contact_point=±0.01; "
     "+- may stand for ±"
@@ -106,22 +104,12 @@ def tolerances_of_key(
     """
     where = Location(f"{option} {shortened(key)}")
     if "=" in key:
-        name = key.partition("=")[0].strip()
-        meant = _meant(config, name) if not _entries_at(config, name) else []
-        expected = f"expected the key alone: {option} {meant[0] if meant else shortened(name)}"
+        expected = f"expected the key alone: {option} {shortened(key.partition('=')[0].strip())}"
         raise ConfigError.at(where, "has a size, which is to be found", expected)
     try:
         return tolerances_of(config, [*fixed, f"{key}=±0.001%"])
     except ConfigError as error:
-        # The other texts are valid, so a second tolerance is that of the key.
-        expected = f"expected a key without a tolerance; leave out {option} or that tolerance"
-        problems = [replace(one, location=where) for one in error.problems]
-        raise ConfigError(
-            [
-                replace(one, expected=expected) if one.problem.startswith(_SECOND) else one
-                for one in problems
-            ]
-        ) from error
+        raise ConfigError([replace(one, location=where) for one in error.problems]) from error
 
 
 def tolerances_of(config: Config, texts: Iterable[str]) -> tuple[Tolerance, ...]:
@@ -148,7 +136,8 @@ def tolerances_of(config: Config, texts: Iterable[str]) -> tuple[Tolerance, ...]
             continue
         twice = [one.entry.key for one in new if one.entry.paths[0] in found]
         if twice:
-            problems += _refused(text, f"{_SECOND} {twice[0]}").problems
+            problem = f"gives a second tolerance of {twice[0]}"
+            problems += _refused(text, problem, "expected one of them").problems
             continue
         problems += _invalid_bounds(config, text, new)
         found |= {one.entry.paths[0]: one for one in new}
@@ -168,10 +157,9 @@ def _tolerances_in(config: Config, text: str) -> list[Tolerance]:
     entries = _entries_at(config, key)
     if not entries:
         problem = f"{shortened(key)} has no numbers that can have a tolerance"
-        meant = _meant(config, key)
-        expected = f"expected a key of {', '.join(_sections_of(config))}"
-        expected = did_you_mean(meant) or expected
-        raise _refused(text, problem, expected)
+        sections = [name for name in SECTIONS if _entries_at(config, name)]
+        meant = did_you_mean(closest_keys(key.partition("[")[0], [*sections, *keys_of(config)]))
+        raise _refused(text, problem, meant or f"expected a key of {', '.join(sections)}")
     unit = Fraction(1) if match["percent"] else _unit(config, text, key, entries)
     found = []
     for entry in entries:
@@ -229,16 +217,6 @@ def _entries_at(config: Config, key: str) -> tuple[Entry, ...]:
     return tuple(
         entry for entry in of_sections if any(own[: len(path)] == path for own in entry.paths)
     )
-
-
-def _meant(config: Config, key: str) -> list[str]:
-    """Return the keys of a config that a wrong key may mean, without the numbers of vectors."""
-    return closest_keys(key.partition("[")[0], [*_sections_of(config), *keys_of(config)])
-
-
-def _sections_of(config: Config) -> list[str]:
-    """Return the sections with numbers that a config has."""
-    return [name for name in SECTIONS if _entries_at(config, name)]
 
 
 def _invalid_bounds(config: Config, text: str, found: list[Tolerance]) -> list[ConfigProblem]:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from rbstab.config.sections.signals import SIGNAL_UNITS
 from rbstab.config.source import Path, key_of
-from rbstab.config.user_code.section import PARAMETERS, parameters_in
+from rbstab.config.user_code.section import PARAMETERS, parameter_units, parameters_in
 from rbstab.elements.registry import GAINS, KINDS, OWN_STATES
 
 _UNITS = (
@@ -31,21 +31,12 @@ _UNITS = (
     | {f"initial.{name}": state.unit for name, state in OWN_STATES.items()}
 )
 
-_ELEMENT_UNITS = (
-    {
-        (kind, method, gain.name): gain.unit
-        for kind, methods in KINDS.items()
-        for method, element in methods.items()
-        for gain in element.gains
-    }
-    | {
-        (kind, method, state.initial_key): state.unit
-        for kind, methods in KINDS.items()
-        for method, element in methods.items()
-        for state in element.states
-    }
-    | {("sliding", None, "surface.slope"): "1/s"}
-)
+_ELEMENT_UNITS = {
+    (kind, method, key): unit
+    for kind, methods in KINDS.items()
+    for method, element in methods.items()
+    for key, unit in parameter_units(element).items()
+} | {("sliding", None, "surface.slope"): "1/s"}
 """By kind, selector and key: the stiffness of a spring and that of a guard have different units."""
 
 

@@ -11,25 +11,17 @@ import numpy as np
 
 from rbstab.elements.at_point import AtPoint
 from rbstab.elements.declarations import ANCHOR, POINT, Gain
-from rbstab.elements.element import Element, force_at_contact
-from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.element import Element
+from rbstab.elements.sliding import Sliding, SlidingConnector
 from rbstab.mechanics.body import Body
-from rbstab.mechanics.motion import Motion, Wrench
+from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array, Number
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class SlidingByModes(Element):
-    """A sliding connector whose sign σ and layer β are functions of modes 0 and 1.
+class SlidingByModes(Sliding):
+    """A sliding connector whose sign σ and layer β are functions of modes 0 and 1."""
 
-    Args:
-        K_s: Force of each axis, shape (3,), N, inertial.
-        rate_weight: ρ in s = ρF + κE: 0 for s = E, 1 for s = F + κE.
-        slope: κ: 1 for s = E; otherwise in 1/s.
-        layer_width: δ, in the unit of s; it has no effect without a boundary layer.
-    """
-
-    gains: ClassVar[tuple[Gain, ...]] = SlidingConnector.gains
     sticks: ClassVar[bool] = False
     """Whether axes may be held at E = F = 0 on s = E."""
 
@@ -37,30 +29,6 @@ class SlidingByModes(Element):
     rate_weight: Number
     slope: Number
     layer_width: Number
-
-    @property
-    def connector(self) -> SlidingConnector:
-        """The connector of eq. 39 with σ and β of the modes."""
-        side, layer = self.side_and_layer()
-        return SlidingConnector(
-            self.K_s, self.rate_weight, self.slope, side, layer, self.layer_width
-        )
-
-    def side_and_layer(self) -> tuple[Array, Array]:
-        """Return σ and β, each of shape (3,)."""
-        raise NotImplementedError
-
-    def force(self, motion: Motion, own: Array) -> Array:
-        """Return Λ = -K_s (σ + β s/δ), shape (3,), N, inertial (eq. 39)."""
-        return self.connector.wrench(motion, own).contact_force
-
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
-        """Λ, N, inertial."""
-        return force_at_contact(self.force(motion, own))
-
-    def stored(self, motion: Motion, own: Array) -> Number:
-        """Σ K_s |E| for s = E, J; 0 for s = F + κE, where the force has no potential."""
-        return self.connector.stored(motion, own)
 
     def at_point(self, motion: Motion) -> Motion:
         """Return the motion with E and F of the point: here those of the contact point."""
@@ -72,14 +40,14 @@ class SlidingByModes(Element):
 
     def surface(self, motion: Motion) -> Array:
         """s = ρF + κE, shape (3,), m or m/s."""
-        return self.connector.surface(motion.E, motion.F)
+        return self.combined(motion.E, motion.F)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SlidingTie(AtPoint, SlidingByModes):
     """A sliding connector at a point of its own; its surface and law choose one of the classes."""
 
-    gains: ClassVar[tuple[Gain, ...]] = (POINT, ANCHOR, *SlidingConnector.gains)
+    gains: ClassVar[tuple[Gain, ...]] = (POINT, ANCHOR, *Sliding.gains)
     mode_count: ClassVar[int] = 3
 
     def place(self, body: Body) -> Array:
@@ -95,6 +63,7 @@ class SlidingTie(AtPoint, SlidingByModes):
         return -self.rate_weight * (self.force(here, own) @ here.F)
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Crossing(SlidingByModes):
     """Λ = -K_s sgn(E) on s = E, which each axis crosses.
 
@@ -108,7 +77,7 @@ class Crossing(SlidingByModes):
     mode_count: ClassVar[int] = 3
     kinked: ClassVar[bool] = True
 
-    mode: Array
+    mode: Array = field(default_factory=lambda: np.zeros(3))
 
     def side_and_layer(self) -> tuple[Array, Array]:
         """σ = 2m - 1, and no layer."""
@@ -119,6 +88,7 @@ class Crossing(SlidingByModes):
         return self.surface(self.at_point(motion))
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Layered(SlidingByModes):
     """Λ = -K_s sat(s/δ): inside the layer |s| <= δ, s/δ replaces the sign. No force jumps.
 
@@ -127,7 +97,7 @@ class Layered(SlidingByModes):
 
     mode_count: ClassVar[int] = 6
 
-    mode: Array
+    mode: Array = field(default_factory=lambda: np.zeros(6))
 
     def side_and_layer(self) -> tuple[Array, Array]:
         """σ = m₊ - m₋ and β = 1 - m₊ - m₋."""
@@ -140,6 +110,7 @@ class Layered(SlidingByModes):
         return np.concatenate([s - self.layer_width, -s - self.layer_width])
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Filippov(SlidingByModes):
     """Λ = -K_s sgn(s) on s = F + κE, where each axis slides while the force is strong enough.
 
@@ -153,7 +124,7 @@ class Filippov(SlidingByModes):
     mode_count: ClassVar[int] = 6
     slides: ClassVar[bool] = True
 
-    mode: Array
+    mode: Array = field(default_factory=lambda: np.zeros(6))
 
     @property
     def held(self) -> Array:
@@ -180,7 +151,7 @@ class Filippov(SlidingByModes):
     def surface_rate(self, motion: Motion, acceleration: Array) -> Array:
         """Return ṡ = F' + κF, shape (3,), m/s², from the acceleration of the point, inertial."""
         F = self.at_point(motion).F
-        return self.connector.surface(F, acceleration)
+        return self.combined(F, acceleration)
 
     def held_rate(self, motion: Motion) -> Array:
         """Return what is zero on held axes and changes by `surface_rate`: s, shape (3,), m/s."""
@@ -219,14 +190,10 @@ class Sticking(Filippov):
 class CrossingTie(Crossing, SlidingTie):
     """A sliding tie on s = E, which each axis crosses."""
 
-    mode: Array = field(default_factory=lambda: np.zeros(3))
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LayeredTie(Layered, SlidingTie):
     """A sliding tie with a boundary layer."""
-
-    mode: Array = field(default_factory=lambda: np.zeros(6))
 
     def at_rest(self) -> Element:
         """The tie on s = E whose layer is that of κE: at rest F = 0."""
@@ -239,8 +206,6 @@ class LayeredTie(Layered, SlidingTie):
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FilippovTie(Filippov, SlidingTie):
     """A sliding tie on s = F + κE, on which each axis slides."""
-
-    mode: Array = field(default_factory=lambda: np.zeros(6))
 
     def at_rest(self) -> Element:
         """The tie on s = E: at rest F = 0, and any force up to K_s holds an axis at E = 0."""
@@ -259,39 +224,35 @@ class AtContact(SlidingByModes):
     """The connector of a controller, at the contact point.
 
     On s = F + κE it has no potential and dissipates nothing: v - ε of eq. 28 replaces v, as for
-    `SlidingConnector`.
+    `Sliding`.
     """
 
     name = "connector"
 
+    @property
+    def connector(self) -> SlidingConnector:
+        """The connector of eq. 39 with σ and β of the modes."""
+        side, layer = self.side_and_layer()
+        return SlidingConnector(
+            self.K_s, self.rate_weight, self.slope, side, layer, self.layer_width
+        )
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+
 class CrossingConnector(Crossing, AtContact):
     """The connector of a controller on s = E, which each axis crosses."""
 
     exact_guards: ClassVar[bool] = True
 
-    mode: Array = field(default_factory=lambda: np.zeros(3))
 
-
-@dataclass(frozen=True, eq=False, kw_only=True)
 class LayeredConnector(Layered, AtContact):
     """The connector of a controller with a boundary layer."""
 
-    mode: Array = field(default_factory=lambda: np.zeros(6))
 
-
-@dataclass(frozen=True, eq=False, kw_only=True)
 class FilippovConnector(Filippov, AtContact):
     """The connector of a controller on s = F + κE, on which each axis slides."""
 
-    mode: Array = field(default_factory=lambda: np.zeros(6))
 
-
-@dataclass(frozen=True, eq=False, kw_only=True)
 class StickingConnector(Sticking, AtContact):
     """The connector of a controller on s = E, whose axes may stick there."""
 
     exact_guards: ClassVar[bool] = True
-
-    mode: Array = field(default_factory=lambda: np.zeros(6))

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from rbstab.analysis.certificate.verdict import overall
 from rbstab.config.build import problem_of
+from rbstab.config.errors import describe
 from rbstab.config.load import load_config, resolved_yaml, run_id
-from rbstab.config.messages import describe
 from rbstab.config.schema import Config
 from rbstab.config.warnings import config_warnings
 from rbstab.experiment.answers.result import Result

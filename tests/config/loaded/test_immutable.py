@@ -1,7 +1,5 @@
 """A loaded config cannot be changed, and it contains all defaults."""
 
-import pickle
-from copy import deepcopy
 from typing import Any
 
 import pytest
@@ -119,23 +117,3 @@ def test_values_of_the_file_are_kept(load):
     assert config.initial.angular_velocity == (16.0, 32.0, -16.0)
     assert config.integration.duration == 2.0
     assert config.integration.samples == 11
-
-
-def test_elements_cannot_be_changed():
-    elements = FrozenMapping({"a": 1, "b": (2, 3)})
-    for change in (
-        lambda: elements.update(c=4),
-        lambda: elements.__setitem__("a", 5),
-        lambda: elements.pop("a"),
-        lambda: elements.__delitem__("a"),
-        lambda: elements.setdefault("c", 1),
-        lambda: elements.__ior__({"c": 1}),
-        elements.popitem,
-        elements.clear,
-    ):
-        with pytest.raises(TypeError, match="cannot be changed"):
-            change()
-    assert elements == {"a": 1, "b": (2, 3)}
-    copies = pickle.loads(pickle.dumps(elements)), deepcopy(elements)  # noqa: S301
-    assert all(type(copy) is FrozenMapping and copy == elements for copy in copies)
-    assert {hash(copy) for copy in copies} == {hash(elements)}

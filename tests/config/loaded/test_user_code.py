@@ -164,9 +164,9 @@ def test_a_digest_pins_a_file(folder):
         ("parameters={}", "elements.mine.parameters.k: is missing (it is required)"),
         ("parameters.k=[1]", "elements.mine.parameters.k: is a list of 1 (expected a number)"),
         ("parameters.k=-1", "elements.mine.parameters.k: is -1 (expected a number greater than 0"),
-        ("parameters.kk=1", "elements.mine.parameters.kk: is unknown (expected one of k)"),
+        ("parameters.kk=1", "elements.mine.parameters.kk: is unknown (did you mean k?)"),
         ("parameters=5", "elements.mine.parameters: is not a mapping"),
-        ("colour=red", "elements.mine.colour: is unknown (expected one of class, file, kind,"),
+        ("colour=red", "elements.mine.colour: is unknown (expected one of kind, source, file,"),
     ],
 )
 def test_wrong_sections(folder, change, expected):
@@ -188,7 +188,7 @@ def test_places_in_the_file(folder):
     ("text", "expected"),
     [
         ("class Mine(:\n", "line 1: is not Python"),
-        (b"\xff\xfe", "which cannot be read: it is not text in UTF-8"),
+        (b"\xff", "which cannot be read: it is not text in UTF-8"),
         ("#" * (MAX_SOURCE + 1), f"which cannot be read: it has more than {MAX_SOURCE} characters"),
         (SPRING.replace('Gain("k"', "Gain(K"), "Mine: line"),
         (SPRING + "\nraise ValueError('no')\n", "cannot be run: line"),

@@ -22,7 +22,7 @@ REFUSED = [
     (edited(MASS, "mass: *m"), ["3:9: body.mass: is the alias *m (expected values written out)"]),
     (edited(MASS, "mass: &m 41.0"), ["3:9: body.mass: has the anchor &m (expected no anchors)"]),
     (edited("body:", "body: &b"), ["2:7: body: has the anchor &b (expected no anchors)"]),
-    ("&a title: Case\n" + VISCO_ELASTIC[12:], ["1:1: has the anchor &a (expected no anchors)"]),
+    ("&a title: Case\n" + VISCO_ELASTIC[12:], ["1:1: is a key that is no plain text"]),
     (
         edited(MASS, "mass: !!float 41.0"),
         ["3:9: body.mass: has the tag tag:yaml.org,2002:float (expected no tags)"],
@@ -35,10 +35,19 @@ REFUSED = [
         ],
     ),
     ("!!map\n" + VISCO_ELASTIC, ["1:1: has the tag tag:yaml.org,2002:map (expected no tags)"]),
-    (VISCO_ELASTIC + "*a : 1\n", ["20:1: is the alias *a (expected values written out)"]),
+    (
+        VISCO_ELASTIC + "*a : 1\n",
+        ["20:1: is a key that is no plain text (expected text"],
+    ),
     (VISCO_ELASTIC + "---\ntitle: b\n", ["20:1: starts a second document (expected one document)"]),
-    ("[a]: 1\n" + VISCO_ELASTIC, ["1:1: has a mapping or a list as a key (expected text as a key"]),
-    ("? {a: 1}\n: 1\n", ["1:3: has a mapping or a list as a key (expected text as a key)"]),
+    (
+        "[a]: 1\n" + VISCO_ELASTIC,
+        ["1:1: is a key that is no plain text (expected text as a key)"],
+    ),
+    (
+        "? {a: 1}\n: 1\n",
+        ["1:3: is a key that is no plain text (expected text as a key)"],
+    ),
 ]
 
 
@@ -47,15 +56,6 @@ def test_refused(complaints, text, expected):
     found = complaints(text)
     assert len(found) == len(expected)
     assert all(message.startswith(e) for message, e in zip(found, expected, strict=True))
-
-
-def test_an_anchor_and_its_aliases_are_each_reported(complaints):
-    text = edited("K_t: [4100, 4100, 3280]", "K_t: &k [4100, 4100, 3280]")
-    text = edited("K_c: [12300, 12300, 9840]", "K_c: *k", text)
-    assert complaints(text) == [
-        "8:8: controller.K_t: has the anchor &k (expected no anchors)",
-        "12:8: controller.K_c: is the alias *k (expected values written out)",
-    ]
 
 
 def test_an_alias_bomb_is_refused_before_it_grows(complaints):
@@ -76,13 +76,8 @@ def test_nesting_has_a_bound(complaints):
     deepest = edited(MASS, f"mass: {'[' * 14}1{']' * 14}")
     assert complaints(deepest) == ["3:9: body.mass: is a list of 1 (expected a number)"]
     found = complaints(edited(MASS, f"mass: {'[' * 15}1{']' * 15}"))
-    assert found == ["3:23: is nested too deeply (expected at most 16 levels)"]
-
-
-@pytest.mark.parametrize("text", ["[" * 100_000, "- " * 100_000, "a:\n" + "? " * 50_000])
-def test_very_deep_nesting_ends_early(complaints, text):
-    (message,) = complaints(text)
-    assert message.endswith(("levels)", "text as a key)"))
+    key = f"body.mass{'[0]' * 14}"
+    assert found == [f"3:23: {key}: is nested too deeply (expected at most 16 levels)"]
 
 
 BROKEN = [
@@ -98,19 +93,6 @@ def test_no_yaml(complaints, text, place):
     (message,) = complaints(text)
     assert message.split(":")[0] == place.split(":")[0]
     assert message.endswith("(expected YAML)")
-
-
-@pytest.mark.parametrize("indent", ["\t", "  \t"])
-def test_a_tab_at_the_begin_of_a_line_is_named(complaints, indent):
-    (message,) = complaints(edited("  mass", f"{indent}mass"))
-    assert message.startswith("3:")
-    assert message.endswith("begins with a tab (expected spaces: YAML is not indented with tabs)")
-
-
-def test_lists_of_problems_are_bounded(complaints):
-    found = complaints("a: [" + "*x, " * 500 + "]")
-    assert len(found) == 100
-    assert found[-1] == "1:401: a[99]: is the alias *x (expected values written out)"
 
 
 NO_MAPPING = [
@@ -145,6 +127,10 @@ def test_an_alias_gets_no_second_complaint(complaints):
     assert len(complaints(edited("samples: 11", "samples: &s 11"))) == 1
 
 
-def test_an_alias_as_a_key_ends_the_reading(complaints):
-    """What follows such an alias cannot be read as keys and values any more."""
-    assert complaints("*a : 1\nb: 2\n") == ["1:1: is the alias *a (expected values written out)"]
+def test_the_first_of_repeated_keys_is_kept_and_the_others_are_read():
+    read = source.parse_source("b: {c: [1, 2]}\nb: {c: {d: 3}, e: *x}\nb: 4\na: 5\n", "x")
+    assert read.data == {"b": {"c": [1, 2]}, "a": 5}
+    assert [str(problem.location) for problem in read.problems] == ["x:2:1", "x:2:19", "x:3:1"]
+    assert str(read.location(("b", "c", 1))) == "x:1:12"
+    assert ("b", "c", "d") not in read.values
+    assert ("b", "e") not in read.keys

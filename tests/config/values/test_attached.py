@@ -13,9 +13,8 @@ from support.pose import attitude
 
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config, resolved, run_id
-from rbstab.config.numbers import entries_of, shifted
+from rbstab.config.numbers import shifted
 from rbstab.config.schema import json_schema
-from rbstab.config.tolerances import tolerances_of
 
 THETA = [0.4, -0.3, 0.2]
 R = np.array([0.15, 0.10, -0.42])
@@ -27,7 +26,6 @@ SLIDING = edited("visco-elastic", "sliding").replace(
     "  K_c: [12300, 12300, 9840]\n  L_c: [600, 600, 420]\n",
     "  K_s: [9, 9, 9]\n  surface: position\n",
 )
-NONE = {key: value for key, value in plain().items() if key != "controller"} | {"schema_version": 2}
 
 
 def attached(data, *changes):
@@ -56,12 +54,6 @@ def test_an_anchor_at_equilibrium():
     sunk = 41.0 * np.array([1, 2, -9.81]) / [4100, 4100, 3280]
     np.testing.assert_allclose(motion.X, sunk + R - attitude(THETA) @ R, atol=1e-15)
     np.testing.assert_allclose(motion.E, 0, atol=1e-16)
-
-
-@pytest.mark.parametrize("data", [plain(SLIDING), NONE], ids=["sliding", "none"])
-def test_other_bodies(data):
-    motion = motion_at_start(attached(data))
-    np.testing.assert_allclose(motion.X, R - attitude(THETA) @ R, atol=1e-15)
 
 
 def test_a_sliding_connector_starts_on_its_surface_exactly():
@@ -119,20 +111,6 @@ def test_no_position_beside_it(load):
         load_config(plain(ATTACHED), ["initial.position[0]=0.1"])
 
 
-@pytest.mark.parametrize(
-    ("value", "found"),
-    [("1", "1"), ("yes", "the text 'yes'"), ("null", "empty"), ("[true]", "a list of 1")],
-)
-def test_other_values(value, found):
-    with pytest.raises(ValueError, match="initial") as caught:
-        load_config(plain(), [f"initial.attached={value}", "initial.orientation=[0, 0, 9]"])
-    lines = str(caught.value).splitlines()
-    message = f"--set initial.attached:1:18: initial.attached: is {found} (expected true or false)"
-    assert message in lines
-    # No second message about the position, which nobody gave.
-    assert not any("position" in line for line in lines)
-
-
 def test_the_schema_for_editors():
     validator = validator_of(json_schema())
     assert not schema_errors(validator, ATTACHED)
@@ -141,17 +119,6 @@ def test_the_schema_for_editors():
     held = edited("initial:", "initial:\n  attached: true", PERMANENT)
     assert not schema_errors(validator, held)
     assert schema_errors(validator, held.replace("attached: true", "attached: false"))
-
-
-def test_its_position_is_no_number_of_the_config():
-    """It has no sensitivity and no tolerance of its own: it changes with the orientation."""
-    config = load_config(plain(ATTACHED))
-    keys = {entry.key for entry in entries_of(config)}
-    assert "initial.orientation[0]" in keys
-    assert "initial.velocity[0]" in keys
-    assert not any("position" in key or "attached" in key for key in keys)
-    with pytest.raises(ValueError, match=r"initial\.position has no numbers"):
-        tolerances_of(config, ["initial.position=±0.1"])
 
 
 def test_the_derivative_of_the_start_by_the_orientation():

@@ -59,8 +59,8 @@ def problems(path: Path, element: str) -> list[str]:
                 "5:49: elements.a.direction: is zero, which has no direction (expected a vector of "
                 "any length)",
                 "5:71: elements.a.amplitude: is nan (expected a finite number)",
-                "5:77: elements.a.point: is unknown (expected one of amplitude, direction, kind, "
-                "quantity, signal)",
+                "5:77: elements.a.point: is unknown (expected one of kind, quantity, direction, "
+                "amplitude, signal)",
             ],
         ),
         (
@@ -110,6 +110,7 @@ def test_wrong_inputs(tmp_path, element, expected):
 
 
 KEY = "elements.a.signal.file"
+TWO = "expected two finite numbers: a time, s, then a comma and a value"
 
 
 @pytest.mark.parametrize(
@@ -119,30 +120,18 @@ KEY = "elements.a.signal.file"
         (
             "t,s\n0,1\n1,x\n2,1,3\n3,nan\n2,1_0\n",
             [
-                f"3:3: {KEY}: is the text 'x' (expected a finite number)",
-                f"4:1: {KEY}: has 3 columns (expected two: a time, s, then a comma and a value)",
-                f"5:3: {KEY}: is the text 'nan' (expected a finite number)",
-                f"6:3: {KEY}: is the text '1_0' (expected a finite number)",
+                f"{line}:1: {KEY}: is {row} ({TWO})"
+                for line, row in [(3, "1, x"), (4, "2, 1, 3"), (5, "3, nan"), (6, "2, 1_0")]
             ],
         ),
         (
             "0,1\nt,s\n0.5,1\n0.25,1\n",
             [
-                f"2:1: {KEY}: is the text 't' (expected a finite number)",
+                f"2:1: {KEY}: is t, s ({TWO})",
                 f"4:1: {KEY}: is the time 0.25 s after 0.5 s (expected times that do not fall)",
             ],
         ),
-        (
-            "0;1\n" * 300,
-            [
-                *(
-                    f"{line}:1: {KEY}: has 1 column (expected two: a time, s, then a comma and a "
-                    "value)"
-                    for line in range(1, 11)
-                ),
-                f"11:1: {KEY}: is the first of 290 more wrong rows",
-            ],
-        ),
+        ("0;1\n", [f"1:1: {KEY}: is 0;1 ({TWO})"]),
         ("0,1\n" * 10_001, [f"1:1: {KEY}: has 10001 rows (expected at most 10000)"]),
     ],
 )
@@ -155,7 +144,7 @@ def test_wrong_tables(tmp_path, text, expected):
 @pytest.mark.parametrize(
     ("raw", "reason"),
     [
-        (b"\xff\xfe0,1", "it is not text in UTF-8"),
+        (b"\xff0,1", "it is not text in UTF-8 in line 1"),
         (b"0,1\n" * 300_000, "it has more than 1048576 bytes"),
     ],
 )
@@ -247,7 +236,7 @@ REFUSED: dict[str, Any] = {
     ),
     "LSODA": (
         {"integration": {"method": "LSODA"}},
-        "integration: has method: LSODA, which loses its history at each leg of a (expected",
+        "integration: has method: LSODA, which loses its history at each switch or leg of a (",
     ),
     "long noise": (
         {"integration": {"duration": 1e5}},

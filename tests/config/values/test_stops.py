@@ -42,12 +42,6 @@ def test_wrong_numbers(change, message):
     assert found.startswith(f"elements.end.{message}")
 
 
-def test_all_keys_are_required():
-    assert said({"end": {"kind": "guard", "method": "stop"}}) == [
-        f"elements.end.{key}: is missing (it is required)" for key in ("angle", "restitution")
-    ]
-
-
 def test_one_stop():
     expected = "(expected one: the body would never reach the others)"
     found = said({"a": stop(), "b": stop(angle=0.4)})

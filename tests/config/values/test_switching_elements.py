@@ -51,29 +51,6 @@ def test_numbers_reach_the_element():
     assert [soft["a.couple"], soft["a.soft_angle"]] == [7.0, 0.4]
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"stiffness": 0}, "stiffness: is 0 (expected a number greater than 0)"),
-        ({"slack_length": -1}, "slack_length: is -1 (expected a number greater than 0)"),
-        ({"toe_strain": 0.0}, "toe_strain: is 0 (expected a number greater than 0)"),
-        ({"damping": -2}, "damping: is -2 (expected a number at least 0)"),
-        ({"point": [1, 2]}, "point: has 2 entries (expected 3)"),
-        ({"slak_length": 1}, "slak_length: is unknown (did you mean slack_length?)"),
-    ],
-)
-def test_wrong_numbers_of_a_ligament(change, message):
-    assert said({"it": ligament(**change)}) == [f"elements.it.{message}"]
-
-
-def test_a_ligament_needs_its_numbers():
-    missing = {"anchor", "point", "slack_length", "stiffness", "toe_strain"}
-    messages = said({"it": {"kind": "ligament"}})
-    assert messages == [
-        f"elements.it.{key}: is missing (it is required)" for key in sorted(missing)
-    ]
-
-
 @pytest.mark.parametrize("method", ["stiff", "repelling"])
 @pytest.mark.parametrize(
     ("angle", "message"),
@@ -86,33 +63,6 @@ def test_a_ligament_needs_its_numbers():
 def test_soft_angle_is_within_the_range(method, angle, message):
     assert said({"it": guard(method, 4.0, angle)}) == [f"elements.it.soft_angle: {message}"]
     load_config(data({"it": guard(method, 4.0, 1.57)}))
-
-
-@pytest.mark.parametrize(
-    ("section", "message"),
-    [
-        (
-            {"method": "stif", "stiffness": 1.0},
-            "method: is the text 'stif' (expected one of barrier, stiff, repelling, stop; did you "
-            "mean stiff?)",
-        ),
-        ({"method": 3}, "method: is 3 (expected one of barrier, stiff, repelling, stop)"),
-        (
-            {"stiffness": 1.0},
-            "method: is missing (expected one of barrier, stiff, repelling, stop)",
-        ),
-    ],
-)
-def test_an_unknown_method_is_the_only_problem(section, message):
-    assert said({"it": {"kind": "guard"} | section}) == [f"elements.it.{message}"]
-
-
-def test_a_method_has_keys_of_its_own():
-    section = {"kind": "guard", "method": "repelling", "stiffness": 1.0, "soft_angle": 0.3}
-    assert said({"it": section}) == [
-        "elements.it.couple: is missing (it is required)",
-        "elements.it.stiffness: is unknown (expected one of couple, kind, method, soft_angle)",
-    ]
 
 
 def test_methods_that_cannot_stop_at_a_switch_are_refused():

@@ -109,8 +109,8 @@ def test_conditions_have_the_same_noises():
 WRONG = {
     "uniform": (
         {"elements.gust.signal.seed": {"uniform": [0, 9]}},
-        "vary.elements.gust.signal.seed: is a seed, which cannot be drawn (expected {member: "
-        "[first]}, or a list of whole numbers)",
+        "vary.elements.gust.signal.seed: is a seed (expected {member: [first]}, or a list of "
+        "whole numbers)",
     ),
     "halves": (
         {"elements.gust.signal.seed": {"values": [1, 1.5]}},
@@ -123,8 +123,7 @@ WRONG = {
     ),
     "each": (
         {"elements.gust.signal.seed": {"each": {"member": [0]}}},
-        "counts the members (expected {member: [first]} at a key of its own, without scale, zip "
-        "or each)",
+        "vary.elements.gust.signal.seed.each.member: is unknown (expected one of values,",
     ),
     "no list": (
         {"elements.gust.signal.seed": {"member": 3}},

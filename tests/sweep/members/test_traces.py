@@ -1,6 +1,5 @@
 """Protects the traces of members, by both engines, against the single run of each member."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +13,8 @@ from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.members.traces import TRACE_QUANTITIES, checked_traces, copy_single_run, layout_of
+from rbstab.sweep.plan.dump import plan_data
 from rbstab.sweep.plan.load import load_plan
-from rbstab.sweep.plan.trace_selection import TraceSelection
 
 VARIANTS = Path(__file__).parents[3] / "configs" / "sweeps" / "variants.yaml"
 
@@ -203,9 +202,8 @@ def test_members_that_slide():
 
 def test_variants_side_by_side():
     short = ("integration.duration=0.1", "integration.samples=11", "integration.rtol=1e-11")
-    plan = replace(
-        load_plan(VARIANTS, short), keep=TraceSelection(members=(1, 2998, 2999, 3000, 4999))
-    )
+    keep = {"traces": [1, 2998, 2999, 3000, 4999]}
+    plan = load_plan(plan_data(load_plan(VARIANTS, short)) | {"keep": keep})
     traces = ensemble(plan).compute(2999, 3004).traces
     assert len(traces["lyapunov"]) == 2
     for place, member in enumerate((2999, 3000)):

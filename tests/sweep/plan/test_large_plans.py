@@ -1,16 +1,13 @@
 """Long lists of wrong values in a plan: the search for problems ends early, and says so."""
 
-from unittest.mock import Mock
-
 import pytest
 from support.configs import VISCO_ELASTIC, plain
 
-from rbstab.config.errors import ConfigError
-from rbstab.sweep.plan import problems
+from rbstab.config.errors import ENOUGH_PROBLEMS, ConfigError
 from rbstab.sweep.plan.load import load_plan
-from rbstab.sweep.plan.problems import ENOUGH_PROBLEMS
 
 ENTRIES = 20 * ENOUGH_PROBLEMS
+MASS = {"body.mass": {"values": [40]}}
 
 
 def refused(vary, **changes):
@@ -24,18 +21,14 @@ def refused(vary, **changes):
     [
         ({"body.mass": {"values": ["a"] * ENTRIES}}, "summary"),
         ({"controller.variant": {"values": ["free", *["fre"] * ENTRIES]}}, "summary"),
-        ({"body.mass": {"values": [40]}}, {"traces": ["a"] * ENTRIES}),
-        ({"body.mass": {"values": [40]}}, {"traces": [7] * ENTRIES}),
+        (MASS, {"traces": ["a"] * ENTRIES}),
     ],
-    ids=["numbers", "variants", "traces", "members that the plan does not have"],
+    ids=["numbers", "variants", "traces"],
 )
-def test_wrong_entries(vary, keep, monkeypatch):
-    described = Mock(side_effect=problems.texts_of)
-    monkeypatch.setattr(problems, "texts_of", described)
+def test_wrong_entries(vary, keep):
     found = refused(vary, keep=keep)
     assert len(found) == 100
     assert found[-1].endswith("at least 901 more problems are not listed")
-    assert described.call_count <= ENOUGH_PROBLEMS
 
 
 def test_fewer_problems_are_counted_exactly():

@@ -112,8 +112,8 @@ WRONG = [
         "base: w.yaml\nvary:\n  controller.variant: {values: [permanent, fre]}\n",
         (),
         [
-            "3:44: vary.controller.variant.values[1]: is the text 'fre' (expected one of"
-            f" {', '.join(VARIANTS)}; did you mean free?)"
+            "3:44: vary.controller.variant.values[1]: is the text 'fre' (expected a number, or"
+            f" one of {', '.join(VARIANTS)}; did you mean free?)"
         ],
     ),
     (f"base: visco-elastic.yaml\n{VARIED}", (), MISSING),

@@ -7,23 +7,17 @@ other file, and neither its identity nor a stored run depends on one.
 import csv
 import hashlib
 import math
-from dataclasses import replace
 from pathlib import Path as FilePath
 from typing import Any
 
 from rbstab.config.errors import ConfigProblem, Location
-from rbstab.config.messages import describe
 from rbstab.config.sections.signals import MAX_ROWS
-from rbstab.config.source import BYTE_ORDER_MARK, MAX_FILE_SIZE, Path, Source, key_of
+from rbstab.config.source import Path, Source, key_of, read_text
 from rbstab.config.user_code.section import KIND as PYTHON
 from rbstab.elements.user_code.declared import MAX_SOURCE, sha256
-from rbstab.files.regular_file import open_regular
 
 COLUMNS = 2
 """A row of a table: a time, s, and a value."""
-
-MAX_REPORTED = 10
-"""The most wrong rows of a table that are reported one by one; the others are counted."""
 
 _TABLE = "expected a CSV file of times, s, and values"
 
@@ -68,11 +62,11 @@ def _embed_python(source: Source, path: Path, element: dict[str, Any]) -> None:
 def _embed_table(source: Source, path: Path, signal: dict[str, Any]) -> None:
     file, rows = source.folder / signal.pop("file"), [(0.0, 0.0)]
     try:
-        text = _read(file, MAX_FILE_SIZE)
+        text = read_text(file)
     except (OSError, ValueError) as error:
         _note_unread(source, path, file, error, f"{_TABLE}, beside the config")
     else:
-        rows, problems = _rows(text.removeprefix(BYTE_ORDER_MARK), str(file), key_of(path))
+        rows, problems = _rows(text, str(file), key_of(path))
         source.problems += problems
         digest = hashlib.sha256(text.encode()).hexdigest()
         signal["source"] = f"{file.name[:100]}, SHA-256 {digest}"
@@ -84,19 +78,7 @@ def _note_unread(
 ) -> None:
     reason = getattr(error, "strerror", None) or str(error)
     found = f"is {file}, which cannot be read: {reason}"
-    source.problems.append(ConfigProblem(source.location(path), key_of(path), found, expected))
-
-
-def _read(file: FilePath, limit: int) -> str:
-    """Return the text of a file in UTF-8 with at most `limit` bytes."""
-    with open_regular(file) as opened:
-        raw = opened.read(limit + 1)
-    if len(raw) > limit:
-        raise ValueError(f"it has more than {limit} bytes")
-    try:
-        return raw.decode()
-    except UnicodeDecodeError as error:
-        raise ValueError("it is not text in UTF-8") from error
+    source.problems.append(source.problem(path, found, expected))
 
 
 def read_python(file: FilePath) -> str:
@@ -106,7 +88,7 @@ def read_python(file: FilePath) -> str:
         OSError: It cannot be read.
         ValueError: It is not text in UTF-8, or too long.
     """
-    text = _read(file, 4 * MAX_SOURCE).removeprefix(BYTE_ORDER_MARK)
+    text = read_text(file, 4 * MAX_SOURCE)
     if len(text) > MAX_SOURCE:
         raise ValueError(f"it has more than {MAX_SOURCE} characters")
     # The same file has one digest on every system.
@@ -118,39 +100,29 @@ def _rows(text: str, name: str, key: str) -> tuple[list[tuple[float, float]], li
     rows: list[tuple[float, float]] = []
     problems: list[ConfigProblem] = []
 
-    def report(line: int, column: int, found: str, expected: str) -> None:
-        problems.append(ConfigProblem(Location(name, line, column), key, found, expected))
+    def report(line: int, found: str, expected: str) -> None:
+        problems.append(ConfigProblem(Location(name, line), key, found, expected))
 
     is_first = True
     for line, row in enumerate(csv.reader(text.splitlines()), start=1):
         entries = [entry.strip() for entry in row]
         if not any(entries) or entries[0].startswith("#"):
             continue
-        numbers = [_number(entry) for entry in entries]
-        if len(entries) != COLUMNS:
-            columns = "1 column" if len(entries) == 1 else f"{len(entries)} columns"
-            report(line, 1, f"has {columns}", "expected two: a time, s, then a comma and a value")
-        elif None not in numbers:
-            rows.append((numbers[0], numbers[1]))  # type: ignore[arg-type]
+        numbers = [number for number in map(_number, entries) if number is not None]
+        # The names of the columns may stand above them.
+        if len(entries) != COLUMNS or (len(numbers) != COLUMNS and (numbers or not is_first)):
+            found = f"is {', '.join(entries)}"
+            report(line, found, "expected two finite numbers: a time, s, then a comma and a value")
+        elif numbers:
+            rows.append((numbers[0], numbers[1]))
             if len(rows) > 1 and rows[-1][0] < rows[-2][0]:
                 found = f"is the time {rows[-1][0]:g} s after {rows[-2][0]:g} s"
-                report(line, 1, found, "expected times that do not fall")
-        # The names of the columns may stand above them.
-        elif not (is_first and numbers == [None, None]):
-            index = numbers.index(None)
-            column = 1 + sum(len(entry) + 1 for entry in row[:index])
-            report(line, column, f"is {describe(entries[index])}", "expected a finite number")
+                report(line, found, "expected times that do not fall")
         is_first = False
     if not rows and not problems:
-        report(1, 1, "has no row of numbers", _TABLE)
+        report(1, "has no row of numbers", _TABLE)
     if len(rows) > MAX_ROWS:
-        report(1, 1, f"has {len(rows)} rows", f"expected at most {MAX_ROWS}")
-    more = len(problems) - MAX_REPORTED
-    if more > 1:
-        last = replace(
-            problems[MAX_REPORTED], problem=f"is the first of {more} more wrong rows", expected=""
-        )
-        problems = [*problems[:MAX_REPORTED], last]
+        report(1, f"has {len(rows)} rows", f"expected at most {MAX_ROWS}")
     return [(0.0, 0.0)] if problems else rows, problems
 
 

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
+from rbstab.config.errors import entries
 from rbstab.config.quantities import NotNegative, Positive, Real, Text, value_error, whole
 from rbstab.config.section import Section, required
 from rbstab.config.sections.angles import OR_ONE_ANGLE
@@ -101,10 +102,7 @@ class TableSignal(Section):
         if values is None:
             raise value_error("is missing", "expected one value for each time")
         if len(values) != len(times):
-            entries = "entry" if len(values) == 1 else "entries"
-            raise value_error(
-                f"has {len(values)} {entries}", f"expected {len(times)}, as times has"
-            )
+            raise value_error(f"has {entries(values)}", f"expected {len(times)}, as times has")
         return values
 
 

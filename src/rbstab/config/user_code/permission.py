@@ -4,13 +4,20 @@ It belongs to a loaded config, and is in no file: a result or a plan of someone 
 along. Whatever is made of a permitted config has it too, also in another process.
 """
 
+from enum import Enum
 from typing import Any
 
-from rbstab.config.errors import ConfigError, ConfigProblem
-from rbstab.config.source import Source, key_of
+from rbstab.config.errors import ConfigError
+from rbstab.config.source import Source
 from rbstab.config.user_code.section import PythonElement
 from rbstab.elements.element import Element
-from rbstab.elements.user_code.loaded import element_class
+from rbstab.elements.user_code.declared import DeclarationError
+from rbstab.elements.user_code.loaded import (
+    UserCodeError,
+    element_class,
+    failure,
+    wrong_values,
+)
 
 REFUSED = (
     "expected --allow-python, or allow_python=True in Python: this file runs with all your rights, "
@@ -19,6 +26,14 @@ REFUSED = (
 
 
 TESTED = "`rbstab check --element FILE` tests the statements of a file"
+
+
+class Code(Enum):
+    """What becomes of the code of users in a config or a plan that is loaded."""
+
+    REFUSED = "what has code is refused"
+    NOT_RUN = "it is read, and cannot be run"
+    ALLOWED = "it may be run"
 
 
 class CodeNotAllowedError(Exception):
@@ -63,12 +78,6 @@ def without_code(config: Any) -> Any:
     return _without(config, list(_of_users(config)))
 
 
-def only_code_of(config: Any, name: str) -> Any:
-    """Return a config with one of its elements of users, and none of the others."""
-    others = [other for other in _of_users(config) if other != name]
-    return _without(config, others)
-
-
 def check_code(config: Any, source: Source, *, allow_python: bool) -> None:
     """Refuse a config with elements of users, or try them if that is allowed.
 
@@ -85,17 +94,35 @@ def check_code(config: Any, source: Source, *, allow_python: bool) -> None:
     for name, element in _of_users(config).items():
         found, expected = f"is python: {element.code.file} is code that would run", REFUSED
         if allow_python:
-            # Imported late: few configs have code, and building one needs its equations.
-            from rbstab.config.user_code.trial import problem_at_start
-
-            at_start = problem_at_start(config, name)
+            at_start = _problem_at_start(config, name)
             if at_start is None:
                 continue
             found, expected = f"{element.code.file}: {at_start}", TESTED
         path = ("elements", name, "class" if allow_python else "kind")
-        problems.append(ConfigProblem(source.location(path), key_of(path), found, expected))
+        problems.append(source.problem(path, found, expected))
     if problems:
         raise ConfigError(problems)
+
+
+def _problem_at_start(config: Any, name: str) -> str | None:
+    """Return what is wrong with an element of a user at the start of a config; None if nothing."""
+    # Imported late: few configs have code, and building one needs its equations.
+    import numpy as np
+
+    from rbstab.config.build import start_of, system_of
+
+    code = config.elements[name].code
+    try:
+        with np.errstate(all="ignore"):
+            others = [other for other in _of_users(config) if other != name]
+            system = system_of(_without(config, others))
+            motion, pairs = system.acting(start_of(config, system))
+            element, own = next(pair for pair in pairs if pair[0].name == name)
+            return next(wrong_values(element, motion, own), None)
+    except (UserCodeError, DeclarationError) as error:
+        return str(error)
+    except Exception as error:
+        return f"it fails at the start: {failure(code, error)}"
 
 
 def _of_users(config: Any) -> dict[str, PythonElement]:

@@ -23,6 +23,7 @@ from pydantic import (
 from rbstab.config.controllers import gain_fields, initial_fields
 from rbstab.config.quantities import Text, value_error
 from rbstab.config.section import FrozenMapping, Section, required
+from rbstab.elements.element import Element
 from rbstab.elements.user_code.declared import (
     MAX_SOURCE,
     DeclarationError,
@@ -191,5 +192,10 @@ def parameters_in(element: Any) -> dict[str, str]:
         stated = declared(element["source"], element["class"])
     except (DeclarationError, KeyError, TypeError):
         return {}
+    return parameter_units(stated)
+
+
+def parameter_units(stated: type[Element] | Declared) -> dict[str, str]:
+    """Return the units of the gains and of the initial values of own states, by key."""
     units = {gain.name: gain.unit for gain in stated.gains}
     return units | {state.initial_key: state.unit for state in stated.states}

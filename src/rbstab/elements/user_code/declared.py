@@ -7,11 +7,18 @@ code of the file runs.
 import ast
 import hashlib
 import keyword
-import math
-import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
 from functools import lru_cache
-from typing import Any, NamedTuple, get_args
+from typing import Annotated, Any, NamedTuple
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    model_validator,
+)
 
 from rbstab.elements.declarations import ANCHOR, POINT, Gain, OwnState, Shape, is_initial
 
@@ -31,10 +38,78 @@ RESERVED = frozenset(
 """Names of an element that no parameter can have."""
 
 _CONSTANTS = {"POINT": POINT, "ANCHOR": ANCHOR}
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
-_STATE_NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
-_LONGEST = {"unit": 40, "description": 200, "symbol": 20}
-"""The largest number of characters of the texts of a gain or an own state."""
+
+
+def _printable(text: str) -> str:
+    if not text.isprintable():
+        raise ValueError("a text without control characters is expected")
+    return text
+
+
+def _free(name: str) -> str:
+    if name in RESERVED or keyword.iskeyword(name) or is_initial(name):
+        raise ValueError(f"{name} is the name of something else")
+    return name
+
+
+_Unit = Annotated[str, Field(max_length=40), AfterValidator(_printable)]
+_Description = Annotated[str, Field(max_length=200), AfterValidator(_printable)]
+_Number = Annotated[float, Field(ge=0, allow_inf_nan=False)] | None
+
+
+class _Form(BaseModel):
+    """The form of a declaration: what its arguments may be."""
+
+    model_config = ConfigDict(strict=True, extra="forbid")
+
+
+class _GainForm(_Form):
+    """The form of a gain."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,39}$"), AfterValidator(_free)]
+    unit: _Unit
+    description: _Description
+    shape: Shape
+    positive: bool
+    dissipates: bool
+    default: _Number
+    below: _Number
+    at_most: _Number
+    or_zero: bool
+
+    @model_validator(mode="after")
+    def _check_shape(self) -> "_GainForm":
+        if self.shape == "direction" and not self.positive:
+            raise ValueError("a direction has no `positive`")
+        of_number = (self.default, self.below, self.at_most, self.or_zero or None)
+        if self.shape != "number" and of_number != (None,) * 4:
+            raise ValueError("default, below, at_most and or_zero are for a number only")
+        return self
+
+
+class _StateForm(_Form):
+    """The form of an own state."""
+
+    name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$")]
+    symbol: Annotated[str, Field(max_length=20), AfterValidator(_printable)]
+    unit: _Unit
+    description: _Description
+    size: Annotated[int, Field(ge=1, le=MAX_STATE_SIZE)]
+
+
+class _Kind(NamedTuple):
+    """A kind of declaration: the class that is called, its form, an example, the most of them."""
+
+    made: type[Any]
+    form: type[_Form]
+    example: str
+    most: int
+
+
+_GAINS = _Kind(Gain, _GainForm, 'Gain("k", "N/m", "meaning", shape="number")', MAX_GAINS)
+_STATES = _Kind(
+    OwnState, _StateForm, 'OwnState("stretch", "z", "m", "meaning", size=3)', MAX_STATES
+)
 
 
 class Declared(NamedTuple):
@@ -84,9 +159,17 @@ def declared(source: str, class_name: str) -> Declared:
     if class_name not in classes:
         names = ", ".join(classes) or "none"
         raise DeclarationError("is not a class of the file", f"expected one of its own: {names}")
-    gains, modes = _gains(class_name, classes), _mode_count(class_name, classes)
-    states, supplies = _states(class_name, classes), _defines("supplied", class_name, classes)
-    return Declared(gains, modes, states, supplies)
+    nodes = list(_with_bases(class_name, classes))
+    methods = [part.name for node in nodes for part in node.body if isinstance(part, _METHOD)]
+    return Declared(
+        _listed("gains", _GAINS, nodes),
+        _mode_count(nodes),
+        _listed("states", _STATES, nodes),
+        "supplied" in methods,
+    )
+
+
+_METHOD = ast.FunctionDef | ast.AsyncFunctionDef
 
 
 def classes_of(source: str) -> dict[str, ast.ClassDef]:
@@ -104,52 +187,19 @@ def classes_of(source: str) -> dict[str, ast.ClassDef]:
     return {node.name: node for node in module.body if isinstance(node, ast.ClassDef)}
 
 
-def _gains(class_name: str, classes: dict[str, ast.ClassDef]) -> tuple[Gain, ...]:
-    kind = _Kind(Gain, "gain", 'Gain("k", "N/m", "meaning", shape="number")', MAX_GAINS, _problems)
-    return _listed("gains", kind, class_name, classes)
-
-
-def _states(class_name: str, classes: dict[str, ast.ClassDef]) -> tuple[OwnState, ...]:
-    example = 'OwnState("stretch", "z", "m", "meaning", size=3)'
-    kind = _Kind(OwnState, "own state", example, MAX_STATES, _problems_of_state)
-    return _listed("states", kind, class_name, classes)
-
-
-class _Kind(NamedTuple):
-    """A kind of declaration.
-
-    Attributes:
-        made: The class that a declaration calls.
-        words: What it declares, in words.
-        example: A declaration.
-        most: The largest number of them.
-        problems: Yields what is wrong with one, and what was expected.
-    """
-
-    made: type[Any]
-    words: str
-    example: str
-    most: int
-    problems: Callable[[Any], Iterator[tuple[str, str]]]
-
-
-def _listed(
-    attribute: str, kind: _Kind, class_name: str, classes: dict[str, ast.ClassDef]
-) -> tuple[Any, ...]:
+def _listed(attribute: str, kind: _Kind, nodes: Iterable[ast.ClassDef]) -> tuple[Any, ...]:
     """Return the declarations that a class assigns to an attribute."""
-    node = _assigned(attribute, class_name, classes)
+    node = _assigned(attribute, nodes)
     if node is None:
         return ()
-    name = kind.made.__name__
     if not isinstance(node, ast.Tuple | ast.List):
-        problem = f"has {attribute} that are no tuple"
-        raise DeclarationError(problem, f"expected ({name}(...),)", node.lineno)
+        expected = f"expected ({kind.made.__name__}(...),)"
+        raise DeclarationError(f"has {attribute} that are no tuple", expected, node.lineno)
     if len(node.elts) > kind.most:
-        problem = f"has {len(node.elts)} {attribute}"
-        raise DeclarationError(problem, f"expected at most {kind.most}", node.lineno)
+        expected = f"expected at most {kind.most}"
+        raise DeclarationError(f"has {len(node.elts)} {attribute}", expected, node.lineno)
     found = tuple(_declaration(entry, kind) for entry in node.elts)
-    names = [one.name for one in found]
-    if len(set(names)) < len(names):
+    if len({one.name for one in found}) < len(found):
         raise DeclarationError(f"has two {attribute} of the same name", "", node.lineno)
     return found
 
@@ -159,72 +209,25 @@ def _declaration(node: ast.expr, kind: _Kind) -> Any:
     if kind.made is Gain and isinstance(node, ast.Name) and node.id in _CONSTANTS:
         return _CONSTANTS[node.id]
     if not (isinstance(node, ast.Call) and _name_of(node.func) == name):
-        article = "an" if kind.words[0] in "aeiou" else "a"
-        problem = f"has {article} {kind.words} that cannot be read without running the file"
+        problem = f"has an entry that cannot be read as {name} without running the file"
         raise DeclarationError(problem, expected, node.lineno)
     try:
         positional = [ast.literal_eval(argument) for argument in node.args]
         named = {word.arg or "**": ast.literal_eval(word.value) for word in node.keywords}
         made = kind.made(*positional, **named)
+        kind.form.model_validate(made._asdict())
+    except ValidationError as error:
+        where, *_ = (*error.errors()[0]["loc"], "arguments")
+        problem = f"has a {name} whose {where} is wrong: {error.errors()[0]['msg']}"
+        raise DeclarationError(problem, expected, node.lineno) from error
     except (TypeError, ValueError, SyntaxError, MemoryError, RecursionError) as error:
         problem = f"has a {name}(...) whose arguments are not plain texts, numbers, True or False"
         raise DeclarationError(problem, expected, node.lineno) from error
-    for problem, wanted in kind.problems(made):
-        raise DeclarationError(f"has a {name} whose {problem}", f"expected {wanted}", node.lineno)
     return made
 
 
-def _problems_of_state(state: OwnState) -> Iterator[tuple[str, str]]:
-    """Yield what is wrong with an own state, and what was expected."""
-    name, size = state.name, state.size
-    if not (isinstance(name, str) and _STATE_NAME.fullmatch(name)):
-        yield f"name is {name!r:.50}", "a lower-case letter, then up to 39 of a to z, digits or _"
-    yield from _problems_of_texts(state, ("symbol", "unit", "description"))
-    if type(size) is not int or not 1 <= size <= MAX_STATE_SIZE:
-        yield f"size is {size!r:.50}", f"a whole number from 1 to {MAX_STATE_SIZE}"
-
-
-def _problems_of_texts(made: Any, fields: tuple[str, ...]) -> Iterator[tuple[str, str]]:
-    """Yield which texts of a declaration are none, or too long."""
-    for field in fields:
-        text, longest = getattr(made, field), _LONGEST[field]
-        if not (isinstance(text, str) and text.isprintable() and len(text) <= longest):
-            yield f"{field} is {text!r:.50}", f"a text of at most {longest} characters"
-
-
-def _problems(gain: Gain) -> Iterator[tuple[str, str]]:
-    """Yield what is wrong with a gain, and what was expected."""
-    name, shapes = gain.name, get_args(Shape)
-    if not (isinstance(name, str) and _NAME.fullmatch(name)) or keyword.iskeyword(name):
-        yield f"name is {name!r:.50}", "a letter, then up to 39 letters, digits or _"
-    elif name in RESERVED:
-        yield f"name is {name}, which every element uses", "another name"
-    elif is_initial(name):
-        yield f"name is {name}, as initial values of own states begin", "another name"
-    yield from _problems_of_texts(gain, ("unit", "description"))
-    if gain.shape not in shapes:
-        yield f"shape is {gain.shape!r:.50}", f"one of {', '.join(shapes)}"
-    if gain.shape == "direction" and gain.positive is False:
-        yield "direction has positive=False", "no `positive`: a direction has none"
-    if not all(isinstance(x, bool) for x in (gain.positive, gain.dissipates, gain.or_zero)):
-        yield "positive, dissipates or or_zero is not a truth value", "True or False"
-    if gain.or_zero is True and gain.shape != "number":
-        yield "or_zero is True", "it for a number only"
-    if gain.default is not None and not (gain.shape == "number" and _is_number(gain.default)):
-        yield f"default is {gain.default!r:.50}", "a number that is not negative, for a number"
-    for field in ("below", "at_most"):
-        bound = getattr(gain, field)
-        if bound is not None and not (gain.shape == "number" and _is_number(bound)):
-            yield f"bound `{field}` is {bound!r:.50}", "a positive number, for a number"
-
-
-def _is_number(value: Any) -> bool:
-    is_real = isinstance(value, int | float) and not isinstance(value, bool)
-    return is_real and 0 <= value < math.inf
-
-
-def _mode_count(class_name: str, classes: dict[str, ast.ClassDef]) -> int:
-    node = _assigned("mode_count", class_name, classes)
+def _mode_count(nodes: Iterable[ast.ClassDef]) -> int:
+    node = _assigned("mode_count", nodes)
     if node is None:
         return 0
     value = node.value if isinstance(node, ast.Constant) else None
@@ -234,48 +237,28 @@ def _mode_count(class_name: str, classes: dict[str, ast.ClassDef]) -> int:
     return value
 
 
-def _assigned(
-    name: str, class_name: str, classes: dict[str, ast.ClassDef], seen: tuple[str, ...] = ()
-) -> ast.expr | None:
-    """Return what a class assigns to a name, or the first of its bases in the same file does."""
-    node = classes[class_name]
-    found: ast.expr | None = None
-    for statement in node.body:
-        if isinstance(statement, ast.AnnAssign):
-            targets: list[ast.expr] = [statement.target]
-            value = statement.value
-        elif isinstance(statement, ast.Assign):
-            targets, value = statement.targets, statement.value
-        else:
-            continue
-        if value is not None and any(_name_of(target) == name for target in targets):
-            found = value
-    if found is not None:
-        return found
-    for base in _bases_in_file(class_name, classes, seen):
-        inherited = _assigned(name, base, classes, (*seen, class_name))
-        if inherited is not None:
-            return inherited
+def _assigned(name: str, nodes: Iterable[ast.ClassDef]) -> ast.expr | None:
+    """Return the last value that the first of some classes that has a name assigns to it."""
+    for node in nodes:
+        found = None
+        for part in node.body:
+            targets: list[ast.expr] = [part.target] if isinstance(part, ast.AnnAssign) else []
+            targets = part.targets if isinstance(part, ast.Assign) else targets
+            if name in map(_name_of, targets):
+                found = getattr(part, "value", None) or found
+        if found is not None:
+            return found
     return None
 
 
-def _defines(
-    method: str, class_name: str, classes: dict[str, ast.ClassDef], seen: tuple[str, ...] = ()
-) -> bool:
-    """Return whether a class, or one of its bases in the same file, defines a method."""
-    body = classes[class_name].body
-    if any(isinstance(node, ast.FunctionDef) and node.name == method for node in body):
-        return True
-    bases = _bases_in_file(class_name, classes, seen)
-    return any(_defines(method, base, classes, (*seen, class_name)) for base in bases)
-
-
-def _bases_in_file(
-    class_name: str, classes: dict[str, ast.ClassDef], seen: tuple[str, ...]
-) -> list[str]:
-    """Return the bases of a class that its file has, without those that were seen."""
-    bases = map(_name_of, classes[class_name].bases)
-    return [base for base in bases if base in classes and base not in (*seen, class_name)]
+def _with_bases(
+    class_name: str, classes: dict[str, ast.ClassDef], seen: tuple[str, ...] = ()
+) -> Iterator[ast.ClassDef]:
+    """Yield a class, and its bases that are in the same file, depth first."""
+    if class_name in classes and class_name not in seen:
+        yield classes[class_name]
+        for base in classes[class_name].bases:
+            yield from _with_bases(_name_of(base), classes, (*seen, class_name))
 
 
 def _name_of(node: ast.expr) -> str:

@@ -16,7 +16,9 @@ from typing import Any
 import numpy as np
 
 from rbstab.elements.element import Element
-from rbstab.elements.user_code.declared import DeclarationError, declared, sha256
+from rbstab.elements.user_code.declared import declared, sha256
+from rbstab.mechanics.motion import Motion, Wrench
+from rbstab.mechanics.numbers import Array
 
 _PREFIX, _CODE = "rbstab_user_code_", "__rbstab_code__"
 """The beginning of the names of the modules, and the name in each of them of its `UserCode`."""
@@ -171,16 +173,39 @@ def line_of(traceback: TracebackType | None, path: str) -> int | None:
     return found
 
 
+def wrong_values(element: Element, motion: Motion, own: Array) -> Iterator[str]:
+    """Yield what the statements of an element return that is not of the right type and shape.
+
+    Args:
+        element: The element.
+        motion: A motion of floats.
+        own: The own states.
+    """
+    wrench = element.wrench(motion, own)
+    if not isinstance(wrench, Wrench):
+        yield (
+            f"wrench returns {_described(wrench)} (expected a Wrench, as force_at_centre, "
+            "couple_on_body, force_at_contact and force_at return it)"
+        )
+        return
+    for part, value in zip(Wrench._fields, wrench, strict=True):
+        if np.shape(value) != (3,):
+            yield f"the {part} of wrench is {_described(value)} (expected three numbers)"
+    shapes: dict[str, tuple[int, ...]] = {"stored": (), "dissipated": ()}
+    shapes |= {"guards": (element.mode_count,)} if element.mode_count else {}
+    shapes |= {"rates": (element.state_size,)} if element.state_size else {}
+    for statement, shape in shapes.items():
+        value = getattr(element, statement)(motion, own)
+        if np.shape(value) != shape:
+            expected = f"{shape[0]} numbers" if shape else "one number"
+            yield f"{statement} returns {_described(value)} (expected {expected})"
+
+
+def _described(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        return f"an array of shape {value.shape}"
+    return "nothing" if value is None else f"a {type(value).__name__}"
+
+
 def _element(code: UserCode, class_name: str, values: dict[str, Any]) -> Element:
     return element_class(code, class_name)(**values)
-
-
-__all__ = [
-    "DeclarationError",
-    "UserCode",
-    "UserCodeError",
-    "element_class",
-    "element_classes",
-    "failure",
-    "module_of",
-]

@@ -11,7 +11,12 @@ import numpy as np
 
 from rbstab.config.files.named_files import read_python
 from rbstab.elements.element import Element
-from rbstab.elements.user_code.loaded import UserCode, UserCodeError, element_classes, failure
+from rbstab.elements.user_code.loaded import (
+    UserCode,
+    UserCodeError,
+    element_classes,
+    failure,
+)
 from rbstab.experiment.element_check import probes, switches
 from rbstab.experiment.element_check.states import Sample, samples_of
 from rbstab.experiment.element_check.switches import JUMP, Switch, force_at_rest

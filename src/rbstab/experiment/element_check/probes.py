@@ -11,8 +11,7 @@ from functools import partial
 import numpy as np
 
 from rbstab.analysis.exact import balls, exact_system, exactly
-from rbstab.config.user_code.trial import wrong_values
-from rbstab.elements.user_code.loaded import UserCode, failure
+from rbstab.elements.user_code.loaded import UserCode, failure, wrong_values
 from rbstab.experiment.element_check.states import Sample, statements
 from rbstab.mechanics.derivatives import derivative_along
 from rbstab.mechanics.numbers import Array

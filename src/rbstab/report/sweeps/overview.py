@@ -42,7 +42,7 @@ def varied_table(name: str, plan: Plan) -> Table:
     for axis in plan.axes:
         for column in axis.varied_keys:
             word = column.distribution.keyword
-            arguments = ", ".join(_argument(a) for a in column.distribution.arguments)
+            arguments = ", ".join(_argument(a) for a in column.distribution.root)
             values = f"{word} [{arguments}]"
             rows.append(
                 (

@@ -2,35 +2,22 @@
 
 from copy import deepcopy
 from dataclasses import replace
-from enum import Enum
 from pathlib import Path as FilePath
 from typing import Any
 
-from rbstab.config.errors import ConfigError, ConfigProblem
+from rbstab.config.errors import ConfigError, ConfigProblem, describe
 from rbstab.config.files.named_files import embed_files
-from rbstab.config.load import source_of, validated
-from rbstab.config.messages import describe
+from rbstab.config.load import VARIANT_SECTIONS, loaded, source_of
 from rbstab.config.overrides import override
 from rbstab.config.schema import VARIANTS, Config, model_of
 from rbstab.config.source import Source
-from rbstab.config.user_code.permission import check_code
+from rbstab.config.user_code.permission import Code
 from rbstab.files.existence import is_file
-from rbstab.sweep.plan.problems import ProblemCollector
-
-VARIANT_SECTIONS = ("controller", "initial", "integration")
-"""The sections whose keys depend on the variant."""
-
-
-class Code(Enum):
-    """What becomes of the code of users in a plan."""
-
-    REFUSED = "a plan with code is refused"
-    NOT_RUN = "it is read, and cannot be run"
-    ALLOWED = "it may be run"
+from rbstab.sweep.plan.problems import Problems
 
 
 def read_bases(  # noqa: PLR0913, PLR0917 (a base and what changes it)
-    problems: ProblemCollector,
+    problems: Problems,
     base: str | dict[str, Any] | None,
     folder: FilePath,
     variants: tuple[str, ...],
@@ -58,14 +45,14 @@ def read_bases(  # noqa: PLR0913, PLR0917 (a base and what changes it)
         override(source, changes)
         embed_files(source)
     except ConfigError as error:
-        problems.add_all(error.problems)
+        problems += problems.source.new(error.problems)
         return {}
     wanted = tuple(dict.fromkeys(variants)) or ("",)
     bases: dict[str, Config] = {}
     wrong: dict[ConfigProblem, list[str]] = {}
     for variant in wanted:
         try:
-            found = _validated(source, variant, code)
+            found = loaded(_of_variant(source, variant), code)
             bases[found.controller.variant] = found
         except ConfigError as error:
             for problem in error.problems:
@@ -74,9 +61,8 @@ def read_bases(  # noqa: PLR0913, PLR0917 (a base and what changes it)
     for problem, names in wrong.items():
         of_some = f" for the variant {', '.join(names)}" if len(names) < len(wanted) else ""
         prefix = "base." if problem.location.source == inside else ""
-        problems.add_all(
-            [replace(problem, key=prefix + problem.key, problem=problem.problem + of_some)]
-        )
+        told = replace(problem, key=prefix + problem.key, problem=problem.problem + of_some)
+        problems += problems.source.new([told])
     return {} if wrong else bases
 
 
@@ -96,12 +82,8 @@ def _inline(source: Source) -> Source:
     return Source(deepcopy(source.data["base"]), values, keys, folder=source.folder)
 
 
-def _validated(source: Source, variant: str, code: Code) -> Config:
-    """Return the config of a variant, without the keys that only others have; "" is its own.
-
-    Raises:
-        ConfigError: It is not valid, or has code that is refused.
-    """
+def _of_variant(source: Source, variant: str) -> Source:
+    """Return the base as one of a variant, without keys that only others have; "" is its own."""
     data = deepcopy(source.data)
     if variant:
         if isinstance(data.get("controller"), dict):
@@ -111,11 +93,7 @@ def _validated(source: Source, variant: str, code: Code) -> Config:
             others = set().union(*keys.values()) - keys[variant]
             if isinstance(data.get(section), dict):
                 data[section] = {k: v for k, v in data[section].items() if k not in others}
-    own = replace(source, data=data)
-    base = validated(own, allow_python=code is Code.ALLOWED)
-    if code is not Code.NOT_RUN:
-        check_code(base, source, allow_python=code is Code.ALLOWED)
-    return base
+    return replace(source, data=data)
 
 
 def _keys(variant: str, section: str) -> set[str]:

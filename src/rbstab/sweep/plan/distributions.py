@@ -19,7 +19,7 @@ from pydantic import (
     model_validator,
 )
 
-from rbstab.config.messages import describe
+from rbstab.config.errors import describe, entries, hint
 from rbstab.config.quantities import Count, Real, value_error, whole
 from rbstab.config.schema import VARIANTS
 from rbstab.mechanics.numbers import Array
@@ -30,23 +30,26 @@ MIN_VALUE = 2.0**-53
 """Coordinates of a design lie between this and 1 minus this, so that quantiles are finite."""
 
 
-def listed(form: str, *lengths: int) -> tuple[Any, ...]:
-    """Return what makes a type take a list that is not empty, of one of these lengths if any."""
+def listed(form: str, *lengths: int, empty: bool = False) -> tuple[Any, ...]:
+    """Return what makes a type take a list of one of these lengths, or of any length but 0."""
 
     def check(value: Any) -> Any:
-        if not isinstance(value, list | tuple) or not value:
-            found = "empty" if value in ([], ()) else describe(value)
-            raise value_error(f"is {found}", f"expected {form}")
-        if lengths and len(value) not in lengths:
-            entries = "entry" if len(value) == 1 else "entries"
-            raise value_error(f"has {len(value)} {entries}", f"expected {form}")
+        if not isinstance(value, list | tuple):
+            raise value_error(f"is {describe(value)}", f"expected {form}")
+        if (lengths and len(value) not in lengths) or not (value or empty):
+            raise value_error(f"has {entries(value)}", f"expected {form}")
         return value
 
     return Field(strict=False, description=form), BeforeValidator(check)
 
 
 def _name_or_number(value: Any, number: Any) -> Any:
-    return value if isinstance(value, str) and value in VARIANTS else number(value)
+    if not isinstance(value, str):
+        return number(value)
+    if value not in VARIANTS:
+        expected = f"expected a number, or one of {', '.join(VARIANTS)}{hint(value, VARIANTS)}"
+        raise value_error(f"is {describe(value)}", expected)
+    return value
 
 
 Entry = Annotated[
@@ -74,11 +77,6 @@ class Distribution(RootModel[Any]):
     def keyword(self) -> str:
         """Its name in a plan."""
         return type(self).__name__.lower()
-
-    @property
-    def arguments(self) -> list[float | str]:
-        """The arguments after the keyword in a plan; all numbers but counts are floats."""
-        return list(self.root)
 
     @property
     def bounds(self) -> tuple[float, float]:

@@ -7,18 +7,17 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.elements import declarations_of
-from rbstab.config.errors import ConfigProblem, Location, closest, closest_keys, did_you_mean
-from rbstab.config.messages import describe
-from rbstab.config.numbers import unit_problem, value_at
+from rbstab.config.errors import ConfigProblem, Location, closest_keys, describe, did_you_mean
+from rbstab.config.known_keys import keys_of_variants
+from rbstab.config.numbers import found_at, unit_problem, value_at
 from rbstab.config.schema import Config
 from rbstab.config.source import Path, key_of
 from rbstab.config.units import names_in, number_key
-from rbstab.config.unknown_keys import keys_like, keys_of_variants
 from rbstab.sweep.plan.axes import VARIANT, VARIED_SECTIONS, Axis, VariedKey
 from rbstab.sweep.plan.distributions import FiniteList, Member, Values
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.plan_file import PlanFile
-from rbstab.sweep.plan.problems import ProblemCollector
+from rbstab.sweep.plan.problems import Problems
 
 MAX_VARIED_KEYS = 200
 """Largest number of varied keys. No config has so many numbers."""
@@ -26,8 +25,11 @@ MAX_VARIED_KEYS = 200
 _NAME = re.compile(r"(?!point$)[A-Za-z][A-Za-z0-9_ -]*")
 """Valid names of a `zip`. They have no dots or brackets, and are valid in every file format."""
 
+Wrong = tuple[Path, str, str]
+"""The place of a wrong key in the plan, what is wrong, and what is expected."""
 
-def check_axes(problems: ProblemCollector, file: PlanFile, *, grid: bool) -> tuple[Axis, ...]:
+
+def check_axes(problems: Problems, file: PlanFile, *, grid: bool) -> tuple[Axis, ...]:
     """Return the axes of a plan without the wrong ones, whose problems are added.
 
     Args:
@@ -40,68 +42,64 @@ def check_axes(problems: ProblemCollector, file: PlanFile, *, grid: bool) -> tup
     if count > MAX_VARIED_KEYS:
         problems.add(("vary",), f"varies {count} keys", f"expected at most {MAX_VARIED_KEYS}")
         return ()
-    right = [axis for axis in axes if _has_right_keys(problems, axis)]
-    for axis in right:
-        _check_lists(problems, axis, grid=grid)
+    wrong = {axis.name: [*_wrong_names(axis)] for axis in axes}
+    right = tuple(axis for axis in axes if not wrong[axis.name])
+    found = [one for of_axis in wrong.values() for one in of_axis]
+    found += [one for axis in right for one in _wrong_lists(axis, grid=grid)]
+    for place, problem, expected in (*found, *_varied_twice(right)):
+        problems.add(place, problem, expected, of_key=True)
+    return right
+
+
+def _wrong_names(axis: Axis) -> Iterator[Wrong]:
+    """Yield the keys of an axis that may not vary, or not by what stands at them."""
+    if axis.varied_keys[0].place[-2] == "zip" and not _NAME.fullmatch(axis.name):
+        yield ("vary", axis.name), "is not a valid name of a zip", "expected words, but not `point`"
+    for varied in axis.varied_keys:
+        distribution, is_variant = varied.distribution, varied.path == VARIANT
+        entries = distribution.root if isinstance(distribution, Values) else [0.0]
+        named = {isinstance(entry, str) for entry in entries}
+        if not varied.path or varied.path[0] not in VARIED_SECTIONS:
+            known = [k for k in keys_of_variants() if k.partition(".")[0] in VARIED_SECTIONS]
+            meant = closest_keys(varied.key.partition("[")[0], known)
+            sections = f"expected a key of {', '.join(VARIED_SECTIONS)}"
+            yield varied.place, "cannot vary", did_you_mean(meant) or sections
+        elif is_variant and (varied.scale or named != {True}):
+            yield varied.place, "is not a list of variants", "expected values: [variant, ...]"
+        elif not is_variant and named != {False}:
+            yield varied.place, "has names of variants", "expected numbers"
+
+
+def _wrong_lists(axis: Axis, *, grid: bool) -> Iterator[Wrong]:
+    """Yield what is no list where it must be one, and lists of an axis of other lengths."""
+    if axis.each and grid:
+        problem = "has no effect in a grid, which has every entry anyway"
+        yield ("vary", axis.name, "each"), problem, "expected no `each`"
+    for varied in axis.varied_keys:
+        distribution = varied.distribution
+        if not isinstance(distribution, FiniteList):
+            if (grid or axis.each) and not axis.counts_members:
+                why = "which a grid requires" if grid else "which `each` requires"
+                lists = "expected values, linspace, logspace or geomspace"
+                yield varied.place, f"is not a list, {why}", lists
+        elif distribution.length != axis.length:
+            problem = f"is a list of {distribution.length} where others have {axis.length}"
+            yield varied.place, problem, "expected lists of equal length in a zip"
+
+
+def _varied_twice(axes: Iterable[Axis]) -> Iterator[Wrong]:
+    """Yield the keys that share numbers with one before them."""
     seen: list[VariedKey] = []
-    for varied in (varied for axis in right for varied in axis.varied_keys):
+    for varied in (varied for axis in axes for varied in axis.varied_keys):
         for other in seen:
             short = min(len(other.path), len(varied.path))
             if other.path[:short] == varied.path[:short]:
-                problem = f"varies the same values as {other.key}"
-                problems.add(varied.place, problem, "expected each value once", of_key=True)
+                yield varied.place, f"varies the same values as {other.key}", "expected one of them"
                 break
         seen.append(varied)
-    return tuple(right)
 
 
-def _has_right_keys(problems: ProblemCollector, axis: Axis) -> bool:
-    """Whether the keys of an axis may vary by what stands at them; if not, add problems."""
-    before = len(problems.found)
-    if axis.varied_keys[0].place[-2] == "zip" and not _NAME.fullmatch(axis.name):
-        problem, expected = "is not a valid name of a zip", "expected words, but not `point`"
-        problems.add(("vary", axis.name), problem, expected, of_key=True)
-    for varied in axis.varied_keys:
-        distribution = varied.distribution
-        entries = distribution.root if isinstance(distribution, Values) else [0.0]
-        named = [isinstance(entry, str) for entry in entries]
-        if not varied.path or varied.path[0] not in VARIED_SECTIONS:
-            problems.add(varied.place, "cannot vary", _expected_key(varied.key), of_key=True)
-        elif varied.path == VARIANT and (varied.scale or not all(named)):
-            expected = "expected values: [variant, ...]"
-            problems.add(varied.place, "is not a list of variants", expected)
-        elif varied.path != VARIANT and any(named):
-            problems.add(varied.place, "has names of variants", "expected numbers")
-    return len(problems.found) == before
-
-
-def _expected_key(key: str) -> str:
-    """Return what is expected instead of a key that is in none of the varied sections."""
-    name, bracket, index = key.partition("[")
-    entry = f"{bracket}{index}" if number_key(key) is not None else ""
-    meant = [f"{k}{entry}" for k in keys_like(name) if k.partition(".")[0] in VARIED_SECTIONS]
-    sections = f"{', '.join(VARIED_SECTIONS[:-1])} or {VARIED_SECTIONS[-1]}"
-    return did_you_mean(meant) or f"expected a key of {sections}"
-
-
-def _check_lists(problems: ProblemCollector, axis: Axis, *, grid: bool) -> None:
-    """Check that a counted axis has lists only, and that all lists of an axis are equally long."""
-    if axis.each and grid:
-        problem = "has no effect in a grid, which has every entry anyway"
-        problems.add(("vary", axis.name, "each"), problem, "expected no `each`", of_key=True)
-    for varied in axis.varied_keys:
-        distribution = varied.distribution
-        if isinstance(distribution, FiniteList):
-            if distribution.length != axis.length:
-                problem = f"is a list of {distribution.length} where others have {axis.length}"
-                problems.add(varied.place, problem, "expected lists of equal length in a zip")
-        elif (grid or axis.each) and not axis.counts_members:
-            why = "which a grid requires" if grid else "which `each` requires"
-            lists = "values, linspace, logspace or geomspace"
-            problems.add(varied.place, f"is not a list, {why}", f"expected {lists}")
-
-
-def check_names(problems: ProblemCollector, axes: Iterable[Axis]) -> None:
+def check_names(problems: Problems, axes: Iterable[Axis]) -> None:
     """Add a problem for each varied key that no config has; the base, which is wrong, is not used.
 
     The keys of elements have names that only the base tells.
@@ -109,122 +107,102 @@ def check_names(problems: ProblemCollector, axes: Iterable[Axis]) -> None:
     known = keys_of_variants()
     for varied in (varied for axis in axes for varied in axis.varied_keys):
         if varied.path[0] != "elements" and key_of(names_in(varied.path)[:2]) not in known:
-            expected = did_you_mean(closest_keys(varied.key, known)) or "expected a key of a config"
+            meant = did_you_mean(closest_keys(varied.key.partition("[")[0], known))
+            expected = meant or "expected a key of a config"
             problems.add(varied.place, "is in no config", expected, of_key=True)
 
 
-def check_keys(problems: ProblemCollector, plan: Plan) -> None:
+def check_keys(problems: Problems, plan: Plan) -> None:
     """Add a problem for each varied key that no base has, or that cannot take numbers."""
     for varied in plan.varied_keys:
-        if varied.path == VARIANT:
-            continue
-        owners = [v for v in plan.variants if varied in plan.varied_keys_of(v)]
-        found = [None if owners else _missing(plan, varied)]
-        for variant in owners:
-            base, value = plan.bases[variant], value_at(plan.templates[variant], varied.path)
-            found.append(_problem_with(varied, value))
-            found.append(None if varied.scale else unit_problem(base, varied.number_key))
-            found.append(_problem_with_spring(varied, base))
-        for problem in dict.fromkeys(filter(None, found)):
-            problems.add(varied.place, *problem, of_key=True)
+        if varied.path != VARIANT:
+            for problem, expected in dict.fromkeys(_wrong_in_bases(plan, varied)):
+                problems.add(varied.place, problem, expected, of_key=True)
 
 
-def check_changes(problems: ProblemCollector, plan: Plan, changes: Iterable[str]) -> None:
+def check_changes(problems: Problems, plan: Plan, changes: Iterable[str]) -> None:
     """Add a problem for each change of the base that no member sees, because the plan varies it."""
     replaced = {varied.path for varied in plan.varied_keys if not varied.scale}
-    for text in changes:
-        key = text.partition("=")[0]
+    for key in (text.partition("=")[0] for text in changes):
         read = number_key(key)
         path = () if read is None else read.path
         leaves = {leaf for data in plan.templates.values() for leaf in _leaves(data, path)}
         if leaves and leaves <= replaced:
             problem = "has no effect, because the plan varies it"
             expected = "expected a key that the plan does not vary"
-            problems.add_all([ConfigProblem(Location(f"--set {key}"), key, problem, expected)])
+            problems.append(ConfigProblem(Location(f"--set {key}"), key, problem, expected))
 
 
-def _leaves(data: dict[str, Any], path: Path) -> Iterator[Path]:
+def _leaves(data: dict[str, Any], path: Path = ()) -> Iterator[Path]:
     """Yield the paths of all single values at a path of a base; none if there is no such."""
-    try:
-        value = value_at(data, path)
-    except LookupError:
-        return
+    value = found_at(data, path)
     if isinstance(value, dict | list):
         for part in value if isinstance(value, dict) else range(len(value)):
             yield from _leaves(data, (*path, part))
-    else:
+    elif value is not None:
         yield path
 
 
-def _problem_with(varied: VariedKey, value: Any) -> tuple[str, str] | None:
-    """Return the problem and the expected value if a key cannot vary this value; else None."""
-    described = f"is {describe(value)} in the base"
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    if varied.scale:
-        if not is_number and not isinstance(value, list):
-            return described, "expected a number, a vector or a matrix"
-        if not np.any(value):
-            return "is zero in the base, where a scale has no effect", "expected another base"
-    elif isinstance(value, list):
-        return described, f"expected one entry, as {varied.key}[0], or scale"
-    elif not is_number:
-        return described, "expected a number, or controller.variant"
-    return _problem_with_whole_number(varied, value)
-
-
-def _problem_with_spring(varied: VariedKey, base: Config) -> tuple[str, str] | None:
-    """Return the problem if a gain varies that the formulas of a spring in the base leave out."""
-    if varied.path[0] != "elements" or varied.path[2:] not in (("rest_length",), ("damping",)):
-        return None
-    section = base.elements[str(varied.path[1])]
-    if varied.path[2] in {gain.name for gain in declarations_of(section).gains}:
-        return None
-    problem = "is varied, but the base has a spring of rest_length 0 without damping"
-    return problem, "expected a base with rest_length or damping above 0"
-
-
-def _problem_with_whole_number(varied: VariedKey, value: Any) -> tuple[str, str] | None:
-    """Return the problem if a whole number varies that is no seed, or not by whole numbers."""
-    distribution = varied.distribution
-    if varied.path[0] != "elements" or varied.path[-2:] != ("signal", "seed"):
-        if isinstance(value, int):
-            return "is a whole number, which all members share", "expected a key of another number"
-        if isinstance(distribution, Member):
-            return "is no seed", "expected the seed of a noise for {member: [first]}"
-        return None
-    expected = "expected {member: [first]}, or a list of whole numbers"
-    if isinstance(distribution, Member):
-        return None
-    if not isinstance(distribution, FiniteList):
-        return "is a seed, which cannot be drawn", expected
-    entries = distribution.at(np.arange(distribution.length))
-    return None if (entries == np.round(entries)).all() else ("is a seed", expected)
+def _wrong_in_bases(plan: Plan, varied: VariedKey) -> Iterator[tuple[str, str]]:
+    """Yield what is wrong with a varied key in the bases that have it, or that none has it."""
+    owners = [variant for variant in plan.variants if varied in plan.varied_keys_of(variant)]
+    if not owners:
+        yield _missing(plan, varied)
+    for variant in owners:
+        base, value = plan.bases[variant], value_at(plan.templates[variant], varied.path)
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        found = f"is {describe(value)} in the base"
+        if varied.scale and not is_number and not isinstance(value, list):
+            yield found, "expected a number, a vector or a matrix"
+        elif varied.scale and not np.any(value):
+            yield "is zero in the base, where a scale has no effect", "expected another base"
+        elif not varied.scale and isinstance(value, list):
+            yield found, f"expected one entry, as {varied.key}[0], or scale"
+        elif not varied.scale and not is_number:
+            yield found, "expected a number, or controller.variant"
+        elif varied.path[0] == "elements" and varied.path[-2:] == ("signal", "seed"):
+            if not _counts(varied):
+                yield "is a seed", "expected {member: [first]}, or a list of whole numbers"
+        elif isinstance(value, int):
+            yield "is a whole number, which all members share", "expected a key of another number"
+        elif isinstance(varied.distribution, Member):
+            yield "is no seed", "expected the seed of a noise for {member: [first]}"
+        elif _is_left_out(varied, base):
+            problem = "is varied, but the base has a spring of rest_length 0 without damping"
+            yield problem, "expected a base with rest_length or damping above 0"
+        if not varied.scale:
+            yield from filter(None, [unit_problem(base, varied.number_key)])
 
 
 def _missing(plan: Plan, varied: VariedKey) -> tuple[str, str]:
-    """Return the problem and the expected value of a key that no base has."""
+    """Return what is wrong with a key that no base has, and what may be meant."""
     templates = plan.templates.values()
-    attached = any(template["initial"].get("attached") for template in templates)
-    if varied.path[:2] == ("initial", "position") and attached:
-        return (
-            "follows from the orientation, because initial.attached is true in the base",
-            "expected another key, or a base without attached: true",
-        )
-    known = sorted(
-        {
-            key_of(path)
-            for template in templates
-            for section in VARIED_SECTIONS
-            for leaf in _leaves(template, (section,))
-            if isinstance(value_at(template, leaf), float)
-            for path in (leaf[:end] for end in range(len(names_in(leaf)), len(leaf) + 1))
-        }
-    )
+    if varied.path[:2] == ("initial", "position") and any(
+        template["initial"].get("attached") for template in templates
+    ):
+        expected = "expected another key, or a base without attached: true"
+        return "follows from the orientation, as initial.attached is true in the base", expected
+    leaves = [leaf for data in templates for leaf in _leaves(data)]
+    known = dict.fromkeys(key_of(path) for leaf in leaves for path in (leaf, names_in(leaf)))
+    # The keys of another element are no help if the base has the element that was named.
     element = f"{key_of(varied.path[:2])}."
     own = [key for key in known if varied.path[0] == "elements" and key.startswith(element)]
-    # The keys of another element are no help if the base has the element that was named.
-    close = closest_keys(varied.key, own or known)
-    names = {key.rpartition(".")[2] for key in close}
-    if own and closest(varied.key.rpartition(".")[2], names) is None:
-        return "is not in the base", f"expected one of {', '.join(k for k in own if '[' not in k)}"
-    return "is not in the base", did_you_mean(close) or "expected a key of the config"
+    meant = did_you_mean(closest_keys(varied.key, own or known))
+    return "is not in the base", meant or "expected a key of the config"
+
+
+def _counts(varied: VariedKey) -> bool:
+    """Whether the values of a seed are whole numbers."""
+    distribution = varied.distribution
+    if not isinstance(distribution, FiniteList):
+        return isinstance(distribution, Member)
+    entries = distribution.at(np.arange(distribution.length))
+    return bool((entries == np.round(entries)).all())
+
+
+def _is_left_out(varied: VariedKey, base: Config) -> bool:
+    """Whether a gain varies that the formulas of a spring in the base leave out."""
+    if varied.path[0] != "elements" or varied.path[2:] not in (("rest_length",), ("damping",)):
+        return False
+    gains = declarations_of(base.elements[str(varied.path[1])]).gains
+    return varied.path[2] not in {gain.name for gain in gains}

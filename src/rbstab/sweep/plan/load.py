@@ -5,17 +5,18 @@ from math import prod
 from pathlib import Path as FilePath
 from typing import Any
 
-from rbstab.config.errors import ConfigError, ConfigProblem
+from rbstab.config.errors import ConfigError
 from rbstab.config.load import PLAN_ONLY, source_of
 from rbstab.config.schema import Experiment
 from rbstab.config.source import key_of
+from rbstab.config.user_code.permission import Code
 from rbstab.sweep.plan.axes import VARIANT, Axis
-from rbstab.sweep.plan.bases import Code, read_bases
+from rbstab.sweep.plan.bases import read_bases
 from rbstab.sweep.plan.designs import DESIGNS, Design, RandomDesign
 from rbstab.sweep.plan.keys import check_axes, check_changes, check_keys, check_names
 from rbstab.sweep.plan.plan import MAX_MEMBERS, Plan
 from rbstab.sweep.plan.plan_file import GRID, PlanFile
-from rbstab.sweep.plan.problems import ProblemCollector
+from rbstab.sweep.plan.problems import Problems
 from rbstab.sweep.plan.validity import problems_of_members
 
 MEMBER_KEYS = ("vary", "design", "members", "seed")
@@ -93,39 +94,39 @@ def _loaded(plan: str | FilePath | Mapping[str, Any], changes: list[str], code: 
     source = source_of(plan, "plan")
     if _is_config(source.data):
         expected = "expected a plan with base and vary; rbstab.simulate runs a config"
-        raise ConfigError([ConfigProblem(source.location(()), "", "is a config", expected)])
-    problems = ProblemCollector(source)
+        raise ConfigError([source.problem((), "is a config", expected)])
+    problems = Problems(source)
     file = problems.read()
     # A wrong design is read as the default.
     name = file.design if source.data.get("design", GRID) == file.design else None
     axes = check_axes(problems, file, grid=name == GRID)
     design = _design(problems, file, name, axes)
     folder = FilePath() if isinstance(plan, Mapping) else FilePath(plan).parent
-    knows_variants = not any(key_of(VARIANT) in problem.key for problem in problems.found)
+    knows_variants = not any(key_of(VARIANT) in problem.key for problem in problems)
     base = file.base if knows_variants else None
     bases = read_bases(problems, base, folder, _variants(axes), changes, code)
-    loaded = Plan(file.title, bases, axes, design, file.keep, file.prove)
+    loaded = Plan(file, bases, axes, design)
     if bases:
         check_keys(problems, loaded)
         check_changes(problems, loaded, changes)
     else:
         check_names(problems, axes)
-    if _knows_members(problems):
-        _check_members_with_traces(problems, loaded)
+    wrong = {problem.key.partition(".")[0] for problem in problems}
+    if not source.problems and wrong.isdisjoint(MEMBER_KEYS):
+        for number in loaded.keep.members:
+            if number >= loaded.members:
+                path, expected = ("keep", "traces"), f"expected members below {loaded.members}"
+                problems.add(path, f"has {number}", expected)
+                break
         if bases:
-            problems.found += problems_of_members(loaded, source)
-    problems.raise_if_any()
+            problems += problems_of_members(loaded, source)
+    if problems:
+        raise ConfigError(problems)
     return loaded
 
 
-def _knows_members(problems: ProblemCollector) -> bool:
-    """Whether nothing is wrong that the members follow from, apart from their base."""
-    wrong = {problem.key.partition(".")[0] for problem in problems.found}
-    return not problems.source.problems and wrong.isdisjoint(MEMBER_KEYS)
-
-
 def _design(
-    problems: ProblemCollector, file: PlanFile, name: str | None, axes: tuple[Axis, ...]
+    problems: Problems, file: PlanFile, name: str | None, axes: tuple[Axis, ...]
 ) -> Design | None:
     """Return the design; None for a grid and, with problems added, for a wrong design."""
     for key in ("members", "seed"):
@@ -151,20 +152,11 @@ def _design(
     return DESIGNS[name](drawn, file.members, file.seed)
 
 
-def _check_member_count(problems: ProblemCollector, counted: Iterable[Axis], points: int) -> None:
+def _check_member_count(problems: Problems, counted: Iterable[Axis], points: int) -> None:
     members = points * prod(axis.length or 1 for axis in counted)
     if members > MAX_MEMBERS:
         shown = str(members) if members < 10**15 else f"about 10^{len(str(members)) - 1}"
         problems.add(("vary",), f"makes {shown} members", f"expected at most {MAX_MEMBERS}")
-
-
-def _check_members_with_traces(problems: ProblemCollector, plan: Plan) -> None:
-    """Add a problem for each number in `keep` that is not the number of a member."""
-    if plan.keep.members:
-        for index, number in enumerate(problems.source.data["keep"]["traces"]):
-            if number >= plan.members and not problems.is_full:
-                expected = f"expected a member below {plan.members}"
-                problems.add(("keep", "traces", index), f"is {number}", expected)
 
 
 def _variants(axes: tuple[Axis, ...]) -> tuple[str, ...]:

@@ -3,8 +3,6 @@
 Members are numbered from 0. The config of a member is made only when it is needed.
 """
 
-import hashlib
-import json
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,10 +12,9 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.build import problem_of
-from rbstab.config.load import changed_config, identifying, plain_data
-from rbstab.config.numbers import value_at
+from rbstab.config.load import changed_config, identifying, identity_of, plain_data
+from rbstab.config.numbers import found_at
 from rbstab.config.schema import Config
-from rbstab.config.source import Path
 from rbstab.config.user_code.permission import may_run_code
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
@@ -25,7 +22,7 @@ from rbstab.store.cards import line
 from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey
 from rbstab.sweep.plan.designs import Design
 from rbstab.sweep.plan.distributions import FiniteList, Member
-from rbstab.sweep.plan.plan_file import PLAN_VERSION
+from rbstab.sweep.plan.plan_file import PLAN_VERSION, PlanFile
 from rbstab.sweep.plan.proof_selection import ProofSelection
 from rbstab.sweep.plan.trace_selection import TraceSelection
 
@@ -40,20 +37,31 @@ class Plan:
     """The plan of a sweep, made by `load_plan`; see docs/sweeps.md.
 
     Args:
-        title: The title of the sweep.
+        file: What the file of the plan says.
         bases: The base of each variant, in the order of the variants in the plan.
         axes: The varied keys, in groups that vary together.
         design: The points from which the axes without `each` draw their values; None for a grid.
-        keep: Selects the members with traces.
-        prove: Selects the members whose exact motions are enclosed; None: no member.
     """
 
-    title: str
+    file: PlanFile
     bases: Mapping[str, Config]
     axes: tuple[Axis, ...]
     design: Design | None
-    keep: TraceSelection
-    prove: ProofSelection | None = None
+
+    @property
+    def title(self) -> str:
+        """The title of the sweep."""
+        return self.file.title
+
+    @cached_property
+    def keep(self) -> TraceSelection:
+        """Selects the members with traces."""
+        return self.file.traces
+
+    @cached_property
+    def prove(self) -> ProofSelection | None:
+        """Selects the members whose exact motions are enclosed; None: no member."""
+        return self.file.proofs
 
     def __repr__(self) -> str:
         """Return one line: title, members, variants, varied keys."""
@@ -154,10 +162,9 @@ class Plan:
 
     def varied_keys_of(self, variant: str) -> tuple[VariedKey, ...]:
         """Return the varied keys that a variant has; the others do not affect its members."""
+        keys = (varied for varied in self.varied_keys if varied.path != VARIANT)
         template = self.templates[variant]
-        return tuple(
-            k for k in self.varied_keys if k.path != VARIANT and _has_key(template, k.path)
-        )
+        return tuple(varied for varied in keys if found_at(template, varied.path) is not None)
 
     def variant_of(self, values: Mapping[str, Any]) -> str:
         """Return the variant of a member with these values."""
@@ -228,7 +235,7 @@ def plan_id(plan: Plan) -> str:
                 axis.name,
                 axis.each,
                 [
-                    [k.key, k.scale, k.distribution.keyword, k.distribution.arguments]
+                    [k.key, k.scale, k.distribution.keyword, list(k.distribution.root)]
                     for k in axis.varied_keys
                 ],
             ]
@@ -240,17 +247,7 @@ def plan_id(plan: Plan) -> str:
     if plan.prove is not None:
         # Plans without proofs keep the identity that they had before there was this key.
         content["prove"] = [plan.prove.steps, plan.prove.members]
-    text = json.dumps(content, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()[:32]
-
-
-def _has_key(data: dict[str, Any], path: Path) -> bool:
-    """Return whether the data of a config have a path."""
-    try:
-        value_at(data, path)
-    except LookupError:
-        return False
-    return True
+    return identity_of(content)
 
 
 def _values_of(varied: VariedKey, indices_or_coordinates: Array) -> Array:

@@ -3,17 +3,17 @@
 from typing import Annotated, Any, Literal
 
 from pydantic import (
-    BeforeValidator,
     ConfigDict,
+    Discriminator,
     Field,
     PlainValidator,
-    TypeAdapter,
+    Tag,
     model_validator,
 )
 
-from rbstab.config.messages import describe
-from rbstab.config.quantities import Count, Text, value_error, whole
-from rbstab.config.section import Section, word_or_section
+from rbstab.config.errors import describe
+from rbstab.config.quantities import Count, Text, value_error, version
+from rbstab.config.section import Section, word_or
 from rbstab.sweep.plan.distributions import (
     Geomspace,
     Linspace,
@@ -24,9 +24,10 @@ from rbstab.sweep.plan.distributions import (
     NotNegativeWhole,
     Uniform,
     Values,
+    listed,
 )
-from rbstab.sweep.plan.proof_selection import MOTION, ProofSelection
-from rbstab.sweep.plan.trace_selection import NO_TRACES, TraceSelection
+from rbstab.sweep.plan.proof_selection import ProofSelection
+from rbstab.sweep.plan.trace_selection import TraceSelection
 
 PLAN_VERSION = 1
 
@@ -60,7 +61,7 @@ class Spread(Section):
         keys = [key for key in known if key in self.model_fields_set]
         if len(keys) != 1:
             found = f"has {' and '.join(keys)}" if keys else "is empty"
-            raise value_error(found, f"expected a mapping of one of {', '.join(known)}")
+            raise value_error(found, f"expected one of {', '.join(known)}")
         return self
 
 
@@ -92,23 +93,17 @@ class Every(Section):
     every: Count
 
 
-_Numbers = tuple[NotNegativeWhole, ...]
+_FORM = "[number, ...] or {every: n}"
 
-
-def _numbers_or_every(value: Any) -> Any:
-    if isinstance(value, dict | Every):
-        return Every.model_validate(value)
-    if not isinstance(value, list | tuple):
-        raise value_error(f"is {describe(value)}", "expected [number, ...] or {every: n}")
-    return TypeAdapter(_Numbers).validate_python(tuple(value), strict=True)
+_Numbers = Annotated[tuple[NotNegativeWhole, ...], *listed(_FORM, empty=True)]
 
 
 class Traces(Section):
     """The members with traces."""
 
     traces: Annotated[
-        _Numbers | Every,
-        PlainValidator(_numbers_or_every, json_schema_input_type=_Numbers | Every),
+        Annotated[_Numbers, Tag("<numbers>")] | Annotated[Every, Tag("<every>")],
+        Discriminator(lambda value: "<every>" if isinstance(value, dict | Every) else "<numbers>"),
     ]
 
 
@@ -116,29 +111,6 @@ class Proofs(Section):
     """The members whose motions are enclosed."""
 
     motion: ProofSelection
-
-
-def _version(value: Any) -> Any:
-    version = whole(value)
-    if type(version) is not int or version != PLAN_VERSION:
-        newer = ", which this version of rbstab does not support" if type(version) is int else ""
-        raise value_error(f"is {describe(version)}{newer}", f"expected {PLAN_VERSION}")
-    return version
-
-
-def _keep(value: Any) -> TraceSelection:
-    meaning = "[number, ...] or {every: n}"
-    kept = word_or_section(value, ("summary", "traces"), (Traces, meaning))
-    if isinstance(kept, str):
-        return TraceSelection(every=int(kept == "traces"))
-    if isinstance(kept.traces, Every):
-        return TraceSelection(every=kept.traces.every)
-    return TraceSelection(members=tuple(sorted(set(kept.traces))))
-
-
-def _prove(value: Any) -> ProofSelection:
-    found = word_or_section(value, (MOTION,), (Proofs, "{steps: n, members: n}"))
-    return ProofSelection() if found == MOTION else found.motion
 
 
 def _base(value: Any) -> Any:
@@ -150,7 +122,7 @@ def _base(value: Any) -> Any:
 class PlanFile(Section):
     """The plan of a sweep."""
 
-    schema_version: Annotated[Literal[1], BeforeValidator(_version)] = 1
+    schema_version: Annotated[Literal[1], version(PLAN_VERSION)] = 1
     title: Text = "untitled"
     base: Annotated[
         str | dict[str, Any],
@@ -165,14 +137,31 @@ class PlanFile(Section):
     members: Annotated[Count, Field(description="not for a grid")] = _UNSET
     seed: Annotated[NotNegativeWhole, Field(description="not for a grid")] = _UNSET
     keep: Annotated[
-        TraceSelection,
-        PlainValidator(_keep, json_schema_input_type=Literal["summary", "traces"] | Traces),
-    ] = NO_TRACES
+        Literal["summary", "traces"] | Traces,
+        word_or(("summary", "traces"), (Traces, _FORM)),
+    ] = "summary"
     prove: Annotated[
-        ProofSelection,
-        PlainValidator(_prove, json_schema_input_type=Literal["motion"] | Proofs),
+        Literal["motion"] | Proofs,
+        word_or(("motion",), (Proofs, "{steps: n, members: n}")),
         Field(description="enclose exact motions until their convergence is proved"),
     ] = _UNSET
+
+    @property
+    def traces(self) -> TraceSelection:
+        """The members with traces."""
+        if isinstance(self.keep, str):
+            return TraceSelection(every=int(self.keep == "traces"))
+        traces = self.keep.traces
+        if isinstance(traces, Every):
+            return TraceSelection(every=traces.every)
+        return TraceSelection(members=tuple(sorted(set(traces))))
+
+    @property
+    def proofs(self) -> ProofSelection | None:
+        """The members whose motions are enclosed; None: no member."""
+        return (
+            self.prove.motion if isinstance(self.prove, Proofs) else self.prove and ProofSelection()
+        )
 
 
 class ReadablePlan(PlanFile):

@@ -11,8 +11,6 @@ from rbstab.config.section import Section
 from rbstab.experiment.convergence.decisions import MAX_STEPS
 from rbstab.mechanics.numbers import Array
 
-MOTION = "motion"
-
 DEFAULT_STEPS = 400
 """The default of `steps`: more than the paper's starts and their neighbours need."""
 

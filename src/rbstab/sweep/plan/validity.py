@@ -9,7 +9,6 @@ definite. So matrices with varied entries are checked for all members.
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -45,14 +44,10 @@ def problems_of_members(plan: Plan, source: Source) -> list[ConfigProblem]:
     for variant in plan.variants:
         for varied, suspects in _suspects(plan, variant):
             for number, values in suspects:
-                problem = _problem_with(plan, variant, values)
-                if problem is not None:
-                    problem = replace(
-                        problem,
-                        location=source.location(varied.place, of_key=True),
-                        key=key_of(varied.place),
-                        problem=f"at member {number} {problem.key} {problem.problem}",
-                    )
+                wrong = _problem_with(plan, variant, values)
+                if wrong is not None:
+                    text = f"at member {number} {wrong.key} {wrong.problem}"
+                    problem = source.problem(varied.place, text, wrong.expected, of_key=True)
                     found.setdefault(varied, problem)
                     break
     return list(found.values())
@@ -70,23 +65,22 @@ def _suspects(plan: Plan, variant: str) -> Iterator[tuple[VariedKey, Iterable[Su
             for bound in varied.distribution.bounds
         ):
             doubtful.append(varied)
-    if doubtful:
-        yield from zip(doubtful, _extremes(plan, variant, doubtful), strict=True)
+    for varied in doubtful:
+        yield varied, _extremes(plan, variant, varied.key)
     for path, entries in matrices.items():
         yield entries[0], _indefinite(plan, variant, path, entries)
 
 
-def _extremes(plan: Plan, variant: str, varied_keys: list[VariedKey]) -> list[list[Suspect]]:
-    """Return, for each key, the members of a variant with the smallest and the largest value."""
-    keys = [varied.key for varied in varied_keys]
-    found: dict[str, list[tuple[float, int]]] = {key: [] for key in keys}
-    for numbers, values in _blocks(plan, variant, keys):
-        for key, entries in values.items():
-            for index in (int(np.argmin(entries)), int(np.argmax(entries))):
-                found[key].append((float(entries[index]), int(numbers[index])))
-            # Among members with equal values, keep the earliest.
-            found[key] = [min(found[key]), max(found[key], key=lambda one: (one[0], -one[1]))]
-    return [[(number, {key: value}) for value, number in found[key]] for key in keys]
+def _extremes(plan: Plan, variant: str, key: str) -> list[Suspect]:
+    """Return the members of a variant with the smallest and the largest value of a key."""
+    found: list[tuple[float, int]] = []
+    for numbers, values in _blocks(plan, variant, [key]):
+        entries = values[key]
+        ends = [int(np.argmin(entries)), int(np.argmax(entries))]
+        found += [(float(entries[index]), int(numbers[index])) for index in ends]
+        # Among members with equal values, keep the earliest.
+        found = [min(found), max(found, key=lambda one: (one[0], -one[1]))]
+    return [(number, {key: value}) for value, number in found]
 
 
 def _indefinite(

@@ -13,7 +13,7 @@ from rbstab.integrate.step_ends import StepEnds
 from rbstab.integrate.switch_trace import SwitchTrace
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.schedule import Schedule
-from rbstab.systems.system import CONTACT_WORK, LYAPUNOV_CHANGE, System
+from rbstab.systems.system import System
 
 Progress = Callable[[float], None]
 """Called after every step with the current time, s."""
@@ -189,49 +189,4 @@ def first_samples(whole: Trajectory, count: int, deadline: Deadline) -> Trajecto
         if whole.trusted_until is None
         else float(np.minimum(whole.trusted_until, last)),
         ends=None if whole.ends is None else whole.ends.until(last),
-    )
-
-
-def trajectory(  # noqa: PLR0913, PLR0917 (all that is known of a run)
-    problem: Problem,
-    samples: list[tuple[float, Array]],
-    status: RunStatus,
-    detail: str,
-    steps: int,
-    evaluations: int,
-    systems: tuple[System, ...] = (),
-    breakpoints: list[float] | None = None,
-    ends: StepEnds | None = None,
-) -> Trajectory:
-    """Return the trajectory of audited state vectors (states, then audit states).
-
-    Args:
-        problem: The problem.
-        samples: The times and the audited states.
-        status: The status of the run.
-        detail: Why and when the run stopped early.
-        steps: Accepted steps.
-        evaluations: Evaluations of the rates.
-        systems: The system in the modes of each sample; empty if there are no modes.
-        breakpoints: The breakpoints on which a step ended.
-        ends: The ends of the steps.
-    """
-    table = np.array([state for _, state in samples])
-    times, size = np.array([time for time, _ in samples]), problem.system.size
-    if problem.schedule is not None:
-        systems = systems or (problem.system,) * len(times)
-        systems = problem.schedule.systems_at(systems, times)
-    return Trajectory(
-        times,
-        table[:, :size],
-        table[:, LYAPUNOV_CHANGE],
-        table[:, CONTACT_WORK],
-        status,
-        detail,
-        steps,
-        evaluations,
-        systems=systems,
-        supplied_energy=table[:, size] if problem.system.supplies else None,
-        breakpoints=np.array(breakpoints or ()),
-        ends=ends,
     )

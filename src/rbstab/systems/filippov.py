@@ -18,6 +18,17 @@ bound is one-sided, but a body that is held has λ = c(b_s + Σ W_si Λ_i)/μ <=
 
 So the box 0 <= λ <= 2U has the same least value. About its middle it is symmetric, like the others.
 
+The forces of ties are bounded, so they do nothing during an impact: the impulse is that on θ2
+alone. It moves the points of the ties, and so each s = F + κE jumps. Axes that were held are thrown
+off their surfaces, and arrive there again. No tie beside a stop sticks on s = E.
+
+So a body that comes to rest makes hops, with axes that leave and arrive, all of them smaller and
+smaller. With the rates r of some axes and of θ2, which are zero at rest, and their mobility W, the
+hops have the energy T = ½ r'W⁻¹r: that of all velocities beside those at rest, in the metric of the
+kinetic energy. At rest the couple λ presses. Neither the axes nor the impacts add to T + λh, with
+the distance h from the stop: the force of an axis opposes its s more than that which would hold it.
+So no later hop is higher than T/λ. Without axes this is θ̇2²/(2α).
+
 Source of the conditions of the contact: D. E. Stewart, SIAM Review 42 (2000) 3-39.
 """
 
@@ -29,8 +40,8 @@ import numpy as np
 from rbstab.mechanics import pitch
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import E_OF_W, F_OF_W
-from rbstab.systems.impact import first_stop_mode, side_of, stop_of
-from rbstab.systems.modes import modes_of, with_first_modes, with_modes
+from rbstab.systems.impact import HOP_HEIGHT, laid_on_stop, side_of, stop_of
+from rbstab.systems.modes import modes_of, with_contact, with_first_modes, with_modes
 from rbstab.systems.surface_forces import Surfaces, elements_with_rows, impulses, surfaces
 from rbstab.systems.system import System
 
@@ -128,15 +139,8 @@ def at_start(system: System, y: Array, time: float = 0.0) -> System:
 def near(system: System, y: Array) -> Array:
     """Return the axes on their surfaces at a state, up to `START_TOLERANCE`."""
     motion = system.motion(y)
-    distance = np.concatenate([tie.distance(motion) for tie in ties_of(system)])
-    return np.flatnonzero(distance <= START_TOLERANCE)
-
-
-def with_contact(system: System, side: int) -> System:
-    """Return a system whose body rests on a side of its stop, 1 or -1; not at all if it is 0."""
-    modes, first = list(modes_of(system)), first_stop_mode(system)
-    modes[first : first + 2] = [float(side > 0), float(side < 0)]
-    return with_modes(system, tuple(modes))
+    distances = [tie.distance(motion) for tie in ties_of(system)]
+    return np.flatnonzero(np.concatenate([np.zeros(0), *distances]) <= START_TOLERANCE)
 
 
 def after_events(
@@ -210,7 +214,7 @@ def choice(system: System, y: Array, rows: Array, time: float = 0.0) -> Choice:
     system = with_modes(system, tuple(modes.tolist()))
     motion, pairs = system.loads(y, time)
     found = surfaces(system.body, system.coordinates, motion, pairs)
-    bounds = np.concatenate([e.K_s for e in ties_of(system)])[rows]
+    bounds = _bounds_of_axes(system)[rows]
     contact, count = resting(system), len(rows)
     if contact:
         rows = np.append(rows, len(found.rates) - 1)
@@ -257,9 +261,7 @@ def _sticky_rows(system: System) -> Array:
 def sides(W: Array, b: Array, bounds: Array, tolerance: float = -BOUND_TOLERANCE) -> Array:
     """Return Filippov's choice for axes on their surfaces: 0 if it is held, else its side, ±1.
 
-    The choice is that of Λ with the least ½ Λ'WΛ + b'Λ in the box. It is found by principal pivots:
-    of the axes that break a condition, the first one is changed, until none does. For a positive
-    definite W this ends with the only choice that breaks none.
+    The choice is that of Λ with the least ½ Λ'WΛ + b'Λ in the box.
 
     Args:
         W: The mobility of the axes, positive semidefinite, shape (n, n).
@@ -269,26 +271,44 @@ def sides(W: Array, b: Array, bounds: Array, tolerance: float = -BOUND_TOLERANCE
 
     Returns:
         Shape (n,).
-
-    Source: J. J. Júdice and F. M. Pires, J. Optim. Theory Appl. 74 (1992) 391-411.
     """
     # In units of the bounds all forces have one size.
     mobility, rates = _definite(np.outer(bounds, bounds) * W), bounds * b
-    least = 2.0 * BOUND_TOLERANCE * np.diag(mobility)
-    chosen = np.zeros(len(b))
+    return pivoted(mobility, rates, np.zeros(len(b)), tolerance)[0]
+
+
+def pivoted(
+    mobility: Array, rates: Array, first: Array, tolerance: float = -BOUND_TOLERANCE
+) -> tuple[Array, Array]:
+    """Return the choice of `sides`, and Λ, in units of the bounds, by principal pivots.
+
+    Of the axes that break a condition, the first one is changed, until none does. For a positive
+    definite W this ends with the only choice that breaks none.
+
+    Args:
+        mobility: W in units of the bounds, positive definite, shape (n, n).
+        rates: b in units of the bounds, shape (n,).
+        first: The choice with which to begin, shape (n,).
+        tolerance: As for `sides`.
+
+    Source: J. J. Júdice and F. M. Pires, J. Optim. Theory Appl. 74 (1992) 391-411.
+    """
+    chosen, least = first.copy(), 2.0 * BOUND_TOLERANCE * np.diag(mobility)
+    force = -chosen
     for _ in range(MAX_PIVOTS):
         held = chosen == 0
         force = -chosen
-        force[held] = np.linalg.solve(
-            mobility[np.ix_(held, held)], -(rates + mobility @ force)[held]
-        )
+        if held.any():
+            force[held] = np.linalg.solve(
+                mobility[np.ix_(held, held)], -(rates + mobility @ force)[held]
+            )
         inward = -chosen * (mobility @ force + rates)
         wrong = np.where(held, np.abs(force) > 1.0 + tolerance, inward > least)
         if not wrong.any():
             break
         axis = int(wrong.argmax())
         chosen[axis] = -np.sign(force[axis]) if held[axis] else 0.0
-    return chosen
+    return chosen, force
 
 
 def _definite(W: Array) -> Array:
@@ -330,3 +350,79 @@ def moved(found: Choice, y: Array) -> Array:
 def ties_of(system: System) -> list[Any]:
     """Return the elements of a system whose axes slide."""
     return [element for element in system.elements if element.slides]
+
+
+def _bounds_of_axes(system: System) -> Array:
+    """Return K_s of each axis of each tie, shape (axes,), N."""
+    return np.concatenate([np.zeros(0), *(tie.K_s for tie in ties_of(system))])
+
+
+def after_impact(system: System, y: Array, time: float = 0.0) -> tuple[System, Array]:
+    """Return a system after an impact, and the state: each axis in the mode of its s.
+
+    Axes that the impact has not moved are chosen as in `filippov`.
+
+    Args:
+        system: The system, in the modes before the impact; the body does not rest.
+        y: The state after the impact, or the audited state.
+        time: The time, s.
+
+    Raises:
+        RedundantTiesError: The forces that hold axes are not determined.
+    """
+    modes = np.array(modes_of(system))
+    sides, holds = slide_modes(system)
+    modes[sides], modes[holds] = residuals(system, y)[:-1] > 0, 0.0
+    return chosen(with_modes(system, tuple(modes.tolist())), y, near(system, y), time)
+
+
+def landed(
+    system: System, y: Array, side: int, time: float = 0.0
+) -> tuple[System, Array] | None:
+    """Return the system and the state of a body at rest against its stop; None if it hops on.
+
+    It rests if some axes would be held beside it, or none, and no later hop would be higher than
+    `HOP_HEIGHT`. Of all axes that are near enough to their surfaces, as many as possible take part.
+
+    Args:
+        system: The system after the impact (`after_impact`).
+        y: The state, or the audited state.
+        side: The side of the stop, 1 or -1.
+        time: The time, s.
+    """
+    energies, most = _hops(system, y, time)
+    limit = most * HOP_HEIGHT
+    if energies[-1] > limit:
+        return None
+    rows = np.flatnonzero(energies[:-1] <= limit)
+    # The axis with the most energy is the first one that does not take part.
+    rows = rows[np.argsort(energies[rows], kind="stable")]
+    touching = with_contact(system, side)
+    for count in range(len(rows), -1, -1):
+        with suppress(RedundantTiesError):
+            found = choice(touching, y, np.sort(rows[:count]), time)
+            if resting(found.system) and _hop_height(found, y, time) <= HOP_HEIGHT:
+                return found.system, laid_on_stop(found.system, moved(found, y))
+    return None
+
+
+def _hops(system: System, y: Array, time: float) -> tuple[Array, float]:
+    """Return the energy of the rate of each row alone, J, and a bound of the couple, N m."""
+    modes = np.array(modes_of(system))
+    modes[slide_modes(system)] = 1.0
+    free = with_modes(system, tuple(modes.tolist()))
+    motion, pairs = free.loads(y, time)
+    found = surfaces(free.body, free.coordinates, motion, pairs)
+    K_s = _bounds_of_axes(free)
+    energies = 0.5 * residuals(free, y) ** 2 / np.diag(found.mobility)
+    return energies, largest_couple(found.mobility, found.rates, K_s)
+
+
+def _hop_height(found: Choice, y: Array, time: float) -> float:
+    """Return the largest height of later hops, rad: T/λ."""
+    rows = found.rows[found.sides == 0]
+    r = residuals(found.system, y)[rows]
+    energy = 0.5 * float(r @ np.linalg.solve(found.surfaces.mobility[np.ix_(rows, rows)], r))
+    _, pairs = found.system.acting(y, time)
+    couple = next(float(own[0]) for element, own in pairs if element.holds)
+    return energy / abs(couple)

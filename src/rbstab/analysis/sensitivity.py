@@ -36,7 +36,7 @@ from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus, UnfinishedRunError
 from rbstab.integrate.switching.course import Course
 from rbstab.integrate.switching.saltation import NotDifferentiableError
-from rbstab.integrate.switching.sliding_connector import with_connector_by_modes
+from rbstab.integrate.switching.trust import with_connector_by_modes
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array, Number

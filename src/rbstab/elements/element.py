@@ -54,7 +54,7 @@ class Element:
     """Whether it can hold θ2, as a stop against which the body rests. Then it has no own states.
     Its methods `wrench` and `guards` get the hold as `own`: [τ, α], the couple on θ2 that keeps θ̇2
     constant, N m, and the acceleration of θ2 that all other elements cause, rad/s². The system
-    computes them (`systems.holding`; beside elements that slide `systems.surface_forces`). At most
+    computes them (`systems.surface_forces`). At most
     one element of a system may hold."""
 
     supplies: ClassVar[bool] = False

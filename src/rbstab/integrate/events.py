@@ -5,7 +5,7 @@ the range, the lengths of springs. SciPy's steps are searched here. heyoka finds
 as zeros of the Taylor polynomials of its steps.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,7 +37,7 @@ EventFunctions = Callable[[Array, float], Array]
 
 
 class Event(NamedTuple):
-    """The number of an event function that falls to zero, when, s, and the end of its bracket, s."""
+    """Which event function falls to zero, when, s, and the end of the bracket of this time, s."""
 
     number: int
     time: float
@@ -49,13 +49,13 @@ def first_event(
     path: Path,
     ends: tuple[float, float],
     states: tuple[Array, Array],
-    slopes: tuple[Array, Array],
+    slopes: Sequence[Array],
 ) -> Event | None:
     """Return the first event of a step, or None.
 
     A function that falls below zero and rises again within the step is least in between. Such a
-    least value lies beside the smallest of three neighbouring tests, or beside an end of the step at
-    which the function is falling (at the start) or rising (at the end). Only one that is small
+    least value lies beside the smallest of three neighbouring tests, or beside an end of the step
+    at which the function is falling (at the start) or rising (at the end). Only one that is small
     enough to reach zero is searched.
 
     Args:
@@ -77,7 +77,7 @@ def first_event(
     return min(found, key=lambda event: event.time, default=None)
 
 
-def _suspects(values: Array, slopes: tuple[Array, Array], length: float) -> list[int]:
+def _suspects(values: Array, slopes: Sequence[Array], length: float) -> list[int]:
     """Return the functions that may be negative somewhere in the step."""
     negative = (values[1:] < -ROUND_OFF).any(axis=0)
     # The parabola through three points reaches below them by at most an eighth of this.
@@ -99,9 +99,7 @@ class _Search:
         """Return the value at a time."""
         return float(self.functions(self.path(t), t)[self.number])
 
-    def first_zero(
-        self, times: Array, values: Array, slopes: tuple[Array, Array]
-    ) -> Event | None:
+    def first_zero(self, times: Array, values: Array, slopes: Sequence[Array]) -> Event | None:
         """Return where the function first falls to zero; see `first_event`."""
         h, t = values[:, self.number].tolist(), times.tolist()
         falls, rises = float(slopes[0][self.number]), float(slopes[1][self.number])

@@ -3,8 +3,8 @@
 A step is backward Euler for the connector, Λ ∈ -K_s Sgn(s⁺), and explicit Euler for the smooth
 forces. With F⁺ = F + h(Ḟ₀ + WΛ) and E⁺ = E + hF⁺, s⁺ = ρF⁺ + κE⁺ is linear in Λ, s⁺ = MΛ + q. So Λ
 is Filippov's choice with M and q in the place of W and b (`systems.filippov`). If a force within
-the bounds ±K_s can hold an axis on the surface, the step ends there, so there is no chatter. But the
-step loses the energy of the chatter, and with s = E the time of sticking depends on the step.
+the bounds ±K_s can hold an axis on the surface, the step ends there, so there is no chatter. But
+the step loses the energy of the chatter, and with s = E the time of sticking depends on the step.
 
 Source: V. Acary, B. Brogliato, Systems & Control Letters 59 (2010) 284-293.
 """
@@ -92,8 +92,9 @@ class ImplicitRun(Run):
         self.switching, self.connector = problem.switching, connector_of(problem.system)
         self.record = SwitchRecord(problem)
         free, size = with_sides(problem.system, np.zeros(3)), len(self.y)
-        self._end, self._after = StraightLine(end_of_step, free, size + 1), StraightLine(
-            after_step, free, size + 4
+        self._end, self._after = (
+            StraightLine(end_of_step, free, size + 1),
+            StraightLine(after_step, free, size + 4),
         )
         motion = problem.system.motion(problem.start)
         s = self.connector.surface(motion.E, motion.F)
@@ -141,31 +142,44 @@ class ImplicitRun(Run):
 
     def _step(self, h: float, end: float) -> None:
         """Make one step, to a time, s."""
-        y, K_s = self.y, self.connector.K_s
-        found = self._end(np.append(y, h))
+        sides, shares, after = self.sides, self.sides, None
+        if self.sides.all():
+            after = self._after(np.concatenate([self.y, [h], shares]))
+            surface = self.connector.surface(after[E_OF_W], after[F_OF_W])
+            # Most steps end on the side where they began; not a number is on no side.
+            after = after if (sides * surface > 0).all() else None
+        if after is None:
+            sides, shares = self._choice(h)
+            after = self._after(np.concatenate([self.y, [h], shares]))
+        self.evaluations += 1
+        self.steps += 1
+        if not math.isfinite(after.sum()):
+            raise StopRun(RunStatus.DIVERGED, "the state stopped being finite")
+        held = sides == 0
+        if held.any():
+            # An axis that is held is exactly on its surface.
+            E, F, slope = after[E_OF_W], after[F_OF_W], self.connector.slope
+            F[held] = (-slope / (self.connector.rate_weight + slope * h) * self.y[E_OF_W])[held]
+            E[held] = (self.y[E_OF_W] + h * F)[held]
+        if sides is not self.sides:
+            self._change(sides, shares, end)
+        self.t, self.y = end, after
+        self.keep_end()
+
+    def _choice(self, h: float) -> tuple[Array, Array]:
+        """Return the side of each axis at the end of a step, 0 if it is held, and its σ."""
+        found, K_s = self._end(np.append(self.y, h)), self.connector.K_s
         M, q = found[:9].reshape(3, 3), found[9:]
         try:
             sides, forces = pivoted(np.outer(K_s, K_s) * M, K_s * q, self.sides)
         except np.linalg.LinAlgError as error:
             raise StopRun(RunStatus.SOLVER_FAILURE, f"a step failed ({error})") from error
-        after = self._after(np.concatenate([y, [h], -forces]))
-        self.evaluations += 1
-        self.steps += 1
-        if not np.isfinite(after).all():
-            raise StopRun(RunStatus.DIVERGED, "the state stopped being finite")
-        # An axis that is held is exactly on its surface.
-        E, F, held = after[E_OF_W], after[F_OF_W], sides == 0
-        slope = self.connector.slope / (self.connector.rate_weight + self.connector.slope * h)
-        F[held] = -slope * y[E_OF_W][held]
-        E[held] = y[E_OF_W][held] + h * F[held]
-        self.t, self.y = end, after
-        self._record_switches(sides)
-        self.system = with_sides(self.problem.system, -forces)
-        self.keep_end()
+        return sides, -forces
 
-    def _record_switches(self, sides: Array) -> None:
+    def _change(self, sides: Array, shares: Array, t: float) -> None:
+        """Go on with other sides, and other σ, from a time, s, and record what has switched."""
         for axis in np.flatnonzero(sides != self.sides).tolist():
-            self.record.add_switch(self.t, axis)
+            self.record.add_switch(t, axis)
             if 0.0 in (sides[axis], self.sides[axis]):
-                self.record.add_transition(self.t, axis, held=sides[axis] == 0)
-        self.sides = sides
+                self.record.add_transition(t, axis, held=sides[axis] == 0)
+        self.sides, self.system = sides, with_sides(self.problem.system, shares)

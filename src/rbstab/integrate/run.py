@@ -1,4 +1,4 @@
-"""What a run of every engine keeps of its motion, from breakpoint to breakpoint, and why it ends."""
+"""What a run of any engine keeps of its motion, from breakpoint to breakpoint, and why it ends."""
 
 import numpy as np
 
@@ -97,6 +97,10 @@ class Run:
         count = len(self.samples)
         return count < len(self.times) and self.times[count] <= time
 
+    def lacks_before(self, time: float) -> bool:
+        """Return whether a sample before a time, s, is not there yet."""
+        return self.lacks(float(np.nextafter(time, -np.inf)))
+
     def add_sample(self, t: float, y: Array) -> None:
         """Keep a sample: its time, s, and its audited state."""
         self.samples.append((t, y))
@@ -109,7 +113,7 @@ class Run:
 
     def keep_last(self) -> None:
         """Keep the state in which the run ends, as its last sample."""
-        if self.t > self.samples[-1][0]:
+        if self.t > self.samples[-1][0] and not self.lacks_before(self.t):
             self.add_sample(self.t, self.y)
         self.keep_end()
 

@@ -376,9 +376,7 @@ def after_impact(system: System, y: Array, time: float = 0.0) -> tuple[System, A
     return chosen(with_modes(system, tuple(modes.tolist())), y, near(system, y), time)
 
 
-def landed(
-    system: System, y: Array, side: int, time: float = 0.0
-) -> tuple[System, Array] | None:
+def landed(system: System, y: Array, side: int, time: float = 0.0) -> tuple[System, Array] | None:
     """Return the system and the state of a body at rest against its stop; None if it hops on.
 
     It rests if some axes would be held beside it, or none, and no later hop would be higher than

@@ -25,6 +25,7 @@ from rbstab.systems.coordinates import Coordinates
 Pair = tuple[Element, Array]
 """An element with its own states, or with its equivalent forces if it `slides`, or its hold."""
 
+
 class Surfaces(NamedTuple):
     """The surfaces of all sliding ties of a system at a motion, one row for each axis.
 

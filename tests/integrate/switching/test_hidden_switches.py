@@ -6,7 +6,7 @@ from support.switching import ENGINES, INERTIA, data, guard, ligament, problem, 
 
 from rbstab.integrate.switching.current_phase import CurrentPhase
 from rbstab.integrate.switching.first_switch import TESTS_PER_STEP, first_switch
-from rbstab.integrate.switching.phases import Phases
+from rbstab.integrate.switching.phase import Phases
 from rbstab.systems.modes import modes_of
 
 EACH = pytest.mark.parametrize("engine_name", ENGINES)

@@ -8,7 +8,7 @@ from support.switching import INERTIA, TIGHT, data, guard, ligament, problem
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.heyoka.mode_run import MUTED, HeyokaModeRun
 from rbstab.integrate.straight_line.equations import _code, forget_codes
-from rbstab.integrate.switching.phases import Phases
+from rbstab.integrate.switching.phase import Phases
 
 
 def test_one_code_serves_all_modes():

@@ -6,8 +6,12 @@ import heyoka as hy
 import numpy as np
 
 from rbstab.integrate.heyoka.compiled_map import evaluate_compiled
-from rbstab.integrate.heyoka.integrator_state import set_parameters
-from rbstab.integrate.heyoka.symbols import parameter_values, state_symbols, symbols_of
+from rbstab.integrate.heyoka.symbols import (
+    parameter_values,
+    set_parameters,
+    state_symbols,
+    symbols_of,
+)
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 

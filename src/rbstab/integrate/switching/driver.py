@@ -17,7 +17,7 @@ from rbstab.integrate.status import RunStatus, StopRun
 from rbstab.integrate.switching.connector_switches import ConnectorSwitches, SoFar, side_of_axes
 from rbstab.integrate.switching.course import Transition
 from rbstab.integrate.switching.impact_record import ImpactRecord
-from rbstab.integrate.switching.phase import Phase, Phases, depend_on_loads
+from rbstab.integrate.switching.phase import Phases, depend_on_loads
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.filippov import (
     RedundantTiesError,
@@ -200,9 +200,7 @@ class Driver:
         self._keep([], began, t)
         return y
 
-    def _keep(
-        self, modes: list[int], before: System, t: float, *, impact: bool = False
-    ) -> None:
+    def _keep(self, modes: list[int], before: System, t: float, *, impact: bool = False) -> None:
         """Keep a change of the equations, if such changes are wanted."""
         if self.transitions is not None:
             after = self.phase.system
@@ -266,7 +264,10 @@ class Driver:
         if others:
             self._switch(others, t)
         energy = self._energy(t, y)
-        before, (sides, holds) = np.array(modes_of(self.phase.system)), slide_modes(self.phase.system)
+        before, (sides, holds) = (
+            np.array(modes_of(self.phase.system)),
+            slide_modes(self.phase.system),
+        )
         y = self._chosen(after_impact, y, t)
         now, phase = np.array(modes_of(self.phase.system)), self.phase
         crossed = (before[holds] == 0) & (now[holds] == 0) & (before[sides] != now[sides])

@@ -6,6 +6,7 @@ positive as long as the mode is the right one; where it falls to zero, the mode 
 
 import math
 import operator
+
 import numpy as np
 
 from rbstab.integrate.problem import Problem

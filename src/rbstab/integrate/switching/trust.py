@@ -34,7 +34,7 @@ PREDICTABLE = 1000
 that 200 of them turn the last digit of a double into 1e-4 (docs/sliding.md)."""
 
 Integrate = Callable[[Problem, Progress | None], Trajectory]
-"""Integrates a problem in which the connector of a sliding controller has modes, or implicit steps."""
+"""Integrates a problem whose sliding controller, if it has one, is by modes or implicit steps."""
 
 
 def integrate_trusted(

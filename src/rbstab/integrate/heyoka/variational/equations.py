@@ -18,7 +18,6 @@ import heyoka as hy
 import numpy as np
 
 from rbstab.integrate.heyoka.compile_cache import compiled_once
-from rbstab.integrate.heyoka.engine import initial_status, stop_reason
 from rbstab.integrate.heyoka.symbols import (
     energy_scale,
     parameter_values,
@@ -27,7 +26,8 @@ from rbstab.integrate.heyoka.symbols import (
 )
 from rbstab.integrate.heyoka.variational.run import Passage, Settings, Tangent, VariationalRun
 from rbstab.integrate.problem import Problem
-from rbstab.integrate.status import RunStatus
+from rbstab.integrate.run import check_start
+from rbstab.integrate.status import RunStatus, StopRun
 from rbstab.integrate.switching.course import Course
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array
@@ -153,21 +153,27 @@ class VariationalSystem:
         settings = Settings(
             levels.rest_energy, rest_slope, scale, problem.range_bound, levels.threshold
         )
-        passages: dict[float, Passage] = {}
-        status = initial_status(problem)
-        samples = np.zeros((0, 2 * (self.size + 1)))
         for zeros in self.zeros:
             zeros.clear()
-        if status is None:
+        status, detail, run, rows = (
+            RunStatus.COMPLETED,
+            "",
+            None,
+            [np.zeros((0, 2 * self.size + 2))],
+        )
+        try:
+            check_start(problem)
             run = VariationalRun(self, problem, course, settings, tangent)
-            status, samples = run.result(times)
-            passages = run.passages
-        detail = ""
-        if status is not RunStatus.COMPLETED:
-            stop = self.integrator.time if len(samples) else float(times[0])
-            detail = f"{stop_reason(status, problem)} at t = {stop:.9g} s"
+            run.follow(times)
+        except StopRun as stop:
+            ended = self.integrator.time if run else float(times[0])
+            status, detail = stop.status, f"{stop} at t = {ended:.9g} s"
+        samples = np.concatenate(rows + (run.rows if run else []))
+        if len(samples) == len(times):
+            # A limit reached in the last step does not count.
+            status, detail = RunStatus.COMPLETED, ""
         found = self._trajectory(times[: len(samples)], samples, scale, status, detail)
-        return replace(found, passages=passages)
+        return replace(found, passages=run.passages if run else {})
 
     def _trajectory(
         self, times: Array, samples: Array, scale: float, status: RunStatus, detail: str

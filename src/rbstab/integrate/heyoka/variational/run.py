@@ -6,17 +6,18 @@ derivative may jump (`switching.saltation`).
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
+import heyoka as hy
 import numpy as np
 
 from rbstab.elements.inputs.signals import Leg
-from rbstab.integrate.heyoka.engine import StepCallback, status_of
-from rbstab.integrate.heyoka.integrator_state import set_motion, set_parameters
-from rbstab.integrate.heyoka.intervals import Intervals, propagate
-from rbstab.integrate.heyoka.symbols import parameter_values
+from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.heyoka.symbols import parameter_values, set_motion, set_parameters
 from rbstab.integrate.problem import Problem
-from rbstab.integrate.status import RunStatus
+from rbstab.integrate.run import range_left
+from rbstab.integrate.status import RunStatus, StopRun
 from rbstab.integrate.switching.course import Course, Transition
 from rbstab.integrate.switching.saltation import (
     after_breakpoint,
@@ -116,6 +117,7 @@ class VariationalRun:
 
     Attributes:
         passages: What is known of the transitions so far, by their time, s.
+        rows: The samples so far, each of shape (n, states).
 
     Raises:
         NotDifferentiableError: The motion has no derivative along the tangent.
@@ -135,6 +137,8 @@ class VariationalRun:
         self._system = course.first
         self.size, begin = compiled.size, float(problem.times[0])
         self.passages: dict[float, Passage] = {}
+        self.rows: list[Array] = []
+        self._steps = 0
         z = np.zeros(self.size)
         if tangent is not None:
             first, shifted = course.first, tangent.like(course.first, begin)
@@ -145,30 +149,53 @@ class VariationalRun:
         # ∫v dt and its derivative start at zero.
         set_motion(self.integrator, begin, np.concatenate([problem.start, [0.0], z, [0.0]]))
 
-    def result(self, times: Array) -> tuple[RunStatus, Array]:
-        """Integrate, and return the status and the samples, shape (n, states).
+    def follow(self, times: Array) -> None:
+        """Integrate, and keep the samples as `rows`, each of shape (n, states).
 
         Args:
-            times: The samples, s, ascending, the first at the start.
+            times: The samples, s, ascending, the first at the start. One at a transition belongs to
+                the equations that begin there.
+
+        Raises:
+            StopRun: The run ends early.
         """
-        callback = StepCallback(self.problem, None)
+        deadline = Deadline(self.problem.time_limit)
         transitions = [one for one in self.course.transitions if one.time < times[-1]]
         edges = [float(times[0]), *(one.time for one in transitions), float(times[-1])]
-        systems = self.course.systems
+        firsts = [*times.searchsorted(edges[:-1]).tolist(), len(times)]
+        for number, (low, high) in enumerate(pairwise(edges)):
+            if number:
+                self._pass(transitions[number - 1], self._system)
+            system = self.course.systems[number]
+            self._system = self._shifted(system, low)
+            set_parameters(self.integrator, self._parameters(system, self._system))
+            wanted = times[firsts[number] : firsts[number + 1]]
+            if low < high:
+                self._follow_to(high, wanted, deadline)
 
-        def begin(number: int) -> None:
-            self._system = self._shifted(systems[number], edges[number])
-            set_parameters(self.integrator, self._parameters(systems[number], self._system))
-
-        def end(number: int) -> None:
-            self._pass(transitions[number], self._system)
-
-        intervals = Intervals(edges, times, self.problem.step_limit)
-        outcome, _, stored = propagate(self.integrator, intervals, callback, begin, end)
-        if len(stored) == len(times):
-            # A limit reached in the last step does not count.
-            return RunStatus.COMPLETED, stored
-        return callback.status or status_of(outcome), stored
+    def _follow_to(self, end: float, wanted: Array, deadline: Deadline) -> None:
+        """Integrate to a time, s, with some samples on the way."""
+        begin, limit = self.integrator.time, self.problem.step_limit
+        if self._steps >= limit:
+            # heyoka takes a limit of zero for none.
+            raise StopRun(RunStatus.STEP_LIMIT, f"stopped after {limit} steps")
+        grid = np.unique([begin, *wanted, end])
+        outcome, _, _, steps, _, found = self.integrator.propagate_grid(
+            grid, max_steps=limit - self._steps, callback=lambda _: not deadline.expired()
+        )
+        self._steps += steps
+        self.rows.append(found[np.isin(grid[: len(found)], wanted)])
+        if outcome == hy.taylor_outcome.time_limit:
+            return
+        raise {
+            hy.taylor_outcome.step_limit: StopRun(
+                RunStatus.STEP_LIMIT, f"stopped after {limit} steps"
+            ),
+            hy.taylor_outcome.err_nf_state: StopRun(
+                RunStatus.DIVERGED, "the state stopped being finite"
+            ),
+            hy.taylor_outcome.cb_stop: StopRun(RunStatus.TIME_LIMIT, deadline.reason),
+        }.get(outcome, range_left(self.problem))
 
     def _shifted(self, system: System, time: float) -> System:
         """Return a system shifted along the tangent, with the legs of a time."""

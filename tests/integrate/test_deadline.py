@@ -10,7 +10,7 @@ from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
 from rbstab.integrate.heyoka import engine as heyoka_engine
 from rbstab.integrate.heyoka import implicit_stepper, mode_run
-from rbstab.integrate.heyoka.compiled_modes import compiled_modes
+from rbstab.integrate.heyoka.equations import compiled_equations
 
 
 class Clock:

@@ -20,7 +20,7 @@ from rbstab.elements.visco_elastic import ViscoElasticTie
 from rbstab.integrate.heyoka.engine import compiled_system
 from rbstab.integrate.heyoka.symbols import compiled_zeros
 from rbstab.integrate.problem import Problem
-from rbstab.integrate.switching.current_phase import CurrentPhase
+from rbstab.integrate.switching.driver import Driver
 from rbstab.integrate.switching.phases import Phase
 from rbstab.systems import parameters as parameters_module
 from rbstab.systems.system import System
@@ -226,8 +226,8 @@ def test_a_run_with_switches_evaluates_its_margins_once_a_step(monkeypatch):
         return call
 
     monkeypatch.setattr(Phase, "margin_list", counted("lists", Phase.margin_list))
-    cross = CurrentPhase.cross_alone
-    monkeypatch.setattr(CurrentPhase, "cross_alone", counted("switches", cross))
+    cross = Driver.cross_alone
+    monkeypatch.setattr(Driver, "cross_alone", counted("switches", cross))
     monkeypatch.setattr(Phase, "margins", counted("margins", Phase.margins))
     owners = vars(System)["clearance_owners"].fget
     monkeypatch.setattr(System, "clearance_owners", property(counted("owners", owners)))

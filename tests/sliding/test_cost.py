@@ -11,7 +11,7 @@ import pytest
 from support.problems import ENGINES
 from support.sliding import ball_in_a_V, paper_problem, solve_sliding
 
-from rbstab.integrate.heyoka.mode_run import HeyokaModeRun
+from rbstab.integrate.heyoka.run import HeyokaRun
 from rbstab.integrate.switching import connector_switches
 
 
@@ -68,13 +68,13 @@ def test_bounces_of_a_microsecond_take_few_steps_each():
 def test_crossings_do_not_leave_the_compiled_loop(monkeypatch):
     """It is left where two axes cross together, or where a crossing was missed."""
     calls = []
-    loop = HeyokaModeRun._steps_to
+    loop = HeyokaRun._steps_to
 
     def counted(run, last):
         calls.append(last)
         return loop(run, last)
 
-    monkeypatch.setattr(HeyokaModeRun, "_steps_to", counted)
+    monkeypatch.setattr(HeyokaRun, "_steps_to", counted)
     run = solve_sliding("heyoka", alone(balls([0.0, 6.0]), switch_limit=15_000))
     assert run.switches.counts[-1].sum() == 15_000
     assert len(calls) < 0.1 * 15_000

@@ -9,7 +9,7 @@ from support.sliding import paper_problem, solve_sliding
 
 from rbstab.integrate.implicit import run as run_by_steps
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching import phases
+from rbstab.integrate.switching import phase
 
 LAWS = {"s = E": {}, "implicit": {"step": 1e-3}}
 

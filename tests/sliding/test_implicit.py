@@ -1,13 +1,14 @@
 """The implicit law is backward Euler for the connector: no chatter, and damped by its step."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 from support.problems import ENGINES
 from support.sliding import SLOPE_REFERENCE, audit, ball_in_a_V, paper_problem, solve_sliding
 
-from rbstab.integrate.implicit.axis_modes import Modes, system_for_modes
-from rbstab.integrate.implicit.steps import system_for_step
+from rbstab.integrate.implicit import with_sides
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.constraint import mobility
 from rbstab.mechanics.motion import contact_directions
@@ -106,7 +107,7 @@ def test_the_force_of_a_step_is_that_of_a_bounded_least_squares_problem(slope):
     """Λ ∈ -K_s Sgn(MΛ + q) minimises ½Λ'MΛ + q'Λ over |Λ| <= K_s, by another solver."""
     problem = paper_problem(20000, slope=slope, duration=0.07, samples=71, step=1e-3)
     run = solve_sliding("heyoka", problem)
-    h, unforced = 1e-3, system_for_modes(problem.system, Modes((0.0, 0.0, 0.0)))
+    h, unforced = 1e-3, with_sides(problem.system, np.zeros(3))
     weight = (1.0 if slope else 0.0) + (slope or 1.0) * h
     held = 0
     for before, after, system in zip(run.states, run.states[1:], run.systems[1:], strict=False):
@@ -147,10 +148,12 @@ def test_limits_and_failures_are_statuses(engine):
     assert too_long.status in {RunStatus.DIVERGED, RunStatus.RANGE_LEFT}
 
 
-def test_a_held_axis_needs_no_more_than_one_step():
-    problem = paper_problem(1e9, slope=20.0, step=1e-3)
-    y = problem.audited_start()
-    y[6:9] = 0.01, -0.02, 0.03
-    system = system_for_step(problem.system, Modes((0.0,) * 3, held=(1.0,) * 3), 1e-3)
-    F = y[9:12] + 1e-3 * system.rates(y[:12])[9:12]
-    assert F + 20.0 * (y[6:9] + 1e-3 * F) == pytest.approx(np.zeros(3), abs=1e-12)
+def test_a_held_axis_is_on_its_surface_after_one_step():
+    problem = paper_problem(1e9, slope=20.0, duration=1e-3, samples=2, step=1e-3)
+    start = problem.start.copy()
+    start[6:9] = 0.01, -0.02, 0.03
+    run = solve_sliding("scipy", replace(problem, start=start))
+    E, F = run.states[-1, 6:9], run.states[-1, 9:12]
+    assert F + 20.0 * E == pytest.approx(np.zeros(3), abs=1e-12)
+    assert E == pytest.approx(start[6:9] + 1e-3 * F, abs=1e-15)
+    assert run.switches.modes[-1].tolist() == [0, 0, 0]

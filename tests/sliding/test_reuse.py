@@ -18,7 +18,7 @@ from rbstab.integrate.heyoka import implicit_stepper as heyoka_stepper
 from rbstab.integrate.heyoka import mode_run
 from rbstab.integrate.heyoka.inner_switches import InnerSwitches
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching import current_phase
+from rbstab.integrate.switching import driver
 
 
 def turning(rate, angle=0.0):
@@ -175,12 +175,12 @@ def test_a_structure_is_compiled_once(compilations):
 def test_what_is_compiled_does_not_keep_its_runs(monkeypatch):
     kept = []
 
-    class Noted(current_phase.CurrentPhase):
+    class Noted(driver.Driver):
         def __init__(self, *arguments):
             super().__init__(*arguments)
             kept.append(weakref.ref(self))
 
-    monkeypatch.setattr(mode_run, "CurrentPhase", Noted)
+    monkeypatch.setattr(mode_run, "Driver", Noted)
     solve_sliding("heyoka", replace(PROBLEMS["s = E"](), diagnosed=False))
     gc.collect()
     assert [one() for one in kept] == [None]

@@ -39,7 +39,7 @@ def with_sides(system: System, sides: Array) -> System:
 
 
 def end_of_step(system: System, x: Array) -> Array:
-    """Return M, 9 entries, and q of s⁺ = MΛ + q, for a step without Λ.
+    """Return M, 9 entries, and q of s⁺ = MΛ + q, for a step without Λ; in units of the bounds K_s.
 
     Args:
         system: The system, whose connector exerts no force.
@@ -49,7 +49,8 @@ def end_of_step(system: System, x: Array) -> Array:
     weight = connector.rate_weight + connector.slope * h
     F = y[F_OF_W] + h * system.audited_rates(y)[F_OF_W]
     W = mobility(system.body, contact_directions(system.body, system.motion(y)))
-    return np.concatenate([np.ravel(weight * h * W), weight * F + connector.slope * y[E_OF_W]])
+    K_s, q = connector.K_s, weight * F + connector.slope * y[E_OF_W]
+    return np.concatenate([np.ravel(weight * h * np.outer(K_s, K_s) * W), K_s * q])
 
 
 def after_step(system: System, x: Array) -> Array:
@@ -168,10 +169,9 @@ class ImplicitRun(Run):
 
     def _choice(self, h: float) -> tuple[Array, Array]:
         """Return the side of each axis at the end of a step, 0 if it is held, and its σ."""
-        found, K_s = self._end(np.append(self.y, h)), self.connector.K_s
-        M, q = found[:9].reshape(3, 3), found[9:]
+        found = self._end(np.append(self.y, h))
         try:
-            sides, forces = pivoted(np.outer(K_s, K_s) * M, K_s * q, self.sides)
+            sides, forces = pivoted(found[:9].reshape(3, 3), found[9:], self.sides)
         except np.linalg.LinAlgError as error:
             raise StopRun(RunStatus.SOLVER_FAILURE, f"a step failed ({error})") from error
         return sides, -forces

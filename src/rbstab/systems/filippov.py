@@ -293,17 +293,15 @@ def pivoted(
 
     Source: J. J. Júdice and F. M. Pires, J. Optim. Theory Appl. 74 (1992) 391-411.
     """
-    chosen, least = first.copy(), 2.0 * BOUND_TOLERANCE * np.diag(mobility)
+    chosen, least = first.copy(), 2.0 * BOUND_TOLERANCE * mobility.diagonal()
     force = -chosen
     for _ in range(MAX_PIVOTS):
-        held = chosen == 0
-        force = -chosen
+        held, force = chosen == 0, -chosen
         if held.any():
-            force[held] = np.linalg.solve(
-                mobility[np.ix_(held, held)], -(rates + mobility @ force)[held]
-            )
+            wanted = -(rates + mobility @ force)[held]
+            force[held] = np.linalg.solve(mobility[held][:, held], wanted)
         inward = -chosen * (mobility @ force + rates)
-        wrong = np.where(held, np.abs(force) > 1.0 + tolerance, inward > least)
+        wrong = (inward > least) | (np.abs(force) > 1.0 + tolerance) & held
         if not wrong.any():
             break
         axis = int(wrong.argmax())

@@ -45,16 +45,16 @@ def energies(found):
 
 def count_switches(config, engine_name, monkeypatch):
     """Return the trajectory and the number of its switches."""
-    from rbstab.integrate.switching.current_phase import CurrentPhase
+    from rbstab.integrate.switching.driver import Driver
 
     made = []
-    original = CurrentPhase.__init__
+    original = Driver.__init__
 
     def noted(self, *arguments):
         original(self, *arguments)
         made.append(self)
 
-    monkeypatch.setattr(CurrentPhase, "__init__", noted)
+    monkeypatch.setattr(Driver, "__init__", noted)
     found = engine(engine_name)(problem(config))
     (current,) = made
     return found, current.count

@@ -25,12 +25,12 @@ from support.switching import (
 
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
-from rbstab.integrate.heyoka.mode_run import HeyokaModeRun
-from rbstab.integrate.switching.current_phase import CurrentPhase
-from rbstab.integrate.switching.scipy_modes import ModeRun
+from rbstab.integrate.heyoka.run import HeyokaRun
+from rbstab.integrate.switching.driver import Driver
+from rbstab.integrate.scipy_engine import ScipyRun
 from rbstab.systems.modes import modes_of
 
-RUNS: dict[str, Any] = {"scipy": ModeRun, "heyoka": HeyokaModeRun}
+RUNS: dict[str, Any] = {"scipy": ScipyRun, "heyoka": HeyokaRun}
 
 SPIN, SOFT, K = 1.3, 0.3, 40.0
 
@@ -42,7 +42,7 @@ def switch_times(config, engine_name):
     found: list[tuple[float, list[int]]] = []
     kind: Any = RUNS[engine_name]
 
-    class Recording(CurrentPhase):
+    class Recording(Driver):
         def cross(self, modes, t, y):
             found.append((t, modes))
             return super().cross(modes, t, y)
@@ -54,7 +54,7 @@ def switch_times(config, engine_name):
     settings = config["integration"] | TIGHT[engine_name] | {"engine": engine_name}
     changed = config | {"integration": settings}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(f"{kind.__module__}.CurrentPhase", Recording)
+        patch.setattr(f"{kind.__module__}.Driver", Recording)
         trajectory = kind(problem(changed), None, Deadline(60.0)).result()
     assert trajectory.status == "completed"
     return found
@@ -155,7 +155,7 @@ def test_a_step_ends_exactly_on_a_switch_at_any_tolerance(method):
     """Dense output would be too inaccurate: the margin is zero up to round-off at each switch."""
     margins = []
 
-    class Recording(ModeRun):
+    class Recording(ScipyRun):
         def _switch(self, mode):
             margins.append(self.phase.margins(self.y, self.t)[mode])
             super()._switch(mode)

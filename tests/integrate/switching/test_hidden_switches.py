@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from support.switching import ENGINES, INERTIA, data, guard, ligament, problem, solved
 
-from rbstab.integrate.switching.current_phase import CurrentPhase
-from rbstab.integrate.switching.first_switch import TESTS_PER_STEP, first_switch
+from rbstab.integrate.switching.driver import Driver
+from rbstab.integrate.events import TESTS_PER_STEP, first_event
 from rbstab.integrate.switching.phase import Phases
 from rbstab.systems.modes import modes_of
 
@@ -151,13 +151,13 @@ def test_ligaments_that_go_taut_at_one_instant(engine_name, count):
 def test_coinciding_switches_are_one(engine_name, monkeypatch):
     """No step of zero length is made between two ligaments that go taut together."""
     switched = []
-    original = CurrentPhase.switch
+    original = Driver.switch
 
     def recorded(self, chosen, t):
         switched.append(chosen)
         original(self, chosen, t)
 
-    monkeypatch.setattr(CurrentPhase, "switch", recorded)
+    monkeypatch.setattr(Driver, "switch", recorded)
     many = {f"a{i}": ligament(-1.0, stiffness=40.0) for i in range(2)}
     config = data(many, {"velocity": [1.1, 0, 0]}, {"duration": 2.0})
     assert solved(config, engine_name).status == "completed"

@@ -22,8 +22,8 @@ from support.stops import (
 from support.switching import ENGINES, INERTIA, data, guard, ligament, problem, solved
 
 from rbstab.integrate.deadline import Deadline
-from rbstab.integrate.switching import current_phase
-from rbstab.integrate.switching.scipy_modes import ModeRun
+from rbstab.integrate.switching import driver
+from rbstab.integrate.scipy_engine import ScipyRun
 from rbstab.systems.impact import HOP_HEIGHT
 
 EACH = pytest.mark.parametrize("engine_name", ENGINES)
@@ -267,7 +267,7 @@ def test_a_start_beyond_the_stop_ends_the_run(engine_name):
 @EACH
 def test_limit_of_impacts(engine_name, monkeypatch):
     """The run ends before the impact that is one too many; the audit balances."""
-    monkeypatch.setattr(current_phase, "IMPACT_LIMIT", 4)
+    monkeypatch.setattr(driver, "IMPACT_LIMIT", 4)
     found = solved(stopped(0.9, SPIN), engine_name)
     assert found.status == "switch limit"
     assert found.detail.startswith("stopped after 4 impacts at t = ")
@@ -289,7 +289,7 @@ def test_time_limit_in_hops():
     ticks = iter(range(10**6))
     given = pressed(hopping(0.95), "scipy", COUPLE)
     deadline = Deadline(700.0, clock=lambda: float(next(ticks)))
-    found: Any = ModeRun(given, None, deadline).result()
+    found: Any = ScipyRun(given, None, deadline).result()
     assert found.status == "time limit"
     assert len(found.impacts.counts) == len(found.times) == len(found.systems)
     assert residual(found) < 1e-11

@@ -8,11 +8,11 @@ from support.switching import ENGINES, data, guard, ligament, problem, solved
 
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
-from rbstab.integrate.heyoka.mode_run import HeyokaModeRun
-from rbstab.integrate.switching.scipy_modes import ModeRun
+from rbstab.integrate.heyoka.run import HeyokaRun
+from rbstab.integrate.scipy_engine import ScipyRun
 
 EACH = pytest.mark.parametrize("engine_name", ENGINES)
-RUNS: dict[str, Any] = {"scipy": ModeRun, "heyoka": HeyokaModeRun}
+RUNS: dict[str, Any] = {"scipy": ScipyRun, "heyoka": HeyokaRun}
 
 BOUNCING = data(
     {"a": ligament(-1.0), "b": ligament(1.0)}, {"velocity": [1.1, 0, 0]}, {"samples": 11}

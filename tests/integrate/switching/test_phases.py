@@ -6,7 +6,7 @@ import numpy as np
 from support.switching import INERTIA, TIGHT, data, guard, ligament, problem
 
 from rbstab.integrate.deadline import Deadline
-from rbstab.integrate.heyoka.mode_run import MUTED, HeyokaModeRun
+from rbstab.integrate.heyoka.run import MUTED, HeyokaRun
 from rbstab.integrate.straight_line.equations import _code, forget_codes
 from rbstab.integrate.switching.phase import Phases
 
@@ -44,7 +44,7 @@ def test_a_switch_that_heyoka_misses_is_found_by_its_margin():
         {"angular_velocity": [0, spin, 0]},
         {"duration": 0.6, "samples": 7, "engine": "heyoka"} | TIGHT["heyoka"],
     )
-    run = HeyokaModeRun(problem(config), None, Deadline(60.0))
+    run = HeyokaRun(problem(config), None, Deadline(60.0))
     run.integrator.pars[-2:] = MUTED
     found = run.result()
     assert found.status == "completed"
@@ -52,4 +52,4 @@ def test_a_switch_that_heyoka_misses_is_found_by_its_margin():
     inside = soft + spin / w * np.sin(w * (t - soft / spin))
     expected = np.where(t < soft / spin, spin * t, inside)
     np.testing.assert_allclose(found.states[:, 1], expected, atol=1e-11)
-    assert run.current.count == 1
+    assert run.driver.count == 1

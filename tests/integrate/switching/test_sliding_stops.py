@@ -15,7 +15,7 @@ from support.switching import ENGINES, MASS, data, problem, solved
 
 import rbstab
 from rbstab.integrate.problem import Problem
-from rbstab.integrate.switching import current_phase
+from rbstab.integrate.switching import driver
 from rbstab.mechanics.derivatives import derivative_along
 from rbstab.mechanics.numbers import Array
 from rbstab.systems import sliding_impact
@@ -29,7 +29,7 @@ from rbstab.systems.filippov import (
 )
 from rbstab.systems.impact import impact
 from rbstab.systems.modes import modes_of, with_modes
-from rbstab.systems.sliding_impact import after_impact
+from rbstab.systems.filippov import after_impact
 from rbstab.systems.system import System
 
 EACH = pytest.mark.parametrize("engine_name", ENGINES)
@@ -336,8 +336,8 @@ def test_no_hop_is_higher_than_its_bound(monkeypatch):
         bounds.setdefault(time, bound)
         return bound if bound <= 1e-12 else np.inf
 
-    monkeypatch.setattr(sliding_impact, "_hop_height", recorded)
-    monkeypatch.setattr(sliding_impact, "HOP_HEIGHT", 1e-3)
+    monkeypatch.setattr(filippov, "_hop_height", recorded)
+    monkeypatch.setattr(filippov, "HOP_HEIGHT", 1e-3)
     found = solved(config, "scipy", rtol=1e-13)
     assert found.impacts.resting[-1] == -1
     heights = 0.15 - np.abs(found.states[:, 1])
@@ -366,7 +366,7 @@ def test_order_of_the_method_holds_through_all_events(method):
 @EACH
 def test_a_hard_load_on_an_elastic_body_ends_bounded(engine_name, monkeypatch):
     """Hops of an elastic body never end; the limit of impacts ends the run."""
-    monkeypatch.setattr(current_phase, "IMPACT_LIMIT", 12)
+    monkeypatch.setattr(driver, "IMPACT_LIMIT", 12)
     elements = ONE | {"push": PUSH | {"amplitude": 5000.0}, "end": stop(1.0, 0.05)}
     config = several(elements) | {"integration": settings(engine_name, duration=5.0)}
     found = solved(config, engine_name, rtol=1e-13)

@@ -13,8 +13,8 @@ from support.problems import bare_system, problem, solve
 from support.systems import random_system
 
 from rbstab.integrate.engines import EngineMissingError, engine
-from rbstab.integrate.heyoka import engine as heyoka_engine
-from rbstab.integrate.heyoka.engine import compiled_system
+from rbstab.integrate.heyoka import run
+from rbstab.integrate.heyoka.equations import compiled_equations
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.numbers import square
 from rbstab.systems.coordinates import ReducedCoordinates
@@ -32,9 +32,9 @@ def random_problem(seed, **changes):
 
 def test_another_system_of_the_structure_is_not_compiled_again():
     first, second = random_problem(1), random_problem(2)
-    compiled = compiled_system(first.system, RTOL)
+    compiled = compiled_equations(first.system, RTOL)
     solve("heyoka", first)
-    assert compiled_system(second.system, RTOL) is compiled
+    assert compiled_equations(second.system, RTOL) is compiled
     found = solve("heyoka", second)
     expected = solve("scipy", random_problem(2, rtol=1e-12))
     np.testing.assert_allclose(found.states, expected.states, rtol=0, atol=1e-7)
@@ -44,19 +44,19 @@ def test_another_system_of_the_structure_is_not_compiled_again():
 
 def test_structure_tolerance_and_thread_each_have_their_own():
     system = random_problem(1).system
-    compiled = compiled_system(system, RTOL)
-    assert compiled_system(system, 1e-6) is not compiled
+    compiled = compiled_equations(system, RTOL)
+    assert compiled_equations(system, 1e-6) is not compiled
     tied = random_system(np.random.default_rng(1), "visco-elastic")
-    assert compiled_system(tied, RTOL) is not compiled
+    assert compiled_equations(tied, RTOL) is not compiled
     held = replace(system, coordinates=ReducedCoordinates())
-    assert compiled_system(held, RTOL) is not compiled
-    assert within(60.0, compiled_system, system, RTOL) is not compiled
-    assert compiled_system(system, RTOL) is compiled
+    assert compiled_equations(held, RTOL) is not compiled
+    assert within(60.0, compiled_equations, system, RTOL) is not compiled
+    assert compiled_equations(system, RTOL) is compiled
 
 
 def test_compiled_parameters_are_all_of_the_systems():
     # m, J, R; G; K_t, L_t; K_r, L_r; X_a.
-    compiled = compiled_system(random_problem(1).system, RTOL)
+    compiled = compiled_equations(random_problem(1).system, RTOL)
     assert len(compiled.names) == 9
     # Two more: the range bound and the scale of the energies.
     assert len(compiled.integrator.pars) == 1 + 9 + 3 + 3 + 4 * 9 + 3 + 2
@@ -119,7 +119,7 @@ def test_nothing_is_compiled_for_a_start_without_rates(monkeypatch):
     def refuse(*_):
         raise AssertionError("compiled")
 
-    monkeypatch.setattr(heyoka_engine, "compiled_system", refuse)
+    monkeypatch.setattr(run, "compiled_equations", refuse)
     given = leaving()
     given.start[3:6] = 1e200
     assert solve("heyoka", given).status == "diverged"

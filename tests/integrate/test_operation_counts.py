@@ -15,13 +15,12 @@ from support.config_elements import CONTROLLER
 from support.problems import solve
 from support.switching import problem
 
-from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticTie
-from rbstab.integrate.heyoka.engine import compiled_system
+from rbstab.integrate.heyoka.equations import compiled_equations
 from rbstab.integrate.heyoka.symbols import compiled_zeros
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.switching.driver import Driver
-from rbstab.integrate.switching.phases import Phase
+from rbstab.integrate.switching.phase import Phase
 from rbstab.systems import parameters as parameters_module
 from rbstab.systems.system import System
 
@@ -114,7 +113,7 @@ def case(*elements: dict[str, Any]) -> Problem:
 
 def operations(given: Problem) -> Counter[str]:
     """Return how many operations of each kind the compiled equations have."""
-    integrator = compiled_system(given.system, LOOSE).integrator
+    integrator = compiled_equations(given.system, LOOSE).integrator
     states = len(integrator.state)
     steps = [str(step) for step, _ in integrator.decomposition[states:-states]]
     kinds = (re.sub(r"[up]_?\d+", lambda name: name.group()[0], step) for step in steps)
@@ -185,32 +184,14 @@ def test_systems_with_other_zeros_are_compiled_again_and_are_right():
         expected = solve("scipy", replace(given, rtol=1e-12))
         np.testing.assert_allclose(found.states, expected.states, rtol=0, atol=1e-7)
     again = replace(diagonal.system, elements=tuple(map(_stiffer, diagonal.system.elements)))
-    assert compiled_system(again, RTOL) is compiled_system(diagonal.system, RTOL)
-    assert compiled_system(full.system, RTOL) is not compiled_system(diagonal.system, RTOL)
+    assert compiled_equations(again, RTOL) is compiled_equations(diagonal.system, RTOL)
+    assert compiled_equations(full.system, RTOL) is not compiled_equations(diagonal.system, RTOL)
 
 
 def _stiffer(element: Any) -> Any:
     """Return a tie of other gains with the same zeros; any other element as it is."""
     tied = isinstance(element, ViscoElasticTie)
     return replace(element, K_c=2.0 * element.K_c) if tied else element
-
-
-def test_one_compilation_serves_all_bodies_with_diagonal_matrices():
-    """Only zeros off the diagonals are compiled in, not those of vectors and of absent dampers."""
-    given = case()
-    body, elements = given.system.body, given.system.elements
-    heavier = replace(body, mass=50.0, contact_point=np.array([0.0, 0.0, -0.3]))
-    other = replace(given.system, body=heavier, elements=tuple(map(_undamped, elements)))
-    assert compiled_system(other, RTOL) is compiled_system(given.system, RTOL)
-    turned = replace(body, inertia=body.inertia + 0.1)
-    full = replace(given.system, body=turned)
-    assert compiled_system(full, RTOL) is not compiled_system(given.system, RTOL)
-
-
-def _undamped(element: Any) -> Any:
-    """Return a rotational stabilizer without its damper; any other element as it is."""
-    turns = isinstance(element, RotationalStabilizer)
-    return replace(element, L_r=0.0 * element.L_r) if turns else element
 
 
 def test_a_run_with_switches_evaluates_its_margins_once_a_step(monkeypatch):

@@ -58,17 +58,6 @@ def test_paper_s_body_is_stuck_from():
     assert run.times[off][-1] == pytest.approx(0.064, abs=0.0021)
 
 
-@pytest.mark.slow
-def test_paper_s_body_sticks_far_later_with_finer_steps():
-    """Another program gives 0.98 s.
-
-    The motion until then is chaotic: seven starts that differ in the last digit of one number stick
-    at 0.96 to 1.53 s. At 0.6 s the paper's axes stuck long ago with a step of 1e-3 s.
-    """
-    run = solve_sliding("heyoka", paper_problem(20000, duration=0.6, samples=7, step=1e-6))
-    assert run.switches.modes[-1].any()
-
-
 @pytest.mark.parametrize("h", [1e-3, 1e-4])
 def test_slides_when_the_exact_law_does_to_a_step(h):
     run = solve_sliding("heyoka", paper_problem(20000, slope=20.0, step=h))
@@ -91,15 +80,6 @@ def test_on_a_slope_it_converges_to_the_exact_law_like_its_step():
         errors.append(np.abs(motion.Theta - state["Theta"]).max())
     assert errors[1] / errors[0] == pytest.approx(0.1, rel=0.2)
     assert errors[2] / errors[1] == pytest.approx(0.1, rel=0.2)
-
-
-@pytest.mark.parametrize("slope", [None, 20.0])
-def test_engines_agree(slope):
-    problem = paper_problem(20000, slope=slope, duration=0.1, samples=11, step=1e-3)
-    ours, other = (solve_sliding(engine, problem) for engine in ENGINES)
-    assert np.abs(ours.states - other.states).max() < 1e-11
-    assert ours.switches.modes.tolist() == other.switches.modes.tolist()
-    assert ours.switches.transitions == other.switches.transitions
 
 
 @pytest.mark.parametrize("slope", [None, 20.0])
@@ -154,6 +134,6 @@ def test_a_held_axis_is_on_its_surface_after_one_step():
     start[6:9] = 0.01, -0.02, 0.03
     run = solve_sliding("scipy", replace(problem, start=start))
     E, F = run.states[-1, 6:9], run.states[-1, 9:12]
-    assert F + 20.0 * E == pytest.approx(np.zeros(3), abs=1e-12)
-    assert E == pytest.approx(start[6:9] + 1e-3 * F, abs=1e-15)
+    assert pytest.approx(np.zeros(3), abs=1e-12) == F + 20.0 * E
+    assert pytest.approx(start[6:9] + 1e-3 * F, abs=1e-15) == E
     assert run.switches.modes[-1].tolist() == [0, 0, 0]

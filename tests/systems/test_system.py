@@ -100,32 +100,6 @@ def test_potential_energy_is_all_that_is_stored(rng, system):
     assert system.observe(y).energy[1:].sum() == pytest.approx(expected, rel=1e-13)
 
 
-def test_parts_of_the_energy_stand_in_the_order_of_the_elements(rng, system):
-    y = random_state(rng, system)
-    observed = system.observe(y)
-    assert observed.dissipation[0] == 0
-    for k, element in enumerate(system.elements, 1):
-        alone = with_elements(system, element)
-        state = y if element.state_size else y[: system.coordinates.size]
-        assert alone.observe(state).energy[1] == observed.energy[k]
-        assert alone.observe(state).dissipation[1] == observed.dissipation[k]
-        np.testing.assert_array_equal(alone.observe(state).wrenches[0], observed.wrenches[k - 1])
-
-
-def test_state_is_kept_through_its_motion(rng, system):
-    y = random_state(rng, system)
-    again = system.start(system.motion(y), y[system.coordinates.size :])
-    assert relative_error(again, y) < 1e-15
-
-
-def test_order_of_the_elements_does_not_matter(rng, system):
-    y = random_state(rng, system)
-    reversed_ = with_elements(system, *system.elements[::-1])
-    rates = system.rates(y)
-    # A sum in another order differs by round-off.
-    assert relative_error(reversed_.rates(y), rates) < 1e-14
-
-
 class Witness(Gravity):
     """A weight that records the own states that the system passes to it."""
 

@@ -159,8 +159,8 @@ def check_start(problem: Problem) -> None:
         clearances = problem.system.clearances(y)
         rates = problem.system_at_start().audited_rates(y, t)
     # A state that is not a number has other reasons.
-    for name in np.array(problem.system.clearance_owners)[clearances <= 0]:
-        raise zero_length(name)
+    if (clearances <= 0).any():
+        raise zero_length(problem.system.clearance_owners[int((clearances <= 0).argmax())])
     if not (np.isfinite(y).all() and np.isfinite(rates).all()):
         raise StopRun(RunStatus.DIVERGED, "the rates are not finite")
     if regularity(y[THETA]) <= problem.range_bound:

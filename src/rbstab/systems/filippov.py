@@ -18,17 +18,6 @@ bound is one-sided, but a body that is held has λ = c(b_s + Σ W_si Λ_i)/μ <=
 
 So the box 0 <= λ <= 2U has the same least value. About its middle it is symmetric, like the others.
 
-The forces of ties are bounded, so they do nothing during an impact: the impulse is that on θ2
-alone. It moves the points of the ties, and so each s = F + κE jumps. Axes that were held are thrown
-off their surfaces, and arrive there again. No tie beside a stop sticks on s = E.
-
-So a body that comes to rest makes hops, with axes that leave and arrive, all of them smaller and
-smaller. With the rates r of some axes and of θ2, which are zero at rest, and their mobility W, the
-hops have the energy T = ½ r'W⁻¹r: that of all velocities beside those at rest, in the metric of the
-kinetic energy. At rest the couple λ presses. Neither the axes nor the impacts add to T + λh, with
-the distance h from the stop: the force of an axis opposes its s more than that which would hold it.
-So no later hop is higher than T/λ. Without axes this is θ̇2²/(2α).
-
 Source of the conditions of the contact: D. E. Stewart, SIAM Review 42 (2000) 3-39.
 """
 
@@ -40,7 +29,7 @@ import numpy as np
 from rbstab.mechanics import pitch
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import E_OF_W, F_OF_W
-from rbstab.systems.impact import HOP_HEIGHT, laid_on_stop, side_of, stop_of
+from rbstab.systems.impact import side_of, stop_of
 from rbstab.systems.modes import modes_of, with_contact, with_first_modes, with_modes
 from rbstab.systems.surface_forces import Surfaces, elements_with_rows, impulses, surfaces
 from rbstab.systems.system import System
@@ -97,7 +86,7 @@ def alone(system: System) -> frozenset[int]:
         return frozenset()
     sides_, holds = slide_modes(system)
     others = set(range(len(modes_of(system)))) - set(sides_.tolist()) - set(holds.tolist())
-    return frozenset(others | set(sides_[_sticky_rows(system)].tolist()))
+    return frozenset(others | set(sides_[sticky_rows(system)].tolist()))
 
 
 def idle_holds(system: System) -> tuple[int, ...]:
@@ -164,7 +153,7 @@ def after_events(
     now = np.array(modes_of(system))
     crossed, released = np.isin(places, modes)
     # An axis on s = E has arrived with a rate, and crosses.
-    arrived = released | (crossed & ~_sticky_rows(system))
+    arrived = released | (crossed & ~sticky_rows(system))
     rows = np.flatnonzero(arrived | (now[places[1]] > 0))
     return chosen(system, y, rows, time)
 
@@ -209,12 +198,9 @@ def chosen(system: System, y: Array, rows: Array, time: float = 0.0) -> tuple[Sy
 
 def choice(system: System, y: Array, rows: Array, time: float = 0.0) -> Choice:
     """Return Filippov's choice for axes on their surfaces; see `chosen`."""
+    system, found = with_held(system, y, rows, time)
     places, modes = slide_modes(system), np.array(modes_of(system))
-    modes[places[:, rows]] = 1.0
-    system = with_modes(system, tuple(modes.tolist()))
-    motion, pairs = system.loads(y, time)
-    found = surfaces(system.body, system.coordinates, motion, pairs)
-    bounds = _bounds_of_axes(system)[rows]
+    bounds = bounds_of_axes(system)[rows]
     contact, count = resting(system), len(rows)
     if contact:
         rows = np.append(rows, len(found.rates) - 1)
@@ -232,6 +218,28 @@ def choice(system: System, y: Array, rows: Array, time: float = 0.0) -> Choice:
     if contact and not is_held[-1]:
         system = with_contact(system, 0)
     return Choice(system, found, rows, side)
+
+
+def with_held(system: System, y: Array, rows: Array, time: float) -> tuple[System, Surfaces]:
+    """Return a system in which some axes are held, and its surfaces."""
+    modes = np.array(modes_of(system))
+    modes[slide_modes(system)[:, rows]] = 1.0
+    system = with_modes(system, tuple(modes.tolist()))
+    motion, pairs = system.loads(y, time)
+    return system, surfaces(system.body, system.coordinates, motion, pairs)
+
+
+def held_at_rest(system: System, y: Array, rows: Array, time: float = 0.0) -> tuple[System, Array]:
+    """Return a system in which some axes are held, and the state in which they are at rest.
+
+    Args:
+        system: The system.
+        y: The state, or the audited state.
+        rows: The axes, among those of all ties.
+        time: The time, s.
+    """
+    system, found = with_held(system, y, rows, time)
+    return system, moved(Choice(system, found, rows, np.zeros(len(rows))), y)
 
 
 def resting(system: System) -> int:
@@ -253,7 +261,7 @@ def largest_couple(W: Array, b: Array, bounds: Array) -> float:
     return most or 1.0
 
 
-def _sticky_rows(system: System) -> Array:
+def sticky_rows(system: System) -> Array:
     """Return which axes stick on s = E, and do not slide on s = F + κE, shape (rows,)."""
     return np.repeat(np.array([tie.sticks for tie in ties_of(system)], dtype=bool), 3)
 
@@ -330,7 +338,7 @@ def moved(found: Choice, y: Array) -> Array:
     elements = elements_with_rows(system.elements)
     is_axis = rows < 3 * len(ties_of(system))
     sticky = np.zeros(len(rows), bool)
-    sticky[is_axis] = _sticky_rows(system)[rows[is_axis]]
+    sticky[is_axis] = sticky_rows(system)[rows[is_axis]]
     targets = found.sides * RELEASE_OFFSET
     sizes = np.zeros(len(found.surfaces.rates))
     W = found.surfaces.mobility[np.ix_(rows, rows)]
@@ -350,75 +358,6 @@ def ties_of(system: System) -> list[Any]:
     return [element for element in system.elements if element.slides]
 
 
-def _bounds_of_axes(system: System) -> Array:
+def bounds_of_axes(system: System) -> Array:
     """Return K_s of each axis of each tie, shape (axes,), N."""
     return np.concatenate([np.zeros(0), *(tie.K_s for tie in ties_of(system))])
-
-
-def after_impact(system: System, y: Array, time: float = 0.0) -> tuple[System, Array]:
-    """Return a system after an impact, and the state: each axis in the mode of its s.
-
-    Axes that the impact has not moved are chosen as in `filippov`.
-
-    Args:
-        system: The system, in the modes before the impact; the body does not rest.
-        y: The state after the impact, or the audited state.
-        time: The time, s.
-
-    Raises:
-        RedundantTiesError: The forces that hold axes are not determined.
-    """
-    modes = np.array(modes_of(system))
-    sides, holds = slide_modes(system)
-    modes[sides], modes[holds] = residuals(system, y)[:-1] > 0, 0.0
-    return chosen(with_modes(system, tuple(modes.tolist())), y, near(system, y), time)
-
-
-def landed(system: System, y: Array, side: int, time: float = 0.0) -> tuple[System, Array] | None:
-    """Return the system and the state of a body at rest against its stop; None if it hops on.
-
-    It rests if some axes would be held beside it, or none, and no later hop would be higher than
-    `HOP_HEIGHT`. Of all axes that are near enough to their surfaces, as many as possible take part.
-
-    Args:
-        system: The system after the impact (`after_impact`).
-        y: The state, or the audited state.
-        side: The side of the stop, 1 or -1.
-        time: The time, s.
-    """
-    energies, most = _hops(system, y, time)
-    limit = most * HOP_HEIGHT
-    if energies[-1] > limit:
-        return None
-    rows = np.flatnonzero(energies[:-1] <= limit)
-    # The axis with the most energy is the first one that does not take part.
-    rows = rows[np.argsort(energies[rows], kind="stable")]
-    touching = with_contact(system, side)
-    for count in range(len(rows), -1, -1):
-        with suppress(RedundantTiesError):
-            found = choice(touching, y, np.sort(rows[:count]), time)
-            if resting(found.system) and _hop_height(found, y, time) <= HOP_HEIGHT:
-                return found.system, laid_on_stop(found.system, moved(found, y))
-    return None
-
-
-def _hops(system: System, y: Array, time: float) -> tuple[Array, float]:
-    """Return the energy of the rate of each row alone, J, and a bound of the couple, N m."""
-    modes = np.array(modes_of(system))
-    modes[slide_modes(system)] = 1.0
-    free = with_modes(system, tuple(modes.tolist()))
-    motion, pairs = free.loads(y, time)
-    found = surfaces(free.body, free.coordinates, motion, pairs)
-    K_s = _bounds_of_axes(free)
-    energies = 0.5 * residuals(free, y) ** 2 / np.diag(found.mobility)
-    return energies, largest_couple(found.mobility, found.rates, K_s)
-
-
-def _hop_height(found: Choice, y: Array, time: float) -> float:
-    """Return the largest height of later hops, rad: T/λ."""
-    rows = found.rows[found.sides == 0]
-    r = residuals(found.system, y)[rows]
-    energy = 0.5 * float(r @ np.linalg.solve(found.surfaces.mobility[np.ix_(rows, rows)], r))
-    _, pairs = found.system.acting(y, time)
-    couple = next(float(own[0]) for element, own in pairs if element.holds)
-    return energy / abs(couple)

@@ -13,7 +13,6 @@ import pytest
 from support.switching import (
     ENGINES,
     INERTIA,
-    MASS,
     TIGHT,
     data,
     guard,
@@ -26,8 +25,8 @@ from support.switching import (
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
 from rbstab.integrate.heyoka.run import HeyokaRun
-from rbstab.integrate.switching.driver import Driver
 from rbstab.integrate.scipy_engine import ScipyRun
+from rbstab.integrate.switching.driver import Driver
 from rbstab.systems.modes import modes_of
 
 RUNS: dict[str, Any] = {"scipy": ScipyRun, "heyoka": HeyokaRun}
@@ -73,24 +72,6 @@ def bounces(inside, flight, first, duration):
         t += inside if is_inside else flight
         is_inside = not is_inside
     return np.array(times)
-
-
-@EACH
-@pytest.mark.parametrize(
-    ("method", "size", "inside"),
-    [
-        ("stiff", K, np.pi * np.sqrt(INERTIA / K)),
-        ("repelling", 2.0, 2 * SPIN * INERTIA / 2.0),
-    ],
-)
-def test_a_body_bounces_between_its_guards(engine_name, method, size, inside):
-    found = switch_times(turning(method, size, duration=20.0), engine_name)
-    expected = bounces(inside, 2 * SOFT / SPIN, SOFT / SPIN, 20.0)
-    assert len(found) == len(expected) > 10
-    np.testing.assert_allclose([t for t, _ in found], expected, rtol=0, atol=1e-11)
-    # Two switches at the upper angle, then two at the lower one.
-    sides = [modes for _, modes in found]
-    assert sides == [[0], [0], [1], [1]] * (len(sides) // 4) + [[0], [0], [1]][: len(sides) % 4]
 
 
 def angle_at(t):
@@ -183,7 +164,3 @@ def test_modes_are_those_of_the_start_of_a_problem_not_of_its_system(engine_name
     beyond = found.times < 0.5 * np.pi * np.sqrt(INERTIA / K)
     np.testing.assert_allclose((found.states[:, 1] - expected)[beyond], 0, atol=1e-11)
     assert modes_of(found.systems[0]) == (float(angle > SOFT), float(angle < -SOFT))
-
-
-def test_mass_of_the_closed_form_is_that_of_the_config():
-    assert problem(turning("stiff", K)).system.body.mass == MASS

@@ -22,8 +22,8 @@ from support.stops import (
 from support.switching import ENGINES, INERTIA, data, guard, ligament, problem, solved
 
 from rbstab.integrate.deadline import Deadline
-from rbstab.integrate.switching import driver
 from rbstab.integrate.scipy_engine import ScipyRun
+from rbstab.integrate.switching import driver
 from rbstab.systems.impact import HOP_HEIGHT
 
 EACH = pytest.mark.parametrize("engine_name", ENGINES)
@@ -108,34 +108,6 @@ def test_what_coming_to_rest_discards_is_in_the_balance(engine_name):
     in_hops = 0.5 * INERTIA * (1 - 0.25 ** len(found.impacts.times))
     assert 1e-9 < found.impacts.lost[-1] - in_hops < 3e4 * HOP_HEIGHT
     assert residual(found) < 1e-10
-
-
-@EACH
-def test_an_elastic_body_hops_for_ever(engine_name):
-    found = solution(pressed(hopping(1.0, duration=8.5), engine_name, COUPLE), engine_name)
-    np.testing.assert_allclose(found.impacts.times, np.arange(1, 9) * 2 / PRESS, atol=1e-10)
-    assert not found.impacts.rests
-    assert np.ptp(energies(found)) < 1e-11
-
-
-@EACH
-@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
-def test_a_body_that_starts_at_rest_on_its_stop_stays_there(engine_name, restitution):
-    given = pressed(hopping(restitution, spin=0.0), engine_name, COUPLE)
-    found = solution(given, engine_name)
-    assert found.status == "completed"
-    assert found.impacts.rests[0][0] == 0.0
-    assert len(found.impacts.times) == 0
-    assert (found.impacts.resting == 1).all()
-    np.testing.assert_allclose(found.states, [given.start] * len(found.times), atol=0)
-
-
-@EACH
-def test_a_body_that_is_pulled_away_leaves_its_stop(engine_name):
-    found = solution(pressed(hopping(0.5, 0.0, duration=0.5), engine_name, -COUPLE), engine_name)
-    expected = ANGLE - 0.5 * PRESS * found.times**2
-    np.testing.assert_allclose(found.states[:, 1], expected, atol=1e-12)
-    assert found.impacts.counts[-1] == 0
 
 
 @EACH
@@ -274,15 +246,6 @@ def test_limit_of_impacts(engine_name, monkeypatch):
     assert found.impacts.counts[-1] == 4
     assert found.times[-1] > found.impacts.times[-1]
     assert residual(found) < 1e-13
-
-
-@EACH
-def test_range_is_left_beside_a_stop(engine_name):
-    """The bound of cos θ2 may lie inside the stop: then the run ends there."""
-    config = stopped(0.5, SPIN, range_bound=0.97)
-    found = solved(config, engine_name)
-    assert found.status == "range left"
-    assert len(found.impacts.times) == 0
 
 
 def test_time_limit_in_hops():

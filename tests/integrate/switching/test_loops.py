@@ -8,8 +8,7 @@ from support.switching import TIGHT, data, guard, ligament, problem
 
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.heyoka.inner_switches import InnerSwitches
-from rbstab.integrate.heyoka.run import STEP_REDUCTION
-from rbstab.integrate.heyoka.run import MUTED, HeyokaRun
+from rbstab.integrate.heyoka.run import MUTED, STEP_REDUCTION, HeyokaRun
 from rbstab.systems.modes import modes_of
 
 LOAD = {
@@ -48,7 +47,7 @@ def run(config, steps, monkeypatch, muted=False):
     begun = []
     with monkeypatch.context() as patch:
         if steps == "single":
-            patch.setattr(HeyokaRun, "_takes_many_steps", lambda *_: False)
+            patch.setattr(HeyokaRun, "_steps_to", HeyokaRun._one_step_to)
         else:
             loop = HeyokaRun._steps_to
 
@@ -58,7 +57,13 @@ def run(config, steps, monkeypatch, muted=False):
 
             patch.setattr(HeyokaRun, "_steps_to", counted)
         if muted:
-            one.integrator.pars[-len(one.offsets) :] = MUTED
+            begin = HeyokaRun.begin
+
+            def hidden(self):
+                begin(self)
+                self.integrator.pars[-len(self.offsets) :] = MUTED
+
+            patch.setattr(HeyokaRun, "begin", hidden)
         return one, one.result(), len(begun)
 
 
@@ -105,38 +110,6 @@ def test_the_loop_ends_with_the_deadline(monkeypatch):
     # The clock ticks once a step.
     assert len(told) <= 8
     assert found.times[-1] == told[-1]
-
-
-def test_a_state_that_is_not_finite_keeps_the_samples_before(monkeypatch):
-    config = CASES["ligaments"]
-    whole = run(config, "loop", monkeypatch)[1]
-    given = problem(config | {"integration": config["integration"] | {"engine": "heyoka"}})
-    one = HeyokaRun(given, None, Deadline(60.0))
-    steps = []
-
-    def spoil(t):
-        steps.append(t)
-        if len(steps) == 6:
-            one.integrator.state[0] = np.nan
-
-    one.progress = spoil
-    found = one.result()
-    assert found.status == "diverged"
-    shared = int((found.times < steps[4]).sum())
-    assert shared > 3
-    np.testing.assert_allclose(found.states[:shared], whole.states[:shared], rtol=0, atol=1e-9)
-
-
-def test_a_sample_where_the_loop_begins_is_not_lost():
-    """It is still to come after a breakpoint that the steps before have reached by rounding."""
-    config = CASES["ligaments"]
-    given = problem(config | {"integration": config["integration"] | {"engine": "heyoka"}})
-    one = HeyokaRun(given, None, Deadline(60.0))
-    one.samples.rows.clear()
-    one.samples.systems.clear()
-    one._steps_to(0.1)
-    assert [t for t, _ in one.samples.rows] == given.times[:3].tolist()
-    assert one.samples.rows[0][1].tolist() == given.audited_start().tolist()
 
 
 def test_a_sample_at_a_switch_is_not_lost(monkeypatch):

@@ -36,7 +36,7 @@ def test_code_of_each_mode_is_the_equations():
         assert phase.signs.tolist() == [2 * mode - 1 for mode in modes]
 
 
-def test_a_switch_that_heyoka_misses_is_found_by_its_margin():
+def test_a_switch_that_heyoka_misses_is_found_by_its_margin(monkeypatch):
     """Its first event is hidden: the step is repeated with shorter steps, up to the switch."""
     spin, soft, k = 1.3, 0.3, 40.0
     config = data(
@@ -44,8 +44,14 @@ def test_a_switch_that_heyoka_misses_is_found_by_its_margin():
         {"angular_velocity": [0, spin, 0]},
         {"duration": 0.6, "samples": 7, "engine": "heyoka"} | TIGHT["heyoka"],
     )
+    begin = HeyokaRun.begin
+
+    def hidden(self):
+        begin(self)
+        self.integrator.pars[-2:] = MUTED
+
+    monkeypatch.setattr(HeyokaRun, "begin", hidden)
     run = HeyokaRun(problem(config), None, Deadline(60.0))
-    run.integrator.pars[-2:] = MUTED
     found = run.result()
     assert found.status == "completed"
     w, t = np.sqrt(k / INERTIA), found.times

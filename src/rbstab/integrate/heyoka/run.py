@@ -123,10 +123,7 @@ class HeyokaRun(Run):
         if not len(self.offsets):
             event = self._smooth_steps_to(stop)
         elif self.muted or self.phase.rests or self.max_step < stop - self.integrator.time:
-            event = self._step(stop)
-            self._add_samples_of_step()
-            if self.progress is not None:
-                self.progress(self.integrator.time)
+            event = self._one_step_to(stop)
         else:
             event = self._steps_to(stop)
         if self.lacks_before(min(self.integrator.time, stop)):
@@ -238,6 +235,14 @@ class HeyokaRun(Run):
         """Go back to a time, s, and the state there."""
         set_motion(self.integrator, t, state)
         self.t, self.y = t, state
+
+    def _one_step_to(self, stop: float) -> int | None:
+        """Make one step, at most to a time, s, and store its samples; see `_steps_to`."""
+        event = self._step(stop)
+        self._add_samples_of_step()
+        if self.progress is not None:
+            self.progress(self.integrator.time)
+        return event
 
     def _step(self, stop: float) -> int | None:
         """Make a step to an event, or of the engine's choice; repeat it if it missed a switch.

@@ -2,14 +2,11 @@
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from rbstab.elements.sliding_ties import AtContact
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.switching.chatter import most_axes_stick
 from rbstab.integrate.switching.switch_record import SwitchRecord
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.modes import modes_of, with_modes
 from rbstab.systems.system import System
 
 MIN_STICK_TEST_INTERVAL = 32
@@ -105,8 +102,7 @@ class ConnectorSwitches:
 
     def test_sticking(self, system: System, t: float, y: Array) -> Any:
         """Return the axes that stick in a system at a time, s, and a state; None if none does."""
-        held = np.flatnonzero(_held(system)).tolist()
-        found = most_axes_stick(system, y, held, lambda more: self._with_held(system, more), t)
+        found = most_axes_stick(system, y, t)
         if found is None:
             self._schedule_stick_test()
         return found
@@ -114,13 +110,6 @@ class ConnectorSwitches:
     def _schedule_stick_test(self) -> None:
         total = self.record.total
         self._next_stick_test = total + max(MIN_STICK_TEST_INTERVAL, total // STICK_TEST_DIVISOR)
-
-    def _with_held(self, system: System, axes: tuple[int, ...]) -> System:
-        """Return a system in which some axes of the connector are held."""
-        modes = np.array(modes_of(system))
-        for axis in axes:
-            modes[[self._first + axis, self._first + 3 + axis]] = 1.0
-        return with_modes(system, tuple(modes.tolist()))
 
 
 class SoFar(NamedTuple):

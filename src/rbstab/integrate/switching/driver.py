@@ -19,13 +19,7 @@ from rbstab.integrate.switching.course import Transition
 from rbstab.integrate.switching.impact_record import ImpactRecord
 from rbstab.integrate.switching.phase import Phases, depend_on_loads
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.filippov import (
-    RedundantTiesError,
-    after_events,
-    after_impact,
-    landed,
-    slide_modes,
-)
+from rbstab.systems.filippov import RedundantTiesError, after_events, slide_modes
 from rbstab.systems.impact import (
     HOP_HEIGHT,
     first_stop_mode,
@@ -34,6 +28,7 @@ from rbstab.systems.impact import (
     side_of,
     stop_of,
 )
+from rbstab.systems.landing import after_impact, landed
 from rbstab.systems.modes import modes_of
 from rbstab.systems.system import System
 

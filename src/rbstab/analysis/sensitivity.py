@@ -23,15 +23,16 @@ from rbstab.analysis.settling import (
     settling_level,
     value_round_off,
 )
-from rbstab.integrate.heyoka.variational.course import course_of
-from rbstab.integrate.heyoka.variational.equations import (
+from rbstab.integrate.heyoka.course import course_of
+from rbstab.integrate.heyoka.variational import (
     TOLERANCE,
     Levels,
+    Passage,
+    Tangent,
     VariationalSystem,
     VariationalTrajectory,
     variational_system,
 )
-from rbstab.integrate.heyoka.variational.run import Passage, Tangent
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus, UnfinishedRunError
 from rbstab.integrate.switching.course import Course

@@ -21,7 +21,6 @@ from rbstab.integrate.heyoka.symbols import compiled_zeros
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.switching.driver import Driver
 from rbstab.integrate.switching.phase import Phase
-from rbstab.systems import parameters as parameters_module
 from rbstab.systems.system import System
 
 RTOL = 1e-9
@@ -33,7 +32,6 @@ PRODUCT, SQUARE = "(u * u)", f"u**{2.0:.16f}"
 """A product of two variables and a square, as heyoka prints them."""
 
 ENDS = {"point": [0.15, 0.1, -0.3], "anchor": [0.15, 0.3, -0.5]}
-OTHER_ENDS = {"point": [0.2, -0.1, 0.3], "anchor": [0.1, 0.2, 0.5]}
 GAINS = {"K_c": [5.0, 6.0, 7.0], "L_c": [0.5, 0.6, 0.7]}
 FULL = [[5.0, 0.1, 0.2], [0.1, 6.0, 0.3], [0.2, 0.3, 7.0]]
 
@@ -148,24 +146,6 @@ def test_products_of_two_variables_are_few():
     assert (attitude[PRODUCT], attitude[SQUARE]) == (0, 0)
 
 
-def test_products_of_the_body_and_its_controller():
-    """A case of the paper: what every member of a sweep computes."""
-    counts = operations(case())
-    # A, its products with Ω × R and Λ, and B with BΩ and B'K_r Θ.
-    attitude = 14 + 9 + 9 + (2 + 6 + 6)
-    # Ωᵢ Ωⱼ of the gyroscopic couple of a diagonal J, times the differences of J; ε' = F'Λ; J⁻¹.
-    assert counts[PRODUCT] == attitude + (3 + 3) + 3 + 3
-    # V'L_t V, Ω'L_r Ω and F'L_c F.
-    assert counts[SQUARE] == 9
-
-
-def test_a_second_spring_uses_the_first_ones_position():
-    """A'X is that of the body, whatever the ends of a spring are."""
-    second = added(SPRING, SPRING | OTHER_ENDS)
-    assert second.total() == SPRING_COUNT - TURNED
-    assert second[PRODUCT] == 6 + 6
-
-
 def test_zeros_of_gains_and_points_cost_nothing():
     full = added(TIE | {"K_c": FULL, "L_c": FULL}).total()
     # K e and L ė: six products and six sums more, each; so has ė'L ė, with the sums of L.
@@ -217,21 +197,3 @@ def test_a_run_with_switches_evaluates_its_margins_once_a_step(monkeypatch):
     assert calls["lists"] == found.steps + 1
     assert calls["margins"] == 0
     assert calls["owners"] == 1
-
-
-def test_parameters_of_a_system_are_collected_once(monkeypatch):
-    system, calls = case(LIGAMENT).system, []
-    collect = parameters_module._collect
-    parameters_module._known.pop(system, None)
-
-    def counted(value: Any, name: str, found: dict[str, Any]) -> None:
-        calls.extend([name] * isinstance(value, System))
-        collect(value, name, found)
-
-    monkeypatch.setattr(parameters_module, "_collect", counted)
-    first, second = parameters_module.parameters(system), parameters_module.parameters(system)
-    assert len(calls) == 1
-    assert first == second
-    # A caller may change its own copy.
-    first.clear()
-    assert parameters_module.parameters(system) == second

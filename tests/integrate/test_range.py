@@ -90,17 +90,6 @@ def test_start_on_or_beyond_the_bound_is_the_stop(engine_name, bound):
     assert trajectory.steps == 0
 
 
-@each_method
-def test_other_angles_may_pass_every_value(engine_name, method):
-    # A free turn about axis 1: θ1 passes π/2 and π.
-    system = turning_system(0.0, 0.0)
-    start = np.concatenate([np.zeros(3), [4.0, 0.0, 0.0], np.zeros(6)])
-    tolerances = {"rtol": TOLERANCE[method], "atol": TOLERANCE[method], "method": method}
-    trajectory = solve(engine_name, problem(system, start, [0.0, 2.0], **tolerances))
-    assert trajectory.status == "completed"
-    assert trajectory.states[-1, 0] == pytest.approx(8.0, rel=0, abs=1e-8)
-
-
 # Undamped, θ2 = 1.2 sin ωt. At these tolerances one step covers the whole peak. The body is beyond
 # the bound for longer than a sixteenth of the step, the interval at which a step is checked.
 @pytest.mark.parametrize(

@@ -151,26 +151,6 @@ def test_the_member_of_a_sweep_has_the_status(tmp_path, engine_name):
 # A spring of no rest length.
 
 
-def test_a_spring_without_rest_length_is_a_tie():
-    """It is `kind: visco-elastic` with K_c = k I and nearly no damping, through zero length too."""
-    plain = spring(rest_length=0, point=[0.1, 0, 0.2])
-    tie = {"kind": "visco-elastic", "point": [0.1, 0, 0.2], "anchor": [0, 0, 0]}
-    tie |= {"K_c": [STIFFNESS] * 3, "L_c": [1e-15] * 3}
-    for name in ENGINES:
-        one, other = (solved(thrown(element, samples=51), name) for element in (plain, tie))
-        assert one.status is other.status is RunStatus.COMPLETED
-        np.testing.assert_allclose(one.states, other.states, atol=1e-9)
-
-
-def test_its_rest_states_are_proved():
-    from rbstab.experiment.proof import prove
-
-    controller = {"variant": "permanent", "K_t": [9] * 3, "L_t": [9] * 3}
-    controller |= {"K_r": [90] * 3, "L_r": [9] * 3}
-    config = data({"a": spring(rest_length=0, point=[0, 0, 1])}, controller=controller)
-    assert prove(load_config(config)).proved
-
-
 def test_a_plan_cannot_vary_what_its_formulas_leave_out():
     base = data({"a": spring(rest_length=0)})
     vary = {"elements.a.rest_length": {"values": [0.0, 0.5]}}
@@ -182,22 +162,6 @@ def test_a_plan_cannot_vary_what_its_formulas_leave_out():
 
 
 # A slack ligament.
-
-
-@EACH
-def test_a_slack_ligament_may_have_no_length(engine_name):
-    """Nothing acts on the mass while it passes its anchor: it moves straight on."""
-    config = data(
-        {"a": ligament(anchor=[0, 0, 0])}, {"position": [0.5, 0, 0], "velocity": [-1, 0, 0]}
-    )
-    config["integration"] |= {"duration": 1.4, "samples": 15}
-    found = solved(config, engine_name)
-    assert found.status is RunStatus.COMPLETED
-    np.testing.assert_allclose(found.states[:, 6], 0.5 - found.times, atol=1e-12)
-    config["initial"] = {"velocity": [0, 0, 0]}
-    found = solved(config, engine_name)
-    assert found.status is RunStatus.COMPLETED
-    assert np.abs(found.states).max() == 0.0
 
 
 def test_the_status_is_stored_and_shown(tmp_path):

@@ -188,16 +188,6 @@ def test_a_point_at_rest_is_knocked_off_at_a_breakpoint(engine_name, sign):
     assert np.abs(run["energy_residual"]).max() < 1e-10 * size
 
 
-@EACH
-def test_the_limits_of_the_controller_hold(engine_name):
-    config = example("position_layer_2000", OTHERS["ligament"], engine=engine_name)
-    config["controller"] |= {"switch_limit": 6, "stored_switches": 4}
-    run = rbstab.simulate(config)
-    assert run.status == "switch limit"
-    assert len(run["switch_time"]) == 4
-    assert run["switch_count"][-1].sum() <= 6
-
-
 SLOPE: dict[str, Any] = {"surface": {"slope": 20}}
 REFUSED = {
     "implicit": (

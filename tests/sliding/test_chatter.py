@@ -92,14 +92,6 @@ def test_every_switch_is_on_the_side_that_it_says(weak):
     assert (E[1:] * sides[1:] > 0).all()
 
 
-@pytest.mark.parametrize("engine", ["heyoka", "scipy"])
-def test_switch_limit(engine):
-    run = solve_sliding(engine, paper_problem(2000, duration=2.0, switch_limit=20))
-    assert run.status is RunStatus.SWITCH_LIMIT
-    assert run.switches.counts[-1].sum() == 20
-    assert run.times[-1] == pytest.approx(run.switches.switch_times[-1], abs=1e-12)
-
-
 @pytest.mark.parametrize("bound", [10.0, 100.0])
 def test_sticking(bound):
     run = solve_sliding("heyoka", paper_problem(20000, stick_energy=bound))

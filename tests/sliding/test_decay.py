@@ -51,23 +51,6 @@ def test_every_bounce_of_a_ball_is_in_closed_form(ball, axis):
     assert found == pytest.approx(expected, abs=1e-7)
 
 
-@pytest.mark.parametrize("axis", range(3))
-def test_a_ball_decays_at_a_third_of_its_damping(ball, axis):
-    """The formulas are of leading order; the neglected terms are of order dF/k, below 1e-3 here."""
-    d, start = RATES[axis], ball.states[0, 9 + axis]
-    # |E| at the top of the flight, where K|E| is the whole energy ½mF² + K|E|.
-    reach = np.abs(ball.states[:, 6 + axis]) + ball.states[:, 9 + axis] ** 2 / (2 * PULL)
-    top = start**2 / (2 * PULL) * np.exp(-2 * d * ball.times / 3)
-    assert reach == pytest.approx(top, rel=3e-3)
-    count = 3 * PULL / (2 * d * start) * (np.exp(d * ball.times / 3) - 1)
-    # Counts are whole numbers.
-    assert ball.switches.counts[:, axis] == pytest.approx(count - 0.5, abs=0.6)
-    crossings = ball.switches.switch_times[ball.switches.switch_axes == axis]
-    flights = np.diff(crossings)
-    speed = start * np.exp(-d * (crossings[:-1] + flights / 2) / 3)
-    assert flights * PULL / 2 == pytest.approx(speed, rel=2e-3)
-
-
 def reflected_damping(system, y):
     """Return D, W and the motion at a state; DW⁻¹, in 1/s, damps a velocity of C.
 

@@ -4,7 +4,6 @@ A new thread has compiled nothing, so it computes what a new process would.
 """
 
 import gc
-import threading
 import weakref
 from dataclasses import replace
 
@@ -100,23 +99,6 @@ def test_the_problems_end_as_they_are_meant_to(alone):
 def test_no_order_of_problems_changes_a_bit(alone, seed):
     for name in np.random.default_rng(seed).permutation(list(PROBLEMS)).tolist():
         assert bits_of(name) == alone[name], name
-
-
-def test_two_threads_at_once_change_no_bit(alone):
-    found = {}
-
-    def all_of(names):
-        for name in names:
-            found[name] = bits_of(name)
-
-    names = [name for name in PROBLEMS if name != "diverging"]
-    halves = [names[::2], names[1::2]]
-    threads = [threading.Thread(target=all_of, args=(half,)) for half in halves]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join(120.0)
-    assert found == {name: alone[name] for name in names}
 
 
 def test_an_event_is_not_deaf_after_another_run():

@@ -134,13 +134,6 @@ def test_an_axis_sticks_and_lets_go_by_turns(staged):
         assert np.abs(staged.states[held, 6 + axis]).max(initial=0.0) < 1e-12
 
 
-def test_looks_do_not_carry_a_run_past_its_limit():
-    """The next check would be at 33 switches."""
-    run = solve_sliding("heyoka", paper_problem(2000, stick_energy=1e-12, switch_limit=20))
-    assert run.status is RunStatus.SWITCH_LIMIT
-    assert run.switches.counts[-1].sum() == 20
-
-
 @pytest.mark.parametrize("engine", ["heyoka", "scipy"])
 def test_a_point_at_rest_on_its_anchor_stays_there(engine):
     """A ball starts on the surface with E = F = 0, under loads within the connector's bounds."""

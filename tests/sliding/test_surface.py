@@ -5,8 +5,6 @@ import pytest
 from support.problems import ENGINES
 from support.sliding import SLOPE_REFERENCE, paper_problem, solve_sliding
 
-from rbstab.systems.connector import connector_of
-
 
 @pytest.fixture(scope="module", params=ENGINES)
 def strong(request):
@@ -54,13 +52,6 @@ def test_work_balances_without_a_potential(strong):
     assert np.abs(value - value[0] - strong.lyapunov_change).max() < 1e-10 * value[0]
 
 
-def test_a_weak_connector_has_six_events_and_one_detachment(weak):
-    assert weak.switches.counts[-1].sum() == 6
-    kinds = [str(kind) for _, _, kind in weak.switches.transitions]
-    assert kinds.count("release") == 1
-    assert kinds.count("stick") == 4
-
-
 def test_the_equivalent_force_stays_in_its_box(strong, weak):
     for run, K_s in ((strong, 20000.0), (weak, 2000.0)):
         forces = np.array(
@@ -69,11 +60,3 @@ def test_the_equivalent_force_stays_in_its_box(strong, weak):
         assert np.abs(forces).max() <= K_s * (1 + 1e-12)
         off = run.switches.modes != 0
         assert forces[off] == pytest.approx(-K_s * run.switches.modes[off])
-
-
-def test_the_connector_stores_nothing_on_a_slope(strong):
-    sliding = connector_of(strong.systems[0])
-    assert (sliding.mode != 0).all()
-    motion = strong.systems[1].motion(strong.states[1])
-    assert np.abs(motion.E).min() > 0
-    assert sliding.stored(motion, np.zeros(0)) == 0

@@ -16,7 +16,7 @@ from support.systems import random_body, random_elements, random_Z
 from rbstab.elements.element import couple_on_body
 from rbstab.elements.guards.stop import Stop
 from rbstab.mechanics import pitch
-from rbstab.mechanics.motion import Wrench, motion_from_centre, motion_from_contact
+from rbstab.mechanics.motion import motion_from_centre, motion_from_contact
 from rbstab.systems.coordinates import (
     CentreCoordinates,
     ContactCoordinates,
@@ -27,7 +27,6 @@ from rbstab.systems.impact import (
     HOP_HEIGHT,
     impact,
     laid_on_stop,
-    response,
     resting_side,
     rests,
 )
@@ -132,20 +131,6 @@ def test_elastic_impact_conserves_energy_and_the_momenta_of_the_other_angles(rng
     np.testing.assert_allclose(np.array(after)[[0, 2]], np.array(before)[[0, 2]], atol=1e-9)
     assert abs(after[1] - before[1]) > 1e-2
     assert abs(T - T_after) < 1e-11 * T
-
-
-@EACH
-def test_response_is_what_a_couple_adds_to_the_rates(rng, name):
-    """The equations are affine in the wrench: the jump is a difference of two full right sides."""
-    system, y = stopped(rng, name)
-    motion = system.motion(y)
-    jump, mobility = response(system, motion)
-    loads = Wrench(*rng.normal(size=(3, 3)))
-    more = loads._replace(couple=loads.couple + couple_on_body(motion.B[1]).couple)
-    rates = [system.coordinates.dynamics(system.body, motion, w)[0] for w in (loads, more)]
-    np.testing.assert_allclose(jump, rates[1] - rates[0], atol=1e-11)
-    change = (motion.B @ (rates[1] - rates[0])[3:6])[1]
-    assert abs(mobility - change) < 1e-11 * (1 + abs(change))
 
 
 @EACH

@@ -43,12 +43,6 @@ def with_elements(system, *elements):
     return System(system.body, elements, system.coordinates, system.anchor)
 
 
-def test_size_and_parts(system):
-    own = 3 if any(isinstance(e, EmbeddedConnector) for e in system.elements) else 0
-    assert system.size == (6 if system.coordinates.name == "reduced" else 12) + own
-    assert system.parts == ("kinetic", *(element.name for element in system.elements))
-
-
 def test_audited_rates_are_the_rates_and_the_audit(rng, system):
     y = random_state(rng, system)
     audited = system.audited_rates(y)
@@ -71,15 +65,6 @@ def test_audit_of_a_system_with_inputs_has_what_they_supply(rng):
     assert supplied == pytest.approx(amplitude * d @ observed.motion.V, rel=1e-13)
     assert lyapunov_rate == pytest.approx(supplied - observed.dissipation.sum(), rel=1e-13)
     assert work == pytest.approx(observed.motion.F @ observed.contact_force, rel=1e-13)
-
-
-def test_audit_states_are_not_read(rng, system):
-    y = random_state(rng, system)
-    audited = np.concatenate([y, [np.nan, np.inf]])
-    np.testing.assert_array_equal(system.audited_rates(audited), system.audited_rates(y))
-    np.testing.assert_array_equal(system.rates(audited), system.rates(y))
-    np.testing.assert_array_equal(system.observe(audited).energy, system.observe(y).energy)
-    assert system.observe(audited).own_states.shape == y[system.coordinates.size :].shape
 
 
 def test_observation_is_the_motion_by_geometry(rng, system):
@@ -108,16 +93,6 @@ class Witness(Gravity):
     def wrench(self, motion, own):
         self.seen.append(own)
         return super().wrench(motion, own)
-
-
-def test_element_without_states_is_handed_none(rng):
-    tied = random_system(rng, "embedded")
-    witness = Witness(rng.normal(size=3))
-    # One before, one between and one after elements, one of which has states.
-    system = with_elements(tied, witness, tied.elements[-1], witness, *tied.elements[:3], witness)
-    Witness.seen.clear()
-    system.rates(random_state(rng, system))
-    assert [own.shape for own in Witness.seen] == [(0,)] * 3
 
 
 def test_each_element_reads_and_moves_its_own_states(rng):

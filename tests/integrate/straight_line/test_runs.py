@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import numpy as np
 import pytest
 from support.configs import BY_VARIANT, plain
 from support.problems import solve
@@ -31,32 +30,6 @@ def by_numpy(monkeypatch):
             return solve("scipy", problem)
 
     return solved
-
-
-def check(found, expected, tolerance):
-    assert (found.status, found.detail) == (expected.status, expected.detail)
-    np.testing.assert_array_equal(found.times, expected.times)
-    vectors = [*np.split(expected.states, expected.states.shape[1] // 3, axis=1)]
-    for first, vector in enumerate(vectors):
-        scale = np.abs(vector).max()
-        difference = np.abs(found.states[:, 3 * first : 3 * first + 3] - vector).max()
-        assert difference <= tolerance * scale
-    for name in ("lyapunov_change", "contact_work"):
-        value = getattr(expected, name)
-        scale = max(np.abs(value).max(), np.abs(expected.lyapunov_change).max())
-        assert np.abs(getattr(found, name) - value).max() <= tolerance * scale
-
-
-@pytest.mark.parametrize("method", ["DOP853", "RK45", "Radau", "LSODA"])
-@pytest.mark.parametrize("variant", BY_VARIANT)
-def test_motions_by_every_method(by_numpy, variant, method):
-    changes = [f"integration.method={method}", "integration.duration=0.3", "integration.samples=7"]
-    if method != "DOP853":
-        changes += ["integration.rtol=1e-7", "integration.atol=1e-9"]
-    problem = problem_of(load_config(plain(BY_VARIANT[variant]), changes))
-    # LSODA chooses its order by comparing numbers that differ by round-off.
-    tolerance = 1e-6 if method == "LSODA" else 1e-13
-    check(solve("scipy", problem), by_numpy(problem), tolerance)
 
 
 def test_a_run_evaluates_by_its_code(monkeypatch):

@@ -12,14 +12,13 @@ import pytest
 from support.stops import (
     ANGLE,
     couple_of,
-    energies,
     pressed,
     residual,
     solution,
     stop,
     stopped,
 )
-from support.switching import ENGINES, INERTIA, data, guard, ligament, problem, solved
+from support.switching import ENGINES, INERTIA, data, ligament, problem, solved
 
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.scipy_engine import ScipyRun
@@ -139,50 +138,6 @@ def test_order_of_the_method_holds_through_impacts(method):
         errors.append(abs(found.states[-1, 1] - exact))
     assert (np.array(errors) < 1e3 * np.array(tolerances)).all()
     assert errors[2] < 0.1 * errors[1] < 0.01 * errors[0]
-
-
-def cloud(restitution, **integration):
-    """Return a body without symmetry among ligaments, with a tie, gravity and a stop."""
-    elements = {
-        "end": stop(restitution, 0.4),
-        "line": ligament(point=[0.1, 0, 0.1], anchor=[1.0, 0.1, 0.2], damping=1.0),
-        "rope": ligament(point=[-0.2, 0.1, 0], anchor=[-0.9, 0, 0.2], stiffness=200.0),
-        "soft": guard("stiff", 5.0, 0.2),
-        "tie": {
-            "kind": "visco-elastic",
-            "point": [0.3, 0.0, 0.1],
-            "anchor": [0.3, 0.0, -0.1],
-            "K_c": [100.0, 120.0, 90.0],
-            "L_c": [1.0, 2.0, 1.5],
-        },
-    }
-    start = {"velocity": [1.1, 0.7, -0.4], "angular_velocity": [0.4, -2.3, 0.5]}
-    settings = {"duration": 4.0, "samples": 81} | integration
-    config = data(elements, start, settings, gravity=[0.0, 0.0, -9.81])
-    inertia = [[1.0, 0.1, -0.2], [0.1, 1.5, 0.15], [-0.2, 0.15, 2.0]]
-    config["body"] |= {"inertia": inertia, "contact_point": [0.1, 0.2, -0.3]}
-    return config
-
-
-@pytest.mark.parametrize("restitution", [0.0, 0.6])
-@pytest.mark.parametrize("coordinates", ["Z", "W"])
-def test_engines_agree_through_impacts_rests_and_ligaments(restitution, coordinates):
-    config = cloud(restitution, coordinates=coordinates)
-    scipy, heyoka = (
-        solved(config, name, **{"rtol": 1e-13} if name == "scipy" else {}) for name in ENGINES
-    )
-    for found in (scipy, heyoka):
-        assert found.status == "completed"
-        v = energies(found)
-        assert residual(found) < 1e-10 * np.abs(v).max()
-        assert (np.diff(v) < 1e-11 * np.abs(v).max()).all()
-        assert np.abs(found.states[:, 1]).max() <= 0.4
-    assert len(scipy.impacts.times) == len(heyoka.impacts.times) > 2
-    ended = [end for _, end in scipy.impacts.rests if np.isfinite(end)]
-    assert bool(ended) == (restitution == 0)
-    np.testing.assert_allclose(scipy.impacts.times, heyoka.impacts.times, atol=1e-9)
-    np.testing.assert_allclose(scipy.impacts.rests, heyoka.impacts.rests, atol=1e-9)
-    np.testing.assert_allclose(scipy.states, heyoka.states, atol=1e-9)
 
 
 @EACH

@@ -5,7 +5,6 @@ consistent choice of all combinations; ties with thin boundary layers, which no 
 follows; both engines.
 """
 
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from rbstab.integrate.problem import Problem
 from rbstab.mechanics.derivatives import derivative_along
 from rbstab.mechanics.numbers import Array
 from rbstab.systems import landing
-from rbstab.systems.filippov import choice, residuals, resting, slide_modes, with_contact
+from rbstab.systems.filippov import residuals, slide_modes, with_contact
 from rbstab.systems.impact import impact
 from rbstab.systems.landing import after_impact
 from rbstab.systems.modes import modes_of, with_modes
@@ -182,28 +181,6 @@ def consistent(system: System, y: Array, given: Array, contact: bool, side: int)
         and (given[~held] * rates[:-1][~held] >= 0).all()
         and (presses if contact else side * rates[-1] <= 0)
     )
-
-
-def test_one_of_all_combinations_is_consistent(rng):
-    """Of the 27 choices of sides and holds, with and without contact; and it is the chosen one."""
-    contacts = set()
-    for size, side in product((100.0, 100.0, 400.0, 400.0, 1600.0), (1, -1)):
-        system, y = against_stop(rng, {"a": ONE["a"] | {"K_s": [size] * 3}}, side)
-        # All axes are on their surfaces: F = -κE by the velocity of the body.
-        motion = system.motion(y)
-        y[9:12] -= motion.F + 20.0 * motion.E
-        found = choice(system, y, np.arange(3))
-        kept = [
-            (*given, contact)
-            for given in product([0.0, 1.0, -1.0], repeat=3)
-            for contact in (True, False)
-            if consistent(system, y, np.array(given), contact, side)
-        ]
-        assert len(kept) == 1
-        assert (*found.sides[:3], found.sides[3] == 0) == kept[0]
-        assert resting(found.system) == (side if kept[0][3] else 0)
-        contacts.add(kept[0][3])
-    assert contacts == {True, False}
 
 
 # --- Impacts.

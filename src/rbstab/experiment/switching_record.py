@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from rbstab.integrate.impact_trace import ImpactTrace
-from rbstab.integrate.switch_trace import SwitchTrace
+from rbstab.integrate.traces import ImpactTrace, SwitchTrace
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.impact import stop_of
 from rbstab.systems.system import System

@@ -95,7 +95,7 @@ def heyoka_problems(samples: Sequence[Sample], code: UserCode) -> Iterator[str]:
     """Yield where heyoka's expressions fail, give other values, or cannot start at a zero."""
     if find_spec("heyoka") is None:
         return
-    from rbstab.integrate.heyoka.probe import Probe
+    from rbstab.integrate.heyoka.compiled_map import Probe
 
     first = samples[0]
     try:

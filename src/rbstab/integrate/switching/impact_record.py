@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rbstab.integrate.impact_trace import ImpactTrace
+from rbstab.integrate.traces import ImpactTrace
 
 STORED_RESTS = 100_000
 """The rests that are stored with their times; there may be any number of them."""

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from rbstab.integrate.problem import Problem
-from rbstab.integrate.switch_trace import StickSlip, SwitchTrace
 from rbstab.integrate.switching.chatter import Chatter
+from rbstab.integrate.traces import StickSlip, SwitchTrace
 from rbstab.mechanics.numbers import Array
 
 MAX_TRANSITIONS = 100_000

@@ -84,8 +84,11 @@ class ScipyRun(Run):
         self.step_size: float | None = None
         size = problem.system.audited_size
         self._owners = problem.system.clearance_owners
-        self._clearances = StraightLine(System.clearances, problem.system, size)
-        self._projected = StraightLine(_projected, problem.system, size)
+        if self._owners:
+            self._clearances = StraightLine(System.clearances, problem.system, size)
+        self._projected = (
+            StraightLine(_projected, problem.system, size) if problem.project else None
+        )
         self._interpolates = problem.method in INTERPOLATED and not problem.breakpoints()
         self._largest_angle = float(np.arccos(problem.range_bound))
 
@@ -181,7 +184,7 @@ class ScipyRun(Run):
         if self._interpolates:
             self._interpolate(solver.dense_output(), solver.t)
         self.t, self.y = float(solver.t), solver.y
-        if self.problem.project:
+        if self._projected is not None:
             self.y = self._projected(self.y)
         elif solver.status == "finished":
             # The next step is made by a new solver, so the state may be moved.
@@ -225,15 +228,15 @@ class ScipyRun(Run):
 
     def _events(self, y: Array, t: float) -> Array:
         pitch, most = y[PITCH], self._largest_angle
-        return np.concatenate(
-            [self.phase.margins(y, t), [most - pitch, most + pitch], self._clearances(y)]
-        )
+        margins = [self.phase.margins(y, t)] if len(self.phase.signs) else []
+        lengths = [self._clearances(y)] if self._owners else []
+        return np.concatenate([*margins, [most - pitch, most + pitch], *lengths])
 
     def _event_rates(self, y: Array, t: float) -> Array:
         rates = self.phase.audited_rates(y, t)
-        margins, pitch_rate = self.phase.margin_rates(y, t, rates), rates[PITCH]
-        lengths = derivative_along(self._clearances, y, rates)
-        return np.concatenate([margins, [-pitch_rate, pitch_rate], lengths])
+        margins = [self.phase.margin_rates(y, t, rates)] if len(self.phase.signs) else []
+        lengths = [derivative_along(self._clearances, y, rates)] if self._owners else []
+        return np.concatenate([*margins, [-rates[PITCH], rates[PITCH]], *lengths])
 
     def _length_rates(self, y: Array, t: float) -> Array:
         return derivative_along(self._clearances, y, self.phase.audited_rates(y, t))

@@ -8,13 +8,66 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.sliding_ties import TWO, several, tie
+from support.pose import attitude
+from support.sliding_ties import BODY, CONTROLLER, TWO, several, tie
 from support.switching import ENGINES, problem
 from support.systems import random_state
 
 import rbstab
 from rbstab.systems.filippov import chosen, sides, slide_modes
-from rbstab.systems.modes import modes_of
+from rbstab.systems.modes import modes_of, with_modes
+
+
+def held_system(rng, elements, rows, controller=CONTROLLER):
+    """Return a system with some axes held, and a random state."""
+    system = problem(several(elements, controller)).system
+    modes = np.array(modes_of(system))
+    modes[slide_modes(system)[:, rows]] = 1.0
+    return with_modes(system, tuple(modes)), random_state(rng, system)
+
+
+@pytest.mark.parametrize("variant", ["free", "permanent"])
+def test_equivalent_forces_solve_the_equations_with_multipliers(variant, rng):
+    """[M -J'; J 0] [v̇; Λ] = [forces; -J̇v - κF] with J by differences; also of the held body."""
+    rows = np.array([0, 2, 4])
+    controller = CONTROLLER | {"variant": variant}
+    elements = TWO | {"a": TWO["a"] | {"point": [0.2, 0.0, -0.3]}}
+    system, y = held_system(rng, elements, rows, controller)
+    motion, pairs = system.loads(y)
+    ties: list[Any] = [element for element, _ in pairs if element.slides]
+    J: Any
+    J, L = BODY["inertia"], np.array(BODY["contact_point"])
+    A, Omega = motion.A, motion.Omega
+    np.testing.assert_allclose(A, attitude(motion.Theta), atol=1e-14)
+
+    def velocities(v):
+        """Return the velocities of both points, and of C if it is held, for v = [V, Ω]."""
+        points = [np.array(tie.point) for tie in ties] + ([L] if variant == "permanent" else [])
+        return np.concatenate([v[:3] + A @ np.cross(v[3:], p) for p in points])
+
+    whole = np.array([velocities(unit) for unit in np.eye(6)]).T
+    drift = np.concatenate(
+        [A @ np.cross(Omega, np.cross(Omega, p)) for p in [*(t.point for t in ties), L]]
+    )[: len(whole)]
+    slopes = np.repeat([20.0, 10.0], 3)
+    F = velocities(np.concatenate([motion.V, Omega]))
+    chosen_rows = [*rows, 6, 7, 8] if variant == "permanent" else list(rows)
+    demand = -drift.copy()
+    demand[:6] -= slopes * F[:6]
+    # All other forces on the body: gravity, stabilizers, and the axes that are not held.
+    wrenches = [element.wrench(motion, own) for element, own in pairs]
+    force = sum(w.force for w in wrenches)
+    couple = sum(w.couple for w in wrenches) - np.cross(Omega, J * Omega)
+    M = np.diag([41.0] * 3 + J)
+    Jacobian = whole[chosen_rows]
+    n = len(chosen_rows)
+    matrix = np.block([[M, -Jacobian.T], [Jacobian, np.zeros((n, n))]])
+    right = np.concatenate([force, couple, demand[chosen_rows]])
+    multipliers = np.linalg.solve(matrix, right)[6:]
+    _, acting = system.acting(y)
+    found = np.concatenate([own for element, own in acting if element.slides])
+    np.testing.assert_allclose(found[rows], multipliers[:3], rtol=1e-9, atol=1e-7)
+    np.testing.assert_array_equal(np.delete(found, rows), 0)
 
 
 @pytest.mark.parametrize("rank", [3, 5, 9])

@@ -357,9 +357,9 @@ class HeyokaRun(Run):
     def _set_parameters(self) -> None:
         if idle_holds(self.phase.system) != self._idle:
             self._use_equations_of_phase()
-        self.inner.floors = self.phase.floors(self._state, self.integrator.time)
-        self.values[self.compiled.modes] = 0.5 * (1.0 + self.phase.signs)
         if len(self.offsets):
+            self.inner.floors = self.phase.floors(self._state, self.integrator.time)
+            self.values[self.compiled.modes] = 0.5 * (1.0 + self.phase.signs)
             self.values[-len(self.offsets) :] = self.offsets
         self.muted = bool(self.offsets.any())
         set_parameters(self.integrator, self.values)

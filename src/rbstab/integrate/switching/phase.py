@@ -20,6 +20,7 @@ from rbstab.systems.modes import (
     NO_STATE,
     Modes,
     guards_at,
+    has_modes,
     mode_owners,
     modes_of,
     rate_places,
@@ -47,7 +48,7 @@ EPSILON = float(np.finfo(float).eps)
 
 
 class Phase:
-    """A system in given modes, between two switches.
+    """A system in given modes, between two switches. One without modes has no margins.
 
     Args:
         system: The system, in these modes.
@@ -80,8 +81,10 @@ class Phase:
             places[:] = NO_STATE
         self.rate_places = places.tolist()
         self._epsilon = np.where(places == NO_STATE, EPSILON, 0.0)
-        self._guards = guards or event_functions(system)
-        self._guards_of_state = self._guards.of_state
+        if len(self.signs):
+            # The code of a system that does not switch would be made in vain.
+            self._guards = guards or event_functions(system)
+            self._guards_of_state = self._guards.of_state
         stop = stop_of(system)
         self.rests = stop is not None and bool(stop.mode.any())
         self.alone = alone(system)
@@ -172,7 +175,8 @@ class Phases:
         self._schedule = problem.schedule
         self._system = at_start(problem.system_at_start(), problem.start, first)
         same = not depend_on_loads(problem.system)
-        self._guards = event_functions(self._system) if same else None
+        switches = has_modes(self._system)
+        self._guards = event_functions(self._system) if same and switches else None
         self._rates: EquationsInTime | None = None
         self._known: dict[Modes, Phase] = {}
         self._after_one: dict[tuple[Phase, int], Phase] = {}

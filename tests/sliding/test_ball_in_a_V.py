@@ -36,23 +36,6 @@ def test_every_axis_crosses_when_its_parabolas_say(engine):
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_bounces_of_a_microsecond(engine):
-    """Each bounce is a flight of 2v/k, however short compared with the time so far."""
-    k, speeds = K / M, np.array([1e-5, 1.3e-5, 0.7e-5])
-    duration = (40 if engine == "heyoka" else 10) * 2e-5 / k
-    problem = ball_in_a_V(
-        M, K, np.zeros(3), np.zeros(3), np.full(3, 1e-18), speeds, np.array([0.0, duration])
-    )
-    run = solve_sliding(engine, problem)
-    for axis, flight in enumerate(2 * speeds / k):
-        found = run.switches.switch_times[run.switches.switch_axes == axis]
-        expected = flight * np.arange(1, int(duration / flight) + 1)
-        assert len(found) == pytest.approx(len(expected), abs=1)
-        count = min(len(found), len(expected))
-        assert found[:count] == pytest.approx(expected[:count], rel=1e-6)
-
-
-@pytest.mark.parametrize("engine", ENGINES)
 def test_through_a_boundary_layer(engine):
     """From outside, a parabola leads to the layer, and a part of an oscillation through it."""
     width, x0 = 0.01, 0.05

@@ -44,25 +44,6 @@ def test_three_axes_cross_at_every_instant(engine, sides):
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_three_axes_arrive_on_a_slope_together(engine):
-    """On every axis ẍ = ±K/M until s = F + κE = 0; from then on x decays as exp(-κt)."""
-    x, slope = 0.3, 4.0
-    sides, times = np.array([1.0, -1.0, 1.0]), np.linspace(0, 1, 11)
-    problem = pushed_ball(M, np.full(3, K), np.zeros(3), FREE, x * sides, np.zeros(3), times, slope)
-    run = limited_solve(engine, problem)
-    # s = κ(x - ½kt²) - kt.
-    k = K / M
-    arrival = (np.sqrt(1 + 2 * slope**2 * x / k) - 1) / slope
-    start = x - k * arrival**2 / 2
-    assert run.switches.switch_times == pytest.approx(np.full(3, arrival), abs=1e-12)
-    assert sorted(run.switches.switch_axes.tolist()) == [0, 1, 2]
-    later = run.times > arrival
-    expected = np.outer(start * np.exp(-slope * (run.times[later] - arrival)), sides)
-    assert run.states[later, 6:9] == pytest.approx(expected, abs=1e-12)
-    assert (run.switches.modes[later] == 0).all()
-
-
-@pytest.mark.parametrize("engine", ENGINES)
 def test_a_parabola_that_touches_the_position(engine):
     """One axis touches x = 0 up to round-off, one misses it, and one dips below by 1e-8.
 

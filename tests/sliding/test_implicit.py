@@ -58,17 +58,6 @@ def test_paper_s_body_is_stuck_from():
     assert run.times[off][-1] == pytest.approx(0.064, abs=0.0021)
 
 
-@pytest.mark.parametrize("h", [1e-3, 1e-4])
-def test_slides_when_the_exact_law_does_to_a_step(h):
-    run = solve_sliding("heyoka", paper_problem(20000, slope=20.0, step=h))
-    times = [time for time, _, _ in run.switches.transitions]
-    assert times == pytest.approx(
-        [float(event["t"]) for event in SLOPE_REFERENCE["events"]], abs=1.1 * h
-    )
-    assert [str(kind) for _, _, kind in run.switches.transitions] == ["stick"] * 3
-    assert run.switches.discarded_energy.tolist() == [0.0] * len(run.times)
-
-
 def test_on_a_slope_it_converges_to_the_exact_law_like_its_step():
     errors = []
     for h in (1e-3, 1e-4, 1e-5):

@@ -120,20 +120,6 @@ def staged():
     return solve_sliding("heyoka", paper_problem(5000, duration=0.5, samples=51, stick_energy=1e9))
 
 
-def test_an_axis_sticks_and_lets_go_by_turns(staged):
-    """No held axis sticks again, and the modes at the samples match the events."""
-    assert staged.status is RunStatus.COMPLETED
-    assert len(staged.switches.transitions) > 2
-    for axis in range(3):
-        events = [(t, str(kind)) for t, who, kind in staged.switches.transitions if who == axis]
-        kinds = [kind for _, kind in events]
-        assert kinds == ["stick", "release"] * (len(kinds) // 2) + ["stick"] * (len(kinds) % 2)
-        times = np.array([t for t, _ in events])
-        held = np.searchsorted(times, staged.times) % 2 == 1
-        assert ((staged.switches.modes[:, axis] == 0) == held).all()
-        assert np.abs(staged.states[held, 6 + axis]).max(initial=0.0) < 1e-12
-
-
 @pytest.mark.parametrize("engine", ["heyoka", "scipy"])
 def test_a_point_at_rest_on_its_anchor_stays_there(engine):
     """A ball starts on the surface with E = F = 0, under loads within the connector's bounds."""

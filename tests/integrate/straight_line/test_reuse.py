@@ -1,6 +1,5 @@
 """Code is made once for a structure, and never used for another one."""
 
-import threading
 from dataclasses import replace
 
 import numpy as np
@@ -77,22 +76,3 @@ def test_elements_with_other_functions_share_no_code(rng):
     double = replace(single, elements=(*single.elements[:-1], Spring(700.0, lambda E: 2.0 * E)))
     close(single, y)
     close(double, y)
-
-
-def test_threads_share_code(rng):
-    systems = [random_system(rng, "embedded") for _ in range(8)]
-    y = np.concatenate([random_state(rng, systems[0]), np.zeros(2)])
-    found: dict[int, np.ndarray] = {}
-
-    def evaluate(index):
-        line = audited_rates_of(systems[index])
-        for _ in range(200):
-            found[index] = line(y)
-
-    threads = [threading.Thread(target=evaluate, args=(index,)) for index in range(8)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    for index, system in enumerate(systems):
-        np.testing.assert_array_equal(found[index], audited_rates_of(system)(y))

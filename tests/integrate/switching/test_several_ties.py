@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.pose import attitude
 from support.sliding_ties import BODY, CONTROLLER, TWO, several, tie
-from support.switching import ENGINES, problem
+from support.switching import problem
 from support.systems import random_state
 
 import rbstab
@@ -106,22 +106,6 @@ def test_the_choice_lands_on_the_surfaces(rng):
     held = modes[slide_modes(after)[1]] > 0
     assert set(np.flatnonzero(held)) <= set(rows)
     np.testing.assert_array_equal(moved[[0, 1, 2, 6, 7, 8]], y[[0, 1, 2, 6, 7, 8]])
-
-
-@pytest.mark.heavy
-def test_engines_agree_on_two_ties_beside_a_ligament():
-    pull = {
-        "kind": "ligament",
-        "point": [0, 0, -0.3],
-        "anchor": [0, 0, 0.5],
-        "stiffness": 5000.0,
-        "slack_length": 0.75,
-        "toe_strain": 0.05,
-        "damping": 5.0,
-    }
-    runs = [rbstab.simulate(several(TWO | {"pull": pull}, engine=name)) for name in ENGINES]
-    for name in ("orientation", "position", "velocity", "angular_velocity"):
-        assert np.abs(runs[0][name] - runs[1][name]).max() < 1e-9, name
 
 
 def test_v_falls_with_ties_on_position():

@@ -7,12 +7,13 @@ import gc
 import weakref
 from dataclasses import replace
 
+import heyoka
 import numpy as np
 import pytest
 from support.hang_guard import within
 from support.sliding import ball_in_a_V, paper_problem, pushed_ball, solve_sliding
 
-from rbstab.integrate.heyoka import equations, run
+from rbstab.integrate.heyoka import run
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching import driver
 
@@ -112,13 +113,13 @@ def test_an_event_is_not_deaf_after_another_run():
 @pytest.fixture
 def compilations(monkeypatch):
     """Return the list of compilations, which grows as they happen."""
-    made, compiler = [], equations.hy.taylor_adaptive
+    made, compiler = [], heyoka.taylor_adaptive
 
     def counting(*args, **options):
         made.append(options["tol"])
         return compiler(*args, **options)
 
-    monkeypatch.setattr(equations.hy, "taylor_adaptive", counting)
+    monkeypatch.setattr(heyoka, "taylor_adaptive", counting)
     return made
 
 

@@ -133,7 +133,7 @@ class Element:
 
         Their rates must be continuous at a switch; so the motion goes through it, and cannot slide
         along it. They must not depend on `mode`, except those of an element that `holds`: such an
-        element decides by an impact what follows its event (`integrate.switching.impacts`).
+        element decides by an impact what follows its event (`integrate.switching.driver`).
         """
         return NO_STATE
 

@@ -137,9 +137,9 @@ def test_a_step_ends_exactly_on_a_switch_at_any_tolerance(method):
     margins = []
 
     class Recording(ScipyRun):
-        def _switch(self, mode):
-            margins.append(self.phase.margins(self.y, self.t)[mode])
-            super()._switch(mode)
+        def _step_to(self, event):
+            super()._step_to(event)
+            margins.append(self.phase.margins(self.y, self.t)[event.number])
 
     settings = {"rtol": 1e-4, "atol": 1e-4, "method": method, "duration": 5.0}
     given = problem(turning("stiff", K, **settings))

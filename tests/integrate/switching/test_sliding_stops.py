@@ -17,10 +17,10 @@ from rbstab.integrate.problem import Problem
 from rbstab.mechanics.derivatives import derivative_along
 from rbstab.mechanics.numbers import Array
 from rbstab.systems import landing
-from rbstab.systems.filippov import residuals, slide_modes, with_contact
+from rbstab.systems.filippov import residuals, slide_modes
 from rbstab.systems.impact import impact
 from rbstab.systems.landing import after_impact
-from rbstab.systems.modes import modes_of, with_modes
+from rbstab.systems.modes import modes_of, with_contact, with_modes
 from rbstab.systems.system import System
 
 EACH = pytest.mark.parametrize("engine_name", ENGINES)

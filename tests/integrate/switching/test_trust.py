@@ -1,10 +1,9 @@
 """A motion is trusted up to the sample where any number of two runs differs too much."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
+from rbstab.integrate.problem import Trajectory
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching.trust import TRUST_TOLERANCE, trusted_until
 
@@ -14,14 +13,15 @@ STATES = np.tile(np.repeat([1.0, 10.0, 0.1, 1e-12], 3), (6, 1))
 """Θ, Ω and E have the sizes 1, 10 and 0.1; F is round-off."""
 
 
-RUN = SimpleNamespace(times=TIMES, states=STATES, status=RunStatus.COMPLETED)
-
-
 def second_run(place=0, by=0.0, end=6, status=RunStatus.COMPLETED):
     """Return a run of which one number differs from t = 3 on."""
     states = STATES.copy()
     states[3:, place] += by
-    return SimpleNamespace(times=TIMES[:end], states=states[:end], status=status)
+    nothing = np.zeros(end)
+    return Trajectory(TIMES[:end], states[:end], nothing, nothing, status, "", 1, 1)
+
+
+RUN = second_run()
 
 
 @pytest.mark.parametrize(("place", "size"), [(0, 1.0), (2, 1.0), (4, 10.0), (7, 0.1)])

@@ -74,3 +74,11 @@ def test_a_load_that_presses_against_a_repelling_guard_ends_the_run(engine_name)
     assert found.status in ("switch limit", "solver failure")
     assert abs(found.states[-1, 1] - 0.3) < 1e-3
     assert found.times[-1] > 0.1
+
+
+@EACH
+def test_a_start_at_rest_that_the_guard_holds_ends_at_once(engine_name):
+    """Neither mode leads away from the soft angle."""
+    found = RUNS[engine_name](pressed(engine_name, 0.3), None, Deadline(60.0), 2000).result()
+    assert found.status == "solver failure"
+    assert found.detail == "the motion stays where soft switches at t = 0 s"
